@@ -1,0 +1,49 @@
+"""How the computation of one point can end: a code that is stored, and a sentence that is read."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Status(IntEnum):
+    """The ways in which a point ends; the values are those of `status` in a result file."""
+
+    OK = 0
+    NOT_STATIONARY = 1
+    STEP_LIMIT = 2
+    DIVERGED = 3
+    REFUSED = 4
+    FAILED = 5
+    INVARIANT_VIOLATED = 6
+    PENDING = 127
+
+    @property
+    def sentence(self) -> str:
+        """One sentence that says what happened and what may help."""
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    Status.OK: "The stationary orbit was reached and measured.",
+    Status.NOT_STATIONARY: (
+        "The orbit did not become stationary within `stationary.max_periods`; "
+        "allow more periods or a looser `stationary.rtol`."
+    ),
+    Status.STEP_LIMIT: (
+        "The step budget `integrator.max_steps` ran out; raise it or loosen `integrator.rtol`."
+    ),
+    Status.DIVERGED: (
+        "The state stopped being finite, or the step size fell to rounding level; "
+        "look for extreme parameters or, with a fixed step, take a smaller `integrator.dt`."
+    ),
+    Status.REFUSED: (
+        "The fixed step is unstable for these parameters; take a smaller `integrator.dt` "
+        "or `method: adaptive`."
+    ),
+    Status.FAILED: "The computation raised an exception; the log has it.",
+    Status.INVARIANT_VIOLATED: (
+        "The orbit breaks the power balance or the bounds of the order parameter, "
+        "so its amplitudes cannot be trusted; take a tighter `integrator.rtol` or a smaller `dt`."
+    ),
+    Status.PENDING: "The point has not been computed yet.",
+}

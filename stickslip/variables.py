@@ -1,0 +1,239 @@
+"""The registry of every quantity that has a name: parameters, trajectories, results.
+
+One declaration here is the documentation, the axis label, the validation bound and the NetCDF
+attribute of a quantity at once. Symbols are the paper's (Lyashenko & Zaskoka 2013).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TypeVar
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A named quantity: its symbol in ASCII and in mathtext, its unit (UDUNITS) and its meaning."""
+
+    name: str
+    symbol: str
+    tex: str
+    units: str
+    meaning: str
+    comment: str = ""
+
+
+@dataclass(frozen=True)
+class ParameterVariable(Variable):
+    """A model parameter, with the interval of its valid values and its usual magnitude."""
+
+    lower: float = -math.inf
+    upper: float = math.inf
+    lower_open: bool = False
+    nonzero: bool = False
+
+    def complaint(self, value: float) -> str | None:
+        """What is wrong with `value`, as the end of a sentence; None where it is valid."""
+        if not math.isfinite(value):
+            return f"must be a finite number, not {value!r}"
+        if self.nonzero and value == 0:
+            return "must not be 0"
+        if self.lower_open and value <= self.lower:
+            return f"must be greater than {self.lower:g}, not {value!r}"
+        if value < self.lower:
+            return f"must be at least {self.lower:g}, not {value!r}"
+        if value > self.upper:
+            return f"must be at most {self.upper:g}, not {value!r}"
+        return None
+
+
+def _positive(name: str, symbol: str, tex: str, units: str, meaning: str) -> ParameterVariable:
+    return ParameterVariable(name, symbol, tex, units, meaning, lower=0.0, lower_open=True)
+
+
+def _not_negative(
+    name: str, symbol: str, tex: str, units: str, meaning: str, comment: str = ""
+) -> ParameterVariable:
+    return ParameterVariable(name, symbol, tex, units, meaning, comment, lower=0.0)
+
+
+_V = TypeVar("_V", bound=Variable)
+
+
+def _by_name(*variables: _V) -> Mapping[str, _V]:
+    return MappingProxyType({variable.name: variable for variable in variables})
+
+
+PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
+    _not_negative("temperature", "T", "T", "K", "lubricant temperature"),
+    _not_negative(
+        "viscosity_coefficient",
+        "k",
+        "k",
+        "Pa s",
+        "viscosity coefficient",
+        "numerically the effective viscosity at a strain rate of 1 s-1; "
+        "its dimension is Pa s^(gamma+1), Eq. 7",
+    ),
+    _not_negative("spring_stiffness", "K", "K", "N m-1", "stiffness of each of the two springs"),
+    ParameterVariable(
+        "rheological_index",
+        "gamma",
+        r"\gamma",
+        "1",
+        "rheological index",
+        "pseudoplastic below 0, Newtonian at 0, dilatant above 0",
+        lower=-1.0,
+        lower_open=True,
+    ),
+    _positive("angular_frequency", "omega", r"\omega", "rad s-1", "angular frequency of the drive"),
+    ParameterVariable(
+        "drive_amplitude", "X_m", "X_m", "m", "displacement amplitude of the drive", nonzero=True
+    ),
+    _positive("block_mass", "M", "M", "kg", "mass of the lower block"),
+    ParameterVariable(
+        "initial_displacement", "x_0", "x_0", "m", "initial displacement of the lower block"
+    ),
+    ParameterVariable(
+        "initial_velocity", "v_0", "v_0", "m s-1", "initial velocity of the lower block"
+    ),
+    ParameterVariable(
+        "initial_order_parameter",
+        "phi_0",
+        r"\varphi_0",
+        "1",
+        "initial order parameter",
+        lower=0.0,
+        upper=2.0,
+    ),
+    _positive("film_thickness", "h", "h", "m", "thickness of the lubricant film"),
+    _positive("strain_relaxation_time", "tau", r"\tau_\varepsilon", "s", "strain relaxation time"),
+    _positive("contact_area", "A", "A", "m2", "contact area of the blocks"),
+    _positive("kinetic_coefficient", "delta", r"\delta", "m3 J-1 s-1", "kinetic coefficient"),
+    _not_negative(
+        "thermal_coefficient", "alpha", r"\alpha", "J K-1 m-3", "thermal coefficient of free energy"
+    ),
+    _not_negative("critical_temperature", "T_c", "T_c", "K", "critical temperature"),
+    _not_negative("elastic_coefficient", "a", "a", "Pa", "elastic coefficient of the free energy"),
+    _not_negative("cubic_coefficient", "b", "b", "J m-3", "cubic coefficient of the free energy"),
+    _positive("quartic_coefficient", "c", "c", "J m-3", "quartic coefficient of the free energy"),
+    _not_negative(
+        "noise_intensity",
+        "D",
+        "D",
+        "s-1",
+        "noise intensity",
+        "dphi = -delta f'(phi) dt + sqrt(2 D) dW, reflected at phi = 0",
+    ),
+)
+
+TRAJECTORY: Mapping[str, Variable] = _by_name(
+    Variable("time", "t", "t", "s", "time since the start"),
+    Variable("upper_displacement", "X", "X", "m", "displacement of the upper block"),
+    Variable("lower_displacement", "x", "x", "m", "displacement of the lower block"),
+    Variable("upper_velocity", "V", "V", "m s-1", "velocity of the upper block"),
+    Variable("lower_velocity", "v", "v", "m s-1", "velocity of the lower block"),
+    Variable("order_parameter", "phi", r"\varphi", "1", "order parameter of the film"),
+    Variable(
+        "elastic_strain", "epsilon_el", r"\varepsilon_\mathrm{el}", "1", "elastic shear strain"
+    ),
+    Variable("elastic_stress", "sigma_el", r"\sigma_\mathrm{el}", "Pa", "elastic shear stress"),
+    Variable("viscous_stress", "sigma_v", r"\sigma_v", "Pa", "viscous shear stress"),
+    Variable("friction_force", "F", "F", "N", "friction force between the blocks"),
+)
+
+_ORBIT = "over the stationary orbit"
+
+RESULTS: Mapping[str, Variable] = _by_name(
+    Variable(
+        "elastic_stress_amplitude",
+        "sigma_el,max",
+        r"\sigma_\mathrm{el,max}",
+        "Pa",
+        "amplitude of the elastic stress",
+        f"half of maximum minus minimum {_ORBIT}",
+    ),
+    Variable(
+        "friction_force_amplitude",
+        "F_max",
+        r"F_\mathrm{max}",
+        "N",
+        "amplitude of the friction force",
+        f"half of maximum minus minimum {_ORBIT}",
+    ),
+    Variable(
+        "elastic_stress_max",
+        "max sigma_el",
+        r"\max\sigma_\mathrm{el}",
+        "Pa",
+        f"maximum of the elastic stress {_ORBIT}",
+    ),
+    Variable(
+        "elastic_stress_min",
+        "min sigma_el",
+        r"\min\sigma_\mathrm{el}",
+        "Pa",
+        f"minimum of the elastic stress {_ORBIT}",
+    ),
+    Variable(
+        "friction_force_max", "max F", r"\max F", "N", f"maximum of the friction force {_ORBIT}"
+    ),
+    Variable(
+        "friction_force_min", "min F", r"\min F", "N", f"minimum of the friction force {_ORBIT}"
+    ),
+    Variable(
+        "amplitude_error",
+        "error",
+        r"\mathrm{error}",
+        "1",
+        "estimated relative error of the worse of the two amplitudes",
+        "relative to max(amplitude, 1 % of 2K|X_m|), over A for the stress",
+    ),
+    Variable(
+        "power_balance_error",
+        "power balance",
+        r"\mathrm{power\ balance}",
+        "1",
+        f"relative violation of the power balance {_ORBIT}",
+        "|work of the drive - dissipation - energy gained| / integral of |F V|",
+    ),
+    Variable(
+        "orbit_periods", "n", "n", "1", "drive periods after which the stationary orbit closes"
+    ),
+    Variable(
+        "melting_count",
+        "meltings",
+        r"n_\mathrm{melt}",
+        "1",
+        f"number of solid to liquid transitions {_ORBIT}",
+        "solid from phi >= b/2c, melted at phi <= 0.1 b/2c",
+    ),
+    Variable(
+        "asymmetry",
+        "asymmetry",
+        r"\mathrm{asymmetry}",
+        "1",
+        "asymmetry of the elastic stress: |max + min| / (max - min)",
+        "0 where max - min < 1 Pa",
+    ),
+    Variable(
+        "periods_integrated",
+        "periods",
+        r"n_\mathrm{periods}",
+        "1",
+        "drive periods integrated for this point",
+        "confirmation and measurement included, the run of the error estimate not",
+    ),
+    Variable("status", "status", r"\mathrm{status}", "1", "how the computation of the point ended"),
+)
+
+BY_SYMBOL: Mapping[str, str] = MappingProxyType(
+    {variable.symbol: name for name, variable in PARAMETERS.items()}
+)
+
+
+def canonical_name(name: str) -> str | None:
+    """The parameter's full name for a full name or for the paper's symbol; None if unknown."""
+    return name if name in PARAMETERS else BY_SYMBOL.get(name)
