@@ -1,0 +1,48 @@
+"""Boundary friction with a first-order phase transition: parameters in, orbits out.
+
+The model of Lyashenko & Zaskoka (2013). Names are loaded when they are first used, so that the
+command line can answer `--help` without loading a compiler.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from stickslip.orbit import NoiseError, Options, Orbit, stationary_orbit
+    from stickslip.parameters import ParameterError, Parameters
+    from stickslip.trajectory import IntegrationError, simulate
+    from stickslip.status import Status
+
+_HOMES = {
+    "IntegrationError": "stickslip.trajectory",
+    "NoiseError": "stickslip.orbit",
+    "Options": "stickslip.orbit",
+    "Orbit": "stickslip.orbit",
+    "ParameterError": "stickslip.parameters",
+    "Parameters": "stickslip.parameters",
+    "Status": "stickslip.status",
+    "simulate": "stickslip.trajectory",
+    "stationary_orbit": "stickslip.orbit",
+}
+
+__all__ = [
+    "IntegrationError",
+    "NoiseError",
+    "Options",
+    "Orbit",
+    "ParameterError",
+    "Parameters",
+    "Status",
+    "simulate",
+    "stationary_orbit",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'stickslip' has no attribute {name!r}")
+    value = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value

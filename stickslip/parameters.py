@@ -12,7 +12,9 @@ from typing import Any, NamedTuple, Self
 from stickslip.variables import PARAMETERS
 
 
-class _Fields(NamedTuple):
+class ParameterValues(NamedTuple):
+    """The bare values, unchecked: what compiled code makes of a row of numbers."""
+
     temperature: float = 200.0
     viscosity_coefficient: float = 5e4
     spring_stiffness: float = 3000.0
@@ -39,7 +41,7 @@ class ParameterError(ValueError):
     """A parameter has a value outside its valid range; the message names each one."""
 
 
-class Parameters(_Fields):
+class Parameters(ParameterValues):
     """The twenty parameters in SI units; the defaults are the paper's Fig. 3.
 
     Every value is turned into a float (one compiled specialisation) and checked against the
@@ -53,11 +55,13 @@ class Parameters(_Fields):
 
     __slots__ = ()
 
-    def __new__(cls, *args: float, **kwargs: float) -> Self:
-        values = [_as_float(*item) for item in zip(cls._fields, _Fields(*args, **kwargs))]
+    def __new__(cls, *args: float, **kwargs: float) -> Self:  # noqa: D102 - see the class
+        values = [
+            _as_float(*item) for item in zip(cls._fields, ParameterValues(*args, **kwargs), strict=True)
+        ]
         complaints = [
             f"{name} {complaint}"
-            for (name, variable), value in zip(PARAMETERS.items(), values)
+            for (name, variable), value in zip(PARAMETERS.items(), values, strict=True)
             if (complaint := variable.complaint(value))
         ]
         if complaints:
@@ -65,10 +69,10 @@ class Parameters(_Fields):
         return super().__new__(cls, *values)
 
     @classmethod
-    def _make(cls, iterable: Iterable[Any]) -> Self:
-        return cls(*iterable)
+    def _make(cls, iterable: Iterable[Any]) -> Self:  # type: ignore[override]
+        return cls(*ParameterValues._make(iterable))  # refuses a wrong number of values
 
-    def _replace(self, **changes: float) -> Self:  # type: ignore[override]
+    def _replace(self, **changes: float) -> Self:
         return type(self)(**{**self._asdict(), **changes})
 
 
@@ -77,5 +81,5 @@ def _as_float(name: str, value: Any) -> float:
         raise ParameterError(f"{name} must be a number, not {value!r}")
     try:
         return float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ParameterError(f"{name} must be a number, not {value!r}") from None

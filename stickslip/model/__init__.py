@@ -1,0 +1,4 @@
+"""The physics: one scalar function per equation of Lyashenko & Zaskoka (2013), arXiv:1302.0720.
+
+Equation numbers are the paper's; symbols are the paper's in ASCII; everything is in SI units.
+"""

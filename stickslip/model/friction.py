@@ -1,0 +1,65 @@
+"""The friction between the blocks: strain, stresses and force (Eqs. 4-11, 24).
+
+`u` is the relative velocity V - v of the blocks everywhere.
+"""
+
+from __future__ import annotations
+
+import math
+
+from stickslip.compiled import inline
+from stickslip.model.elementary import cube_root
+
+# The viscous slope of a pseudoplastic fluid is infinite at u = 0; a strain rate this small
+# stands for 0 there and keeps the Jacobian finite.
+_SMALLEST_STRAIN_RATE = 1e-90
+
+
+@inline
+def elastic_strain(u: float, tau: float, h: float) -> float:
+    """Elastic shear strain in the adiabatic limit, Eq. 24."""
+    return u * (tau / h)
+
+
+@inline
+def strain_rate(u: float, h: float) -> float:
+    """Absolute strain rate [1/s], Eq. 8."""
+    return abs(u) / h
+
+
+@inline
+def effective_viscosity(rate: float, k: float, gamma: float) -> float:
+    """Effective viscosity [Pa s] at the strain rate `rate` [1/s], Eq. 7."""
+    return k * rate**gamma
+
+
+@inline
+def viscous_stress(u: float, h: float, k: float, gamma: float) -> float:
+    """Viscous shear stress [Pa], Eqs. 6-9; it has the sign of `u` (Eq. 11)."""
+    return math.copysign(k * _rate_power(strain_rate(u, h), gamma), u)
+
+
+@inline
+def viscous_stress_slope(u: float, h: float, k: float, gamma: float) -> float:
+    """Derivative of the viscous stress with respect to `u` [Pa s/m]; huge, not infinite, at 0."""
+    rate = max(strain_rate(u, h), _SMALLEST_STRAIN_RATE)
+    return k * (gamma + 1.0) / h * (_rate_power(rate, gamma) / rate)
+
+
+@inline
+def _rate_power(rate: float, gamma: float) -> float:
+    """rate^(gamma + 1), without a power for the three fluids of the paper."""
+    if gamma == 0.0:
+        return rate
+    if gamma == -2.0 / 3.0:
+        return cube_root(rate)
+    if gamma == 2.0 / 3.0:
+        root = cube_root(rate)
+        return rate * (root * root)
+    return rate ** (gamma + 1.0)
+
+
+@inline
+def friction_force(sigma_el: float, sigma_v: float, A: float) -> float:
+    """Friction force [N] on the lower block, Eqs. 4, 5, 10."""
+    return (sigma_el + sigma_v) * A

@@ -1,0 +1,63 @@
+"""The weak additive noise of Eq. 26 and its typical path.
+
+The noise is dphi = ... + sqrt(2 D) dW, reflected at phi = 0. While phi is small its dynamics are
+linear and Gaussian, and the geometric mean of |phi| follows a smooth equation: the deterministic
+one plus D_eff/phi with D_eff = D exp(E ln chi^2_1). This closure keeps phi positive, needs no
+random number and vanishes in the solid (docs/equations.md).
+
+A stochastic treatment would replace `typical_path` in the right-hand side by a random kick per
+step; nothing else depends on the treatment.
+"""
+
+from __future__ import annotations
+
+import math
+
+from stickslip.compiled import inline
+
+# exp(E ln chi^2_1) = exp(-Euler's constant)/2.
+TYPICAL_FRACTION = 0.5 * math.exp(-0.57721566490153286061)
+
+# Below this phi^2 the closure term stands still, so that 0/0 cannot arise without noise.
+_SMALLEST_SQUARE = 1e-300
+
+
+@inline
+def effective_intensity(D: float) -> float:
+    """Noise intensity D_eff [1/s] of the typical path."""
+    return TYPICAL_FRACTION * D
+
+
+@inline
+def typical_path(phi: float, D_eff: float) -> float:
+    """What the noise adds to the rate of ln(phi) [1/s]: D_eff/phi^2."""
+    return D_eff / max(phi * phi, _SMALLEST_SQUARE)
+
+
+@inline
+def typical_kick(phi: float, D_eff: float, dt: float) -> float:
+    """What the noise adds to phi in a fixed step `dt`: D_eff dt/phi.
+
+    Below phi = sqrt(D_eff dt), the noise of a single step, the closure has no meaning; the kick
+    stays at that size there, where an explicit step would be thrown out by 1/phi.
+    """
+    step_noise = math.sqrt(D_eff * dt)
+    return D_eff * dt / max(phi, max(step_noise, _SMALLEST_SQUARE))
+
+
+@inline
+def starting_order_parameter(
+    phi_0: float, D_eff: float, T: float, alpha: float, T_c: float, b: float, c: float, delta: float
+) -> float:
+    """Order parameter at the start: phi_0, or the level that the noise alone keeps up.
+
+    That level balances D_eff/phi with the linear, the quadratic or the cubic term of Eq. 26,
+    whichever limits it first; terms with a vanishing coefficient do not limit it.
+    """
+    level = math.sqrt(math.sqrt(D_eff / (c * delta)))
+    linear = abs(2.0 * alpha * delta * (T - T_c))
+    if linear > 0.0:
+        level = min(level, math.sqrt(D_eff / linear))
+    if b > 0.0:
+        level = min(level, (D_eff / (b * delta)) ** (1.0 / 3.0))
+    return max(phi_0, level)

@@ -1,0 +1,183 @@
+"""When does the orbit of a periodically driven system repeat? The stroboscopic sequence judged.
+
+A stroboscopic state is the state at the end of a drive period. The sequence may converge with a
+ratio of 0.99 a period, so the last difference says little: what counts is the remaining distance
+to the limit. For a geometric sequence seen at a lag, with D1 the newest displacement over the
+lag and D0 the one before, it is D1^2/(D0 - D1) (Aitken). Long lags make the estimate firm where
+the differences themselves are near the noise of the integrator.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from stickslip.compiled import inline, jit
+from stickslip.numerics.adaptive import OK
+from stickslip.numerics.linear import Vector
+from stickslip.status import Status
+
+NOT_STATIONARY = int(Status.NOT_STATIONARY)
+
+LONGEST_CYCLE = 8
+"""Orbits that close after 1 to this many drive periods are recognised."""
+
+_LONGEST_LAG = 16 * LONGEST_CYCLE
+_REMEMBERED = 2 * _LONGEST_LAG + 1
+
+# A difference this small a part of the tolerance cannot hide a drift that matters: with a ratio
+# of 0.999 a period it leaves one tolerance to go.
+_NEGLIGIBLE = 1e-3
+
+# The verdict must hold this many periods in a row: fast transients can mimic it once.
+_CONFIRMATIONS = 2
+
+# Acceleration: a ratio counts as steady if its change alters the jump by this part; below the
+# smallest ratio plain iteration is as quick; a jump longer than this part of the drive amplitude
+# is not risked.
+_STEADY = 0.1
+_SMALLEST_RATIO = 0.5
+_LONGEST_JUMP = 0.25
+
+# Cycles closer together than this many tolerances are one.
+_INDISTINCT = 10.0
+
+
+@inline
+def _distance(states: np.ndarray, newer: int, older: int) -> float:
+    """Largest scaled difference between two remembered stroboscopic states."""
+    i, j = newer % _REMEMBERED, older % _REMEMBERED
+    largest = 0.0
+    for component in range(3):
+        difference = abs(states[i, component] - states[j, component])
+        if not difference <= largest:  # so that NaN counts
+            largest = difference
+    return largest
+
+
+@jit
+def remaining_distance(states: np.ndarray, newest: int, lag: int) -> float:
+    """Estimated distance of the newest state from the limit, seen at `lag`; inf if it grows."""
+    moved = _distance(states, newest, newest - lag)
+    before = _distance(states, newest - lag, newest - 2 * lag)
+    return moved * moved / (before - moved) if moved < before else np.inf
+
+
+@jit
+def _repeats(states: np.ndarray, newest: int, cycle: int, tolerance: float) -> bool:
+    """Whether the orbit closes after `cycle` periods and is within `tolerance` of its limit."""
+    if cycle > newest:
+        return False
+    step = _distance(states, newest, newest - cycle)
+    if not step <= tolerance:
+        return False
+    if step <= _NEGLIGIBLE * tolerance:
+        return True
+    lag = cycle
+    while lag <= 16 * cycle and 2 * lag <= newest:
+        if remaining_distance(states, newest, lag) <= tolerance:
+            return True
+        lag *= 2
+    return False
+
+
+@jit
+def closing_cycle(states: np.ndarray, newest: int, tolerance: float) -> int:
+    """Smallest number of periods after which the orbit closes; 0 where it does not yet.
+
+    `states` is the ring of remembered states (257, 3), scaled so that `tolerance` applies to each
+    component; `newest` counts the periods, the start being number 0.
+    """
+    for cycle in range(1, LONGEST_CYCLE + 1):
+        if _repeats(states, newest, cycle, tolerance):
+            for shorter in range(1, cycle):
+                close = _distance(states, newest, newest - shorter) <= _INDISTINCT * tolerance
+                if cycle % shorter == 0 and close:
+                    return shorter
+            return cycle
+    return 0
+
+
+@jit
+def extrapolation(states: np.ndarray, newest: int) -> tuple[float, float, bool]:
+    """Remaining way of the first two components to the limit, and whether to believe it.
+
+    Aitken's rule on a sequence that plainly contracts along one direction: the last three
+    displacements are parallel and shrink by one and the same ratio. A bend, an alternation, a
+    fast transient or noise fails the test, and so does a way longer than _LONGEST_JUMP, which
+    might lead into another basin of attraction.
+    """
+    if newest < 3:
+        return 0.0, 0.0, False
+    a, b = states[(newest - 3) % _REMEMBERED], states[(newest - 2) % _REMEMBERED]
+    c, d = states[(newest - 1) % _REMEMBERED], states[newest % _REMEMBERED]
+    oldest, before, last = (b[0] - a[0], b[1] - a[1]), (c[0] - b[0], c[1] - b[1]), (
+        d[0] - c[0],
+        d[1] - c[1],
+    )
+    earlier, _ = _contraction(before, oldest)
+    ratio, bend = _contraction(last, before)
+    steady = abs(ratio - earlier) <= _STEADY * (1.0 - ratio) and bend <= _STEADY
+    reach = ratio / (1.0 - ratio)
+    way = reach * last[0], reach * last[1]
+    short = max(abs(way[0]), abs(way[1])) <= _LONGEST_JUMP
+    return way[0], way[1], _SMALLEST_RATIO <= ratio < 1.0 and steady and short
+
+
+@inline
+def _contraction(newer: tuple[float, float], older: tuple[float, float]) -> tuple[float, float]:
+    """Ratio of two displacements, and the part of the newer one that is not along the older."""
+    square = older[0] * older[0] + older[1] * older[1]
+    ratio = (newer[0] * older[0] + newer[1] * older[1]) / square
+    bend = abs(newer[0] * older[1] - newer[1] * older[0]) / square
+    return ratio, bend / abs(ratio)
+
+
+def make_settle(
+    period_map: Callable[..., Any],
+    scaled: Callable[..., Vector],
+    shifted: Callable[..., Vector],
+) -> Any:
+    """The search for the stationary orbit by iteration of `period_map`, accelerated if wanted.
+
+    `period_map(p, settings, y, memory, budget, record)` gives (y, memory, steps, status) after one drive
+    period; `scaled(p, y)` the components by which states are compared; `shifted(p, y, dx, dv)`
+    the state moved by scaled amounts.
+
+    The search maps (p, settings, y, memory, budget, record) to (y, memory, cycle, periods, steps,
+    status). `settings` has `stationary_rtol`, `max_periods` and `accelerate`. After a jump the
+    sequence is judged afresh, so the orbit is always confirmed by plain periods.
+    """
+
+    @jit
+    def settle(
+        p: Any, settings: Any, y: Vector, memory: float, budget: int, record: Any
+    ) -> tuple[Vector, float, int, int, int, int]:
+        states = np.empty((_REMEMBERED, 3))
+        states[0] = scaled(p, y)
+        steps, held, previous, newest = 0, 0, 0, 0
+        for period in range(1, settings.max_periods + 1):
+            y, memory, used, status = period_map(
+                p, settings, y, memory, budget - steps, record
+            )
+            steps += used
+            newest += 1
+            if status != OK:
+                return y, memory, 0, period, steps, status
+            states[newest % _REMEMBERED] = scaled(p, y)
+            cycle = closing_cycle(states, newest, settings.stationary_rtol)
+            held = held + 1 if cycle > 0 and cycle == previous else min(cycle, 1)
+            previous = cycle
+            if held >= _CONFIRMATIONS:
+                return y, memory, cycle, period, steps, OK
+            if settings.accelerate and held == 0:
+                dx, dv, believed = extrapolation(states, newest)
+                if believed:
+                    y = shifted(p, y, dx, dv)
+                    states[0] = scaled(p, y)
+                    newest, previous = 0, 0
+        return y, memory, 0, settings.max_periods, steps, NOT_STATIONARY
+
+    return settle

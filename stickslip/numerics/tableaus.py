@@ -1,0 +1,161 @@
+"""Rosenbrock methods as data that check themselves when they are made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+Rows = tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class RosenbrockTableau:
+    """A stiffly accurate Rosenbrock method in the form without matrix products.
+
+    With W = I/(h gamma) - J, stage i solves
+    W u_i = f(t + c_i h, y + sum a_ij u_j) + sum (C_ij/h) u_j + h d_i df/dt.
+    The last two stages start from y and the embedded solution: y_embedded = (argument of the
+    last stage), y_new = y_embedded + u_last, so u_last is the error estimate. `dense` holds the
+    rows of the two coefficients of the continuous extension (Hairer & Wanner, Solving ODEs II,
+    IV.7). Construction raises ValueError where the order conditions fail.
+    """
+
+    name: str
+    order: int
+    gamma: float
+    a: Rows
+    C: Rows
+    c: tuple[float, ...]
+    d: tuple[float, ...]
+    dense: Rows
+
+    def __post_init__(self) -> None:
+        for what, miss in self._misses().items():
+            if abs(miss) > 1e-11:  # the published coefficients carry 13 to 16 digits
+                raise ValueError(f"{self.name}: {what} is off by {miss:.1e}")
+
+    def _misses(self) -> dict[str, float]:
+        """Distance from each identity: consistency, stiff accuracy, order conditions to 4."""
+        stages = len(self.c)
+        a, C = _lower(self.a, stages), _lower(self.C, stages)
+        Gamma = np.linalg.inv(np.eye(stages) / self.gamma - C)
+        alpha = a @ Gamma
+        b = (a[-1] + np.eye(stages)[-1]) @ Gamma
+        beta = alpha + Gamma
+        c, e = alpha.sum(axis=1), beta.sum(axis=1)
+        strict = beta - self.gamma * np.eye(stages)
+        f = strict.sum(axis=1)
+        g = self.gamma
+        return {
+            "c": float(np.abs(c - self.c).max()),
+            "d": float(np.abs(Gamma.sum(axis=1) - self.d).max()),
+            "stiff accuracy": float(np.abs(b - beta[-1]).max()),
+            "sum b": float(b.sum() - 1),
+            "sum b beta": float(b @ e - 1 / 2),
+            "sum b c^2": float(b @ c**2 - 1 / 3),
+            "sum b beta beta": float(b @ strict @ f - (1 / 6 - g + g**2)),
+            "sum b c^3": float(b @ c**3 - 1 / 4),
+            "sum b c alpha beta": float(b @ (c * (alpha @ f)) - (1 / 8 - g / 3)),
+            "sum b beta c^2": float(b @ strict @ c**2 - (1 / 12 - g / 3)),
+            "sum b beta beta beta": float(
+                b @ strict @ strict @ f - (1 / 24 - g / 2 + 3 / 2 * g**2 - g**3)
+            ),
+        }
+
+
+def _lower(rows: Rows, stages: int) -> np.ndarray:
+    """The strictly lower triangular matrix with these rows, padded with zeros."""
+    matrix = np.zeros((stages, stages))
+    for i, row in enumerate(rows):
+        matrix[i, : len(row)] = row
+    return matrix
+
+
+RODAS4 = RosenbrockTableau(
+    name="RODAS4",
+    order=4,
+    gamma=0.25,
+    a=(
+        (),
+        (1.544,),
+        (0.9466785280815826, 0.2557011698983284),
+        (3.314825187068521, 2.896124015972201, 0.9986419139977817),
+        (1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950),
+        (1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950, 1.0),
+    ),
+    C=(
+        (),
+        (-5.6688,),
+        (-2.430093356833875, -0.2063599157091915),
+        (-0.1073529058151375, -9.594562251023355, -20.47028614809616),
+        (7.496443313967647, -10.24680431464352, -33.99990352819905, 11.70890893206160),
+        (
+            8.083246795921522,
+            -7.981132988064893,
+            -31.52159432874371,
+            16.31930543123136,
+            -6.058818238834054,
+        ),
+    ),
+    c=(0.0, 0.386, 0.21, 0.63, 1.0, 1.0),
+    d=(0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0),
+    dense=(
+        (
+            10.12623508344586,
+            -7.487995877610167,
+            -34.80091861555747,
+            -7.992771707568823,
+            1.025137723295662,
+        ),
+        (
+            -0.6762803392801253,
+            6.087714651680015,
+            16.43084320892478,
+            24.76722511418386,
+            -6.594389125716872,
+        ),
+    ),
+)
+"""Hairer & Wanner's RODAS: order 4(3), six stages, L-stable, stiffly accurate, dense order 3."""
+
+RODAS4P = RosenbrockTableau(
+    name="RODAS4P",
+    order=4,
+    gamma=0.25,
+    a=(
+        (),
+        (3.0,),
+        (1.831036793486759, 0.4955183967433795),
+        (2.304376582692669, -0.05249275245743001, -1.176798761832782),
+        (-7.170454962423024, -4.741636671481785, -16.31002631330971, -1.062004044111401),
+        (-7.170454962423024, -4.741636671481785, -16.31002631330971, -1.062004044111401, 1.0),
+    ),
+    C=(
+        (),
+        (-12.0,),
+        (-8.791795173947035, -2.207865586973518),
+        (10.81793056857153, 6.780270611428266, 19.53485944642410),
+        (34.19095006749676, 15.49671153725963, 54.74760875964130, 14.16005392148534),
+        (
+            34.62605830930532,
+            15.30084976114473,
+            56.99955578662667,
+            18.40807009793095,
+            -5.714285714285717,
+        ),
+    ),
+    c=(0.0, 0.75, 0.21, 0.63, 1.0, 1.0),
+    d=(0.25, -0.5, -0.023504, -0.0362, 0.0, 0.0),
+    dense=(
+        (25.09876703708589, 11.62013104361867, 28.49148307714626, -5.664021568594133, 0.0),
+        (
+            1.638054557396973,
+            -0.7373619806678748,
+            8.477918219238990,
+            15.99253148779520,
+            -1.882352941176471,
+        ),
+    ),
+)
+"""Steinebach's RODASP: like RODAS4, and free of order reduction on linear parabolic problems."""

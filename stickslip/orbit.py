@@ -1,0 +1,220 @@
+"""From parameters to stationary orbits and their observables: the friendly side of the doors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from stickslip import kernels, stability
+from stickslip.parameters import Parameters
+from stickslip.status import Status
+
+MethodName = Literal["adaptive", "euler-cromer"]
+NoiseName = Literal["typical-path", "none"]
+
+# Budget of attempted steps a point: an adaptive point of the paper's scenes takes 1e4 to 1e6.
+DEFAULT_MAX_STEPS = 100_000_000
+
+# A fixed step knows its number of steps beforehand (1e10 a period at the paper's step).
+_UNBOUNDED = 10**15
+
+_NOISE = Parameters._fields.index("noise_intensity")
+_PHI_0 = Parameters._fields.index("initial_order_parameter")
+
+
+class NoiseError(ValueError):
+    """A start at phi = 0 without noise, which would stay liquid for ever."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "initial_order_parameter (phi_0) = 0 without noise: phi = 0 is an exact zero of the "
+            "kinetic equation, so the film could never solidify; use noise treatment "
+            "'typical-path' with noise_intensity > 0, or phi_0 > 0"
+        )
+
+
+@dataclass(frozen=True)
+class Options:
+    """How an orbit is computed; the names are those of a config.
+
+    `rtol` belongs to the adaptive method, `dt` [s] to euler-cromer; `max_steps` None is the
+    method's own budget. `stationary_rtol` is the remaining distance to the limit in
+    (x/X_m, v/(X_m omega)); `accelerate` extrapolates plainly contracting sequences.
+    """
+
+    method: MethodName = "adaptive"
+    rtol: float = 1e-6
+    dt: float = 1e-10
+    max_steps: int | None = None
+    stationary_rtol: float = 1e-6
+    max_periods: int = 5000
+    accelerate: bool = True
+    noise: NoiseName = "typical-path"
+
+    def settings(self) -> kernels.Settings:
+        """The same as the compiled doors take it."""
+        fixed = self.method == "euler-cromer"
+        own = _UNBOUNDED if fixed else DEFAULT_MAX_STEPS
+        return kernels.Settings(
+            rtol=float(self.rtol),
+            dt=float(self.dt),
+            max_steps=int(own if self.max_steps is None else self.max_steps),
+            stationary_rtol=float(self.stationary_rtol),
+            max_periods=int(self.max_periods),
+            accelerate=bool(self.accelerate) and not fixed,
+        )
+
+
+class Orbit(NamedTuple):
+    """The observables of one stationary orbit, in SI units; `variables.RESULTS` has the meanings.
+
+    Unless `status` is ok the amplitudes are NaN and the counts -1. `state` is (x, v, ln phi) at
+    the start of a drive period on the orbit, or where the search ended.
+    """
+
+    elastic_stress_amplitude: float
+    friction_force_amplitude: float
+    elastic_stress_max: float
+    elastic_stress_min: float
+    friction_force_max: float
+    friction_force_min: float
+    amplitude_error: float
+    power_balance_error: float
+    orbit_periods: int
+    melting_count: int
+    asymmetry: float
+    periods_integrated: int
+    status: Status
+    state: tuple[float, float, float]
+
+
+def prepared_points(points: np.ndarray, noise: NoiseName) -> np.ndarray:
+    """The rows of parameters (n, 20) as the doors take them under a noise treatment.
+
+    Raises NoiseError where a film starts at phi = 0 and nothing could make it solid.
+    """
+    points = np.array(np.atleast_2d(points), dtype=float)
+    if noise == "none":
+        points[:, _NOISE] = 0.0
+    if np.any((points[:, _NOISE] == 0.0) & (points[:, _PHI_0] == 0.0)):
+        raise NoiseError
+    return points
+
+
+def compute_orbits(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
+    """Stationary orbits of many points.
+
+    Parameters
+    ----------
+    points
+        (n, 20) parameters in SI units, in the order of `Parameters._fields`.
+    options
+        Method, tolerances, noise.
+
+    Returns
+    -------
+    results
+        (n, 13) in the order of `kernels.RESULT_COLUMNS`; the last column is the Status.
+    finals
+        (n, 4) in the order of `kernels.FINAL_COLUMNS`.
+
+    Raises
+    ------
+    NoiseError
+        phi_0 = 0 without noise.
+    """
+    points = prepared_points(points, options.noise)
+    results = np.full((len(points), len(kernels.RESULT_COLUMNS)), np.nan)
+    finals = np.full((len(points), len(kernels.FINAL_COLUMNS)), np.nan)
+    if options.method == "adaptive":
+        kernels.adaptive_orbits(points, options.settings(), results, finals)
+        return results, finals
+    stable = options.dt <= stability.largest_stable_step(points)
+    results[~stable] = refused_row()
+    if stable.any():
+        parts = results[stable], finals[stable]
+        kernels.fixed_orbits(points[stable], options.settings(), *parts)
+        results[stable], finals[stable] = parts
+    return results, finals
+
+
+def refused_row() -> np.ndarray:
+    """The result row of a point whose fixed step is unstable."""
+    return _empty_row(Status.REFUSED)
+
+
+def failed_row() -> np.ndarray:
+    """The result row of a point whose computation raised an exception."""
+    return _empty_row(Status.FAILED)
+
+
+def _empty_row(status: Status) -> np.ndarray:
+    row = dict.fromkeys(kernels.RESULT_COLUMNS, np.nan)
+    row |= {"orbit_periods": -1, "melting_count": -1, "periods_integrated": -1, "status": status}
+    return np.array(list(row.values()), dtype=float)
+
+
+def stationary_orbit(
+    parameters: Parameters | None = None,
+    *,
+    method: MethodName = "adaptive",
+    rtol: float = 1e-6,
+    dt: float = 1e-10,
+    noise: NoiseName = "typical-path",
+    max_periods: int = 5000,
+    max_steps: int | None = None,
+    accelerate: bool = True,
+) -> Orbit:
+    """The stationary orbit that the start of `parameters` leads to, and its amplitudes.
+
+    Parameters
+    ----------
+    parameters
+        The model's parameters; the paper's Fig. 3 by default.
+    method
+        'adaptive' (stiff, order 4) or 'euler-cromer' (the paper's explicit scheme, order 1).
+    rtol
+        Tolerance of the adaptive method and of stationarity.
+    dt
+        Step of euler-cromer [s].
+    noise
+        'typical-path', or 'none' for the deterministic equation.
+    max_periods, max_steps
+        Budgets of drive periods and of steps.
+    accelerate
+        Extrapolate a plainly contracting sequence instead of iterating it to the end.
+
+    Returns
+    -------
+    Orbit
+        Its `status` says how the search ended; no exception is raised for a failure to converge.
+
+    Raises
+    ------
+    NoiseError
+        phi_0 = 0 without noise.
+    """
+    options = Options(
+        method=method,
+        rtol=rtol,
+        dt=dt,
+        max_steps=max_steps,
+        stationary_rtol=rtol,
+        max_periods=max_periods,
+        accelerate=accelerate,
+        noise=noise,
+    )
+    results, finals = compute_orbits(np.array(parameters or Parameters()), options)
+    return orbit_of_row(results[0], finals[0])
+
+
+def orbit_of_row(row: np.ndarray, final: np.ndarray) -> Orbit:
+    """The Orbit of a result row and its final state."""
+    fields = dict(zip(kernels.RESULT_COLUMNS, row.tolist(), strict=True))
+    for count in ("orbit_periods", "melting_count", "periods_integrated"):
+        fields[count] = int(fields[count])
+    fields["status"] = Status(int(fields["status"]))
+    return Orbit(**fields, state=(float(final[0]), float(final[1]), float(final[2])))
+

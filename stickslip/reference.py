@@ -1,0 +1,82 @@
+"""The slow, obviously right twin: plain Python, the equations written out again, SciPy's solvers.
+
+Nothing here is shared with `model` or `numerics`, so that a mistake in one is not repeated in the
+other. For tests and benchmarks only; SciPy is not a dependency of the package.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stickslip.parameters import Parameters
+
+_D_EFF_OVER_D = 0.28072974  # exp(E ln chi^2_1)
+
+
+def right_hand_side(t: float, y: np.ndarray, p: Parameters) -> list[float]:
+    """Rates of (x, v, ln phi) in SI units: Eqs. 2, 3, 10, 24, 26 and the noise closure."""
+    x, v, psi = y
+    phi = math.exp(psi)
+    V = -p.drive_amplitude * p.angular_frequency * math.sin(p.angular_frequency * t)
+    force = friction_force(V - v, phi, p)
+    strain = (V - v) * p.strain_relaxation_time / p.film_thickness
+    B = 2 * p.thermal_coefficient * (p.temperature - p.critical_temperature)
+    B += p.elastic_coefficient * strain**2
+    growth = B - p.cubic_coefficient * phi + p.quartic_coefficient * phi**2
+    noise = _D_EFF_OVER_D * p.noise_intensity / phi**2 if p.noise_intensity else 0.0
+    acceleration = (force - 2 * p.spring_stiffness * x) / p.block_mass
+    return [v, acceleration, noise - p.kinetic_coefficient * growth]
+
+
+def elastic_stress(u: float, phi: float, p: Parameters) -> float:
+    """Elastic stress [Pa], Eqs. 13 and 24, at the relative velocity `u` [m/s]."""
+    strain = u * p.strain_relaxation_time / p.film_thickness
+    return p.elastic_coefficient * phi**2 * strain
+
+
+def friction_force(u: float, phi: float, p: Parameters) -> float:
+    """Friction force [N], Eqs. 10 and 11."""
+    sign = 1.0 if u >= 0 else -1.0
+    viscous = p.viscosity_coefficient * (abs(u) / p.film_thickness) ** (p.rheological_index + 1)
+    return (elastic_stress(u, phi, p) + sign * viscous) * p.contact_area
+
+
+def starting_state(p: Parameters) -> list[float]:
+    """(x_0, v_0, ln phi) with phi_0 lifted to the level of the noise."""
+    D_eff = _D_EFF_OVER_D * p.noise_intensity
+    levels = [(D_eff / (p.quartic_coefficient * p.kinetic_coefficient)) ** 0.25]
+    if p.cubic_coefficient:
+        levels.append((D_eff / (p.cubic_coefficient * p.kinetic_coefficient)) ** (1 / 3))
+    linear = 2 * p.thermal_coefficient * p.kinetic_coefficient
+    linear *= p.temperature - p.critical_temperature
+    if linear:
+        levels.append(math.sqrt(D_eff / abs(linear)))
+    phi = max(p.initial_order_parameter, min(levels))
+    return [p.initial_displacement, p.initial_velocity, math.log(phi)]
+
+
+def trajectory(
+    p: Parameters, times: np.ndarray, method: str = "LSODA", rtol: float = 1e-8
+) -> np.ndarray:
+    """States (x, v, ln phi) at `times` [s] from the start, shape (n, 3), by SciPy's `method`.
+
+    Raises RuntimeError where the solver gives up.
+    """
+    from scipy.integrate import solve_ivp
+
+    X_m = abs(p.drive_amplitude)
+    solution = solve_ivp(
+        right_hand_side,
+        (float(times[0]), float(times[-1])),
+        starting_state(p),
+        method=method,
+        t_eval=times,
+        args=(p,),
+        rtol=rtol,
+        atol=[rtol * X_m, rtol * X_m * p.angular_frequency, rtol],
+    )
+    if not solution.success:
+        raise RuntimeError(solution.message)
+    return np.asarray(solution.y.T)

@@ -1,0 +1,125 @@
+"""Axis labels and shown units: the registry's symbols, and the only conversions of the project."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from stickslip.variables import PARAMETERS, RESULTS, TRAJECTORY, Variable
+
+VARIABLES: dict[str, Variable] = {**PARAMETERS, **TRAJECTORY, **RESULTS}
+
+
+class Scale(NamedTuple):
+    """A shown unit, and what a value in the file's unit is multiplied by to get there."""
+
+    factor: float
+    units: str
+
+
+SCALES = {
+    "Pa": Scale(1e-6, "MPa"),
+    "N": Scale(1e3, "mN"),
+    "m": Scale(1e6, "µm"),
+    "m s-1": Scale(1e6, "µm s-1"),
+    "m2": Scale(1e12, "µm2"),
+}
+# Quantities whose size is far from what is usual for their unit.
+SCALES_BY_NAME = {
+    "film_thickness": Scale(1e9, "nm"),
+    "strain_relaxation_time": Scale(1e9, "ns"),
+    "elastic_coefficient": Scale(1e-12, "TPa"),
+}
+
+_LARGEST_DENOMINATOR = 12  # beyond it a fraction is no easier to read than a decimal
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Numbers in the unit in which they are shown, with the symbol and that unit in mathtext."""
+
+    values: np.ndarray[Any, np.dtype[Any]]
+    symbol: str
+    units: str
+
+    @property
+    def label(self) -> str:
+        """Symbol and unit, as at an axis."""
+        return f"{self.symbol} ({self.units})" if self.units else self.symbol
+
+    @property
+    def equation(self) -> str:
+        """Symbol and value of a scalar, as in a legend."""
+        number = _number(float(self.values), rational=not self.units)
+        name = self.symbol.strip("$")
+        return f"${name} = {number}$" + (f" {self.units}" if self.units else "")
+
+
+def shown(data: xr.DataArray) -> Quantity:
+    """The quantity of a variable or coordinate, in the unit in which it is shown."""
+    name = str(data.name)
+    units = str(data.attrs.get("units", VARIABLES[name].units if name in VARIABLES else "1"))
+    scale = _scale(name, units)
+    values = np.asarray(data.values, dtype=float) * scale.factor
+    return Quantity(values, _symbol(data), typeset_units(scale.units))
+
+
+def _scale(name: str, units: str) -> Scale:
+    if name in SCALES_BY_NAME and units == VARIABLES[name].units:
+        return SCALES_BY_NAME[name]
+    return SCALES.get(units, Scale(1.0, units))
+
+
+def _symbol(data: xr.DataArray) -> str:
+    name = str(data.name)
+    if name in VARIABLES:
+        return f"${VARIABLES[name].tex}$"
+    return str(data.attrs.get("long_name", name)).replace("_", " ")
+
+
+def typeset_units(units: str) -> str:
+    r"""A UDUNITS string in mathtext, with a slash for what is divided by; empty for `1`.
+
+    >>> typeset_units("m3 J-1 s-1")
+    'm$^{3}$/(J$\\cdot$s)'
+    """
+    if units == "1":
+        return ""
+    powers = [_power(factor) for factor in units.split()]
+    above = [_raised(unit, power) for unit, power in powers if power > 0]
+    below = [_raised(unit, -power) for unit, power in powers if power < 0]
+    product = r"$\cdot$".join(above) or "1"
+    if not below:
+        return product
+    divisor = r"$\cdot$".join(below)
+    return f"{product}/({divisor})" if len(below) > 1 else f"{product}/{divisor}"
+
+
+def _power(factor: str) -> tuple[str, int]:
+    match = re.fullmatch(r"(\D+?)(-?\d+)?", factor)
+    if match is None:
+        return factor, 1
+    return match[1], int(match[2] or 1)
+
+
+def _raised(unit: str, power: int) -> str:
+    return unit if power == 1 else f"{unit}$^{{{power}}}$"
+
+
+def _number(value: float, rational: bool) -> str:
+    """A number in mathtext; thirds, sevenths and the like as fractions where `rational`."""
+    if not math.isfinite(value):
+        return r"\mathrm{nan}"
+    plain = f"{value:.6g}"
+    if rational and not math.isclose(float(plain), value, rel_tol=1e-12):
+        fraction = Fraction(value).limit_denominator(_LARGEST_DENOMINATOR)
+        if math.isclose(float(fraction), value, rel_tol=1e-9):
+            return f"{fraction.numerator}/{fraction.denominator}"
+    mantissa, _, exponent = plain.partition("e")
+    return rf"{mantissa}\times10^{{{int(exponent)}}}" if exponent else mantissa

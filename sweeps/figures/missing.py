@@ -1,0 +1,43 @@
+"""Points without a value: never drawn, never silent."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from stickslip.status import Status
+
+AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
+
+
+def trusted(ds: xr.Dataset, name: str) -> xr.DataArray:
+    """An amplitude where the point ended well, NaN elsewhere whatever the file holds there."""
+    return ds[name].where(ds["status"] == Status.OK) if "status" in ds else ds[name]
+
+
+def missing_points(ds: xr.Dataset) -> xr.DataArray:
+    """True where a point lacks a trusted amplitude."""
+    first, second = (trusted(ds, name).isnull() for name in AMPLITUDES)
+    return first | second
+
+
+def missing_note(ds: xr.Dataset, mark: str) -> str:
+    """A sentence that counts the missing points by reason; empty where there are none."""
+    missing = missing_points(ds).values
+    if not missing.any():
+        return ""
+    if "status" in ds:
+        codes, counts = np.unique(ds["status"].values[missing], return_counts=True)
+        reasons = [f"{n} {_reason(code)}" for code, n in zip(codes, counts, strict=True)]
+    else:
+        reasons = ["no status in the file"]
+    count = int(missing.sum())
+    return f"{mark}{count} of {missing.size} points missing ({', '.join(reasons)})"
+
+
+def _reason(code: int) -> str:
+    if code == Status.OK:
+        return "without a value"  # the file contradicts itself; say so rather than hide the gap
+    if code not in list(Status):
+        return f"with the unknown status {code}"
+    return Status(code).name.lower().replace("_", " ")

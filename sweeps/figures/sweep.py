@@ -1,0 +1,26 @@
+"""The standard picture of a sweep result: curves, maps, or the table of a single point."""
+
+from __future__ import annotations
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from sweeps.figures.curves import draw_curves
+from sweeps.figures.layout import layout_of
+from sweeps.figures.maps import draw_maps
+from sweeps.figures.missing import AMPLITUDES
+from sweeps.figures.table import draw_table
+
+
+def is_sweep(ds: xr.Dataset) -> bool:
+    """Whether the dataset holds amplitudes to draw."""
+    return all(name in ds for name in AMPLITUDES)
+
+
+def amplitudes(ds: xr.Dataset) -> Figure:
+    """Amplitudes of elastic stress and friction force, as the shape of the sweep asks for."""
+    ds = ds.squeeze()
+    layout = layout_of(ds)
+    if not layout.axes:
+        return draw_table(ds)
+    return draw_curves(ds, layout) if len(layout.axes) == 1 else draw_maps(ds, layout)

@@ -1,0 +1,165 @@
+"""Pictures of trajectories: time courses (Figs. 3, 6), relative motion (4), phase portraits (5)."""
+
+from __future__ import annotations
+
+import math
+from string import ascii_lowercase
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from sweeps.figures.labels import Quantity, shown
+from sweeps.figures.layout import MOST_FACETS, Selection
+from sweeps.figures.runs import columns, runs
+from sweeps.figures.style import (
+    BLACK,
+    COLUMN,
+    SKY,
+    SMALL,
+    TEXT,
+    CurveStyle,
+    new_panels,
+    put_legend,
+    put_note,
+    width_of,
+)
+
+# The dashes lie on a wide light line, so that both show while the blocks move together.
+LOWER = CurveStyle(SKY, 1.6)
+UPPER = CurveStyle(BLACK, 0.8, (0, (4.0, 2.0)))
+ALONE = CurveStyle(BLACK, 0.9)
+
+_MOST_PORTRAITS = 9
+
+
+class Trace(NamedTuple):
+    """A curve in time: a variable, or its difference from another one."""
+
+    name: str
+    minus: str | None = None
+    style: CurveStyle = ALONE
+
+    def quantity(self, ds: xr.Dataset) -> Quantity:
+        """What is drawn, in the unit in which it is shown."""
+        first = shown(ds[self.name])
+        if self.minus is None:
+            return first
+        second = shown(ds[self.minus])
+        symbol = f"${first.symbol.strip('$')} - {second.symbol.strip('$')}$"
+        return Quantity(first.values - second.values, symbol, first.units)
+
+
+TIME_COURSES = (
+    (
+        Trace("lower_displacement", style=LOWER),
+        Trace("upper_displacement", style=UPPER),
+    ),
+    (Trace("lower_velocity", style=LOWER), Trace("upper_velocity", style=UPPER)),
+    (Trace("elastic_stress"),),
+    (Trace("friction_force"),),
+)
+RELATIVE_MOTION = (
+    (Trace("upper_displacement", minus="lower_displacement"),),
+    (Trace("upper_velocity", minus="lower_velocity"),),
+)
+
+
+def time_courses(ds: xr.Dataset) -> Figure:
+    """Displacements, velocities, elastic stress and friction force against time (Figs. 3, 6)."""
+    figure = _stack(ds, TIME_COURSES, height=5.2)
+    lines = [
+        Line2D([], [], **UPPER.line(), label="upper block $X$, $V$"),
+        Line2D([], [], **LOWER.line(), label="lower block $x$, $v$"),
+    ]
+    put_legend(figure, lines)
+    return figure
+
+
+def relative_motion(ds: xr.Dataset) -> Figure:
+    """Relative displacement and relative velocity of the blocks against time (Fig. 4)."""
+    return _stack(ds, RELATIVE_MOTION, height=3.4)
+
+
+def _stack(ds: xr.Dataset, rows: tuple[tuple[Trace, ...], ...], height: float) -> Figure:
+    stacks, note = columns(ds, MOST_FACETS)
+    size = (width_of(len(stacks)), height)
+    figure, panels = new_panels(len(rows), len(stacks), size, sharex="col", sharey="row")
+    for axes_of_column, stack in zip(panels.T, stacks, strict=True):
+        for axes, traces in zip(axes_of_column, rows, strict=True):
+            _draw_traces(axes, traces, stack)
+        _name_sections(axes_of_column[0], stack)
+        axes_of_column[-1].set_xlabel(shown(stack[0].dataset["time"]).label, fontsize=TEXT)
+    for axes, traces in zip(panels[:, 0], rows, strict=True):
+        axes.set_ylabel(_label(stacks[0][0].dataset, traces), fontsize=TEXT)
+    figure.align_ylabels()
+    put_note(figure, [note])
+    return figure
+
+
+def _draw_traces(axes: Axes, traces: tuple[Trace, ...], stack: list[Selection]) -> None:
+    for section in stack:
+        time = shown(section.dataset["time"]).values
+        for trace in traces:
+            axes.plot(time, trace.quantity(section.dataset).values, **trace.style.line())
+    for section in stack[1:]:
+        border = float(np.nanmin(section.dataset["time"].values))
+        axes.axvline(border, color="0.5", linewidth=0.6, gid="border")
+    axes.margins(x=0.0)
+
+
+def _label(ds: xr.Dataset, traces: tuple[Trace, ...]) -> str:
+    """All symbols of a panel, capitals first as in the paper, and their common unit."""
+    quantities = [trace.quantity(ds) for trace in reversed(traces)]
+    symbols = ", ".join(quantity.symbol for quantity in quantities)
+    return Quantity(quantities[0].values, symbols, quantities[0].units).label
+
+
+def _name_sections(axes: Axes, stack: list[Selection]) -> None:
+    if len(stack) == 1:
+        axes.set_title(stack[0].label, fontsize=TEXT)
+        return
+    for section in stack:
+        time = section.dataset["time"].values
+        middle = (np.nanmin(time) + np.nanmax(time)) / 2
+        axes.annotate(
+            section.label,
+            (middle, 1.0),
+            xytext=(0, 2),
+            xycoords=axes.get_xaxis_transform(),
+            textcoords="offset points",
+            ha="center",
+            fontsize=SMALL,
+        )
+
+
+def phase_portraits(ds: xr.Dataset) -> Figure:
+    """Velocity of the lower block against its displacement, a panel per trajectory (Fig. 5)."""
+    portraits, note = runs(ds, _MOST_PORTRAITS)
+    figure, panels = _portrait_panels(len(portraits))
+    for index, (axes, portrait) in enumerate(zip(panels, portraits, strict=True)):
+        x, v = (shown(portrait.dataset[f"lower_{name}"]) for name in ("displacement", "velocity"))
+        axes.axhline(0.0, color="0.8", linewidth=0.5, gid="origin")
+        axes.axvline(0.0, color="0.8", linewidth=0.5, gid="origin")
+        axes.plot(x.values, v.values, **ALONE.line())
+        axes.set_xlabel(x.label, fontsize=TEXT)
+        axes.set_ylabel(v.label, fontsize=TEXT)
+        if len(portraits) > 1:
+            axes.set_title(
+                f"({ascii_lowercase[index]}) {portrait.label}", fontsize=TEXT, loc="left"
+            )
+    put_note(figure, [note])
+    return figure
+
+
+def _portrait_panels(count: int) -> tuple[Figure, list[Axes]]:
+    across = math.ceil(math.sqrt(count))
+    down = math.ceil(count / across)
+    size = (COLUMN, 2.9) if count == 1 else (width_of(across), 2.4 * down)
+    figure, panels = new_panels(down, across, size)
+    for unused in panels.flat[count:]:
+        unused.remove()
+    return figure, list(panels.flat[:count])

@@ -1,0 +1,97 @@
+"""The points of a sweep, numbered: every index is a row of the twenty parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.parameters import Parameters
+from sweeps.config import Config
+
+CASE = "case"
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """The product of the swept axes and, last, of the cases; points count in C order.
+
+    `dims` and `shape` are those of the result. Each parameter stands either in `coords`, with its
+    dimensions and values, or in `fixed`; `case` is a coordinate of its own where there are cases.
+    """
+
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    coords: Mapping[str, tuple[tuple[str, ...], NDArray[np.generic]]]
+    fixed: Mapping[str, float]
+
+    @classmethod
+    def from_config(cls, config: Config) -> Self:
+        """The grid of a config."""
+        lengths = {name: len(values) for name, values in config.sweep.items()}
+        coords = {name: ((name,), _frozen(v, np.float64)) for name, v in config.sweep.items()}
+        if config.cases:
+            count = len(next(iter(config.cases.values())))
+            lengths[CASE] = count
+            coords[CASE] = ((CASE,), _frozen(range(count), np.int32))
+            for name, values in config.cases.items():
+                coords[name] = ((CASE,), _frozen(values, np.float64))
+        fixed = config.parameters()._asdict()
+        return cls(
+            dims=tuple(lengths),
+            shape=tuple(lengths.values()),
+            coords=MappingProxyType(coords),
+            fixed=MappingProxyType({n: v for n, v in fixed.items() if n not in coords}),
+        )
+
+    @property
+    def size(self) -> int:
+        """The number of points; 1 where nothing varies."""
+        return math.prod(self.shape)
+
+    def points(self, start: int, stop: int) -> NDArray[np.float64]:
+        """The parameters of the points from `start` to before `stop`.
+
+        Costs time and memory for these points only, whatever the size of the grid.
+
+        Returns
+        -------
+        array
+            float64 of shape (stop - start, 20), SI units; the columns are those of
+            `Parameters._fields`.
+
+        Raises
+        ------
+        IndexError
+            `start` and `stop` are no range within the grid.
+        """
+        if not 0 <= start <= stop <= self.size:
+            raise IndexError(f"points {start} to {stop} are no range of a grid of {self.size}")
+        along = self._indices(start, stop)
+        rows = np.empty((stop - start, len(Parameters._fields)))
+        for column, name in enumerate(Parameters._fields):
+            if name in self.fixed:
+                rows[:, column] = self.fixed[name]
+            else:
+                (dim,), values = self.coords[name]
+                rows[:, column] = values[along[dim]]
+        return rows
+
+    def _indices(self, start: int, stop: int) -> dict[str, NDArray[np.int64]]:
+        """The position along each dimension, for each point; the last dimension runs fastest."""
+        remaining = np.arange(start, stop, dtype=np.int64)
+        along = {}
+        for dim, length in zip(reversed(self.dims), reversed(self.shape), strict=True):
+            remaining, along[dim] = np.divmod(remaining, length)
+        return along
+
+
+def _frozen(values: object, dtype: type[np.generic]) -> NDArray[np.generic]:
+    array = np.array(values, dtype=dtype)
+    array.flags.writeable = False
+    return array

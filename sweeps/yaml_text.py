@@ -1,0 +1,32 @@
+"""Writes settings as YAML that every reader, of YAML 1.1 or 1.2, sees alike and floats survive."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+
+# JSON is YAML, but for raw characters that a reader takes for line breaks or refuses.
+_SPECIAL = re.compile(r"[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
+
+
+def block_yaml(mapping: Mapping[str, object]) -> str:
+    """One setting a line, indented below its section; lists stay in one line."""
+    lines: list[str] = []
+    for key, value in mapping.items():
+        if isinstance(value, Mapping) and value:
+            lines.append(f"{key}:")
+            lines += [f"  {name}: {_flow(setting)}" for name, setting in value.items()]
+        else:
+            lines.append(f"{key}: {_flow(value)}")
+    return "\n".join(lines) + "\n"
+
+
+def _flow(value: object) -> str:
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_flow, value)) + "]"
+    if isinstance(value, float):
+        # 1e-09 is a text in YAML 1.1, 1.0e-09 is a number in both.
+        return re.sub(r"^(-?\d+)e", r"\1.0e", repr(value))
+    quoted = json.dumps(value, ensure_ascii=False, allow_nan=False)
+    return _SPECIAL.sub(lambda match: f"\\u{ord(match[0]):04x}", quoted)

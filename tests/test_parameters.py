@@ -1,0 +1,207 @@
+"""Parameters: defaults, bounds from both sides, coercion to float, one compiled signature."""
+
+import copy
+import math
+import pickle
+from decimal import Decimal
+from fractions import Fraction
+
+import numba
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stickslip.parameters import ParameterError, Parameters
+from stickslip.variables import PARAMETERS
+
+TINY = 5e-324  # the smallest positive float
+
+FIG_3 = {
+    "temperature": 200,
+    "viscosity_coefficient": 5e4,
+    "spring_stiffness": 3000,
+    "rheological_index": -2 / 3,
+    "angular_frequency": 10,
+    "drive_amplitude": 0.8e-6,
+    "block_mass": 0.4,
+    "initial_displacement": 0,
+    "initial_velocity": 0,
+    "initial_order_parameter": 0,
+    "film_thickness": 1e-9,
+    "strain_relaxation_time": 1e-8,
+    "contact_area": 0.6e-9,
+    "kinetic_coefficient": 100,
+    "thermal_coefficient": 0.95,
+    "critical_temperature": 290,
+    "elastic_coefficient": 4e12,
+    "cubic_coefficient": 230,
+    "quartic_coefficient": 850,
+    "noise_intensity": 1e-18,  # not in the paper: model choice, see docs/equations.md
+}
+
+POSITIVE = [
+    "film_thickness",
+    "strain_relaxation_time",
+    "contact_area",
+    "block_mass",
+    "quartic_coefficient",
+    "kinetic_coefficient",
+    "angular_frequency",
+]
+NOT_NEGATIVE = [
+    "elastic_coefficient",
+    "thermal_coefficient",
+    "cubic_coefficient",
+    "viscosity_coefficient",
+    "spring_stiffness",
+    "temperature",
+    "critical_temperature",
+    "noise_intensity",
+]
+LARGE = 1e300
+
+VALID = [
+    *((name, TINY) for name in POSITIVE),
+    *((name, LARGE) for name in POSITIVE + NOT_NEGATIVE),
+    *((name, 0.0) for name in NOT_NEGATIVE),
+    ("rheological_index", math.nextafter(-1, 0)),
+    ("rheological_index", LARGE),
+    ("initial_order_parameter", 0.0),
+    ("initial_order_parameter", 2.0),
+    ("drive_amplitude", TINY),
+    ("drive_amplitude", -TINY),
+    ("drive_amplitude", -LARGE),
+    ("initial_displacement", -LARGE),
+    ("initial_displacement", LARGE),
+    ("initial_velocity", -LARGE),
+    ("initial_velocity", LARGE),
+]
+INVALID = [
+    *((name, value) for name in POSITIVE for value in (0.0, -0.0, -TINY)),
+    *((name, -TINY) for name in NOT_NEGATIVE),
+    ("rheological_index", -1.0),
+    ("rheological_index", math.nextafter(-1, -2)),
+    ("initial_order_parameter", -TINY),
+    ("initial_order_parameter", math.nextafter(2, 3)),
+    ("drive_amplitude", 0.0),
+    ("drive_amplitude", -0.0),
+    *((name, value) for name in PARAMETERS for value in (math.inf, -math.inf, math.nan)),
+]
+
+
+def test_bounds_are_tried_for_every_parameter():
+    assert {name for name, _ in VALID} == set(PARAMETERS)
+
+
+def test_defaults_are_those_of_fig_3():
+    assert Parameters()._asdict() == FIG_3
+
+
+def test_fields_are_the_registry_in_its_order():
+    assert Parameters._fields == tuple(PARAMETERS)
+
+
+@pytest.mark.parametrize(("name", "value"), VALID)
+def test_valid_value_is_kept(name: str, value: float):
+    assert getattr(Parameters(**{name: value}), name) == value
+
+
+@pytest.mark.parametrize(("name", "value"), INVALID)
+def test_invalid_value_is_refused_by_name(name: str, value: float):
+    with pytest.raises(ParameterError, match=rf"^{name} must .*"):
+        Parameters(**{name: value})
+
+
+def test_all_invalid_values_are_named_at_once():
+    with pytest.raises(ParameterError) as caught:
+        Parameters(temperature=-1, block_mass=0, drive_amplitude=0)
+    assert str(caught.value) == (
+        "temperature must be at least 0, not -1.0; drive_amplitude must not be 0; "
+        "block_mass must be greater than 0, not 0.0"
+    )
+
+
+@pytest.mark.parametrize(
+    "value",
+    [250, 250.0, np.int32(250), np.float32(250), np.array(250), Fraction(500, 2), Decimal(250)],
+)
+def test_numbers_become_floats(value: float):
+    p = Parameters(value, spring_stiffness=value)
+    assert p == Parameters(250.0, spring_stiffness=250.0)
+    assert {type(field) for field in p} == {float}
+
+
+@pytest.mark.parametrize("value", ["250", b"250", True, None, 250j, [250], [], {}, 10**400])
+def test_anything_else_is_refused_by_name(value: object):
+    with pytest.raises(ParameterError, match=r"^temperature must be a number, not "):
+        Parameters(temperature=value)
+
+
+def test_unknown_name_is_refused():
+    with pytest.raises(TypeError, match="temprature"):
+        Parameters(temprature=250)
+
+
+def test_replace_coerces_and_checks():
+    p = Parameters()._replace(temperature=250)
+    assert type(p) is Parameters
+    assert type(p.temperature) is float
+    assert p == Parameters(temperature=250)
+    with pytest.raises(ParameterError, match=r"^temperature must be at least 0"):
+        p._replace(temperature=-1)
+
+
+def test_make_coerces_and_checks():
+    p = Parameters._make([250, *Parameters()[1:]])
+    assert type(p) is Parameters
+    assert {type(field) for field in p} == {float}
+    with pytest.raises(ParameterError, match=r"^temperature must be at least 0"):
+        Parameters._make([-1, *p[1:]])
+
+
+def test_make_wants_every_field():
+    with pytest.raises(TypeError, match="Expected 20 arguments, got 3"):
+        Parameters._make([1, 2, 3])
+
+
+@pytest.mark.parametrize("protocol", range(pickle.HIGHEST_PROTOCOL + 1))
+def test_pickle_round_trip(protocol: int):
+    p = Parameters(temperature=250)
+    restored = pickle.loads(pickle.dumps(p, protocol))
+    assert type(restored) is Parameters
+    assert restored == p
+
+
+def test_copies_are_parameters():
+    p = Parameters(temperature=250)
+    assert type(copy.copy(p)) is type(copy.deepcopy(p)) is Parameters
+
+
+@numba.njit
+def _locked_force(p: Parameters) -> float:
+    stiffness = 2.0 * p.spring_stiffness - p.block_mass * p.angular_frequency**2
+    return abs(stiffness * p.drive_amplitude)
+
+
+def test_one_compiled_signature_for_every_kind_of_number():
+    for p in (
+        Parameters(),
+        Parameters(temperature=200, spring_stiffness=3000),
+        Parameters(temperature=np.float32(200), block_mass=np.float64(0.4)),
+        Parameters(np.int64(200), angular_frequency=np.int8(10)),
+        Parameters()._replace(spring_stiffness=3000),
+        Parameters._make(np.asarray(Parameters())),
+        pickle.loads(pickle.dumps(Parameters())),
+    ):
+        assert _locked_force(p) == pytest.approx(4.768e-3, rel=1e-12)
+    assert len(_locked_force.signatures) == 1
+
+
+@given(st.sampled_from(list(PARAMETERS)), st.floats())
+def test_accepted_exactly_where_the_registry_does_not_complain(name: str, value: float):
+    if PARAMETERS[name].complaint(value):
+        with pytest.raises(ParameterError):
+            Parameters(**{name: value})
+    else:
+        assert getattr(Parameters(**{name: value}), name) == value

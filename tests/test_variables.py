@@ -1,0 +1,145 @@
+"""The registry: its names, symbols and units are those that people script against."""
+
+import math
+
+import matplotlib.mathtext
+import pytest
+
+from stickslip.variables import (
+    BY_SYMBOL,
+    PARAMETERS,
+    RESULTS,
+    TRAJECTORY,
+    Variable,
+    canonical_name,
+)
+
+EVERY = [*PARAMETERS.values(), *TRAJECTORY.values(), *RESULTS.values()]
+
+PARAMETER_SYMBOLS = {
+    "temperature": ("T", "K"),
+    "viscosity_coefficient": ("k", "Pa s"),
+    "spring_stiffness": ("K", "N m-1"),
+    "rheological_index": ("gamma", "1"),
+    "angular_frequency": ("omega", "rad s-1"),
+    "drive_amplitude": ("X_m", "m"),
+    "block_mass": ("M", "kg"),
+    "initial_displacement": ("x_0", "m"),
+    "initial_velocity": ("v_0", "m s-1"),
+    "initial_order_parameter": ("phi_0", "1"),
+    "film_thickness": ("h", "m"),
+    "strain_relaxation_time": ("tau", "s"),
+    "contact_area": ("A", "m2"),
+    "kinetic_coefficient": ("delta", "m3 J-1 s-1"),
+    "thermal_coefficient": ("alpha", "J K-1 m-3"),
+    "critical_temperature": ("T_c", "K"),
+    "elastic_coefficient": ("a", "Pa"),
+    "cubic_coefficient": ("b", "J m-3"),
+    "quartic_coefficient": ("c", "J m-3"),
+    "noise_intensity": ("D", "s-1"),
+}
+TRAJECTORY_UNITS = {
+    "time": "s",
+    "upper_displacement": "m",
+    "lower_displacement": "m",
+    "upper_velocity": "m s-1",
+    "lower_velocity": "m s-1",
+    "order_parameter": "1",
+    "elastic_strain": "1",
+    "elastic_stress": "Pa",
+    "viscous_stress": "Pa",
+    "friction_force": "N",
+}
+RESULT_UNITS = {
+    "elastic_stress_amplitude": "Pa",
+    "friction_force_amplitude": "N",
+    "elastic_stress_max": "Pa",
+    "elastic_stress_min": "Pa",
+    "friction_force_max": "N",
+    "friction_force_min": "N",
+    "amplitude_error": "1",
+    "power_balance_error": "1",
+    "orbit_periods": "1",
+    "melting_count": "1",
+    "asymmetry": "1",
+    "periods_integrated": "1",
+    "status": "1",
+}
+
+
+def test_parameters_are_those_of_the_interface():
+    assert {v.name: (v.symbol, v.units) for v in PARAMETERS.values()} == PARAMETER_SYMBOLS
+
+
+def test_trajectory_variables_are_those_of_the_interface():
+    assert {v.name: v.units for v in TRAJECTORY.values()} == TRAJECTORY_UNITS
+
+
+def test_result_variables_are_those_of_the_interface():
+    assert {v.name: v.units for v in RESULTS.values()} == RESULT_UNITS
+
+
+@pytest.mark.parametrize("registry", [PARAMETERS, TRAJECTORY, RESULTS])
+def test_a_variable_is_registered_under_its_name(registry: dict[str, Variable]):
+    assert list(registry) == [variable.name for variable in registry.values()]
+
+
+@pytest.mark.parametrize("registry", [PARAMETERS, TRAJECTORY, RESULTS])
+def test_registry_cannot_be_changed(registry: dict[str, Variable]):
+    with pytest.raises(TypeError):
+        registry["temperature"] = None
+
+
+def test_names_differ_without_regard_to_case():
+    # CF compares names without case, and parameters and results share a file.
+    names = [name.lower() for name in (*PARAMETERS, *RESULTS)]
+    assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize("variable", EVERY, ids=lambda v: v.name)
+def test_variable_says_what_it_is(variable: Variable):
+    assert variable.name.isidentifier()
+    assert variable.name == variable.name.lower()
+    assert len(variable.name) > 1  # a bare k and K would be one name in CF
+    assert variable.symbol
+    assert variable.meaning
+    assert not variable.meaning.endswith(".")
+
+
+@pytest.mark.parametrize("variable", EVERY, ids=lambda v: v.name)
+def test_symbol_can_be_drawn(variable: Variable):
+    matplotlib.mathtext.MathTextParser("path").parse(f"${variable.tex}$")
+
+
+@pytest.mark.parametrize("variable", EVERY, ids=lambda v: v.name)
+def test_unit_is_known_to_udunits(variable: Variable):
+    cf_units = pytest.importorskip("cf_units")
+    unit = cf_units.Unit(variable.units)
+    assert unit.is_dimensionless() == (variable.units == "1")
+
+
+def test_symbols_name_parameters_uniquely():
+    assert len(BY_SYMBOL) == len(PARAMETERS)
+    assert not set(BY_SYMBOL) & set(PARAMETERS)
+
+
+@pytest.mark.parametrize("variable", PARAMETERS.values(), ids=lambda v: v.name)
+def test_name_and_symbol_lead_to_the_name(variable: Variable):
+    assert canonical_name(variable.name) == variable.name
+    assert canonical_name(variable.symbol) == variable.name
+
+
+def test_case_tells_k_from_K():
+    assert canonical_name("k") == "viscosity_coefficient"
+    assert canonical_name("K") == "spring_stiffness"
+
+
+@pytest.mark.parametrize("name", ["", "temprature", "Temperature", "F", "elastic_stress"])
+def test_anything_else_is_no_parameter(name: str):
+    assert canonical_name(name) is None
+
+
+@pytest.mark.parametrize("variable", PARAMETERS.values(), ids=lambda v: v.name)
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_no_parameter_may_be_infinite_or_nan(variable: Variable, value: float):
+    assert "finite" in variable.complaint(value)
