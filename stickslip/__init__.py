@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from stickslip.orbit import NoiseError, Options, Orbit, stationary_orbit
     from stickslip.parameters import ParameterError, Parameters
-    from stickslip.trajectory import IntegrationError, simulate
     from stickslip.status import Status
+    from stickslip.trajectory import IntegrationError, simulate
 
 _HOMES = {
     "IntegrationError": "stickslip.trajectory",

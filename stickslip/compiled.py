@@ -19,7 +19,7 @@ import numba
 from numba.core import config as numba_config
 from numba.core.caching import FunctionCache
 
-_FLAGS = {"error_model": "numpy", "nogil": True}
+_FLAGS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 
 # Contracting a*b + c into one rounding is exact under the model's scalings by powers of two and
 # keeps NaN; the other fastmath flags are not needed.
@@ -53,7 +53,7 @@ class _SteadyCache(FunctionCache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
             return super().load_overload(sig, target_context)
-        except Exception as error:  # a damaged pickle can raise nearly anything
+        except Exception as error:  # noqa: BLE001 - a damaged pickle can raise nearly anything
             _warn_once(f"the cache of compiled code is damaged and is made anew ({error!r})")
             self.flush()
             return None
@@ -61,7 +61,7 @@ class _SteadyCache(FunctionCache):
     def save_overload(self, sig: Any, data: Any) -> None:
         try:
             super().save_overload(sig, data)
-        except Exception as error:  # a full disk must not stop a computation
+        except Exception as error:  # noqa: BLE001 - a full disk must not stop a computation
             _warn_once(f"compiled code could not be cached ({error!r})")
 
 
@@ -70,10 +70,15 @@ class _CacheFolder:
 
     def __enter__(self) -> None:
         self._previous = numba_config.CACHE_DIR
-        numba_config.CACHE_DIR = str(_cache_root() / f"stickslip-{source_hash()[:16]}")
+        numba_config.CACHE_DIR = str(cache_folder())
 
     def __exit__(self, *exception: object) -> None:
         numba_config.CACHE_DIR = self._previous
+
+
+def cache_folder() -> Path:
+    """Where the compiled code of exactly these sources is kept."""
+    return _cache_root() / f"stickslip-{source_hash()[:16]}"
 
 
 def _cache_root() -> Path:

@@ -227,7 +227,7 @@ def _see_fixed_step(
         _sample_step(p, t, h, y0, y1, zero, zero, record)
 
 
-# --- the adaptive method: state (x, v, ln phi), memory = the step to go on with --------------------
+# --- the adaptive method: state (x, v, ln phi), memory = the step to go on with -------------------
 
 
 @inline
@@ -255,7 +255,7 @@ def _log_state(y: State) -> State:
     return y
 
 
-# --- Euler-Cromer: state (x, v, phi), no memory ----------------------------------------------------
+# --- Euler-Cromer: state (x, v, phi), no memory ---------------------------------------------------
 
 
 @inline
@@ -281,7 +281,7 @@ _march = make_fixed(_increments, _see_fixed_step)
 @inline
 def _fixed_steps(p: Parameters, settings: Settings) -> int:
     """Steps a period: the drive period is divided evenly, so a step may be a little below dt."""
-    return int(math.ceil(period_of(p) / settings.dt))
+    return math.ceil(period_of(p) / settings.dt)
 
 
 @jit
@@ -456,12 +456,8 @@ def _paper_tolerance(settings: Settings) -> float:
     return _FIXED_REFERENCE
 
 
-_adaptive_point = _make_point(
-    _adaptive_period, _log_state, _log_state, _own_tolerance, True
-)
-_fixed_point = _make_point(
-    _fixed_period, _fixed_state, _fixed_log_state, _paper_tolerance, False
-)
+_adaptive_point = _make_point(_adaptive_period, _log_state, _log_state, _own_tolerance, True)
+_fixed_point = _make_point(_fixed_period, _fixed_state, _fixed_log_state, _paper_tolerance, False)
 
 
 @door

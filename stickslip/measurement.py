@@ -176,4 +176,3 @@ def bounds_kept(p: Parameters, record: np.ndarray, phi_start: float) -> bool:
         p.quartic_coefficient,
     )
     return record[PHI_MAX] <= max(bound, phi_start) * 1.001
-

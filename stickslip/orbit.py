@@ -217,4 +217,3 @@ def orbit_of_row(row: np.ndarray, final: np.ndarray) -> Orbit:
         fields[count] = int(fields[count])
     fields["status"] = Status(int(fields["status"]))
     return Orbit(**fields, state=(float(final[0]), float(final[1]), float(final[2])))
-

@@ -57,7 +57,8 @@ class Parameters(ParameterValues):
 
     def __new__(cls, *args: float, **kwargs: float) -> Self:  # noqa: D102 - see the class
         values = [
-            _as_float(*item) for item in zip(cls._fields, ParameterValues(*args, **kwargs), strict=True)
+            _as_float(*item)
+            for item in zip(cls._fields, ParameterValues(*args, **kwargs), strict=True)
         ]
         complaints = [
             f"{name} {complaint}"

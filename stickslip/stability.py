@@ -70,9 +70,7 @@ def _slip_speed(p: ParameterValues) -> np.ndarray:
     stick = _static_strength(p) * p.contact_area
     with np.errstate(divide="ignore", invalid="ignore"):
         release = np.sqrt(2.0 * p.spring_stiffness / p.block_mass) * stick
-        release = np.where(
-            p.spring_stiffness > 0.0, release / (2.0 * p.spring_stiffness), 0.0
-        )
+        release = np.where(p.spring_stiffness > 0.0, release / (2.0 * p.spring_stiffness), 0.0)
     # Springs cannot store more than the amplitude (and the start) puts into them.
     reach = np.maximum(np.abs(p.drive_amplitude), np.abs(p.initial_displacement))
     release = np.minimum(release, np.sqrt(2.0 * p.spring_stiffness / p.block_mass) * 2.0 * reach)

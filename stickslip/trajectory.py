@@ -128,7 +128,9 @@ def _dataset(parameters: Parameters, times: np.ndarray, samples: np.ndarray) -> 
         "viscous_stress": observables[:, 4],
         "friction_force": observables[:, 5],
     }
-    data = {name: ("time", values, attributes(TRAJECTORY[name])) for name, values in columns.items()}
+    data = {
+        name: ("time", values, attributes(TRAJECTORY[name])) for name, values in columns.items()
+    }
     coords = {"time": ("time", times, attributes(TRAJECTORY["time"]))} | {
         name: ((), value, attributes(PARAMETERS[name]))
         for name, value in parameters._asdict().items()
@@ -137,7 +139,7 @@ def _dataset(parameters: Parameters, times: np.ndarray, samples: np.ndarray) -> 
 
 
 def attributes(variable: Variable) -> dict[str, str]:
-    """The CF attributes of a quantity: units, long_name, symbol and, where there is one, comment."""
+    """The CF attributes of a quantity: long_name, units, symbol and perhaps a comment."""
     named = {
         "long_name": variable.meaning,
         "units": variable.units,

@@ -5,7 +5,15 @@ from __future__ import annotations
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    Strict,
+    ValidationError,
+    field_validator,
+)
 from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import ValidationInfo
 
@@ -33,6 +41,7 @@ Step = Annotated[float, Field(gt=0), BeforeValidator(number)]
 Count = Annotated[int, Field(ge=1, le=_MAX_COUNT), BeforeValidator(whole)]
 Seed = Annotated[int, Field(ge=0, lt=2**64), BeforeValidator(whole)]
 Workers = Annotated[int, Field(ge=1, le=4096), BeforeValidator(whole)]
+Switch = Annotated[bool, Strict()]
 Periods = Annotated[int, Field(ge=1, le=_MAX_SAMPLES), BeforeValidator(whole)]
 Samples = Annotated[int, Field(ge=2, le=_MAX_SAMPLES), BeforeValidator(whole)]
 
@@ -73,6 +82,9 @@ class Stationary(Section):
 
     rtol: Tolerance = Field(1e-6, description="remaining distance to the limit orbit")
     max_periods: Count = Field(5000, description="drive periods after which a point is given up")
+    accelerate: Switch = Field(
+        True, description="extrapolate plainly contracting sequences (adaptive)"
+    )
 
 
 class Noise(Section):

@@ -113,9 +113,13 @@ def extrapolation(states: np.ndarray, newest: int) -> tuple[float, float, bool]:
         return 0.0, 0.0, False
     a, b = states[(newest - 3) % _REMEMBERED], states[(newest - 2) % _REMEMBERED]
     c, d = states[(newest - 1) % _REMEMBERED], states[newest % _REMEMBERED]
-    oldest, before, last = (b[0] - a[0], b[1] - a[1]), (c[0] - b[0], c[1] - b[1]), (
-        d[0] - c[0],
-        d[1] - c[1],
+    oldest, before, last = (
+        (b[0] - a[0], b[1] - a[1]),
+        (c[0] - b[0], c[1] - b[1]),
+        (
+            d[0] - c[0],
+            d[1] - c[1],
+        ),
     )
     earlier, _ = _contraction(before, oldest)
     ratio, bend = _contraction(last, before)
@@ -142,9 +146,9 @@ def make_settle(
 ) -> Any:
     """The search for the stationary orbit by iteration of `period_map`, accelerated if wanted.
 
-    `period_map(p, settings, y, memory, budget, record)` gives (y, memory, steps, status) after one drive
-    period; `scaled(p, y)` the components by which states are compared; `shifted(p, y, dx, dv)`
-    the state moved by scaled amounts.
+    `period_map(p, settings, y, memory, budget, record)` gives (y, memory, steps, status) after one
+    drive period; `scaled(p, y)` the components by which states are compared;
+    `shifted(p, y, dx, dv)` the state moved by scaled amounts.
 
     The search maps (p, settings, y, memory, budget, record) to (y, memory, cycle, periods, steps,
     status). `settings` has `stationary_rtol`, `max_periods` and `accelerate`. After a jump the
@@ -159,9 +163,7 @@ def make_settle(
         states[0] = scaled(p, y)
         steps, held, previous, newest = 0, 0, 0, 0
         for period in range(1, settings.max_periods + 1):
-            y, memory, used, status = period_map(
-                p, settings, y, memory, budget - steps, record
-            )
+            y, memory, used, status = period_map(p, settings, y, memory, budget - steps, record)
             steps += used
             newest += 1
             if status != OK:

@@ -1,0 +1,44 @@
+"""What a config asks of the integrators, and the checks of a config that need the physics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stickslip import stability
+from stickslip.orbit import Options
+from sweeps.config import Config
+from sweeps.grid import Grid
+
+# Enough points to look at, at once, for a stable one.
+_CHUNK = 100_000
+
+
+def options_of(config: Config) -> Options:
+    """The options of a config for `compute_orbits`."""
+    return Options(
+        method=config.integrator.method,
+        rtol=config.integrator.rtol,
+        dt=config.integrator.dt,
+        max_steps=config.integrator.max_steps,
+        stationary_rtol=config.stationary.rtol,
+        max_periods=config.stationary.max_periods,
+        accelerate=config.stationary.accelerate,
+        noise=config.noise.treatment,  # type: ignore[arg-type]  # stochastic is refused on reading
+    )
+
+
+def unstable_step(config: Config) -> Iterator[tuple[str, str]]:
+    """A fixed step that is unstable for every point of the config."""
+    if config.integrator.method != "euler-cromer":
+        return
+    grid, largest = Grid.from_config(config), 0.0
+    for start in range(0, grid.size, _CHUNK):
+        points = grid.points(start, min(start + _CHUNK, grid.size))
+        largest = max(largest, float(stability.largest_stable_step(points).max()))
+        if config.integrator.dt <= largest:
+            return
+    yield (
+        "integrator.dt",
+        f"the step of {config.integrator.dt:g} s is unstable for every point and would give "
+        f"finite but wrong amplitudes; the largest allowed step is {largest:.2g} s",
+    )

@@ -1,0 +1,121 @@
+"""Result files: written beside the old one, read back, then put in its place; hashed; opened."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+# What may differ between two files with the same numbers.
+_NOT_IDENTITY = ("history",)
+
+
+class StorageError(OSError):
+    """A file that cannot be written, or was not written as it was meant."""
+
+
+def require_writable(ds: xr.Dataset, path: Path) -> None:
+    """Write `ds`, which has the size and the attributes of the result, and take it away again.
+
+    Raises StorageError: better before the computation than after it.
+    """
+    temporary = _temporary(path)
+    try:
+        _write(ds, temporary)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_dataset(ds: xr.Dataset, path: Path) -> None:
+    """Write `ds` to `path`; an older file there is replaced completely or not at all.
+
+    Raises StorageError where the file cannot be written or does not read back as it was.
+    """
+    temporary = _temporary(path)
+    try:
+        _write(ds, temporary)
+        _compare(ds, temporary)
+        _flush(temporary)
+        temporary.replace(path)
+        _flush(path.parent)
+    except OSError as error:
+        raise StorageError(f"cannot write {path}: {error.strerror or error}") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def open_result(path: Path) -> xr.Dataset:
+    """The Dataset in a file, loaded; raises StorageError where it is not a readable NetCDF file."""
+    try:
+        with xr.open_dataset(path, engine="netcdf4") as ds:
+            return ds.load()
+    except FileNotFoundError:
+        raise StorageError(f"{path} does not exist") from None
+    except (OSError, ValueError, RuntimeError) as error:
+        raise StorageError(f"{path} is not a readable NetCDF file: {error}") from error
+
+
+def content_hash(ds: xr.Dataset) -> str:
+    """SHA-256 over all variables, coordinates and attributes but `history`, in hexadecimal.
+
+    Files with the same hash are identical in the sense that this project promises: for any number
+    of workers, any size of blocks.
+    """
+    digest = hashlib.sha256()
+    for name, value in sorted(ds.attrs.items()):
+        if name not in _NOT_IDENTITY:
+            digest.update(f"{name}={_canonical(value)}\0".encode())
+    for name in sorted(map(str, ds.variables)):
+        variable = ds.variables[name]
+        values = np.ascontiguousarray(variable.values)
+        attrs = sorted((key, _canonical(value)) for key, value in variable.attrs.items())
+        head = f"{name}{variable.dims}{values.dtype.str}{values.shape}{attrs}"
+        digest.update(head.encode() + values.tobytes())
+    return digest.hexdigest()
+
+
+def _canonical(value: object) -> str:
+    return repr(value.tolist()) if isinstance(value, (np.ndarray, np.generic)) else repr(value)
+
+
+def _temporary(path: Path) -> Path:
+    return path.with_name(f".{path.name}.{os.getpid()}.tmp")
+
+
+def _write(ds: xr.Dataset, path: Path) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        ds.to_netcdf(path, engine="netcdf4", format="NETCDF4", encoding=_encoding(ds))
+    except (OSError, RuntimeError) as error:  # the HDF5 library reports a full disk as RuntimeError
+        target = path.name.removeprefix(".").rsplit(".", 2)[0]
+        reason = getattr(error, "strerror", None) or error
+        raise StorageError(f"cannot write {path.with_name(target)}: {reason}") from error
+
+
+def _encoding(ds: xr.Dataset) -> dict[str, dict[str, object]]:
+    """Compression for arrays, and a fill value for nothing but measured floats, as CF asks."""
+    encoding: dict[str, dict[str, object]] = {}
+    for name, variable in ds.variables.items():
+        measured = name in ds.data_vars and variable.dtype.kind == "f"
+        entry: dict[str, object] = {"_FillValue": np.nan if measured else None}
+        if variable.ndim and name in ds.data_vars:
+            entry |= {"zlib": True, "complevel": 4, "shuffle": True}
+        encoding[str(name)] = entry
+    return encoding
+
+
+def _compare(ds: xr.Dataset, path: Path) -> None:
+    with xr.open_dataset(path, engine="netcdf4") as written:
+        if content_hash(written.load()) != content_hash(ds):
+            raise OSError("the file does not read back as it was written")
+
+
+def _flush(path: Path) -> None:
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
