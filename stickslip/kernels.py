@@ -49,6 +49,9 @@ _POWER_BALANCE_LIMIT = 1e-2
 _TIGHTER = 1e-2
 _TIGHTEST = 1e-13
 
+# Where the noise of the step control keeps an orbit from settling, the tolerance is cut by this.
+_REFINEMENT = 0.1
+
 # What Euler-Cromer is compared with has its tolerance made tighter from here: its own error at
 # the paper's step is 1e-9.
 _FIXED_REFERENCE = 1e-7
@@ -348,16 +351,21 @@ def _fill(
     result[10] = measurement.asymmetry(record)
 
 
-@jit
-def _better_settings(settings: Settings, rtol: float) -> Settings:
+@inline
+def _with_rtol(settings: Settings, rtol: float) -> Settings:
     return Settings(
-        max(_TIGHTER * rtol, _TIGHTEST),
+        max(rtol, _TIGHTEST),
         settings.dt,
-        _PLENTY,
+        settings.max_steps,
         settings.stationary_rtol,
         settings.max_periods,
         settings.accelerate,
     )
+
+
+@inline
+def _refined(settings: Settings) -> Settings:
+    return _with_rtol(settings, _REFINEMENT * settings.rtol)
 
 
 def _make_cycle(period_map: Any) -> Any:
@@ -398,7 +406,7 @@ def _make_point(
     gives the tolerance that the second, better integration of the orbit has to beat. The two
     differ by the error estimate; with `extrapolate` the better one is reported.
     """
-    settle = make_settle(period_map, _scaled, _shifted)
+    settle = make_settle(period_map, _scaled, _shifted, _refined)
     cycle_measured = _make_cycle(period_map)
 
     @jit
@@ -425,7 +433,7 @@ def _make_point(
         )
         periods += cycle
         if status == OK:
-            tight = _better_settings(settings, reference(settings))
+            tight = _with_rtol(settings, _TIGHTER * reference(settings))
             better_end, _, status = _better_cycle(
                 p, tight, settled, 0.1 * h, cycle, _PLENTY, better
             )

@@ -98,8 +98,6 @@ def refuse_frozen_start(
 def _starts_at_zero(space: Space, treatment: str, start: str, noise: str) -> bool:
     if treatment == "none":
         return 0 in space.values(start)
-    if noise in space.refused:
-        return False
     if start in space.cases and noise in space.cases:
         return (0, 0) in zip(space.cases[start], space.cases[noise], strict=False)
     return 0 in space.values(start) and 0 in space.values(noise)

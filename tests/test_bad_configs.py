@@ -148,6 +148,8 @@ SCHEMA: list[tuple[str, str | bytes, Outcome]] = [
     ("2^200 steps", f"integrator: {{max_steps: {2**200}}}\n", refused(1, "at most")),
     ("a million steps", "integrator: {max_steps: 1e6}\n", valid),
     ("0 periods", "stationary: {max_periods: 0}\n", refused(1, "at least 1")),
+    ("a switch that is a word", "stationary: {accelerate: yes}\n", refused(1, "boolean")),
+    ("a switch", "stationary: {accelerate: false}\n", valid),
     ("0 periods of a trajectory", "simulation: {periods: 0}\n", refused(1, "at least 1")),
     (
         "too many samples",
@@ -217,7 +219,7 @@ SWEEPS: list[tuple[str, str | bytes, Outcome]] = [
     ("a log axis below 0", "sweep: {x_0: {geomspace: [-2, -1], num: 3}}\n", valid),
     ("three ends", "sweep: {T: {linspace: [1, 2, 3], num: 3}}\n", refused(1, "not 3")),
     ("a word as an end", "sweep: {T: {linspace: [1, b], num: 3}}\n", refused(1, "not 'b'")),
-    ("nan as an end", "sweep: {T: {linspace: [1, .nan], num: 3}}\n", refused(1, "finite")),
+    ("nan as an end", "sweep: {T: {linspace: [1, .nan], num: 3}}\n", refused(1, "linspace[1]")),
     ("an overflow", "sweep: {x_0: {linspace: [-1e308, 1e308], num: 3}}\n", refused(1, "finite")),
     ("an unknown form", "sweep: {T: {logspace: [1, 2], num: 3}}\n", refused(1, "'linspace'?")),
     ("two forms", "sweep: {T: {linspace: [1, 2], geomspace: [1, 2]}}", refused(1, "must be")),

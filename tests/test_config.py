@@ -252,6 +252,7 @@ def test_a_refused_value_causes_no_further_problems() -> None:
     assert len(problems("model: {phi_0: x}\nnoise: {treatment: none}")) == 1
     assert len(problems("model: 3\nnoise: {treatment: none}")) == 1
     assert len(problems("sweep: {T: [1, *x]}\ncases: {k: *y}\nintegrator: *z")) == 3
+    assert len(problems("integrator: {rtol: *x}\nstationary: {rtol: *y}")) == 2
     assert len(problems("noise: {treatment: stochastic, seed: 3, realizations: 5}")) == 1
 
 
@@ -473,6 +474,13 @@ def test_any_title_and_any_float_survive_the_round_trip(
     assert round_trip(config) == config
 
 
+@pytest.mark.parametrize(
+    "title", ["a\u2028b", "a\x85b", "\ufeffa", "a\uffffb", 'a"\\b', "a\nb", "😀"]
+)
+def test_titles_with_odd_characters_survive_the_round_trip(title: str) -> None:
+    assert round_trip(from_mapping({"title": title})).title == title
+
+
 def test_resolved_holds_all_parameters_and_nothing_of_the_execution() -> None:
     resolved = from_yaml(EXAMPLE).resolved()
     given = [*resolved["model"], *resolved["sweep"], *resolved["cases"]]
@@ -496,7 +504,7 @@ def test_the_hash_stays_what_it_was() -> None:
     # Changes with every change of what is hashed: results on disk would no longer be recognised.
     assert (
         from_mapping({}).sha256()
-        == "383e88b9d266885a97f5bd03d1a8d86b143d3735d7f216f9e662b3a5d315d110"
+        == "6ea8837173455b0e3ec2c22617b82f5891043cc7ace8c1ba7a8622354a56adb2"
     )
 
 

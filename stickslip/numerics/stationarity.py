@@ -35,11 +35,19 @@ _NEGLIGIBLE = 1e-3
 _CONFIRMATIONS = 2
 
 # Acceleration: a ratio counts as steady if its change alters the jump by this part; below the
-# smallest ratio plain iteration is as quick; a jump longer than this part of the drive amplitude
-# is not risked.
+# smallest ratio plain iteration is as quick; a first jump longer than this part of the drive
+# amplitude is not risked. Every jump is at most half as long as the one before: jumps that do not
+# get shorter do not lead to the limit.
 _STEADY = 0.1
 _SMALLEST_RATIO = 0.5
 _LONGEST_JUMP = 0.25
+
+# A sequence has stalled if, within this many tolerances of repeating, it moved in so many periods
+# nearly as far as in as many before.
+_PATIENCE = 32
+_STALLED_RATIO = 0.9
+_NEAR = 100.0
+_REFINEMENTS = 2
 
 # Cycles closer together than this many tolerances are one.
 _INDISTINCT = 10.0
@@ -101,13 +109,13 @@ def closing_cycle(states: np.ndarray, newest: int, tolerance: float) -> int:
 
 
 @jit
-def extrapolation(states: np.ndarray, newest: int) -> tuple[float, float, bool]:
+def extrapolation(states: np.ndarray, newest: int, longest: float) -> tuple[float, float, bool]:
     """Remaining way of the first two components to the limit, and whether to believe it.
 
     Aitken's rule on a sequence that plainly contracts along one direction: the last three
     displacements are parallel and shrink by one and the same ratio. A bend, an alternation, a
-    fast transient or noise fails the test, and so does a way longer than _LONGEST_JUMP, which
-    might lead into another basin of attraction.
+    fast transient or noise fails the test, and so does a way longer than `longest`, which might
+    lead into another basin of attraction.
     """
     if newest < 3:
         return 0.0, 0.0, False
@@ -126,7 +134,7 @@ def extrapolation(states: np.ndarray, newest: int) -> tuple[float, float, bool]:
     steady = abs(ratio - earlier) <= _STEADY * (1.0 - ratio) and bend <= _STEADY
     reach = ratio / (1.0 - ratio)
     way = reach * last[0], reach * last[1]
-    short = max(abs(way[0]), abs(way[1])) <= _LONGEST_JUMP
+    short = max(abs(way[0]), abs(way[1])) <= longest
     return way[0], way[1], _SMALLEST_RATIO <= ratio < 1.0 and steady and short
 
 
@@ -139,16 +147,33 @@ def _contraction(newer: tuple[float, float], older: tuple[float, float]) -> tupl
     return ratio, bend / abs(ratio)
 
 
+@jit
+def stalled(states: np.ndarray, newest: int, tolerance: float) -> bool:
+    """Whether a sequence near its limit no longer approaches it.
+
+    An adaptive method maps a period with jumps of the order of its tolerance, where the pattern
+    of accepted steps changes. Where the orbit attracts slowly these jumps, not the orbit, decide
+    what the sequence does: it wanders about the limit and never settles.
+    """
+    if newest < 2 * _PATIENCE:
+        return False
+    moved = _distance(states, newest, newest - _PATIENCE)
+    before = _distance(states, newest - _PATIENCE, newest - 2 * _PATIENCE)
+    return _STALLED_RATIO * before <= moved <= _NEAR * tolerance
+
+
 def make_settle(
     period_map: Callable[..., Any],
     scaled: Callable[..., Vector],
     shifted: Callable[..., Vector],
+    refined: Callable[..., Any],
 ) -> Any:
     """The search for the stationary orbit by iteration of `period_map`, accelerated if wanted.
 
     `period_map(p, settings, y, memory, budget, record)` gives (y, memory, steps, status) after one
     drive period; `scaled(p, y)` the components by which states are compared;
-    `shifted(p, y, dx, dv)` the state moved by scaled amounts.
+    `shifted(p, y, dx, dv)` the state moved by scaled amounts; `refined(settings)` settings with
+    which the map is smoother, taken where the sequence has stalled, at most twice.
 
     The search maps (p, settings, y, memory, budget, record) to (y, memory, cycle, periods, steps,
     status). `settings` has `stationary_rtol`, `max_periods` and `accelerate`. After a jump the
@@ -160,8 +185,9 @@ def make_settle(
         p: Any, settings: Any, y: Vector, memory: float, budget: int, record: Any
     ) -> tuple[Vector, float, int, int, int, int]:
         states = np.empty((_REMEMBERED, 3))
+        tolerance, longest = settings.stationary_rtol, _LONGEST_JUMP
         states[0] = scaled(p, y)
-        steps, held, previous, newest = 0, 0, 0, 0
+        steps, held, previous, newest, refinements = 0, 0, 0, 0, 0
         for period in range(1, settings.max_periods + 1):
             y, memory, used, status = period_map(p, settings, y, memory, budget - steps, record)
             steps += used
@@ -169,17 +195,24 @@ def make_settle(
             if status != OK:
                 return y, memory, 0, period, steps, status
             states[newest % _REMEMBERED] = scaled(p, y)
-            cycle = closing_cycle(states, newest, settings.stationary_rtol)
+            cycle = closing_cycle(states, newest, tolerance)
             held = held + 1 if cycle > 0 and cycle == previous else min(cycle, 1)
             previous = cycle
             if held >= _CONFIRMATIONS:
                 return y, memory, cycle, period, steps, OK
             if settings.accelerate and held == 0:
-                dx, dv, believed = extrapolation(states, newest)
+                dx, dv, believed = extrapolation(states, newest, longest)
                 if believed:
+                    longest = 0.5 * max(abs(dx), abs(dv))
                     y = shifted(p, y, dx, dv)
                     states[0] = scaled(p, y)
                     newest, previous = 0, 0
+            if refinements < _REFINEMENTS and stalled(states, newest, tolerance):
+                settings = refined(settings)
+                refinements += 1
+                longest = _LONGEST_JUMP
+                states[0] = scaled(p, y)
+                newest, held, previous = 0, 0, 0
         return y, memory, 0, settings.max_periods, steps, NOT_STATIONARY
 
     return settle

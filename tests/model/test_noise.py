@@ -1,0 +1,164 @@
+"""The typical path of the noise: its constant, its start, and its exactness while linear."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad, solve_ivp
+
+from stickslip.model import noise
+
+D = 1e-18
+ALPHA, T_C, B_CUBIC, C_QUARTIC, DELTA = 0.95, 290.0, 230.0, 850.0, 100.0
+
+
+def start(phi_0: float = 0.0, D: float = D, T: float = 200.0, b: float = B_CUBIC) -> float:
+    D_eff = noise.effective_intensity(D)
+    return noise.starting_order_parameter(phi_0, D_eff, T, ALPHA, T_C, b, C_QUARTIC, DELTA)
+
+
+# --- the constant ----------------------------------------------------------------------------------
+
+
+def test_the_typical_fraction_has_its_value() -> None:
+    assert pytest.approx(0.2807297, abs=5e-8) == noise.TYPICAL_FRACTION
+
+
+def test_the_typical_fraction_is_the_geometric_mean_of_chi_squared() -> None:
+    def integrand(z: float) -> float:
+        return math.log(z * z) * math.exp(-0.5 * z * z) * math.sqrt(2 / math.pi)
+
+    mean_log = quad(integrand, 0, 1)[0] + quad(integrand, 1, 40)[0]
+    assert math.exp(mean_log) == pytest.approx(noise.TYPICAL_FRACTION, rel=1e-9)
+
+
+def test_the_effective_intensity_is_that_part_of_the_intensity() -> None:
+    assert noise.effective_intensity(D) == noise.TYPICAL_FRACTION * D
+    assert noise.effective_intensity(0.0) == 0.0
+
+
+# --- the closure is exact while the dynamics are linear --------------------------------------------
+
+
+@pytest.mark.parametrize("rate", [-3e4, -40.0, 0.0, 40.0, 1.7e4])
+def test_the_closure_follows_the_geometric_mean_of_the_linear_process(rate: float) -> None:
+    # dphi = rate phi dt + sqrt(2 D) dW from N(0, s_0): the variance obeys s' = 2 rate s + 2 D,
+    # and exp(E ln|phi|) = sqrt(s exp(E ln chi^2_1)).
+    D_eff, s_0 = noise.effective_intensity(D), 1e-22
+    times = np.linspace(0.0, 6.0 / (abs(rate) or 40.0), 25)
+    if rate == 0.0:
+        variance = s_0 + 2 * D * times
+    else:
+        variance = (s_0 + D / rate) * np.exp(2 * rate * times) - D / rate
+    closure = solve_ivp(
+        lambda _, psi: [rate + noise.typical_path(math.exp(psi[0]), D_eff)],
+        (0.0, times[-1]),
+        [0.5 * math.log(noise.TYPICAL_FRACTION * s_0)],
+        method="LSODA",
+        t_eval=times,
+        rtol=1e-10,
+        atol=1e-12,
+    )
+    exact = 0.5 * np.log(noise.TYPICAL_FRACTION * variance)
+    assert closure.y[0] == pytest.approx(exact, abs=1e-7)
+
+
+def test_the_closure_is_still_at_phi_zero_without_noise() -> None:
+    assert noise.typical_path(0.0, 0.0) == 0.0
+    assert noise.typical_kick(0.0, 0.0, 1e-9) == 0.0
+
+
+def test_the_closure_vanishes_in_the_solid() -> None:
+    assert noise.typical_path(0.6, noise.effective_intensity(D)) < 1e-18
+
+
+# --- the kick of a fixed step ----------------------------------------------------------------------
+
+
+def test_the_kick_of_a_fixed_step_is_the_closure_times_phi_and_the_step() -> None:
+    D_eff, phi, dt = noise.effective_intensity(D), 1e-9, 1e-10
+    expected = noise.typical_path(phi, D_eff) * phi * dt
+    assert noise.typical_kick(phi, D_eff, dt) == pytest.approx(expected, rel=1e-13)
+
+
+@given(phi=st.floats(0.0, 1.0), dt=st.floats(1e-13, 1e-5), exponent=st.floats(-30.0, -6.0))
+def test_the_kick_of_a_fixed_step_never_exceeds_the_noise_of_that_step(
+    phi: float, dt: float, exponent: float
+) -> None:
+    D_eff = noise.effective_intensity(10.0**exponent)
+    kick = noise.typical_kick(phi, D_eff, dt)
+    assert 0.0 < kick <= math.sqrt(D_eff * dt) * (1 + 1e-15)
+
+
+def test_the_kick_at_phi_zero_is_the_noise_of_the_step() -> None:
+    D_eff, dt = noise.effective_intensity(D), 1e-10
+    assert noise.typical_kick(0.0, D_eff, dt) == pytest.approx(math.sqrt(D_eff * dt), rel=1e-14)
+
+
+# --- the start -------------------------------------------------------------------------------------
+
+
+def test_far_from_the_critical_temperature_the_linear_term_sets_the_start() -> None:
+    level = math.sqrt(noise.TYPICAL_FRACTION * D / (2 * ALPHA * DELTA * 90.0))
+    assert start() == pytest.approx(level, rel=1e-14)
+    assert start(T=380.0) == pytest.approx(level, rel=1e-14)
+
+
+def test_at_the_critical_temperature_the_quadratic_term_sets_the_start() -> None:
+    level = (noise.TYPICAL_FRACTION * D / (B_CUBIC * DELTA)) ** (1 / 3)
+    assert start(T=T_C) == pytest.approx(level, rel=1e-14)
+    assert start(T=math.nextafter(T_C, 300.0)) == pytest.approx(level, rel=1e-14)
+
+
+def test_at_the_critical_temperature_without_cubic_coefficient_the_cubic_term_does() -> None:
+    level = (noise.TYPICAL_FRACTION * D / (C_QUARTIC * DELTA)) ** 0.25
+    assert start(T=T_C, b=0.0) == pytest.approx(level, rel=1e-14)
+
+
+def test_a_strong_noise_is_limited_by_the_steepest_term() -> None:
+    D_eff = noise.effective_intensity(1e9)
+    levels = [
+        math.sqrt(D_eff / (2 * ALPHA * DELTA * 90.0)),
+        (D_eff / (B_CUBIC * DELTA)) ** (1 / 3),
+        (D_eff / (C_QUARTIC * DELTA)) ** 0.25,
+    ]
+    assert min(levels) == levels[2]
+    assert start(D=1e9) == pytest.approx(levels[2], rel=1e-14)
+
+
+@given(T=st.floats(0.0, 1e4), b=st.floats(0.0, 1e3), exponent=st.floats(-40.0, 0.0))
+def test_at_the_start_the_noise_balances_its_limiting_term(
+    T: float, b: float, exponent: float
+) -> None:
+    phi = start(D=10.0**exponent, T=T, b=b)
+    terms = DELTA * np.array([2 * ALPHA * abs(T - T_C) * phi, b * phi**2, C_QUARTIC * phi**3])
+    kick = noise.effective_intensity(10.0**exponent) / phi
+    assert terms.max() == pytest.approx(kick, rel=1e-9)
+
+
+def test_a_start_above_the_noise_is_kept() -> None:
+    assert start(phi_0=0.01) == 0.01
+    assert start(phi_0=1e-14) == start()
+
+
+@pytest.mark.parametrize("T", [200.0, T_C])
+@pytest.mark.parametrize("b", [0.0, B_CUBIC])
+def test_without_noise_the_start_is_not_lifted(T: float, b: float) -> None:
+    assert start(D=0.0, T=T, b=b) == 0.0
+    assert start(phi_0=0.3, D=0.0, T=T, b=b) == 0.3
+
+
+def test_compiled_and_plain_python_agree() -> None:
+    D_eff = noise.effective_intensity(D)
+    for phi in (0.0, 1e-12, 1e-3, 0.6):
+        for function, args in (
+            (noise.typical_path, (phi, D_eff)),
+            (noise.typical_kick, (phi, D_eff, 1e-10)),
+            (
+                noise.starting_order_parameter,
+                (phi, D_eff, 250.0, ALPHA, T_C, B_CUBIC, C_QUARTIC, DELTA),
+            ),
+        ):
+            assert function(*args) == pytest.approx(function.py_func(*args), rel=1e-14)

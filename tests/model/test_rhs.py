@@ -1,0 +1,179 @@
+"""The right-hand side against the independent twin; its Jacobian against finite differences."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from stickslip import reference
+from stickslip.model import rhs as model
+from stickslip.parameters import Parameters
+
+INDICES = [-2 / 3, -0.5, 0.0, 1 / 3, 2 / 3]
+FIVE_POINTS = (-2, -1, 1, 2)
+WEIGHTS = (1 / 12, -8 / 12, 8 / 12, -1 / 12)
+
+
+class Case(NamedTuple):
+    p: Parameters
+    t: float
+    y: tuple[float, float, float]
+    u: float
+
+
+def random_case(rng: np.random.Generator, gamma: float) -> Case:
+    """Parameters around those of the paper and a state anywhere in reach, not on the cusp."""
+
+    def around(value: float, factor: float = 10.0) -> float:
+        return value * factor ** rng.uniform(-1, 1)
+
+    p = Parameters(
+        temperature=rng.uniform(100.0, 350.0),
+        viscosity_coefficient=around(5e4),
+        spring_stiffness=around(3e3),
+        rheological_index=gamma,
+        angular_frequency=around(10.0),
+        drive_amplitude=around(0.8e-6) * rng.choice([-1.0, 1.0]),
+        block_mass=around(0.4),
+        film_thickness=around(1e-9),
+        strain_relaxation_time=around(1e-8),
+        contact_area=around(0.6e-9),
+        kinetic_coefficient=around(100.0),
+        thermal_coefficient=around(0.95),
+        critical_temperature=rng.uniform(200.0, 350.0),
+        elastic_coefficient=around(4e12),
+        cubic_coefficient=around(230.0),
+        quartic_coefficient=around(850.0),
+        noise_intensity=10.0 ** rng.uniform(-24, -12),
+    )
+    t = rng.uniform(0.0, 2 * math.pi / p.angular_frequency)
+    V = -p.drive_amplitude * p.angular_frequency * math.sin(p.angular_frequency * t)
+    speed = abs(p.drive_amplitude) * p.angular_frequency
+    u = speed * 10.0 ** rng.uniform(-3, 1) * rng.choice([-1.0, 1.0])
+    x = p.drive_amplitude * rng.uniform(-1.5, 1.5)
+    # A stuck, a melting or a fully melted film.
+    psi = rng.choice([rng.uniform(-1.5, 0.3), rng.uniform(-8.0, -1.0), rng.uniform(-35.0, -8.0)])
+    return Case(p, t, (x, V - u, float(psi)), u)
+
+
+def cases(gamma: float, number: int = 200) -> list[Case]:
+    rng = np.random.default_rng(20130720)
+    return [random_case(rng, gamma) for _ in range(number)]
+
+
+def derivative(case: Case, direction: int) -> tuple[np.ndarray, np.ndarray]:
+    """Five-point difference of the right-hand side along x, v, psi or t, and its rounding error."""
+    p, t, y, u = case
+    speed = abs(p.drive_amplitude) * p.angular_frequency
+    steps = (
+        abs(p.drive_amplitude),
+        1e-3 * abs(u),
+        1e-3,
+        1e-3 * min(abs(u) / speed, 1.0) / p.angular_frequency,
+    )
+    step = steps[direction]
+    values = []
+    for times in FIVE_POINTS:
+        at = [*y, t]
+        at[direction] += times * step
+        values.append(model.rhs(p, at[3], tuple(at[:3])))
+    # What rounding leaves of the largest terms; u itself is a difference of two speeds.
+    _, v, psi = y
+    _, F = model.stress_and_force(p, u, math.exp(psi))
+    heating = 2 * p.thermal_coefficient * (p.temperature + p.critical_temperature)
+    strain = u * p.strain_relaxation_time / p.film_thickness
+    cancelled = 1 + (abs(v) + speed) / abs(u)
+    sizes = np.array(
+        [
+            abs(v) + steps[1],
+            (abs(F) * cancelled + 4 * p.spring_stiffness * abs(p.drive_amplitude)) / p.block_mass,
+            p.kinetic_coefficient
+            * (heating + p.elastic_coefficient * strain**2 * cancelled + 4 * p.quartic_coefficient)
+            + model.noise.typical_path(math.exp(psi - 0.01), p.noise_intensity),
+        ]
+    )
+    return np.dot(WEIGHTS, values) / step, 4e-16 * sizes / step
+
+
+@pytest.mark.parametrize("gamma", INDICES)
+def test_the_right_hand_side_agrees_with_the_independent_twin(gamma: float) -> None:
+    for p, t, y, u in cases(gamma):
+        ours = np.array(model.rhs(p, t, y))
+        twin = np.array(reference.right_hand_side(t, np.array(y), p))
+        # Each term to 1e-12; the sums may cancel.
+        F = reference.friction_force(u, math.exp(y[2]), p)
+        speed = abs(p.drive_amplitude) * p.angular_frequency
+        strain = u * p.strain_relaxation_time / p.film_thickness
+        terms = np.array(
+            [
+                abs(y[1]),
+                (abs(F) + 2 * p.spring_stiffness * abs(y[0])) / p.block_mass,
+                p.kinetic_coefficient
+                * (
+                    2 * p.thermal_coefficient * abs(p.temperature - p.critical_temperature)
+                    + p.elastic_coefficient * strain**2
+                    + p.cubic_coefficient * math.exp(y[2])
+                    + p.quartic_coefficient * math.exp(2 * y[2])
+                ),
+            ]
+        )
+        closure = 0.2807297 * p.noise_intensity * math.exp(-2 * y[2])
+        amplified = 1 + (abs(y[1]) + speed) * 1e-3 / abs(u)  # u is a difference of two speeds
+        assert np.all(abs(ours - twin) <= 1e-12 * amplified * terms + [0, 0, 1e-7 * closure])
+
+
+@pytest.mark.parametrize("gamma", INDICES)
+@pytest.mark.parametrize("direction", range(4), ids=["x", "v", "psi", "t"])
+def test_the_jacobian_agrees_with_finite_differences(gamma: float, direction: int) -> None:
+    for case in cases(gamma):
+        rows = model.jacobian(case.p, case.t, case.y)
+        column = np.array(
+            rows[3] if direction == 3 else [row[direction] for row in rows[:3]], dtype=float
+        )
+        differences, rounding = derivative(case, direction)
+        assert np.all(abs(column - differences) <= 1e-8 * abs(differences) + 30 * rounding)
+
+
+@pytest.mark.parametrize("gamma", [-0.999, *INDICES, 5.0])
+def test_right_hand_side_and_jacobian_are_finite_where_the_blocks_move_together(
+    gamma: float,
+) -> None:
+    p = Parameters(rheological_index=gamma)
+    assert np.all(np.isfinite(model.rhs(p, 0.0, (0.0, 0.0, -1.0))))
+    assert np.all(np.isfinite(model.jacobian(p, 0.0, (0.0, 0.0, -1.0))))
+
+
+def test_the_equations_keep_the_odd_half_period_symmetry_bit_for_bit() -> None:
+    for p, _, y, u in cases(-2 / 3, 50):
+        # V = 0 at t = 0: mirrored by hand, because pi/omega is not a float.
+        x, psi = y[0], y[2]
+        forward = model.rhs(p, 0.0, (x, u, psi))
+        backward = model.rhs(p, 0.0, (-x, -u, psi))
+        assert backward == (-forward[0], -forward[1], forward[2])
+
+
+def test_without_noise_the_right_hand_side_has_no_closure() -> None:
+    p = Parameters(noise_intensity=0.0, initial_order_parameter=0.1)
+    rate = model.rhs(p, 0.0, (0.0, 0.0, -600.0))[2]
+    assert rate == pytest.approx(100.0 * 2 * 0.95 * 90.0, rel=1e-14)
+
+
+def test_the_start_is_that_of_the_twin() -> None:
+    for gamma in (0.0, 2 / 3):
+        for p, *_ in cases(gamma, 50):
+            q = p._replace(initial_displacement=1e-7, initial_velocity=-2e-6)
+            assert model.starting_state(q) == pytest.approx(reference.starting_state(q), rel=1e-8)
+
+
+def test_the_start_keeps_an_order_parameter_that_is_given() -> None:
+    state = model.starting_state(Parameters(initial_order_parameter=0.6))
+    assert state[2] == pytest.approx(math.log(0.6), rel=1e-15)
+
+
+def test_compiled_and_plain_python_agree() -> None:
+    for p, t, y, _ in cases(-2 / 3, 50) + cases(1 / 3, 50):
+        for function in (model.rhs, model.jacobian):
+            compiled, plain = function(p, t, y), function.py_func(p, t, y)
+            for ours, theirs in zip(np.ravel(compiled), np.ravel(plain), strict=True):
+                assert ours == pytest.approx(theirs, rel=1e-9, abs=1e-20)
