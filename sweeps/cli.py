@@ -169,8 +169,12 @@ def figure(
     if unknown:
         known = ", ".join(map(str, PAPER))
         _stop(f"no figure {', '.join(unknown)}; there are {known}", Exit.USAGE)
-    for number in dict.fromkeys(numbers):
+    failures = [
         _paper_figure(number, output, workers, progress=not no_progress)
+        for number in dict.fromkeys(numbers)
+    ]
+    if any(failures):
+        raise typer.Exit(Exit.SOME_FAILED)
 
 
 @app.command()
@@ -347,7 +351,8 @@ def _trajectory(settings: Config) -> xr.Dataset:
         _stop(str(error), Exit.SOME_FAILED)
 
 
-def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: bool) -> None:
+def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: bool) -> int:
+    """Compute, write and draw one figure; returns the number of failed points."""
     from sweeps.interrupt import interruptible
     from sweeps.paper import PAPER
     from sweeps.shipped import shipped_config
@@ -356,16 +361,22 @@ def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: b
     plan = PAPER[number]
     settings = _read(shipped_config(plan.config), plan.changes)
     path = folder / f"fig{number}.nc"
+    seconds = None
     if plan.figure == "amplitudes":
-        ds, _ = _swept(settings, path, workers, progress=progress)
+        ds, seconds = _swept(settings, path, workers, progress=progress)
     elif settings.sweep:
         ds = interruptible(lambda: trajectories(settings), "Interrupted; nothing was kept.")
     else:
         ds = _trajectory(settings)
     _write(ds, path)
-    print(path)
+    failures = 0
+    if seconds is None:
+        print(path)
+    else:
+        failures = _summary(ds, path, seconds)
     for picture in _draw(ds, folder / f"fig{number}", plan.figure):
         print(picture)
+    return failures
 
 
 def _open(file: Path) -> xr.Dataset:

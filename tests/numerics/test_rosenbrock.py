@@ -1,0 +1,221 @@
+"""One Rosenbrock step: its order, that of its estimates and of its continuous extension."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from stickslip.compiled import inline, jit
+from stickslip.numerics.rosenbrock import defect_error, interpolate, make_step
+from stickslip.numerics.tableaus import RODAS4, RODAS4P, RosenbrockTableau
+
+GAMMA = 0.25
+START = (0.4, 1.0, 0.7)
+END = 2.0
+
+SMOOTH, CUSP, STIFF = 0.0, 1.0, 2.0
+
+
+@inline
+def rhs(p, t, y):
+    if p == CUSP:  # model.md's scalar test: the viscous force of a pseudoplastic fluid
+        u = y[0]
+        return 1.0 - math.copysign(abs(u) ** (1.0 / 3.0), u), 0.0, 0.0
+    if p == STIFF:
+        return -1e9 * y[0], -1e6 * (y[1] - math.cos(t)), y[0] - y[2]
+    a, b, c = y
+    return (
+        b * c + math.cos(t),
+        -a * c + 0.5 * b * math.sin(2.0 * t),
+        -0.5 * a * b - 0.3 * c * c + math.exp(-t),
+    )
+
+
+@inline
+def jacobian(p, t, y):
+    zero = (0.0, 0.0, 0.0)
+    if p == CUSP:
+        return (-(1.0 / 3.0) * abs(y[0]) ** (-2.0 / 3.0), 0.0, 0.0), zero, zero, zero
+    if p == STIFF:
+        rate = 1e6 * -math.sin(t)
+        return (-1e9, 0.0, 0.0), (0.0, -1e6, 0.0), (1.0, 0.0, -1.0), (0.0, rate, 0.0)
+    a, b, c = y
+    return (
+        (0.0, c, b),
+        (-c, 0.5 * math.sin(2.0 * t), -a),
+        (-0.5 * b, -0.5 * a, -0.6 * c),
+        (-math.sin(t), b * math.cos(2.0 * t), -math.exp(-t)),
+    )
+
+
+class Method(NamedTuple):
+    """A tableau with its compiled step and its compiled march of equal steps."""
+
+    tableau: RosenbrockTableau
+    one: Any
+    march: Any
+
+
+class Step(NamedTuple):
+    y: np.ndarray
+    estimate: np.ndarray
+    defect: np.ndarray
+    within: np.ndarray
+
+
+def make_method(tableau: RosenbrockTableau) -> Method:
+    step = make_step(rhs, tableau)
+
+    @jit
+    def one(p, t, h, y):
+        y1, error, d1, d2 = step(p, t, y, h, rhs(p, t, y), jacobian(p, t, y))
+        J = jacobian(p, t + h, y1)
+        rows = (J[0], J[1], J[2])
+        return y1, error, defect_error(rhs(p, t + h, y1), rows, y, y1, d1, d2, h, GAMMA), d1, d2
+
+    @jit
+    def march(p, t0, t1, steps, y):
+        h = (t1 - t0) / steps
+        for i in range(steps):
+            t = t0 + i * h
+            y, _, _, _ = step(p, t, y, h, rhs(p, t, y), jacobian(p, t, y))
+        return y
+
+    return Method(tableau, one, march)
+
+
+@pytest.fixture(scope="module", params=[RODAS4, RODAS4P], ids=lambda tableau: tableau.name)
+def method(request) -> Method:
+    return make_method(request.param)
+
+
+def single_step(method: Method, p: float, h: float, y: tuple[float, float, float]) -> Step:
+    y1, error, defect, d1, d2 = method.one(p, 0.0, h, y)
+    thetas = np.linspace(0.0, 1.0, 21)
+    within = np.array([interpolate(theta, y, y1, d1, d2) for theta in thetas])
+    return Step(np.array(y1), np.array(error), np.array(defect), within)
+
+
+def exact(times: np.ndarray) -> np.ndarray:
+    """The smooth problem's solution, shape (n, 3), to about 1e-13."""
+    solution = solve_ivp(
+        lambda t, y: rhs.py_func(SMOOTH, t, y),
+        (0.0, float(times[-1])),
+        START,
+        method="DOP853",
+        t_eval=times,
+        rtol=1e-13,
+        atol=1e-15,
+    )
+    return solution.y.T
+
+
+def slope(steps: list[float], errors: list[float]) -> float:
+    """Exponent of the power law through the errors."""
+    return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
+
+
+def test_the_jacobian_of_the_smooth_problem_is_right() -> None:
+    # Otherwise the order tests below would test something else.
+    step = 1e-6
+    for direction in range(4):
+        at = [[*START, 0.3], [*START, 0.3]]
+        at[0][direction] -= step
+        at[1][direction] += step
+        low, high = (np.array(rhs(SMOOTH, y[3], tuple(y[:3]))) for y in at)
+        J = jacobian(SMOOTH, 0.3, START)
+        column = J[3] if direction == 3 else [row[direction] for row in J[:3]]
+        assert (high - low) / (2 * step) == pytest.approx(column, abs=1e-9)
+
+
+def test_the_global_error_is_of_fourth_order(method: Method) -> None:
+    counts = [40, 80, 160, 320]
+    reference = exact(np.array([0.0, END]))[-1]
+    errors = [
+        float(np.abs(np.array(method.march(SMOOTH, 0.0, END, n, START)) - reference).max())
+        for n in counts
+    ]
+    assert slope([END / n for n in counts], errors) == pytest.approx(4.0, abs=0.2)
+    assert errors[-1] < 1e-10
+
+
+# A local error of order p + 1 belongs to a method of order p.
+SHORT_STEPS = [0.05, 0.025, 0.0125, 0.00625]
+
+
+def test_the_local_error_is_of_fifth_order(method: Method) -> None:
+    steps = [0.1, 0.05, 0.025, 0.0125]
+    errors = [
+        float(np.abs(single_step(method, SMOOTH, h, START).y - exact(np.array([0.0, h]))[-1]).max())
+        for h in steps
+    ]
+    assert slope(steps, errors) > 4.7
+
+
+def test_the_continuous_extension_is_of_third_order_uniformly(method: Method) -> None:
+    errors = [
+        float(
+            np.abs(
+                single_step(method, SMOOTH, h, START).within - exact(np.linspace(0.0, h, 21))
+            ).max()
+        )
+        for h in SHORT_STEPS
+    ]
+    assert slope(SHORT_STEPS, errors) == pytest.approx(4.0, abs=0.2)
+
+
+def test_the_continuous_extension_joins_the_ends_of_the_step(method: Method) -> None:
+    step = single_step(method, SMOOTH, 0.3, START)
+    assert step.within[0] == pytest.approx(START, rel=1e-15)
+    assert step.within[-1] == pytest.approx(step.y, rel=1e-15)
+
+
+def test_the_embedded_estimate_is_that_of_a_third_order_solution(method: Method) -> None:
+    estimates = [
+        float(np.abs(single_step(method, SMOOTH, h, START).estimate).max()) for h in SHORT_STEPS
+    ]
+    assert slope(SHORT_STEPS, estimates) == pytest.approx(4.0, abs=0.2)
+
+
+def test_the_embedded_estimate_is_the_error_of_the_embedded_solution(method: Method) -> None:
+    for h in SHORT_STEPS:
+        step = single_step(method, SMOOTH, h, START)
+        embedded = step.y - step.estimate
+        true = exact(np.array([0.0, h]))[-1] - embedded
+        assert step.estimate == pytest.approx(true, abs=0.05 * float(np.abs(true).max()))
+
+
+def test_the_defect_estimate_has_the_order_of_the_embedded_one(method: Method) -> None:
+    estimates = [
+        float(np.abs(single_step(method, SMOOTH, h, START).defect).max()) for h in SHORT_STEPS
+    ]
+    assert slope(SHORT_STEPS, estimates) == pytest.approx(4.0, abs=0.2)
+
+
+def test_a_step_far_beyond_the_stiff_rates_is_damped(method: Method) -> None:
+    step = single_step(method, STIFF, 0.1, (1.0, 5.0, 1.0))
+    assert abs(step.y[0]) < 1e-6
+    assert step.y[1] == pytest.approx(math.cos(0.1), abs=1e-4)
+    assert np.all(np.isfinite(step.estimate))
+
+
+# --- the cusp --------------------------------------------------------------------------------------
+
+NEAR_THE_CUSP = (1e-12, 0.0, 0.0)
+
+
+def test_at_the_cusp_the_embedded_estimate_is_deceived(method: Method) -> None:
+    step = single_step(method, CUSP, 0.1, NEAR_THE_CUSP)
+    # u^(1/3) = s: t = 3 (-s^2/2 - s - ln(1 - s)), so u(0.1) = 0.0704.
+    assert abs(0.0704 - step.y[0]) > 0.06
+    assert abs(step.estimate[0]) < 1e-6
+
+
+def test_at_the_cusp_the_defect_at_the_end_sees_what_the_embedded_estimate_does_not(
+    method: Method,
+) -> None:
+    step = single_step(method, CUSP, 0.1, NEAR_THE_CUSP)
+    assert abs(step.defect[0]) > 1e-5
+    assert abs(step.defect[0]) > 30 * abs(step.estimate[0])

@@ -1,0 +1,126 @@
+"""Tableaus: the published data, and the refusal of any coefficient that is slightly wrong."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stickslip.numerics.tableaus import RODAS4, RODAS4P, RosenbrockTableau
+
+TABLEAUS = [RODAS4, RODAS4P]
+NESTED = ("a", "C", "dense")
+FLAT = ("c", "d")
+
+
+def places(tableau: RosenbrockTableau) -> list[tuple[RosenbrockTableau, str, Any]]:
+    """Every coefficient by its field and index; None for the scalar gamma."""
+    found: list[tuple[RosenbrockTableau, str, Any]] = [(tableau, "gamma", None)]
+    for field in FLAT:
+        found += [(tableau, field, i) for i in range(len(getattr(tableau, field)))]
+    for field in NESTED:
+        rows = getattr(tableau, field)
+        found += [(tableau, field, (i, j)) for i, row in enumerate(rows) for j in range(len(row))]
+    return found
+
+
+def changed(tableau: RosenbrockTableau, field: str, place: Any, by: float) -> RosenbrockTableau:
+    value = getattr(tableau, field)
+    if place is None:
+        return dataclasses.replace(tableau, **{field: value + by})
+    if isinstance(place, int):
+        entries = list(value)
+        entries[place] += by
+        return dataclasses.replace(tableau, **{field: tuple(entries)})
+    rows = [list(row) for row in value]
+    rows[place[0]][place[1]] += by
+    return dataclasses.replace(tableau, **{field: tuple(tuple(row) for row in rows)})
+
+
+CHECKED = [place for t in TABLEAUS for place in places(t) if place[1] != "dense"]
+DENSE = [place for t in TABLEAUS for place in places(t) if place[1] == "dense"]
+
+
+def name_of(value: Any) -> str:
+    return value.name if isinstance(value, RosenbrockTableau) else str(value)
+
+
+@pytest.mark.parametrize("by", [1e-6, -1e-6])
+@pytest.mark.parametrize(("tableau", "field", "place"), CHECKED, ids=name_of)
+def test_a_coefficient_that_is_off_by_1e_6_is_refused(
+    tableau: RosenbrockTableau, field: str, place: Any, by: float
+) -> None:
+    with pytest.raises(ValueError, match=f"^{tableau.name}: .* is off by"):
+        changed(tableau, field, place, by)
+
+
+@pytest.mark.parametrize("tableau", TABLEAUS, ids=name_of)
+def test_an_unchanged_tableau_is_accepted(tableau: RosenbrockTableau) -> None:
+    assert dataclasses.replace(tableau) == tableau
+
+
+@pytest.mark.parametrize("tableau", TABLEAUS, ids=name_of)
+def test_the_fields_have_six_stages_and_strictly_lower_rows(tableau: RosenbrockTableau) -> None:
+    assert [len(row) for row in tableau.a] == list(range(6))
+    assert [len(row) for row in tableau.C] == list(range(6))
+    assert len(tableau.c) == len(tableau.d) == 6
+    assert [len(row) for row in tableau.dense] == [5, 5]
+    assert tableau.order == 4
+
+
+@pytest.mark.parametrize("tableau", TABLEAUS, ids=name_of)
+def test_the_method_is_L_stable(tableau: RosenbrockTableau) -> None:
+    # R(z) = 1 + b^T (I/z - B)^-1 1 on the imaginary axis and far out.
+    a, C = np.zeros((6, 6)), np.zeros((6, 6))
+    for i in range(6):
+        a[i, :i], C[i, :i] = tableau.a[i], tableau.C[i]
+    Gamma = np.linalg.inv(np.eye(6) / tableau.gamma - C)
+    beta = a @ Gamma + Gamma
+    b = beta[-1]
+
+    def amplification(z: complex) -> float:
+        return abs(1 + b @ np.linalg.solve(np.eye(6) / z - beta, np.ones(6)))
+
+    assert max(amplification(1j * w) for w in np.logspace(-3, 4, 500)) <= 1 + 1e-12
+    assert amplification(-1e8) < 1e-6
+    assert amplification(1e8j) < 1e-6
+
+
+def dense_defects(tableau: RosenbrockTableau, theta: float) -> list[float]:
+    """Distances of the continuous extension at theta from the order conditions up to 3."""
+    a, C = np.zeros((6, 6)), np.zeros((6, 6))
+    for i in range(6):
+        a[i, :i], C[i, :i] = tableau.a[i], tableau.C[i]
+    Gamma = np.linalg.inv(np.eye(6) / tableau.gamma - C)
+    alpha = a @ Gamma
+    beta = alpha + Gamma
+    d1, d2 = (np.append(row, 0.0) for row in tableau.dense)
+    m = a[-1] + np.eye(6)[-1]
+    weights = theta * (m + (1 - theta) * (d1 + theta * d2)) @ Gamma
+    one = np.ones(6)
+    c = alpha @ one
+    return [
+        weights @ one - theta,
+        weights @ beta @ one - theta**2 / 2,
+        weights @ c**2 - theta**3 / 3,
+        weights @ beta @ beta @ one - theta**3 / 6,
+    ]
+
+
+@pytest.mark.parametrize("theta", [0.0, 0.2, 0.5, 0.8, 1.0])
+@pytest.mark.parametrize("tableau", TABLEAUS, ids=name_of)
+def test_the_continuous_extension_fulfils_the_conditions_of_order_three(
+    tableau: RosenbrockTableau, theta: float
+) -> None:
+    assert dense_defects(tableau, theta) == pytest.approx([0.0] * 4, abs=1e-11)
+
+
+@pytest.mark.parametrize(("tableau", "field", "place"), DENSE, ids=name_of)
+def test_a_dense_coefficient_that_is_off_by_1e_6_breaks_the_order_of_the_extension(
+    tableau: RosenbrockTableau, field: str, place: Any
+) -> None:
+    try:
+        wrong = changed(tableau, field, place, 1e-6)
+    except ValueError:
+        return  # refused at construction: better still
+    assert max(np.abs(dense_defects(wrong, 0.4))) > 1e-9
