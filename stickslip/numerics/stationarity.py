@@ -35,12 +35,12 @@ _NEGLIGIBLE = 1e-3
 _CONFIRMATIONS = 2
 
 # Acceleration: a ratio counts as steady if its change alters the jump by this part; below the
-# smallest ratio plain iteration is as quick; a first jump longer than this part of the drive
-# amplitude is not risked. Every jump is at most half as long as the one before: jumps that do not
-# get shorter do not lead to the limit.
-_STEADY = 0.1
+# smallest ratio plain iteration is as quick; a jump longer than this many drive amplitudes, the
+# largest offset that a start at rest can leave, is not risked. Every jump is at most half as long
+# as the one before: jumps that do not get shorter do not lead to the limit.
+_STEADY = 0.3
 _SMALLEST_RATIO = 0.5
-_LONGEST_JUMP = 0.25
+_LONGEST_JUMP = 2.0
 
 # A sequence has stalled if, within this many tolerances of repeating, it moved in so many periods
 # nearly as far as in as many before.
