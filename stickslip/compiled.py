@@ -69,11 +69,13 @@ class _CacheFolder:
     """Points Numba at the package's own cache folder while a door is declared."""
 
     def __enter__(self) -> None:
-        self._previous = numba_config.CACHE_DIR
+        self._previous = numba_config.CACHE_DIR, numba_config.CACHE_LOCATOR_CLASSES
         numba_config.CACHE_DIR = str(cache_folder())
+        # Without this an unwritable folder sends Numba to __pycache__, which no hash names.
+        numba_config.CACHE_LOCATOR_CLASSES = "UserProvidedCacheLocator"
 
     def __exit__(self, *exception: object) -> None:
-        numba_config.CACHE_DIR = self._previous
+        numba_config.CACHE_DIR, numba_config.CACHE_LOCATOR_CLASSES = self._previous
 
 
 def cache_folder() -> Path:

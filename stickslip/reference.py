@@ -25,7 +25,7 @@ def right_hand_side(t: float, y: np.ndarray, p: Parameters) -> list[float]:
     B = 2 * p.thermal_coefficient * (p.temperature - p.critical_temperature)
     B += p.elastic_coefficient * strain**2
     growth = B - p.cubic_coefficient * phi + p.quartic_coefficient * phi**2
-    noise = _D_EFF_OVER_D * p.noise_intensity / phi**2 if p.noise_intensity else 0.0
+    noise = _D_EFF_OVER_D * p.noise_intensity / max(phi**2, 1e-300)
     acceleration = (force - 2 * p.spring_stiffness * x) / p.block_mass
     return [v, acceleration, noise - p.kinetic_coefficient * growth]
 

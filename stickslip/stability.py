@@ -8,6 +8,8 @@ pseudoplastic fluid at V = v is left out: its chatter stays of the order of the 
 
 from __future__ import annotations
 
+from decimal import ROUND_FLOOR, Context
+
 import numpy as np
 
 from stickslip.parameters import ParameterValues
@@ -53,7 +55,14 @@ def fastest_rate(points: np.ndarray) -> np.ndarray:
 
 def largest_stable_step(points: np.ndarray) -> np.ndarray:
     """Largest fixed step [s] that is not refused, for each row of parameters."""
-    return REFUSE_ABOVE / fastest_rate(points)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        steps = REFUSE_ABOVE / fastest_rate(points)
+    return np.nan_to_num(steps, nan=0.0)  # a rate beyond all numbers allows no step
+
+
+def step_as_text(step: float) -> str:
+    """Two digits of a largest step, rounded down: typed in, it is allowed."""
+    return f"{Context(prec=2, rounding=ROUND_FLOOR).create_decimal_from_float(step):g}"
 
 
 def _largest_order_parameter(p: ParameterValues, strain: np.ndarray | float = 0.0) -> np.ndarray:

@@ -88,7 +88,8 @@ def _sampled(
     """The states (x, v, phi) at the sample times, shape (periods*per_period + 1, 3)."""
     fixed = options.method == "euler-cromer"
     if fixed and options.dt > (limit := float(stability.largest_stable_step(point)[0])):
-        context = f"dt = {options.dt:g} s is above the largest stable step {limit:.2g} s. "
+        largest = stability.step_as_text(limit)
+        context = f"dt = {options.dt:g} s is above the largest stable step {largest} s. "
         raise IntegrationError(Status.REFUSED, context)
     samples = np.empty((periods * per_period + 1, 3))
     door = kernels.fixed_trajectory if fixed else kernels.adaptive_trajectory

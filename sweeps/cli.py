@@ -60,11 +60,15 @@ def main() -> None:
     logging.basicConfig(format="%(levelname)s: %(message)s", stream=sys.stderr)
     try:
         app()
-    except KeyboardInterrupt:
-        _stop("Interrupted; nothing was kept.", Exit.INTERRUPTED)
+    except SystemExit as end:
+        if end.code == Exit.INTERRUPTED:  # typer's silent answer to Ctrl-C
+            print("Interrupted; only files named above were kept.", file=sys.stderr)
+        raise
     except BrokenPipeError:
         sys.stderr.close()  # the reader of our output has gone: no further words
         sys.exit(Exit.DONE)
+    except OSError as error:  # such as a full disk behind the standard output
+        _stop(f"Input/output error: {error}", Exit.STORAGE)
     except MemoryError:
         _stop("Out of memory; a smaller grid or fewer samples may fit.", Exit.UNEXPECTED)
     except Exception as error:  # the last resort: one line, the trace for a report
@@ -143,10 +147,13 @@ def simulate(
     overwrite: OverwriteOption = False,
 ) -> None:
     """Compute one trajectory and write it to NetCDF."""
+    import xarray as xr
+
     changes = [*(set_ or []), *([f"simulation.periods={periods}"] if periods else [])]
     settings = _read(config, changes)
     path = output or Path("results") / f"{config.stem if config else 'paper'}-trajectory.nc"
     _refuse_existing(path, overwrite=overwrite)
+    _require_writable(xr.Dataset(), path)
     _write(_trajectory(settings), path)
     print(path)
 
@@ -186,8 +193,10 @@ def plot(
     ] = None,
 ) -> None:
     """Draw the standard picture of a result file."""
+    target = output or (file.with_suffix("") if file.suffix == ".nc" else file)
+    _refuse_picture_name(target)
     ds = _open(file)
-    for path in _draw(ds, output or file.with_suffix("")):
+    for path in _draw(ds, target):
         print(path)
 
 
@@ -232,7 +241,7 @@ def _stop(message: str, code: Exit) -> NoReturn:
 def _read(config: Path | None, changes: list[str] | None) -> Config:
     """The checked config, its warnings printed; ends with exit code 2 where it has problems."""
     from sweeps.config import ConfigError
-    from sweeps.run import read_config
+    from sweeps.pipeline import read_config
 
     try:
         settings = read_config(config if config is not None else {}, changes or [])
@@ -246,8 +255,18 @@ def _read(config: Path | None, changes: list[str] | None) -> Config:
 def _refuse_existing(path: Path, *, overwrite: bool) -> None:
     if path.is_dir():
         _stop(f"{path} is a folder; -o names a file", Exit.STORAGE)
+    if path.exists() and not path.is_file():  # a device or a pipe would be replaced
+        _stop(f"{path} is no ordinary file; -o names one", Exit.STORAGE)
     if path.exists() and not overwrite:
         _stop(f"{path} exists already; --overwrite replaces it, -o writes elsewhere", Exit.USAGE)
+
+
+def _refuse_picture_name(path: Path) -> None:
+    if path.is_dir():
+        _stop(f"{path} is a folder; -o names a picture", Exit.STORAGE)
+    ending = path.suffix.lower()
+    if ending[1:].isalpha() and ending not in (".png", ".pdf"):
+        _stop(f"{path}: a picture ends in .png or .pdf, or in neither for both", Exit.USAGE)
 
 
 def _swept(
@@ -257,15 +276,11 @@ def _swept(
     from sweeps.execute import compile_kernels
     from sweeps.interrupt import interruptible
     from sweeps.options import options_of
+    from sweeps.pipeline import pending_dataset, run
     from sweeps.progress import make_progress
-    from sweeps.run import pending_dataset, run
-    from sweeps.storage import StorageError, require_writable
 
     empty = pending_dataset(settings)
-    try:
-        require_writable(empty, path)
-    except StorageError as error:
-        _stop(str(error), Exit.STORAGE)
+    _require_writable(empty, path)
     stopped = "Interrupted; nothing was kept (a sweep cannot be resumed yet)."
     if progress:
         print(f"{empty.status.size} points to compute", file=sys.stderr)
@@ -279,8 +294,18 @@ def _swept(
                 on_block=lambda block: shown.advance(len(block.results), block.failures),
             ),
             stopped,
+            tidy=shown.stop,
         )
     return ds, time.monotonic() - begun
+
+
+def _require_writable(ds: xr.Dataset, path: Path) -> None:
+    from sweeps.storage import StorageError, require_writable
+
+    try:
+        require_writable(ds, path)
+    except StorageError as error:
+        _stop(str(error), Exit.STORAGE)
 
 
 def _write(ds: xr.Dataset, path: Path) -> None:
@@ -306,7 +331,7 @@ def _write_timing(path: Path, ds: xr.Dataset, seconds: float, workers: int) -> N
         "code_sha256": ds.attrs["code_sha256"],
     }
     try:
-        path.with_suffix(".timing.json").write_text(json.dumps(timing, indent=2) + "\n")
+        path.with_name(path.name + ".timing.json").write_text(json.dumps(timing, indent=2) + "\n")
     except OSError as error:
         print(f"warning: the timing was not written: {error}", file=sys.stderr)
 

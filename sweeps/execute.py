@@ -139,7 +139,7 @@ def _block(grid: Grid, start: int, stop: int, options: Options) -> Block:
     try:
         results, _ = compute_orbits(points, options)
     except Exception:  # a point must not take the others with it
-        log.exception("a block failed; its points are computed one by one")
+        log.debug("a block failed; its points are computed one by one", exc_info=True)
         results = np.array([_alone(point, options) for point in points])
     return Block(start, results, time.monotonic() - begun)
 
@@ -148,6 +148,7 @@ def _alone(point: NDArray[np.float64], options: Options) -> NDArray[np.float64]:
     try:
         results, _ = compute_orbits(point, options)
         return np.asarray(results[0])
-    except Exception:  # recorded as the point's status
-        log.exception("point %s failed", point.tolist())
+    except Exception as error:  # recorded as the point's status
+        detail = log.isEnabledFor(logging.DEBUG)
+        log.error("the computation of point %s failed: %r", point.tolist(), error, exc_info=detail)
         return failed_row()

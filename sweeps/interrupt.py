@@ -13,11 +13,14 @@ _T = TypeVar("_T")
 INTERRUPTED = 130
 
 
-def interruptible(work: Callable[[], _T], message: str) -> _T:
+def interruptible(
+    work: Callable[[], _T], message: str, *, tidy: Callable[[], None] | None = None
+) -> _T:
     """The result of `work`, computed in a thread while the main thread listens for Ctrl-C.
 
-    On Ctrl-C `message` is printed and the process ends at once with exit code 130: nothing that
-    would have to be tidied up may happen inside `work`. What `work` raises is raised here.
+    On Ctrl-C `tidy` is called, `message` is printed and the process ends at once with exit code
+    130: nothing else that would have to be tidied up may happen inside `work`. What `work` raises
+    is raised here.
     """
     outcome: dict[str, Any] = {}
 
@@ -33,6 +36,8 @@ def interruptible(work: Callable[[], _T], message: str) -> _T:
         while worker.is_alive():
             worker.join(0.1)
     except KeyboardInterrupt:
+        if tidy is not None:
+            tidy()
         sys.stderr.write(f"\n{message}\n")
         sys.stderr.flush()
         sys.stdout.flush()

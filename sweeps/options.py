@@ -37,8 +37,9 @@ def unstable_step(config: Config) -> Iterator[tuple[str, str]]:
         largest = max(largest, float(stability.largest_stable_step(points).max()))
         if config.integrator.dt <= largest:
             return
+    allowed = stability.step_as_text(largest)
     yield (
         "integrator.dt",
         f"the step of {config.integrator.dt:g} s is unstable for every point and would give "
-        f"finite but wrong amplitudes; the largest allowed step is {largest:.2g} s",
+        f"finite but wrong amplitudes; the largest allowed step is {allowed} s",
     )

@@ -25,6 +25,9 @@ class Progress(Protocol):
     def advance(self, points: int, failures: int) -> None:
         """Take in that so many more points are done, and how many of them failed."""
 
+    def stop(self) -> None:
+        """Give the terminal back: the last state stays, the cursor shows again."""
+
 
 def make_progress(total: int, *, wanted: bool = True) -> Progress:
     """The kind of progress that suits where the messages go (the standard error)."""
@@ -40,6 +43,8 @@ class _Silent:
     def __exit__(self, *_: object) -> None: ...
 
     def advance(self, points: int, failures: int) -> None: ...
+
+    def stop(self) -> None: ...
 
 
 class _Lines(_Silent):
@@ -88,6 +93,9 @@ class _Bar(_Silent):
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def stop(self) -> None:
         self._progress.stop()
 
     def advance(self, points: int, failures: int) -> None:

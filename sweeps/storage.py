@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,7 @@ def require_writable(ds: xr.Dataset, path: Path) -> None:
     try:
         _write(ds, temporary)
     finally:
-        temporary.unlink(missing_ok=True)
+        _remove(temporary)
 
 
 def write_dataset(ds: xr.Dataset, path: Path) -> None:
@@ -41,10 +42,13 @@ def write_dataset(ds: xr.Dataset, path: Path) -> None:
         _flush(temporary)
         temporary.replace(path)
         _flush(path.parent)
-    except OSError as error:
-        raise StorageError(f"cannot write {path}: {error.strerror or error}") from error
+    except StorageError:
+        raise
+    except (OSError, RuntimeError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise StorageError(f"cannot write {path}: {reason}") from error
     finally:
-        temporary.unlink(missing_ok=True)
+        _remove(temporary)
 
 
 def open_result(path: Path) -> xr.Dataset:
@@ -85,6 +89,11 @@ def _temporary(path: Path) -> Path:
     return path.with_name(f".{path.name}.{os.getpid()}.tmp")
 
 
+def _remove(temporary: Path) -> None:
+    with suppress(OSError):  # what went wrong before is the message; here nothing more can be done
+        temporary.unlink()
+
+
 def _write(ds: xr.Dataset, path: Path) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -92,6 +101,8 @@ def _write(ds: xr.Dataset, path: Path) -> None:
     except (OSError, RuntimeError) as error:  # the HDF5 library reports a full disk as RuntimeError
         target = path.name.removeprefix(".").rsplit(".", 2)[0]
         reason = getattr(error, "strerror", None) or error
+        if isinstance(error, FileExistsError):  # of mkdir: `File exists` would mislead
+            reason = f"{path.parent} is no folder"
         raise StorageError(f"cannot write {path.with_name(target)}: {reason}") from error
 
 

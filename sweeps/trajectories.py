@@ -20,11 +20,12 @@ class AxisLeftError(ValueError):
     """A trajectory was asked of a config that still has an axis; the message says which `--set`."""
 
     def __init__(self, config: Config) -> None:
-        first = {name: values[0] for name, values in {**config.sweep, **config.cases}.items()}
-        choices = " ".join(f"--set {name}={value:g}" for name, value in first.items())
+        choices = [f"--set {name}={values[0]!r}" for name, values in config.sweep.items()]
+        if config.cases:
+            choices.append("--set case=0")
         super().__init__(
             f"the config has {Grid.from_config(config).size} points, a trajectory is one: "
-            f"pick it, for example with {choices}"
+            f"pick it, for example with {' '.join(choices)}"
         )
 
 

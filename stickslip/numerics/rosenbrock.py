@@ -23,22 +23,23 @@ def interpolate(theta: float, y0: Vector, y1: Vector, d1: Vector, d2: Vector) ->
 
 @inline
 def defect_error(
-    f1: Vector, J1: Matrix, y0: Vector, y1: Vector, d1: Vector, d2: Vector, h: float, gamma: float
+    f1: Vector, J: Matrix, y0: Vector, y1: Vector, d1: Vector, d2: Vector, h: float, gamma: float
 ) -> Vector:
-    """Error seen from the end of a step: the defect there, filtered by the Jacobian *there*.
+    """Error seen from the end of a step: the defect there, filtered by the Jacobian *near there*.
 
     A linearly implicit step knows the function by its Jacobian at the start alone. Where that is
     huge on a small neighbourhood (a cusp), the step freezes and its embedded estimate with it.
     The slope of the continuous extension at the end then disagrees with the function. The filter
     (I - h gamma J)^-1 keeps the estimate bounded for stiff components; its order is that of the
-    continuous extension, equal to the embedded order.
+    continuous extension, equal to the embedded order. `J` is to be taken one tolerance away from
+    the end: a frozen step still ends on the cusp, where the slope would filter everything away.
     """
     defect = (
         f1[0] - (y1[0] - y0[0] - d1[0] - d2[0]) / h,
         f1[1] - (y1[1] - y0[1] - d1[1] - d2[1]) / h,
         f1[2] - (y1[2] - y0[2] - d1[2] - d2[2]) / h,
     )
-    return solve(factor(J1, 1.0 / (h * gamma)), defect)
+    return solve(factor(J, 1.0 / (h * gamma)), defect)
 
 
 def make_step(rhs: Callable[..., Vector], tableau: RosenbrockTableau) -> Any:

@@ -24,12 +24,17 @@ NOT_STATIONARY = int(Status.NOT_STATIONARY)
 LONGEST_CYCLE = 8
 """Orbits that close after 1 to this many drive periods are recognised."""
 
-_LONGEST_LAG = 16 * LONGEST_CYCLE
-_REMEMBERED = 2 * _LONGEST_LAG + 1
+_LAGS = 16
+_REMEMBERED = 2 * _LAGS * LONGEST_CYCLE + 1
 
 # A difference this small a part of the tolerance cannot hide a drift that matters: with a ratio
 # of 0.999 a period it leaves one tolerance to go.
 _NEGLIGIBLE = 1e-3
+
+# Staying within this part of the tolerance for 16 cycles bounds the drift of a noisy sequence: with
+# a ratio of 0.99 a period it leaves one tolerance to go.
+_QUIET = 0.2
+_DRIFTLESS = 0.7
 
 # The verdict must hold this many periods in a row: fast transients can mimic it once.
 _CONFIRMATIONS = 2
@@ -57,12 +62,12 @@ _INDISTINCT = 10.0
 def _distance(states: np.ndarray, newer: int, older: int) -> float:
     """Largest scaled difference between two remembered stroboscopic states."""
     i, j = newer % _REMEMBERED, older % _REMEMBERED
-    largest = 0.0
+    largest, total = 0.0, 0.0
     for component in range(3):
         difference = abs(states[i, component] - states[j, component])
-        if not difference <= largest:  # so that NaN counts
-            largest = difference
-    return largest
+        largest = max(largest, difference)
+        total += difference
+    return largest + 0.0 * total  # max() drops a NaN, a sum does not
 
 
 @jit
@@ -75,7 +80,13 @@ def remaining_distance(states: np.ndarray, newest: int, lag: int) -> float:
 
 @jit
 def _repeats(states: np.ndarray, newest: int, cycle: int, tolerance: float) -> bool:
-    """Whether the orbit closes after `cycle` periods and is within `tolerance` of its limit."""
+    """Whether the orbit closes after `cycle` periods and is within `tolerance` of its limit.
+
+    Every lag that the sequence is long enough for must say so: a short one can be deceived by
+    noise, a long one by a fast transient. A sequence that repeats to a small part of the
+    tolerance, or does not contract but stays within a larger part for long, has nothing left to
+    estimate.
+    """
     if cycle > newest:
         return False
     step = _distance(states, newest, newest - cycle)
@@ -83,12 +94,36 @@ def _repeats(states: np.ndarray, newest: int, cycle: int, tolerance: float) -> b
         return False
     if step <= _NEGLIGIBLE * tolerance:
         return True
-    lag = cycle
-    while lag <= 16 * cycle and 2 * lag <= newest:
-        if remaining_distance(states, newest, lag) <= tolerance:
-            return True
+    lag, farthest = cycle, 0.0 if 2 * cycle <= newest else np.inf
+    while lag <= _LAGS * cycle and 2 * lag <= newest:
+        farthest = max(farthest, remaining_distance(states, newest, lag))
         lag *= 2
-    return False
+    noisy = farthest == np.inf and newest > 2 * cycle
+    return farthest <= tolerance or (noisy and _quiet(states, newest, cycle, tolerance))
+
+
+@jit
+def _quiet(states: np.ndarray, newest: int, cycle: int, tolerance: float) -> bool:
+    """Whether the last 16 cycles wander, without a drift, in a small part of the tolerance.
+
+    With a drift the later half of the lags reaches twice as far as the earlier half.
+    """
+    if newest < _LAGS * cycle:
+        return False
+    near = _reach(states, newest, cycle, _LAGS // 2)
+    far = _reach(states, newest, cycle, _LAGS)
+    return far <= _QUIET * tolerance and near >= _DRIFTLESS * far
+
+
+@jit
+def _reach(states: np.ndarray, newest: int, cycle: int, lags: int) -> float:
+    """Largest distance of the newest state from those of so many cycles before; NaN counts."""
+    farthest = 0.0
+    for lag in range(cycle, lags * cycle + 1, cycle):
+        distance = _distance(states, newest, newest - lag)
+        if not distance <= farthest:
+            farthest = distance
+    return farthest
 
 
 @jit

@@ -40,7 +40,7 @@ def extrema_of_free_energy(T: float, eps: float) -> list[tuple[str, float]]:
     return found
 
 
-# --- closed forms ----------------------------------------------------------------------------------
+# --- closed forms --------------------------------------------------------------------------------
 
 
 def test_the_spinodal_of_the_paper_is_15_5588() -> None:
@@ -119,7 +119,7 @@ def test_the_quasi_static_film_bears_4_2885_MPa_and_2_8009_mN_at_200_K() -> None
     assert strains[force.argmax()] > strains[elastic.argmax()]
 
 
-# --- Fig. 2: the landscape -------------------------------------------------------------------------
+# --- Fig. 2: the landscape -----------------------------------------------------------------------
 
 
 def test_fig_2_at_265_K_the_only_minimum_is_a_solid_one() -> None:
@@ -144,7 +144,7 @@ def test_fig_2_at_310_K_the_only_minimum_is_the_liquid() -> None:
     assert extrema_of_free_energy(310.0, FIG_2_STRAIN) == [("minimum", 0.0)]
 
 
-# --- stationary states and kinetics ----------------------------------------------------------------
+# --- stationary states and kinetics --------------------------------------------------------------
 
 temperatures = st.floats(0.0, 298.0)
 
@@ -212,7 +212,7 @@ def test_the_elastic_stress_is_the_strain_derivative_of_the_free_energy() -> Non
     assert (high - low) / (2 * step) == pytest.approx(stress, rel=1e-9)
 
 
-# --- without the cubic term ------------------------------------------------------------------------
+# --- without the cubic term ----------------------------------------------------------------------
 
 
 def test_without_the_cubic_term_the_transition_is_continuous() -> None:
@@ -242,7 +242,7 @@ def test_with_the_cubic_term_the_order_parameter_jumps_at_melting() -> None:
     assert at_melting == pytest.approx(B_CUBIC / (2 * C_QUARTIC), rel=1e-5)
 
 
-# --- thresholds ------------------------------------------------------------------------------------
+# --- thresholds ----------------------------------------------------------------------------------
 
 
 def test_a_film_counts_as_solid_from_half_b_over_c() -> None:
@@ -278,7 +278,7 @@ def test_no_order_parameter_above_the_bound_grows_at_any_strain(
         assert film.order_parameter_rate(phi, B, B_CUBIC, C_QUARTIC, DELTA) < 0
 
 
-# --- parity ----------------------------------------------------------------------------------------
+# --- parity --------------------------------------------------------------------------------------
 
 SAMPLES = {
     "phi": (0.0, 1e-12, 0.1, 0.603782, 2.0),
@@ -318,7 +318,7 @@ def test_compiled_and_plain_python_agree(function) -> None:
     for values in zip(*(SAMPLES[name] for name in names), strict=True):
         compiled = function(*values)
         if math.isnan(compiled):  # plain Python raises instead
-            with pytest.raises(ValueError, match="domain|nonnegative"):
+            with pytest.raises(ValueError, match=r"domain|nonnegative"):
                 function.py_func(*values)
         else:
             # Contraction of a*b + c changes the last digit of the largest term.

@@ -19,7 +19,7 @@ def start(phi_0: float = 0.0, D: float = D, T: float = 200.0, b: float = B_CUBIC
     return noise.starting_order_parameter(phi_0, D_eff, T, ALPHA, T_C, b, C_QUARTIC, DELTA)
 
 
-# --- the constant ----------------------------------------------------------------------------------
+# --- the constant --------------------------------------------------------------------------------
 
 
 def test_the_typical_fraction_has_its_value() -> None:
@@ -39,7 +39,7 @@ def test_the_effective_intensity_is_that_part_of_the_intensity() -> None:
     assert noise.effective_intensity(0.0) == 0.0
 
 
-# --- the closure is exact while the dynamics are linear --------------------------------------------
+# --- the closure is exact while the dynamics are linear ------------------------------------------
 
 
 @pytest.mark.parametrize("rate", [-3e4, -40.0, 0.0, 40.0, 1.7e4])
@@ -74,7 +74,7 @@ def test_the_closure_vanishes_in_the_solid() -> None:
     assert noise.typical_path(0.6, noise.effective_intensity(D)) < 1e-18
 
 
-# --- the kick of a fixed step ----------------------------------------------------------------------
+# --- the kick of a fixed step --------------------------------------------------------------------
 
 
 def test_the_kick_of_a_fixed_step_is_the_closure_times_phi_and_the_step() -> None:
@@ -97,7 +97,7 @@ def test_the_kick_at_phi_zero_is_the_noise_of_the_step() -> None:
     assert noise.typical_kick(0.0, D_eff, dt) == pytest.approx(math.sqrt(D_eff * dt), rel=1e-14)
 
 
-# --- the start -------------------------------------------------------------------------------------
+# --- the start -----------------------------------------------------------------------------------
 
 
 def test_far_from_the_critical_temperature_the_linear_term_sets_the_start() -> None:

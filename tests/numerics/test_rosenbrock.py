@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from stickslip.compiled import inline, jit
 from stickslip.numerics.rosenbrock import defect_error, interpolate, make_step
@@ -29,7 +30,7 @@ def rhs(p, t, y):
     return (
         b * c + math.cos(t),
         -a * c + 0.5 * b * math.sin(2.0 * t),
-        -0.5 * a * b - 0.3 * c * c + math.exp(-t),
+        -0.5 * a * b - 0.3 * c * c * c + math.exp(-t),
     )
 
 
@@ -45,7 +46,7 @@ def jacobian(p, t, y):
     return (
         (0.0, c, b),
         (-c, 0.5 * math.sin(2.0 * t), -a),
-        (-0.5 * b, -0.5 * a, -0.6 * c),
+        (-0.5 * b, -0.5 * a, -0.9 * c * c),
         (-math.sin(t), b * math.cos(2.0 * t), -math.exp(-t)),
     )
 
@@ -197,19 +198,21 @@ def test_the_defect_estimate_has_the_order_of_the_embedded_one(method: Method) -
 def test_a_step_far_beyond_the_stiff_rates_is_damped(method: Method) -> None:
     step = single_step(method, STIFF, 0.1, (1.0, 5.0, 1.0))
     assert abs(step.y[0]) < 1e-6
-    assert step.y[1] == pytest.approx(math.cos(0.1), abs=1e-4)
+    assert step.y[1] == pytest.approx(math.cos(0.1), abs=1e-3)  # from 5.0
     assert np.all(np.isfinite(step.estimate))
 
 
-# --- the cusp --------------------------------------------------------------------------------------
+# --- the cusp ------------------------------------------------------------------------------------
 
 NEAR_THE_CUSP = (1e-12, 0.0, 0.0)
 
 
 def test_at_the_cusp_the_embedded_estimate_is_deceived(method: Method) -> None:
     step = single_step(method, CUSP, 0.1, NEAR_THE_CUSP)
-    # u^(1/3) = s: t = 3 (-s^2/2 - s - ln(1 - s)), so u(0.1) = 0.0704.
-    assert abs(0.0704 - step.y[0]) > 0.06
+    # With u = s^3 the time is 3 (-s^2/2 - s - ln(1 - s)).
+    true = brentq(lambda s: 3 * (-s * s / 2 - s - math.log1p(-s)) - 0.1, 0.1, 0.9) ** 3
+    assert true == pytest.approx(0.0685, abs=2e-4)
+    assert abs(true - step.y[0]) > 0.06
     assert abs(step.estimate[0]) < 1e-6
 
 

@@ -1,0 +1,68 @@
+"""Points of the paper's figures, and orbits that are computed once for all tests of a process."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from stickslip import Parameters
+from stickslip.kernels import RESULT_COLUMNS
+from stickslip.orbit import Options, compute_orbits
+
+GAMMAS = (-2 / 3, 0.0, 2 / 3)
+"""The three lubricants of Figs. 7 to 9."""
+
+LOCKED = (0.0, 2 / 3)
+"""Those whose block moves with the drive."""
+
+FIG_7 = ("temperature", tuple(np.linspace(150.0, 320.0, 86).tolist()))
+FIG_8 = ("viscosity_coefficient", tuple(np.linspace(1e4, 2e5, 39).tolist()))
+FIG_9 = ("spring_stiffness", tuple(np.linspace(100.0, 1e4, 100).tolist()))
+
+
+def row(**changes: float) -> np.ndarray:
+    """The parameters of Fig. 3 with some changes, as the doors take them."""
+    return np.array(Parameters(**changes))
+
+
+def rows(axis: str, values: Iterable[float], **changes: float) -> np.ndarray:
+    """The points of an axis."""
+    return np.array([Parameters(**{axis: value}, **changes) for value in values])
+
+
+def orbits(points: np.ndarray, **options: Any) -> SimpleNamespace:
+    """The result columns by name, for the options given; `.row` and `.final` hold all of them."""
+    results, finals = compute_orbits(points, Options(**options))
+    columns = dict(zip(RESULT_COLUMNS, results.T, strict=True))
+    return SimpleNamespace(**columns, row=results, final=finals)
+
+
+@cache
+def curve(figure: tuple[str, tuple[float, ...]], gamma: float) -> SimpleNamespace:
+    """A curve of Fig. 7, 8 or 9 at the default settings; `.x` has its axis."""
+    axis, values = figure
+    computed = orbits(rows(axis, values, rheological_index=gamma))
+    computed.x = np.array(values)
+    return computed
+
+
+def error_scales(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The smallest yardsticks of a stress and a force: 1 % of 2K|X_m|, over A for the stress."""
+    named = dict(zip(Parameters._fields, np.atleast_2d(points).T, strict=True))
+    force = 0.01 * 2 * named["spring_stiffness"] * np.abs(named["drive_amplitude"])
+    return force / named["contact_area"], force
+
+
+def amplitude_errors(
+    computed: SimpleNamespace, points: np.ndarray, stress: np.ndarray, force: np.ndarray
+) -> np.ndarray:
+    """Worse error of the two amplitudes, counted as `amplitude_error` counts it."""
+    stress_scale, force_scale = error_scales(points)
+    return np.maximum(
+        np.abs(computed.elastic_stress_amplitude - stress) / np.maximum(stress, stress_scale),
+        np.abs(computed.friction_force_amplitude - force) / np.maximum(force, force_scale),
+    )

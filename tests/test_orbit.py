@@ -1,0 +1,351 @@
+"""The door to orbits: what comes back, every way to end, and that points do not meet."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scenes import orbits, row, rows
+
+from stickslip import NoiseError, Options, Parameters, Status, kernels, simulate, stationary_orbit
+from stickslip.orbit import (
+    DEFAULT_MAX_STEPS,
+    compute_orbits,
+    failed_row,
+    prepared_points,
+    refused_row,
+)
+from stickslip.variables import RESULTS
+
+COUNTS = {"orbit_periods", "melting_count", "periods_integrated"}
+
+VISCOUS = {"elastic_coefficient": 0.0}
+"""Without elasticity the film allows fixed steps of 4e-5 s: an orbit in milliseconds."""
+
+
+# --- what comes back ------------------------------------------------------------------------------
+
+
+def test_the_columns_are_the_variables_of_the_registry() -> None:
+    assert list(kernels.RESULT_COLUMNS) == list(RESULTS)
+
+
+def test_an_orbit_holds_the_result_columns_by_name() -> None:
+    orbit = stationary_orbit(Parameters(temperature=250.0))
+    found = orbits(row(temperature=250.0))
+    assert orbit._fields == (*kernels.RESULT_COLUMNS, "state")
+    for name in kernels.RESULT_COLUMNS:
+        assert getattr(orbit, name) == getattr(found, name)[0]
+    assert orbit.state == tuple(found.final[0, :3])
+
+
+def test_counts_are_integers_and_the_status_is_a_status() -> None:
+    orbit = stationary_orbit()
+    for name in kernels.RESULT_COLUMNS[:-1]:
+        assert type(getattr(orbit, name)) is (int if name in COUNTS else float)
+    assert orbit.status is Status.OK
+
+
+def test_the_paper_is_the_default() -> None:
+    orbit = stationary_orbit()
+    assert orbit == stationary_orbit(Parameters())
+    assert orbit.elastic_stress_amplitude == pytest.approx(4.3047779e6, rel=1e-6)
+    assert orbit.friction_force_amplitude == pytest.approx(2.8121364e-3, rel=1e-6)
+
+
+def test_amplitudes_are_half_of_maximum_minus_minimum() -> None:
+    orbit = stationary_orbit(Parameters(angular_frequency=15.0))
+    for name in ("elastic_stress", "friction_force"):
+        high, low = getattr(orbit, f"{name}_max"), getattr(orbit, f"{name}_min")
+        assert getattr(orbit, f"{name}_amplitude") == pytest.approx(0.5 * (high - low), rel=1e-15)
+    high, low = orbit.elastic_stress_max, orbit.elastic_stress_min
+    assert orbit.asymmetry == pytest.approx(abs(high + low) / (high - low), rel=1e-12)
+
+
+def test_the_state_is_on_the_orbit() -> None:
+    p = Parameters(angular_frequency=38.0)
+    x, v, log_phi = stationary_orbit(p, rtol=1e-9).state
+    start = p._replace(
+        initial_displacement=x, initial_velocity=v, initial_order_parameter=math.exp(log_phi)
+    )
+    ds = simulate(start, periods=1, rtol=1e-9)
+    assert float(ds.lower_displacement[-1]) == pytest.approx(x, abs=1e-8 * 0.8e-6)
+    assert float(ds.lower_velocity[-1]) == pytest.approx(v, abs=1e-8 * 0.8e-6 * 38)
+
+
+def test_extremes_are_those_of_the_time_course() -> None:
+    p = Parameters(angular_frequency=15.0)
+    orbit = stationary_orbit(p)
+    ds = simulate(p, periods=1, start="stationary", samples_per_period=100_000)
+    for name in ("elastic_stress", "friction_force"):
+        values = ds[name].values
+        scale = getattr(orbit, f"{name}_amplitude")
+        high, low = getattr(orbit, f"{name}_max"), getattr(orbit, f"{name}_min")
+        # Samples miss the microsecond in which a film that solidifies catches the blocks.
+        assert -5e-6 * scale < high - values.max() < 1e-3 * scale
+        assert -1e-3 * scale < low - values.min() < 5e-6 * scale
+
+
+def test_asymmetry_of_no_stress_is_zero() -> None:
+    orbit = stationary_orbit(Parameters(temperature=310.0))
+    assert orbit.elastic_stress_amplitude < 0.5
+    assert orbit.asymmetry == 0.0
+
+
+def test_a_tighter_tolerance_states_a_smaller_error() -> None:
+    errors = [stationary_orbit(rtol=rtol).amplitude_error for rtol in (1e-4, 1e-6, 1e-8)]
+    assert errors[0] > 10 * errors[1] > 100 * errors[2]
+
+
+def test_a_tighter_tolerance_changes_the_amplitudes_by_less_than_the_stated_error() -> None:
+    points = rows("temperature", np.linspace(160.0, 280.0, 13))
+    loose, tight = orbits(points, rtol=1e-5), orbits(points, rtol=1e-7, stationary_rtol=1e-8)
+    for name in ("elastic_stress_amplitude", "friction_force_amplitude"):
+        change = np.abs(getattr(loose, name) / getattr(tight, name) - 1)
+        assert np.all(change <= loose.amplitude_error)
+
+
+def test_acceleration_saves_periods_and_changes_nothing_else() -> None:
+    p = Parameters(rheological_index=0.0)
+    hurried, plain = stationary_orbit(p), stationary_orbit(p, accelerate=False)
+    assert hurried.periods_integrated < 60 < 100 < plain.periods_integrated
+    assert hurried.friction_force_amplitude == pytest.approx(
+        plain.friction_force_amplitude, rel=1e-6
+    )
+
+
+def test_the_start_is_remembered_where_there_are_two_attractors() -> None:
+    rest = stationary_orbit(Parameters(angular_frequency=38.0))
+    solid = stationary_orbit(Parameters(angular_frequency=38.0, initial_order_parameter=0.6))
+    assert (rest.melting_count, solid.melting_count) == (1, 2)
+
+
+# --- many points ----------------------------------------------------------------------------------
+
+
+def mixed() -> np.ndarray:
+    return np.array(
+        [
+            row(temperature=229.0),
+            row(rheological_index=0.0),
+            row(initial_velocity=1e200),  # diverges
+            row(angular_frequency=38.0),
+            row(angular_frequency=38.0, initial_order_parameter=0.6),
+            row(temperature=285.0),
+            row(rheological_index=-0.4),
+        ]
+    )
+
+
+@pytest.mark.parametrize("order", [[0, 1, 2, 3, 4, 5, 6], [6, 2, 4, 0, 5, 1, 3], [3, 3, 2, 3]])
+def test_a_result_does_not_depend_on_the_neighbours(order: list[int]) -> None:
+    points = mixed()
+    results, finals = compute_orbits(points[order], Options())
+    for i, j in enumerate(order):
+        alone, final = compute_orbits(points[j], Options())
+        np.testing.assert_array_equal(results[i], alone[0], strict=True)
+        np.testing.assert_array_equal(finals[i], final[0], strict=True)
+
+
+def test_points_are_left_as_they_are() -> None:
+    points = mixed()
+    before = points.copy()
+    compute_orbits(points, Options(max_periods=1))
+    prepared_points(points[4:5], "none")
+    np.testing.assert_array_equal(points, before)
+
+
+def test_one_compiled_version_serves_all() -> None:
+    compute_orbits(row(), Options(max_periods=1))
+    compute_orbits(rows("temperature", [200, 210]), Options(rtol=1, max_steps=5))
+    assert len(kernels.adaptive_orbits.signatures) == 1
+
+
+def test_no_points_give_no_results() -> None:
+    results, finals = compute_orbits(np.empty((0, 20)), Options())
+    assert results.shape == (0, 13)
+    assert finals.shape == (0, 4)
+
+
+# --- the ways to end ------------------------------------------------------------------------------
+
+
+def assert_nothing_but(found: np.ndarray, status: Status) -> None:
+    named = dict(zip(kernels.RESULT_COLUMNS, found.tolist(), strict=True))
+    assert Status(int(named.pop("status"))) is status
+    periods = named.pop("periods_integrated")
+    assert periods >= -1
+    assert (named.pop("orbit_periods"), named.pop("melting_count")) == (-1, -1)
+    assert np.all(np.isnan(list(named.values())))
+
+
+@pytest.mark.parametrize(
+    ("changes", "options", "status"),
+    [
+        ({}, {"max_periods": 1}, Status.NOT_STATIONARY),
+        ({"rheological_index": 2 / 3}, {"max_periods": 12}, Status.NOT_STATIONARY),
+        ({}, {"max_steps": 1}, Status.STEP_LIMIT),
+        ({}, {"max_steps": 2000}, Status.STEP_LIMIT),
+        ({"initial_velocity": 1e200}, {}, Status.DIVERGED),
+        ({"initial_displacement": 1e300}, {}, Status.DIVERGED),
+        ({}, {"method": "euler-cromer", "dt": 1e-6}, Status.REFUSED),
+        (VISCOUS, {"method": "euler-cromer", "dt": 2e-5, "max_periods": 1}, Status.NOT_STATIONARY),
+        (VISCOUS, {"method": "euler-cromer", "dt": 2e-5, "max_steps": 99}, Status.STEP_LIMIT),
+    ],
+)
+def test_every_way_to_end(
+    changes: dict[str, float], options: dict[str, float], status: Status
+) -> None:
+    assert_nothing_but(orbits(row(**changes), **options).row[0], status)
+
+
+def test_orbits_of_an_unstable_step_break_an_invariant() -> None:
+    # Past the refusal, straight through the compiled door: 8 times too much force and no NaN.
+    settings = Options(method="euler-cromer", dt=2.6e-5, stationary_rtol=1e-2).settings()
+    results, finals = np.empty((1, 13)), np.empty((1, 4))
+    point = row(rheological_index=0.0)[None]
+    kernels.fixed_orbits(point, settings, results, finals)
+    assert_nothing_but(results[0], Status.INVARIANT_VIOLATED)
+
+
+def test_a_step_budget_that_is_just_enough() -> None:
+    # The budget covers the search and the measurement; one step less is a step too few.
+    low, high = 1, 1_000_000
+    while high - low > 1:
+        middle = (low + high) // 2
+        enough = orbits(row(), max_steps=middle).status[0] == Status.OK
+        low, high = (low, middle) if enough else (middle, high)
+    short, enough = orbits(row(), max_steps=low), orbits(row(), max_steps=high)
+    assert (short.status, enough.status) == (Status.STEP_LIMIT, Status.OK)
+    np.testing.assert_array_equal(enough.row, orbits(row()).row)
+    assert 5_000 < high < 200_000  # an effort budget: 2e4 when this was written
+
+
+def test_periods_integrated_count_search_and_measurement() -> None:
+    found = orbits(row())
+    n = int(found.periods_integrated[0])
+    searched = n - int(found.orbit_periods[0])
+    assert orbits(row(), max_periods=searched).status == Status.OK
+    assert orbits(row(), max_periods=searched - 1).status == Status.NOT_STATIONARY
+    assert orbits(row(), max_periods=3).periods_integrated == 3
+
+
+def test_refused_and_failed_rows_hold_nothing() -> None:
+    assert_nothing_but(refused_row(), Status.REFUSED)
+    assert_nothing_but(failed_row(), Status.FAILED)
+
+
+def test_only_the_unstable_points_of_a_batch_are_refused() -> None:
+    points = np.array([row(), row(**VISCOUS), row(rheological_index=0.0)])
+    found = orbits(points, method="euler-cromer", dt=2e-5)
+    assert found.status.tolist() == [Status.REFUSED, Status.OK, Status.REFUSED]
+    alone = orbits(points[1], method="euler-cromer", dt=2e-5)
+    np.testing.assert_array_equal(found.row[1], alone.row[0])
+
+
+@pytest.mark.parametrize("method", ["adaptive", "euler-cromer"])
+def test_a_film_that_could_never_solidify_is_an_error(method: str) -> None:
+    for scene, noise in (({}, "none"), ({"noise_intensity": 0.0}, "typical-path")):
+        with pytest.raises(NoiseError, match="could never solidify"):
+            orbits(row(**scene), method=method, noise=noise)
+    with pytest.raises(NoiseError):
+        stationary_orbit(noise="none")
+
+
+def test_without_noise_a_melted_film_stays_liquid() -> None:
+    # The finite, smooth and wrong answer of a model without noise: the force of the liquid. The
+    # logarithm of the order parameter falls for ever, so it is never taken for stationary.
+    scene = {"initial_order_parameter": 0.6}
+    assert orbits(row(**scene), noise="none", max_periods=300).status == Status.NOT_STATIONARY
+    last = simulate(Parameters(**scene), noise="none", periods=20).isel(time=slice(-2000, None))
+    assert float(np.abs(last.elastic_stress).max()) < 1.0
+    assert float(last.friction_force.max()) == pytest.approx(0.599e-3, rel=1e-3)
+
+
+def test_without_noise_a_film_that_stays_solid_is_the_same() -> None:
+    scene = {"initial_order_parameter": 0.6, "rheological_index": 0.0}
+    without, zero = orbits(row(**scene), noise="none"), orbits(row(**scene, noise_intensity=0.0))
+    assert without.status == Status.OK
+    np.testing.assert_array_equal(zero.row, without.row)
+    np.testing.assert_allclose(
+        without.elastic_stress_amplitude, orbits(row(**scene)).elastic_stress_amplitude, rtol=1e-5
+    )
+
+
+def test_the_noise_intensity_shows_where_solidification_decides() -> None:
+    found = orbits(rows("noise_intensity", [1e-12, 1e-18, 1e-24], angular_frequency=15.0))
+    np.testing.assert_allclose(
+        found.elastic_stress_amplitude, [3.10e6, 3.02e6, 2.94e6], rtol=0, atol=0.01e6
+    )
+
+
+def test_options_have_the_defaults_of_a_config() -> None:
+    settings = Options().settings()
+    assert settings == kernels.Settings(1e-6, 1e-10, DEFAULT_MAX_STEPS, 1e-6, 5000, True)
+    assert all(type(value) in (int, float, bool) for value in settings)
+    assert not Options(method="euler-cromer").settings().accelerate
+    assert Options(method="euler-cromer").settings().max_steps > 6.3e9 * 5000
+
+
+# --- the two methods in one process ---------------------------------------------------------------
+
+
+def test_each_method_answers_for_itself() -> None:
+    coarse = {"method": "euler-cromer", "dt": 2e-5, "stationary_rtol": 1e-5}
+    adaptive = orbits(row(**VISCOUS), stationary_rtol=1e-5)
+    fixed, finer = orbits(row(**VISCOUS), **coarse), orbits(row(**VISCOUS), **coarse | {"dt": 1e-5})
+    assert fixed.friction_force_amplitude != adaptive.friction_force_amplitude
+    assert fixed.friction_force_amplitude != finer.friction_force_amplitude
+
+
+_TWINS = """
+import sys
+from stickslip.compiled import door, jit
+
+def make_sum(step):
+    @jit
+    def total(n):
+        if n > 1:
+            return step(n) + total(n - 1)  # recursion: it cannot vanish into its caller
+        return step(n)
+    return total
+
+@jit
+def one(n): return 1.0
+
+@jit
+def two(n): return 2.0
+
+ones, twos = make_sum(one), make_sum(two)
+
+@door
+def single(n): return ones(n)
+
+@door
+def double(n): return twos(n)
+
+print(*[{"single": single, "double": double}[name](5) for name in sys.argv[1:]])
+"""
+
+
+def test_doors_that_were_cached_by_different_processes_are_kept_apart(tmp_path: Path) -> None:
+    # A factory makes functions of one name. Numba tells them apart by a counter that starts anew
+    # in each process, so two cached doors can hold different code under one and the same symbol.
+    script = tmp_path / "twins.py"
+    script.write_text(_TWINS, encoding="utf-8")
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+
+    def answers(*doors: str) -> list[float]:
+        command = [sys.executable, str(script), *doors]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        return [float(word) for word in done.stdout.split()]
+
+    assert answers("single") == [5.0]
+    assert answers("double") == [10.0]
+    assert answers("single", "double") == [5.0, 10.0]
+    assert answers("double", "single") == [10.0, 5.0]

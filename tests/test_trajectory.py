@@ -1,0 +1,233 @@
+"""The door to trajectories: the Dataset, its sampling, its starts and its errors."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from stickslip import (
+    IntegrationError,
+    NoiseError,
+    Parameters,
+    Status,
+    reference,
+    simulate,
+    stationary_orbit,
+)
+from stickslip.variables import PARAMETERS, TRAJECTORY
+
+X_M = 0.8e-6
+
+
+@pytest.fixture(scope="module")
+def fig_3() -> xr.Dataset:
+    return simulate(periods=2, samples_per_period=500)
+
+
+# --- the Dataset ----------------------------------------------------------------------------------
+
+
+def test_the_variables_are_those_of_the_registry(fig_3: xr.Dataset) -> None:
+    assert {"time", *map(str, fig_3.data_vars)} == set(TRAJECTORY)
+    assert dict(fig_3.sizes) == {"time": 1001}
+    for name, variable in TRAJECTORY.items():
+        assert fig_3[name].dims == ("time",)
+        assert fig_3[name].dtype == np.float64
+        assert fig_3[name].attrs["units"] == variable.units
+        assert fig_3[name].attrs["symbol"] == variable.symbol
+        assert fig_3[name].attrs["long_name"] == variable.meaning
+
+
+def test_the_parameters_are_scalar_coordinates() -> None:
+    p = Parameters(temperature=250.0, rheological_index=0.0)
+    ds = simulate(p, periods=1, samples_per_period=2)
+    assert set(map(str, ds.coords)) == {"time", *PARAMETERS}
+    for name, variable in PARAMETERS.items():
+        assert ds[name].ndim == 0
+        assert float(ds[name]) == getattr(p, name)
+        assert ds[name].attrs["units"] == variable.units
+        assert ds[name].attrs.get("comment", "") == variable.comment
+
+
+def test_the_observables_follow_from_the_states(fig_3: xr.Dataset) -> None:
+    t, p = fig_3.time.values, Parameters()
+    np.testing.assert_allclose(fig_3.upper_displacement, X_M * np.cos(10 * t), atol=1e-20)
+    np.testing.assert_allclose(fig_3.upper_velocity, -X_M * 10 * np.sin(10 * t), atol=1e-20)
+    u = (fig_3.upper_velocity - fig_3.lower_velocity).values
+    np.testing.assert_allclose(fig_3.elastic_strain, u * 10.0, rtol=1e-12)
+    stress = 4e12 * fig_3.order_parameter.values**2 * fig_3.elastic_strain.values
+    np.testing.assert_allclose(fig_3.elastic_stress, stress, rtol=1e-12)
+    np.testing.assert_allclose(fig_3.viscous_stress, 5e4 * np.cbrt(u / 1e-9), rtol=1e-12)
+    force = p.contact_area * (fig_3.elastic_stress + fig_3.viscous_stress)
+    np.testing.assert_allclose(fig_3.friction_force, force, rtol=1e-12)
+
+
+def test_the_states_obey_the_equations_of_motion() -> None:
+    p = Parameters(temperature=300.0, initial_displacement=X_M)
+    ds = simulate(p, periods=1, samples_per_period=20_000, rtol=1e-9)
+    dt = float(ds.time[1])
+    x, v = ds.lower_displacement.values, ds.lower_velocity.values
+    middle = slice(1, -1)
+    # On nine samples of ten: what the start leaves decays faster than differences can follow.
+    slope_error = np.abs((x[2:] - x[:-2]) / (2 * dt) - v[middle])
+    assert np.quantile(slope_error, 0.9) < 1e-5 * X_M * 10
+    force = p.block_mass * (v[2:] - v[:-2]) / (2 * dt) + 2 * p.spring_stiffness * x[middle]
+    scale = float(np.abs(ds.friction_force).max())
+    force_error = np.abs(force - ds.friction_force.values[middle])
+    assert np.quantile(force_error, 0.9) < 1e-4 * scale
+
+
+def test_the_dataset_survives_a_file(tmp_path, fig_3: xr.Dataset) -> None:
+    fig_3.to_netcdf(tmp_path / "fig3.nc")
+    with xr.open_dataset(tmp_path / "fig3.nc") as ds:
+        xr.testing.assert_identical(ds.load(), fig_3)
+
+
+# --- sampling -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("periods", "per_period"), [(1, 1), (1, 7), (3, 1), (2, 500)])
+def test_samples_are_equidistant_and_hold_both_ends(periods: int, per_period: int) -> None:
+    p = Parameters(initial_displacement=2e-7, initial_velocity=1e-6, initial_order_parameter=0.3)
+    ds = simulate(p, periods=periods, samples_per_period=per_period)
+    period = 2 * math.pi / 10
+    expected = np.linspace(0.0, periods * period, periods * per_period + 1)
+    np.testing.assert_allclose(ds.time, expected, rtol=1e-14)
+    first = ds.isel(time=0)
+    assert float(first.lower_displacement) == 2e-7
+    assert float(first.lower_velocity) == 1e-6
+    assert float(first.order_parameter) == pytest.approx(0.3, rel=1e-15)
+    assert np.all(np.isfinite(ds.to_dataframe()[list(TRAJECTORY)[1:]]))
+
+
+@pytest.mark.parametrize("method", ["adaptive", "euler-cromer"])
+def test_sampling_does_not_touch_the_motion(method: str) -> None:
+    p = Parameters(elastic_coefficient=0.0)
+    options = {"periods": 3, "method": method, "dt": 2e-5}
+    dense, sparse = (simulate(p, samples_per_period=n, **options) for n in (640, 10))
+    every = dense.isel(time=slice(None, None, 64))
+    for name in ("lower_displacement", "lower_velocity", "order_parameter"):
+        ends = slice(None, None, 10)  # whole periods: no interpolation
+        np.testing.assert_array_equal(sparse[name][ends], every[name][ends])
+        np.testing.assert_allclose(sparse[name], every[name], rtol=1e-9, atol=1e-18)
+
+
+def test_a_start_at_rest_and_phi_0_is_lifted_to_the_noise() -> None:
+    first = simulate(periods=1, samples_per_period=1).isel(time=0)
+    level = math.sqrt(0.2807297 * 1e-18 / (2 * 0.95 * 100 * 90))
+    assert float(first.order_parameter) == pytest.approx(level, rel=1e-6)
+    assert float(first.lower_displacement) == float(first.lower_velocity) == 0.0
+
+
+def test_more_periods_continue_the_same_motion() -> None:
+    short, long = (simulate(periods=n, samples_per_period=50) for n in (2, 5))
+    head = long.isel(time=slice(0, 101))
+    np.testing.assert_array_equal(head.lower_displacement, short.lower_displacement)
+
+
+# --- starts ---------------------------------------------------------------------------------------
+
+SUBHARMONIC = {
+    "temperature": 172.92,
+    "viscosity_coefficient": 22891.7,
+    "spring_stiffness": 5491.4,
+    "angular_frequency": 55.225,
+}
+
+
+@pytest.mark.parametrize(
+    ("changes", "closes_after"),
+    [
+        ({}, 1),
+        ({"angular_frequency": 38.0}, 1),
+        ({"rheological_index": 2 / 3}, 1),
+        (SUBHARMONIC, 2),
+    ],
+)
+def test_a_stationary_start_closes_on_itself(changes: dict[str, float], closes_after: int) -> None:
+    p = Parameters(**changes)
+    assert stationary_orbit(p, rtol=1e-8).orbit_periods == closes_after
+    ds = simulate(p, periods=2 * closes_after, start="stationary", samples_per_period=1, rtol=1e-8)
+    x = ds.lower_displacement.values / X_M
+    v = ds.lower_velocity.values / (X_M * p.angular_frequency)
+    for motion in (x, v):
+        np.testing.assert_allclose(motion[closes_after:], motion[:-closes_after], rtol=0, atol=1e-7)
+    log_phi = np.log(ds.order_parameter.values)
+    np.testing.assert_allclose(log_phi[closes_after:], log_phi[:-closes_after], rtol=0, atol=1e-4)
+    if closes_after > 1:
+        assert np.max(np.abs(x[1:] - x[:-1])) > 0.05
+
+
+def test_a_start_from_rest_does_not_close() -> None:
+    x = simulate(Parameters(rheological_index=0.0), periods=1).lower_displacement.values
+    assert abs(x[-1] - x[0]) > 0.01 * X_M
+
+
+@pytest.mark.parametrize("start", ["rest", "off the cusp", "solid", "newtonian"])
+def test_a_tight_trajectory_agrees_with_the_slow_twin(start: str) -> None:
+    # From rest V = v at t = 0: for gamma < 0 that is the cusp of the viscous force, where
+    # linearly implicit steps can freeze the velocity without a sign of it in their estimate.
+    changes = {
+        "rest": {},
+        "off the cusp": {"initial_velocity": 1e-7},
+        "solid": {"initial_order_parameter": 0.6},
+        "newtonian": {"rheological_index": 0.0},
+    }[start]
+    p = Parameters(angular_frequency=38.0, **changes)
+    end = 2 * math.pi / 38.0 / 4
+    times = np.array([0.0, 0.5 * end, end])
+    exact = reference.trajectory(p, times, "LSODA", rtol=1e-12)
+    # Eight samples a period: numbers 1 and 2 are an eighth and a quarter of it.
+    ds = simulate(p, periods=1, samples_per_period=8, rtol=1e-10)
+    x = (ds.lower_displacement.values[1:3] - exact[1:, 0]) / X_M
+    v = (ds.lower_velocity.values[1:3] - exact[1:, 1]) / (X_M * 38.0)
+    assert np.max(np.abs(x)) < 5e-8
+    assert np.max(np.abs(v)) < 5e-8
+
+
+# --- errors ---------------------------------------------------------------------------------------
+
+
+def test_an_unstable_step_is_refused_with_the_largest_stable_one() -> None:
+    with pytest.raises(IntegrationError, match=r"dt = 1e-07 s is above .* 1\.4e-08 s") as caught:
+        simulate(method="euler-cromer", dt=1e-7, periods=1)
+    assert caught.value.status is Status.REFUSED
+    assert Status.REFUSED.sentence in str(caught.value)
+
+
+@pytest.mark.parametrize("method", ["adaptive", "euler-cromer"])
+def test_a_spent_budget_is_an_error(method: str) -> None:
+    with pytest.raises(IntegrationError) as caught:
+        simulate(Parameters(elastic_coefficient=0.0), method=method, dt=2e-5, max_steps=10)
+    assert caught.value.status is Status.STEP_LIMIT
+    assert str(caught.value) == Status.STEP_LIMIT.sentence
+
+
+def test_a_start_that_overflows_is_an_error() -> None:
+    with pytest.raises(IntegrationError) as caught:
+        simulate(Parameters(initial_velocity=1e200))
+    assert caught.value.status is Status.DIVERGED
+
+
+def test_a_stationary_start_that_is_not_reached_is_an_error() -> None:
+    with pytest.raises(
+        IntegrationError, match=r"^No stationary start: The orbit did not"
+    ) as caught:
+        simulate(start="stationary", max_periods=2)
+    assert caught.value.status is Status.NOT_STATIONARY
+
+
+def test_a_film_that_could_never_solidify_is_an_error() -> None:
+    with pytest.raises(NoiseError):
+        simulate(noise="none")
+    ds = simulate(Parameters(initial_order_parameter=0.6), noise="none", periods=1)
+    assert float(ds.order_parameter.min()) < 1e-30  # melted, with nothing to come back from
+
+
+@pytest.mark.parametrize("wrong", [{"periods": 0}, {"samples_per_period": 0}, {"periods": -1}])
+def test_nothing_to_sample_is_an_error(wrong: dict[str, int]) -> None:
+    with pytest.raises(ValueError, match="at least 1"):
+        simulate(**wrong)
