@@ -447,7 +447,7 @@ def _make_point(
         else:
             _fill(p, record, y, end, cycle, result)
         result[11], result[12] = periods, OK
-        believed = result[7] <= _POWER_BALANCE_LIMIT
+        believed = measurement.balance_kept(p, record, result[7], cycle, _POWER_BALANCE_LIMIT)
         if not (believed and measurement.bounds_kept(p, record, math.exp(start[2]))):
             _fail(result, periods, INVARIANT_VIOLATED)
 

@@ -140,6 +140,18 @@ def power_balance_error(p: Parameters, record: np.ndarray, begin: State, end: St
 
 
 @jit
+def balance_kept(p: Parameters, record: np.ndarray, error: float, cycle: int, limit: float) -> bool:
+    """Whether the power balance holds to `limit`.
+
+    As for the amplitudes the yardstick is at least 1 % of the full spring force, here times the
+    way of the drive: where the force vanishes, its work is rounding.
+    """
+    X_m = abs(p.drive_amplitude)
+    floor = 0.01 * (2.0 * p.spring_stiffness * X_m) * (4.0 * X_m * cycle)
+    return error * record[ABSOLUTE_WORK] <= limit * max(record[ABSOLUTE_WORK], floor)
+
+
+@jit
 def amplitudes(record: np.ndarray) -> tuple[float, float]:
     """Half of maximum minus minimum of elastic stress [Pa] and friction force [N]."""
     return (

@@ -152,6 +152,7 @@ def simulate(
     changes = [*(set_ or []), *([f"simulation.periods={periods}"] if periods else [])]
     settings = _read(config, changes)
     path = output or Path("results") / f"{config.stem if config else 'paper'}-trajectory.nc"
+    _refuse_axes(settings)
     _refuse_existing(path, overwrite=overwrite)
     _require_writable(xr.Dataset(), path)
     _write(_trajectory(settings), path)
@@ -250,6 +251,13 @@ def _read(config: Path | None, changes: list[str] | None) -> Config:
     for warning in settings.warnings:
         print(f"warning: {warning}", file=sys.stderr)
     return settings
+
+
+def _refuse_axes(settings: Config) -> None:
+    from sweeps.trajectories import AxisLeftError
+
+    if settings.sweep or settings.cases:
+        _stop(str(AxisLeftError(settings)), Exit.USAGE)
 
 
 def _refuse_existing(path: Path, *, overwrite: bool) -> None:
@@ -366,11 +374,11 @@ def _trajectory(settings: Config) -> xr.Dataset:
     """The trajectory or, of a figure with one axis, the trajectories of a config."""
     from stickslip import IntegrationError, NoiseError
     from sweeps.interrupt import interruptible
-    from sweeps.trajectories import AxisLeftError, trajectory
+    from sweeps.trajectories import trajectory
 
     try:
         return interruptible(lambda: trajectory(settings), "Interrupted; nothing was kept.")
-    except (AxisLeftError, NoiseError) as error:
+    except NoiseError as error:
         _stop(str(error), Exit.USAGE)
     except IntegrationError as error:
         _stop(str(error), Exit.SOME_FAILED)

@@ -138,16 +138,16 @@ def test_a_period_is_divided_evenly() -> None:
 
 def test_the_first_steps_are_those_of_the_method() -> None:
     # By hand: v from the old state, x with the new v, phi from the old state and not negative.
+    # From x = 0, so that the new v (1e-4 beside the old one in a step) shows in x.
     p = Parameters(
         angular_frequency=2e5,
         drive_amplitude=8e-11,
-        initial_displacement=1e-8,
         initial_velocity=3e-7,
         initial_order_parameter=0.5,
         noise_intensity=0.0,
     )
     dt = 2 * math.pi / 2e5 / 4000
-    x, v, phi = 1e-8, 3e-7, 0.5
+    x, v, phi = 0.0, 3e-7, 0.5
     by_hand = [(x, v, phi)]
     for n in range(3):
         u = -8e-11 * 2e5 * math.sin(2e5 * n * dt) - v
@@ -161,6 +161,6 @@ def test_the_first_steps_are_those_of_the_method() -> None:
         by_hand.append((x, v, phi))
     settings = Options(method="euler-cromer", dt=dt * (1 + 1e-9)).settings()
     samples = np.empty((4001, 3))
-    start = np.array([1e-8, 3e-7, math.log(0.5)])
+    start = np.array([0.0, 3e-7, math.log(0.5)])
     kernels.fixed_trajectory(np.array(p), settings, start, 4000, samples)
     np.testing.assert_allclose(samples[:4], by_hand, rtol=1e-9)

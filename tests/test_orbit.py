@@ -12,7 +12,16 @@ import numpy as np
 import pytest
 from scenes import orbits, row, rows
 
-from stickslip import NoiseError, Options, Parameters, Status, kernels, simulate, stationary_orbit
+from stickslip import (
+    NoiseError,
+    Options,
+    Parameters,
+    Status,
+    kernels,
+    measurement,
+    simulate,
+    stationary_orbit,
+)
 from stickslip.orbit import (
     DEFAULT_MAX_STEPS,
     compute_orbits,
@@ -20,6 +29,7 @@ from stickslip.orbit import (
     prepared_points,
     refused_row,
 )
+from stickslip.parameters import ParameterValues
 from stickslip.variables import RESULTS
 
 COUNTS = {"orbit_periods", "melting_count", "periods_integrated"}
@@ -89,6 +99,44 @@ def test_extremes_are_those_of_the_time_course() -> None:
         # Samples miss the microsecond in which a film that solidifies catches the blocks.
         assert -5e-6 * scale < high - values.max() < 1e-3 * scale
         assert -1e-3 * scale < low - values.min() < 5e-6 * scale
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"rheological_index": 0.0}, {"rheological_index": 2 / 3}, {"spring_stiffness": 500.0}],
+    ids=str,
+)
+def test_the_state_is_as_close_to_the_limit_as_asked(changes: dict[str, float]) -> None:
+    # By plain iteration of offsets that take 10 to 300 periods for one e-fold: a small step from
+    # one period to the next is not a small distance to the limit.
+    scale = [0.8e-6, 0.8e-6 * 10]
+    near = orbits(row(**changes), rtol=1e-8, stationary_rtol=1e-4, accelerate=False)
+    limit = orbits(row(**changes), rtol=1e-8, stationary_rtol=1e-8)
+    distance = np.max(np.abs((near.final - limit.final)[0, :2] / scale))
+    assert (near.status, limit.status) == (Status.OK, Status.OK)
+    assert distance < 1.2e-4
+    assert near.periods_integrated < 1000
+
+
+@pytest.mark.parametrize(
+    ("phases", "count"),
+    [
+        ([0.6, 0.1, 0.01, 0.1, 0.6], 1),
+        ([0.05, 0.01, 0.1, 0.6, 0.05], 1),  # the melting goes on across the end of the orbit
+        ([0.01, 0.6, 0.01, 0.6, 0.01], 2),
+        ([0.6, 0.02, 0.6, 0.1, 0.6], 0),  # not far enough for a melting
+        ([0.01, 0.1, 0.01], 0),  # ... nor for a solidification before one
+        ([0.05, 0.1, 0.05], 0),
+    ],
+)
+def test_meltings_are_counted_cyclically_and_with_hysteresis(
+    phases: list[float], count: int
+) -> None:
+    record = np.empty(measurement.LENGTH)
+    measurement.start(record)
+    for phi in phases:
+        measurement.see_phase(ParameterValues(), phi, record)
+    assert measurement.meltings(record) == count
 
 
 def test_asymmetry_of_no_stress_is_zero() -> None:

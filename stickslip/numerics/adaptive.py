@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from stickslip.compiled import inline, jit
-from stickslip.numerics.linear import Vector, add, finite, largest_ratio
+from stickslip.numerics.linear import Vector, add, finite, largest_ratio, with_signs
 from stickslip.numerics.rosenbrock import defect_error, make_step
 from stickslip.numerics.tableaus import RosenbrockTableau
 from stickslip.status import Status
@@ -68,7 +68,7 @@ def make_adaptive(
             ratio = largest_ratio(error, scale) / rtol
             if ratio <= 1.0:
                 f1, J1 = rhs(p, t + used, y1), jacobian(p, t + used, y1)
-                blurred = jacobian(p, t + used, add(y1, rtol, scale))
+                blurred = jacobian(p, t + used, add(y1, rtol, with_signs(scale, f1)))
                 rows = (blurred[0], blurred[1], blurred[2])
                 defect = defect_error(f1, rows, y, y1, d1, d2, used, gamma)
                 seen = _DEFECT_WEIGHT * largest_ratio(defect, scale) / rtol

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from stickslip.compiled import inline
 
 Vector = tuple[float, float, float]
@@ -24,6 +26,16 @@ def largest_ratio(error: Vector, scale: Vector) -> float:
     )
     largest = max(first, max(second, third))
     return largest + 0.0 * (first + second + third)  # max() may drop a NaN, a sum does not
+
+
+@inline
+def with_signs(size: Vector, direction: Vector) -> Vector:
+    """Components of `size` with the signs of `direction`: where that points, mirrors with it."""
+    return (
+        math.copysign(size[0], direction[0]),
+        math.copysign(size[1], direction[1]),
+        math.copysign(size[2], direction[2]),
+    )
 
 
 @inline
