@@ -11,8 +11,8 @@ import math
 import numpy as np
 from environment import write_results
 
-from stickslip import kernels
 from stickslip.compiled import jit
+from stickslip.kernels.methods import error_scale
 from stickslip.model.rhs import jacobian, rhs, starting_state
 from stickslip.numerics import adaptive
 from stickslip.numerics.tableaus import RODAS4, RODAS4P, RosenbrockTableau
@@ -53,7 +53,7 @@ def main() -> None:
 def _run(tableau: RosenbrockTableau, defect_weight: float):
     """The compiled integration of PERIODS drive periods with one variant."""
     kept, adaptive._DEFECT_WEIGHT = adaptive._DEFECT_WEIGHT, defect_weight
-    drive = adaptive.make_adaptive(rhs, jacobian, kernels._error_scale, _ignore, tableau)
+    drive = adaptive.make_adaptive(rhs, jacobian, error_scale, _ignore, tableau)
 
     @jit
     def run(p, rtol):

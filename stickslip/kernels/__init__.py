@@ -1,0 +1,32 @@
+"""The compiled doors: the only place where the model and the numerical methods meet.
+
+A door takes plain arrays and a Settings tuple, works through many points without the interpreter
+and leaves a status for each; it raises nothing. `NUMERICS_VERSION` must be raised whenever a
+change alters any number that a door returns; the golden tests notice when it was forgotten.
+"""
+
+from __future__ import annotations
+
+from stickslip.kernels.orbits import adaptive_orbits, fixed_orbits
+from stickslip.kernels.rows import FINAL_COLUMNS, RESULT_COLUMNS, Settings
+from stickslip.kernels.trajectories import (
+    adaptive_trajectory,
+    fixed_trajectory,
+    starting_log_state,
+    trajectory_observables,
+)
+
+__all__ = [
+    "FINAL_COLUMNS",
+    "NUMERICS_VERSION",
+    "RESULT_COLUMNS",
+    "Settings",
+    "adaptive_orbits",
+    "adaptive_trajectory",
+    "fixed_orbits",
+    "fixed_trajectory",
+    "starting_log_state",
+    "trajectory_observables",
+]
+
+NUMERICS_VERSION = 1

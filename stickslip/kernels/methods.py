@@ -1,0 +1,110 @@
+"""The two integrators bound to the model: one drive period with each.
+
+`adaptive_period` and `fixed_period` have the same signature: (p, settings, y, h, budget, record) to
+(y, h, steps, status). The adaptive method has the state (x, v, ln phi) and remembers the step h to
+go on with; Euler-Cromer has the state (x, v, phi) and remembers nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from stickslip.compiled import inline, jit
+from stickslip.kernels.observers import Record, see_fixed_step, see_step
+from stickslip.kernels.rows import Settings, period_of
+from stickslip.model import film, noise
+from stickslip.model.rhs import (
+    State,
+    block_acceleration,
+    film_melting_function,
+    jacobian,
+    relative_velocity,
+    rhs,
+    stress_and_force,
+)
+from stickslip.numerics.adaptive import make_adaptive
+from stickslip.numerics.fixed import make_fixed
+from stickslip.numerics.tableaus import RODAS4P
+from stickslip.parameters import Parameters
+
+# For fluids whose viscous stress is smooth in u (gamma >= 0) an error of the velocity counts by the
+# error of the force that it makes, against this many times the force that locks the block: a
+# locked block moves with the drive to parts in 1e5, and its slip must be right, not just its speed.
+_FORCE_WEIGHT = 20.0
+
+
+@inline
+def error_scale(p: Parameters, y: State, J: tuple[State, State, State, State]) -> State:
+    """Sizes [m, m/s, 1] against which the errors of (x, v, ln phi) count."""
+    X_m = abs(p.drive_amplitude)
+    V_m = X_m * p.angular_frequency
+    if p.rheological_index >= 0.0:
+        locking = 2.0 * p.spring_stiffness * X_m + p.block_mass * p.angular_frequency * V_m
+        V_m /= 1.0 + V_m * (-J[1][1] * p.block_mass) / (_FORCE_WEIGHT * locking)
+    return X_m, V_m, 1.0 + abs(y[2])
+
+
+_travel = make_adaptive(rhs, jacobian, error_scale, see_step, RODAS4P)
+
+
+@jit
+def adaptive_period(
+    p: Parameters, settings: Settings, y: State, h: float, budget: int, record: Record
+) -> Any:
+    """One drive period of the adaptive method from the state (x, v, ln phi)."""
+    return _travel(p, settings.rtol, 0.0, period_of(p), y, h, budget, record)
+
+
+@inline
+def same_state(y: State) -> State:
+    """The state (x, v, ln phi) for itself."""
+    return y
+
+
+@inline
+def _increments(p: Parameters, t: float, dt: float, y: State) -> tuple[float, float]:
+    """What v and phi gain in a fixed step from the old state (Eqs. 3 and 26)."""
+    x, v, phi = y
+    u = relative_velocity(p, t, v)
+    _, F = stress_and_force(p, u, phi)
+    rate = film.order_parameter_rate(
+        phi,
+        film_melting_function(p, u),
+        p.cubic_coefficient,
+        p.quartic_coefficient,
+        p.kinetic_coefficient,
+    )
+    kick = noise.typical_kick(phi, noise.effective_intensity(p.noise_intensity), dt)
+    return dt * block_acceleration(p, x, F), dt * rate + kick
+
+
+_march = make_fixed(_increments, see_fixed_step)
+
+
+@inline
+def _fixed_steps(p: Parameters, settings: Settings) -> int:
+    """Steps a period: the drive period is divided evenly, so a step may be a little below dt."""
+    return math.ceil(period_of(p) / settings.dt)
+
+
+@jit
+def fixed_period(
+    p: Parameters, settings: Settings, y: State, h: float, budget: int, record: Record
+) -> Any:
+    """One drive period of Euler-Cromer from the state (x, v, phi)."""
+    steps = _fixed_steps(p, settings)
+    y, used, status = _march(p, 0.0, period_of(p), steps, y, budget, record)
+    return y, h, used, status
+
+
+@inline
+def log_state(y: State) -> State:
+    """The state (x, v, ln phi) for a state (x, v, phi)."""
+    return y[0], y[1], math.log(y[2])
+
+
+@inline
+def phi_state(y: State) -> State:
+    """The state (x, v, phi) for a state (x, v, ln phi)."""
+    return y[0], y[1], math.exp(y[2])

@@ -1,0 +1,232 @@
+"""The doors to stationary orbits: start, settle, measure, estimate the error."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from stickslip import measurement
+from stickslip.compiled import door, inline, jit
+from stickslip.kernels.methods import (
+    adaptive_period,
+    fixed_period,
+    log_state,
+    phi_state,
+    same_state,
+)
+from stickslip.kernels.observers import measuring, no_record
+from stickslip.kernels.rows import FIRST_STEP, Settings, parameters_of, period_of
+from stickslip.model.rhs import State, starting_state
+from stickslip.numerics.adaptive import OK
+from stickslip.numerics.stationarity import make_settle
+from stickslip.parameters import Parameters
+from stickslip.status import Status
+
+INVARIANT_VIOLATED = int(Status.INVARIANT_VIOLATED)
+
+# Power balance beyond which an orbit is not believed.
+_POWER_BALANCE_LIMIT = 1e-2
+
+# The error estimate integrates the final orbit again with a tolerance this much tighter.
+_TIGHTER = 1e-2
+_TIGHTEST = 1e-13
+
+# Where the noise of the step control keeps an orbit from settling, the tolerance is cut by this.
+_REFINEMENT = 0.1
+
+# What Euler-Cromer is compared with has its tolerance made tighter from here: its own error at
+# the paper's step is 1e-9.
+_FIXED_REFERENCE = 1e-7
+
+# A budget for runs that must not end early: 10 hours of steps.
+_PLENTY = 10**11
+
+# ln(phi) repeats to this many tolerances: it is slaved to the motion, and swings by hundreds.
+_FILM_WEIGHT = 1e-3
+
+
+@inline
+def _scaled(p: Parameters, y: State) -> State:
+    """The state as its repetition is judged: (x/X_m, v/(X_m omega)) and, loosely, the film."""
+    x, v, film_state = y
+    return (
+        x / p.drive_amplitude,
+        v / (p.drive_amplitude * p.angular_frequency),
+        _FILM_WEIGHT * film_state,
+    )
+
+
+@inline
+def _shifted(p: Parameters, y: State, dx: float, dv: float) -> State:
+    """The state moved by `dx` X_m and `dv` X_m omega; the film stays as it is."""
+    X_m = p.drive_amplitude
+    return y[0] + dx * X_m, y[1] + dv * (X_m * p.angular_frequency), y[2]
+
+
+@jit
+def _fail(result: np.ndarray, periods: int, status: int) -> None:
+    for column in range(result.shape[0]):  # a slice would compile NumPy's shape errors
+        result[column] = np.nan
+    result[8], result[9] = -1, -1
+    result[11] = periods
+    result[12] = status
+
+
+@jit
+def _fill(
+    p: Parameters, record: np.ndarray, begin: State, end: State, cycle: int, result: np.ndarray
+) -> None:
+    """Write what a record says of a closed orbit into the result row."""
+    result[0], result[1] = measurement.amplitudes(record)
+    result[2], result[3] = record[measurement.STRESS_MAX], -record[measurement.STRESS_MINUS_MIN]
+    result[4], result[5] = record[measurement.FORCE_MAX], -record[measurement.FORCE_MINUS_MIN]
+    result[7] = measurement.power_balance_error(p, record, begin, end)
+    result[8] = cycle
+    result[9] = measurement.meltings(record)
+    result[10] = measurement.asymmetry(record)
+
+
+@inline
+def _with_rtol(settings: Settings, rtol: float) -> Settings:
+    return Settings(
+        max(rtol, _TIGHTEST),
+        settings.dt,
+        settings.max_steps,
+        settings.stationary_rtol,
+        settings.max_periods,
+        settings.accelerate,
+    )
+
+
+@inline
+def _refined(settings: Settings) -> Settings:
+    return _with_rtol(settings, _REFINEMENT * settings.rtol)
+
+
+def _make_cycle(period_map: Any) -> Any:
+    """The integration of a whole cycle of periods with measurement on."""
+
+    @jit
+    def cycle_measured(
+        p: Parameters,
+        settings: Settings,
+        y: State,
+        h: float,
+        cycle: int,
+        budget: int,
+        values: np.ndarray,
+    ) -> Any:
+        measurement.start(values)
+        record = measuring(values)
+        steps, status = 0, OK
+        for _ in range(cycle):
+            y, h, used, status = period_map(p, settings, y, h, budget - steps, record)
+            steps += used
+            if status != OK:
+                break
+        return y, steps, status
+
+    return cycle_measured
+
+
+_better_cycle = _make_cycle(adaptive_period)
+
+
+def _make_point(
+    period_map: Any, state: Any, log_state: Any, reference: Any, extrapolate: bool
+) -> Any:
+    """The computation of one point with one method.
+
+    `state` turns (x, v, ln phi) into the method's own state and `log_state` back; `reference`
+    gives the tolerance that the second, better integration of the orbit has to beat. The two
+    differ by the error estimate; with `extrapolate` the better one is reported.
+    """
+    settle = make_settle(period_map, _scaled, _shifted, _refined)
+    cycle_measured = _make_cycle(period_map)
+
+    @jit
+    def point(
+        p: Parameters,
+        settings: Settings,
+        result: np.ndarray,
+        final: np.ndarray,
+        records: np.ndarray,
+    ) -> None:
+        start = starting_state(p)
+        first_step = FIRST_STEP * period_of(p)
+        y, h, cycle, periods, steps, status = settle(
+            p, settings, state(start), first_step, settings.max_steps, no_record()
+        )
+        settled = log_state(y)
+        final[0], final[1], final[2], final[3] = settled[0], settled[1], settled[2], h
+        if status != OK:
+            _fail(result, periods, status)
+            return
+        record, better = records[0], records[1]
+        end, _, status = cycle_measured(
+            p, settings, y, h, cycle, settings.max_steps - steps, record
+        )
+        periods += cycle
+        if status == OK:
+            tight = _with_rtol(settings, _TIGHTER * reference(settings))
+            better_end, _, status = _better_cycle(
+                p, tight, settled, 0.1 * h, cycle, _PLENTY, better
+            )
+        if status != OK:
+            _fail(result, periods, status)
+            return
+        result[6] = measurement.amplitude_error(p, record, better)
+        if extrapolate:
+            record = better
+            _fill(p, better, settled, better_end, cycle, result)
+        else:
+            _fill(p, record, y, end, cycle, result)
+        result[11], result[12] = periods, OK
+        believed = measurement.balance_kept(p, record, result[7], cycle, _POWER_BALANCE_LIMIT)
+        if not (believed and measurement.bounds_kept(p, record, math.exp(start[2]))):
+            _fail(result, periods, INVARIANT_VIOLATED)
+
+    return point
+
+
+@inline
+def _own_tolerance(settings: Settings) -> float:
+    return settings.rtol
+
+
+@inline
+def _paper_tolerance(settings: Settings) -> float:
+    return _FIXED_REFERENCE
+
+
+_adaptive_point = _make_point(adaptive_period, same_state, same_state, _own_tolerance, True)
+_fixed_point = _make_point(fixed_period, phi_state, log_state, _paper_tolerance, False)
+
+
+@door
+def adaptive_orbits(
+    points: np.ndarray, settings: Settings, results: np.ndarray, finals: np.ndarray
+) -> None:
+    """Stationary orbits by the adaptive method, one for each row of parameters.
+
+    `points` (n, 20) in the order of `Parameters._fields`; `results` (n, 13) and `finals` (n, 4)
+    are written, in the order of RESULT_COLUMNS and FINAL_COLUMNS.
+    """
+    records = np.empty((2, measurement.LENGTH))
+    for i in range(points.shape[0]):
+        _adaptive_point(parameters_of(points[i]), settings, results[i], finals[i], records)
+
+
+@door
+def fixed_orbits(
+    points: np.ndarray, settings: Settings, results: np.ndarray, finals: np.ndarray
+) -> None:
+    """Stationary orbits by Euler-Cromer; arrays as for `adaptive_orbits`.
+
+    The error estimate compares with the adaptive method from the same stroboscopic state.
+    """
+    records = np.empty((2, measurement.LENGTH))
+    for i in range(points.shape[0]):
+        _fixed_point(parameters_of(points[i]), settings, results[i], finals[i], records)
