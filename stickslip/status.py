@@ -26,8 +26,8 @@ class Status(IntEnum):
 _SENTENCES = {
     Status.OK: "The stationary orbit was reached and measured.",
     Status.NOT_STATIONARY: (
-        "The orbit did not become stationary within `stationary.max_periods`; "
-        "allow more periods or a looser `stationary.rtol`."
+        "The orbit did not become stationary within `stationary.max_periods`; allow more periods "
+        "or a looser `stationary.rtol`. Some orbits close after more than 8 periods, or never."
     ),
     Status.STEP_LIMIT: (
         "The step budget `integrator.max_steps` ran out; raise it or loosen `integrator.rtol`."

@@ -190,11 +190,14 @@ def stalled(states: np.ndarray, newest: int, tolerance: float) -> bool:
     of accepted steps changes. Where the orbit attracts slowly these jumps, not the orbit, decide
     what the sequence does: it wanders about the limit and never settles.
     """
-    if newest < 2 * _PATIENCE:
-        return False
-    moved = _distance(states, newest, newest - _PATIENCE)
-    before = _distance(states, newest - _PATIENCE, newest - 2 * _PATIENCE)
-    return _STALLED_RATIO * before <= moved <= _NEAR * tolerance
+    for cycle in range(1, LONGEST_CYCLE + 1):
+        lag = cycle * ((_PATIENCE + cycle - 1) // cycle)
+        if 2 * lag <= newest:
+            moved = _distance(states, newest, newest - lag)
+            before = _distance(states, newest - lag, newest - 2 * lag)
+            if _STALLED_RATIO * before <= moved <= _NEAR * tolerance:
+                return True
+    return False
 
 
 def make_settle(

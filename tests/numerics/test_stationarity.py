@@ -323,10 +323,20 @@ def test_a_sequence_that_moves_far_has_not_stalled() -> None:
 
 def test_a_state_that_is_not_finite_has_not_stalled() -> None:
     sequence = TOL * np.arange(200)[:, None] * np.ones(3)
-    sequence[100] = math.nan
+    assert stalls(sequence, 99)
+    sequence[100:] = math.nan  # a state that is not finite never becomes finite again
     assert not stalls(sequence, 100)
     assert not stalls(sequence, 132)
     assert not stalls(sequence, 164)
+
+
+@pytest.mark.parametrize("cycle", range(1, 9))
+def test_a_cycle_that_wanders_has_stalled(cycle: int) -> None:
+    rng = np.random.default_rng(cycle)
+    points = rng.uniform(-1.0, 1.0, (cycle, 3))
+    noise = TOL * rng.uniform(-3.0, 3.0, (200, 3))
+    sequence = points[np.arange(200) % cycle] + noise
+    assert any(stalls(sequence, newest) for newest in range(80, 200))
 
 
 # --- settle --------------------------------------------------------------------------------------
