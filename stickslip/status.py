@@ -27,7 +27,7 @@ _SENTENCES = {
     Status.OK: "The stationary orbit was reached and measured.",
     Status.NOT_STATIONARY: (
         "The orbit did not become stationary within `stationary.max_periods`; allow more periods "
-        "or a looser `stationary.rtol`. Some orbits close after more than 8 periods, or never."
+        "or a looser `stationary.rtol`, unless it takes more than 8 periods to close or never does."
     ),
     Status.STEP_LIMIT: (
         "The step budget `integrator.max_steps` ran out; raise it or loosen `integrator.rtol`."
