@@ -13,7 +13,7 @@ help:
 	@echo "make test       the whole test suite"
 	@echo "make test-fast  the tests that are not marked slow"
 	@echo "make lint       ruff, mypy and the import contracts"
-	@echo "make bench      the benchmarks, against other solvers"
+	@echo "make bench      the benchmarks"
 	@echo "make clean      remove .venv, build products and caches; results/ stays"
 
 demo: $(VENV)/.core
@@ -35,7 +35,7 @@ lint: $(VENV)/.dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-bench: $(VENV)/.bench
+bench: $(VENV)/.core
 	set -e; for script in $(sort $(wildcard benchmarks/bench_*.py)); do $(BIN)/python $$script; done
 
 # One environment, one stamp for each set of packages in it; a change of pyproject.toml installs anew.
@@ -51,12 +51,6 @@ $(VENV)/.core: pyproject.toml | $(VENV)/.created
 
 $(VENV)/.dev: pyproject.toml | $(VENV)/.created
 	$(PIP) --editable ".[dev]"
-	@touch $(VENV)/.core $@
-
-$(VENV)/.bench: pyproject.toml | $(VENV)/.created
-	$(PIP) --editable ".[bench]" || { \
-		echo "numbalsoda did not install (it needs a Fortran compiler and CMake): going on without it"; \
-		$(PIP) --editable ".[peers]"; }
 	@touch $(VENV)/.core $@
 
 clean:

@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from stickslip.orbit import NoiseError, Options, Orbit, stationary_orbit
+    from stickslip.orbit import NoiseError, OptionError, Options, Orbit, stationary_orbit
     from stickslip.parameters import ParameterError, Parameters
     from stickslip.status import Status
     from stickslip.trajectory import IntegrationError, simulate
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "IntegrationError": "stickslip.trajectory",
     "NoiseError": "stickslip.orbit",
+    "OptionError": "stickslip.orbit",
     "Options": "stickslip.orbit",
     "Orbit": "stickslip.orbit",
     "ParameterError": "stickslip.parameters",
@@ -30,6 +31,7 @@ _HOMES = {
 __all__ = [
     "IntegrationError",
     "NoiseError",
+    "OptionError",
     "Options",
     "Orbit",
     "ParameterError",

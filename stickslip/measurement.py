@@ -143,11 +143,11 @@ def power_balance_error(p: Parameters, record: np.ndarray, begin: State, end: St
 def balance_kept(p: Parameters, record: np.ndarray, error: float, cycle: int, limit: float) -> bool:
     """Whether the power balance holds to `limit`.
 
-    As for the amplitudes the yardstick is at least 1 % of the full spring force, here times the
-    way of the drive: where the force vanishes, its work is rounding.
+    The yardstick is at least a thousandth of the full spring force times the way of the drive:
+    where the force vanishes, its work is rounding.
     """
     X_m = abs(p.drive_amplitude)
-    floor = 0.01 * (2.0 * p.spring_stiffness * X_m) * (4.0 * X_m * cycle)
+    floor = 0.001 * (2.0 * p.spring_stiffness * X_m) * (4.0 * X_m * cycle)
     return error * record[ABSOLUTE_WORK] <= limit * max(record[ABSOLUTE_WORK], floor)
 
 

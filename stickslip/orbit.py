@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -15,7 +17,7 @@ MethodName = Literal["adaptive", "euler-cromer"]
 NoiseName = Literal["typical-path", "none"]
 
 # Budget of attempted steps a point: an adaptive point of the paper's scenes takes 1e4 to 1e6.
-DEFAULT_MAX_STEPS = 100_000_000
+DEFAULT_MAX_STEPS = 20_000_000
 
 # A fixed step knows its number of steps beforehand (1e10 a period at the paper's step).
 _UNBOUNDED = 10**15
@@ -35,6 +37,10 @@ class NoiseError(ValueError):
         )
 
 
+class OptionError(ValueError):
+    """An option has a value outside its valid range; the message names each one."""
+
+
 @dataclass(frozen=True)
 class Options:
     """How an orbit is computed; the names are those of a config.
@@ -42,6 +48,8 @@ class Options:
     `rtol` belongs to the adaptive method, `dt` [s] to euler-cromer; `max_steps` None is the
     method's own budget. `stationary_rtol` is the remaining distance to the limit in
     (x/X_m, v/(X_m omega)); `accelerate` extrapolates plainly contracting sequences.
+
+    Raises OptionError for a value outside its valid range.
     """
 
     method: MethodName = "adaptive"
@@ -52,6 +60,27 @@ class Options:
     max_periods: int = 5000
     accelerate: bool = True
     noise: NoiseName = "typical-path"
+
+    def __post_init__(self) -> None:
+        """Raise OptionError for a value that no computation could follow."""
+        complaints = [message for wrong, message in self._complaints() if wrong]
+        if complaints:
+            raise OptionError("; ".join(complaints))
+
+    def _complaints(self) -> Iterator[tuple[bool, str]]:
+        methods, treatments = get_args(MethodName), get_args(NoiseName)
+        yield self.method not in methods, f"method must be one of {methods}, not {self.method!r}"
+        yield self.noise not in treatments, f"noise must be one of {treatments}, not {self.noise!r}"
+        for name in ("rtol", "stationary_rtol"):
+            value = getattr(self, name)
+            yield (
+                not 1e-13 < value <= 1e-2,
+                f"{name} must be in 1e-13 < rtol <= 1e-2, not {value!r}",
+            )
+        yield not 0.0 < self.dt < math.inf, f"dt must be a positive time in s, not {self.dt!r}"
+        yield self.max_periods < 1, f"max_periods must be at least 1, not {self.max_periods!r}"
+        steps = self.max_steps
+        yield steps is not None and steps < 1, f"max_steps must be at least 1, not {steps!r}"
 
     def settings(self) -> kernels.Settings:
         """The same as the compiled doors take it."""
@@ -195,6 +224,8 @@ def stationary_orbit(
     ------
     NoiseError
         phi_0 = 0 without noise.
+    OptionError
+        An unknown method or treatment, a tolerance, step or budget out of range.
     """
     options = Options(
         method=method,

@@ -17,8 +17,11 @@ from stickslip.parameters import ParameterValues
 REFUSE_ABOVE = 2.0
 """Step times fastest rate from which an explicit step is unstable."""
 
-WARN_ABOVE = 0.5
-"""Step times fastest rate from which a fixed step is inaccurate."""
+ACCURATE_PART = 0.25
+"""Part of the largest stable step from which a fixed step is stable but inaccurate."""
+
+# An explicit scheme follows the drive with an error of omega dt: at least this many steps a radian.
+_STEPS_PER_RADIAN = 20.0
 
 _STRAINS = 200  # the static maximum of the stress is flat: 200 strains give it to 1e-4
 
@@ -27,7 +30,8 @@ def fastest_rate(points: np.ndarray) -> np.ndarray:
     """Upper bound of the fastest rate [1/s] of each row of parameters, shape (n, 20) -> (n,).
 
     The rates are those of Eqs. 3 and 26: elastic plus viscous friction on v, the order parameter
-    in the slip and in the solid, and the springs.
+    in the slip and in the solid, and the springs; the drive's is scaled so that a step it allows
+    also resolves it.
     """
     p = ParameterValues(*np.atleast_2d(points).T)
     phi = _largest_order_parameter(p)
@@ -50,7 +54,8 @@ def fastest_rate(points: np.ndarray) -> np.ndarray:
         heating - 2.0 * p.cubic_coefficient * phi + 3.0 * p.quartic_coefficient * phi**2
     )
     springs = np.sqrt(2.0 * p.spring_stiffness / p.block_mass)
-    return np.max([friction, melting, solid, springs], axis=0)
+    drive = REFUSE_ABOVE * _STEPS_PER_RADIAN * p.angular_frequency
+    return np.max([friction, melting, solid, springs, drive], axis=0)
 
 
 def largest_stable_step(points: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
@@ -71,6 +71,8 @@ def simulate(
     """
     if periods < 1 or samples_per_period < 1:
         raise ValueError("periods and samples_per_period must be at least 1")
+    if start not in get_args(StartName):
+        raise ValueError(f"start must be one of {get_args(StartName)}, not {start!r}")
     parameters = parameters or Parameters()
     options = Options(
         method, rtol, dt, max_steps, stationary_rtol=rtol, max_periods=max_periods, noise=noise

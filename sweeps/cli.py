@@ -59,7 +59,7 @@ def main() -> None:
     """Run the command line; every failure ends in one message and an exit code."""
     logging.basicConfig(format="%(levelname)s: %(message)s", stream=sys.stderr)
     try:
-        app()
+        app(prog_name="stickslip")
     except SystemExit as end:
         if end.code == Exit.INTERRUPTED:  # typer's silent answer to Ctrl-C
             print("Interrupted; only files named above were kept.", file=sys.stderr)
@@ -146,7 +146,7 @@ def simulate(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="NetCDF file.")] = None,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Compute one trajectory and write it to NetCDF."""
+    """Compute one trajectory; the default file is results/<name of the config>-trajectory.nc."""
     import xarray as xr
 
     changes = [*(set_ or []), *([f"simulation.periods={periods}"] if periods else [])]
@@ -194,9 +194,9 @@ def plot(
     ] = None,
 ) -> None:
     """Draw the standard picture of a result file."""
+    ds = _open(file)
     target = output or (file.with_suffix("") if file.suffix == ".nc" else file)
     _refuse_picture_name(target)
-    ds = _open(file)
     for path in _draw(ds, target):
         print(path)
 
@@ -242,13 +242,14 @@ def _stop(message: str, code: Exit) -> NoReturn:
 def _read(config: Path | None, changes: list[str] | None) -> Config:
     """The checked config, its warnings printed; ends with exit code 2 where it has problems."""
     from sweeps.config import ConfigError
+    from sweeps.options import coarse_step
     from sweeps.pipeline import read_config
 
     try:
         settings = read_config(config if config is not None else {}, changes or [])
     except ConfigError as error:
         _stop(str(error), Exit.USAGE)
-    for warning in settings.warnings:
+    for warning in (*settings.warnings, *coarse_step(settings)):
         print(f"warning: {warning}", file=sys.stderr)
     return settings
 

@@ -27,6 +27,25 @@ def options_of(config: Config) -> Options:
     )
 
 
+def coarse_step(config: Config) -> Iterator[str]:
+    """Warnings of a fixed step that is unstable for some points, or inaccurate."""
+    if config.integrator.method != "euler-cromer":
+        return
+    grid = Grid.from_config(config)
+    largest = stability.largest_stable_step(grid.points(0, min(_CHUNK, grid.size)))
+    refused = int((config.integrator.dt > largest).sum())
+    if refused:
+        yield (
+            f"integrator.dt: the step of {config.integrator.dt:g} s is unstable for {refused} of "
+            f"the {len(largest)} points looked at; they will be refused"
+        )
+    elif (config.integrator.dt > stability.ACCURATE_PART * largest).any():
+        yield (
+            f"integrator.dt: the step of {config.integrator.dt:g} s is stable, but coarse: errors "
+            f"are proportional to it; take {stability.step_as_text(largest.min() / 4)} s or less"
+        )
+
+
 def unstable_step(config: Config) -> Iterator[tuple[str, str]]:
     """A fixed step that is unstable for every point of the config."""
     if config.integrator.method != "euler-cromer":

@@ -180,7 +180,7 @@ def test_settings_are_of_one_type_whatever_numbers_made_them() -> None:
         tuple(type(value) for value in Options(**changes).settings())
         for changes in (
             {},
-            {"rtol": 1, "dt": 1, "stationary_rtol": 1},
+            {"rtol": np.float32(1e-3), "dt": 1, "stationary_rtol": np.float32(1e-3)},
             {"max_steps": 1e6, "max_periods": np.int64(7)},
             {"method": "euler-cromer", "accelerate": 1},
         )
@@ -195,7 +195,7 @@ def test_a_door_has_one_signature_for_all_parameters_and_settings() -> None:
         kernels.starting_log_state(point, start)
         for options in (
             Options(rtol=1e-3),
-            Options(rtol=1, max_steps=1e6, stationary_rtol=1),
+            Options(rtol=np.float32(1e-3), max_steps=1e6, stationary_rtol=np.float32(1e-3)),
             Options(rtol=1e-2, max_steps=np.int64(10**6), accelerate=False),
         ):
             kernels.adaptive_trajectory(point, options.settings(), start, 2, samples)

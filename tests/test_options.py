@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from stickslip import Options, Parameters, stability
 from sweeps import options
-from sweeps.config import from_mapping
-from sweeps.options import options_of, unstable_step
+from sweeps.config import Config, from_mapping
+from sweeps.options import coarse_step, options_of, unstable_step
 
 
 def limit(**parameters: float) -> float:
@@ -95,3 +95,23 @@ def test_the_step_that_the_message_names_is_accepted(T: float, omega: float) -> 
     named = float(re.search(r"step is (\S+) s$", message)[1])
     assert fixed(named, model=model) == []
     assert named > 0.9 * limit(**model)
+
+
+def test_a_step_that_only_some_points_refuse_is_warned_about() -> None:
+    config = fixed_step(8e-9, sweep={"angular_frequency": [10.0, 38.0]})
+    (warning,) = coarse_step(config)
+    assert "unstable for 1 of the 2 points" in warning
+
+
+def test_a_coarse_step_is_warned_about_and_a_fine_one_is_not() -> None:
+    (warning,) = coarse_step(fixed_step(5e-9))
+    assert "coarse" in warning
+    assert list(coarse_step(fixed_step(1e-10))) == []
+
+
+def test_the_adaptive_method_has_no_step_to_warn_about() -> None:
+    assert list(coarse_step(from_mapping({}))) == []
+
+
+def fixed_step(dt: float, **sections: object) -> Config:
+    return from_mapping({"integrator": {"method": "euler-cromer", "dt": dt}, **sections})

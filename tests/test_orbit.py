@@ -14,6 +14,7 @@ from scenes import orbits, row, rows
 
 from stickslip import (
     NoiseError,
+    OptionError,
     Options,
     Parameters,
     Status,
@@ -210,7 +211,7 @@ def test_points_are_left_as_they_are() -> None:
 
 def test_one_compiled_version_serves_all() -> None:
     compute_orbits(row(), Options(max_periods=1))
-    compute_orbits(rows("temperature", [200, 210]), Options(rtol=1, max_steps=5))
+    compute_orbits(rows("temperature", [200, 210]), Options(rtol=np.float32(1e-3), max_steps=5))
     assert len(kernels.adaptive_orbits.signatures) == 1
 
 
@@ -397,3 +398,32 @@ def test_doors_that_were_cached_by_different_processes_are_kept_apart(tmp_path: 
     assert answers("double") == [10.0]
     assert answers("single", "double") == [5.0, 10.0]
     assert answers("double", "single") == [10.0, 5.0]
+
+
+@pytest.mark.parametrize(
+    ("options", "name"),
+    [
+        ({"method": "euler"}, "method"),
+        ({"noise": "stochastic"}, "noise"),
+        ({"rtol": 0.0}, "rtol"),
+        ({"rtol": float("nan")}, "rtol"),
+        ({"rtol": 2.0}, "rtol"),
+        ({"dt": 0.0}, "dt"),
+        ({"dt": -1.0}, "dt"),
+        ({"dt": float("nan")}, "dt"),
+        ({"max_periods": 0}, "max_periods"),
+        ({"max_steps": 0}, "max_steps"),
+    ],
+)
+def test_an_option_out_of_range_is_refused_by_name(options: dict[str, object], name: str) -> None:
+    with pytest.raises(OptionError, match=f"^{name} must be "):
+        stationary_orbit(**options)
+
+
+def test_the_step_budget_bounds_the_error_estimate_too() -> None:
+    needed = stationary_orbit(rtol=1e-4)
+    assert needed.status is Status.OK
+    for budget in (3000, 10_000, 30_000):
+        orbit = stationary_orbit(rtol=1e-4, max_steps=budget)
+        assert orbit.status in (Status.OK, Status.STEP_LIMIT)
+    assert stationary_orbit(rtol=1e-4, max_steps=10_000).status is Status.STEP_LIMIT

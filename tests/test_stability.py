@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.parameters import Parameters
-from stickslip.stability import REFUSE_ABOVE, WARN_ABOVE, fastest_rate, largest_stable_step
+from stickslip.stability import ACCURATE_PART, REFUSE_ABOVE, fastest_rate, largest_stable_step
 
 
 def limit(**changes: float) -> float:
@@ -30,7 +30,7 @@ def test_a_step_that_gives_finite_but_wrong_numbers_is_refused(
 
 
 def test_the_step_of_the_paper_is_accepted_at_the_parameters_of_fig_3() -> None:
-    assert 1e-10 * float(fastest_rate(np.array(Parameters()))[0]) < WARN_ABOVE
+    assert ACCURATE_PART * limit() > 1e-10
 
 
 def test_the_step_8e_9_that_has_a_small_error_at_fig_3_is_accepted_there() -> None:
@@ -143,3 +143,15 @@ def test_many_points_give_what_each_gives_alone() -> None:
     points = np.array([Parameters(**changes) for changes in EXTREMES])
     alone = [limit(**changes) for changes in EXTREMES]
     assert np.array_equal(largest_stable_step(points), alone)
+
+
+def test_a_step_that_does_not_resolve_the_drive_is_refused() -> None:
+    calm = {
+        "angular_frequency": 1e5,
+        "temperature": 320.0,
+        "kinetic_coefficient": 1e-3,
+        "strain_relaxation_time": 1e-12,
+        "rheological_index": 0.0,
+        "viscosity_coefficient": 1e3,
+    }
+    assert limit(**calm) <= 2 * np.pi / 1e5 / 60

@@ -19,7 +19,7 @@ from stickslip.kernels.methods import (
 from stickslip.kernels.observers import measuring, no_record
 from stickslip.kernels.rows import FIRST_STEP, Settings, parameters_of, period_of
 from stickslip.model.rhs import State, starting_state
-from stickslip.numerics.adaptive import OK
+from stickslip.numerics.adaptive import DIVERGED, OK
 from stickslip.numerics.stationarity import make_settle
 from stickslip.parameters import Parameters
 from stickslip.status import Status
@@ -40,8 +40,8 @@ _REFINEMENT = 0.1
 # the paper's step is 1e-9.
 _FIXED_REFERENCE = 1e-7
 
-# A budget for runs that must not end early: 10 hours of steps.
-_PLENTY = 10**11
+# Budget of the adaptive orbit that a fixed-step one is compared with.
+_PLENTY = 20_000_000
 
 # ln(phi) repeats to this many tolerances: it is slaved to the motion, and swings by hundreds.
 _FILM_WEIGHT = 1e-3
@@ -165,15 +165,14 @@ def _make_point(
             _fail(result, periods, status)
             return
         record, better = records[0], records[1]
-        end, _, status = cycle_measured(
+        end, used, status = cycle_measured(
             p, settings, y, h, cycle, settings.max_steps - steps, record
         )
         periods += cycle
         if status == OK:
+            budget = max(settings.max_steps - steps - used, 0) if extrapolate else _PLENTY
             tight = _with_rtol(settings, _TIGHTER * reference(settings))
-            better_end, _, status = _better_cycle(
-                p, tight, settled, 0.1 * h, cycle, _PLENTY, better
-            )
+            better_end, _, status = _better_cycle(p, tight, settled, 0.1 * h, cycle, budget, better)
         if status != OK:
             _fail(result, periods, status)
             return
@@ -184,6 +183,9 @@ def _make_point(
         else:
             _fill(p, record, y, end, cycle, result)
         result[11], result[12] = periods, OK
+        if not math.isfinite(result[0] + result[1] + result[6]):
+            _fail(result, periods, DIVERGED)
+            return
         believed = measurement.balance_kept(p, record, result[7], cycle, _POWER_BALANCE_LIMIT)
         if not (believed and measurement.bounds_kept(p, record, math.exp(start[2]))):
             _fail(result, periods, INVARIANT_VIOLATED)

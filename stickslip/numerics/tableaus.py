@@ -158,4 +158,4 @@ RODAS4P = RosenbrockTableau(
         ),
     ),
 )
-"""Steinebach's RODASP: like RODAS4, and free of order reduction on linear parabolic problems."""
+"""Steinebach's RODASP (1995): like RODAS4, without order reduction on linear parabolic problems."""
