@@ -17,7 +17,7 @@ HERE = Path(__file__).parent
 def environment() -> dict[str, str]:
     """Commit, code, machine and versions."""
     return {
-        "commit": _output("git", "-C", str(HERE), "describe", "--always", "--dirty"),
+        "commit": _commit(),
         "code_sha256": source_hash(),
         "processor": _processor(),
         "system": f"{platform.system()} {platform.machine()}",
@@ -32,6 +32,14 @@ def write_results(name: str, results: Any) -> Path:
     content = {"environment": environment(), "results": results}
     path.write_text(json.dumps(content, indent=1) + "\n")
     return path
+
+
+def _commit() -> str:
+    """The commit, marked where the sources, not just earlier results, differ from it."""
+    git = ("git", "-C", str(HERE.parent))
+    sources = ("--", ".", ":(exclude)benchmarks/results")
+    changed = _output(*git, "status", "--porcelain", *sources)
+    return _output(*git, "rev-parse", "--short", "HEAD") + ("-dirty" if changed else "")
 
 
 def _output(*command: str) -> str:
