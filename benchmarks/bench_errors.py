@@ -21,7 +21,7 @@ REFERENCE = Options(rtol=1e-9, stationary_rtol=1e-9)
 
 
 def main() -> None:
-    points = _random_points()
+    points = random_points()
     results, seconds = _timed(points, Options())
     reference, reference_seconds = _timed(points, REFERENCE)
     errors = _errors(points, results, reference)
@@ -49,7 +49,8 @@ def main() -> None:
     print(write_results("errors", summary))
 
 
-def _random_points() -> np.ndarray:
+def random_points() -> np.ndarray:
+    """The rows of parameters of the random points, shape (POINTS, 20)."""
     rng = np.random.default_rng(SEED)
     return np.array(
         [
