@@ -1,4 +1,4 @@
-"""Does acceleration end on the orbit of plain iteration, and how many periods does it save?
+"""Acceleration against plain iteration: whether it is the same orbit, and periods it saves.
 
 Random points as in `bench_errors.py`, default settings. Orbits are the same if both amplitudes
 agree to 1e-3 and the periods of the orbit are equal; others are listed.

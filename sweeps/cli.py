@@ -107,14 +107,16 @@ def sweep(
     overwrite: OverwriteOption = False,
 ) -> None:
     """Compute the stationary amplitudes of all points of a config and write them to NetCDF."""
+    from sweeps.summary import print_summary, write_timing
+
     changes = [*(set_ or []), *([f"execution.backend={backend}"] if backend else [])]
     settings = _read(config, changes)
     path = output or Path(settings.output)
     _refuse_existing(path, overwrite=overwrite)
     ds, seconds = _swept(settings, path, workers, progress=not no_progress)
     _write(ds, path)
-    _write_timing(path, ds, seconds, workers or settings.execution.workers)
-    failures = _summary(ds, path, seconds)
+    write_timing(path, ds, seconds, workers or settings.execution.workers)
+    failures = print_summary(ds, path, seconds)
     if failures:
         raise typer.Exit(Exit.SOME_FAILED)
 
@@ -217,10 +219,12 @@ def info(
     ] = False,
 ) -> None:
     """Describe the installation, or a result file."""
+    from sweeps.summary import describe_file, describe_installation
+
     if file is None:
         if hash_:
             _stop("--hash needs a FILE", Exit.USAGE)
-        _describe_installation()
+        describe_installation()
         return
     ds = _open(file)
     if hash_:
@@ -228,7 +232,7 @@ def info(
 
         print(content_hash(ds))
         return
-    _describe_file(ds)
+    describe_file(ds)
 
 
 # --- what the commands share ----------------------------------------------------------------------
@@ -326,51 +330,6 @@ def _write(ds: xr.Dataset, path: Path) -> None:
         _stop(str(error), Exit.STORAGE)
 
 
-def _write_timing(path: Path, ds: xr.Dataset, seconds: float, workers: int) -> None:
-    """Timing in a file beside the result, because it is no part of the result."""
-    import json
-    import platform
-
-    timing = {
-        "seconds": round(seconds, 3),
-        "points": int(ds.status.size),
-        "points_per_second": round(ds.status.size / max(seconds, 1e-9), 3),
-        "workers": workers,
-        "machine": platform.machine(),
-        "code_sha256": ds.attrs["code_sha256"],
-    }
-    try:
-        path.with_name(path.name + ".timing.json").write_text(json.dumps(timing, indent=2) + "\n")
-    except OSError as error:
-        print(f"warning: the timing was not written: {error}", file=sys.stderr)
-
-
-def _summary(ds: xr.Dataset, path: Path, seconds: float) -> int:
-    """Print where the result is and how it went; returns the number of failed points."""
-    from stickslip.status import Status
-    from sweeps.progress import duration
-
-    statuses = ds.status.values.ravel()
-    failures = int((statuses != Status.OK).sum())
-    rate = statuses.size / max(seconds, 1e-9)
-    print(path)
-    print(
-        f"{statuses.size} points in {duration(seconds)} ({rate:.1f} points/s), {failures} failed"
-        f"{_worst_error(ds)}"
-    )
-    for status in Status:
-        count = int((statuses == status).sum())
-        if count and status is not Status.OK:
-            print(f"  {count} {status.name.lower()}: {status.sentence}", file=sys.stderr)
-    return failures
-
-
-def _worst_error(ds: xr.Dataset) -> str:
-    errors = ds.amplitude_error.values
-    known = errors[errors == errors]
-    return f", largest amplitude error {known.max():.1e}" if known.size else ""
-
-
 def _trajectory(settings: Config) -> xr.Dataset:
     """The trajectory or, of a figure with one axis, the trajectories of a config."""
     from stickslip import IntegrationError, NoiseError
@@ -390,6 +349,7 @@ def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: b
     from sweeps.interrupt import interruptible
     from sweeps.paper import PAPER
     from sweeps.shipped import shipped_config
+    from sweeps.summary import print_summary
     from sweeps.trajectories import trajectories
 
     plan = PAPER[number]
@@ -407,7 +367,7 @@ def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: b
     if seconds is None:
         print(path)
     else:
-        failures = _summary(ds, path, seconds)
+        failures = print_summary(ds, path, seconds)
     for picture in _draw(ds, folder / f"fig{number}", plan.figure):
         print(picture)
     return failures
@@ -444,35 +404,6 @@ def _asked_figure(ds: xr.Dataset) -> str | None:
         return None
     is_sweep = "elastic_stress_amplitude" in ds
     return asked if (asked == "amplitudes") == is_sweep else None
-
-
-def _describe_installation() -> None:
-    import platform
-
-    from stickslip.compiled import cache_folder, source_hash
-    from sweeps.dataset import software
-
-    print(software())
-    print(f"machine: {platform.machine()}, {platform.system()}")
-    print(f"code: {source_hash()}")
-    print(f"compiled code is cached in: {cache_folder()}")
-
-
-def _describe_file(ds: xr.Dataset) -> None:
-    from sweeps.storage import content_hash
-
-    print(f"title: {ds.attrs.get('title', '')}")
-    print("dimensions: " + (", ".join(f"{d} {n}" for d, n in ds.sizes.items()) or "none"))
-    print(f"variables: {', '.join(map(str, ds.data_vars))}")
-    if "status" in ds:
-        meanings = str(ds.status.attrs["flag_meanings"]).split()
-        for flag, meaning in zip(ds.status.attrs["flag_values"], meanings, strict=True):
-            count = int((ds.status == flag).sum())
-            if count:
-                print(f"  {meaning}: {count}")
-    for name in ("source", "history", "software", "config_sha256"):
-        print(f"{name}: {ds.attrs.get(name, 'unknown')}")
-    print(f"content_sha256: {content_hash(ds)}")
 
 
 if __name__ == "__main__":
