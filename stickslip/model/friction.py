@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from stickslip.compiled import inline
-from stickslip.model.elementary import cube_root
+from stickslip.model.elementary import cube_root, inverse_cube_root, power
 
 # The viscous slope of a pseudoplastic fluid is infinite at u = 0; a strain rate this small
 # stands for 0 there and keeps the Jacobian finite.
@@ -42,13 +42,14 @@ def viscous_stress(u: float, h: float, k: float, gamma: float) -> float:
 @inline
 def viscous_stress_slope(u: float, h: float, k: float, gamma: float) -> float:
     """Derivative of the viscous stress with respect to `u` [Pa s/m]; huge, not infinite, at 0."""
-    rate = max(strain_rate(u, h), _SMALLEST_STRAIN_RATE)
-    return k * (gamma + 1.0) / h * (_rate_power(rate, gamma) / rate)
+    rate = strain_rate(u, h)
+    rate = _SMALLEST_STRAIN_RATE if rate < _SMALLEST_STRAIN_RATE else rate  # NaN stays NaN
+    return k * (gamma + 1.0) / h * _relative_rate_power(rate, gamma)
 
 
 @inline
 def _rate_power(rate: float, gamma: float) -> float:
-    """rate^(gamma + 1), without a power for the three fluids of the paper."""
+    """rate^(gamma + 1), without a general power for the three fluids of the paper."""
     if gamma == 0.0:
         return rate
     if gamma == -2.0 / 3.0:
@@ -56,7 +57,21 @@ def _rate_power(rate: float, gamma: float) -> float:
     if gamma == 2.0 / 3.0:
         root = cube_root(rate)
         return rate * (root * root)
-    return rate ** (gamma + 1.0)
+    return power(rate, gamma + 1.0)
+
+
+@inline
+def _relative_rate_power(rate: float, gamma: float) -> float:
+    """rate^gamma for rate > 0, from what `_rate_power` computes at the same rate."""
+    if gamma == 0.0:
+        return 1.0
+    if gamma == -2.0 / 3.0:
+        inverse = inverse_cube_root(rate)
+        return inverse * inverse
+    if gamma == 2.0 / 3.0:
+        root = cube_root(rate)
+        return root * root
+    return power(rate, gamma + 1.0) / rate
 
 
 @inline

@@ -18,8 +18,8 @@ from stickslip.compiled import inline
 # exp(E ln chi^2_1) = exp(-Euler's constant)/2.
 TYPICAL_FRACTION = 0.5 * math.exp(-0.57721566490153286061)
 
-# Below this phi^2 the closure term stands still, so that 0/0 cannot arise without noise.
-_SMALLEST_SQUARE = 1e-300
+# A floor of a divisor, so that 0/0 cannot arise without noise.
+_SMALLEST = 1e-300
 
 
 @inline
@@ -29,9 +29,9 @@ def effective_intensity(D: float) -> float:
 
 
 @inline
-def typical_path(phi: float, D_eff: float) -> float:
-    """What the noise adds to the rate of ln(phi) [1/s]: D_eff/phi^2."""
-    return D_eff / max(phi * phi, _SMALLEST_SQUARE)
+def typical_path(inverse_phi: float, D_eff: float) -> float:
+    """What the noise adds to the rate of ln(phi) [1/s]: D_eff/phi^2, given 1/phi."""
+    return D_eff * (inverse_phi * inverse_phi)
 
 
 @inline
@@ -42,7 +42,7 @@ def typical_kick(phi: float, D_eff: float, dt: float) -> float:
     stays at that size there, where an explicit step would be thrown out by 1/phi.
     """
     step_noise = math.sqrt(D_eff * dt)
-    return D_eff * dt / max(phi, max(step_noise, _SMALLEST_SQUARE))
+    return D_eff * dt / max(phi, max(step_noise, _SMALLEST))
 
 
 @inline

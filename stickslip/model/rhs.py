@@ -10,6 +10,7 @@ import math
 
 from stickslip.compiled import inline
 from stickslip.model import drive, film, friction, noise
+from stickslip.model.elementary import exponentials
 from stickslip.parameters import Parameters
 
 State = tuple[float, float, float]
@@ -51,14 +52,14 @@ def film_melting_function(p: Parameters, u: float) -> float:
 def rhs(p: Parameters, t: float, y: State) -> State:
     """Time derivative of (x, v, psi) [m/s, m/s2, 1/s] at phase time `t` [s]."""
     x, v, psi = y
-    phi = math.exp(psi)
+    phi, inverse_phi = exponentials(psi)
     u = relative_velocity(p, t, v)
     _, F = stress_and_force(p, u, phi)
     force = film.log_force(
         phi, film_melting_function(p, u), p.cubic_coefficient, p.quartic_coefficient
     )
     D_eff = noise.effective_intensity(p.noise_intensity)
-    psi_rate = noise.typical_path(phi, D_eff) - p.kinetic_coefficient * force
+    psi_rate = noise.typical_path(inverse_phi, D_eff) - p.kinetic_coefficient * force
     return v, block_acceleration(p, x, F), psi_rate
 
 
@@ -66,7 +67,7 @@ def rhs(p: Parameters, t: float, y: State) -> State:
 def jacobian(p: Parameters, t: float, y: State) -> tuple[State, State, State, State]:
     """The three rows of d(rhs)/dy, and d(rhs)/dt as a fourth."""
     _, v, psi = y
-    phi = math.exp(psi)
+    phi, inverse_phi = exponentials(psi)
     u = relative_velocity(p, t, v)
     V_rate = drive.upper_acceleration(t, p.drive_amplitude, p.angular_frequency)
     eps_u = p.strain_relaxation_time / p.film_thickness
@@ -79,7 +80,7 @@ def jacobian(p: Parameters, t: float, y: State) -> tuple[State, State, State, St
     psi_u = -p.kinetic_coefficient * (2.0 * p.elastic_coefficient * (eps_u * eps_u)) * u
     psi_psi = -p.kinetic_coefficient * film.log_force_slope(
         phi, p.cubic_coefficient, p.quartic_coefficient
-    ) - 2.0 * noise.typical_path(phi, noise.effective_intensity(p.noise_intensity))
+    ) - 2.0 * noise.typical_path(inverse_phi, noise.effective_intensity(p.noise_intensity))
     M = p.block_mass
     return (
         (0.0, 1.0, 0.0),

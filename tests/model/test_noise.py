@@ -53,7 +53,7 @@ def test_the_closure_follows_the_geometric_mean_of_the_linear_process(rate: floa
     else:
         variance = (s_0 + D / rate) * np.exp(2 * rate * times) - D / rate
     closure = solve_ivp(
-        lambda _, psi: [rate + noise.typical_path(math.exp(psi[0]), D_eff)],
+        lambda _, psi: [rate + noise.typical_path(math.exp(-psi[0]), D_eff)],
         (0.0, times[-1]),
         [0.5 * math.log(noise.TYPICAL_FRACTION * s_0)],
         method="LSODA",
@@ -66,12 +66,12 @@ def test_the_closure_follows_the_geometric_mean_of_the_linear_process(rate: floa
 
 
 def test_the_closure_is_still_at_phi_zero_without_noise() -> None:
-    assert noise.typical_path(0.0, 0.0) == 0.0
+    assert noise.typical_path(1e150, 0.0) == 0.0
     assert noise.typical_kick(0.0, 0.0, 1e-9) == 0.0
 
 
 def test_the_closure_vanishes_in_the_solid() -> None:
-    assert noise.typical_path(0.6, noise.effective_intensity(D)) < 1e-18
+    assert noise.typical_path(1 / 0.6, noise.effective_intensity(D)) < 1e-18
 
 
 # --- the kick of a fixed step --------------------------------------------------------------------

@@ -90,7 +90,7 @@ def derivative(case: Case, direction: int) -> tuple[np.ndarray, np.ndarray]:
             (abs(F) * cancelled + 4 * p.spring_stiffness * abs(p.drive_amplitude)) / p.block_mass,
             p.kinetic_coefficient
             * (heating + p.elastic_coefficient * strain**2 * cancelled + 4 * p.quartic_coefficient)
-            + model.noise.typical_path(math.exp(psi - 0.01), p.noise_intensity),
+            + model.noise.typical_path(math.exp(0.01 - psi), p.noise_intensity),
         ]
     )
     return np.dot(WEIGHTS, values) / step, 4e-16 * sizes / step
