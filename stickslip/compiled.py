@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import os
 import warnings
-from collections import Counter
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -18,9 +17,11 @@ from typing import Any
 
 import numba
 from llvmlite import ir
+from llvmlite.binding import Linkage
 from numba.core import cgutils, types
 from numba.core import config as numba_config
 from numba.core.caching import FunctionCache
+from numba.core.compiler import Compiler
 from numba.extending import intrinsic
 
 _FLAGS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
@@ -42,36 +43,19 @@ _INTERLEAVED = 2
 LANES = VECTOR * _INTERLEAVED
 """The number of lanes of a lane loop is a multiple of this."""
 
-_products: Counter[tuple[str, str]] = Counter()
-
 
 def jit(function: Callable[..., Any]) -> Any:
     """A compiled function that belongs to a drive; it is compiled into the door that calls it."""
-    return numba.njit(**_FLAGS, fastmath=_FASTMATH)(_told_apart(function))
+    return numba.njit(**_FLAGS, fastmath=_FASTMATH)(function)
 
 
 def inline(function: Callable[..., Any]) -> Any:
     """A small scalar function that must vanish into its caller: every equation of the model."""
-    return numba.njit(**_FLAGS, fastmath=_FASTMATH, forceinline=True)(_told_apart(function))
+    return numba.njit(**_FLAGS, fastmath=_FASTMATH, forceinline=True)(function)
 
 
-def _told_apart(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function under a name of its own, where a factory makes several of one name.
-
-    Numba tells those apart by a counter that starts anew in each process. Two doors that were
-    cached by different processes could so hold different code under one symbol, and the linker
-    would take the first for both.
-    """
-    name = function.__module__, function.__qualname__
-    number = _products[name]
-    _products[name] += 1
-    if number:
-        function.__qualname__ += f"_{number}"
-    return function
-
-
-@intrinsic(prefer_literal=True)
-def for_lanes(typing_context: Any, lanes: Any, body: Any, arguments: Any) -> Any:
+@intrinsic
+def _for_lanes(typing_context: Any, lanes: Any, body: Any, arguments: Any) -> Any:
     """Call `body(lane, *arguments)` for each lane, as one loop that is compiled to vectors.
 
     `lanes` a multiple of LANES; `body` an `inline` function without a branch, a call or a loop,
@@ -105,6 +89,9 @@ def for_lanes(typing_context: Any, lanes: Any, body: Any, arguments: Any) -> Any
     return signature, codegen
 
 
+for_lanes: Any = _for_lanes  # numba's types know nothing of what an intrinsic is called with
+
+
 def _loop_hints(module: Any) -> Any:
     """LLVM's loop metadata: vectorise, so wide, so many at a time, and do not unroll before."""
     hints = [
@@ -124,13 +111,37 @@ def door(function: Callable[..., Any]) -> Any:
     Numba's own check sees only the file that holds the door, so an edit of the physics in another
     file would go unnoticed; the cache folder is therefore named by a hash of all sources.
     """
-    dispatcher = numba.njit(**_FLAGS, fastmath=_FASTMATH)(function)
+    dispatcher = numba.njit(**_FLAGS, fastmath=_FASTMATH, pipeline_class=_SealedCompiler)(function)
     with _CacheFolder():
         try:
             dispatcher._cache = _SteadyCache(function)  # what njit(cache=True) does, with our class
         except RuntimeError:  # no writable folder anywhere
             _warn_once("compiled code cannot be cached: no writable folder; set NUMBA_CACHE_DIR")
     return dispatcher
+
+
+class _SealedCompiler(Compiler):
+    """Compiles a door together with all it calls into code of its own, shared with nobody.
+
+    Numba keeps the functions that a door calls as weak symbols, of which a process uses the copy
+    that it loaded first: the one compiled by itself after a compilation, some door's own after
+    loading from the cache. The copies were optimised in different company and differ in the last
+    bits, so that a first run gave other numbers than all later ones.
+    """
+
+    def __init__(self, typing_context: Any, target: Any, library: Any, *others: Any) -> None:
+        library = target.codegen().create_library("sealed door")
+        library.enable_object_caching()
+        optimise = library._optimize_final_module
+
+        def seal_and_optimise() -> None:
+            for function in library._final_module.functions:
+                if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
+                    function.linkage = Linkage.internal
+            optimise()
+
+        library._optimize_final_module = seal_and_optimise
+        super().__init__(typing_context, target, library, *others)
 
 
 class _SteadyCache(FunctionCache):

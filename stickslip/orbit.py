@@ -132,6 +132,14 @@ def prepared_points(points: np.ndarray, noise: NoiseName) -> np.ndarray:
     return points
 
 
+def prepare_kernels(options: Options, gammas: np.ndarray) -> None:
+    """Compile or load what `compute_orbits` needs for fluids with these rheological indices."""
+    if options.method == "adaptive":
+        kernels.compile_lanes(gammas, options.settings())
+    else:
+        compute_orbits(np.empty((0, len(Parameters._fields))), options)
+
+
 def compute_orbits(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
     """Stationary orbits of many points.
 
@@ -158,13 +166,13 @@ def compute_orbits(points: np.ndarray, options: Options) -> tuple[np.ndarray, np
     results = np.full((len(points), len(kernels.RESULT_COLUMNS)), np.nan)
     finals = np.full((len(points), len(kernels.FINAL_COLUMNS)), np.nan)
     if options.method == "adaptive":
-        kernels.adaptive_orbits(points, options.settings(), results, finals)
+        kernels.lane_orbits(points, options.settings(), results, finals)
         return results, finals
     stable = options.dt <= stability.largest_stable_step(points)
     results[~stable] = refused_row()
     if stable.any():
         parts = results[stable], finals[stable]
-        kernels.fixed_orbits(points[stable], options.settings(), *parts)
+        kernels.fixed_lane_orbits(points[stable], options.settings(), *parts)
         results[stable], finals[stable] = parts
     return results, finals
 

@@ -81,7 +81,7 @@ def _largest_order_parameter(p: ParameterValues, strain: np.ndarray | float = 0.
 
 def _slip_speed(p: ParameterValues) -> np.ndarray:
     """Relative speed [m/s] of a slip: the drive's, and that of springs let go by a stick."""
-    stick = _static_strength(p) * p.contact_area
+    stick = _strength(p) * p.contact_area
     with np.errstate(divide="ignore", invalid="ignore"):
         release = np.sqrt(2.0 * p.spring_stiffness / p.block_mass) * stick
         release = np.where(p.spring_stiffness > 0.0, release / (2.0 * p.spring_stiffness), 0.0)
@@ -92,8 +92,12 @@ def _slip_speed(p: ParameterValues) -> np.ndarray:
     return np.asarray(drive + release + np.abs(p.initial_velocity))
 
 
-def _static_strength(p: ParameterValues) -> np.ndarray:
-    """Largest static elastic stress a phi_plus^2 eps [Pa] over the strains of a solid film."""
+def static_strength(points: np.ndarray) -> np.ndarray:
+    """Largest static elastic stress a phi_plus^2 eps [Pa] of a solid film, for each row (n, 20)."""
+    return _strength(ParameterValues(*np.atleast_2d(points).T))
+
+
+def _strength(p: ParameterValues) -> np.ndarray:
     B = p.cubic_coefficient**2 / (4.0 * p.quartic_coefficient) + 2.0 * p.thermal_coefficient * (
         p.critical_temperature - p.temperature
     )

@@ -287,8 +287,9 @@ def _swept(
 ) -> tuple[xr.Dataset, float]:
     """The Dataset of a sweep and the seconds that it took, compiled code ready."""
     from sweeps.execute import compile_kernels
+    from sweeps.grid import Grid
     from sweeps.interrupt import interruptible
-    from sweeps.options import options_of
+    from sweeps.options import doubts, options_of
     from sweeps.pipeline import pending_dataset, run
     from sweeps.progress import make_progress
 
@@ -297,7 +298,8 @@ def _swept(
     stopped = "Interrupted; nothing was kept (a sweep cannot be resumed yet)."
     if progress:
         print(f"{empty.status.size} points to compute", file=sys.stderr)
-    interruptible(lambda: compile_kernels(options_of(settings)), stopped)
+    grid = Grid.from_config(settings)
+    interruptible(lambda: compile_kernels(options_of(settings), grid), stopped)
     begun = time.monotonic()
     with make_progress(empty.status.size, wanted=progress) as shown:
         ds = interruptible(
@@ -309,7 +311,10 @@ def _swept(
             stopped,
             tidy=shown.stop,
         )
-    return ds, time.monotonic() - begun
+    seconds = time.monotonic() - begun
+    for warning in doubts(settings, ds):
+        print(f"warning: {warning}", file=sys.stderr)
+    return ds, seconds
 
 
 def _require_writable(ds: xr.Dataset, path: Path) -> None:

@@ -13,15 +13,18 @@ from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
 from stickslip.kernels import RESULT_COLUMNS
-from stickslip.orbit import Options, compute_orbits, failed_row
+from stickslip.orbit import Options, compute_orbits, failed_row, prepare_kernels
 from sweeps.grid import Grid
 
 log = logging.getLogger(__name__)
 
 # A block lasts about a second: long against the cost of handing it out, short against patience.
 _BLOCK_SECONDS = 1.0
-_FIRST_BLOCK = 4  # points, before anything is known of their cost
-_LARGEST_BLOCK = 4096
+_FIRST_BLOCK = 256  # points, before anything is known of their cost
+_LARGEST_BLOCK = 65_536
+
+# Fewer points do not keep the lanes of a kernel busy.
+_SMALLEST_BLOCK = 64
 
 
 @dataclass(frozen=True)
@@ -69,15 +72,14 @@ class BlockSizes:
             return self._fixed
         with self._lock:
             cost = self._seconds_per_point
-        if cost is None:
-            return _FIRST_BLOCK
-        fair = max(1, left // (2 * self._workers))
-        return max(1, min(int(_BLOCK_SECONDS / max(cost, 1e-9)), fair, _LARGEST_BLOCK))
+        wanted = _FIRST_BLOCK if cost is None else int(_BLOCK_SECONDS / max(cost, 1e-9))
+        fair = left // (2 * self._workers)
+        return max(_SMALLEST_BLOCK, min(wanted, fair, _LARGEST_BLOCK))
 
 
-def compile_kernels(options: Options) -> None:
-    """Compile or load what `options` needs, before threads would wait for it."""
-    compute_orbits(np.empty((0, 20)), options)
+def compile_kernels(options: Options, grid: Grid) -> None:
+    """Compile or load what the grid needs, before threads would wait for it."""
+    prepare_kernels(options, grid.values("rheological_index"))
 
 
 def compute(

@@ -82,6 +82,10 @@ class Grid:
                 rows[:, column] = values[along[dim]]
         return rows
 
+    def values(self, name: str) -> NDArray[np.float64]:
+        """The distinct values of a parameter over the grid, in increasing order."""
+        return np.unique(self.fixed[name] if name in self.fixed else self.coords[name][1])
+
     def _indices(self, start: int, stop: int) -> dict[str, NDArray[np.int64]]:
         """The position along each dimension, for each point; the last dimension runs fastest."""
         remaining = np.arange(start, stop, dtype=np.int64)

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from stickslip import stability
+import numpy as np
+
+from stickslip import detectors, stability
+from stickslip.kernels import RESULT_COLUMNS
 from stickslip.orbit import Options
 from sweeps.config import Config
 from sweeps.grid import Grid
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # Enough points to look at, at once, for a stable one.
 _CHUNK = 100_000
@@ -62,3 +69,24 @@ def unstable_step(config: Config) -> Iterator[tuple[str, str]]:
         f"the step of {config.integrator.dt:g} s is unstable for every point and would give "
         f"finite but wrong amplitudes; the largest allowed step is {allowed} s",
     )
+
+
+def doubts(config: Config, ds: xr.Dataset) -> Iterator[str]:
+    """Warnings of finished points that look wrong without being impossible."""
+    grid, columns = Grid.from_config(config), [ds[name].values.ravel() for name in RESULT_COLUMNS]
+    balance = stress = 0
+    for start in range(0, grid.size, _CHUNK):
+        stop = min(start + _CHUNK, grid.size)
+        results = np.stack([column[start:stop] for column in columns], axis=1)
+        balance += int(detectors.doubtful_balance(results).sum())
+        stress += int(detectors.doubtful_stress(grid.points(start, stop), results).sum())
+    if balance:
+        yield (
+            f"power_balance_error is above {detectors.DOUBTFUL_BALANCE:g} on {balance} points; "
+            "a smaller integrator.rtol (or dt) makes sure of them"
+        )
+    if stress:
+        yield (
+            f"the elastic stress exceeds its static maximum by more than 10 % on {stress} points; "
+            "slow kinetics may do that, an inaccurate integration too"
+        )

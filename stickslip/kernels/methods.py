@@ -14,6 +14,7 @@ from stickslip.compiled import inline, jit
 from stickslip.kernels.observers import Record, see_fixed_step, see_step
 from stickslip.kernels.rows import Settings, period_of
 from stickslip.model import film, noise
+from stickslip.model.elementary import exponentials
 from stickslip.model.rhs import (
     State,
     block_acceleration,
@@ -25,7 +26,7 @@ from stickslip.model.rhs import (
 )
 from stickslip.numerics.adaptive import make_adaptive
 from stickslip.numerics.fixed import make_fixed
-from stickslip.numerics.tableaus import RODAS4P
+from stickslip.numerics.tableaus import RODAS4P2
 from stickslip.parameters import Parameters
 
 # For fluids whose viscous stress is smooth in u (gamma >= 0) an error of the velocity counts by the
@@ -34,18 +35,65 @@ from stickslip.parameters import Parameters
 _FORCE_WEIGHT = 20.0
 
 
+# The cusp of a pseudoplastic fluid is rounded below this many tolerances of X_m omega: there the
+# velocity is not known anyway, and a step may cross the cusp without falling into it.
+_ROUNDING = 1.0
+
+# Where the noise holds ln(phi) up, it forgets an error at the rate 2 D_eff/phi^2. The error counts
+# less there, by this many times that rate over the film's own, but at least a thousandth.
+_FORGETTING_WEIGHT, _LARGEST_RELIEF = 10.0, 1000.0
+_SLOWEST_FILM = 100.0  # rates omega
+
+Scene = tuple[Parameters, float]
+"""What the adaptive method integrates: parameters, and the speed below which a cusp is rounded."""
+
+
 @inline
-def error_scale(p: Parameters, y: State, J: tuple[State, State, State, State]) -> State:
-    """Sizes [m, m/s, 1] against which the errors of (x, v, ln phi) count."""
+def scene_of(p: Parameters, rtol: float) -> Scene:
+    """The scene of `p` for a tolerance."""
+    return p, _ROUNDING * rtol * (abs(p.drive_amplitude) * p.angular_frequency)
+
+
+@inline
+def scene_rhs(scene: Scene, t: float, y: State) -> State:
+    """The right-hand side of a scene."""
+    return rhs(scene[0], t, y, scene[1])
+
+
+@inline
+def scene_jacobian(scene: Scene, t: float, y: State) -> tuple[State, State, State, State]:
+    """The Jacobian of a scene."""
+    return jacobian(scene[0], t, y, scene[1])
+
+
+@inline
+def error_weight(scene: Scene, y: State, J: tuple[State, State, State, State]) -> State:
+    """Weights [1/m, s/m, 1] with which the errors of (x, v, ln phi) count."""
+    p, _ = scene
     X_m = abs(p.drive_amplitude)
     V_m = X_m * p.angular_frequency
+    velocity = 1.0 / V_m
     if p.rheological_index >= 0.0:
         locking = 2.0 * p.spring_stiffness * X_m + p.block_mass * p.angular_frequency * V_m
-        V_m /= 1.0 + V_m * (-J[1][1] * p.block_mass) / (_FORCE_WEIGHT * locking)
-    return X_m, V_m, 1.0 + abs(y[2])
+        velocity += -J[1][1] * p.block_mass / (_FORCE_WEIGHT * locking)
+    _, inverse_phi = exponentials(y[2])
+    D_eff = noise.effective_intensity(p.noise_intensity)
+    forgetting = _FORGETTING_WEIGHT * (2.0 * noise.typical_path(inverse_phi, D_eff))
+    heating = 2.0 * p.thermal_coefficient * abs(p.temperature - p.critical_temperature)
+    own = _SLOWEST_FILM * p.angular_frequency + p.kinetic_coefficient * heating
+    most = _LARGEST_RELIEF * own
+    forgetting = most if forgetting > most else forgetting
+    return 1.0 / X_m, velocity, own / ((1.0 + abs(y[2])) * (own + forgetting))
 
 
-_travel = make_adaptive(rhs, jacobian, error_scale, see_step, RODAS4P)
+@inline
+def _see(
+    scene: Scene, t: float, h: float, y0: State, y1: State, d1: State, d2: State, record: Record
+) -> None:
+    see_step(scene[0], t, h, y0, y1, d1, d2, record)
+
+
+_travel = make_adaptive(scene_rhs, scene_jacobian, error_weight, _see, RODAS4P2)
 
 
 @jit
@@ -53,7 +101,8 @@ def adaptive_period(
     p: Parameters, settings: Settings, y: State, h: float, budget: int, record: Record
 ) -> Any:
     """One drive period of the adaptive method from the state (x, v, ln phi)."""
-    return _travel(p, settings.rtol, 0.0, period_of(p), y, h, budget, record)
+    scene = scene_of(p, settings.rtol)
+    return _travel(scene, settings.rtol, 0.0, period_of(p), y, h, budget, record)
 
 
 @inline

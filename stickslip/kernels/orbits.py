@@ -1,4 +1,4 @@
-"""The doors to stationary orbits: start, settle, measure, estimate the error."""
+"""Stationary orbits one by one, by plain iteration: the scalar twins of the doors in lanes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from stickslip.kernels.methods import (
     same_state,
 )
 from stickslip.kernels.observers import measuring, no_record
-from stickslip.kernels.rows import FIRST_STEP, Settings, parameters_of, period_of
+from stickslip.kernels.rows import FIRST_STEP, Settings, fail, parameters_of, period_of
 from stickslip.model.rhs import State, starting_state
 from stickslip.numerics.adaptive import DIVERGED, OK
 from stickslip.numerics.stationarity import make_settle
@@ -32,9 +32,6 @@ _POWER_BALANCE_LIMIT = 1e-2
 # The error estimate integrates the final orbit again with a tolerance this much tighter.
 _TIGHTER = 1e-2
 _TIGHTEST = 1e-13
-
-# Where the noise of the step control keeps an orbit from settling, the tolerance is cut by this.
-_REFINEMENT = 0.1
 
 # What Euler-Cromer is compared with has its tolerance made tighter from here: its own error at
 # the paper's step is 1e-9.
@@ -56,22 +53,6 @@ def _scaled(p: Parameters, y: State) -> State:
         v / (p.drive_amplitude * p.angular_frequency),
         _FILM_WEIGHT * film_state,
     )
-
-
-@inline
-def _shifted(p: Parameters, y: State, dx: float, dv: float) -> State:
-    """The state moved by `dx` X_m and `dv` X_m omega; the film stays as it is."""
-    X_m = p.drive_amplitude
-    return y[0] + dx * X_m, y[1] + dv * (X_m * p.angular_frequency), y[2]
-
-
-@jit
-def _fail(result: np.ndarray, periods: int, status: int) -> None:
-    for column in range(result.shape[0]):  # a slice would compile NumPy's shape errors
-        result[column] = np.nan
-    result[8], result[9] = -1, -1
-    result[11] = periods
-    result[12] = status
 
 
 @jit
@@ -98,11 +79,6 @@ def _with_rtol(settings: Settings, rtol: float) -> Settings:
         settings.max_periods,
         settings.accelerate,
     )
-
-
-@inline
-def _refined(settings: Settings) -> Settings:
-    return _with_rtol(settings, _REFINEMENT * settings.rtol)
 
 
 def _make_cycle(period_map: Any) -> Any:
@@ -143,7 +119,7 @@ def _make_point(
     gives the tolerance that the second, better integration of the orbit has to beat. The two
     differ by the error estimate; with `extrapolate` the better one is reported.
     """
-    settle = make_settle(period_map, _scaled, _shifted, _refined)
+    settle = make_settle(period_map, _scaled)
     cycle_measured = _make_cycle(period_map)
 
     @jit
@@ -162,7 +138,7 @@ def _make_point(
         settled = log_state(y)
         final[0], final[1], final[2], final[3] = settled[0], settled[1], settled[2], h
         if status != OK:
-            _fail(result, periods, status)
+            fail(result, periods, status)
             return
         record, better = records[0], records[1]
         end, used, status = cycle_measured(
@@ -174,7 +150,7 @@ def _make_point(
             tight = _with_rtol(settings, _TIGHTER * reference(settings))
             better_end, _, status = _better_cycle(p, tight, settled, 0.1 * h, cycle, budget, better)
         if status != OK:
-            _fail(result, periods, status)
+            fail(result, periods, status)
             return
         result[6] = measurement.amplitude_error(p, record, better)
         if extrapolate:
@@ -184,11 +160,11 @@ def _make_point(
             _fill(p, record, y, end, cycle, result)
         result[11], result[12] = periods, OK
         if not math.isfinite(result[0] + result[1] + result[6]):
-            _fail(result, periods, DIVERGED)
+            fail(result, periods, DIVERGED)
             return
         believed = measurement.balance_kept(p, record, result[7], cycle, _POWER_BALANCE_LIMIT)
         if not (believed and measurement.bounds_kept(p, record, math.exp(start[2]))):
-            _fail(result, periods, INVARIANT_VIOLATED)
+            fail(result, periods, INVARIANT_VIOLATED)
 
     return point
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.compiled import inline
+from stickslip.compiled import inline, jit
 from stickslip.parameters import Parameters, ParameterValues
 
 # The first step as a part of the drive period: short against every rate of the paper's scenes,
@@ -60,3 +60,13 @@ def parameters_of(row: np.ndarray) -> ParameterValues:
         row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8], row[9],
         row[10], row[11], row[12], row[13], row[14], row[15], row[16], row[17], row[18], row[19],
     )  # fmt: skip
+
+
+@jit
+def fail(result: np.ndarray, periods: int, status: int) -> None:
+    """Make a result row that of a point that did not end ok."""
+    for column in range(result.shape[0]):  # a slice would compile NumPy's shape errors
+        result[column] = np.nan
+    result[8], result[9] = -1, -1
+    result[11] = periods
+    result[12] = status

@@ -148,3 +148,21 @@ def power(x: float, exponent: float) -> float:
     """
     result, _ = exponentials(exponent * logarithm(x))
     return result if x > 0.0 else x  # 0 and NaN
+
+
+# Bits of 1.0 twice, less a correction that balances the error of the linear guess.
+_RECIPROCAL_SEED = _U(0x7FDE623822FC16E6)
+
+
+@inline
+def reciprocal(x: float) -> float:
+    """1/x for `x` > 0 between 1e-300 and 1e300, to 1 ulp, where a division would cost too much.
+
+    The exponent bits give a guess to 5 %; two steps of a fourth-order iteration do the rest.
+    """
+    r = np.uint64(_RECIPROCAL_SEED - np.float64(x).view(np.uint64)).view(np.float64)
+    for _ in range(2):
+        miss = 1.0 - x * r
+        closer = r + r * miss
+        r = closer + closer * (miss * miss)
+    return r

@@ -13,6 +13,7 @@ from stickslip.model.elementary import cube_root, inverse_cube_root, power
 # The viscous slope of a pseudoplastic fluid is infinite at u = 0; a strain rate this small
 # stands for 0 there and keeps the Jacobian finite.
 _SMALLEST_STRAIN_RATE = 1e-90
+_SMALLEST_SQUARE = _SMALLEST_STRAIN_RATE**2
 
 
 @inline
@@ -45,6 +46,38 @@ def viscous_stress_slope(u: float, h: float, k: float, gamma: float) -> float:
     rate = strain_rate(u, h)
     rate = _SMALLEST_STRAIN_RATE if rate < _SMALLEST_STRAIN_RATE else rate  # NaN stays NaN
     return k * (gamma + 1.0) / h * _relative_rate_power(rate, gamma)
+
+
+@inline
+def rounded_viscous_stress(
+    u: float, u_s: float, h: float, k: float, gamma: float
+) -> tuple[float, float]:
+    """Viscous stress [Pa] and its slope [Pa s/m], with the cusp at u = 0 rounded for |u| < u_s.
+
+    For gamma < 0 the strain rate in the viscosity, Eq. 7, is sqrt(u^2 + u_s^2)/h: odd in u, the
+    slope finite, the relative change of the stress |gamma|/2 (u_s/u)^2. For gamma >= 0 it is
+    `viscous_stress`.
+    """
+    rate = u / h
+    if gamma >= 0.0:
+        viscosity = k * _square_power(rate * rate, gamma)
+        return viscosity * rate, viscosity / h * (1.0 + gamma)
+    rounding = u_s / h
+    square = rate * rate + (rounding * rounding + _SMALLEST_SQUARE)
+    viscosity = k * _square_power(square, gamma)
+    return viscosity * rate, viscosity / h * (1.0 + gamma * (rate * rate / square))
+
+
+@inline
+def _square_power(square: float, gamma: float) -> float:
+    """square^(gamma/2), without a general power for the three fluids of the paper."""
+    if gamma == 0.0:
+        return 1.0
+    if gamma == -2.0 / 3.0:
+        return inverse_cube_root(square)
+    if gamma == 2.0 / 3.0:
+        return cube_root(square)
+    return power(square, 0.5 * gamma)
 
 
 @inline

@@ -49,12 +49,20 @@ def film_melting_function(p: Parameters, u: float) -> float:
 
 
 @inline
-def rhs(p: Parameters, t: float, y: State) -> State:
-    """Time derivative of (x, v, psi) [m/s, m/s2, 1/s] at phase time `t` [s]."""
+def rhs(p: Parameters, t: float, y: State, u_s: float = 0.0) -> State:
+    """Time derivative of (x, v, psi) [m/s, m/s2, 1/s] at phase time `t` [s].
+
+    With u_s > 0 the cusp of a pseudoplastic fluid is rounded (friction.rounded_viscous_stress).
+    """
     x, v, psi = y
     phi, inverse_phi = exponentials(psi)
     u = relative_velocity(p, t, v)
-    _, F = stress_and_force(p, u, phi)
+    eps = friction.elastic_strain(u, p.strain_relaxation_time, p.film_thickness)
+    sigma_v, _ = friction.rounded_viscous_stress(
+        u, u_s, p.film_thickness, p.viscosity_coefficient, p.rheological_index
+    )
+    sigma_el = film.elastic_stress(phi, eps, p.elastic_coefficient)
+    F = friction.friction_force(sigma_el, sigma_v, p.contact_area)
     force = film.log_force(
         phi, film_melting_function(p, u), p.cubic_coefficient, p.quartic_coefficient
     )
@@ -64,7 +72,33 @@ def rhs(p: Parameters, t: float, y: State) -> State:
 
 
 @inline
-def jacobian(p: Parameters, t: float, y: State) -> tuple[State, State, State, State]:
+def observables_and_rates(
+    p: Parameters, t: float, y: State, u_s: float = 0.0
+) -> tuple[float, float, float, float]:
+    """Elastic stress [Pa] and friction force [N], and their rates along the motion.
+
+    From Eqs. 10 and 13 with phi' = phi psi': where a rate changes sign, there is an extremum.
+    """
+    _, v, psi = y
+    phi, _ = exponentials(psi)
+    u = relative_velocity(p, t, v)
+    sigma_el, F = stress_and_force(p, u, phi)
+    _, v_rate, psi_rate = rhs(p, t, y, u_s)
+    V_rate = drive.upper_acceleration(t, p.drive_amplitude, p.angular_frequency)
+    mu = film.shear_modulus(phi, p.elastic_coefficient)
+    eps_u = p.strain_relaxation_time / p.film_thickness
+    slope = friction.viscous_stress_slope(
+        u, p.film_thickness, p.viscosity_coefficient, p.rheological_index
+    )
+    u_rate = V_rate - v_rate
+    sigma_rate = mu * eps_u * (u_rate + 2.0 * u * psi_rate)
+    return sigma_el, F, sigma_rate, (sigma_rate + slope * u_rate) * p.contact_area
+
+
+@inline
+def jacobian(
+    p: Parameters, t: float, y: State, u_s: float = 0.0
+) -> tuple[State, State, State, State]:
     """The three rows of d(rhs)/dy, and d(rhs)/dt as a fourth."""
     _, v, psi = y
     phi, inverse_phi = exponentials(psi)
@@ -72,8 +106,8 @@ def jacobian(p: Parameters, t: float, y: State) -> tuple[State, State, State, St
     V_rate = drive.upper_acceleration(t, p.drive_amplitude, p.angular_frequency)
     eps_u = p.strain_relaxation_time / p.film_thickness
     mu = film.shear_modulus(phi, p.elastic_coefficient)
-    slope = friction.viscous_stress_slope(
-        u, p.film_thickness, p.viscosity_coefficient, p.rheological_index
+    _, slope = friction.rounded_viscous_stress(
+        u, u_s, p.film_thickness, p.viscosity_coefficient, p.rheological_index
     )
     F_u = (mu * eps_u + slope) * p.contact_area
     F_psi = 2.0 * mu * (eps_u * u) * p.contact_area

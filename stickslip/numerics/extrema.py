@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.compiled import jit
+from stickslip.compiled import inline, jit
 
 # Where a step is looked at: evenly for the quadrature (Boole), and close to both ends so that an
 # extremum just inside an end is noticed.
@@ -59,3 +59,10 @@ def make_extremum(along: Callable[..., float]) -> Any:
         return record
 
     return extremum
+
+
+@inline
+def vertex(x0: float, x1: float, x2: float, y0: float, y1: float, y2: float) -> float:
+    """Where the parabola through three points has its vertex; NaN or inf for a straight line."""
+    left, right = (y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1)
+    return 0.5 * (x0 + x1) - 0.5 * left * (x2 - x0) / (right - left)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from stickslip.compiled import inline
 
 Vector = tuple[float, float, float]
@@ -17,25 +15,16 @@ def add(y: Vector, s: float, k: Vector) -> Vector:
 
 
 @inline
-def largest_ratio(error: Vector, scale: Vector) -> float:
-    """max |error_i|/scale_i; NaN where any component is NaN."""
-    first, second, third = (
-        abs(error[0]) / scale[0],
-        abs(error[1]) / scale[1],
-        abs(error[2]) / scale[2],
-    )
-    largest = max(first, max(second, third))
-    return largest + 0.0 * (first + second + third)  # max() may drop a NaN, a sum does not
+def larger(a: float, b: float) -> float:
+    """The larger of two numbers as one instruction; the second one where either is NaN."""
+    return a if a > b else b
 
 
 @inline
-def with_signs(size: Vector, direction: Vector) -> Vector:
-    """Components of `size` with the signs of `direction`: where that points, mirrors with it."""
-    return (
-        math.copysign(size[0], direction[0]),
-        math.copysign(size[1], direction[1]),
-        math.copysign(size[2], direction[2]),
-    )
+def largest(error: Vector, weight: Vector) -> float:
+    """max |error_i| weight_i; NaN where any component is NaN."""
+    a, b, c = abs(error[0]) * weight[0], abs(error[1]) * weight[1], abs(error[2]) * weight[2]
+    return larger(larger(a, b), c) + 0.0 * (a + b + c)  # a comparison may drop a NaN, a sum not
 
 
 @inline

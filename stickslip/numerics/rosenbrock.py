@@ -23,31 +23,31 @@ def interpolate(theta: float, y0: Vector, y1: Vector, d1: Vector, d2: Vector) ->
 
 @inline
 def defect_error(
-    f1: Vector, J: Matrix, y0: Vector, y1: Vector, d1: Vector, d2: Vector, h: float, gamma: float
+    f1: Vector, LU: Matrix, y0: Vector, y1: Vector, d1: Vector, d2: Vector, h: float
 ) -> Vector:
-    """Error seen from the end of a step: the defect there, filtered by the Jacobian *near there*.
+    """Error seen from the end of a step: the defect there, filtered by the step's own matrix.
 
-    A linearly implicit step knows the function by its Jacobian at the start alone. Where that is
-    huge on a small neighbourhood (a cusp), the step freezes and its embedded estimate with it.
-    The slope of the continuous extension at the end then disagrees with the function. The filter
-    (I - h gamma J)^-1 keeps the estimate bounded for stiff components; its order is that of the
-    continuous extension, equal to the embedded order. `J` is to be taken one tolerance away from
-    the end: a frozen step still ends on the cusp, where the slope would filter everything away.
+    A linearly implicit step knows the function by its Jacobian at the start alone; what it
+    missed, the slope of the continuous extension at the end, against the function there, shows.
+    The filter (I - h gamma J)^-1 keeps the estimate bounded for stiff components; its order is
+    that of the continuous extension, equal to the embedded order. It is blind where the Jacobian
+    at the start is huge on a small neighbourhood only: functions are to be smooth on the scale of
+    the tolerance (docs/decisions/integrator.md).
     """
     defect = (
         f1[0] - (y1[0] - y0[0] - d1[0] - d2[0]) / h,
         f1[1] - (y1[1] - y0[1] - d1[1] - d2[1]) / h,
         f1[2] - (y1[2] - y0[2] - d1[2] - d2[2]) / h,
     )
-    return solve(factor(J, 1.0 / (h * gamma)), defect)
+    return solve(LU, defect)
 
 
 def make_step(rhs: Callable[..., Vector], tableau: RosenbrockTableau) -> Any:
     """The function that takes one step of `tableau` (six stages) for y' = rhs(p, t, y).
 
     The step maps (p, t, y, h, f, J) with f = rhs(p, t, y) and J = (rows of df/dy, df/dt) to
-    (y1, error, d1, d2): the new state, the embedded error and the coefficients of
-    `interpolate`. Six evaluations less the given one, one factorisation.
+    (y1, error, d1, d2, LU): the new state, the embedded error, the coefficients of `interpolate`
+    and the factored matrix. Six evaluations less the given one, one factorisation.
     """
     gamma = tableau.gamma
     (a21,), (a31, a32), (a41, a42, a43), (a51, a52, a53, a54), _ = tableau.a[1:]
@@ -60,7 +60,7 @@ def make_step(rhs: Callable[..., Vector], tableau: RosenbrockTableau) -> Any:
     @inline
     def step(
         p: Any, t: float, y: Vector, h: float, f: Vector, J: tuple[Vector, Vector, Vector, Vector]
-    ) -> tuple[Vector, Vector, Vector, Vector]:
+    ) -> tuple[Vector, Vector, Vector, Vector, Matrix]:
         rows, f_t = (J[0], J[1], J[2]), J[3]
         LU = factor(rows, 1.0 / (h * gamma))
         i = 1.0 / h
@@ -89,6 +89,6 @@ def make_step(rhs: Callable[..., Vector], tableau: RosenbrockTableau) -> Any:
         zero = (0.0, 0.0, 0.0)
         d1 = add(add(add(add(add(zero, p1, u1), p2, u2), p3, u3), p4, u4), p5, u5)
         d2 = add(add(add(add(add(zero, q1, u1), q2, u2), q3, u3), q4, u4), q5, u5)
-        return add(y6, 1.0, u6), u6, d1, d2
+        return add(y6, 1.0, u6), u6, d1, d2, LU
 
     return step

@@ -39,21 +39,6 @@ _DRIFTLESS = 0.7
 # The verdict must hold this many periods in a row: fast transients can mimic it once.
 _CONFIRMATIONS = 2
 
-# Acceleration: a ratio counts as steady if its change alters the jump by this part; below the
-# smallest ratio plain iteration is as quick; a jump longer than this many drive amplitudes, the
-# largest offset that a start at rest can leave, is not risked. Every jump is at most half as long
-# as the one before: jumps that do not get shorter do not lead to the limit.
-_STEADY = 0.3
-_SMALLEST_RATIO = 0.5
-_LONGEST_JUMP = 2.0
-
-# A sequence has stalled if, within this many tolerances of repeating, it moved in so many periods
-# nearly as far as in as many before.
-_PATIENCE = 32
-_STALLED_RATIO = 0.9
-_NEAR = 100.0
-_REFINEMENTS = 2
-
 # Cycles closer together than this many tolerances are one.
 _INDISTINCT = 10.0
 
@@ -143,79 +128,14 @@ def closing_cycle(states: np.ndarray, newest: int, tolerance: float) -> int:
     return 0
 
 
-@jit
-def extrapolation(states: np.ndarray, newest: int, longest: float) -> tuple[float, float, bool]:
-    """Remaining way of the first two components to the limit, and whether to believe it.
-
-    Aitken's rule on a sequence that plainly contracts along one direction: the last three
-    displacements are parallel and shrink by one and the same ratio. A bend, an alternation, a
-    fast transient or noise fails the test, and so does a way longer than `longest`, which might
-    lead into another basin of attraction.
-    """
-    if newest < 3:
-        return 0.0, 0.0, False
-    a, b = states[(newest - 3) % _REMEMBERED], states[(newest - 2) % _REMEMBERED]
-    c, d = states[(newest - 1) % _REMEMBERED], states[newest % _REMEMBERED]
-    oldest, before, last = (
-        (b[0] - a[0], b[1] - a[1]),
-        (c[0] - b[0], c[1] - b[1]),
-        (
-            d[0] - c[0],
-            d[1] - c[1],
-        ),
-    )
-    earlier, _ = _contraction(before, oldest)
-    ratio, bend = _contraction(last, before)
-    steady = abs(ratio - earlier) <= _STEADY * (1.0 - ratio) and bend <= _STEADY
-    reach = ratio / (1.0 - ratio)
-    way = reach * last[0], reach * last[1]
-    short = max(abs(way[0]), abs(way[1])) <= longest
-    return way[0], way[1], _SMALLEST_RATIO <= ratio < 1.0 and steady and short
-
-
-@inline
-def _contraction(newer: tuple[float, float], older: tuple[float, float]) -> tuple[float, float]:
-    """Ratio of two displacements, and the part of the newer one that is not along the older."""
-    square = older[0] * older[0] + older[1] * older[1]
-    ratio = (newer[0] * older[0] + newer[1] * older[1]) / square
-    bend = abs(newer[0] * older[1] - newer[1] * older[0]) / square
-    return ratio, bend / abs(ratio)
-
-
-@jit
-def stalled(states: np.ndarray, newest: int, tolerance: float) -> bool:
-    """Whether a sequence near its limit no longer approaches it.
-
-    An adaptive method maps a period with jumps of the order of its tolerance, where the pattern
-    of accepted steps changes. Where the orbit attracts slowly these jumps, not the orbit, decide
-    what the sequence does: it wanders about the limit and never settles.
-    """
-    for cycle in range(1, LONGEST_CYCLE + 1):
-        lag = cycle * ((_PATIENCE + cycle - 1) // cycle)
-        if 2 * lag <= newest:
-            moved = _distance(states, newest, newest - lag)
-            before = _distance(states, newest - lag, newest - 2 * lag)
-            if _STALLED_RATIO * before <= moved <= _NEAR * tolerance:
-                return True
-    return False
-
-
-def make_settle(
-    period_map: Callable[..., Any],
-    scaled: Callable[..., Vector],
-    shifted: Callable[..., Vector],
-    refined: Callable[..., Any],
-) -> Any:
-    """The search for the stationary orbit by iteration of `period_map`, accelerated if wanted.
+def make_settle(period_map: Callable[..., Any], scaled: Callable[..., Vector]) -> Any:
+    """The search for the stationary orbit by plain iteration of `period_map`.
 
     `period_map(p, settings, y, memory, budget, record)` gives (y, memory, steps, status) after one
-    drive period; `scaled(p, y)` the components by which states are compared;
-    `shifted(p, y, dx, dv)` the state moved by scaled amounts; `refined(settings)` settings with
-    which the map is smoother, taken where the sequence has stalled, at most twice.
+    drive period; `scaled(p, y)` the components by which states are compared.
 
     The search maps (p, settings, y, memory, budget, record) to (y, memory, cycle, periods, steps,
-    status). `settings` has `stationary_rtol`, `max_periods` and `accelerate`. After a jump the
-    sequence is judged afresh, so the orbit is always confirmed by plain periods.
+    status). `settings` has `stationary_rtol` and `max_periods`.
     """
 
     @jit
@@ -223,34 +143,19 @@ def make_settle(
         p: Any, settings: Any, y: Vector, memory: float, budget: int, record: Any
     ) -> tuple[Vector, float, int, int, int, int]:
         states = np.empty((_REMEMBERED, 3))
-        tolerance, longest = settings.stationary_rtol, _LONGEST_JUMP
         states[0] = scaled(p, y)
-        steps, held, previous, newest, refinements = 0, 0, 0, 0, 0
+        steps, held, previous = 0, 0, 0
         for period in range(1, settings.max_periods + 1):
             y, memory, used, status = period_map(p, settings, y, memory, budget - steps, record)
             steps += used
-            newest += 1
             if status != OK:
                 return y, memory, 0, period, steps, status
-            states[newest % _REMEMBERED] = scaled(p, y)
-            cycle = closing_cycle(states, newest, tolerance)
+            states[period % _REMEMBERED] = scaled(p, y)
+            cycle = closing_cycle(states, period, settings.stationary_rtol)
             held = held + 1 if cycle > 0 and cycle == previous else min(cycle, 1)
             previous = cycle
             if held >= _CONFIRMATIONS:
                 return y, memory, cycle, period, steps, OK
-            if settings.accelerate and held == 0:
-                dx, dv, believed = extrapolation(states, newest, longest)
-                if believed:
-                    longest = 0.5 * max(abs(dx), abs(dv))
-                    y = shifted(p, y, dx, dv)
-                    states[0] = scaled(p, y)
-                    newest, previous = 0, 0
-            if refinements < _REFINEMENTS and stalled(states, newest, tolerance):
-                settings = refined(settings)
-                refinements += 1
-                longest = _LONGEST_JUMP
-                states[0] = scaled(p, y)
-                newest, held, previous = 0, 0, 0
         return y, memory, 0, settings.max_periods, steps, NOT_STATIONARY
 
     return settle
