@@ -100,13 +100,13 @@ def _balance(
 ) -> tuple[float, bool]:
     """The power balance error, and whether it is small enough to believe the orbit.
 
-    The yardstick of belief is at least a thousandth of the full spring force times the way of the
-    drive: where the force vanishes, its work is rounding.
+    The yardstick of belief is at least a hundredth of the full spring force times the way of the
+    drive, as for the errors of the amplitudes: where the force vanishes, its work is rounding.
     """
     gained = _energy(p, end) - _energy(p, begin)
     miss, absolute = abs(record[_slot(BLOCK_WORK)] - gained), record[_slot(ABSOLUTE_WORK)]
     stiffness = p.spring_stiffness / (p.block_mass * p.angular_frequency**2)
-    floor = 0.001 * (2.0 * stiffness) * (2.0 * cycle)
+    floor = 0.01 * (2.0 * stiffness) * (2.0 * cycle)
     kept = miss <= _POWER_BALANCE_LIMIT * max(absolute, floor)
     return miss / absolute if absolute > 0.0 else 0.0, kept
 

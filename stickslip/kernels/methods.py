@@ -29,10 +29,11 @@ from stickslip.numerics.fixed import make_fixed
 from stickslip.numerics.tableaus import RODAS4P2
 from stickslip.parameters import Parameters
 
-# For fluids whose viscous stress is smooth in u (gamma >= 0) an error of the velocity counts by the
-# error of the force that it makes, against this many times the force that locks the block: a
-# locked block moves with the drive to parts in 1e5, and its slip must be right, not just its speed.
+# An error of the velocity counts also by the error of the force that it makes, against this many
+# times the force that locks the block: a locked block moves with the drive to parts in 1e5, and its
+# slip must be right, not just its speed.
 _FORCE_WEIGHT = 20.0
+_LARGEST_AT_CUSP = 100.0
 
 
 # The cusp of a pseudoplastic fluid is rounded below this many tolerances of X_m omega: there the
@@ -72,10 +73,10 @@ def error_weight(scene: Scene, y: State, J: tuple[State, State, State, State]) -
     p, _ = scene
     X_m = abs(p.drive_amplitude)
     V_m = X_m * p.angular_frequency
-    velocity = 1.0 / V_m
-    if p.rheological_index >= 0.0:
-        locking = 2.0 * p.spring_stiffness * X_m + p.block_mass * p.angular_frequency * V_m
-        velocity += -J[1][1] * p.block_mass / (_FORCE_WEIGHT * locking)
+    locking = 2.0 * p.spring_stiffness * X_m + p.block_mass * p.angular_frequency * V_m
+    force = V_m * (-J[1][1] * p.block_mass) / (_FORCE_WEIGHT * locking)
+    if p.rheological_index < 0.0:  # the slope of the rounded cusp grows with the tolerance
+        force = _LARGEST_AT_CUSP if force > _LARGEST_AT_CUSP else force
     _, inverse_phi = exponentials(y[2])
     D_eff = noise.effective_intensity(p.noise_intensity)
     forgetting = _FORGETTING_WEIGHT * (2.0 * noise.typical_path(inverse_phi, D_eff))
@@ -83,7 +84,7 @@ def error_weight(scene: Scene, y: State, J: tuple[State, State, State, State]) -
     own = _SLOWEST_FILM * p.angular_frequency + p.kinetic_coefficient * heating
     most = _LARGEST_RELIEF * own
     forgetting = most if forgetting > most else forgetting
-    return 1.0 / X_m, velocity, own / ((1.0 + abs(y[2])) * (own + forgetting))
+    return 1.0 / X_m, (1.0 + force) / V_m, own / ((1.0 + abs(y[2])) * (own + forgetting))
 
 
 @inline
