@@ -1,71 +1,131 @@
-"""Steps and errors of the adaptive method in its variants: tableau and cusp safeguard.
+"""Steps and errors of the adaptive method in its variants: tableau, cusp, weights, step control.
 
-Error of (x/X_m, v/(X_m omega)) after three drive periods from rest against the same method at
-1e-12, and attempted steps a period, for a ladder of tolerances and three fluids.
+Error of (x/X_m, v/(X_m omega)) after three drive periods from rest against the package's own
+variant at 1e-12 without a rounded cusp, and attempted steps a period, over a ladder of tolerances
+and four scenes. The scalar drive: its steps are those of the lanes.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import Any, NamedTuple
+from unittest.mock import patch
 
 import numpy as np
-from environment import write_results
+from common import arguments, finish
 
-from stickslip.compiled import jit
-from stickslip.kernels.methods import error_scale
-from stickslip.model.rhs import jacobian, rhs, starting_state
-from stickslip.numerics import adaptive
-from stickslip.numerics.tableaus import RODAS4, RODAS4P, RosenbrockTableau
+from stickslip.compiled import inline, jit
+from stickslip.kernels import methods
+from stickslip.kernels.methods import error_weight, scene_jacobian, scene_rhs
+from stickslip.kernels.rows import FIRST_STEP
+from stickslip.model.rhs import starting_state
+from stickslip.numerics import adaptive, control
+from stickslip.numerics.tableaus import RODAS4, RODAS4P, RODAS4P2, RosenbrockTableau
 from stickslip.parameters import Parameters, ParameterValues
 
 PERIODS = 3
 LADDER = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
+REFERENCE_RTOL = 1e-12
+COMPARED_AT = (1e-4, 1e-6, 1e-8)  # errors at which steps are compared
 SCENES = {
     "gamma=-2/3": Parameters(),
     "gamma=-2/3, omega=38": Parameters(angular_frequency=38),
     "gamma=0": Parameters(rheological_index=0),
     "gamma=2/3": Parameters(rheological_index=2 / 3),
 }
+OWN = "RODAS4P2"
+
+
+@inline
+def weight_without_relief(scene: Any, y: Any, J: Any) -> Any:
+    """The error weights, with ln(phi) counting as much where the noise forgets its error."""
+    x, v, _ = error_weight(scene, y, J)
+    return x, v, 1.0 / (1.0 + abs(y[2]))
+
+
+@inline
+def plain_after_success(error: float, remembered: float) -> tuple[float, float]:
+    """The plain controller, error^(-1/4), in place of the PI controller."""
+    inverse = control.inverse_fourth_root(control.larger(error, control._SMALLEST))
+    return control._limited(control._SAFETY * inverse), remembered
+
+
+@inline
+def no_defect(f1: Any, LU: Any, y0: Any, y1: Any, d1: Any, d2: Any, h: float) -> Any:
+    """Nothing, in place of the error that is seen from the end of a step."""
+    return 0.0, 0.0, 0.0
+
+
+class Variant(NamedTuple):
+    """A tableau, error weights, the rounding of the cusp in tolerances, and what is replaced."""
+
+    tableau: RosenbrockTableau = RODAS4P2
+    weight: Callable[..., Any] = error_weight
+    rounding: float = methods._ROUNDING
+    replaced: tuple[tuple[Any, str, Any], ...] = ()
+
+
 VARIANTS = {
-    "RODAS4P": (RODAS4P, adaptive._DEFECT_WEIGHT),
-    "RODAS4P without defect estimate": (RODAS4P, 0.0),
-    "RODAS4": (RODAS4, adaptive._DEFECT_WEIGHT),
+    OWN: Variant(),
+    "RODAS4P": Variant(RODAS4P),
+    "RODAS4": Variant(RODAS4),
+    "without the rounded cusp": Variant(rounding=0.0),
+    "without relief for ln(phi)": Variant(weight=weight_without_relief),
+    "without the PI controller": Variant(
+        replaced=((control, "after_success", plain_after_success),)
+    ),
+    "without the defect estimate": Variant(replaced=((adaptive, "defect_error", no_defect),)),
 }
+QUICK = (OWN, "without the rounded cusp")
 
 
 def main() -> None:
-    reference = {
-        name: _final(_run(*VARIANTS["RODAS4P"]), p, 1e-12)[0] for name, p in SCENES.items()
-    }
-    results = []
-    for variant, (tableau, weight) in VARIANTS.items():
-        run = _run(tableau, weight)
+    quick = arguments(__doc__).quick
+    ladder = LADDER[1:5:2] if quick else LADDER
+    own = _compiled(VARIANTS[OWN])
+    reference = {name: _end(own, p, REFERENCE_RTOL, 0.0)[0] for name, p in SCENES.items()}
+    rows = []
+    for name in QUICK if quick else VARIANTS:
+        variant = VARIANTS[name]
+        same_code = variant._replace(rounding=methods._ROUNDING) == VARIANTS[OWN]
+        run = own if same_code else _compiled(variant)
         for scene, p in SCENES.items():
-            for rtol in LADDER:
-                state, steps = _final(run, p, rtol)
+            for rtol in ladder:
+                state, steps, status = _end(run, p, rtol, variant.rounding)
                 error = float(np.abs(state - reference[scene])[:2].max())
-                row = {"variant": variant, "scene": scene, "rtol": rtol}
-                results.append(row | {"steps_per_period": steps / PERIODS, "error": error})
-                print(f"{variant:34}{scene:24}{rtol:8.0e}{steps / PERIODS:10.0f}{error:12.1e}")
-    print(write_results("methods", results))
+                row = {"variant": name, "scene": scene, "rtol": rtol, "status": status}
+                rows.append(row | {"steps_per_period": steps / PERIODS, "error": error})
+                note = "" if status == adaptive.OK else f"  status {status}"
+                print(f"{name:30}{scene:24}{rtol:8.0e}{steps / PERIODS:10.0f}{error:12.1e}{note}")
+    compared = _compared(rows)
+    headline = {
+        f"steps against {OWN}'s at equal error: {name}": value for name, value in compared.items()
+    }
+    finish("methods", {"headline": headline, "rows": rows}, quick=quick)
 
 
-def _run(tableau: RosenbrockTableau, defect_weight: float):
-    """The compiled integration of PERIODS drive periods with one variant."""
-    kept, adaptive._DEFECT_WEIGHT = adaptive._DEFECT_WEIGHT, defect_weight
-    drive = adaptive.make_adaptive(rhs, jacobian, error_scale, _ignore, tableau)
+def _compiled(variant: Variant) -> Any:
+    """The compiled integration of PERIODS drive periods with a variant."""
+    with ExitStack() as stack:
+        for module, name, value in variant.replaced:
+            stack.enter_context(patch.object(module, name, value))
+        drive = adaptive.make_adaptive(
+            scene_rhs, scene_jacobian, variant.weight, _ignore, variant.tableau
+        )
 
-    @jit
-    def run(p, rtol):
-        period = 2.0 * math.pi / p.angular_frequency
-        y, h, total = starting_state(p), 1e-6 * period, 0
-        for _ in range(PERIODS):
-            y, h, steps, _ = drive(p, rtol, 0.0, period, y, h, 10**9, 0)
-            total += steps
-        return y, total
+        @jit
+        def run(p, rtol, u_s, most):
+            period = 2.0 * math.pi / p.angular_frequency
+            y, h, total, status = starting_state(p), FIRST_STEP * period, 0, 0
+            for _ in range(PERIODS):
+                if status == 0:
+                    y, h, steps, status = drive((p, u_s), rtol, 0.0, period, y, h, most, 0)
+                    total += steps
+            return y, total, status
 
-    run(ParameterValues(*Parameters()), 1e-3)  # compiles, and freezes the weight into the code
-    adaptive._DEFECT_WEIGHT = kept
+        run(ParameterValues(*Parameters()), 1e-3, 0.0, 10)  # compiles with what is replaced
     return run
 
 
@@ -74,11 +134,33 @@ def _ignore(p, t, h, y0, y1, d1, d2, record):
     pass
 
 
-def _final(run, p: Parameters, rtol: float) -> tuple[np.ndarray, int]:
-    """The scaled state after PERIODS drive periods, and the steps that it took."""
-    (x, v, psi), steps = run(ParameterValues(*p), rtol)
-    scale = np.array([p.drive_amplitude, p.drive_amplitude * p.angular_frequency, 1.0])
-    return np.array([x, v, psi]) / scale, steps
+def _end(run: Any, p: Parameters, rtol: float, rounding: float) -> tuple[np.ndarray, int, int]:
+    """The scaled state after PERIODS drive periods, the attempted steps, the status."""
+    V_m = abs(p.drive_amplitude) * p.angular_frequency
+    (x, v, psi), steps, status = run(ParameterValues(*p), rtol, rounding * rtol * V_m, 10**7)
+    return np.array([x / abs(p.drive_amplitude), v / V_m, psi]), steps, status
+
+
+def _compared(rows: list[dict[str, Any]]) -> dict[str, str]:
+    """Steps at equal error as parts of those of the package's own variant, scene by scene.
+
+    Geometric means over three errors, on straight lines through log(steps) over log(error): the
+    error of a single tolerance is large or small by luck.
+    """
+    steps = {}
+    for name in dict.fromkeys(row["variant"] for row in rows):
+        for scene in SCENES:
+            chosen = [row for row in rows if (row["variant"], row["scene"]) == (name, scene)]
+            logs = np.log([[max(r["error"], 1e-15), r["steps_per_period"]] for r in chosen])
+            fit = np.polyfit(logs[:, 0], logs[:, 1], 1)
+            steps[name, scene] = np.polyval(fit, np.log(COMPARED_AT)).mean()
+    return {
+        name: ", ".join(
+            f"{math.exp(steps[name, scene] - steps[OWN, scene]):.2f} ({scene})" for scene in SCENES
+        )
+        for name in dict.fromkeys(row["variant"] for row in rows)
+        if name != OWN
+    }
 
 
 if __name__ == "__main__":

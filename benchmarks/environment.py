@@ -28,7 +28,7 @@ def environment() -> dict[str, str]:
 def write_results(name: str, results: Any) -> Path:
     """Write `benchmarks/results/NAME.json`: the results and the environment."""
     path = HERE / "results" / f"{name}.json"
-    path.parent.mkdir(exist_ok=True)
+    path.parent.mkdir(parents=True, exist_ok=True)
     content = {"environment": environment(), "results": results}
     path.write_text(json.dumps(content, indent=1) + "\n")
     return path

@@ -1,0 +1,289 @@
+"""Time of a step of Euler-Cromer in lanes, against the plain loop and against the machine's peak.
+
+Nanoseconds of one core for a step of one trajectory: minima of several runs, in CPU time of the
+thread. Operations are counted in the machine code of the hot loop; the peak is that of a loop of
+nothing but fused multiply-adds, measured in the same run.
+
+`--quick` takes seconds. `--full` takes some ten minutes more: a whole period at the paper's step
+of 1e-10 s for 64 temperatures, with every step measured, against the adaptive method.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+import time
+from collections.abc import Callable
+
+import numba
+import numpy as np
+from environment import write_results
+
+from stickslip import measurement
+from stickslip.compiled import for_lanes, inline, jit
+from stickslip.kernels.fixed_lanes import SPECIAL_MARCHES, FixedLanes, general_march
+from stickslip.kernels.fixed_rows import write_starts, write_steps
+from stickslip.kernels.methods import fixed_period
+from stickslip.kernels.observers import no_record
+from stickslip.kernels.orbits import _better_cycle
+from stickslip.kernels.rows import FIRST_STEP, parameters_of, period_of
+from stickslip.orbit import Options
+from stickslip.parameters import Parameters
+
+WIDTHS = (16, 32, 64)
+GAMMAS = (-2 / 3, 0.0, 2 / 3, -0.5)
+PAPER_STEP = 1e-10
+REPEATS = 7
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="few steps, one width")
+    parser.add_argument("--full", action="store_true", help="a whole period at the paper's step")
+    options = parser.parse_args()
+    steps = 20_000 if options.quick else 200_000
+    results = {"peak_vector_operations_per_ns": peak(), "plain": {}, "scalar": {}, "lanes": []}
+    print(f"peak: {results['peak_vector_operations_per_ns']:.2f} vector operations per ns")
+    gammas = GAMMAS[:1] if options.quick else GAMMAS
+    for gamma in gammas:
+        plain = results["plain"][f"{gamma:.2f}"] = plain_loop(gamma, steps)
+        scalar = results["scalar"][f"{gamma:.2f}"] = scalar_kernel(gamma, steps)
+        print(
+            f"gamma {gamma:5.2f}: plain scalar loop {plain:.1f} ns, scalar kernel {scalar:.1f} ns"
+        )
+        operations = {} if options.quick else counted_operations(gamma)
+        for row in lane_rows(gamma, steps, WIDTHS[-1:] if options.quick else WIDTHS):
+            row |= {"times_faster_than_plain": plain / row["ns_per_step"]}
+            if operations:
+                count = operations[row["noise"], row["measured"]]
+                rate = count / row["ns_per_step"] / 8.0
+                share = rate / results["peak_vector_operations_per_ns"]
+                row |= {"vector_operations": count, "part_of_peak": share}
+            results["lanes"].append(row)
+            print("   " + "  ".join(f"{key} {_text(value)}" for key, value in row.items()))
+    if options.full:
+        results["full_period"] = full_period()
+    print(write_results("fixed_lanes_quick" if options.quick else "fixed_lanes", results))
+
+
+def _text(value: object) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+def fastest(run: Callable[[], object], count: float, repeats: int = REPEATS) -> float:
+    """Nanoseconds of CPU time for each of `count` items: the least of several runs."""
+    times = []
+    for _ in range(repeats):
+        begin = time.thread_time_ns()
+        run()
+        times.append(time.thread_time_ns() - begin)
+    return min(times) / count
+
+
+# --- the machine ----------------------------------------------------------------------------------
+
+_CHAIN, _LANES = 32, 128
+
+
+@inline
+def _multiply_and_add(lane, lanes):
+    a, b = lanes[_LANES + lane], lanes[2 * _LANES + lane]
+    x = lanes[lane]
+    for _ in range(_CHAIN):
+        x = x * a + b
+    lanes[lane] = x
+
+
+@jit
+def _multiply_and_add_often(lanes, times):
+    for _ in range(times):
+        for_lanes(_LANES, _multiply_and_add, (lanes,))
+
+
+def peak() -> float:
+    """Vector operations (of 8 numbers) a nanosecond: 16 independent chains of multiply-adds."""
+    room = np.full(3 * _LANES + 8, 0.5)
+    lanes = room[-(room.ctypes.data // 8) % 8 :][: 3 * _LANES]
+    times = 20_000
+    _multiply_and_add_often(lanes, 1)
+    operations = times * _LANES / 8 * _CHAIN
+    return 1.0 / fastest(lambda: _multiply_and_add_often(lanes, times), operations)
+
+
+def counted_operations(gamma: float) -> dict[tuple[bool, bool], int]:
+    """Vector operations in a step for (noise, measured), from the machine code.
+
+    A hot loop with more than the five numbers of a state to store keeps a record; of two the
+    longer one has the noise.
+    """
+    fresh = jit(SPECIAL_MARCHES.get(gamma, general_march).py_func)
+    lanes = lanes_of(points_of(gamma, 1, True), PAPER_STEP)
+    fresh(lanes.tasks, np.arange(1), True, True, 1)
+    lines = fresh.inspect_asm(fresh.signatures[0]).splitlines()
+    labels, counts = {}, {False: [], True: []}
+    for i, line in enumerate(lines):
+        if label := re.match(r"(\.LBB\w+):", line):
+            labels[label[1]] = i
+        elif (jump := re.match(r"\s+j\w+\s+(\.LBB\w+)", line)) and jump[1] in labels:
+            body = lines[labels[jump[1]] + 1 : i]
+            work = [
+                entry
+                for entry in body
+                if re.match(r"\s+v(?!p?mov|p?broadcast)\w+\s.*[yz]mm", entry)
+            ]
+            inner = any(entry.startswith(".LBB") for entry in body)
+            if not inner and sum("pd\t" in entry for entry in work) >= 12:
+                count = len(work) * (1 if "zmm" in "".join(work) else 2)
+                stores = sum(bool(re.match(r"\s+vmov\w+\s+%[yz]mm\d+, -?\d*\(", e)) for e in body)
+                counts[stores > 5].append(count)
+    pairs = ((False, min), (True, max))
+    return {
+        (noise, measured): kind(counts[measured]) for measured in counts for noise, kind in pairs
+    }
+
+
+# --- the scalar loops -----------------------------------------------------------------------------
+
+
+@numba.njit
+def _plain(n, dt, T, k, K, gamma, omega, X_m, M, h, tau, A, delta, alpha, T_c, a, b, c, x, v, phi):
+    """The scheme as it stands in the paper, written down plainly."""
+    for i in range(n):
+        V = -X_m * omega * math.sin(omega * i * dt)
+        u = V - v
+        eps = tau * u / h
+        sigma_el = a * phi**2 * eps
+        sigma_v = k * (abs(u) / h) ** (gamma + 1) * np.sign(u)
+        F = (sigma_el + sigma_v) * A
+        B = a * eps**2 + 2 * alpha * (T - T_c)
+        v += dt * (F - 2 * K * x) / M
+        x += dt * v
+        phi = abs(phi - dt * delta * phi * (B - b * phi + c * phi**2))
+    return x, v, phi
+
+
+def plain_loop(gamma: float, steps: int) -> float:
+    p = Parameters(rheological_index=gamma)
+    arguments = (
+        p.temperature, p.viscosity_coefficient, p.spring_stiffness, gamma, p.angular_frequency,
+        p.drive_amplitude, p.block_mass, p.film_thickness, p.strain_relaxation_time,
+        p.contact_area, p.kinetic_coefficient, p.thermal_coefficient, p.critical_temperature,
+        p.elastic_coefficient, p.cubic_coefficient, p.quartic_coefficient, 0.0, 0.0, 0.3,
+    )  # fmt: skip
+    _plain(1, PAPER_STEP, *arguments)
+    return fastest(lambda: _plain(steps, PAPER_STEP, *arguments), steps)
+
+
+@jit
+def _scalar(point, settings, y, steps):
+    p = parameters_of(point)
+    return fixed_period(p, settings, y, 0.0, steps, no_record())
+
+
+def scalar_kernel(gamma: float, steps: int) -> float:
+    point = np.array(Parameters(rheological_index=gamma))
+    settings = Options(method="euler-cromer", dt=PAPER_STEP).settings()
+    start = (0.0, 0.0, 0.3)
+    _scalar(point, settings, start, 1)
+    return fastest(lambda: _scalar(point, settings, start, steps), steps)
+
+
+# --- lanes ----------------------------------------------------------------------------------------
+
+
+def points_of(gamma: float, count: int, noise: bool) -> np.ndarray:
+    """Temperatures of the solid and of the stick-slip region."""
+    D = Parameters().noise_intensity if noise else 0.0
+    return np.array(
+        [
+            Parameters(temperature=T, rheological_index=gamma, noise_intensity=D)
+            for T in np.linspace(155.0, 280.0, count).tolist()
+        ]
+    )
+
+
+def lanes_of(points: np.ndarray, dt: float, phi: float | None = None) -> FixedLanes:
+    steps, states = np.empty(len(points), np.int64), np.empty((len(points), 3))
+    write_steps(points, dt, steps)
+    write_starts(points, states)
+    if phi is not None:
+        states[:, 2] = phi
+    return FixedLanes(points, steps, states)
+
+
+def lane_rows(gamma: float, steps: int, widths: tuple[int, ...]) -> list[dict]:
+    """Time of a step for some numbers of lanes, with and without noise and record."""
+    rows = []
+    for noise in (False, True):
+        for measured in (False, True):
+            for width in widths:
+                lanes = lanes_of(points_of(gamma, width, noise), PAPER_STEP, phi=0.3)
+                every = np.arange(width)
+                limits = np.full(width, steps)
+
+                def run(lanes=lanes, every=every, limits=limits, measured=measured) -> None:
+                    lanes.start(every, limits)
+                    lanes.march(measured)
+
+                run()
+                ns = fastest(run, steps * width)
+                row = {"gamma": round(gamma, 2), "lanes": width, "noise": noise}
+                rows.append(row | {"measured": measured, "ns_per_step": ns})
+    return rows
+
+
+# --- a whole period -------------------------------------------------------------------------------
+
+
+@jit
+def _adaptive(points, settings, starts, ends, records):
+    for i in range(points.shape[0]):
+        p = parameters_of(points[i])
+        y = (starts[i, 0], starts[i, 1], math.log(starts[i, 2]))
+        h = FIRST_STEP * period_of(p)
+        end, _, _ = _better_cycle(p, settings, y, h, 1, settings.max_steps, records[i])
+        ends[i, 0], ends[i, 1], ends[i, 2] = end
+
+
+def full_period() -> dict:
+    """A period from rest at the paper's step, 64 temperatures at once, against the adaptive one."""
+    points = points_of(-2 / 3, 64, True)
+    lanes = lanes_of(points, PAPER_STEP)
+    starts = lanes.states()
+    lanes.start(np.arange(len(points)))
+    wall, cpu = time.perf_counter(), time.process_time()
+    lanes.march(measured=True)
+    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+    ends, records = np.empty_like(starts), np.empty((len(points), measurement.LENGTH))
+    _adaptive(points, Options(rtol=1e-10).settings(), starts, ends, records)
+    p = Parameters()
+    scale = np.array([p.drive_amplitude, p.drive_amplitude * p.angular_frequency])
+    errors = np.abs(lanes.states()[:, :2] - ends[:, :2]) / scale
+    amplitudes = np.abs(_amplitudes(lanes.records()) / _amplitudes(records) - 1.0)
+    steps = int(lanes.steps.sum())
+    found = {
+        "steps": steps,
+        "statuses": lanes.tasks.status.tolist(),
+        "wall_s": wall,
+        "cpu_s": cpu,
+        "ns_per_step": cpu * 1e9 / steps,
+        "largest_error_x": float(errors[:, 0].max()),
+        "largest_error_v": float(errors[:, 1].max()),
+        "median_error_x": float(np.median(errors[:, 0])),
+        "median_error_v": float(np.median(errors[:, 1])),
+        "largest_error_stress_amplitude": float(amplitudes[:, 0].max()),
+        "largest_error_force_amplitude": float(amplitudes[:, 1].max()),
+    }
+    for name, value in found.items():
+        print(f"   {name}: {_text(value)}")
+    return found
+
+
+def _amplitudes(records: np.ndarray) -> np.ndarray:
+    high = records[:, [measurement.STRESS_MAX, measurement.FORCE_MAX]]
+    return 0.5 * (high + records[:, [measurement.STRESS_MINUS_MIN, measurement.FORCE_MINUS_MIN]])
+
+
+if __name__ == "__main__":
+    main()

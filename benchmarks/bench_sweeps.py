@@ -1,0 +1,443 @@
+"""Sweeps through the whole package: figures, scaling, a large cube, overhead, memory, start-up.
+
+`--full` also runs the cube of a million points, once, through the command line; its numbers go to
+`results/cube.json`. Everything else runs in a few minutes on two idle cores.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from bench_figures import FIGURES
+from common import (
+    amplitude_errors,
+    arguments,
+    finish,
+    good,
+    median_seconds,
+    medians_in_turn,
+    quantile,
+    timed,
+)
+
+from stickslip.orbit import Options, compute_orbits
+from stickslip.status import Status
+from sweeps import run
+from sweeps.dataset import result_dataset
+from sweeps.execute import Block, compute
+from sweeps.figures import draw, save
+from sweeps.grid import Grid
+from sweeps.options import options_of
+from sweeps.pipeline import read_config
+from sweeps.shipped import shipped_config
+
+WORKERS, RUNS = 2, 5
+COMMAND = Path(sys.executable).with_name("stickslip")
+
+FLUIDS = ["-2/3", 0, "2/3"]
+
+# Of the large sweeps: a point settles within some ten to a hundred periods or not at all, and the
+# few that never do (gamma = -2/3 at small k) would take most of the time of the others together.
+MOST_PERIODS = 500
+CUBE_SEED, CUBE_SAMPLE, CUBE_ERROR = 17, 300, 1e-4
+CUBE_LADDER = (1e-3, 1e-4, 1e-5)
+CUBE_REFERENCE = Options(rtol=1e-9, stationary_rtol=1e-9, max_periods=MOST_PERIODS)
+MEMORY_SIZES = {"1e3": (10, 10, 10), "1e5": (50, 50, 40)}
+MEMORY_FLUID = 0  # the cheapest: it is not the time that counts
+
+MIB = 2.0**20
+
+
+def main() -> None:
+    options = arguments(__doc__, full="run the cube of a million points, too")
+    quick = options.quick
+    results: dict[str, Any] = {"workers": WORKERS, "cores": os.cpu_count()}
+    with tempfile.TemporaryDirectory() as folder:
+        where = Path(folder)
+        results["figures"] = _figures(where, runs=1 if quick else RUNS)
+        results["scaling"] = _scaling((4, 2, 2, 2) if quick else (16, 8, 8, 8), quick=quick)
+        results["overhead"] = _overhead((6, 4, 2, 2) if quick else (12, 8, 6, 4), quick=quick)
+        results["cube_sample"] = _cube_sample(20 if quick else CUBE_SAMPLE)
+        sizes = {"1e1": (3, 2, 2)} if quick else MEMORY_SIZES
+        results["memory"] = {name: _memory(where, shape) for name, shape in sizes.items()}
+        results["start"] = _start(where, runs=1 if quick else RUNS, cold=not quick)
+        finish("sweeps", {"headline": _headline(results)} | results, quick=quick)
+        if options.full:
+            cube = _cube(where, results["cube_sample"]["chosen"])
+            finish("cube", {"headline": _cube_headline(cube)} | cube, quick=quick)
+
+
+# --- running the command --------------------------------------------------------------------------
+
+
+def _command(*words: str | Path, **environment: str) -> dict[str, Any]:
+    """Run `stickslip WORDS`: its wall seconds, exit code and peak memory."""
+    return _process([COMMAND, *words], **environment)
+
+
+def _process(words: list[str | Path], **environment: str) -> dict[str, Any]:
+    begun = time.perf_counter()
+    with (
+        tempfile.TemporaryFile() as said,
+        subprocess.Popen(
+            [str(word) for word in words],
+            stdin=subprocess.DEVNULL,
+            stdout=said,
+            stderr=subprocess.STDOUT,
+            env=os.environ | environment,
+        ) as process,
+    ):
+        _, status, usage = os.wait4(process.pid, 0)
+        seconds = time.perf_counter() - begun
+        process.returncode = code = os.waitstatus_to_exitcode(status)
+        said.seek(0)
+        text = said.read().decode(errors="replace")
+    if code not in (0, 3):  # 3: some points failed
+        raise RuntimeError(f"{words} ended with exit code {code}:\n{text}")
+    peak = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    user = usage.ru_utime + usage.ru_stime
+    return {"seconds": seconds, "cpu": user, "code": code, "peak_mib": peak / MIB, "said": text}
+
+
+def _median_of_commands(runs: int, *words: str | Path) -> float:
+    return statistics.median(_command(*words)["seconds"] for _ in range(runs))
+
+
+# --- a: figures -----------------------------------------------------------------------------------
+
+
+def _figures(where: Path, runs: int) -> dict[str, Any]:
+    """Figs. 7, 8 and 9 from scratch by one command; their computations and pictures alone."""
+    words = ("figure", "7", "8", "9", "-o", where / "figures", "--workers", str(WORKERS))
+    _command(*words)
+    configs = [read_config(shipped_config(name)) for name in FIGURES]
+
+    def computations() -> None:
+        for config in configs:
+            run(config, workers=WORKERS)
+
+    computations()
+    datasets = [run(config, workers=WORKERS) for config in configs]
+
+    def pictures() -> None:
+        for ds in datasets:
+            save(draw(ds), where / "picture")
+
+    result = {
+        "command_seconds": _median_of_commands(runs, *words),
+        "computations_seconds": median_seconds(computations, runs),
+        "pictures_seconds": median_seconds(pictures, runs),
+        "points": sum(Grid.from_config(config).size for config in configs),
+        "runs": runs,
+    }
+    print("figures:", result)
+    return result
+
+
+# --- b, d: scaling and overhead -------------------------------------------------------------------
+
+
+def _sweep(shape: tuple[int, ...], fluids: list[Any], **others: Any) -> dict[str, Any]:
+    """The config of a grid over T, k, K, omega and fluids, over the ranges of the cube."""
+    ranges = {
+        "temperature": ("linspace", 150, 320),
+        "viscosity_coefficient": ("geomspace", 1e4, 2e5),
+        "spring_stiffness": ("geomspace", 500, 1e4),
+        "angular_frequency": ("geomspace", 5, 60),
+    }
+    axes: dict[str, Any] = {
+        name: {kind: [low, high], "num": count}
+        for (name, (kind, low, high)), count in zip(ranges.items(), shape, strict=False)
+    }
+    budget = {"stationary": {"max_periods": MOST_PERIODS}}
+    return {"sweep": axes | {"rheological_index": fluids}} | budget | others
+
+
+def _scaling(shape: tuple[int, ...], *, quick: bool) -> dict[str, Any]:
+    """The same large sweep on one worker and on two."""
+    config = read_config(_sweep(shape, FLUIDS))
+    runs = 1 if quick else 3
+    one, two = medians_in_turn(
+        [lambda: run(config, workers=1), lambda: run(config, workers=2)], runs
+    )
+    points = Grid.from_config(config).size
+    result = {
+        "points": points,
+        "one_worker_seconds": one,
+        "two_workers_seconds": two,
+        "times_faster": one / two,
+        "points_per_second": {"1": points / one, "2": points / two},
+        "runs": runs,
+    }
+    print("scaling:", result)
+    return result
+
+
+def _overhead(shape: tuple[int, ...], *, quick: bool) -> dict[str, Any]:
+    """What the engine adds to a point: against the kernels in its blocks, and in a single call."""
+    config = read_config(_sweep(shape, FLUIDS))
+    grid, options = Grid.from_config(config), options_of(config)
+    points = grid.points(0, grid.size)
+    runs = 1 if quick else RUNS
+    rows: dict[str, Any] = {"points": grid.size}
+    direct, one = medians_in_turn(
+        [lambda: compute_orbits(points, options), lambda: run(config, workers=1)], runs
+    )
+    rows["one_call_us_per_point"] = 1e6 * direct / grid.size
+    rows["with_cutting_us_per_point"] = 1e6 * (one - direct) / grid.size
+    for workers in (1, WORKERS):
+        handing = statistics.median(_handing_out(grid, options, workers) for _ in range(runs))
+        rows[f"handing_out_us_per_point_{workers}_workers"] = 1e6 * handing / grid.size
+    results = compute(grid, options, workers=WORKERS)
+    labelling = median_seconds(lambda: result_dataset(config, grid, results), runs)
+    rows["dataset_us_per_point"] = 1e6 * labelling / grid.size
+    print("overhead:", rows)
+    return rows
+
+
+def _handing_out(grid: Grid, options: Options, workers: int) -> float:
+    """Seconds of all cores together that went not into blocks."""
+    blocks: list[Block] = []
+    _, seconds = timed(lambda: compute(grid, options, workers=workers, on_block=blocks.append))
+    return seconds * workers - sum(block.seconds for block in blocks)
+
+
+# --- c: the cube ----------------------------------------------------------------------------------
+
+
+def _cube_config(**others: Any) -> dict[str, Any]:
+    return _sweep((24, 24, 24, 24), FLUIDS, **others)
+
+
+def _cube_sample(count: int) -> dict[str, Any]:
+    """The loosest tolerance that is accurate enough on random points of the cube."""
+    grid = Grid.from_config(read_config(_cube_config()))
+    chosen = np.random.default_rng(CUBE_SEED).choice(grid.size, size=count, replace=False)
+    points = np.concatenate([grid.points(i, i + 1) for i in np.sort(chosen)])
+    exact = compute_orbits(points, CUBE_REFERENCE)[0]
+    rows = []
+    for rtol in CUBE_LADDER:
+        options = Options(rtol=rtol, max_periods=MOST_PERIODS)
+        results, seconds = timed(lambda chosen=options: compute_orbits(points, chosen)[0])
+        both = good(results) & good(exact)
+        errors = amplitude_errors(points, results, exact)[both].max(axis=1)
+        row = {
+            "rtol": rtol,
+            "error_median": quantile(errors, 50),
+            "error_95": quantile(errors, 95),
+            "error_max": float(errors.max()),
+            "statuses": _statuses(results[:, -1]),
+            "seconds": seconds,
+            "cube_on_one_core_seconds": seconds / count * grid.size,
+        }
+        rows.append(row)
+        print("cube sample:", row)
+    enough = [row["rtol"] for row in rows if row["error_95"] <= CUBE_ERROR]
+    failing = {row["rtol"]: count - row["statuses"].get("ok", 0) for row in rows}
+    least = min(failing.values())
+    flawless = [rtol for rtol in enough if failing[rtol] == least]
+    return {
+        "points": count,
+        "seed": CUBE_SEED,
+        "rows": rows,
+        "accurate_enough": enough,
+        "chosen": max(flawless or [min(CUBE_LADDER)]),
+    }
+
+
+def _statuses(values: np.ndarray) -> dict[str, int]:
+    """How many points have each status, by its name."""
+    counted = Counter(np.asarray(values).ravel().astype(int).tolist())
+    return {Status(value).name.lower(): count for value, count in sorted(counted.items())}
+
+
+def _cube(where: Path, rtol: float) -> dict[str, Any]:
+    """A million points, once, as a user would compute them."""
+    import xarray as xr
+
+    path = where / "cube.nc"
+    config = _written(where / "cube.yaml", _cube_config(integrator={"rtol": rtol}))
+    took = _command("sweep", config, "-o", path, "--workers", str(WORKERS), "--no-progress")
+    with xr.open_dataset(path) as ds:
+        points, statuses = int(ds.status.size), _statuses(ds.status.values)
+        stated = ds.amplitude_error.values
+    stated = stated[np.isfinite(stated)]
+    return {
+        "rtol": rtol,
+        "max_periods": MOST_PERIODS,
+        "workers": WORKERS,
+        "points": points,
+        "seconds": took["seconds"],
+        "cpu_seconds": took["cpu"],
+        "points_per_second": points / took["seconds"],
+        "peak_mib": took["peak_mib"],
+        "file_mib": path.stat().st_size / MIB,
+        "statuses": statuses,
+        "stated_error_median": quantile(stated, 50),
+        "stated_error_95": quantile(stated, 95),
+    }
+
+
+def _written(path: Path, config: dict[str, Any]) -> Path:
+    path.write_text(json.dumps(config))  # JSON is YAML
+    return path
+
+
+# --- d: memory ------------------------------------------------------------------------------------
+
+
+def _memory(where: Path, shape: tuple[int, ...]) -> dict[str, Any]:
+    """Peak memory of a sweep through the command line."""
+    config = _written(where / "memory.yaml", _sweep(shape, [MEMORY_FLUID]))
+    path = where / "memory.nc"
+    words = ("sweep", config, "-o", path, "--workers", str(WORKERS), "--no-progress")
+    took = _command(*words, "--overwrite")
+    result = {
+        "points": math.prod(shape),
+        "peak_mib": took["peak_mib"],
+        "seconds": took["seconds"],
+        "file_bytes_per_point": path.stat().st_size / math.prod(shape),
+    }
+    print("memory:", result)
+    return result
+
+
+# --- e: start-up ----------------------------------------------------------------------------------
+
+
+def _start(where: Path, runs: int, *, cold: bool) -> dict[str, Any]:
+    """Seconds to the first words and to the first results, and where they go."""
+    quickstart = shipped_config("quickstart")
+    sweep = ("sweep", quickstart, "-o", where / "first.nc", "--overwrite", "--no-progress")
+    _command(*sweep)
+    result: dict[str, Any] = {
+        "python": _median_import("", runs),
+        "import stickslip": _median_import("import stickslip", runs),
+        "import stickslip.orbit": _median_import("import stickslip.orbit", runs),
+        "import sweeps.pipeline": _median_import("import sweeps.pipeline", runs),
+        "stickslip --help": _median_of_commands(runs, "--help"),
+        "warm first result": _median_of_commands(runs, *sweep),
+        "imports_of_a_sweep": _heaviest_imports(),
+    }
+    if cold:
+        with tempfile.TemporaryDirectory() as empty:
+            result["cold first result"] = _command(*sweep, NUMBA_CACHE_DIR=empty)["seconds"]
+        with tempfile.TemporaryDirectory() as empty:
+            result["compilations"] = _compilations(where, empty)
+    print("start:", json.dumps(result, indent=1))
+    return result
+
+
+def _median_import(code: str, runs: int) -> float:
+    return statistics.median(_process([sys.executable, "-c", code])["seconds"] for _ in range(runs))
+
+
+def _heaviest_imports(count: int = 8) -> dict[str, float]:
+    """Seconds of the packages that take longest to import for a sweep, each without the others."""
+    code = "import sweeps.pipeline, sweeps.storage, sweeps.summary, sweeps.progress"
+    said = _process([sys.executable, "-X", "importtime", "-c", code])["said"]
+    seconds: Counter[str] = Counter()
+    for line in said.splitlines():
+        parts = line.removeprefix("import time:").split("|")
+        if len(parts) == 3 and parts[0].strip().isdigit():
+            seconds[parts[2].strip().split(".")[0]] += 1e-6 * int(parts[0])
+    return dict(seconds.most_common(count))
+
+
+_COMPILATIONS = """
+import json, sys
+from numba.core import event
+from stickslip.orbit import Options, compute_orbits
+from stickslip.parameters import Parameters
+import numpy as np
+
+depth, seconds = 0, {}
+
+class Listener(event.Listener):
+    def on_start(self, e):
+        global depth
+        depth += 1
+        if depth == 1:
+            self.begun = e.timestamp
+
+    def on_end(self, e):
+        global depth
+        depth -= 1
+        if depth == 0:
+            name = e.data["dispatcher"].py_func.__name__
+            seconds[name] = seconds.get(name, 0.0) + e.timestamp - self.begun
+
+with event.install_listener("numba:compile", Listener()):
+    compute_orbits(
+        np.array([Parameters(rheological_index=g) for g in (-2 / 3, 0, 2 / 3, -1 / 2)]), Options()
+    )
+json.dump(seconds, open(sys.argv[1], "w"))
+"""
+
+
+def _compilations(where: Path, empty: str) -> dict[str, float]:
+    """Seconds that the compilation of each door takes, in a process with an empty cache."""
+    path = where / "compilations.json"
+    _process([sys.executable, "-c", _COMPILATIONS, path], NUMBA_CACHE_DIR=empty)
+    seconds = json.loads(path.read_text())
+    return dict(sorted(seconds.items(), key=lambda item: -item[1]))
+
+
+# --- the table ------------------------------------------------------------------------------------
+
+
+def _headline(results: dict[str, Any]) -> dict[str, Any]:
+    figures, scaling, overhead = results["figures"], results["scaling"], results["overhead"]
+    sample, start = results["cube_sample"], results["start"]
+    chosen = next(row for row in sample["rows"] if row["rtol"] == sample["chosen"])
+    lines: dict[str, Any] = {
+        "Figs. 7, 8, 9 by one command, warm": f"{figures['command_seconds']:.3g} s",
+        "their computations alone": (
+            f"{figures['computations_seconds']:.3g} s for {figures['points']} points"
+        ),
+        "their pictures alone": f"{figures['pictures_seconds']:.3g} s",
+        "two workers against one": (
+            f"{scaling['times_faster']:.3g} times faster; {scaling['points']} points in "
+            f"{scaling['one_worker_seconds']:.3g} s on one"
+        ),
+        "points per second on two workers": scaling["points_per_second"]["2"],
+        "a point in one call of the kernels": f"{overhead['one_call_us_per_point']:.3g} us",
+        "the engine adds to a point, cutting included": (
+            f"{overhead['with_cutting_us_per_point']:.3g} us"
+        ),
+        f"cube, errors on a sample at rtol {chosen['rtol']:.0e}: median, 95 %": (
+            f"{chosen['error_median']:.1e}, {chosen['error_95']:.1e}"
+        ),
+    }
+    for name, row in results["memory"].items():
+        lines[f"peak memory of {name} points"] = f"{row['peak_mib']:.0f} MiB"
+    for what in ("import stickslip", "stickslip --help", "warm first result", "cold first result"):
+        if what in start:
+            lines[what] = f"{start[what]:.3g} s"
+    return lines
+
+
+def _cube_headline(cube: dict[str, Any]) -> dict[str, Any]:
+    statuses = ", ".join(f"{count} {name}" for name, count in cube["statuses"].items())
+    return {
+        f"{cube['points']} points at rtol {cube['rtol']:.0e} on {cube['workers']} workers": (
+            f"{cube['seconds']:.0f} s, {cube['points_per_second']:.0f} points/s"
+        ),
+        "statuses": statuses,
+        "peak memory, file": f"{cube['peak_mib']:.0f} MiB, {cube['file_mib']:.0f} MiB",
+    }
+
+
+if __name__ == "__main__":
+    main()

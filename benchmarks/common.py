@@ -1,0 +1,124 @@
+"""What several benchmarks share: random points, errors of amplitudes, timings, the two modes."""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from environment import write_results
+
+from stickslip.kernels import RESULT_COLUMNS
+from stickslip.parameters import Parameters
+from stickslip.status import Status
+
+INDICES = (-2 / 3, -1 / 2, -1 / 3, 0, 1 / 3, 2 / 3)
+DESCRIPTION = Parameters._fields[:5]
+"""The parameters that vary between points, in the order of a row."""
+
+AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
+_FLOOR = 0.01  # of the full spring force
+
+
+def arguments(description: str | None, **others: str) -> argparse.Namespace:
+    """The command line of a script: `--quick`, and other switches with their help."""
+    parser = argparse.ArgumentParser(description=(description or "").split("\n\n")[0])
+    parser.add_argument("--quick", action="store_true", help="keeps the script alive, no more")
+    for name, text in others.items():
+        parser.add_argument(f"--{name}", action="store_true", help=text)
+    return parser.parse_args()
+
+
+def finish(name: str, results: dict[str, Any], *, quick: bool) -> Path:
+    """Print the headline and write the results where those of this mode belong."""
+    print()
+    for what, value in results["headline"].items():
+        print(f"{what:66}{shown(value)}")
+    path = write_results(f"quick/{name}" if quick else name, {"quick": quick} | results)
+    print(path)
+    return path
+
+
+def shown(value: Any) -> str:
+    """A number with three digits, anything else as it is."""
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+def random_points(count: int, seed: int) -> np.ndarray:
+    """Rows of parameters (count, 20), drawn from all over the range of the paper's claims."""
+    rng = np.random.default_rng(seed)
+
+    def log_uniform(low: float, high: float) -> float:
+        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+    return np.array(
+        [
+            Parameters(
+                temperature=rng.uniform(150, 330),
+                viscosity_coefficient=log_uniform(1e4, 3e5),
+                spring_stiffness=log_uniform(500, 1e4),
+                rheological_index=rng.choice(INDICES),
+                angular_frequency=log_uniform(5, 60),
+            )
+            for _ in range(count)
+        ]
+    )
+
+
+def parameter(points: np.ndarray, name: str) -> np.ndarray:
+    """The column of a parameter."""
+    return points[:, Parameters._fields.index(name)]
+
+
+def column(results: np.ndarray, name: str) -> np.ndarray:
+    """The column of a result."""
+    return results[:, RESULT_COLUMNS.index(name)]
+
+
+def good(results: np.ndarray) -> np.ndarray:
+    """Which points ended ok."""
+    return column(results, "status") == Status.OK
+
+
+def amplitude_errors(points: np.ndarray, amplitudes: np.ndarray, exact: np.ndarray) -> np.ndarray:
+    """Errors of the amplitudes of stress and force (n, 2), as `amplitude_error` counts them.
+
+    Relative to the amplitude, or to 1 % of the full spring force (over A for the stress) where
+    that is more.
+    """
+    force = _FLOOR * 2.0 * parameter(points, "spring_stiffness")
+    force = force * np.abs(parameter(points, "drive_amplitude"))
+    floors = np.column_stack([force / parameter(points, "contact_area"), force])
+    return np.abs(amplitudes[:, :2] - exact[:, :2]) / np.maximum(exact[:, :2], floors)
+
+
+def described(point: np.ndarray, **more: Any) -> dict[str, Any]:
+    """A point in words, for a list of exceptions."""
+    return {name: float(f"{point[i]:.6g}") for i, name in enumerate(DESCRIPTION)} | more
+
+
+def timed(call: Callable[[], Any]) -> tuple[Any, float]:
+    """What a call returns, and its seconds."""
+    begun = time.perf_counter()
+    value = call()
+    return value, time.perf_counter() - begun
+
+
+def median_seconds(call: Callable[[], Any], runs: int) -> float:
+    """Median of so many timings [s]."""
+    return statistics.median(timed(call)[1] for _ in range(runs))
+
+
+def medians_in_turn(calls: Sequence[Callable[[], Any]], runs: int) -> list[float]:
+    """Medians of so many timings [s] of each call, in turn: what disturbs one disturbs all."""
+    rounds = [[timed(call)[1] for call in calls] for _ in range(runs)]
+    return [statistics.median(times) for times in zip(*rounds, strict=True)]
+
+
+def quantile(values: np.ndarray, percent: float) -> float:
+    """A percentile as a plain number; NaN for nothing."""
+    return float(np.percentile(values, percent)) if len(values) else float("nan")

@@ -1,0 +1,48 @@
+"""Other people's solvers on this model, each behind the same small interface.
+
+    peer = PEERS["numbalsoda LSODA"]
+    peer.version()                                     # None where it is not installed
+    x, v, psi = peer.end_state(parameters, start, periods, rtol)   # or PeerFailed
+
+`Worker` runs a peer in a process of its own, which is killed when it takes too long. Every peer
+gets the same scaled equations (`scaled`), compiled where it takes compiled code, with a Jacobian
+where it takes one.
+"""
+
+from __future__ import annotations
+
+from peers.base import LADDER, Peer, PeerFailed, State
+from peers.casadi_cvodes import CasadiCvodes
+from peers.diffrax_kvaerno import DiffraxKvaerno5
+from peers.numbalsoda_lsoda import NumbalsodaLsoda
+from peers.scipy_ivp import ScipyIvp, ScipyOdeint
+from peers.sksundae_cvode import SksundaeCvode
+from peers.stationary import StationaryOrbit, numbalsoda_stationary
+from peers.worker import Failure, Measurement, Worker
+
+NUMBALSODA = "numbalsoda LSODA"
+
+PEERS: dict[str, Peer] = {
+    NUMBALSODA: NumbalsodaLsoda(),
+    "casadi CVODES": CasadiCvodes(),
+    "scikit-sundae CVODE": SksundaeCvode(),
+    "SciPy odeint LSODA": ScipyOdeint(),
+    "SciPy LSODA": ScipyIvp("LSODA"),
+    "SciPy BDF": ScipyIvp("BDF"),
+    "SciPy Radau": ScipyIvp("Radau"),
+    "diffrax Kvaerno5": DiffraxKvaerno5(),
+}
+
+__all__ = [
+    "LADDER",
+    "NUMBALSODA",
+    "PEERS",
+    "Failure",
+    "Measurement",
+    "Peer",
+    "PeerFailed",
+    "State",
+    "StationaryOrbit",
+    "Worker",
+    "numbalsoda_stationary",
+]

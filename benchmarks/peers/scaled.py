@@ -1,0 +1,104 @@
+"""The model in units in which one absolute tolerance fits every component.
+
+State (x/|X_m|, v/(|X_m| omega), ln phi), time in radians of the drive. The compiled functions call
+`stickslip.model`; the symbolic one, for packages that build their own expressions, writes the same
+equations out.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from stickslip.compiled import door
+from stickslip.kernels.rows import parameters_of
+from stickslip.model import noise
+from stickslip.model.rhs import jacobian, rhs
+from stickslip.parameters import ParameterValues
+
+# The flags of stickslip.compiled, for code that cannot be a door of it.
+FLAGS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}}
+
+# As in stickslip.model.friction: a strain rate that stands for 0 where a derivative is infinite.
+_SMALLEST_STRAIN_RATE = 1e-90
+
+
+@door
+def fill_rates(row: np.ndarray, s: float, y: np.ndarray, out: np.ndarray) -> None:
+    """Write dy/ds at phase `s` into `out` (3,); `row` (20,) parameters."""
+    p = parameters_of(row)
+    omega = p.angular_frequency
+    X_m = abs(p.drive_amplitude)
+    V_m = X_m * omega
+    x_rate, v_rate, psi_rate = rhs(p, s / omega, (y[0] * X_m, y[1] * V_m, y[2]))
+    out[0] = x_rate / V_m
+    out[1] = v_rate / (V_m * omega)
+    out[2] = psi_rate / omega
+
+
+@door
+def fill_jacobian(row: np.ndarray, s: float, y: np.ndarray, out: np.ndarray) -> None:
+    """Write the Jacobian d(dy/ds)/dy at phase `s` into `out` (3, 3)."""
+    p = parameters_of(row)
+    omega = p.angular_frequency
+    X_m = abs(p.drive_amplitude)
+    scale = (X_m, X_m * omega, 1.0)
+    J = jacobian(p, s / omega, (y[0] * scale[0], y[1] * scale[1], y[2]))
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = J[i][j] * scale[j] / (scale[i] * omega)
+
+
+@door
+def rates(row: np.ndarray, s: float, y: np.ndarray) -> np.ndarray:
+    """The rates dy/ds as a new array (3,)."""
+    out = np.empty(3)
+    fill_rates(row, s, y, out)
+    return out
+
+
+@door
+def rates_jacobian(row: np.ndarray, s: float, y: np.ndarray) -> np.ndarray:
+    """The Jacobian of the rates as a new array (3, 3)."""
+    out = np.empty((3, 3))
+    fill_jacobian(row, s, y, out)
+    return out
+
+
+def compile_all(row: np.ndarray, y: np.ndarray) -> None:
+    """Have everything above compiled: a solver may ask for its first Jacobian late."""
+    rates(row, 0.0, y)
+    rates_jacobian(row, 0.0, y)
+    fill_rates(row, 0.0, y, np.empty(3))
+    fill_jacobian(row, 0.0, y, np.empty((3, 3)))
+
+
+def symbolic_rates(ops: Any, p: ParameterValues, s: Any, y: Any) -> list[Any]:
+    """The rates dy/ds as expressions.
+
+    `ops` has exp, sin, fabs, sign, fmax; the fields of `p` may be symbols, except for the
+    rheological index, which decides the form of the expression.
+    """
+    omega, X_m = p.angular_frequency, ops.fabs(p.drive_amplitude)
+    V_m = X_m * omega
+    phi = ops.exp(y[2])
+    u = -p.drive_amplitude * omega * ops.sin(s) - y[1] * V_m
+    strain = u * p.strain_relaxation_time / p.film_thickness
+    viscous = p.viscosity_coefficient * _rate_power(ops, u / p.film_thickness, p.rheological_index)
+    force = (p.elastic_coefficient * phi**2 * strain + viscous) * p.contact_area
+    growth = 2 * p.thermal_coefficient * (p.temperature - p.critical_temperature)
+    growth = growth + p.elastic_coefficient * strain**2
+    growth = growth - p.cubic_coefficient * phi + p.quartic_coefficient * phi**2
+    noise_rate = noise.TYPICAL_FRACTION * p.noise_intensity / ops.fmax(phi**2, 1e-300)
+    acceleration = (force - 2 * p.spring_stiffness * y[0] * X_m) / p.block_mass
+    psi_rate = noise_rate - p.kinetic_coefficient * growth
+    return [y[1], acceleration / (V_m * omega), psi_rate / omega]
+
+
+def _rate_power(ops: Any, strain_rate: Any, gamma: float) -> Any:
+    """sgn(r) |r|^(gamma + 1) with finite derivatives."""
+    if gamma == 0.0:
+        return strain_rate
+    size = ops.fmax(ops.fabs(strain_rate), _SMALLEST_STRAIN_RATE)
+    return ops.sign(strain_rate) * size ** (gamma + 1.0)
