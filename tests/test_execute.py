@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip import Options, Status
+from stickslip import Options, Status, kernels, orbit
 from stickslip.kernels import RESULT_COLUMNS
 from stickslip.orbit import compute_orbits, failed_row
 from sweeps import execute
@@ -137,19 +137,29 @@ def test_lost_blocks_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
         compute(GRID, OPTIONS, workers=1, block_points=5)
 
 
-@pytest.mark.parametrize("method", ["adaptive", "euler-cromer"])
-def test_kernels_are_made_ready_without_a_point(
-    monkeypatch: pytest.MonkeyPatch, method: str
+def test_kernels_are_made_ready_for_the_fluids_of_the_grid(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    asked = []
+
+    def observed(gammas: np.ndarray, settings: kernels.Settings) -> None:
+        asked.append((set(np.ravel(gammas).tolist()), settings.rtol))
+
+    monkeypatch.setattr(kernels, "compile_lanes", observed)
+    compile_kernels(OPTIONS, GRID)
+    assert asked == [({-2 / 3, 0.0, 2 / 3}, OPTIONS.rtol)]
+
+
+def test_the_fixed_step_is_made_ready_without_a_point(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
     def observed(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
         asked.append((points.shape, options.method))
         return compute_orbits(points, options)
 
-    monkeypatch.setattr(execute, "compute_orbits", observed)
-    compile_kernels(Options(method=method))
-    assert asked == [((0, 20), method)]
+    monkeypatch.setattr(orbit, "compute_orbits", observed)
+    compile_kernels(Options(method="euler-cromer"), GRID)
+    assert asked == [((0, 20), "euler-cromer")]
 
 
 # --- how the blocks are cut ---
@@ -176,7 +186,7 @@ def test_blocks_cover_the_grid_once_and_in_order(
         assert start == expected < stop <= size
         if block_points is not None:
             assert stop - start == min(block_points, size - start)
-        assert stop - start <= max(4096, block_points or 0)
+        assert stop - start <= max(65_536, block_points or 0)
         expected = stop
         if learned:
             sizes.learn(block_of(stop - start, learned.pop()))
@@ -190,10 +200,12 @@ def test_a_block_lasts_about_a_second_and_leaves_work_for_the_others(
     sizes, size = BlockSizes(100_000, workers), 100_000
     for number, (start, stop) in enumerate(sizes):
         if number == 0:
-            assert stop - start == 4  # nothing is known yet
+            assert stop - start == 256  # nothing is known yet
         else:
-            assert (stop - start) * cost <= 1.0 or stop - start == 1
-            assert stop - start <= max(1, (size - start) // (2 * workers))
+            # ... but not fewer than keep the lanes of a kernel busy, as long as there are any.
+            least = min(64, size - start)
+            assert (stop - start) * cost <= 1.0 or stop - start == least
+            assert stop - start <= max(least, (size - start) // (2 * workers))
         if number == 1 and cost < 1e-4:
             assert stop - start > 1000  # what is cheap is handed out in bulk
         if number == 30:
@@ -202,10 +214,10 @@ def test_a_block_lasts_about_a_second_and_leaves_work_for_the_others(
 
 
 def test_the_cost_follows_what_is_seen() -> None:
-    sizes = BlockSizes(1000, 1)
+    sizes = BlockSizes(10_000, 1)
     steps = iter(sizes)
-    assert next(steps) == (0, 4)
-    sizes.learn(block_of(4, 0.4))  # 0.1 s each
-    assert next(steps) == (4, 14)
-    sizes.learn(block_of(10, 3.0))  # 0.3 s each, halfway to 0.2 s
-    assert next(steps) == (14, 19)
+    assert next(steps) == (0, 256)
+    sizes.learn(block_of(256, 2.56))  # 10 ms each
+    assert next(steps) == (256, 356)
+    sizes.learn(block_of(100, 1.5))  # 15 ms each, halfway to 12.5 ms
+    assert next(steps) == (356, 436)

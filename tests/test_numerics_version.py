@@ -14,15 +14,15 @@ from stickslip.orbit import compute_orbits
 
 LOOSE = Options(rtol=1e-4, stationary_rtol=1e-4)
 
-VERSION = 1
+VERSION = 2
 ADAPTIVE = {  # changes to Fig. 3: stress amplitude [Pa], force amplitude [N], periods integrated
-    (): (4304775.545539636, 0.002812134760626318, 8),
-    (("angular_frequency", 38.0),): (2168514.2155485386, 0.0019155281858066078, 6),
-    (("rheological_index", 0.0),): (1758420.0222423612, 0.004767429686543763, 10),
-    (("rheological_index", 2 / 3),): (298051.55442355084, 0.004768099941320974, 135),
+    (): (4304776.4276714185, 0.0028121353929894694, 5),
+    (("angular_frequency", 38.0),): (2168527.4824972446, 0.0019155293607899207, 6),
+    (("rheological_index", 0.0),): (1758421.0683527358, 0.0047674309192542565, 5),
+    (("rheological_index", 2 / 3),): (298047.0142212811, 0.004767980496753435, 5),
     (("rheological_index", -0.5), ("temperature", 250.0)): (
-        1853960.4788457002,
-        0.002580620190529572,
+        1853960.7797157825,
+        0.0025806200236274638,
         4,
     ),
 }

@@ -143,9 +143,10 @@ def _see_work(
         V = drive.upper_velocity(t + NODES[node] * used, p.drive_amplitude, p.angular_frequency)
         done += WEIGHTS[node] * (F[node] * v[node])
         total += WEIGHTS[node] * abs(F[node] * V)
-    used = used if at(lanes, ACCEPTED, lane) > 0.0 else 0.0
-    put(lanes, BLOCK_WORK, lane, at(lanes, BLOCK_WORK, lane) + used * done)
-    put(lanes, ABSOLUTE_WORK, lane, at(lanes, ABSOLUTE_WORK, lane) + used * total)
+    seen = at(lanes, ACCEPTED, lane) > 0.0  # a rejected step need not be finite
+    work, size = at(lanes, BLOCK_WORK, lane), at(lanes, ABSOLUTE_WORK, lane)
+    put(lanes, BLOCK_WORK, lane, work + used * done if seen else work)
+    put(lanes, ABSOLUTE_WORK, lane, size + used * total if seen else size)
 
 
 @inline

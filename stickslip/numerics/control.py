@@ -15,13 +15,16 @@ _GROWTH, _SHRINKAGE = 6.0, 0.1
 # An error below this part of the tolerance says no more than that the step may grow.
 _SMALLEST = 1e-10
 
+# ... and one above this, no more than that it must shrink; the roots know no infinity.
+_LARGEST = 1e300
+
 START = 1e-4 ** (1.0 / 16.0)
 """What to remember of the errors before the first step."""
 
 
 @inline
 def inverse_fourth_root(x: float) -> float:
-    """x^(-1/4) for normal `x` > 0 to 1e-5: all that a step control needs."""
+    """x^(-1/4) for normal `x` > 0 to 5e-5: all that a step control needs."""
     bits = np.float64(x).view(np.uint64)
     r = np.uint64(np.uint64(0x4FEB3FA8A5A9C1D4) - (bits >> np.uint64(2))).view(np.float64)
     for _ in range(2):
@@ -41,7 +44,8 @@ def after_rejection(error: float) -> float:
 
     A quarter after NaN: that may avoid an overflow.
     """
-    factor = _limited(_SAFETY * inverse_fourth_root(error))
+    finite = _LARGEST if error > _LARGEST else error
+    factor = _limited(_SAFETY * inverse_fourth_root(finite))
     return factor if error == error else 0.25
 
 

@@ -36,9 +36,8 @@ def save(figure: Figure, paths: str | os.PathLike[str] | Iterable[str | Path]) -
         Where a file cannot be written.
     """
     targets = _targets(paths)
-    if len(targets) > 1:  # the layout is the same in each format, and half of the work
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")
+    figure.draw_without_rendering()  # the layout is made once: it is half of the work
+    figure.set_layout_engine("none")
     pictures = [_render(figure, path.suffix.lower()) for path in targets]
     for path, picture in zip(targets, pictures, strict=True):
         _replace(path, picture)

@@ -117,6 +117,92 @@ def test_the_slope_at_rest_is_infinite_for_a_pseudoplastic_fluid_as_far_as_float
     assert newtonian == pytest.approx(K_VISCOUS / H, rel=1e-15)
 
 
+# --- the rounded cusp ----------------------------------------------------------------------------
+
+THINNING = [-0.999, -0.9, -2 / 3, -0.5, -0.1]
+U_S = 8e-12
+"""A tolerance of 1e-6 of the drive's largest speed."""
+
+
+def rounded(u: float, gamma: float, u_s: float = U_S) -> tuple[float, float]:
+    return friction.rounded_viscous_stress(u, u_s, H, K_VISCOUS, gamma)
+
+
+@given(u=signed_speeds, gamma=indices, u_s=st.sampled_from([0.0, 8e-15, U_S, 8e-9]))
+def test_rounding_changes_the_stress_by_no_more_than_stated(
+    u: float, gamma: float, u_s: float
+) -> None:
+    exact = friction.viscous_stress(u, H, K_VISCOUS, gamma)
+    stress, _ = rounded(u, gamma, u_s)
+    bound = 0.5 * abs(gamma) * (u_s / u) ** 2 if gamma < 0 else 0.0
+    # The general power has an error in proportion to its logarithm.
+    power = 1e-15 * (5 + (1 + abs(gamma)) * abs(math.log(abs(u) / H)))
+    assert abs(stress - exact) <= (bound + power) * abs(exact)
+
+
+@pytest.mark.parametrize("gamma", THINNING)
+def test_the_stated_change_is_no_exaggeration(gamma: float) -> None:
+    u = 30 * U_S
+    exact = friction.viscous_stress(u, H, K_VISCOUS, gamma)
+    bound = 0.5 * abs(gamma) * (U_S / u) ** 2
+    assert 1 - rounded(u, gamma)[0] / exact == pytest.approx(bound, rel=2e-3)
+
+
+@given(u=speeds, gamma=indices)
+def test_the_rounded_stress_is_odd_and_its_slope_even_bit_for_bit(u: float, gamma: float) -> None:
+    stress, slope = rounded(u, gamma)
+    assert rounded(-u, gamma) == (-stress, slope)
+
+
+@given(u=st.floats(-100.0, 100.0), gamma=st.floats(-0.999, 0.0) | st.sampled_from(THINNING))
+def test_the_rounded_slope_is_the_derivative_of_the_rounded_stress(u: float, gamma: float) -> None:
+    u *= U_S
+    step = 1e-3 * math.hypot(u, U_S)
+
+    def stress(times: int) -> float:
+        return rounded(u + times * step, gamma)[0]
+
+    difference = (stress(-2) - 8 * stress(-1) + 8 * stress(1) - stress(2)) / (12 * step)
+    noise = 1e-14 * 40 * max(abs(stress(-2)), abs(stress(2))) / step
+    assert rounded(u, gamma)[1] == pytest.approx(difference, rel=1e-9, abs=noise)
+
+
+@pytest.mark.parametrize("gamma", THINNING)
+def test_the_rounded_slope_at_rest_is_finite_and_the_largest(gamma: float) -> None:
+    stress, slope = rounded(0.0, gamma)
+    assert stress == 0.0
+    assert slope == pytest.approx(K_VISCOUS / H * (U_S / H) ** gamma, rel=1e-13)
+    assert all(0 < rounded(u, gamma)[1] < slope for u in (0.1 * U_S, U_S, 10 * U_S))
+
+
+@pytest.mark.parametrize("gamma", INDICES)
+@pytest.mark.parametrize("u", [0.0, -0.0, 5e-324, -5e-324, 1e-300])
+def test_without_a_rounding_stress_and_slope_are_finite_all_the_same(
+    gamma: float, u: float
+) -> None:
+    stress, slope = rounded(u, gamma, 0.0)
+    assert math.isfinite(stress)
+    assert math.isfinite(slope)
+    assert slope >= 0
+
+
+@pytest.mark.parametrize("gamma", INDICES)
+def test_a_rounded_stress_lets_nan_through(gamma: float) -> None:
+    assert math.isnan(rounded(math.nan, gamma)[0])
+
+
+@pytest.mark.parametrize("gamma", SPECIAL)
+@pytest.mark.parametrize("u", [1e-18, -U_S, 3e-9, 8e-6])
+def test_the_rounded_stress_is_continuous_in_the_index(gamma: float, u: float) -> None:
+    neighbour = math.nextafter(gamma, 1.0)
+    if gamma == 0.0 and u == 1e-18:
+        return  # just below 0 the rounding sets in
+    assert rounded(u, neighbour) == pytest.approx(rounded(u, gamma), rel=3e-14)
+
+
+# --- the force -----------------------------------------------------------------------------------
+
+
 def test_the_friction_force_is_the_sum_of_the_stresses_times_the_area() -> None:
     assert friction.friction_force(4e6, 1e6, AREA) == pytest.approx(3e-3, rel=1e-15)
 

@@ -62,7 +62,7 @@ def cases(gamma: float, number: int = 200) -> list[Case]:
     return [random_case(rng, gamma) for _ in range(number)]
 
 
-def derivative(case: Case, direction: int) -> tuple[np.ndarray, np.ndarray]:
+def derivative(case: Case, direction: int, u_s: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Five-point difference of the right-hand side along x, v, psi or t, and its rounding error."""
     p, t, y, u = case
     speed = abs(p.drive_amplitude) * p.angular_frequency
@@ -77,7 +77,7 @@ def derivative(case: Case, direction: int) -> tuple[np.ndarray, np.ndarray]:
     for times in FIVE_POINTS:
         at = [*y, t]
         at[direction] += times * step
-        values.append(model.rhs(p, at[3], tuple(at[:3])))
+        values.append(model.rhs(p, at[3], tuple(at[:3]), u_s))
     # What rounding leaves of the largest terms; u itself is a difference of two speeds.
     _, v, psi = y
     _, F = model.stress_and_force(p, u, math.exp(psi))
@@ -133,6 +133,56 @@ def test_the_jacobian_agrees_with_finite_differences(gamma: float, direction: in
         )
         differences, rounding = derivative(case, direction)
         assert np.all(abs(column - differences) <= 1e-8 * abs(differences) + 30 * rounding)
+
+
+@pytest.mark.parametrize("direction", range(4), ids=["x", "v", "psi", "t"])
+def test_the_jacobian_at_a_rounded_cusp_agrees_with_finite_differences(direction: int) -> None:
+    for case in cases(-2 / 3, 100) + cases(-0.5, 100):
+        u_s = 0.7 * abs(case.u)
+        rows = model.jacobian(case.p, case.t, case.y, u_s)
+        column = np.array(
+            rows[3] if direction == 3 else [row[direction] for row in rows[:3]], dtype=float
+        )
+        differences, rounding = derivative(case, direction, u_s)
+        assert np.all(abs(column - differences) <= 1e-8 * abs(differences) + 30 * rounding)
+
+
+@pytest.mark.parametrize("gamma", INDICES)
+def test_a_rounding_far_below_the_slip_changes_little_and_none_changes_nothing(
+    gamma: float,
+) -> None:
+    for p, t, y, u in cases(gamma, 50):
+        sharp, blunt = model.rhs(p, t, y, 0.0), model.rhs(p, t, y, 1e-3 * abs(u))
+        assert model.rhs(p, t, y) == sharp
+        F = abs(model.stress_and_force(p, u, math.exp(y[2]))[1])
+        spring = 2 * p.spring_stiffness * abs(y[0])
+        # |gamma|/2 times the square of the ratio of speeds, of the viscous part of the force.
+        assert abs(blunt[1] - sharp[1]) <= (4e-7 * F + 1e-13 * (F + spring)) / p.block_mass
+        assert (blunt[0], blunt[2]) == (sharp[0], sharp[2])
+
+
+@pytest.mark.parametrize("gamma", INDICES)
+def test_the_rates_of_stress_and_force_are_their_derivatives_along_the_motion(
+    gamma: float,
+) -> None:
+    for p, t, y, u in cases(gamma, 100):
+        rates = np.array(model.rhs(p, t, y))
+        v_dot, psi_dot = rates[1:]
+        V_dot = -p.drive_amplitude * p.angular_frequency**2 * math.cos(p.angular_frequency * t)
+        sigma, F, sigma_rate, F_rate = model.observables_and_rates(p, t, y)
+        assert (sigma, F) == pytest.approx(model.stress_and_force(p, u, math.exp(y[2])), rel=1e-9)
+        # A time in which neither the slip nor ln(phi) nor the drive changes by more than 1e-3.
+        step = 1e-3 / max(abs((V_dot - v_dot) / u), abs(psi_dot), p.angular_frequency)
+        values = [
+            model.stress_and_force(
+                p, u + times * step * (V_dot - v_dot), math.exp(y[2] + times * step * psi_dot)
+            )
+            for times in FIVE_POINTS
+        ]
+        differences = np.dot(WEIGHTS, values) / step
+        noise = 1e-8 * np.array([abs(sigma), abs(F)]) / step * 1e-3
+        assert abs(sigma_rate - differences[0]) <= 1e-7 * abs(differences[0]) + noise[0]
+        assert abs(F_rate - differences[1]) <= 1e-7 * abs(differences[1]) + noise[1]
 
 
 @pytest.mark.parametrize("gamma", [-0.999, *INDICES, 5.0])

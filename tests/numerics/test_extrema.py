@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip.compiled import inline
-from stickslip.numerics.extrema import BOOLE_WEIGHTS, COUNT, NODES, make_extremum
+from stickslip.numerics.extrema import BOOLE_WEIGHTS, COUNT, NODES, make_extremum, vertex
 
 
 @inline
@@ -106,3 +106,29 @@ def test_the_quadrature_on_the_nodes_is_exact_to_fifth_degree(power: int) -> Non
 
 def test_the_quadrature_is_not_exact_beyond() -> None:
     assert np.dot(BOOLE_WEIGHTS, np.array(NODES) ** 6) != pytest.approx(1 / 7, rel=1e-6)
+
+
+@given(
+    places=st.tuples(st.floats(-1.0, 0.0), st.floats(0.1, 1.0), st.floats(0.1, 1.0)),
+    at=st.floats(-3.0, 3.0),
+    bend=st.floats(0.1, 10.0),
+)
+def test_the_vertex_of_a_parabola_is_exact(
+    places: tuple[float, float, float], at: float, bend: float
+) -> None:
+    x0, x1, x2 = places[0], places[0] + places[1], places[0] + places[1] + places[2]
+    values = [bend * (x - at) ** 2 + 0.7 for x in (x0, x1, x2)]
+    assert vertex(x0, x1, x2, *values) == pytest.approx(at, abs=1e-11)
+    assert vertex(x0, x1, x2, *(-value for value in values)) == pytest.approx(at, abs=1e-11)
+
+
+def test_a_straight_line_has_no_finite_vertex() -> None:
+    for slope in (1.0, 0.0, -2.0):
+        assert not np.isfinite(vertex(0.0, 0.5, 1.0, 0.0, 0.5 * slope, slope))
+
+
+@pytest.mark.parametrize("where", range(3))
+def test_a_vertex_of_nan_is_nan(where: int) -> None:
+    values = [0.0, 1.0, 0.5]
+    values[where] = np.nan
+    assert np.isnan(vertex(0.0, 0.5, 1.0, *values))

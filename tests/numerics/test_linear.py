@@ -60,26 +60,33 @@ def test_add_adds_a_multiple() -> None:
 
 
 @pytest.mark.parametrize("where", range(3))
-def test_the_largest_ratio_looks_at_every_component_and_its_scale(where: int) -> None:
+def test_the_largest_error_looks_at_every_component_and_its_weight(where: int) -> None:
     error = [1e-3, 1e-3, 1e-3]
     error[where] = -6.0
-    scale = [1.0, 1.0, 1.0]
-    scale[where] = 2.0
-    assert linear.largest_ratio(tuple(error), tuple(scale)) == 3.0
+    weight = [1.0, 1.0, 1.0]
+    weight[where] = 0.5
+    assert linear.largest(tuple(error), tuple(weight)) == 3.0
+
+
+@pytest.mark.parametrize("in_weight", [False, True])
+@pytest.mark.parametrize("where", range(3))
+def test_an_error_that_is_nan_is_never_dropped(where: int, in_weight: bool) -> None:
+    error, weight = [1.0, 1.0, 1.0], [1.0, 1.0, 1.0]
+    (weight if in_weight else error)[where] = math.nan
+    assert math.isnan(linear.largest(tuple(error), tuple(weight)))
 
 
 @pytest.mark.parametrize("where", range(3))
-def test_a_ratio_that_is_nan_is_never_dropped(where: int) -> None:
-    error = [1.0, 1.0, 1.0]
-    error[where] = math.nan
-    assert math.isnan(linear.largest_ratio(tuple(error), (1.0, 1.0, 1.0)))
-
-
-@pytest.mark.parametrize("where", range(3))
-def test_an_infinite_ratio_is_never_small(where: int) -> None:
+def test_an_infinite_error_is_never_small(where: int) -> None:
     error = [1.0, 1.0, 1.0]
     error[where] = math.inf
-    assert not linear.largest_ratio(tuple(error), (1.0, 1.0, 1.0)) <= 1.0
+    assert not linear.largest(tuple(error), (1.0, 1.0, 1.0)) <= 1.0
+
+
+def test_the_larger_of_two() -> None:
+    assert linear.larger(1.0, 2.0) == linear.larger(2.0, 1.0) == 2.0
+    assert linear.larger(math.nan, 2.0) == 2.0
+    assert math.isnan(linear.larger(2.0, math.nan))
 
 
 @pytest.mark.parametrize("value", BAD)

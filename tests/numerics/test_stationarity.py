@@ -1,4 +1,4 @@
-"""Stationarity: cycles of every length, slow convergence, noise, and extrapolation to the limit."""
+"""Stationarity by plain iteration: cycles of every length, slow convergence, noise."""
 
 import math
 from typing import Any, NamedTuple
@@ -12,15 +12,12 @@ from stickslip.numerics.stationarity import (
     LONGEST_CYCLE,
     NOT_STATIONARY,
     closing_cycle,
-    extrapolation,
     make_settle,
     remaining_distance,
-    stalled,
 )
 
 TOL = 1e-6
 RING = 257
-LONGEST = 0.25
 
 
 def ring(sequence: np.ndarray, newest: int) -> np.ndarray:
@@ -197,148 +194,6 @@ def test_the_remaining_distance_of_a_growing_sequence_is_infinite() -> None:
     assert remaining_distance(ring(geometric(1.1, 50), 40), 40, 1) == math.inf
 
 
-# --- extrapolation -------------------------------------------------------------------------------
-
-
-def jump(points: list[tuple[float, float]]) -> tuple[float, float, bool]:
-    sequence = np.array([(x, v, 0.0) for x, v in points])
-    newest = len(sequence) - 1
-    return extrapolation(ring(sequence, newest), newest, LONGEST)
-
-
-@pytest.mark.parametrize("ratio", [0.55, 0.8, 0.986, 0.999])
-def test_the_extrapolation_of_a_geometric_sequence_is_exact(ratio: float) -> None:
-    sequence = geometric(ratio, 400, (0.2, -0.05, 0.0))
-    newest = min(300, round(math.log(1e-3) / math.log(ratio)))
-    dx, dv, believed = extrapolation(ring(sequence, newest), newest, LONGEST)
-    assert believed
-    way = 0.3 - sequence[newest]
-    assert (dx, dv) == pytest.approx((way[0], way[1]), rel=1e-6)
-
-
-def test_the_extrapolation_sees_all_of_its_ring() -> None:
-    for newest in (255, 256, 257, 258, 259, 260, 514):
-        sequence = geometric(0.99, 600, (0.2, -0.05, 0.0))
-        dx, _, believed = extrapolation(ring(sequence, newest), newest, LONGEST)
-        assert believed
-        assert dx == pytest.approx(0.3 - sequence[newest, 0], rel=1e-6)
-
-
-def test_fewer_than_three_displacements_are_not_extrapolated() -> None:
-    sequence = geometric(0.9, 10, (0.1, 0.0, 0.0))
-    assert extrapolation(ring(sequence, 3), 3, LONGEST)[2]
-    for newest in range(3):
-        assert not extrapolation(ring(sequence, newest), newest, LONGEST)[2]
-
-
-def test_a_sequence_that_changes_its_ratio_is_not_extrapolated() -> None:
-    # Displacements 1, 0.9, 0.72 (times 1e-3).
-    assert not jump([(0.0, 0.0), (1e-3, 0.0), (1.9e-3, 0.0), (2.62e-3, 0.0)])[2]
-
-
-def test_a_bent_sequence_is_not_extrapolated() -> None:
-    assert not jump([(0.0, 0.0), (1e-3, 0.0), (1.9e-3, 0.0), (2.7e-3, 3e-4)])[2]
-
-
-def test_a_spiral_is_not_extrapolated() -> None:
-    points = [0.1 * (0.9 * np.exp(0.5j)) ** n for n in range(6)]
-    assert not jump([(z.real, z.imag) for z in points])[2]
-
-
-def test_an_alternating_sequence_is_not_extrapolated() -> None:
-    sequence = geometric(-0.9, 30, (0.1, 0.05, 0.0))
-    assert not extrapolation(ring(sequence, 20), 20, LONGEST)[2]
-
-
-def test_a_growing_sequence_is_not_extrapolated() -> None:
-    sequence = geometric(1.05, 30, (1e-3, 0.0, 0.0))
-    assert not extrapolation(ring(sequence, 20), 20, LONGEST)[2]
-
-
-def test_a_drift_at_constant_speed_is_not_extrapolated() -> None:
-    assert not jump([(0.0, 0.0), (1e-4, 0.0), (2e-4, 0.0), (3e-4, 0.0)])[2]
-
-
-def test_a_fast_sequence_is_left_to_plain_iteration() -> None:
-    assert not extrapolation(ring(geometric(0.4, 30, (0.1, 0.0, 0.0)), 20), 20, LONGEST)[2]
-
-
-def test_a_long_jump_is_not_risked() -> None:
-    near, far = geometric(0.98, 10, (0.26, 0.0, 0.0)), geometric(0.98, 10, (0.28, 0.0, 0.0))
-    assert extrapolation(ring(near, 4), 4, LONGEST)[2]  # 0.24 to go
-    assert not extrapolation(ring(far, 4), 4, LONGEST)[2]  # 0.26 to go
-
-
-def test_noise_is_rarely_extrapolated_and_never_far() -> None:
-    rng = np.random.default_rng(5)
-    believed = 0
-    for _ in range(500):
-        dx, dv, trusted = jump([tuple(point) for point in 1e-8 * rng.normal(size=(4, 2))])
-        believed += trusted
-        assert not trusted or max(abs(dx), abs(dv)) < 1e-6
-    assert believed <= 5
-
-
-@pytest.mark.parametrize("bad", [math.nan, math.inf])
-def test_a_state_that_is_not_finite_is_not_extrapolated(bad: float) -> None:
-    for position in range(4):
-        points = [(0.0, 0.0), (1e-3, 0.0), (1.9e-3, 0.0), (2.71e-3, 0.0)]
-        assert jump(points)[2]
-        points[position] = (bad, 0.0)
-        assert not jump(points)[2]
-
-
-def test_a_sequence_at_rest_is_not_extrapolated() -> None:
-    assert not jump([(0.3, 0.1)] * 4)[2]
-
-
-# --- stalled -------------------------------------------------------------------------------------
-
-
-def stalls(sequence: np.ndarray, newest: int) -> bool:
-    return stalled(ring(sequence, newest), newest, TOL)
-
-
-def test_a_sequence_that_wanders_near_its_limit_has_stalled() -> None:
-    sequence = np.zeros((200, 3))
-    sequence[:, 0] = 5 * TOL * np.sin(np.arange(200) ** 2)
-    assert any(stalls(sequence, newest) for newest in range(64, 200))
-
-
-def test_a_sequence_that_drifts_on_near_its_limit_has_stalled() -> None:
-    sequence = TOL * np.arange(200)[:, None] * np.ones(3)
-    assert stalls(sequence, 64)
-    assert not stalls(sequence, 63)  # too early to tell
-
-
-def test_a_sequence_that_approaches_its_limit_has_not_stalled() -> None:
-    sequence = geometric(0.99, 2000)
-    assert not any(stalls(sequence, newest) for newest in range(2000))
-
-
-def test_a_sequence_that_moves_far_has_not_stalled() -> None:
-    sequence = 100 * TOL * np.arange(200)[:, None] * np.ones(3)
-    assert not any(stalls(sequence, newest) for newest in range(200))
-
-
-def test_a_state_that_is_not_finite_has_not_stalled() -> None:
-    sequence = TOL * np.arange(200)[:, None] * np.ones(3)
-    assert stalls(sequence, 99)
-    sequence[100:] = math.nan  # a state that is not finite never becomes finite again
-    assert not stalls(sequence, 100)
-    assert not stalls(sequence, 132)
-    assert not stalls(sequence, 164)
-
-
-@pytest.mark.parametrize("cycle", range(1, 9))
-def test_a_cycle_that_wanders_has_stalled(cycle: int) -> None:
-    rng = np.random.default_rng(cycle)
-    points = rng.uniform(-1.0, 1.0, (cycle, 3))
-    noise = TOL * rng.uniform(-3.0, 3.0, (200, 3))
-    sequence = points[np.arange(200) % cycle] + noise
-    assert any(stalls(sequence, newest) for newest in range(80, 200))
-
-
 # --- settle --------------------------------------------------------------------------------------
 
 
@@ -356,8 +211,6 @@ class Map(NamedTuple):
 class Settings(NamedTuple):
     stationary_rtol: float = TOL
     max_periods: int = 100_000
-    accelerate: bool = False
-    noise: float = 0.0
 
 
 LIMIT_X, LIMIT_V, LIMIT_W = 0.3, -0.2, 0.05
@@ -378,7 +231,6 @@ def period_map(p, settings, y, memory, budget, record):
     if p.cycle > 1.0:  # the state of a cycle carries its own place in it
         place = 0.01 if phase == 0.0 else (-0.01 / (p.cycle - 1.0))
         return (LIMIT_X + place * (1.0 + phase), LIMIT_V, LIMIT_W + w), memory + 1.0, 3, OK
-    x += settings.noise * math.sin(12.9898 * memory * memory)
     return (LIMIT_X + x, LIMIT_V + rest + 0.5 * x, LIMIT_W + w), memory + 1.0, 3, OK
 
 
@@ -387,19 +239,7 @@ def scaled(p, y):
     return y
 
 
-@inline
-def shifted(p, y, dx, dv):
-    return y[0] + dx, y[1] + dv, y[2]
-
-
-@inline
-def refined(settings):
-    return Settings(
-        settings.stationary_rtol, settings.max_periods, settings.accelerate, 0.01 * settings.noise
-    )
-
-
-compiled = make_settle(period_map, scaled, shifted, refined)
+compiled = make_settle(period_map, scaled)
 
 
 class Search(NamedTuple):
@@ -426,44 +266,19 @@ def settle(p: Map, y=(0.45, 0.1, 0.3), budget=10**9, **settings: Any) -> Search:
 RATIOS = [0.0, 0.3, 0.6, 0.9, 0.986, 0.999]
 
 
-@pytest.mark.parametrize("accelerate", [False, True])
 @pytest.mark.parametrize("slow", RATIOS)
-def test_the_search_never_ends_further_from_the_limit_than_the_tolerance(
-    slow: float, accelerate: bool
-) -> None:
+def test_the_search_never_ends_further_from_the_limit_than_the_tolerance(slow: float) -> None:
     for film in (0.1, 0.9):
-        found = settle(Map(slow=slow, film=film), accelerate=accelerate)
+        found = settle(Map(slow=slow, film=film))
         assert (found.status, found.cycle) == (OK, 1)
         assert found.distance <= TOL * 1.01
         assert found.maps == found.periods
         assert found.steps == 3 * found.periods
 
 
-@pytest.mark.parametrize("slow", [0.9, 0.986, 0.999])
-def test_acceleration_finds_the_orbit_of_plain_iteration_in_far_fewer_periods(slow: float) -> None:
-    plain, quick = settle(Map(slow=slow)), settle(Map(slow=slow), accelerate=True)
-    assert quick.y == pytest.approx(plain.y, abs=2.02 * TOL)
-    assert quick.periods <= 40
-    assert quick.periods < 0.3 * plain.periods
-
-
-def test_the_search_does_not_risk_a_long_first_jump() -> None:
-    far = (10.3, 0.1, 0.3)  # ten drive amplitudes away
-    plain = settle(Map(slow=0.9), y=far, max_periods=8)
-    quick = settle(Map(slow=0.9), y=far, max_periods=8, accelerate=True)
-    assert quick.y == plain.y
-    assert quick.distance > 4.0
-
-
-def test_where_the_film_is_the_slow_part_acceleration_ends_on_the_same_orbit() -> None:
-    plain, quick = settle(Map(film=0.97)), settle(Map(film=0.97), accelerate=True)
-    assert quick.y == pytest.approx(plain.y, abs=2.02 * TOL)
-
-
-@pytest.mark.parametrize("accelerate", [False, True])
 @pytest.mark.parametrize("cycle", [2, 3, 5, 8])
-def test_the_search_finds_the_cycle(cycle: int, accelerate: bool) -> None:
-    found = settle(Map(cycle=float(cycle)), accelerate=accelerate)
+def test_the_search_finds_the_cycle(cycle: int) -> None:
+    found = settle(Map(cycle=float(cycle)))
     assert (found.status, found.cycle) == (OK, cycle)
     assert found.periods <= 12 * cycle
 
@@ -473,20 +288,8 @@ def test_a_verdict_counts_only_when_it_is_repeated() -> None:
     assert found.periods == 3  # period 1 moves, 2 and 3 repeat
 
 
-def test_a_map_whose_noise_keeps_it_from_settling_is_refined() -> None:
-    found = settle(Map(), noise=60 * TOL, max_periods=2000)
-    assert (found.status, found.cycle) == (OK, 1)
-    assert found.periods > 64
-    assert found.distance <= 10 * TOL  # the noise left is 0.6
-
-
-def test_a_map_is_refined_twice_at_most() -> None:
-    found = settle(Map(), noise=1e5 * 60 * TOL, max_periods=2000)
-    assert (found.status, found.periods) == (NOT_STATIONARY, 2000)
-
-
 def test_a_search_that_takes_too_long_is_not_stationary() -> None:
-    found = settle(Map(slow=0.9999), max_periods=20, accelerate=False)
+    found = settle(Map(slow=0.9999), max_periods=20)
     assert (found.status, found.cycle, found.periods) == (NOT_STATIONARY, 0, 20)
     assert found.maps == 20
 
@@ -494,7 +297,7 @@ def test_a_search_that_takes_too_long_is_not_stationary() -> None:
 def test_a_map_that_never_repeats_is_not_stationary() -> None:
     found = settle(Map(slow=-1.0, cycle=1.0), max_periods=50)
     assert (found.status, found.cycle) == (OK, 2)
-    found = settle(Map(slow=1.001), max_periods=50, accelerate=True)
+    found = settle(Map(slow=1.001), max_periods=50)
     assert (found.status, found.periods) == (NOT_STATIONARY, 50)
 
 
@@ -513,5 +316,5 @@ def test_the_budget_is_shared_by_the_periods() -> None:
 
 
 def test_a_state_that_is_not_finite_is_never_accepted() -> None:
-    found = settle(Map(), y=(math.nan, 0.0, 0.0), max_periods=50, accelerate=True)
+    found = settle(Map(), y=(math.nan, 0.0, 0.0), max_periods=50)
     assert (found.status, found.cycle) == (NOT_STATIONARY, 0)

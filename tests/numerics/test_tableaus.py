@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stickslip.numerics.tableaus import RODAS4, RODAS4P, RosenbrockTableau
+from stickslip.numerics.tableaus import RODAS4, RODAS4P, RODAS4P2, RosenbrockTableau
 
-TABLEAUS = [RODAS4, RODAS4P]
+TABLEAUS = [RODAS4, RODAS4P, RODAS4P2]
 NESTED = ("a", "C", "dense")
 FLAT = ("c", "d")
 
