@@ -35,6 +35,9 @@ TEMPERATURES = 155.0, 280.0
 OURS_SINGLE, OURS_ENSEMBLE = "ours, single trajectory", "ours, ensemble"
 OURS_SAMPLE, NUMBALSODA_SAMPLE = "ours, one at a time", f"{NUMBALSODA}, one at a time"
 
+# Ours reaches an error of 1e-4 at tolerances that are looser than those of the peers.
+OWN_LADDER = (1e-2, 3e-3, *LADDER)
+
 PAPER_DT = 1e-10
 RANDOM_SEED = 58
 
@@ -60,7 +63,7 @@ FULL = Plan(
     ensemble=256,
     sample=16,
     runs=5,
-    limit=20.0,
+    limit=8.0,
     random_points=50,
     random_ladder=(1e-4, 1e-6, 1e-8),
     euler_cromer_dt={
@@ -157,7 +160,7 @@ class Series(NamedTuple):
     points: int
     reference: np.ndarray
     run: Callable[[float, int], Run]
-    ladder: tuple[float, ...] = LADDER
+    ladder: tuple[float, ...] = OWN_LADDER
 
 
 def _curve(solver: str, series: Series, plan: Plan) -> dict[str, Any]:
