@@ -234,7 +234,7 @@ def _where(content: dict[str, Any]) -> str:
 def _small_print(content: dict[str, Any]) -> str:
     return (
         "¹ 155–280 K on one core: median error, mean time (numbalsoda: a sample of the ensemble). "
-        "² The scene of Fig. 3. Tolerances 1e-3…1e-9; failed runs are not drawn.\n"
+        "² The scene of Fig. 3. Tolerances 1e-2 to 1e-9; failed runs are not drawn.\n"
         + _where(content)
     )
 
