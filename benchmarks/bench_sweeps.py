@@ -356,7 +356,7 @@ def _heaviest_imports(count: int = 8) -> dict[str, float]:
 
 
 _COMPILATIONS = """
-import json, sys
+import json, sys, time
 from numba.core import event
 from stickslip.orbit import Options, compute_orbits
 from stickslip.parameters import Parameters
@@ -369,14 +369,14 @@ class Listener(event.Listener):
         global depth
         depth += 1
         if depth == 1:
-            self.begun = e.timestamp
+            self.begun = time.perf_counter()
 
     def on_end(self, e):
         global depth
         depth -= 1
         if depth == 0:
             name = e.data["dispatcher"].py_func.__name__
-            seconds[name] = seconds.get(name, 0.0) + e.timestamp - self.begun
+            seconds[name] = seconds.get(name, 0.0) + time.perf_counter() - self.begun
 
 with event.install_listener("numba:compile", Listener()):
     compute_orbits(
