@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import os
 import warnings
+from collections import Counter
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -25,6 +26,8 @@ from numba.core.compiler import Compiler
 from numba.extending import intrinsic
 
 _FLAGS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+
+_products: Counter[tuple[str, str]] = Counter()
 
 # a*b + c in one rounding, and one reciprocal for several divisions by the same number: both keep
 # NaN and are exact under the model's scalings by powers of two. Never to be added: `reassoc`, which
@@ -46,12 +49,27 @@ LANES = VECTOR * _INTERLEAVED
 
 def jit(function: Callable[..., Any]) -> Any:
     """A compiled function that belongs to a drive; it is compiled into the door that calls it."""
-    return numba.njit(**_FLAGS, fastmath=_FASTMATH)(function)
+    return numba.njit(**_FLAGS, fastmath=_FASTMATH)(_told_apart(function))
 
 
 def inline(function: Callable[..., Any]) -> Any:
     """A small scalar function that must vanish into its caller: every equation of the model."""
-    return numba.njit(**_FLAGS, fastmath=_FASTMATH, forceinline=True)(function)
+    return numba.njit(**_FLAGS, fastmath=_FASTMATH, forceinline=True)(_told_apart(function))
+
+
+def _told_apart(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function under a name of its own, where a factory makes several of one name.
+
+    Numba tells those apart by a counter that starts anew in each process. Two doors that were
+    cached by different processes could so hold different code under one symbol, and the linker
+    would take the first for both.
+    """
+    name = function.__module__, function.__qualname__
+    number = _products[name]
+    _products[name] += 1
+    if number:
+        function.__qualname__ += f"_{number}"
+    return function
 
 
 @intrinsic

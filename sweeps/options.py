@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 # Enough points to look at, at once, for a stable one.
 _CHUNK = 100_000
 
+# The static strength is looked for over 200 strains of each point: 16 MB for so many.
+_FEW = 10_000
+
 
 def options_of(config: Config) -> Options:
     """The options of a config for `compute_orbits`."""
@@ -75,8 +78,8 @@ def doubts(config: Config, ds: xr.Dataset) -> Iterator[str]:
     """Warnings of finished points that look wrong without being impossible."""
     grid, columns = Grid.from_config(config), [ds[name].values.ravel() for name in RESULT_COLUMNS]
     balance = stress = 0
-    for start in range(0, grid.size, _CHUNK):
-        stop = min(start + _CHUNK, grid.size)
+    for start in range(0, grid.size, _FEW):
+        stop = min(start + _FEW, grid.size)
         results = np.stack([column[start:stop] for column in columns], axis=1)
         balance += int(detectors.doubtful_balance(results).sum())
         stress += int(detectors.doubtful_stress(grid.points(start, stop), results).sum())

@@ -371,12 +371,13 @@ def hot_loops(assembly: str) -> list[str]:
 
 
 def assembly_of(march) -> str:
-    """A march compiled anew: the code of a cached one cannot be looked at."""
-    fresh = compiled.jit(march.py_func)
+    """A march compiled anew, not run: the code of a cached one cannot be looked at."""
     points, steps = varied(1)
-    lanes = lanes_of(points, steps)
-    fresh(lanes.tasks, np.arange(1), True, True, 1)
-    return fresh.inspect_asm(fresh.signatures[0])
+    march(lanes_of(points, steps).tasks, np.arange(1), True, True, 1)
+    (signature,) = march.signatures
+    fresh = compiled.jit(march.py_func)
+    fresh.compile(signature)
+    return fresh.inspect_asm(signature)
 
 
 def test_a_loop_with_a_division_or_scalar_code_would_be_seen() -> None:
