@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
+from fractions import Fraction
 
 from sweeps.entries import UNREADABLE, Entry
 from sweeps.problems import Findings, did_you_mean, shown
@@ -144,17 +142,38 @@ def _same_sign(first: float, last: float) -> bool:
 def _spaced(
     entry: Entry, key: str, form: str, ends: tuple[float, ...], num: int, findings: Findings
 ) -> Axis | None:
-    spaces: dict[str, Callable[..., NDArray[np.float64]]] = {
-        "linspace": np.linspace,
-        "geomspace": np.geomspace,
-    }
+    values = {"linspace": _evenly, "geomspace": _geometrically}[form]
+    return _axis(entry, key, findings, num, lambda: values(*ends, num))
 
-    def values() -> tuple[float, ...]:
-        with np.errstate(over="ignore", invalid="ignore"):  # judged with the parameter's range
-            # Adding 0 turns a -0 that rounding may leave into 0.
-            return tuple((spaces[form](*ends, num) + 0.0).tolist())
 
-    return _axis(entry, key, findings, num, values)
+def _evenly(first: float, last: float, num: int) -> tuple[float, ...]:
+    """Evenly spaced values, each rounded once from the decimals as they were written.
+
+    So grids with a value in common have the same float there, and a refined sweep finds the points
+    of the coarse one: 0.3 is 0.3 among ten steps from 0 to 1 and among fifty from 0 to 5.
+    """
+    start, parts = _as_written(first), max(num - 1, 1)
+    return _steps(start, (_as_written(last) - start) / parts, num)
+
+
+def _geometrically(first: float, last: float, num: int) -> tuple[float, ...]:
+    """Values of constant ratio; equal parts of the way give equal floats, whatever `num` is."""
+    low, high = math.log10(abs(first)), math.log10(abs(last))
+    parts = (i / (num - 1) for i in range(1, num - 1))
+    between = (math.copysign(10.0 ** (low + (high - low) * part), first) for part in parts)
+    return (first, *between, last) if num > 1 else (first,)
+
+
+def _as_written(value: float) -> Fraction:
+    """The decimal number that a float stands for, such as 1/10 for 0.1."""
+    return Fraction(repr(value))
+
+
+def _steps(start: Fraction, step: Fraction, count: int) -> tuple[float, ...]:
+    """The floats next to start + i step."""
+    common = math.lcm(start.denominator, step.denominator)
+    first, each = int(start * common), int(step * common)
+    return tuple((first + each * i) / common for i in range(count))
 
 
 def _arange(entry: Entry, key: str, ends: tuple[float, ...], findings: Findings) -> Axis | None:
@@ -167,10 +186,8 @@ def _arange(entry: Entry, key: str, ends: tuple[float, ...], findings: Findings)
     size = math.floor(steps + _STOP_TOLERANCE) + 1 if steps < MAX_VALUES else MAX_VALUES + 1
 
     def values() -> tuple[float, ...]:
-        made = [start + i * step for i in range(size)]
-        if abs(size - 1 - steps) <= _STOP_TOLERANCE:
-            made[-1] = stop
-        return tuple(made)
+        made = _steps(_as_written(start), _as_written(step), size)
+        return (*made[:-1], stop) if abs(size - 1 - steps) <= _STOP_TOLERANCE else made
 
     return _axis(entry, key, findings, size, values)
 

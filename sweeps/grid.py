@@ -72,8 +72,12 @@ class Grid:
         """
         if not 0 <= start <= stop <= self.size:
             raise IndexError(f"points {start} to {stop} are no range of a grid of {self.size}")
-        along = self._indices(start, stop)
-        rows = np.empty((stop - start, len(Parameters._fields)))
+        return self.rows(np.arange(start, stop, dtype=np.int64))
+
+    def rows(self, indices: NDArray[np.int64]) -> NDArray[np.float64]:
+        """The parameters of the points with these numbers; like `points`."""
+        along = self._along(indices)
+        rows = np.empty((len(indices), len(Parameters._fields)))
         for column, name in enumerate(Parameters._fields):
             if name in self.fixed:
                 rows[:, column] = self.fixed[name]
@@ -86,13 +90,58 @@ class Grid:
         """The distinct values of a parameter over the grid, in increasing order."""
         return np.unique(self.fixed[name] if name in self.fixed else self.coords[name][1])
 
-    def _indices(self, start: int, stop: int) -> dict[str, NDArray[np.int64]]:
+    def locate(self, rows: NDArray[np.float64]) -> NDArray[np.int64]:
+        """The numbers of the points with these parameters, -1 where the grid has no such point.
+
+        Points are the same where all twenty parameters are equal as floats, whatever is swept,
+        linked or fixed here and where the rows come from.
+
+        Parameters
+        ----------
+        rows
+            (n, 20) parameters in SI units, in the order of `Parameters._fields`.
+        """
+        columns = dict(zip(Parameters._fields, np.asarray(rows).T, strict=True))
+        found = np.ones(len(rows), dtype=bool)
+        for name, value in self.fixed.items():
+            found &= columns[name] == value
+        numbers = np.zeros(len(rows), dtype=np.int64)
+        for dim, length in zip(self.dims, self.shape, strict=True):
+            tied = [name for name in columns if name in self.coords and dim in self.coords[name][0]]
+            position = _position(
+                [np.asarray(self.coords[name][1], dtype=float) for name in tied],
+                [columns[name] for name in tied],
+            )
+            found &= position >= 0
+            numbers = numbers * length + position
+        return np.where(found, numbers, -1)
+
+    def _along(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.int64]]:
         """The position along each dimension, for each point; the last dimension runs fastest."""
-        remaining = np.arange(start, stop, dtype=np.int64)
+        remaining = np.asarray(indices, dtype=np.int64)
         along = {}
         for dim, length in zip(reversed(self.dims), reversed(self.shape), strict=True):
             remaining, along[dim] = np.divmod(remaining, length)
         return along
+
+
+def _position(
+    lists: list[NDArray[np.float64]], wanted: list[NDArray[np.float64]]
+) -> NDArray[np.int64]:
+    """Where the wanted values stand side by side in the lists, -1 where they do not."""
+    codes = np.zeros(len(lists[0]), dtype=np.int64)
+    sought = np.zeros(len(wanted[0]), dtype=np.int64)
+    for values, column in zip(lists, wanted, strict=True):
+        distinct, ranks = np.unique(values, return_inverse=True)
+        rank = np.minimum(np.searchsorted(distinct, column), len(distinct) - 1)
+        sought = np.where(distinct[rank] == column, sought * len(distinct) + rank, -1)
+        # Renumbered after each list, so that many long lists stay within an integer.
+        known, codes = np.unique(codes * len(distinct) + ranks, return_inverse=True)
+        place = np.minimum(np.searchsorted(known, sought), len(known) - 1)
+        sought = np.where(known[place] == sought, place, -1)
+    order = np.argsort(codes)
+    place = np.minimum(np.searchsorted(codes, sought, sorter=order), len(codes) - 1)
+    return np.where(codes[order[place]] == sought, order[place], -1)
 
 
 def _frozen(values: object, dtype: type[np.generic]) -> NDArray[np.generic]:

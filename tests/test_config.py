@@ -147,7 +147,7 @@ def test_arange_includes_a_stop_that_rounding_would_lose() -> None:
     assert len(values) == 4
     assert values[-1] == 0.3  # 3 * 0.1 is 0.30000000000000004
     short = from_yaml("sweep: {T: {arange: [0, 0.3000001, 0.1]}}").sweep["temperature"]
-    assert short[-1] == 3 * 0.1
+    assert short == (0.0, 0.1, 0.2, 0.3)  # the floats that these decimals are
 
 
 def test_the_order_of_the_axes_is_kept_and_counts() -> None:
@@ -671,3 +671,26 @@ def test_importing_the_config_is_light() -> None:
     code = f"import sys, sweeps.config; print([m for m in {heavy} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    ("coarse", "fine"),
+    [
+        ("linspace: [0, 1], num: 11", "linspace: [0, 5], num: 501"),
+        ("linspace: [0.1, 0.7], num: 7", "arange: [0, 1, 0.05]"),
+        ("linspace: [150, 320], num: 8", "linspace: [150, 320], num: 15"),
+        ("geomspace: [1e4, 3e6], num: 7", "geomspace: [1e4, 3e6], num: 19"),
+        ("geomspace: [1e-3, 7], num: 4", "geomspace: [1e-3, 7], num: 10"),
+    ],
+)
+def test_a_refined_axis_has_the_same_floats_as_the_coarse_one(coarse: str, fine: str) -> None:
+    few, many = (
+        from_yaml(f"sweep: {{x_0: {{{axis}}}}}").sweep["initial_displacement"]
+        for axis in (coarse, fine)
+    )
+    assert set(few) < set(many)
+
+
+def test_values_of_an_axis_are_the_decimals_that_they_stand_for() -> None:
+    tenths = from_yaml("sweep: {x_0: {linspace: [0, 1], num: 11}}").sweep["initial_displacement"]
+    assert tenths == (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
