@@ -1,0 +1,67 @@
+"""A large result in pieces: ranges of points that are boxes of the result's array."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+# A megabyte of each variable: what is read, filled, written and compressed at once.
+SLAB_POINTS = 131_072
+
+
+class Slabs:
+    """Cuts the points 0 ... size - 1 of a grid into slabs, numbered in order.
+
+    A slab is a range of points without a gap and a box of the array, so that a file can be written
+    and read slab by slab with the memory for one of them.
+    """
+
+    def __init__(self, shape: tuple[int, ...], most: int = SLAB_POINTS) -> None:
+        self._shape = shape
+        inner, split = 1, len(shape) - 1
+        while split > 0 and inner * shape[split] <= most:
+            inner *= shape[split]
+            split -= 1
+        self._inner, self._split = inner, split
+        self._length = shape[split] if shape else 1
+        self._thickness = min(self._length, max(1, most // inner))
+        self._per_length = -(-self._length // self._thickness)
+        self._outer = math.prod(shape[:split]) if shape else 1
+
+    def __len__(self) -> int:
+        return self._outer * self._per_length
+
+    @property
+    def chunk(self) -> tuple[int, ...]:
+        """The box of a slab: a file that is chunked so is written a chunk at a time."""
+        if not self._shape:
+            return ()
+        return (1,) * self._split + (self._thickness, *self._shape[self._split + 1 :])
+
+    def of(self, indices: NDArray[np.int64]) -> NDArray[np.int64]:
+        """The number of the slab in which each point lies."""
+        outer, within = np.divmod(indices, self._length * self._inner)
+        return np.asarray(outer * self._per_length + within // (self._inner * self._thickness))
+
+    def range(self, number: int) -> tuple[int, int]:
+        """The first point of a slab, and the one after its last."""
+        outer, part = divmod(number, self._per_length)
+        begin = part * self._thickness
+        end = min(begin + self._thickness, self._length)
+        offset = outer * self._length
+        return (offset + begin) * self._inner, (offset + end) * self._inner
+
+    def box(self, number: int) -> tuple[slice, ...]:
+        """The slab as an index into the array."""
+        if not self._shape:
+            return ()
+        outer, part = divmod(number, self._per_length)
+        along = np.unravel_index(outer, self._shape[: self._split]) if self._split else ()
+        begin = part * self._thickness
+        return (
+            *(slice(int(i), int(i) + 1) for i in along),
+            slice(begin, min(begin + self._thickness, self._length)),
+            *(slice(None) for _ in self._shape[self._split + 1 :]),
+        )
