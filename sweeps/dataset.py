@@ -7,18 +7,23 @@ import sys
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib import metadata
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
-from stickslip.compiled import source_hash
+from stickslip.compiled import processor, source_hash
 from stickslip.kernels import NUMERICS_VERSION, RESULT_COLUMNS
 from stickslip.status import Status
 from stickslip.trajectory import attributes
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.config import Config
 from sweeps.grid import CASE, Grid
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Coordinate = tuple[tuple[str, ...], NDArray[np.generic], dict[str, str]]
 
 COUNTS = ("orbit_periods", "melting_count", "periods_integrated")
 
@@ -41,37 +46,47 @@ def result_dataset(config: Config, grid: Grid, results: NDArray[np.float64]) -> 
         (grid.size, 13), columns as `kernels.RESULT_COLUMNS`; NaN rows, not yet computed, get the
         status `pending`.
     """
-    data = {name: _variable(name, results[:, i], grid) for i, name in enumerate(RESULT_COLUMNS)}
-    return xr.Dataset(data, _coordinates(grid), _global_attributes(config))
+    import xarray as xr
+
+    data = {
+        name: xr.Variable(
+            grid.dims,
+            result_values(name, results[:, i]).reshape(grid.shape),
+            variable_attributes(name),
+        )
+        for i, name in enumerate(RESULT_COLUMNS)
+    }
+    along = {name: xr.Variable(*described) for name, described in coordinates(grid).items()}
+    return xr.Dataset(data, along, global_attributes(config))
 
 
-def _variable(name: str, column: NDArray[np.float64], grid: Grid) -> xr.Variable:
-    attrs: dict[str, object] = dict(attributes(RESULTS[name]))
+def result_values(name: str, column: NDArray[np.float64]) -> NDArray[np.generic]:
+    """A column of result rows as the variable of that name holds it; NaN, not computed, is told."""
     if name == "status":
         pending = np.isnan(column)
-        values = np.where(pending, Status.PENDING, np.nan_to_num(column)).astype(np.int8)
-        attrs |= _flags()
-    elif name in COUNTS:
-        values = np.nan_to_num(column, nan=-1.0).astype(np.int32)
-    else:
-        values = column.astype(np.float64)
-    return xr.Variable(grid.dims, values.reshape(grid.shape), attrs)
+        return np.where(pending, Status.PENDING, np.nan_to_num(column)).astype(np.int8)
+    if name in COUNTS:
+        return np.nan_to_num(column, nan=-1.0).astype(np.int32)
+    return column.astype(np.float64)
 
 
-def _flags() -> dict[str, object]:
-    return {
+def variable_attributes(name: str) -> dict[str, object]:
+    """Name, unit, meaning and flags of a result variable."""
+    flags: dict[str, object] = {
         "flag_values": np.array([int(status) for status in Status], dtype=np.int8),
         "flag_meanings": " ".join(status.name.lower() for status in Status),
     }
+    return dict(attributes(RESULTS[name])) | (flags if name == "status" else {})
 
 
-def _coordinates(grid: Grid) -> dict[str, xr.Variable]:
+def coordinates(grid: Grid) -> dict[str, Coordinate]:
+    """The parameters of a grid, along a dimension or one number: dimensions, values, attributes."""
     varied = {
-        name: xr.Variable(dims, values, _coordinate_attributes(name))
+        name: (dims, values, dict(_coordinate_attributes(name)))
         for name, (dims, values) in grid.coords.items()
     }
-    fixed = {
-        name: xr.Variable((), np.float64(value), _coordinate_attributes(name))
+    fixed: dict[str, Coordinate] = {
+        name: ((), np.array(value, dtype=np.float64), dict(_coordinate_attributes(name)))
         for name, value in grid.fixed.items()
     }
     return varied | fixed
@@ -83,7 +98,8 @@ def _coordinate_attributes(name: str) -> Mapping[str, str]:
     return attributes(PARAMETERS[name])
 
 
-def _global_attributes(config: Config) -> dict[str, str]:
+def global_attributes(config: Config) -> dict[str, str]:
+    """What a file says about itself: conventions, provenance, the resolved config."""
     version = metadata.version("stickslip")
     return {
         "Conventions": "CF-1.8",
@@ -91,13 +107,14 @@ def _global_attributes(config: Config) -> dict[str, str]:
         "summary": "Amplitudes of elastic stress and friction force over the stationary orbit "
         "of a block that is driven through a boundary lubricant film",
         "source": f"stickslip {version}, method {config.integrator.method}",
-        "history": f"{_now()} {_command_line()}",
+        "history": f"{_now()} {command_line()}",
         "references": REFERENCE,
         "config": config.resolved_yaml(),
         "config_sha256": config.sha256(),
         "software": software(),
         "code_sha256": source_hash(),
         "numerics_version": str(NUMERICS_VERSION),
+        "processor": processor(),
     }
 
 
@@ -111,7 +128,7 @@ def _now() -> str:
     return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
-def _command_line() -> str:
+def command_line() -> str:
     """The command as it was typed, by the name of the program alone."""
     program, *arguments = sys.argv
     return " ".join([program.rsplit("/", 1)[-1], *arguments])
@@ -119,7 +136,7 @@ def _command_line() -> str:
 
 def add_provenance(ds: xr.Dataset, config: Config, title: str) -> xr.Dataset:
     """The same trajectory Dataset with the global attributes of a file."""
-    attrs = _global_attributes(config) | {
+    attrs = global_attributes(config) | {
         "title": title,
         "summary": "Time courses of a block that is driven through a boundary lubricant film",
     }

@@ -59,7 +59,7 @@ def near_duplicates(old: Grid, new: Grid) -> list[str]:
     """Values of the new grid that differ from one of the old by rounding: other points."""
     told = []
     for name in (*new.fixed, *new.coords):
-        if name not in old.fixed and name not in old.coords or name == "case":
+        if (name not in old.fixed and name not in old.coords) or name == "case":
             continue
         known, wanted = old.values(name), new.values(name)
         unknown = wanted[~np.isin(wanted, known)]
@@ -68,4 +68,4 @@ def near_duplicates(old: Grid, new: Grid) -> list[str]:
             near = np.abs(unknown - known[side]) <= _NEAR * np.abs(unknown)
             pairs = zip(known[side][near].tolist(), unknown[near].tolist(), strict=True)
             told += [f"{name} {was!r} and {now!r}" for was, now in pairs]
-    return told
+    return list(dict.fromkeys(told))  # an outermost value has one neighbour, on both sides

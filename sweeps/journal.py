@@ -16,6 +16,7 @@ import os
 import struct
 import time
 from array import array
+from collections import deque
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -65,6 +66,7 @@ class Journal:
         self.damaged = 0
         self._end = 0
         self._slab, self._offset, self._count = array("q"), array("q"), array("q")
+        self._room: Rows | None = None
         self._flushed = time.monotonic()
 
     # --- making and opening ---
@@ -81,18 +83,17 @@ class Journal:
     ) -> Self:
         """A new journal, which takes the place of an older one when it has all that is carried.
 
-        Raises OSError; then the older one is as it was.
+        Raises OSError; then the older one is as it was, or the new one is whole.
         """
         new = path.with_name(path.name + ".new")
         handle = os.open(new, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666)
         journal = cls(handle, key, slabs, size)
         try:
-            journal._write(_MANIFEST, json.dumps(manifest).encode())
-            journal.manifest = manifest
+            journal.note(manifest)
             for indices, rows in carried:
                 journal.append(indices, rows)
             journal.flush()
-            os.replace(new, path)
+            new.replace(path)
             flush_folder(path.parent)
         except BaseException:
             journal.close()
@@ -102,14 +103,18 @@ class Journal:
         return journal
 
     @classmethod
-    def open(cls, path: Path, key: bytes, slabs: Slabs, size: int) -> Self:
-        """The journal in a file, to be continued; what is torn off at its end is cut away.
+    def open(
+        cls, path: Path, key: bytes, slabs: Slabs, size: int, *, readonly: bool = False
+    ) -> Self:
+        """The journal in a file; to be continued, what is torn off at its end is cut away.
 
         Only records with this key count: those of another computation are as good as not there.
         """
-        journal = cls(os.open(path, os.O_RDWR), key, slabs, size)
+        journal = cls(os.open(path, os.O_RDONLY if readonly else os.O_RDWR), key, slabs, size)
         try:
             journal._scan()
+            if not readonly:
+                os.ftruncate(journal._handle, journal._end)
         except BaseException:
             journal.close()
             raise
@@ -121,11 +126,18 @@ class Journal:
 
     # --- writing ---
 
+    def note(self, manifest: dict[str, Any]) -> None:
+        """Record a manifest, which replaces the one before; raises OSError."""
+        self._write(_MANIFEST, np.frombuffer(json.dumps(manifest).encode(), np.uint8))
+        self.manifest = manifest
+
     def append(self, indices: Indices, rows: Rows) -> None:
         """Record finished points; those that are there already are left as they are.
 
-        Raises OSError, with the file as it was, where it cannot be written.
+        Raises OSError where it cannot be written: what is noted as done is there, whole.
         """
+        if np.isnan(rows[:, -1]).any():
+            raise ValueError("a row without a status is no finished point")
         fresh = ~self.done[indices]
         order = np.flatnonzero(fresh)[np.argsort(indices[fresh], kind="stable")]
         indices, rows = indices[order].astype("<i8"), rows[order].astype("<f8")
@@ -133,8 +145,8 @@ class Journal:
         for first, last in zip([0, *borders], [*borders, len(indices)], strict=True):
             if last > first:
                 part, results = indices[first:last], rows[first:last]
-                start = self._write(_ROWS, part.tobytes() + results.tobytes())
-                self._note(start, part, results)
+                start = self._write(_ROWS, part, results)
+                self._count_in(start, part, results)
         if time.monotonic() - self._flushed >= _SECONDS_BETWEEN_FLUSHES:
             self.flush()
 
@@ -143,20 +155,21 @@ class Journal:
         os.fsync(self._handle)
         self._flushed = time.monotonic()
 
-    def _write(self, kind: bytes, payload: bytes) -> int:
+    def _write(self, kind: bytes, *arrays: NDArray[Any]) -> int:
         """Append one record; returns where its payload begins."""
-        header = _HEADER.pack(_MAGIC, len(payload), self._key, kind, _checksum(kind, payload))
-        start = self._end
+        payload = [array.data.cast("B") for array in map(np.ascontiguousarray, arrays)]
+        length, start = sum(map(len, payload)), self._end
+        header = _HEADER.pack(_MAGIC, length, self._key, kind, _checksum(kind, *payload))
         try:
-            _write_all(self._handle, header + payload, start)
+            _write_all(self._handle, [memoryview(header), *payload], start)
         except OSError:
             with contextlib.suppress(OSError):
                 os.ftruncate(self._handle, start)
             raise
-        self._end = start + len(header) + len(payload)
+        self._end = start + len(header) + length
         return start + len(header)
 
-    def _note(self, start: int, indices: Indices, rows: Rows) -> None:
+    def _count_in(self, start: int, indices: Indices, rows: Rows) -> None:
         self.done[indices] = True
         self.statuses += np.bincount(rows[:, -1].astype(np.int64), minlength=128)
         self._slab.append(int(self._slabs.of(indices[:1])[0]))
@@ -166,9 +179,15 @@ class Journal:
     # --- reading ---
 
     def slab(self, number: int) -> Rows:
-        """The result rows of a slab, in order; NaN where a point is not there."""
+        """The result rows of a slab, in order; NaN where a point is not there.
+
+        They are valid until the next call: new memory for each would take longer than filling it.
+        """
         begin, end = self._slabs.range(number)
-        found = np.full((end - begin, COLUMNS), np.nan)
+        if self._room is None or len(self._room) < end - begin:
+            self._room = np.empty((end - begin, COLUMNS))
+        found = self._room[: end - begin]
+        found.fill(np.nan)
         for record in np.flatnonzero(np.frombuffer(self._slab, dtype=np.int64) == number):
             indices, rows = self._points(self._offset[record], self._count[record])
             found[indices - begin] = rows
@@ -192,24 +211,21 @@ class Journal:
             elif record.key == self._key:
                 indices, rows = _split(record.payload)
                 if not self.done[indices].any():  # a point counts once, as it was recorded first
-                    self._note(record.end - len(record.payload), indices, rows)
+                    self._count_in(record.end - len(record.payload), indices, rows)
         rest = os.fstat(self._handle).st_size - self._end
         self.damaged += rest
-        os.ftruncate(self._handle, self._end)
 
 
 def read_manifest(path: Path) -> dict[str, Any] | None:
-    """What a journal says it belongs to; None where its beginning is damaged.
+    """What a journal says that it belongs to; None where no manifest is sound.
 
     Raises OSError where there is no such file or it cannot be read.
     """
     handle = os.open(path, os.O_RDONLY)
     try:
-        for record in _records(handle):
-            if record.kind == _MANIFEST:
-                manifest: dict[str, Any] = json.loads(record.payload)
-                return manifest
-        return None
+        payloads = (record.payload for record in _records(handle) if record.kind == _MANIFEST)
+        last = deque(payloads, maxlen=1)
+        return json.loads(last[0]) if last else None
     finally:
         os.close(handle)
 
@@ -223,8 +239,11 @@ def flush_folder(path: Path) -> None:
         os.close(handle)
 
 
-def _checksum(kind: bytes, payload: bytes) -> bytes:
-    return hashlib.blake2b(kind + payload, digest_size=_CHECKSUM_BYTES).digest()
+def _checksum(kind: bytes, *payload: bytes | memoryview) -> bytes:
+    digest = hashlib.sha256(kind)  # processors have instructions for it
+    for part in payload:
+        digest.update(part)
+    return digest.digest()[:_CHECKSUM_BYTES]
 
 
 def _size(record: _Record) -> int:
@@ -283,8 +302,8 @@ def _read(handle: int, length: int, position: int) -> bytes:
     return b"".join(pieces)
 
 
-def _write_all(handle: int, content: bytes, position: int) -> None:
-    view = memoryview(content)
-    while view:
-        written = os.pwrite(handle, view, position)
-        view, position = view[written:], position + written
+def _write_all(handle: int, parts: list[memoryview], position: int) -> None:
+    for part in parts:
+        while part:
+            written = os.pwrite(handle, part, position)
+            part, position = part[written:], position + written

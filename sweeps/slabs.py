@@ -65,3 +65,8 @@ class Slabs:
             slice(begin, min(begin + self._thickness, self._length)),
             *(slice(None) for _ in self._shape[self._split + 1 :]),
         )
+
+    def extent(self, number: int) -> tuple[int, ...]:
+        """The shape of the slab."""
+        lengths = zip(self.box(number), self._shape, strict=True)
+        return tuple(len(range(*part.indices(length))) for part, length in lengths)

@@ -6,9 +6,12 @@ import hashlib
 import os
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # What may differ between two files with the same numbers.
 _NOT_IDENTITY = ("history",)
@@ -39,9 +42,7 @@ def write_dataset(ds: xr.Dataset, path: Path) -> None:
     try:
         _write(ds, temporary)
         _compare(ds, temporary)
-        _flush(temporary)
-        temporary.replace(path)
-        _flush(path.parent)
+        put_in_place(temporary, path)
     except StorageError:
         raise
     except (OSError, RuntimeError) as error:
@@ -51,9 +52,39 @@ def write_dataset(ds: xr.Dataset, path: Path) -> None:
         _remove(temporary)
 
 
-def open_result(path: Path) -> xr.Dataset:
-    """The Dataset in a file, loaded; raises StorageError where it is not a readable NetCDF file."""
+def refuse_odd_output(output: Path) -> None:
+    """Raise StorageError where the output is something that a file must not replace."""
     try:
+        if output.is_dir():
+            raise StorageError(f"{output} is a folder; -o names a file")
+        if output.exists() and not output.is_file():  # a device or a pipe would be replaced
+            raise StorageError(f"{output} is no ordinary file; -o names one")
+        if output.is_symlink() and not output.exists():
+            output.resolve(strict=True)
+    except StorageError:
+        raise
+    except (OSError, RuntimeError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise StorageError(f"cannot write {output}: {reason}") from error
+
+
+def put_in_place(temporary: Path, path: Path) -> None:
+    """Give a finished file its name; whatever happens, `path` is the old one or this one, whole."""
+    _flush(temporary)
+    temporary.replace(path)
+    _flush(path.parent)
+
+
+def open_result(path: Path, *, whole: bool = True) -> xr.Dataset:
+    """The Dataset in a file, loaded, or read variable by variable when it is looked at.
+
+    Raises StorageError where it is not a readable NetCDF file.
+    """
+    import xarray as xr
+
+    try:
+        if not whole:
+            return xr.open_dataset(path, engine="netcdf4", cache=False)
         with xr.open_dataset(path, engine="netcdf4") as ds:
             return ds.load()
     except FileNotFoundError:
@@ -119,6 +150,8 @@ def _encoding(ds: xr.Dataset) -> dict[str, dict[str, object]]:
 
 
 def _compare(ds: xr.Dataset, path: Path) -> None:
+    import xarray as xr
+
     with xr.open_dataset(path, engine="netcdf4") as written:
         if content_hash(written.load()) != content_hash(ds):
             raise OSError("the file does not read back as it was written")

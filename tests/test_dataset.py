@@ -16,7 +16,7 @@ import pytest
 import xarray as xr
 
 from stickslip import Status
-from stickslip.compiled import source_hash
+from stickslip.compiled import processor, source_hash
 from stickslip.kernels import NUMERICS_VERSION, RESULT_COLUMNS
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS
@@ -61,6 +61,7 @@ ATTRIBUTES = {
     "software",
     "code_sha256",
     "numerics_version",
+    "processor",
 }
 CASES = {"drive_amplitude": [0.4e-6, 0.8e-6], "angular_frequency": [20, 10]}
 SWEEPS: dict[str, dict[str, Any]] = {
@@ -255,6 +256,7 @@ def test_where_a_file_comes_from(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "arXiv:1302.0720" in attrs["references"]
     assert attrs["code_sha256"] == source_hash()
     assert attrs["numerics_version"] == str(NUMERICS_VERSION)
+    assert attrs["processor"] == processor()
     for name in ("Python", "stickslip", "numpy", "numba", "llvmlite", "xarray", "netCDF4"):
         assert re.search(rf"\b{name} \d+\.\d+", attrs["software"]), name
 

@@ -1,0 +1,86 @@
+"""A small journal whose points can be told apart, and what a journal must hold to be sound."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from stickslip.orbit import failed_row
+from sweeps.journal import COLUMNS, Journal
+from sweeps.slabs import Slabs
+
+KEY, OTHER = b"k" * 16, b"o" * 16
+SHAPE = (3, 5, 2)
+SIZE = 30
+SLABS = Slabs(SHAPE, most=4)  # several slabs, the last along the second axis a thin one
+MANIFEST = {"config": "sweep", "number": 1}
+
+
+def result_rows() -> np.ndarray:
+    """Rows that tell every point and column apart; some points ended without amplitudes."""
+    rows = np.random.default_rng(1).normal(size=(SIZE, COLUMNS))
+    rows[:, -1] = np.arange(SIZE) % 4 // 3
+    rows[5::7] = failed_row()
+    rows[2, 0], rows[3, 1] = np.copysign(np.nan, -1.0), -0.0
+    return rows
+
+
+ROWS = result_rows()
+
+
+def blocks(count: int = 20, seed: int = 2) -> list[np.ndarray]:
+    """All points once, dealt out at random; in each block in order."""
+    shuffled = np.random.default_rng(seed).permutation(SIZE)
+    return [np.sort(part) for part in np.array_split(shuffled, count)]
+
+
+def created(path: Path, parts: list[np.ndarray], key: bytes = KEY) -> None:
+    """A journal with these points, each part a block."""
+    journal = Journal.create(path, key, MANIFEST, SLABS, SIZE)
+    for part in parts:
+        journal.append(part, ROWS[part])
+    journal.close()
+
+
+def opened(path: Path, key: bytes = KEY, *, readonly: bool = True) -> Journal:
+    """The journal in a file."""
+    return Journal.open(path, key, SLABS, SIZE, readonly=readonly)
+
+
+def recorded(journal: Journal) -> np.ndarray:
+    """All rows that a journal has, NaN where it has none; no point comes twice."""
+    found, times = np.full((SIZE, COLUMNS), np.nan), np.zeros(SIZE, dtype=int)
+    for indices, rows in journal.records():
+        found[indices] = rows
+        times[indices] += 1
+    np.testing.assert_array_equal(times, journal.done)
+    return found
+
+
+def assert_sound(journal: Journal, expected: np.ndarray) -> None:
+    """These points are there, bit for bit, and no others."""
+    np.testing.assert_array_equal(journal.done, expected)
+    assert recorded(journal)[expected].tobytes() == ROWS[expected].tobytes()
+    statuses = ROWS[expected, -1].astype(int)
+    np.testing.assert_array_equal(journal.statuses, np.bincount(statuses, minlength=128))
+    for number in range(len(SLABS)):
+        within = slice(*SLABS.range(number))
+        slab, there = journal.slab(number), expected[within]
+        assert slab[there].tobytes() == ROWS[within][there].tobytes()
+        assert np.isnan(slab[~there]).all()
+
+
+def assert_file(path: Path, expected: np.ndarray, key: bytes = KEY) -> None:
+    """The same for who opens the file now."""
+    journal = opened(path, key)
+    assert_sound(journal, expected)
+    journal.close()
+
+
+def only(*parts: np.ndarray) -> np.ndarray:
+    """Which points these are."""
+    mask = np.zeros(SIZE, dtype=bool)
+    for part in parts:
+        mask[part] = True
+    return mask
