@@ -18,7 +18,7 @@ from typing import Any
 
 import numba
 from llvmlite import ir
-from llvmlite.binding import Linkage
+from llvmlite.binding import Linkage, get_host_cpu_name
 from numba.core import cgutils, types
 from numba.core import config as numba_config
 from numba.core.caching import FunctionCache
@@ -214,6 +214,12 @@ def source_hash() -> str:
         digest.update(path.relative_to(root).as_posix().encode() + b"\0")
         digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+@cache
+def processor() -> str:
+    """The kind of processor that code is compiled for: numbers agree to the last bit within one."""
+    return str(numba_config.CPU_NAME or get_host_cpu_name())
 
 
 @cache

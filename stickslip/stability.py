@@ -92,12 +92,15 @@ def _slip_speed(p: ParameterValues) -> np.ndarray:
     return np.asarray(drive + release + np.abs(p.initial_velocity))
 
 
-def static_strength(points: np.ndarray) -> np.ndarray:
-    """Largest static elastic stress a phi_plus^2 eps [Pa] of a solid film, for each row (n, 20)."""
-    return _strength(ParameterValues(*np.atleast_2d(points).T))
+def static_strength(points: np.ndarray, strains: int = _STRAINS) -> np.ndarray:
+    """Largest static elastic stress a phi_plus^2 eps [Pa] of a solid film, for each row (n, 20).
+
+    Looked for over so many strains: fewer give less, never more, than the maximum.
+    """
+    return _strength(ParameterValues(*np.atleast_2d(points).T), strains)
 
 
-def _strength(p: ParameterValues) -> np.ndarray:
+def _strength(p: ParameterValues, strains: int = _STRAINS) -> np.ndarray:
     B = p.cubic_coefficient**2 / (4.0 * p.quartic_coefficient) + 2.0 * p.thermal_coefficient * (
         p.critical_temperature - p.temperature
     )
@@ -105,7 +108,7 @@ def _strength(p: ParameterValues) -> np.ndarray:
         limit = np.where(
             p.elastic_coefficient > 0.0, np.sqrt(np.maximum(B, 0.0) / p.elastic_coefficient), 0.0
         )
-    fractions = np.linspace(0.0, 1.0, _STRAINS)[:, None]
+    fractions = np.linspace(0.0, 1.0, strains)[:, None]
     strain = fractions * limit
     stress = p.elastic_coefficient * _largest_order_parameter(p, strain) ** 2 * strain
     return np.asarray(stress.max(axis=0))

@@ -3,24 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
-import numpy as np
-
-from stickslip import detectors, stability
-from stickslip.kernels import RESULT_COLUMNS
+from stickslip import stability
 from stickslip.orbit import Options
 from sweeps.config import Config
 from sweeps.grid import Grid
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 # Enough points to look at, at once, for a stable one.
 _CHUNK = 100_000
-
-# The static strength is looked for over 200 strains of each point: 16 MB for so many.
-_FEW = 10_000
 
 
 def options_of(config: Config) -> Options:
@@ -72,24 +62,3 @@ def unstable_step(config: Config) -> Iterator[tuple[str, str]]:
         f"the step of {config.integrator.dt:g} s is unstable for every point and would give "
         f"finite but wrong amplitudes; the largest allowed step is {allowed} s",
     )
-
-
-def doubts(config: Config, ds: xr.Dataset) -> Iterator[str]:
-    """Warnings of finished points that look wrong without being impossible."""
-    grid, columns = Grid.from_config(config), [ds[name].values.ravel() for name in RESULT_COLUMNS]
-    balance = stress = 0
-    for start in range(0, grid.size, _FEW):
-        stop = min(start + _FEW, grid.size)
-        results = np.stack([column[start:stop] for column in columns], axis=1)
-        balance += int(detectors.doubtful_balance(results).sum())
-        stress += int(detectors.doubtful_stress(grid.points(start, stop), results).sum())
-    if balance:
-        yield (
-            f"power_balance_error is above {detectors.DOUBTFUL_BALANCE:g} on {balance} points; "
-            "a smaller integrator.rtol (or dt) makes sure of them"
-        )
-    if stress:
-        yield (
-            f"the elastic stress exceeds its static maximum by more than 10 % on {stress} points; "
-            "slow kinetics may do that, an inaccurate integration too"
-        )

@@ -1,4 +1,4 @@
-"""A sweep from a config to a Dataset."""
+"""A sweep from a config to a Dataset, in memory and without files."""
 
 from __future__ import annotations
 
@@ -6,14 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from stickslip.kernels import RESULT_COLUMNS
 from sweeps.config import Config, from_mapping, load
 from sweeps.dataset import result_dataset
-from sweeps.execute import Block, compute
+from sweeps.execute import Block
 from sweeps.grid import Grid
 from sweeps.options import options_of, unstable_step
+from sweeps.spread import compute
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,33 +32,31 @@ def run(
 ) -> xr.Dataset:
     """The result of a sweep, as the command line would write it to a file.
 
+    Nothing is written: for a grid that does not fit into memory, or takes long enough to be
+    interrupted, use `sweeps.engine.sweep`, which is the command line's.
+
     Parameters
     ----------
     source
         A YAML file, a dict of the same shape, or a Config.
     workers
-        Threads; by default what the config says.
+        Threads or processes; by default what the config says.
     on_block
-        Called with each block of points as it is finished.
+        Called, in the calling thread, with each block of points as it is finished, in any order.
 
     Raises
     ------
     ConfigError
         The config cannot be used; all problems are reported at once.
+    BackendError
+        The workers that the config asks for cannot be had.
+    RuntimeError
+        Points were lost on the way.
     """
     config = source if isinstance(source, Config) else read_config(source)
     grid = Grid.from_config(config)
-    results = compute(
-        grid,
-        options_of(config),
-        workers=workers or config.execution.workers,
-        block_points=config.execution.block_points,
-        on_block=on_block,
-    )
+    execution = config.execution
+    if workers is not None:
+        execution = execution.model_copy(update={"workers": workers})
+    results = compute(grid, options_of(config), execution=execution, on_block=on_block)
     return result_dataset(config, grid, results)
-
-
-def pending_dataset(config: Config) -> xr.Dataset:
-    """The Dataset of a sweep of which nothing is computed yet."""
-    grid = Grid.from_config(config)
-    return result_dataset(config, grid, np.full((grid.size, len(RESULT_COLUMNS)), np.nan))

@@ -122,19 +122,14 @@ class Execution(Section):
         None, description="points handed out at once; left out, about a second's work"
     )
 
-    @field_validator("backend")
-    @classmethod
-    def _is_available(cls, value: str) -> str:
-        if value != "threads":
-            raise ValueError(f"{value} is not available yet; only threads is")
-        return value
-
     @field_validator("scheduler")
     @classmethod
     def _belongs_to_dask(cls, value: str | None, info: ValidationInfo) -> str | None:
         backend = info.data.get("backend", "dask")
         if value is not None and backend != "dask":
             raise ValueError(f"belongs to `backend: dask`, but the backend is {backend}")
+        if value is not None and "://" not in value:
+            raise ValueError(f"must be an address such as tcp://host:8786, not {value!r}")
         return value
 
 

@@ -159,8 +159,32 @@ SCHEMA: list[tuple[str, str | bytes, Outcome]] = [
     ("start of a trajectory", "simulation: {start: settled}\n", refused(1, "'stationary'")),
     ("true workers", "execution: {workers: true}\n", refused(1, "must be a number")),
     ("0 workers", "execution: {workers: 0}\n", refused(1, "at least 1")),
-    ("a backend to come", "execution: {backend: dask}\n", refused(1, "only threads is")),
+    ("processes", "execution: {backend: loky}\n", valid),
+    ("the workers of a cluster", "execution: {backend: dask}\n", valid),
+    (
+        "a running cluster",
+        "execution: {backend: dask, scheduler: 'tcp://host:8786'}\n",
+        valid,
+    ),
+    ("a backend that is not there", "execution: {backend: mpi}\n", refused(1, "'loky' or 'dask'")),
+    ("a misspelt backend", "execution: {backend: thread}\n", refused(1, "'threads'?")),
     ("a scheduler for threads", "execution: {scheduler: 'tcp://a:1'}\n", refused(1, "dask")),
+    (
+        "a scheduler for processes",
+        "execution:\n  backend: loky\n  scheduler: tcp://a:1\n",
+        refused(3, "belongs to `backend: dask`, but the backend is loky"),
+    ),
+    (
+        "a scheduler without a scheme",
+        "execution:\n  backend: dask\n  scheduler: 'host:8786'\n",
+        refused(3, "must be an address such as tcp://host:8786, not 'host:8786'"),
+    ),
+    (
+        "a scheduler that is a number",
+        "execution: {backend: dask, scheduler: 8786}\n",
+        refused(1, "text"),
+    ),
+    ("0 points in a block", "execution: {block_points: 0}\n", refused(1, "at least 1")),
     ("no noise, capitalised", "noise: {treatment: None}\n", refused(1, "'none'?")),
     ("stochastic noise", "noise: {treatment: stochastic}\n", refused(1, "not available yet")),
     (

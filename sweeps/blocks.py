@@ -1,0 +1,129 @@
+"""Which points are computed together, and in which order."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+Indices = NDArray[np.int64]
+
+_FIRST_BLOCK = 256  # points, before anything is known of their cost
+# Fewer points do not keep the lanes of a kernel busy, more need memory and gain nothing.
+_SMALLEST_BLOCK, _LARGEST_BLOCK = 64, 16_384
+
+# A large grid is dealt out in runs of neighbours, so that a block touches few slabs of the result.
+_RUNS, _LONGEST_RUN = 16_384, 4096
+_DEALT_AT_ONCE = 8192
+
+PILOT_BLOCKS = 8
+"""Blocks of a pilot: enough to tell how much their costs differ."""
+
+
+class Blocks:
+    """Cuts the points that are not done into blocks of some seconds, learning their cost.
+
+    The order is shuffled, for each size of a grid in the same way: any stretch of it is spread over
+    the grid, so that blocks cost about the same, what is left costs what is done, and no core is
+    left with the expensive corner at the end. Neither order nor size ever changes a result: every
+    point is computed from its own parameters alone.
+
+    Parameters
+    ----------
+    done
+        (size,) which points need not be computed; not changed.
+    slots
+        Blocks that are computed at the same time.
+    seconds
+        What a block should take on one core.
+    block_points
+        A fixed size instead.
+    pilot
+        Begin with a stratified random sample, in blocks of so many points: they tell the cost of
+        the rest.
+    """
+
+    def __init__(
+        self,
+        done: NDArray[np.bool_],
+        slots: int,
+        *,
+        seconds: float = 1.0,
+        block_points: int | None = None,
+        pilot: int = 0,
+    ) -> None:
+        self._taken = done.copy()
+        self.left = len(done) - int(np.count_nonzero(done))
+        self._slots, self._seconds, self._fixed = slots, seconds, block_points
+        self._pilot = pilot
+        self._seconds_per_point: float | None = None
+        self._lock = threading.Lock()
+
+    def __iter__(self) -> Iterator[Indices]:
+        if self._pilot:
+            for sample in pilot_blocks(self._taken, self._pilot):
+                self._take(sample)
+                yield sample
+        dealt, waiting = _dealt(self._taken), np.empty(0, dtype=np.int64)
+        while self.left:
+            wanted = min(self._next(), self.left)
+            while len(waiting) < wanted:
+                waiting = np.concatenate([waiting, next(dealt)])
+            block, waiting = np.sort(waiting[:wanted]), waiting[wanted:]
+            self._take(block)
+            yield block
+
+    def learn(self, points: int, seconds: float) -> None:
+        """Take in what a finished block cost."""
+        cost = seconds / points
+        with self._lock:
+            known = self._seconds_per_point
+            self._seconds_per_point = cost if known is None else 0.5 * (known + cost)
+
+    def _take(self, block: Indices) -> None:
+        self._taken[block] = True
+        self.left -= len(block)
+
+    def _next(self) -> int:
+        if self._fixed is not None:
+            return self._fixed
+        with self._lock:
+            cost = self._seconds_per_point
+        wanted = _FIRST_BLOCK if cost is None else int(self._seconds / max(cost, 1e-9))
+        fair = self.left // (2 * self._slots)
+        return max(_SMALLEST_BLOCK, min(wanted, fair, _LARGEST_BLOCK))
+
+
+def pilot_points(left: int) -> int:
+    """Points of a pilot's block: enough to cost what others cost, few against what is left."""
+    return min(max(left // 64, _FIRST_BLOCK), 2048)
+
+
+def pilot_blocks(done: NDArray[np.bool_], points: int) -> list[Indices]:
+    """`PILOT_BLOCKS` blocks that together are a stratified random sample of what is not done.
+
+    The grid is cut into equal strata, from each of which one point is drawn; each block has points
+    from all over the grid. The same grid gives the same sample.
+    """
+    size = len(done)
+    strata = min(size, points * PILOT_BLOCKS)
+    borders = np.arange(strata + 1, dtype=np.int64) * size // strata
+    drawn = np.random.default_rng(size).integers(borders[:-1], borders[1:])
+    blocks = (drawn[first::PILOT_BLOCKS] for first in range(PILOT_BLOCKS))
+    return [block[~done[block]] for block in blocks if not done[block].all()]
+
+
+def _dealt(taken: NDArray[np.bool_]) -> Iterator[Indices]:
+    """The points that are not taken by the time that their turn comes, each once."""
+    size = len(taken)
+    run = min(max(size // _RUNS, 1), _LONGEST_RUN)
+    runs = -(-size // run)
+    at_once = max(_DEALT_AT_ONCE // run, 1)
+    shuffled = np.random.default_rng(size).permutation(runs)
+    for first in range(0, runs, at_once):
+        turns = shuffled[first : first + at_once]
+        points = (turns[:, None] * run + np.arange(run)).ravel()
+        points = points[points < size]
+        yield points[~taken[points]]
