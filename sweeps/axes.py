@@ -142,8 +142,8 @@ def _same_sign(first: float, last: float) -> bool:
 def _spaced(
     entry: Entry, key: str, form: str, ends: tuple[float, ...], num: int, findings: Findings
 ) -> Axis | None:
-    values = {"linspace": _evenly, "geomspace": _geometrically}[form]
-    return _axis(entry, key, findings, num, lambda: values(*ends, num))
+    values = _evenly if form == "linspace" else _geometrically
+    return _axis(entry, key, findings, num, lambda: values(ends[0], ends[1], num))
 
 
 def _evenly(first: float, last: float, num: int) -> tuple[float, ...]:

@@ -1,36 +1,33 @@
 """The command line: `stickslip VERB`.
 
 Heavy imports live inside the commands, so that `--help` answers at once. Exit codes: 0 done,
-1 unexpected error, 2 bad usage or config, 3 finished with failed points, 5 input or output,
-130 Ctrl-C.
+1 unexpected error, 2 bad usage or config, 3 finished with failed points, 4 stopped early or output
+in use, 5 input or output, 130 Ctrl-C.
 """
 
 from __future__ import annotations
 
 import logging
 import sys
-import time
-from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from sweeps.cli_shared import (
+    Exit,
+    endings,
+    execution_changes,
+    read_settings,
+    stop_of,
+    stop_with,
+    sweep_and_report,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from sweeps.config import Config
-
-
-class Exit(IntEnum):
-    """Exit codes of the command line."""
-
-    DONE = 0
-    UNEXPECTED = 1
-    USAGE = 2
-    SOME_FAILED = 3
-    STORAGE = 5
-    INTERRUPTED = 130
 
 
 app = typer.Typer(
@@ -52,6 +49,15 @@ SetOption = Annotated[
         help="Change the config: a parameter by name or symbol, or a path like integrator.rtol.",
     ),
 ]
+OutputOption = Annotated[Path | None, typer.Option("-o", "--output", help="Result file.")]
+WorkersOption = Annotated[int | None, typer.Option(min=1, help="Number of threads or processes.")]
+BackendOption = Annotated[
+    str | None, typer.Option(metavar="threads|loky|dask", help="Where the points are computed.")
+]
+SchedulerOption = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler, such as tcp://host:8786.")
+]
+NoProgressOption = Annotated[bool, typer.Option("--no-progress", help="Say nothing on the way.")]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace an existing output.")]
 
 
@@ -68,12 +74,12 @@ def main() -> None:
         sys.stderr.close()  # the reader of our output has gone: no further words
         sys.exit(Exit.DONE)
     except OSError as error:  # such as a full disk behind the standard output
-        _stop(f"Input/output error: {error}", Exit.STORAGE)
+        stop_with(f"Input/output error: {error}", Exit.STORAGE)
     except MemoryError:
-        _stop("Out of memory; a smaller grid or fewer samples may fit.", Exit.UNEXPECTED)
+        stop_with("Out of memory; a smaller grid or fewer samples may fit.", Exit.UNEXPECTED)
     except Exception as error:  # the last resort: one line, the trace for a report
         logging.getLogger(__name__).debug("unexpected", exc_info=True)
-        _stop(f"Unexpected {type(error).__name__}: {error}", Exit.UNEXPECTED)
+        stop_with(f"Unexpected {type(error).__name__}: {error}", Exit.UNEXPECTED)
 
 
 @app.callback(invoke_without_command=True)
@@ -95,36 +101,115 @@ def _version(
 @app.command()
 def sweep(
     config: ConfigArgument,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Result file.")] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="Number of threads.")] = None,
-    backend: Annotated[
-        str | None, typer.Option(help="How the points are spread; only threads for now.")
+    output: OutputOption = None,
+    workers: WorkersOption = None,
+    backend: BackendOption = None,
+    scheduler: SchedulerOption = None,
+    max_runtime: Annotated[
+        str | None,
+        typer.Option(metavar="DURATION", help="Stop in time, such as 2h or 90min; resumable."),
     ] = None,
     set_: SetOption = None,
-    no_progress: Annotated[bool, typer.Option("--no-progress", help="Say nothing on the way.")] = (
-        False
-    ),
-    overwrite: OverwriteOption = False,
+    no_progress: NoProgressOption = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Start afresh, whatever the output holds.")
+    ] = False,
+    recompute: Annotated[
+        bool, typer.Option("--recompute", help="Compute all points anew, not only missing ones.")
+    ] = False,
+    accept_mixed: Annotated[
+        bool,
+        typer.Option("--accept-mixed", help="Keep points that other settings computed."),
+    ] = False,
+    retry_failed: Annotated[
+        bool, typer.Option("--retry-failed", help="Compute failed points once more.")
+    ] = False,
+    partial: Annotated[
+        bool, typer.Option("--partial", help="Compute nothing; write what is there so far.")
+    ] = False,
+    keep_journal: Annotated[
+        bool, typer.Option("--keep-journal", help="Leave the journal beside the result.")
+    ] = False,
 ) -> None:
-    """Compute the stationary amplitudes of all points of a config and write them to NetCDF."""
-    from sweeps.summary import print_summary, write_timing
+    """Compute what a config asks for and is not there yet, and write it to NetCDF.
 
-    changes = [*(set_ or []), *([f"execution.backend={backend}"] if backend else [])]
-    settings = _read(config, changes)
+    The same command runs, resumes and grows a sweep: after an interruption, with more values on an
+    axis or a finer grid, exactly the missing points are computed.
+    """
+    from sweeps.resume import Choices
+
+    changes = [*(set_ or []), *execution_changes(workers, backend, scheduler)]
+    stop = stop_of(max_runtime)
+    settings = read_settings(config, changes)
+    choices = Choices(overwrite, recompute, accept_mixed, retry_failed)
     path = output or Path(settings.output)
-    _refuse_existing(path, overwrite=overwrite)
-    ds, seconds = _swept(settings, path, workers, progress=not no_progress)
-    _write(ds, path)
-    write_timing(path, ds, seconds, workers or settings.execution.workers)
-    failures = print_summary(ds, path, seconds)
+    failures = sweep_and_report(
+        settings,
+        path,
+        choices,
+        stop,
+        progress=not no_progress,
+        partial=partial,
+        keep_journal=keep_journal,
+    )
     if failures:
         raise typer.Exit(Exit.SOME_FAILED)
 
 
 @app.command()
+def plan(
+    config: ConfigArgument,
+    output: OutputOption = None,
+    workers: WorkersOption = None,
+    backend: BackendOption = None,
+    scheduler: SchedulerOption = None,
+    set_: SetOption = None,
+) -> None:
+    """Say what a sweep would take: points, blocks, bytes, and the time, from a pilot sample."""
+    from sweeps.summary import print_plan
+
+    settings = read_settings(
+        config, [*(set_ or []), *execution_changes(workers, backend, scheduler)]
+    )
+    with endings():
+        from sweeps.interrupt import interruptible
+        from sweeps.plan import plan as make_plan
+
+        path = output or Path(settings.output)
+        made = interruptible(lambda: make_plan(settings, path), "Interrupted; nothing was kept.")
+    execution = settings.execution
+    print_plan(made, f"{execution.workers} workers ({execution.backend})")
+
+
+@app.command()
+def status(
+    target: Annotated[
+        Path, typer.Argument(metavar="FILE_OR_CONFIG", help="Result file, or config of the sweep.")
+    ],
+    json_: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
+) -> None:
+    """Say how a sweep stands, while it runs or after; it is not disturbed."""
+    from sweeps.state import state_of
+    from sweeps.summary import print_state
+
+    is_config = target.suffix.lower() in (".yaml", ".yml")
+    path = Path(read_settings(target, None).output) if is_config else target
+    with endings():
+        state = state_of(path)
+    if json_:
+        import json
+
+        print(json.dumps(state))
+    elif state["state"] == "absent":
+        stop_with(f"{path} does not exist, and no sweep to it has been begun", Exit.STORAGE)
+    else:
+        print_state(state)
+
+
+@app.command()
 def check(config: ConfigArgument, set_: SetOption = None) -> None:
     """Validate a config and say what it would compute."""
-    settings = _read(config, set_)
+    settings = read_settings(config, set_)
     axes = [f"{name} {len(values)}" for name, values in settings.sweep.items()]
     if settings.cases:
         axes.append(f"case {len(next(iter(settings.cases.values())))}")
@@ -152,7 +237,7 @@ def simulate(
     import xarray as xr
 
     changes = [*(set_ or []), *([f"simulation.periods={periods}"] if periods else [])]
-    settings = _read(config, changes)
+    settings = read_settings(config, changes)
     path = output or Path("results") / f"{config.stem if config else 'paper'}-trajectory.nc"
     _refuse_axes(settings)
     _refuse_existing(path, overwrite=overwrite)
@@ -167,10 +252,8 @@ def figure(
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Folder for figN.nc, figN.png, figN.pdf.")
     ] = Path("results"),
-    workers: Annotated[int | None, typer.Option(min=1, help="Number of threads.")] = None,
-    no_progress: Annotated[bool, typer.Option("--no-progress", help="Say nothing on the way.")] = (
-        False
-    ),
+    workers: WorkersOption = None,
+    no_progress: NoProgressOption = False,
 ) -> None:
     """Compute and draw figures of the paper from scratch; older files of theirs are replaced."""
     from sweeps.paper import PAPER
@@ -178,7 +261,7 @@ def figure(
     unknown = [str(number) for number in numbers if number not in PAPER]
     if unknown:
         known = ", ".join(map(str, PAPER))
-        _stop(f"no figure {', '.join(unknown)}; there are {known}", Exit.USAGE)
+        stop_with(f"no figure {', '.join(unknown)}; there are {known}", Exit.USAGE)
     failures = [
         _paper_figure(number, output, workers, progress=not no_progress)
         for number in dict.fromkeys(numbers)
@@ -223,10 +306,10 @@ def info(
 
     if file is None:
         if hash_:
-            _stop("--hash needs a FILE", Exit.USAGE)
+            stop_with("--hash needs a FILE", Exit.USAGE)
         describe_installation()
         return
-    ds = _open(file)
+    ds = _open(file, whole=False)
     if hash_:
         from sweeps.storage import content_hash
 
@@ -238,83 +321,30 @@ def info(
 # --- what the commands share ----------------------------------------------------------------------
 
 
-def _stop(message: str, code: Exit) -> NoReturn:
-    print(message, file=sys.stderr)
-    sys.exit(code)
-
-
-def _read(config: Path | None, changes: list[str] | None) -> Config:
-    """The checked config, its warnings printed; ends with exit code 2 where it has problems."""
-    from sweeps.config import ConfigError
-    from sweeps.options import coarse_step
-    from sweeps.pipeline import read_config
-
-    try:
-        settings = read_config(config if config is not None else {}, changes or [])
-    except ConfigError as error:
-        _stop(str(error), Exit.USAGE)
-    for warning in (*settings.warnings, *coarse_step(settings)):
-        print(f"warning: {warning}", file=sys.stderr)
-    return settings
-
-
 def _refuse_axes(settings: Config) -> None:
     from sweeps.trajectories import AxisLeftError
 
     if settings.sweep or settings.cases:
-        _stop(str(AxisLeftError(settings)), Exit.USAGE)
+        stop_with(str(AxisLeftError(settings)), Exit.USAGE)
 
 
 def _refuse_existing(path: Path, *, overwrite: bool) -> None:
     if path.is_dir():
-        _stop(f"{path} is a folder; -o names a file", Exit.STORAGE)
+        stop_with(f"{path} is a folder; -o names a file", Exit.STORAGE)
     if path.exists() and not path.is_file():  # a device or a pipe would be replaced
-        _stop(f"{path} is no ordinary file; -o names one", Exit.STORAGE)
+        stop_with(f"{path} is no ordinary file; -o names one", Exit.STORAGE)
     if path.exists() and not overwrite:
-        _stop(f"{path} exists already; --overwrite replaces it, -o writes elsewhere", Exit.USAGE)
+        stop_with(
+            f"{path} exists already; --overwrite replaces it, -o writes elsewhere", Exit.USAGE
+        )
 
 
 def _refuse_picture_name(path: Path) -> None:
     if path.is_dir():
-        _stop(f"{path} is a folder; -o names a picture", Exit.STORAGE)
+        stop_with(f"{path} is a folder; -o names a picture", Exit.STORAGE)
     ending = path.suffix.lower()
     if ending[1:].isalpha() and ending not in (".png", ".pdf"):
-        _stop(f"{path}: a picture ends in .png or .pdf, or in neither for both", Exit.USAGE)
-
-
-def _swept(
-    settings: Config, path: Path, workers: int | None, *, progress: bool
-) -> tuple[xr.Dataset, float]:
-    """The Dataset of a sweep and the seconds that it took, compiled code ready."""
-    from sweeps.execute import compile_kernels
-    from sweeps.grid import Grid
-    from sweeps.interrupt import interruptible
-    from sweeps.options import doubts, options_of
-    from sweeps.pipeline import pending_dataset, run
-    from sweeps.progress import make_progress
-
-    empty = pending_dataset(settings)
-    _require_writable(empty, path)
-    stopped = "Interrupted; nothing was kept (a sweep cannot be resumed yet)."
-    if progress:
-        print(f"{empty.status.size} points to compute", file=sys.stderr)
-    grid = Grid.from_config(settings)
-    interruptible(lambda: compile_kernels(options_of(settings), grid), stopped)
-    begun = time.monotonic()
-    with make_progress(empty.status.size, wanted=progress) as shown:
-        ds = interruptible(
-            lambda: run(
-                settings,
-                workers=workers,
-                on_block=lambda block: shown.advance(len(block.results), block.failures),
-            ),
-            stopped,
-            tidy=shown.stop,
-        )
-    seconds = time.monotonic() - begun
-    for warning in doubts(settings, ds):
-        print(f"warning: {warning}", file=sys.stderr)
-    return ds, seconds
+        stop_with(f"{path}: a picture ends in .png or .pdf, or in neither for both", Exit.USAGE)
 
 
 def _require_writable(ds: xr.Dataset, path: Path) -> None:
@@ -323,7 +353,7 @@ def _require_writable(ds: xr.Dataset, path: Path) -> None:
     try:
         require_writable(ds, path)
     except StorageError as error:
-        _stop(str(error), Exit.STORAGE)
+        stop_with(str(error), Exit.STORAGE)
 
 
 def _write(ds: xr.Dataset, path: Path) -> None:
@@ -332,7 +362,7 @@ def _write(ds: xr.Dataset, path: Path) -> None:
     try:
         write_dataset(ds, path)
     except StorageError as error:
-        _stop(str(error), Exit.STORAGE)
+        stop_with(str(error), Exit.STORAGE)
 
 
 def _trajectory(settings: Config) -> xr.Dataset:
@@ -344,47 +374,48 @@ def _trajectory(settings: Config) -> xr.Dataset:
     try:
         return interruptible(lambda: trajectory(settings), "Interrupted; nothing was kept.")
     except NoiseError as error:
-        _stop(str(error), Exit.USAGE)
+        stop_with(str(error), Exit.USAGE)
     except IntegrationError as error:
-        _stop(str(error), Exit.SOME_FAILED)
+        stop_with(str(error), Exit.SOME_FAILED)
 
 
 def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: bool) -> int:
     """Compute, write and draw one figure; returns the number of failed points."""
     from sweeps.interrupt import interruptible
     from sweeps.paper import PAPER
+    from sweeps.resume import Choices
     from sweeps.shipped import shipped_config
-    from sweeps.summary import print_summary
+    from sweeps.stopping import Stop
     from sweeps.trajectories import trajectories
 
     plan = PAPER[number]
-    settings = _read(shipped_config(plan.config), plan.changes)
+    changes = [*plan.changes, *execution_changes(workers, None, None)]
+    settings = read_settings(shipped_config(plan.config), changes)
     path = folder / f"fig{number}.nc"
-    seconds = None
-    if plan.figure == "amplitudes":
-        ds, seconds = _swept(settings, path, workers, progress=progress)
-    elif settings.sweep:
-        ds = interruptible(lambda: trajectories(settings), "Interrupted; nothing was kept.")
-    else:
-        ds = _trajectory(settings)
-    _write(ds, path)
     failures = 0
-    if seconds is None:
-        print(path)
+    if plan.figure == "amplitudes":
+        afresh = Choices(overwrite=True)
+        failures = sweep_and_report(settings, path, afresh, Stop(), progress=progress)
+        ds = _open(path)
     else:
-        failures = print_summary(ds, path, seconds)
+        if settings.sweep:
+            ds = interruptible(lambda: trajectories(settings), "Interrupted; nothing was kept.")
+        else:
+            ds = _trajectory(settings)
+        _write(ds, path)
+        print(path)
     for picture in _draw(ds, folder / f"fig{number}", plan.figure):
         print(picture)
     return failures
 
 
-def _open(file: Path) -> xr.Dataset:
+def _open(file: Path, *, whole: bool = True) -> xr.Dataset:
     from sweeps.storage import StorageError, open_result
 
     try:
-        return open_result(file)
+        return open_result(file, whole=whole)
     except StorageError as error:
-        _stop(str(error), Exit.STORAGE)
+        stop_with(str(error), Exit.STORAGE)
 
 
 def _draw(ds: xr.Dataset, target: Path, name: str | None = None) -> list[Path]:
@@ -394,9 +425,9 @@ def _draw(ds: xr.Dataset, target: Path, name: str | None = None) -> list[Path]:
     try:
         return save(draw(ds, name or _asked_figure(ds)), target)
     except ValueError as error:
-        _stop(str(error), Exit.USAGE)
+        stop_with(str(error), Exit.USAGE)
     except OSError as error:
-        _stop(f"cannot write {target}: {error.strerror or error}", Exit.STORAGE)
+        stop_with(f"cannot write {target}: {error.strerror or error}", Exit.STORAGE)
 
 
 def _asked_figure(ds: xr.Dataset) -> str | None:
