@@ -10,16 +10,15 @@ import json
 import math
 import os
 import statistics
-import subprocess
 import sys
 import tempfile
-import time
 from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from bench_figures import FIGURES
+from command import MIB, run_command, run_process
 from common import (
     amplitude_errors,
     arguments,
@@ -35,15 +34,16 @@ from stickslip.orbit import Options, compute_orbits
 from stickslip.status import Status
 from sweeps import run
 from sweeps.dataset import result_dataset
-from sweeps.execute import Block, compute
+from sweeps.execute import Block
 from sweeps.figures import draw, save
 from sweeps.grid import Grid
 from sweeps.options import options_of
 from sweeps.pipeline import read_config
+from sweeps.sections import Execution
 from sweeps.shipped import shipped_config
+from sweeps.spread import compute
 
 WORKERS, RUNS = 2, 5
-COMMAND = Path(sys.executable).with_name("stickslip")
 
 FLUIDS = ["-2/3", 0, "2/3"]
 
@@ -55,8 +55,6 @@ CUBE_LADDER = (1e-3, 1e-4, 1e-5)
 CUBE_REFERENCE = Options(rtol=1e-9, stationary_rtol=1e-9, max_periods=MOST_PERIODS)
 MEMORY_SIZES = {"1e3": (10, 10, 10), "1e5": (50, 50, 40)}
 MEMORY_FLUID = 0  # the cheapest: it is not the time that counts
-
-MIB = 2.0**20
 
 
 def main() -> None:
@@ -78,49 +76,17 @@ def main() -> None:
             finish("cube", {"headline": _cube_headline(cube)} | cube, quick=quick)
 
 
-# --- running the command --------------------------------------------------------------------------
-
-
-def _command(*words: str | Path, **environment: str) -> dict[str, Any]:
-    """Run `stickslip WORDS`: its wall seconds, exit code and peak memory."""
-    return _process([COMMAND, *words], **environment)
-
-
-def _process(words: list[str | Path], **environment: str) -> dict[str, Any]:
-    begun = time.perf_counter()
-    with (
-        tempfile.TemporaryFile() as said,
-        subprocess.Popen(
-            [str(word) for word in words],
-            stdin=subprocess.DEVNULL,
-            stdout=said,
-            stderr=subprocess.STDOUT,
-            env=os.environ | environment,
-        ) as process,
-    ):
-        _, status, usage = os.wait4(process.pid, 0)
-        seconds = time.perf_counter() - begun
-        process.returncode = code = os.waitstatus_to_exitcode(status)
-        said.seek(0)
-        text = said.read().decode(errors="replace")
-    if code not in (0, 3):  # 3: some points failed
-        raise RuntimeError(f"{words} ended with exit code {code}:\n{text}")
-    peak = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
-    user = usage.ru_utime + usage.ru_stime
-    return {"seconds": seconds, "cpu": user, "code": code, "peak_mib": peak / MIB, "said": text}
+# --- a: figures -----------------------------------------------------------------------------------
 
 
 def _median_of_commands(runs: int, *words: str | Path) -> float:
-    return statistics.median(_command(*words)["seconds"] for _ in range(runs))
-
-
-# --- a: figures -----------------------------------------------------------------------------------
+    return statistics.median(run_command(*words)["seconds"] for _ in range(runs))
 
 
 def _figures(where: Path, runs: int) -> dict[str, Any]:
     """Figs. 7, 8 and 9 from scratch by one command; their computations and pictures alone."""
     words = ("figure", "7", "8", "9", "-o", where / "figures", "--workers", str(WORKERS))
-    _command(*words)
+    run_command(*words)
     configs = [read_config(shipped_config(name)) for name in FIGURES]
 
     def computations() -> None:
@@ -199,7 +165,7 @@ def _overhead(shape: tuple[int, ...], *, quick: bool) -> dict[str, Any]:
     for workers in (1, WORKERS):
         handing = statistics.median(_handing_out(grid, options, workers) for _ in range(runs))
         rows[f"handing_out_us_per_point_{workers}_workers"] = 1e6 * handing / grid.size
-    results = compute(grid, options, workers=WORKERS)
+    results = compute(grid, options, execution=Execution(workers=WORKERS))
     labelling = median_seconds(lambda: result_dataset(config, grid, results), runs)
     rows["dataset_us_per_point"] = 1e6 * labelling / grid.size
     print("overhead:", rows)
@@ -209,7 +175,8 @@ def _overhead(shape: tuple[int, ...], *, quick: bool) -> dict[str, Any]:
 def _handing_out(grid: Grid, options: Options, workers: int) -> float:
     """Seconds of all cores together that went not into blocks."""
     blocks: list[Block] = []
-    _, seconds = timed(lambda: compute(grid, options, workers=workers, on_block=blocks.append))
+    execution = Execution(workers=workers)
+    _, seconds = timed(lambda: compute(grid, options, execution=execution, on_block=blocks.append))
     return seconds * workers - sum(block.seconds for block in blocks)
 
 
@@ -268,7 +235,7 @@ def _cube(where: Path, rtol: float) -> dict[str, Any]:
 
     path = where / "cube.nc"
     config = _written(where / "cube.yaml", _cube_config(integrator={"rtol": rtol}))
-    took = _command("sweep", config, "-o", path, "--workers", str(WORKERS), "--no-progress")
+    took = run_command("sweep", config, "-o", path, "--workers", str(WORKERS), "--no-progress")
     with xr.open_dataset(path) as ds:
         points, statuses = int(ds.status.size), _statuses(ds.status.values)
         stated = ds.amplitude_error.values
@@ -302,7 +269,7 @@ def _memory(where: Path, shape: tuple[int, ...]) -> dict[str, Any]:
     config = _written(where / "memory.yaml", _sweep(shape, [MEMORY_FLUID]))
     path = where / "memory.nc"
     words = ("sweep", config, "-o", path, "--workers", str(WORKERS), "--no-progress")
-    took = _command(*words, "--overwrite")
+    took = run_command(*words, "--overwrite")
     result = {
         "points": math.prod(shape),
         "peak_mib": took["peak_mib"],
@@ -320,7 +287,7 @@ def _start(where: Path, runs: int, *, cold: bool) -> dict[str, Any]:
     """Seconds to the first words and to the first results, and where they go."""
     quickstart = shipped_config("quickstart")
     sweep = ("sweep", quickstart, "-o", where / "first.nc", "--overwrite", "--no-progress")
-    _command(*sweep)
+    run_command(*sweep)
     result: dict[str, Any] = {
         "python": _median_import("", runs),
         "import stickslip": _median_import("import stickslip", runs),
@@ -332,7 +299,7 @@ def _start(where: Path, runs: int, *, cold: bool) -> dict[str, Any]:
     }
     if cold:
         with tempfile.TemporaryDirectory() as empty:
-            result["cold first result"] = _command(*sweep, NUMBA_CACHE_DIR=empty)["seconds"]
+            result["cold first result"] = run_command(*sweep, NUMBA_CACHE_DIR=empty)["seconds"]
         with tempfile.TemporaryDirectory() as empty:
             result["compilations"] = _compilations(where, empty)
     print("start:", json.dumps(result, indent=1))
@@ -340,13 +307,15 @@ def _start(where: Path, runs: int, *, cold: bool) -> dict[str, Any]:
 
 
 def _median_import(code: str, runs: int) -> float:
-    return statistics.median(_process([sys.executable, "-c", code])["seconds"] for _ in range(runs))
+    return statistics.median(
+        run_process([sys.executable, "-c", code])["seconds"] for _ in range(runs)
+    )
 
 
 def _heaviest_imports(count: int = 8) -> dict[str, float]:
     """Seconds of the packages that take longest to import for a sweep, each without the others."""
     code = "import sweeps.pipeline, sweeps.storage, sweeps.summary, sweeps.progress"
-    said = _process([sys.executable, "-X", "importtime", "-c", code])["said"]
+    said = run_process([sys.executable, "-X", "importtime", "-c", code])["said"]
     seconds: Counter[str] = Counter()
     for line in said.splitlines():
         parts = line.removeprefix("import time:").split("|")
@@ -389,7 +358,7 @@ json.dump(seconds, open(sys.argv[1], "w"))
 def _compilations(where: Path, empty: str) -> dict[str, float]:
     """Seconds that the compilation of each door takes, in a process with an empty cache."""
     path = where / "compilations.json"
-    _process([sys.executable, "-c", _COMPILATIONS, path], NUMBA_CACHE_DIR=empty)
+    run_process([sys.executable, "-c", _COMPILATIONS, path], NUMBA_CACHE_DIR=empty)
     seconds = json.loads(path.read_text())
     return dict(sorted(seconds.items(), key=lambda item: -item[1]))
 
