@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.kernels import RESULT_COLUMNS
-from sweeps.dataset import coordinates, result_values, variable_attributes
+from sweeps.dataset import coordinates, data_sha256, result_values, variable_attributes
 from sweeps.grid import Grid
 from sweeps.slabs import Slabs
 from sweeps.storage import StorageError, put_in_place
@@ -34,6 +34,7 @@ class Written:
 
 def write_result(
     grid: Grid,
+    key: bytes,
     slabs: Slabs,
     rows: Callable[[int], Rows],
     attributes: Mapping[str, str],
@@ -44,6 +45,8 @@ def write_result(
 
     Parameters
     ----------
+    key
+        `identity.seal_key` of what was computed.
     rows
         Gives the result rows (n, 13) of a slab; NaN rows become `pending`.
     attributes
@@ -61,6 +64,7 @@ def write_result(
         with netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
             _define(file, grid, slabs, attributes)
             statuses, worst, digests = _fill(file, slabs, rows)
+            file.data_sha256 = data_sha256(key, digests)
         if _digests(temporary, slabs) != digests:
             raise OSError("the file does not read back as it was written")
         put_in_place(temporary, path)
@@ -162,6 +166,11 @@ def _fill(
             elif name == "amplitude_error":
                 worst = np.fmax(worst, np.fmax.reduce(values))
     return statuses, float(worst), [digest.hexdigest() for digest in digests]
+
+
+def seal_of(path: Path, key: bytes, slabs: Slabs) -> str:
+    """The `data_sha256` that the numbers in a file would have; raises OSError and RuntimeError."""
+    return data_sha256(key, _digests(path, slabs))
 
 
 def _digests(path: Path, slabs: Slabs) -> list[str]:

@@ -41,6 +41,8 @@ _SILENCE_SECONDS = 5.0  # without a finished block, until it is asked why
 _COUNT_SECONDS = 2.0  # between two looks at how many workers there are
 _COMPILE_SECONDS = 300.0  # for another process of the machine to compile the kernels
 
+_OF_A_TERMINAL = {signal.SIGINT, signal.SIGHUP}
+
 _GAMMA = Parameters._fields.index("rheological_index")
 
 
@@ -182,27 +184,29 @@ class _Processes(_Pool):
         return self
 
     def __exit__(self, *exception: object) -> None:
-        if self._executor is not None:
-            self._executor.shutdown(wait=True, kill_workers=exception[0] is not None)
-            self._executor = None
+        self._shut_down(kill=exception[0] is not None)
 
     def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:
-        from joblib.externals.loky import ProcessPoolExecutor
-
-        if self._executor is None:
-            self._executor = ProcessPoolExecutor(
-                self.slots, initializer=_end_with, initargs=(os.getpid(),)
-            )
         try:
             yield from super().blocks(tasks, stop)
         except WorkersLostError:
-            self._executor.shutdown(wait=True, kill_workers=True)
-            self._executor = None
+            self._shut_down(kill=True)
             raise
 
+    def _shut_down(self, *, kill: bool) -> None:
+        if self._executor is not None:
+            self._executor.shutdown(wait=True, kill_workers=kill)
+            self._executor = None
+
     def _submit(self, task: Task) -> Future[Block]:
+        from joblib.externals.loky import ProcessPoolExecutor
+
         try:
             with _deaf_children():
+                if self._executor is None:
+                    self._executor = ProcessPoolExecutor(
+                        self.slots, initializer=_end_with, initargs=(os.getpid(),)
+                    )
                 future: Future[Block] = self._executor.submit(compute_block, task)
         except BrokenProcessPool as error:
             raise WorkersLostError(_first_line(error)) from error
@@ -220,11 +224,12 @@ def _deaf_children() -> Iterator[None]:
     """Processes and threads that are started meanwhile leave Ctrl-C to the main thread.
 
     A terminal sends it, and the end of its session, to all processes. They are deaf from their
-    first moment: a handler of their own would come too late for the one second of their imports.
+    first moment: handlers of their own would come too late for the second of their imports.
     """
-    resource_tracker.ensure_running()  # whose own start would open this thread's ears again
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _OF_A_TERMINAL)
     try:
+        resource_tracker.ensure_running()  # this may end with open ears
+        signal.pthread_sigmask(signal.SIG_BLOCK, _OF_A_TERMINAL)
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)

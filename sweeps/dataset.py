@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import platform
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
 from typing import TYPE_CHECKING
@@ -19,6 +20,7 @@ from stickslip.trajectory import attributes
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.config import Config
 from sweeps.grid import CASE, Grid
+from sweeps.identity import seal_key, settings_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,8 +58,24 @@ def result_dataset(config: Config, grid: Grid, results: NDArray[np.float64]) -> 
         )
         for i, name in enumerate(RESULT_COLUMNS)
     }
+    values = (result_values(name, results[:, i]) for i, name in enumerate(RESULT_COLUMNS))
+    digests = [hashlib.sha256(column.tobytes()).hexdigest() for column in values]
+    seal = {"data_sha256": data_sha256(seal_key(settings_of(config), grid), digests)}
     along = {name: xr.Variable(*described) for name, described in coordinates(grid).items()}
-    return xr.Dataset(data, along, global_attributes(config))
+    return xr.Dataset(data, along, global_attributes(config) | seal)
+
+
+def data_sha256(key: bytes, digests: Sequence[str]) -> str:
+    """What a file says of its numbers, so that a change after it was written does not go unnoticed.
+
+    Parameters
+    ----------
+    key
+        `identity.seal_key` of the settings and the grid.
+    digests
+        SHA-256 of each result variable, in the order of `kernels.RESULT_COLUMNS`.
+    """
+    return hashlib.sha256(key + "".join(digests).encode()).hexdigest()
 
 
 def result_values(name: str, column: NDArray[np.float64]) -> NDArray[np.generic]:

@@ -21,6 +21,7 @@ from sweeps.config import Config
 from sweeps.dataset import command_line, global_attributes
 from sweeps.estimate import Costs
 from sweeps.execute import Block, compile_kernels
+from sweeps.identity import seal_key
 from sweeps.journal import BYTES_PER_POINT, Journal
 from sweeps.options import options_of
 from sweeps.outcome import Console, Outcome, size_text
@@ -190,6 +191,7 @@ class _Sweep:
         """The result file from the journal."""
         return write_result(
             self.wanted.grid,
+            seal_key(self.wanted.settings, self.wanted.grid),
             self.wanted.slabs,
             self.journal.slab,
             self.attributes(),

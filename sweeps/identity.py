@@ -55,6 +55,15 @@ def key_of(settings: Settings, grid: Grid) -> bytes:
     return digest.digest()
 
 
+def seal_key(settings: Settings, grid: Grid) -> bytes:
+    """The key with which the numbers of a file are sealed: of what it says of them but the version.
+
+    A file of another version is sound, and refused for another reason.
+    """
+    lasting = {name: value for name, value in settings.items() if name != "numerics_version"}
+    return key_of(lasting, grid)
+
+
 def near_duplicates(old: Grid, new: Grid) -> list[str]:
     """Values of the new grid that differ from one of the old by rounding: other points."""
     told = []

@@ -16,10 +16,10 @@ from stickslip.kernels import RESULT_COLUMNS
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS
-from sweeps.assemble import read_rows, whole_chunks
+from sweeps.assemble import read_rows, seal_of, whole_chunks
 from sweeps.config import Config, ConfigError, from_mapping
 from sweeps.grid import CASE, Grid
-from sweeps.identity import Settings, differences, key_of, near_duplicates, settings_of
+from sweeps.identity import Settings, differences, key_of, near_duplicates, seal_key, settings_of
 from sweeps.journal import Journal, read_manifest
 from sweeps.problems import Findings, Problem
 from sweeps.slabs import Slabs
@@ -135,11 +135,14 @@ def found_in_file(path: Path) -> Found:
             "-o writes elsewhere"
         )
     grid = Grid.from_config(config)
+    settings = settings_of(config, attributes.get("numerics_version", "0"))
+    key, slabs = seal_key(settings, grid), Slabs(grid.shape)
+    _check_seal(path, attributes.get("data_sha256"), key, slabs)
     return Found(
         name=str(path),
         config=config,
         grid=grid,
-        settings=settings_of(config, attributes.get("numerics_version", "0")),
+        settings=settings,
         points=lambda: _points_of_file(path, grid),
         mixed=tuple(filter(None, attributes.get("mixed_with", "").split("\n"))),
         processors=_listed(attributes.get("processor", "")),
@@ -213,6 +216,19 @@ def warnings_of_near_duplicates(found: Found, wanted: Wanted) -> list[str]:
 def not_ok(rows: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Which rows are finished, but failed."""
     return np.asarray(rows[:, -1] != Status.OK)
+
+
+def _check_seal(path: Path, seal: str | None, key: bytes, slabs: Slabs) -> None:
+    """Raise StorageError where the numbers of a file are not those that were written."""
+    try:
+        sound = seal is None or seal_of(path, key, slabs) == seal  # None: of an earlier version
+    except (OSError, RuntimeError):  # a checksum within the file
+        sound = False
+    if not sound:
+        raise StorageError(
+            f"{path} is damaged, or was changed after stickslip wrote it, and cannot be gone on "
+            "with; --overwrite replaces it, -o writes elsewhere"
+        )
 
 
 def _described(file: netCDF4.Dataset) -> dict[str, Any]:

@@ -62,6 +62,7 @@ ATTRIBUTES = {
     "code_sha256",
     "numerics_version",
     "processor",
+    "data_sha256",
 }
 CASES = {"drive_amplitude": [0.4e-6, 0.8e-6], "angular_frequency": [20, 10]}
 SWEEPS: dict[str, dict[str, Any]] = {
