@@ -7,8 +7,10 @@ threads. Never `fastmath=True`: it lets NaN pass `err <= 1` (docs/decisions/comp
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
+import pickle
 import warnings
 from collections import Counter
 from collections.abc import Callable
@@ -21,7 +23,7 @@ from llvmlite import ir
 from llvmlite.binding import Linkage, get_host_cpu_name
 from numba.core import cgutils, types
 from numba.core import config as numba_config
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.compiler import Compiler
 from numba.extending import intrinsic
 
@@ -165,12 +167,19 @@ class _SealedCompiler(Compiler):
 class _SteadyCache(FunctionCache):
     """Numba's file cache, which recompiles where a damaged file would have raised."""
 
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        impl = self._impl
+        stamp = impl.locator.get_source_stamp()
+        self._cache_file = _CheckedFile(self._cache_path, impl.filename_base, stamp)
+
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
             return super().load_overload(sig, target_context)
         except Exception as error:  # noqa: BLE001 - a damaged pickle can raise nearly anything
             _warn_once(f"the cache of compiled code is damaged and is made anew ({error!r})")
-            self.flush()
+            with contextlib.suppress(OSError):  # what cannot be replaced is passed over
+                self.flush()
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -178,6 +187,21 @@ class _SteadyCache(FunctionCache):
             super().save_overload(sig, data)
         except Exception as error:  # noqa: BLE001 - a full disk must not stop a computation
             _warn_once(f"compiled code could not be cached ({error!r})")
+
+
+class _CheckedFile(IndexDataCacheFile):
+    """Numba's data file with a checksum: code of which a page was lost would crash the process."""
+
+    def _save_data(self, name: str, data: Any) -> None:
+        pickled = self._dump(data)
+        with self._open_for_write(self._data_path(name)) as file:
+            file.write(hashlib.sha256(pickled).digest() + pickled)
+
+    def _load_data(self, name: str) -> Any:
+        stored = memoryview(Path(self._data_path(name)).read_bytes())
+        if hashlib.sha256(stored[32:]).digest() != stored[:32]:
+            raise ValueError(f"the checksum of {name} is wrong")
+        return pickle.loads(stored[32:])
 
 
 class _CacheFolder:

@@ -395,7 +395,7 @@ def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: b
     failures = 0
     if plan.figure == "amplitudes":
         afresh = Choices(overwrite=True)
-        failures = sweep_and_report(settings, path, afresh, Stop(), progress=progress)
+        failures = sweep_and_report(settings, path, afresh, Stop(), progress=progress, timing=False)
         ds = _open(path)
     else:
         if settings.sweep:

@@ -99,6 +99,7 @@ def sweep_and_report(
     progress: bool = True,
     partial: bool = False,
     keep_journal: bool = False,
+    timing: bool = True,
 ) -> int:
     """Sweep, and say how it went; returns the number of failed points."""
     from sweeps.engine import sweep as run_sweep
@@ -123,7 +124,7 @@ def sweep_and_report(
         )
     if outcome.stopped is not None:
         _leave(outcome)
-    if outcome.computed:
+    if outcome.computed and timing:
         write_timing(outcome, settings.execution.workers, settings.execution.backend)
     print_summary(outcome)
     return outcome.failures

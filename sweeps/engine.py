@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
+import contextlib
 import shutil
-import socket
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
@@ -18,7 +17,7 @@ from sweeps.assemble import Written, try_writing, write_result
 from sweeps.backends import Backend, make_backend
 from sweeps.blocks import PILOT_BLOCKS, pilot_points
 from sweeps.config import Config
-from sweeps.dataset import command_line, global_attributes
+from sweeps.dataset import global_attributes
 from sweeps.estimate import Costs
 from sweeps.execute import Block, compile_kernels
 from sweeps.identity import seal_key
@@ -104,8 +103,8 @@ class _Sweep:
             backend = stack.enter_context(make_backend(self.execution))
             progress = stack.enter_context(make_progress(self.tally, wanted=self.console.progress))
             self.stop.at_once += [backend.kill, progress.stop]
-            stack.enter_context(self.folder.beating(lambda: self.beat(backend)))
             self.tally.begin()
+            stack.enter_context(self.folder.beating(lambda: self.beat(backend)))
             blocks = finished_blocks(
                 self.wanted.grid,
                 options,
@@ -235,11 +234,6 @@ class _Sweep:
         state = "stopping" if self.stop.reason else "running"
         return self.tally.as_dict() | {
             "state": state,
-            "output": str(self.output),
-            "pid": os.getpid(),
-            "host": socket.gethostname(),
-            "command": command_line(),
-            "started": self.tally.started,
             "backend": self.execution.backend,
             "slots": backend.slots,
         }
@@ -302,7 +296,7 @@ def sweep(
     refuse_odd_output(output)
     wanted, folder = Wanted.by(config), RunFolder(output)
     stop = stop or Stop()
-    with folder.held(), listening(stop):
+    with folder.held(), listening(stop), _named_after(output):
         folder.discard_leftovers()
         complete = None if partial else complete_already(wanted, output, folder, choices)
         if complete is not None:
@@ -330,6 +324,20 @@ def sweep(
             stock.journal.close()
 
 
+@contextlib.contextmanager
+def _named_after(output: Path) -> Iterator[None]:
+    """Errors of the files beside an output, with its name."""
+    try:
+        yield
+    except StorageError:
+        raise
+    except OSError as error:
+        reason = error.strerror or error
+        raise StorageError(
+            f"cannot read or write what belongs to {output}: {reason}; what is finished is kept"
+        ) from error
+
+
 def _finish(run: _Sweep, keep_journal: bool) -> Outcome:
     run.announce()
     run.prove_writable()
@@ -340,6 +348,8 @@ def _finish(run: _Sweep, keep_journal: bool) -> Outcome:
             raise RuntimeError(f"{run.tally.left} points did not come back from the workers")
         return run.stopped()
     written = run.write(run.output)
+    if keep_journal:
+        run.journal.note((run.journal.manifest or {}) | {"finished": True})
     run.folder.remove(keep_journal=keep_journal)
     return run.outcome(written.statuses, written.worst_error)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from datetime import UTC, datetime
 from typing import Any, Protocol, Self
 
 import numpy as np
@@ -23,7 +22,6 @@ class Tally:
         self.total = total
         self.found = int(statuses.sum())
         self.computed = 0
-        self.started = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
         self._statuses = statuses  # the journal's own: it counts along
         self._begun = time.monotonic()
 

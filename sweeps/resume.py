@@ -61,11 +61,13 @@ def take_stock(wanted: Wanted, output: Path, folder: RunFolder, choices: Choices
     """
     manifest = _manifest(folder, choices)
     if choices.afresh:
-        if manifest and manifest["afresh"] and manifest["key"] == wanted.key.hex():
+        unfinished = manifest and manifest["afresh"] and not manifest["finished"]
+        if manifest and unfinished and manifest["key"] == wanted.key.hex():
             return _resumed(wanted, folder, manifest, choices)
-        if not choices.overwrite and output.exists():
-            found_in_file(output).refuse_lost_points(wanted.grid)
-        return _created(wanted, output, folder, [], choices)
+        if not choices.overwrite:
+            for found in found_beside(output, folder.journal):
+                found.refuse_lost_points(wanted.grid)
+        return _created(wanted, output, folder, [], choices, afresh=True)
     mine = manifest is not None and manifest["key"] == wanted.key.hex()
     if manifest and mine and (manifest["afresh"] or manifest["output"] == fingerprint(output)):
         return _resumed(wanted, folder, manifest, choices)
@@ -74,7 +76,8 @@ def take_stock(wanted: Wanted, output: Path, folder: RunFolder, choices: Choices
         if not choices.accept_mixed:
             found.refuse_other_settings(wanted.settings)
         found.refuse_lost_points(wanted.grid)
-    return _created(wanted, output, folder, sources, choices)
+    afresh = bool(manifest and manifest["afresh"])  # it stays so when its config grows
+    return _created(wanted, output, folder, sources, choices, afresh=afresh)
 
 
 def complete_already(
@@ -125,7 +128,13 @@ def _resumed(wanted: Wanted, folder: RunFolder, manifest: Manifest, choices: Cho
 
 
 def _created(
-    wanted: Wanted, output: Path, folder: RunFolder, sources: list[Found], choices: Choices
+    wanted: Wanted,
+    output: Path,
+    folder: RunFolder,
+    sources: list[Found],
+    choices: Choices,
+    *,
+    afresh: bool,
 ) -> Stock:
     mixed = [line for found in sources for line in found.mixed]
     for found in sources:
@@ -135,7 +144,8 @@ def _created(
         "key": wanted.key.hex(),
         "config": wanted.config.resolved(),
         "numerics_version": NUMERICS_VERSION,
-        "afresh": choices.afresh,
+        "afresh": afresh,
+        "finished": False,
         "output": fingerprint(output),
         "mixed": mixed,
         "processors": sorted({name for found in sources for name in found.processors}),

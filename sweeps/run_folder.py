@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
+import socket
 import threading
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
@@ -12,6 +14,7 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
+from sweeps.dataset import command_line
 from sweeps.storage import StorageError
 
 _BEATS_EVERY = 1.0  # seconds
@@ -32,6 +35,13 @@ class RunFolder:
         self.heartbeat = self.path / "heartbeat.json"
         self.result = self.path / "result.nc"
         self._lock = self.path / "lock"
+        self._who = {
+            "output": str(output),
+            "pid": os.getpid(),
+            "host": socket.gethostname(),
+            "command": command_line(),
+            "started": datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        }
 
     @contextlib.contextmanager
     def held(self) -> Iterator[None]:
@@ -50,11 +60,12 @@ class RunFolder:
         except (OSError, RuntimeError) as error:
             raise StorageError(f"cannot write into {self.path}: {_reason(error)}") from error
         try:
+            self._beat({"state": "starting"})  # over the last one of a run that was killed
             yield
         finally:
-            lock.release()
             if not self.journal.exists():
                 self.remove()
+            lock.release()  # last: what another run takes hold of is not ours to remove
 
     def is_held(self) -> bool:
         """Whether a run holds the output now."""
@@ -99,17 +110,11 @@ class RunFolder:
         """Say every second how the run goes, for whoever looks from another terminal."""
         over = threading.Event()
 
-        def write() -> None:
-            now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-            with contextlib.suppress(OSError):  # a sweep must not end for want of a heartbeat
-                self._next_beat.write_text(json.dumps(beat() | {"updated": now}) + "\n")
-                self._next_beat.replace(self.heartbeat)
-
         def keep_beating() -> None:
             while not over.wait(_BEATS_EVERY):
-                write()
+                self._beat(beat())
 
-        write()
+        self._beat(beat())
         heart = threading.Thread(target=keep_beating, daemon=True)
         heart.start()
         try:
@@ -117,7 +122,14 @@ class RunFolder:
         finally:
             over.set()
             heart.join()
-            write()
+            self._beat(beat())
+
+    def _beat(self, said: dict[str, Any]) -> None:
+        now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+        text = json.dumps(said | self._who | {"updated": now}) + "\n"
+        with contextlib.suppress(OSError):  # a sweep must not end for want of a heartbeat
+            self._next_beat.write_text(text)
+            self._next_beat.replace(self.heartbeat)
 
     @property
     def _next_beat(self) -> Path:

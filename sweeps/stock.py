@@ -28,6 +28,9 @@ from sweeps.yaml_source import read_text
 
 Points = Iterator[tuple[NDArray[np.int64], NDArray[np.float64]]]
 
+# What reading a damaged file has raised.
+_DAMAGE = (OSError, RuntimeError, AttributeError, LookupError, TypeError, ValueError)
+
 _NAMED = 5  # differences that a message lists
 
 
@@ -124,7 +127,7 @@ def found_in_file(path: Path) -> Found:
             attributes = {name: str(file.getncattr(name)) for name in file.ncattrs()}
             known = set(RESULT_COLUMNS) <= set(file.variables) and "config" in attributes
             config = _config_of(lambda: _described(file), path) if known else None
-    except (OSError, RuntimeError) as error:
+    except _DAMAGE as error:
         raise StorageError(
             f"{path} exists, but is not a readable NetCDF file ({error}); "
             "--overwrite replaces it, -o writes elsewhere"
@@ -222,7 +225,7 @@ def _check_seal(path: Path, seal: str | None, key: bytes, slabs: Slabs) -> None:
     """Raise StorageError where the numbers of a file are not those that were written."""
     try:
         sound = seal is None or seal_of(path, key, slabs) == seal  # None: of an earlier version
-    except (OSError, RuntimeError):  # a checksum within the file
+    except _DAMAGE:  # found by a checksum within the file
         sound = False
     if not sound:
         raise StorageError(

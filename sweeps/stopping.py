@@ -83,7 +83,11 @@ def listening(stop: Stop) -> Iterator[None]:
         )
         sys.stderr.flush()
 
-    signals = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+    signals = [
+        number
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+        if signal.getsignal(number) is not signal.SIG_IGN  # as under nohup
+    ]
     before = {number: signal.signal(number, heard) for number in signals}
     try:
         yield

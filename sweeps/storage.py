@@ -59,6 +59,10 @@ def refuse_odd_output(output: Path) -> None:
             raise StorageError(f"{output} is a folder; -o names a file")
         if output.exists() and not output.is_file():  # a device or a pipe would be replaced
             raise StorageError(f"{output} is no ordinary file; -o names one")
+        above = next(folder for folder in output.absolute().parents if folder.exists())
+        if not above.is_dir():
+            shown = next(f for f in output.parents if f.absolute() == above)
+            raise StorageError(f"cannot write {output}: {shown} is no folder")
         if output.is_symlink() and not output.exists():
             output.resolve(strict=True)
     except StorageError:

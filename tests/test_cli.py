@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -77,7 +78,7 @@ def test_sweep_writes_beside_the_config_s_name_and_says_so(command: Command) -> 
     assert path == "results/a.nc"
     assert summary.startswith("4 points in ")
     assert "points/s), 0 failed, largest amplitude error " in summary
-    assert err == "4 points to compute\n"
+    assert err == "4 points (2 x 2); 4 to compute\n"
     assert entries("results") == ["a.nc", "a.nc.timing.json"]
     ds = open_result(Path(path))
     assert f"{float(ds.amplitude_error.max()):.1e}" in summary
@@ -128,16 +129,45 @@ def test_no_progress_says_nothing_on_the_way(command: Command) -> None:
     assert command("sweep", "a.yaml", "--no-progress").err == ""
 
 
-def test_an_existing_output_is_refused_untouched(command: Command) -> None:
+def test_a_complete_output_is_recognised_untouched(command: Command) -> None:
+    first = command("sweep", "a.yaml").out.splitlines()
+    path = Path("results/a.nc")
+    old = path.read_bytes(), path.stat().st_mtime_ns
+    code, out, err = command("sweep", "a.yaml")
+    assert (code, err) == (0, "results/a.nc is complete: 4 points, nothing to do\n")
+    assert out.splitlines() == [first[0], re.sub(r" in .* points/s\)", "", first[1])]
+    assert (path.read_bytes(), path.stat().st_mtime_ns) == old
+    assert entries("results") == ["a.nc", "a.nc.timing.json"]
+
+
+def test_an_existing_output_with_other_points_is_refused_untouched(command: Command) -> None:
     command("sweep", "a.yaml")
     path = Path("results/a.nc")
     old = path.read_bytes(), path.stat().st_mtime_ns
     code, out, err = command("sweep", "a.yaml", "--set", "T=[300]")
     assert (code, out) == (2, "")
-    assert err == "results/a.nc exists already; --overwrite replaces it, -o writes elsewhere\n"
+    assert err.startswith("results/a.nc has 4 finished points that the config no longer names")
+    assert err.endswith("--overwrite starts afresh and drops them, -o writes elsewhere\n")
     assert (path.read_bytes(), path.stat().st_mtime_ns) == old
+    assert entries("results") == ["a.nc", "a.nc.timing.json"]
     assert command("sweep", "a.yaml", "--set", "T=[300]", "--overwrite").code == 0
     assert open_result(path).temperature == [300.0]
+
+
+def test_an_existing_file_that_is_no_result_is_refused_untouched(command: Command) -> None:
+    xr.Dataset({"mine": 1.0}).to_netcdf("mine.nc")
+    Path("text.nc").write_text("mine")
+    for name, expected in (("mine.nc", 2), ("text.nc", 5)):
+        old = Path(name).read_bytes()
+        code, out, err = command("sweep", "a.yaml", "-o", name)
+        assert (code, out) == (expected, "")
+        assert err.startswith(f"{name} exists")
+        assert err.endswith("--overwrite replaces it, -o writes elsewhere\n")
+        assert Path(name).read_bytes() == old
+        assert entries() == ["a.yaml", "mine.nc", "text.nc"]
+    for name in ("mine.nc", "text.nc"):
+        assert command("sweep", "a.yaml", "-o", name, "--overwrite").code == 0
+        assert "friction_force_amplitude" in open_result(Path(name))
 
 
 def test_points_that_fail_are_counted_and_explained(command: Command) -> None:
@@ -373,7 +403,7 @@ def test_a_real_sweep_keeps_its_outputs_apart(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(SWEEP)
     done = process("sweep", "a.yaml", folder=tmp_path)
     assert done.returncode == 0
-    assert done.stderr == "4 points to compute\n"
+    assert done.stderr == "4 points (2 x 2); 4 to compute\n"
     assert done.stdout.startswith("results/a.nc\n4 points in ")
     assert done.stdout.isprintable() or done.stdout.replace("\n", "").isprintable()
     assert entries(tmp_path / "results") == ["a.nc", "a.nc.timing.json"]

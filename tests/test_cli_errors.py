@@ -20,7 +20,7 @@ from test_bad_configs import ALL
 from stickslip.orbit import compute_orbits
 from sweeps import cli, execute, storage
 from sweeps.cli import main
-from sweeps.storage import write_dataset
+from sweeps.storage import open_result, write_dataset
 
 SWEEP = """\
 sweep: {temperature: [200, 250]}
@@ -100,10 +100,12 @@ def test_no_verb_shows_the_help(command: Command) -> None:
         (["sweep", "a.yaml", "--set", "T"], "--set T: must be KEY=VALUE"),
         (["sweep", "a.yaml", "--set", "Tempe=3"], "Tempe: unknown key"),
         (["sweep", "a.yaml", "--set", "model.K=-1"], "model.K: must be at least 0"),
-        (["sweep", "a.yaml", "--backend", "dask"], "dask is not available yet; only threads"),
         (["sweep", "a.yaml", "--backend", "carrier-pigeon"], "must be 'threads', 'loky' or 'dask'"),
         (["check", "a.yaml", "--set", "noise.treatment=stochastic"], "not available yet"),
         (["check", "a.yaml", "--set", "noise.treatment=none"], "could never solidify"),
+        (["sweep", "a.yaml", "--scheduler", "host"], "must be an address such as tcp://"),
+        (["sweep", "a.yaml", "--max-runtime", "soon"], "--max-runtime: 'soon' is no duration"),
+        (["sweep", "a.yaml", "--max-runtime", "0"], "--max-runtime: .* longer than 0"),
         (["figure", "6"], r"no figure 6; there are 3, 4, 5, 7, 8, 9"),
         (["figure", "3", "10", "6"], r"no figure 10, 6; there are 3, 4, 5, 7, 8, 9"),
         (["info", "--hash"], "--hash needs a FILE"),
@@ -221,15 +223,22 @@ def test_a_write_that_fails_at_the_end_keeps_the_old_file(
     if overwrite:
         command("sweep", "a.yaml", "-o", "a.nc")
     before = {path: path.read_bytes() for path in Path().iterdir()}
+    again = ("sweep", "a.yaml", "--set", "T=[300]", "-o", "a.nc")
 
     def full(path: Path) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(storage, "_flush", full)
-    code, out, err = command("sweep", "a.yaml", "--set", "T=[300]", "-o", "a.nc", *overwrite)
+    with monkeypatch.context() as patch:
+        patch.setattr(storage, "_flush", full)
+        code, out, err = command(*again, *overwrite)
     assert (code, out) == (5, "")
-    assert err.endswith("cannot write a.nc: No space left on device\n")
-    assert {path: path.read_bytes() for path in Path().iterdir()} == before
+    assert "cannot write a.nc: No space left on device" in err
+    assert {path: path.read_bytes() for path in Path().iterdir() if path.is_file()} == before
+    assert entries("a.nc.run") == ["heartbeat.json", "journal", "lock"]
+    code, _, err = command(*again)
+    assert (code, err) == (0, "1 points: 1 in its journal; 0 to compute\n")
+    assert open_result(Path("a.nc")).temperature == [300.0]
+    assert not Path("a.nc.run").exists()
 
 
 @pytest.mark.slow
@@ -249,10 +258,11 @@ def test_a_disk_that_is_really_full_keeps_the_old_file(tmp_path: Path) -> None:
     )
     assert done.returncode == 5, done.stderr
     assert done.stdout == ""
-    assert "cannot write a.nc: " in done.stderr
+    assert "cannot write " in done.stderr
+    assert "a.nc" in done.stderr
     assert "Traceback" not in done.stderr
     assert path.read_bytes() == old
-    assert entries(tmp_path) == ["a.nc", "a.yaml"]
+    assert "result.nc" not in [file.name for file in tmp_path.rglob("*")]
 
 
 def test_a_full_disk_behind_the_standard_output(tmp_path: Path) -> None:
@@ -332,7 +342,7 @@ def test_what_nobody_foresaw_is_one_line(
     def broken(*args: Any) -> None:
         raise error
 
-    monkeypatch.setattr(cli, "_read", broken)
+    monkeypatch.setattr(cli, "read_settings", broken)
     with caplog.at_level(logging.DEBUG):
         assert command("check", "a.yaml") == (code, "", message)
     if isinstance(error, ValueError):

@@ -1,9 +1,10 @@
-"""Ctrl-C ends a computation at once, says that nothing was kept and leaves nothing behind."""
+"""Ctrl-C ends a sweep, which can be gone on with, and a trajectory, of which nothing is kept."""
 
 from __future__ import annotations
 
 import os
 import pty
+import re
 import select
 import signal
 import subprocess
@@ -69,6 +70,10 @@ def left_over(folder: Path) -> list[str]:
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
 
 
+def in_run_folder(output: str) -> list[str]:
+    return [f"{output}.run/{name}" for name in ("heartbeat.json", "journal", "lock")]
+
+
 @pytest.mark.slow
 def test_ctrl_c_during_a_sweep(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(LONG)
@@ -79,15 +84,21 @@ def test_ctrl_c_during_a_sweep(tmp_path: Path) -> None:
         stderr=subprocess.PIPE,
         text=True,
     ) as child:
-        assert child.stderr.readline() == "2000 points to compute\n"
-        assert "/2000 points, 0 failed, " in child.stderr.readline()  # compiled and under way
+        assert child.stderr.readline() == "2000 points; 2000 to compute\n"
+        for line in child.stderr:
+            if "/2000 points, 0 failed, " in line:  # compiled and under way
+                break
         child.send_signal(signal.SIGINT)
         out, err = child.communicate(timeout=ENDED)
     assert child.returncode == 130
     assert out == ""
-    assert err.endswith("\nInterrupted; nothing was kept (a sweep cannot be resumed yet).\n")
-    assert "Traceback" not in err
-    assert left_over(tmp_path) == ["a.yaml"]
+    heard, kept, again = err.strip().splitlines()
+    assert heard == "Ctrl-C: finishing the blocks in flight; a second signal ends at once"
+    assert re.fullmatch(
+        r"Stopped \(Ctrl-C\)\. \d+ of 2000 points are kept in results/a\.nc\.run\. To go on:", kept
+    )
+    assert again == "  stickslip sweep a.yaml"
+    assert left_over(tmp_path) == ["a.yaml", *in_run_folder("results/a.nc")]
 
 
 @pytest.mark.slow
@@ -115,9 +126,11 @@ def test_ctrl_c_on_a_terminal_shows_the_cursor_again(tmp_path: Path) -> None:
     tail = seen[seen.rindex(b"\x1b[?25l") :].decode()
     bar, message = tail.split("\x1b[?25h")
     assert "/2000" in bar
-    assert message.strip().startswith("Interrupted; nothing was kept")
+    assert "Ctrl-C: finishing the blocks in flight" in bar
+    assert message.strip().startswith("Stopped (Ctrl-C). ")
+    assert message.strip().endswith("To go on:\r\n  stickslip sweep a.yaml -o a.nc")
     assert old.read_bytes() == b"an older result"
-    assert left_over(tmp_path) == ["a.nc", "a.yaml"]
+    assert left_over(tmp_path) == ["a.nc", *in_run_folder("a.nc"), "a.yaml"]
 
 
 @pytest.mark.slow

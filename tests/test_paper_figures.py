@@ -106,7 +106,7 @@ def test_failed_points_of_a_figure_are_reported(
     assert code == 3
     assert "9 points in " in out
     assert "9 failed" in out
-    assert err.startswith("9 points to compute\n")
+    assert err.startswith("9 points (3 x 3); 9 to compute\n")
     assert "  9 not_stationary: " in err
     assert whole(files(7))  # the picture says what is missing
 

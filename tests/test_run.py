@@ -13,9 +13,10 @@ import xarray as xr
 
 from stickslip import Parameters, Status, stationary_orbit
 from stickslip.orbit import compute_orbits, failed_row
-from sweeps import execute
+from sweeps import execute, pipeline
 from sweeps.config import ConfigError, from_mapping
-from sweeps.pipeline import pending_dataset, read_config, run
+from sweeps.pipeline import read_config, run
+from sweeps.sections import Execution
 from sweeps.storage import content_hash, open_result, write_dataset
 
 CONFIG: dict[str, Any] = {
@@ -78,11 +79,11 @@ def test_the_documented_import_is_a_function(first: str) -> None:
 def test_workers_are_those_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
-    def observed(size: int, workers: int, block_points: int | None) -> list[tuple[int, int]]:
-        asked.append((workers, block_points))
+    def observed(*args: Any, execution: Execution, **kwargs: Any) -> None:
+        asked.append((execution.workers, execution.block_points))
         raise InterruptedError
 
-    monkeypatch.setattr(execute, "BlockSizes", observed)
+    monkeypatch.setattr(pipeline, "compute", observed)
     for workers in (None, 5):
         with pytest.raises(InterruptedError):
             run(executed(workers=3, block_points=2), workers=workers)
@@ -90,9 +91,10 @@ def test_workers_are_those_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_progress_is_told_block_by_block() -> None:
-    seen: list[int] = []
-    run(executed(workers=2, block_points=4), on_block=lambda block: seen.append(block.start))
-    assert sorted(seen) == [0, 4, 8]
+    seen: list[list[int]] = []
+    run(executed(workers=2, block_points=4), on_block=lambda b: seen.append(b.indices.tolist()))
+    assert sorted(map(len, seen)) == [1, 4, 4]
+    assert sorted(point for block in seen for point in block) == list(range(9))
 
 
 def test_a_config_with_problems_is_refused(tmp_path: Path) -> None:
@@ -113,21 +115,6 @@ def test_overrides_reach_the_config(tmp_path: Path) -> None:
     assert settings.sweep["temperature"] == (150.0, 160.0)
     assert settings.integrator.rtol == 1e-5
     assert settings.output == "results/a.nc"
-
-
-def test_a_sweep_of_nothing_yet_looks_like_its_result(reference: xr.Dataset) -> None:
-    empty = pending_dataset(from_mapping(CONFIG))
-    assert np.all(empty.status == Status.PENDING)
-    assert np.isnan(empty.friction_force_amplitude).all()
-    assert np.all(empty.orbit_periods == -1)
-    assert list(empty.variables) == list(reference.variables)
-    for name, variable in reference.variables.items():
-        assert empty[name].dims == variable.dims
-        assert empty[name].dtype == variable.dtype
-        assert str(empty[name].attrs) == str(variable.attrs)
-        if name in reference.coords:
-            np.testing.assert_array_equal(empty[name], variable)
-    assert {**empty.attrs, "history": ""} == {**reference.attrs, "history": ""}
 
 
 # --- how a point can end ---

@@ -1,0 +1,193 @@
+"""What the tests of whole sweeps share: the command in this process, watched and disturbed."""
+
+from __future__ import annotations
+
+import importlib
+import itertools
+import multiprocessing
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from stickslip.orbit import compute_orbits
+from stickslip.parameters import Parameters
+from sweeps import execute
+from sweeps.cli import main
+from sweeps.pipeline import run
+from sweeps.storage import content_hash, open_result
+
+LOOSE = "integrator: {rtol: 1e-4}\nstationary: {rtol: 1e-4}\n"
+ONE_BY_ONE = "execution: {workers: 1, block_points: 1}\n"
+
+
+class Result(NamedTuple):
+    """The exit code of a command and what it printed."""
+
+    code: int
+    out: str
+    err: str
+
+
+class Shell:
+    """The command line in this process, in an empty folder.
+
+    `computed` holds the parameters of the points that the last command computed, in that order;
+    `disturb` is called with those of each block before it is computed.
+    """
+
+    def __init__(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        self._monkeypatch, self._capsys = monkeypatch, capsys
+        self.computed: list[Parameters] = []
+        self.disturb: Callable[[np.ndarray], None] | None = None
+        monkeypatch.chdir(folder)
+        monkeypatch.setattr(execute, "compute_orbits", self._watched)
+        monkeypatch.setattr(os, "_exit", sys.exit)  # the end of a sweep that is stopped early
+
+    def __call__(self, *arguments: str) -> Result:
+        self.computed.clear()
+        self._monkeypatch.setattr(sys, "argv", ["stickslip", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        out, err = self._capsys.readouterr()
+        assert "Traceback" not in out + err
+        return Result(int(ended.value.code or 0), out, err)
+
+    def interrupted(self, *arguments: str, after: int, by: int = signal.SIGTERM) -> Result:
+        """The command with a signal while the block of that number, from 1, is computed."""
+        begun = 0
+
+        def send(_: np.ndarray) -> None:
+            nonlocal begun
+            begun += 1
+            if begun == after:
+                os.kill(os.getpid(), by)
+                time.sleep(0.3)  # the main thread hears it before this block is finished
+
+        self.disturb = send
+        try:
+            return self(*arguments)
+        finally:
+            self.disturb = None
+
+    def values(self, name: str) -> list[float]:
+        """The values of a parameter over the points that were computed, in increasing order."""
+        return sorted(getattr(point, name) for point in self.computed)
+
+    def _watched(self, points: np.ndarray, options: Any) -> Any:
+        rows = np.atleast_2d(points)
+        if self.disturb is not None:
+            self.disturb(rows)
+        self.computed += [Parameters(*row) for row in rows.tolist()]
+        return compute_orbits(points, options)
+
+
+def write(name: str, *parts: str) -> str:
+    """Write a config of these parts; returns its name."""
+    Path(name).write_text("".join(parts))
+    return name
+
+
+def hash_of(path: str | Path) -> str:
+    """The content hash of a result file."""
+    return content_hash(open_result(Path(path)))
+
+
+def hash_at_once(config: str) -> str:
+    """The content hash of what a config gives when it is computed at once, in memory."""
+    return content_hash(run(config, workers=2))
+
+
+def entries(folder: Path | str = ".") -> list[str]:
+    """The names in a folder."""
+    return sorted(path.name for path in Path(folder).iterdir())
+
+
+# --- sweeps in processes of their own, which may die ---
+
+_CHILDREN = multiprocessing.get_context("forkserver")
+_CHILDREN.set_forkserver_preload(["sweeps.cli", "sweeps.engine", "sweeps.summary"])
+
+
+class Mishap(NamedTuple):
+    """What befalls a process at a call of a function: before it, after it or half way.
+
+    Calls count from 1; with `of`, those that have this text in their arguments. The process is
+    killed, or else the disk of its folder is filled. Half way is for `os.pwrite` alone.
+    """
+
+    owner: str
+    name: str
+    number: int = 1
+    when: str = "before"
+    of: str = ""
+    kills: bool = True
+
+
+def child(
+    arguments: list[str], *mishaps: Mishap, log: str = "messages"
+) -> multiprocessing.process.BaseProcess:
+    """The command in a new process and this folder, begun; `log` gets all that it prints."""
+    process = _CHILDREN.Process(target=_live, args=(arguments, mishaps, log))
+    process.start()
+    return process
+
+
+def _live(arguments: list[str], mishaps: tuple[Mishap, ...], log: str) -> None:
+    handle = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    os.dup2(handle, 1)
+    os.dup2(handle, 2)
+    sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w")
+    for mishap in mishaps:
+        _arrange(mishap)
+    sys.argv = ["stickslip", *arguments]
+    try:
+        main()
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+
+
+def _arrange(mishap: Mishap) -> None:
+    module, *inside = mishap.owner.split(":")
+    owner = importlib.import_module(module)
+    for name in inside:
+        owner = getattr(owner, name)
+    function, calls = getattr(owner, mishap.name), itertools.count(1)
+    strike = _die if mishap.kills else fill_the_disk
+
+    def befallen(*args: Any, **kwargs: Any) -> Any:
+        due = mishap.of in repr((args, kwargs)) and next(calls) == mishap.number
+        if due and mishap.when == "half":
+            handle, data, position = args
+            function(handle, bytes(data)[: len(data) // 2], position)
+        if due and mishap.when != "after":
+            strike()
+        result = function(*args, **kwargs)
+        if due and mishap.when == "after":
+            strike()
+        return result
+
+    setattr(owner, mishap.name, befallen)
+
+
+def _die() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def fill_the_disk() -> None:
+    """Write `filler` until nothing is left of the disk of this folder."""
+    with suppress(OSError), Path("filler").open("ab", buffering=0) as file:
+        for size in (65536, 4096, 1):
+            with suppress(OSError):
+                while file.write(bytes(size)):
+                    pass

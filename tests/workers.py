@@ -1,0 +1,170 @@
+"""What the tests of backends share: the command in a process of its own, and what workers do."""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sweeps
+from stickslip.orbit import compute_orbits
+from sweeps.config import Config
+from sweeps.dataset import result_dataset
+from sweeps.execute import Block, Task, compute_block
+from sweeps.grid import Grid
+from sweeps.options import options_of
+from sweeps.storage import content_hash, open_result
+
+YAML = """\
+sweep:
+  temperature: [180, 200, 220, 240, 250, 260, 280, 300]
+  rheological_index: [-2/3, 0, 2/3]
+integrator: {rtol: 1e-4}
+stationary: {rtol: 1e-4}
+execution: {block_points: 1}
+"""
+POINTS, POISON = 24, 250.0  # degrees
+ENDED = 120.0  # seconds: a hang, on any machine
+ROOT = Path(sweeps.__file__).parents[1]
+HERE = os.pathsep.join([str(Path(__file__).parent), str(ROOT)])
+
+needs_dask = pytest.mark.skipif(find_spec("distributed") is None, reason="dask is not installed")
+
+
+def hash_without_backend(config: Config) -> str:
+    """The content hash of the points computed at once."""
+    grid = Grid.from_config(config)
+    rows, _ = compute_orbits(grid.rows(np.arange(grid.size)), options_of(config))
+    return content_hash(result_dataset(config, grid, rows))
+
+
+def move_to(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Work in this folder, with a config; workers find this module and leave their traces there."""
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("TRACE", str(folder / "trace"))
+    monkeypatch.setenv("PYTHONPATH", HERE)
+    (folder / "a.yaml").write_text(YAML)
+
+
+# --- what workers do in place of `compute_block`; they find it in this module ---
+
+
+def traced_block(task: Task) -> Block:
+    """Take a while, and leave a trace."""
+    time.sleep(0.1)
+    with Path(os.environ["TRACE"]).open("ab") as trace:
+        trace.write(b".")
+    return compute_block(task)
+
+
+def stuck_block(task: Task) -> Block:
+    """Never come back."""
+    Path(os.environ["TRACE"]).write_bytes(b"." * 10)
+    time.sleep(10 * ENDED)
+    return compute_block(task)
+
+
+def poisoned_block(task: Task) -> Block:
+    """Kill the worker."""
+    if POISON in task.points[:, 0]:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return compute_block(task)
+
+
+# --- the command, and a cluster that is started by hand ---
+
+
+def command(*arguments: str, hook: str = "") -> subprocess.Popen[str]:
+    """`stickslip sweep a.yaml` in a session of its own, after the statements of the hook."""
+    code = (
+        f"import workers; from sweeps import backends\n{hook}\nfrom sweeps.cli import main; main()"
+    )
+    return subprocess.Popen(
+        [sys.executable, "-c", code, "sweep", "a.yaml", "-o", "a.nc", "--no-progress", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def doing(function: str) -> str:
+    """A hook: workers call this function of this module."""
+    return f"backends.compute_block = backends._compute_on_cluster = workers.{function}"
+
+
+IMPATIENT = "backends._ANSWER_SECONDS = backends._SILENCE_SECONDS = 1.0"
+
+
+def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
+    """The exit code and what was said on the standard error."""
+    _, err = process.communicate(timeout=ENDED)
+    assert "Traceback" not in err
+    return process.returncode, err
+
+
+def next_line(process: subprocess.Popen[str]) -> str:
+    """What is said next on the standard error."""
+    assert process.stderr is not None
+    assert select.select([process.stderr], [], [], ENDED)[0]
+    return process.stderr.readline()
+
+
+def hash_of_result() -> str:
+    return content_hash(open_result(Path("a.nc")))
+
+
+def wait_until(condition: Callable[[], object]) -> None:
+    deadline = time.monotonic() + ENDED
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+def wait_for_blocks(count: int) -> None:
+    """Wait until workers have begun so many blocks."""
+    trace = Path("trace")
+    wait_until(lambda: trace.exists() and trace.stat().st_size >= count)
+
+
+_LOCAL = ["--host", "127.0.0.1", "--no-dashboard"]
+
+
+class Cluster:
+    """A dask scheduler and workers, each a process without a nanny that would start it anew."""
+
+    def __init__(self, folder: Path) -> None:
+        self._file, self._log = folder / "scheduler.json", (folder / "log").open("w")
+        self.processes: list[subprocess.Popen[bytes]] = []
+        self._start("scheduler", "--port", "0", "--scheduler-file", str(self._file))
+        wait_until(lambda: self._file.exists() and self._file.read_text().endswith("}"))
+        self.address = json.loads(self._file.read_text())["address"]
+
+    def worker(self, path: str = HERE) -> subprocess.Popen[bytes]:
+        return self._start("worker", self.address, "--nthreads", "1", "--no-nanny", path=path)
+
+    def _start(self, kind: str, *arguments: str, path: str = HERE) -> subprocess.Popen[bytes]:
+        process = subprocess.Popen(
+            [sys.executable, "-m", f"distributed.cli.dask_{kind}", *arguments, *_LOCAL],
+            env=os.environ | {"PYTHONPATH": path},
+            stdout=self._log,
+            stderr=self._log,
+        )
+        self.processes.append(process)
+        return process
+
+    def close(self) -> None:
+        for process in self.processes:
+            process.kill()
+            process.wait(ENDED)
+        self._log.close()
