@@ -250,6 +250,7 @@ def test_a_signal_finishes_what_is_in_flight_and_says_how_to_go_on(
 )
 def test_a_second_signal_ends_at_once(shell: Shell, number: signal.Signals, code: int) -> None:
     process = begun(IN_ONE)
+    time.sleep(1.0)  # its first heartbeat comes before its first block, which is to be in flight
     os.kill(process.pid, number)
     wait_until(lambda: "finishing the blocks" in Path("messages").read_text())
     assert process.is_alive(), Path("messages").read_text()
