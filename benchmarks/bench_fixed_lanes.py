@@ -20,14 +20,15 @@ import numba
 import numpy as np
 from environment import write_results
 
-from stickslip import measurement
-from stickslip.compiled import for_lanes, inline, jit
-from stickslip.kernels.fixed_lanes import SPECIAL_MARCHES, FixedLanes, general_march
-from stickslip.kernels.fixed_rows import write_starts, write_steps
-from stickslip.kernels.methods import fixed_period
+from stickslip.compiled.decorators import inline, jit
+from stickslip.compiled.simd import for_lanes
+from stickslip.kernels.euler_cromer.layout import write_starts, write_steps
+from stickslip.kernels.euler_cromer.march import SPECIAL_MARCHES, FixedLanes, general_march
 from stickslip.kernels.observers import no_record
 from stickslip.kernels.orbits import _better_cycle
+from stickslip.kernels.problem import fixed_period
 from stickslip.kernels.rows import FIRST_STEP, parameters_of, period_of
+from stickslip.measure import accumulate
 from stickslip.orbit import Options
 from stickslip.parameters import Parameters
 
@@ -255,7 +256,7 @@ def full_period() -> dict:
     wall, cpu = time.perf_counter(), time.process_time()
     lanes.march(measured=True)
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-    ends, records = np.empty_like(starts), np.empty((len(points), measurement.LENGTH))
+    ends, records = np.empty_like(starts), np.empty((len(points), accumulate.LENGTH))
     _adaptive(points, Options(rtol=1e-10).settings(), starts, ends, records)
     p = Parameters()
     scale = np.array([p.drive_amplitude, p.drive_amplitude * p.angular_frequency])
@@ -281,8 +282,8 @@ def full_period() -> dict:
 
 
 def _amplitudes(records: np.ndarray) -> np.ndarray:
-    high = records[:, [measurement.STRESS_MAX, measurement.FORCE_MAX]]
-    return 0.5 * (high + records[:, [measurement.STRESS_MINUS_MIN, measurement.FORCE_MINUS_MIN]])
+    high = records[:, [accumulate.STRESS_MAX, accumulate.FORCE_MAX]]
+    return 0.5 * (high + records[:, [accumulate.STRESS_MINUS_MIN, accumulate.FORCE_MINUS_MIN]])
 
 
 if __name__ == "__main__":

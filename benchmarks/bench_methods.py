@@ -16,12 +16,12 @@ from unittest.mock import patch
 import numpy as np
 from common import arguments, finish
 
-from stickslip.compiled import inline, jit
-from stickslip.kernels import methods
-from stickslip.kernels.methods import error_weight, scene_jacobian, scene_rhs
+from stickslip.compiled.decorators import inline, jit
+from stickslip.kernels import problem
+from stickslip.kernels.problem import error_weight, scene_jacobian, scene_rhs
 from stickslip.kernels.rows import FIRST_STEP
 from stickslip.model.rhs import starting_state
-from stickslip.numerics import adaptive, control
+from stickslip.numerics import adaptive, step_control
 from stickslip.numerics.tableaus import RODAS4, RODAS4P, RODAS4P2, RosenbrockTableau
 from stickslip.parameters import Parameters, ParameterValues
 
@@ -48,8 +48,8 @@ def weight_without_relief(scene: Any, y: Any, J: Any) -> Any:
 @inline
 def plain_after_success(error: float, remembered: float) -> tuple[float, float]:
     """The plain controller, error^(-1/4), in place of the PI controller."""
-    inverse = control.inverse_fourth_root(control.larger(error, control._SMALLEST))
-    return control._limited(control._SAFETY * inverse), remembered
+    inverse = step_control.inverse_fourth_root(step_control.larger(error, step_control._SMALLEST))
+    return step_control._limited(step_control._SAFETY * inverse), remembered
 
 
 @inline
@@ -63,7 +63,7 @@ class Variant(NamedTuple):
 
     tableau: RosenbrockTableau = RODAS4P2
     weight: Callable[..., Any] = error_weight
-    rounding: float = methods._ROUNDING
+    rounding: float = problem._ROUNDING
     replaced: tuple[tuple[Any, str, Any], ...] = ()
 
 
@@ -74,7 +74,7 @@ VARIANTS = {
     "without the rounded cusp": Variant(rounding=0.0),
     "without relief for ln(phi)": Variant(weight=weight_without_relief),
     "without the PI controller": Variant(
-        replaced=((control, "after_success", plain_after_success),)
+        replaced=((step_control, "after_success", plain_after_success),)
     ),
     "without the defect estimate": Variant(replaced=((adaptive, "defect_error", no_defect),)),
 }
@@ -89,7 +89,7 @@ def main() -> None:
     rows = []
     for name in QUICK if quick else VARIANTS:
         variant = VARIANTS[name]
-        same_code = variant._replace(rounding=methods._ROUNDING) == VARIANTS[OWN]
+        same_code = variant._replace(rounding=problem._ROUNDING) == VARIANTS[OWN]
         run = own if same_code else _compiled(variant)
         for scene, p in SCENES.items():
             for rtol in ladder:

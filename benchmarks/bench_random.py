@@ -31,7 +31,7 @@ from common import (
 from peers import NUMBALSODA, PEERS, Failure, StationaryOrbit, Worker
 from peers.worker import pin
 
-from stickslip.kernels import ensemble, lanes
+from stickslip.kernels.adaptive import driver, passes
 from stickslip.orbit import Options, compute_orbits
 from stickslip.parameters import Parameters
 
@@ -58,8 +58,8 @@ PEER_PERIODS, PEER_STATIONARY = 5000, 1e-6
 RUNS = 5
 
 COUNTS = ("orbit_periods", "melting_count")
-PASSES = {(lanes.SETTLE, False): "search", (lanes.MEASURE, False): "measurement"} | {
-    (lanes.MEASURE, True): "finer measurement"
+PASSES = {(passes.SETTLE, False): "search", (passes.MEASURE, False): "measurement"} | {
+    (passes.MEASURE, True): "finer measurement"
 }
 
 
@@ -278,19 +278,19 @@ def _attempts(points: np.ndarray) -> dict[str, Any]:
     The finer measurement is reported; the one at the tolerance itself is there for the error.
     """
     counted: Counter[str] = Counter()
-    original = ensemble._work_through
+    original = driver._work_through
 
     def counting(queue: Any, task: Any) -> None:
-        before = queue.counts[:, lanes.ATTEMPTED].sum()
+        before = queue.counts[:, passes.ATTEMPTED].sum()
         original(queue, task)
-        finer = task.mode == lanes.MEASURE and task.rtol < DEFAULT
-        counted[PASSES[task.mode, finer]] += int(queue.counts[:, lanes.ATTEMPTED].sum() - before)
+        finer = task.mode == passes.MEASURE and task.rtol < DEFAULT
+        counted[PASSES[task.mode, finer]] += int(queue.counts[:, passes.ATTEMPTED].sum() - before)
 
-    ensemble._work_through = counting
+    driver._work_through = counting
     try:
         compute_orbits(points, Options())
     finally:
-        ensemble._work_through = original
+        driver._work_through = original
     total = sum(counted.values())
     parts = {what: count / total for what, count in counted.items()}
     print("attempts:", {what: f"{part:.1%}" for what, part in parts.items()})

@@ -18,10 +18,10 @@ from peers.worker import pin
 
 from stickslip import kernels, simulate
 from stickslip.ensemble import end_states
-from stickslip.kernels import ensemble, lanes
+from stickslip.kernels.adaptive import driver, passes
 from stickslip.kernels.rows import Settings
 from stickslip.model.film import melting_temperature
-from stickslip.model.units import with_gamma
+from stickslip.model.scaling import with_gamma
 from stickslip.orbit import Options, compute_orbits
 from stickslip.parameters import Parameters, ParameterValues
 
@@ -106,11 +106,11 @@ def _relative_change(one: np.ndarray, other: np.ndarray) -> float:
 def _half_period(points: np.ndarray, options: Options, runs: int) -> Row:
     """Symmetric orbits measured over half a period, and over the whole."""
     queue, task = _settled(points, options)
-    symmetric = np.flatnonzero((queue.counts[:, lanes.CYCLE] % 2 == 1) & _ok(queue))
+    symmetric = np.flatnonzero((queue.counts[:, passes.CYCLE] % 2 == 1) & _ok(queue))
     halves = _part(queue, symmetric)
     wholes = _part(queue, symmetric)
-    wholes.counts[:, lanes.CYCLE] *= 2
-    task = task._replace(mode=lanes.MEASURE)
+    wholes.counts[:, passes.CYCLE] *= 2
+    task = task._replace(mode=passes.MEASURE)
     measures = [partial(_amplitudes, halves, task), partial(_amplitudes, wholes, task)]
     on, off = medians_in_turn(measures, runs)
     unit = parameter(points, "angular_frequency") / parameter(points, "kinetic_coefficient")
@@ -122,18 +122,18 @@ def _half_period(points: np.ndarray, options: Options, runs: int) -> Row:
     )
 
 
-def _settled(points: np.ndarray, options: Options) -> tuple[lanes.Queue, lanes.Pass]:
+def _settled(points: np.ndarray, options: Options) -> tuple[passes.Queue, passes.Pass]:
     """A queue after the search for the orbits, and what the search was."""
     settings = options.settings()
-    queue = ensemble._queue(points)
+    queue = driver._queue(points)
     task = _search(settings)
-    ensemble._work_through(queue, task)
+    driver._work_through(queue, task)
     return queue, task
 
 
-def _search(settings: Settings) -> lanes.Pass:
-    return lanes.Pass(
-        lanes.SETTLE,
+def _search(settings: Settings) -> passes.Pass:
+    return passes.Pass(
+        passes.SETTLE,
         settings.rtol,
         settings.stationary_rtol,
         2 * settings.max_periods,
@@ -142,20 +142,20 @@ def _search(settings: Settings) -> lanes.Pass:
     )
 
 
-def _ok(queue: lanes.Queue) -> np.ndarray:
-    return queue.counts[:, lanes.OUTCOME] == 0
+def _ok(queue: passes.Queue) -> np.ndarray:
+    return queue.counts[:, passes.OUTCOME] == 0
 
 
-def _part(queue: lanes.Queue, rows: np.ndarray) -> lanes.Queue:
-    return lanes.Queue(*(array[rows] for array in queue))
+def _part(queue: passes.Queue, rows: np.ndarray) -> passes.Queue:
+    return passes.Queue(*(array[rows] for array in queue))
 
 
-def _amplitudes(queue: lanes.Queue, task: lanes.Pass) -> np.ndarray:
+def _amplitudes(queue: passes.Queue, task: passes.Pass) -> np.ndarray:
     """Amplitudes of stress and force, in the points' units, by one measurement."""
-    fresh = lanes.Queue(*(array.copy() for array in queue))
-    ensemble._work_through(fresh, task)
+    fresh = passes.Queue(*(array.copy() for array in queue))
+    driver._work_through(fresh, task)
     high, low = fresh.measured[:, 0:4:2], fresh.measured[:, 1:4:2]
-    odd = fresh.counts[:, lanes.CYCLE] % 2 == 1
+    odd = fresh.counts[:, passes.CYCLE] % 2 == 1
     return np.where(odd[:, None], np.maximum(high, low), 0.5 * (high + low))
 
 
@@ -175,7 +175,7 @@ def _special_kernels(points: np.ndarray, options: Options, runs: int) -> Iterato
 
 
 def _by_general_kernel(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
-    with _replaced(lanes, "SPECIAL_PASSES", {}):
+    with _replaced(passes, "SPECIAL_PASSES", {}):
         return compute_orbits(points, options)
 
 
@@ -273,8 +273,8 @@ def _no_noise(fluids: tuple[float, ...], count: int, options: Options, runs: int
     for gamma in fluids:
         points = _points(count, TEMPERATURES, noise_intensity=0.0, initial_order_parameter=0.1)
         points = points[parameter(points, "rheological_index") == gamma]
-        with _replaced(lanes, "with_gamma", _without_noise):
-            kernel = lanes._make_pass(gamma)
+        with _replaced(passes, "with_gamma", _without_noise):
+            kernel = passes._make_pass(gamma)
             without = partial(_ends_by_kernel, kernel, gamma, points, options)
             x = without()  # compiles, with what was replaced
         package = partial(_ends, points, options)
@@ -294,8 +294,8 @@ def _ends(points: np.ndarray, options: Options) -> np.ndarray:
     return states[:, 0] / np.abs(parameter(points, "drive_amplitude"))
 
 
-@lanes.inline
-def _without_noise(q: lanes.Reduced, gamma: float) -> ParameterValues:
+@passes.inline
+def _without_noise(q: passes.Reduced, gamma: float) -> ParameterValues:
     """As `with_gamma`, with a literal D = 0."""
     p = with_gamma(q, gamma)
     return ParameterValues(
@@ -305,7 +305,7 @@ def _without_noise(q: lanes.Reduced, gamma: float) -> ParameterValues:
 
 
 def _ends_by_kernel(kernel: Any, gamma: float, points: np.ndarray, options: Options) -> np.ndarray:
-    with _replaced(lanes, "SPECIAL_PASSES", lanes.SPECIAL_PASSES | {gamma: kernel}):
+    with _replaced(passes, "SPECIAL_PASSES", passes.SPECIAL_PASSES | {gamma: kernel}):
         return _ends(points, options)
 
 
@@ -362,7 +362,7 @@ def _liquid_film(count: int, options: Options, runs: int) -> Iterator[Row]:
         results = [compute_orbits(part, options)[0] for part in parts]
         stress = float(column(results[0], "elastic_stress_amplitude").max())
         attempts = [
-            int(np.sum(_settled(part, options)[0].counts[:, lanes.ATTEMPTED])) for part in parts
+            int(np.sum(_settled(part, options)[0].counts[:, passes.ATTEMPTED])) for part in parts
         ]
         yield _row(
             f"film never solid, gamma = {gamma:.3g}, against solid",

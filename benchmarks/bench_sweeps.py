@@ -33,15 +33,15 @@ from common import (
 from stickslip.orbit import Options, compute_orbits
 from stickslip.status import Status
 from sweeps import run
-from sweeps.dataset import result_dataset
-from sweeps.execute import Block
+from sweeps.config.schema import Execution
+from sweeps.config.shipped import shipped_config
+from sweeps.engine.dispatch import compute
+from sweeps.engine.in_memory import read_config
+from sweeps.engine.options import options_of
+from sweeps.engine.worker import Block
 from sweeps.figures import draw, save
+from sweeps.files.attributes import result_dataset
 from sweeps.grid import Grid
-from sweeps.options import options_of
-from sweeps.pipeline import read_config
-from sweeps.sections import Execution
-from sweeps.shipped import shipped_config
-from sweeps.spread import compute
 
 WORKERS, RUNS = 2, 5
 

@@ -8,8 +8,8 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from stickslip.compiled import source_hash
-from sweeps.dataset import software
+from stickslip.compiled.cache import source_hash
+from sweeps.files.attributes import software
 
 HERE = Path(__file__).parent
 

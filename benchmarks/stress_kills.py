@@ -24,11 +24,11 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.parameters import Parameters
+from sweeps.engine.existing import found_in_journal, readable_manifest
+from sweeps.engine.in_memory import read_config, run
+from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.run_folder import RunFolder
 from sweeps.grid import Grid
-from sweeps.pipeline import read_config, run
-from sweeps.run_folder import RunFolder
-from sweeps.stock import found_in_journal, readable_manifest
-from sweeps.storage import content_hash, open_result
 
 # Seconds of work in blocks of a few tenths, so that a kill finds some finished and some in flight.
 CONFIG = """\
@@ -44,14 +44,14 @@ BLOCK_POINTS, WORKERS = 10, 2
 _NOTING = """\
 import os, sys
 import numpy as np
-from sweeps import execute
-from sweeps.cli import main
+from sweeps.engine import worker
+from sweeps.cli.app import main
 log = os.open("begun", os.O_WRONLY | os.O_APPEND | os.O_CREAT)
-compute_orbits = execute.compute_orbits
+compute_orbits = worker.compute_orbits
 def noted(points, options):
     os.write(log, np.ascontiguousarray(points).tobytes())
     return compute_orbits(points, options)
-execute.compute_orbits = noted
+worker.compute_orbits = noted
 main()
 """
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.parameters import Parameters
-from sweeps.config import Config
+from sweeps.config.load import Config
 
 CASE = "case"
 

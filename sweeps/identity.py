@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.kernels import NUMERICS_VERSION
-from sweeps.config import Config
+from sweeps.config.load import Config
 from sweeps.grid import Grid
 
 Settings = Mapping[str, Any]

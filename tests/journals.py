@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.orbit import failed_row
-from sweeps.journal import COLUMNS, Journal
-from sweeps.slabs import Slabs
+from sweeps.files.chunks import Slabs
+from sweeps.files.journal import COLUMNS, Journal
 
 KEY, OTHER = b"k" * 16, b"o" * 16
 SHAPE = (3, 5, 2)

@@ -19,10 +19,10 @@ import pytest
 
 from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
-from sweeps import execute
-from sweeps.cli import main
-from sweeps.pipeline import run
-from sweeps.storage import content_hash, open_result
+from sweeps.cli.app import main
+from sweeps.engine import worker
+from sweeps.engine.in_memory import run
+from sweeps.files.datasets import content_hash, open_result
 
 LOOSE = "integrator: {rtol: 1e-4}\nstationary: {rtol: 1e-4}\n"
 ONE_BY_ONE = "execution: {workers: 1, block_points: 1}\n"
@@ -50,7 +50,7 @@ class Shell:
         self.computed: list[Parameters] = []
         self.disturb: Callable[[np.ndarray], None] | None = None
         monkeypatch.chdir(folder)
-        monkeypatch.setattr(execute, "compute_orbits", self._watched)
+        monkeypatch.setattr(worker, "compute_orbits", self._watched)
         monkeypatch.setattr(os, "_exit", sys.exit)  # the end of a sweep that is stopped early
 
     def __call__(self, *arguments: str) -> Result:
@@ -115,7 +115,7 @@ def entries(folder: Path | str = ".") -> list[str]:
 # --- sweeps in processes of their own, which may die ---
 
 _CHILDREN = multiprocessing.get_context("forkserver")
-_CHILDREN.set_forkserver_preload(["sweeps.cli", "sweeps.engine", "sweeps.summary"])
+_CHILDREN.set_forkserver_preload(["sweeps.cli.app", "sweeps.engine.sweep", "sweeps.cli.output"])
 
 
 class Mishap(NamedTuple):

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip.parameters import Parameters
-from sweeps.config import from_mapping
+from sweeps.config.load import from_mapping
 from sweeps.grid import Grid
 
 BOTH = {

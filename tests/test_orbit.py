@@ -19,11 +19,11 @@ from stickslip import (
     Parameters,
     Status,
     kernels,
-    measurement,
     simulate,
     stationary_orbit,
 )
-from stickslip.kernels import lane_results, lanes
+from stickslip.kernels.adaptive import passes, results
+from stickslip.measure import accumulate
 from stickslip.orbit import (
     DEFAULT_MAX_STEPS,
     compute_orbits,
@@ -134,11 +134,11 @@ def test_the_state_is_as_close_to_the_limit_as_asked(changes: dict[str, float]) 
 def test_meltings_are_counted_cyclically_and_with_hysteresis(
     phases: list[float], count: int
 ) -> None:
-    record = np.empty(measurement.LENGTH)
-    measurement.start(record)
+    record = np.empty(accumulate.LENGTH)
+    accumulate.start(record)
     for phi in phases:
-        measurement.see_phase(ParameterValues(), phi, record)
-    assert measurement.meltings(record) == count
+        accumulate.see_phase(ParameterValues(), phi, record)
+    assert accumulate.meltings(record) == count
 
 
 def test_asymmetry_of_no_stress_is_zero() -> None:
@@ -213,7 +213,7 @@ def test_points_are_left_as_they_are() -> None:
 def test_one_compiled_version_serves_all() -> None:
     compute_orbits(row(), Options(max_periods=1))
     compute_orbits(rows("temperature", [200, 210]), Options(rtol=np.float32(1e-3), max_steps=5))
-    for door in (lanes.pseudoplastic_pass, lane_results.reduce_points, lane_results.write_results):
+    for door in (passes.pseudoplastic_pass, results.reduce_points, results.write_results):
         assert len(door.signatures) == 1
 
 
@@ -362,7 +362,7 @@ def test_each_method_answers_for_itself() -> None:
 
 _TWINS = """
 import sys
-from stickslip.compiled import door, jit
+from stickslip.compiled.decorators import door, jit
 
 def make_sum(step):
     @jit

@@ -18,12 +18,12 @@ import pytest
 
 import sweeps
 from stickslip.orbit import compute_orbits
-from sweeps.config import Config
-from sweeps.dataset import result_dataset
-from sweeps.execute import Block, Task, compute_block
+from sweeps.config.load import Config
+from sweeps.engine.options import options_of
+from sweeps.engine.worker import Block, Task, compute_block
+from sweeps.files.attributes import result_dataset
+from sweeps.files.datasets import content_hash, open_result
 from sweeps.grid import Grid
-from sweeps.options import options_of
-from sweeps.storage import content_hash, open_result
 
 YAML = """\
 sweep:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.compiled import door
+from stickslip.compiled.decorators import door
 from stickslip.kernels.rows import parameters_of
 from stickslip.model import noise
 from stickslip.model.rhs import jacobian, rhs

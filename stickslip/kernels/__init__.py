@@ -7,8 +7,8 @@ change alters any number that a door returns; the golden tests notice when it wa
 
 from __future__ import annotations
 
-from stickslip.kernels.ensemble import compile_lanes, lane_end_states, lane_orbits
-from stickslip.kernels.fixed_search import fixed_lane_orbits
+from stickslip.kernels.adaptive.driver import compile_lanes, lane_end_states, lane_orbits
+from stickslip.kernels.euler_cromer.search import fixed_lane_orbits
 from stickslip.kernels.orbits import adaptive_orbits, fixed_orbits
 from stickslip.kernels.rows import FINAL_COLUMNS, RESULT_COLUMNS, Settings
 from stickslip.kernels.trajectories import (

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip import measurement
-from stickslip.compiled import inline, jit
+from stickslip.compiled.decorators import inline, jit
+from stickslip.measure import accumulate
 from stickslip.model.rhs import State, relative_velocity, stress_and_force
 from stickslip.numerics import extrema
 from stickslip.numerics.rosenbrock import interpolate
@@ -38,7 +38,7 @@ def no_record() -> Record:
 
 @inline
 def measuring(values: np.ndarray) -> Record:
-    """A record that measures into `values`, shape (measurement.LENGTH,)."""
+    """A record that measures into `values`, shape (accumulate.LENGTH,)."""
     return Record(MEASURE, values, np.empty((0, 3)), np.empty(0, np.int64), 0.0)
 
 
@@ -80,17 +80,17 @@ def _measure_step(
 ) -> None:
     """Take in a step of the adaptive method: extrema inside it, integrals, phases."""
     step = (t, h, y0, y1, d1, d2)
-    stress, force = measurement.stress_nodes(record), measurement.force_nodes(record)
+    stress, force = accumulate.stress_nodes(record), accumulate.force_nodes(record)
     for node in range(extrema.COUNT):
         at, (_, v, psi) = _at(step, extrema.NODES[node])
         phi = math.exp(psi)
         sigma_el, F = stress_and_force(p, relative_velocity(p, at, v), phi)
         stress[node], force[node] = sigma_el, F
-        measurement.see_phase(p, phi, record)
-        measurement.see_work(p, at, v, F, h * extrema.BOOLE_WEIGHTS[node], record)
-    for slot, sign in ((measurement.STRESS_MAX, 1.0), (measurement.STRESS_MINUS_MIN, -1.0)):
+        accumulate.see_phase(p, phi, record)
+        accumulate.see_work(p, at, v, F, h * extrema.BOOLE_WEIGHTS[node], record)
+    for slot, sign in ((accumulate.STRESS_MAX, 1.0), (accumulate.STRESS_MINUS_MIN, -1.0)):
         record[slot] = _stress_extremum(p, step, sign, stress, record[slot])
-    for slot, sign in ((measurement.FORCE_MAX, 1.0), (measurement.FORCE_MINUS_MIN, -1.0)):
+    for slot, sign in ((accumulate.FORCE_MAX, 1.0), (accumulate.FORCE_MINUS_MIN, -1.0)):
         record[slot] = _force_extremum(p, step, sign, force, record[slot])
 
 
@@ -121,7 +121,7 @@ def see_step(
 def see_fixed_step(p: Parameters, t: float, h: float, y0: State, y1: State, record: Record) -> None:
     """What is taken from a fixed step, which stands for its start and is joined by a line."""
     if record.purpose == MEASURE:
-        measurement.see_point(p, t, h, y0[1], y0[2], record.values)
+        accumulate.see_point(p, t, h, y0[1], y0[2], record.values)
     elif record.purpose == SAMPLE:
         zero = (0.0, 0.0, 0.0)
         _sample_step(p, t, h, y0, y1, zero, zero, record)

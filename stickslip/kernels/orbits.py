@@ -7,20 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from stickslip import measurement
-from stickslip.compiled import door, inline, jit
-from stickslip.kernels.methods import (
+from stickslip.compiled.decorators import door, inline, jit
+from stickslip.kernels.observers import measuring, no_record
+from stickslip.kernels.problem import (
     adaptive_period,
     fixed_period,
     log_state,
     phi_state,
     same_state,
 )
-from stickslip.kernels.observers import measuring, no_record
 from stickslip.kernels.rows import FIRST_STEP, Settings, fail, parameters_of, period_of
+from stickslip.measure import accumulate
 from stickslip.model.rhs import State, starting_state
 from stickslip.numerics.adaptive import DIVERGED, OK
-from stickslip.numerics.stationarity import make_settle
+from stickslip.numerics.periodic.stationarity import make_settle
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 
@@ -60,13 +60,13 @@ def _fill(
     p: Parameters, record: np.ndarray, begin: State, end: State, cycle: int, result: np.ndarray
 ) -> None:
     """Write what a record says of a closed orbit into the result row."""
-    result[0], result[1] = measurement.amplitudes(record)
-    result[2], result[3] = record[measurement.STRESS_MAX], -record[measurement.STRESS_MINUS_MIN]
-    result[4], result[5] = record[measurement.FORCE_MAX], -record[measurement.FORCE_MINUS_MIN]
-    result[7] = measurement.power_balance_error(p, record, begin, end)
+    result[0], result[1] = accumulate.amplitudes(record)
+    result[2], result[3] = record[accumulate.STRESS_MAX], -record[accumulate.STRESS_MINUS_MIN]
+    result[4], result[5] = record[accumulate.FORCE_MAX], -record[accumulate.FORCE_MINUS_MIN]
+    result[7] = accumulate.power_balance_error(p, record, begin, end)
     result[8] = cycle
-    result[9] = measurement.meltings(record)
-    result[10] = measurement.asymmetry(record)
+    result[9] = accumulate.meltings(record)
+    result[10] = accumulate.asymmetry(record)
 
 
 @inline
@@ -94,7 +94,7 @@ def _make_cycle(period_map: Any) -> Any:
         budget: int,
         values: np.ndarray,
     ) -> Any:
-        measurement.start(values)
+        accumulate.start(values)
         record = measuring(values)
         steps, status = 0, OK
         for _ in range(cycle):
@@ -152,7 +152,7 @@ def _make_point(
         if status != OK:
             fail(result, periods, status)
             return
-        result[6] = measurement.amplitude_error(p, record, better)
+        result[6] = accumulate.amplitude_error(p, record, better)
         if extrapolate:
             record = better
             _fill(p, better, settled, better_end, cycle, result)
@@ -162,8 +162,8 @@ def _make_point(
         if not math.isfinite(result[0] + result[1] + result[6]):
             fail(result, periods, DIVERGED)
             return
-        believed = measurement.balance_kept(p, record, result[7], cycle, _POWER_BALANCE_LIMIT)
-        if not (believed and measurement.bounds_kept(p, record, math.exp(start[2]))):
+        believed = accumulate.balance_kept(p, record, result[7], cycle, _POWER_BALANCE_LIMIT)
+        if not (believed and accumulate.bounds_kept(p, record, math.exp(start[2]))):
             fail(result, periods, INVARIANT_VIOLATED)
 
     return point
@@ -192,7 +192,7 @@ def adaptive_orbits(
     `points` (n, 20) in the order of `Parameters._fields`; `results` (n, 13) and `finals` (n, 4)
     are written, in the order of RESULT_COLUMNS and FINAL_COLUMNS.
     """
-    records = np.empty((2, measurement.LENGTH))
+    records = np.empty((2, accumulate.LENGTH))
     for i in range(points.shape[0]):
         _adaptive_point(parameters_of(points[i]), settings, results[i], finals[i], records)
 
@@ -205,6 +205,6 @@ def fixed_orbits(
 
     The error estimate compares with the adaptive method from the same stroboscopic state.
     """
-    records = np.empty((2, measurement.LENGTH))
+    records = np.empty((2, accumulate.LENGTH))
     for i in range(points.shape[0]):
         _fixed_point(parameters_of(points[i]), settings, results[i], finals[i], records)

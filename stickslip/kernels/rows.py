@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.compiled import inline, jit
+from stickslip.compiled.decorators import inline, jit
 from stickslip.parameters import Parameters, ParameterValues
 
 # The first step as a part of the drive period: short against every rate of the paper's scenes,

@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.compiled import door, jit
-from stickslip.kernels.methods import (
+from stickslip.compiled.decorators import door, jit
+from stickslip.kernels.observers import sampling
+from stickslip.kernels.problem import (
     adaptive_period,
     fixed_period,
     log_state,
     phi_state,
     same_state,
 )
-from stickslip.kernels.observers import sampling
 from stickslip.kernels.rows import FIRST_STEP, Settings, parameters_of, period_of
 from stickslip.model import drive, friction
 from stickslip.model.rhs import State, relative_velocity, starting_state, stress_and_force

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from stickslip.compiled import inline
-from stickslip.model.elementary import sine_and_cosine
+from stickslip.compiled.decorators import inline
+from stickslip.compiled.elementary import sine_and_cosine
 
 
 @inline

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from stickslip.compiled import inline
+from stickslip.compiled.decorators import inline
 
 
 @inline

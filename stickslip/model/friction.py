@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 
-from stickslip.compiled import inline
-from stickslip.model.elementary import cube_root, inverse_cube_root, power
+from stickslip.compiled.decorators import inline
+from stickslip.compiled.elementary import cube_root, inverse_cube_root, power
 
 # The viscous slope of a pseudoplastic fluid is infinite at u = 0; a strain rate this small
 # stands for 0 there and keeps the Jacobian finite.

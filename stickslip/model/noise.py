@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 
-from stickslip.compiled import inline
+from stickslip.compiled.decorators import inline
 
 # exp(E ln chi^2_1) = exp(-Euler's constant)/2.
 TYPICAL_FRACTION = 0.5 * math.exp(-0.57721566490153286061)

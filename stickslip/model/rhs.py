@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 
-from stickslip.compiled import inline
+from stickslip.compiled.decorators import inline
+from stickslip.compiled.elementary import exponentials
 from stickslip.model import drive, film, friction, noise
-from stickslip.model.elementary import exponentials
 from stickslip.parameters import Parameters
 
 State = tuple[float, float, float]

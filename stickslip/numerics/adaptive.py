@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from stickslip.compiled import jit
-from stickslip.numerics import control
+from stickslip.compiled.decorators import jit
+from stickslip.numerics import step_control
 from stickslip.numerics.linear import Vector, finite, largest
 from stickslip.numerics.rosenbrock import defect_error, make_step
 from stickslip.numerics.tableaus import RosenbrockTableau
@@ -38,7 +38,7 @@ def make_adaptive(
     def advance(
         p: Any, rtol: float, t0: float, t1: float, y: Vector, h: float, budget: int, record: Any
     ) -> tuple[Vector, float, int, int]:
-        t, attempts, grow, remembered = t0, 0, True, control.START
+        t, attempts, grow, remembered = t0, 0, True, step_control.START
         f, J = rhs(p, t, y), jacobian(p, t, y)
         while t < t1:
             if attempts >= budget:
@@ -60,13 +60,13 @@ def make_adaptive(
                 observe(p, t, used, y, y1, d1, d2, record)
                 t = t1 if last else t + used
                 y, f, J = y1, f1, jacobian(p, t, y1)
-                factor, remembered = control.after_success(ratio, remembered)
+                factor, remembered = step_control.after_success(ratio, remembered)
                 proposal = used * factor
                 if not last or proposal < h:
                     h = proposal if grow else min(proposal, used)
                 grow = True
             else:
-                h = used * control.after_rejection(ratio)
+                h = used * step_control.after_rejection(ratio)
                 grow = False
                 if not finite(y):
                     return y, h, attempts, DIVERGED

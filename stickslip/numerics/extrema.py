@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.compiled import inline, jit
+from stickslip.compiled.decorators import inline, jit
 
 # Where a step is looked at: evenly for the quadrature (Boole), and close to both ends so that an
 # extremum just inside an end is noticed.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stickslip.compiled import inline
+from stickslip.compiled.decorators import inline
 
 Vector = tuple[float, float, float]
 Matrix = tuple[Vector, Vector, Vector]

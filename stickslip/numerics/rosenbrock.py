@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from stickslip.compiled import inline
+from stickslip.compiled.decorators import inline
 from stickslip.numerics.linear import Matrix, Vector, add, factor, solve
 from stickslip.numerics.tableaus import RosenbrockTableau
 

@@ -12,9 +12,9 @@ from collections.abc import Callable
 import xarray as xr
 from matplotlib.figure import Figure
 
-from sweeps.figures.files import save
-from sweeps.figures.runs import is_trajectory
-from sweeps.figures.sweep import amplitudes, is_sweep
+from sweeps.figures.amplitudes import amplitudes, is_sweep
+from sweeps.figures.save import save
+from sweeps.figures.segments import is_trajectory
 from sweeps.figures.trajectories import (
     phase_portraits,
     relative_motion,

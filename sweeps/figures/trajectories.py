@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 
 from sweeps.figures.labels import Quantity, shown
 from sweeps.figures.layout import MOST_FACETS, Selection
-from sweeps.figures.runs import columns, runs
+from sweeps.figures.segments import columns, runs
 from sweeps.figures.style import (
     BLACK,
     COLUMN,

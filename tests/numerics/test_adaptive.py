@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from stickslip.compiled import inline
+from stickslip.compiled.decorators import inline
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT, make_adaptive
 from stickslip.numerics.tableaus import RODAS4, RODAS4P, RODAS4P2
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.compiled import inline
+from stickslip.compiled.decorators import inline
 from stickslip.numerics.extrema import BOOLE_WEIGHTS, COUNT, NODES, make_extremum, vertex
 
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from stickslip.compiled import inline, jit
+from stickslip.compiled.decorators import inline, jit
 from stickslip.numerics.rosenbrock import defect_error, interpolate, make_step
 from stickslip.numerics.tableaus import RODAS4, RODAS4P, RODAS4P2, RosenbrockTableau
 

@@ -1,0 +1,137 @@
+"""Where compiled code is kept: a folder named by a hash of all sources, and files that are checked.
+
+The private parts of Numba that are subclassed here are guarded by tests/compiled/test_cache.py and
+tests/compiled/test_decorators.py: they fail where a new version of Numba changes them, which is why
+pyproject.toml bounds that version above.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import pickle
+import warnings
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from llvmlite.binding import Linkage, get_host_cpu_name
+from numba.core import config as numba_config
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.compiler import Compiler
+
+
+class SealedCompiler(Compiler):
+    """Compiles a door together with all it calls into code of its own, shared with nobody.
+
+    Numba keeps the functions that a door calls as weak symbols, of which a process uses the copy
+    that it loaded first: the one compiled by itself after a compilation, some door's own after
+    loading from the cache. The copies were optimised in different company and differ in the last
+    bits, so that a first run gave other numbers than all later ones.
+    """
+
+    def __init__(self, typing_context: Any, target: Any, library: Any, *others: Any) -> None:
+        library = target.codegen().create_library("sealed door")
+        library.enable_object_caching()
+        optimise = library._optimize_final_module
+
+        def seal_and_optimise() -> None:
+            for function in library._final_module.functions:
+                if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
+                    function.linkage = Linkage.internal
+            optimise()
+
+        library._optimize_final_module = seal_and_optimise
+        super().__init__(typing_context, target, library, *others)
+
+
+class SteadyCache(FunctionCache):
+    """Numba's file cache, which recompiles where a damaged file would have raised."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        impl = self._impl
+        stamp = impl.locator.get_source_stamp()
+        self._cache_file = _CheckedFile(self._cache_path, impl.filename_base, stamp)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The cached code, or None where it is damaged."""
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception as error:  # noqa: BLE001 - a damaged pickle can raise nearly anything
+            warn_once(f"the cache of compiled code is damaged and is made anew ({error!r})")
+            with contextlib.suppress(OSError):  # what cannot be replaced is passed over
+                self.flush()
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep compiled code; where that fails, warn."""
+        try:
+            super().save_overload(sig, data)
+        except Exception as error:  # noqa: BLE001 - a full disk must not stop a computation
+            warn_once(f"compiled code could not be cached ({error!r})")
+
+
+class _CheckedFile(IndexDataCacheFile):
+    """Numba's data file with a checksum: code of which a page was lost would crash the process."""
+
+    def _save_data(self, name: str, data: Any) -> None:
+        pickled = self._dump(data)
+        with self._open_for_write(self._data_path(name)) as file:
+            file.write(hashlib.sha256(pickled).digest() + pickled)
+
+    def _load_data(self, name: str) -> Any:
+        stored = memoryview(Path(self._data_path(name)).read_bytes())
+        if hashlib.sha256(stored[32:]).digest() != stored[:32]:
+            raise ValueError(f"the checksum of {name} is wrong")
+        return pickle.loads(stored[32:])
+
+
+class CacheFolder:
+    """Points Numba at the package's own cache folder while a door is declared."""
+
+    def __enter__(self) -> None:
+        self._previous = numba_config.CACHE_DIR, numba_config.CACHE_LOCATOR_CLASSES
+        numba_config.CACHE_DIR = str(cache_folder())
+        # Without this an unwritable folder sends Numba to __pycache__, which no hash names.
+        numba_config.CACHE_LOCATOR_CLASSES = "UserProvidedCacheLocator"
+
+    def __exit__(self, *exception: object) -> None:
+        numba_config.CACHE_DIR, numba_config.CACHE_LOCATOR_CLASSES = self._previous
+
+
+def cache_folder() -> Path:
+    """Where the compiled code of exactly these sources is kept."""
+    return _cache_root() / f"stickslip-{source_hash()[:16]}"
+
+
+def _cache_root() -> Path:
+    if numba_config.CACHE_DIR:  # set by NUMBA_CACHE_DIR
+        return Path(numba_config.CACHE_DIR)
+    home = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+    return Path(home).expanduser() / "stickslip"
+
+
+@cache
+def source_hash() -> str:
+    """Hexadecimal SHA-256 of the package's Python sources: the fingerprint of the code."""
+    root = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    for path in sorted(root.rglob("*.py")):
+        digest.update(path.relative_to(root).as_posix().encode() + b"\0")
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+@cache
+def processor() -> str:
+    """The kind of processor that code is compiled for: numbers agree to the last bit within one."""
+    return str(numba_config.CPU_NAME or get_host_cpu_name())
+
+
+@cache
+def warn_once(message: str) -> None:
+    """A RuntimeWarning, the first time that this is said."""
+    warnings.warn(message, RuntimeWarning, stacklevel=3)

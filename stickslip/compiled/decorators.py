@@ -1,0 +1,66 @@
+"""The house decorators for compiled code, and the reason for every flag.
+
+`error_model="numpy"`: a division by zero gives inf, which the drives detect, instead of an
+exception that no loop over lanes or GPU thread could raise. `nogil`: blocks of points run on
+threads. Never `fastmath=True`: it lets NaN pass `err <= 1` (docs/decisions/compiled-code.md).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import numba
+
+from stickslip.compiled.cache import CacheFolder, SealedCompiler, SteadyCache, warn_once
+
+_FLAGS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+
+_products: Counter[tuple[str, str]] = Counter()
+
+# a*b + c in one rounding, and one reciprocal for several divisions by the same number: both keep
+# NaN and are exact under the model's scalings by powers of two. Never to be added: `reassoc`, which
+# would break the roundings in elementary.py, and `nsz`, which takes the sign off a zero and with it
+# the direction in which the error estimate looks away from a cusp (a test fails).
+_FASTMATH = {"contract", "arcp"}
+
+
+def jit(function: Callable[..., Any]) -> Any:
+    """A compiled function that belongs to a drive; it is compiled into the door that calls it."""
+    return numba.njit(**_FLAGS, fastmath=_FASTMATH)(_told_apart(function))
+
+
+def inline(function: Callable[..., Any]) -> Any:
+    """A small scalar function that must vanish into its caller: every equation of the model."""
+    return numba.njit(**_FLAGS, fastmath=_FASTMATH, forceinline=True)(_told_apart(function))
+
+
+def _told_apart(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function under a name of its own, where a factory makes several of one name.
+
+    Numba tells those apart by a counter that starts anew in each process. Two doors that were
+    cached by different processes could so hold different code under one symbol, and the linker
+    would take the first for both.
+    """
+    name = function.__module__, function.__qualname__
+    number = _products[name]
+    _products[name] += 1
+    if number:
+        function.__qualname__ += f"_{number}"
+    return function
+
+
+def door(function: Callable[..., Any]) -> Any:
+    """A compiled entry point: takes plain data only and is cached on disk.
+
+    Numba's own check sees only the file that holds the door, so an edit of the physics in another
+    file would go unnoticed; the cache folder is therefore named by a hash of all sources.
+    """
+    dispatcher = numba.njit(**_FLAGS, fastmath=_FASTMATH, pipeline_class=SealedCompiler)(function)
+    with CacheFolder():
+        try:
+            dispatcher._cache = SteadyCache(function)  # what njit(cache=True) does, with our class
+        except RuntimeError:  # no writable folder anywhere
+            warn_once("compiled code cannot be cached: no writable folder; set NUMBA_CACHE_DIR")
+    return dispatcher

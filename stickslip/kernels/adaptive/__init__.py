@@ -1,0 +1,1 @@
+"""The adaptive method in lanes: passes of many points, and what they record."""

@@ -1,0 +1,1 @@
+"""The paper's Euler-Cromer scheme in lanes: many points marched side by side."""

@@ -1,0 +1,1 @@
+"""What is measured along an orbit, and the result row that it becomes."""

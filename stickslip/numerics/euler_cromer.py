@@ -1,0 +1,47 @@
+"""The fixed-step drive: Euler-Cromer for a position, its velocity and one more variable."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from stickslip.compiled.decorators import jit
+from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
+from stickslip.numerics.linear import Vector, finite
+
+# Looking at every step for NaN would cost as much as the step.
+_STEPS_BETWEEN_CHECKS = 4096
+
+
+def make_fixed(increments: Callable[..., tuple[float, float]], observe: Callable[..., None]) -> Any:
+    """The Euler-Cromer drive of the state (x, v, w), as in the paper.
+
+    `increments(p, t, dt, y)` gives what v and w gain in a step from the old state; x then moves
+    with the *new* v; w is reflected at 0. `observe(p, t, dt, y0, y1, record)` sees every step.
+
+    The drive maps (p, t0, t1, steps, y, budget, record) to (y, done, status) in `steps` equal
+    steps; it ends with OK, STEP_LIMIT, or DIVERGED within 4096 steps of the state not being
+    finite. Order 1; stable only for steps below 2/(fastest rate), which it does not check.
+    """
+
+    @jit
+    def advance(
+        p: Any, t0: float, t1: float, steps: int, y: Vector, budget: int, record: Any
+    ) -> tuple[Vector, int, int]:
+        dt = (t1 - t0) / steps
+        x, v, w = y
+        for done in range(steps):
+            if done % _STEPS_BETWEEN_CHECKS == 0 and not finite((x, v, w)):
+                return (x, v, w), done, DIVERGED
+            if done >= budget:
+                return (x, v, w), done, STEP_LIMIT
+            t = t0 + done * dt
+            dv, dw = increments(p, t, dt, (x, v, w))
+            old = (x, v, w)
+            v += dv
+            x += dt * v
+            w = abs(w + dw)
+            observe(p, t, dt, old, (x, v, w), record)
+        return (x, v, w), steps, OK if finite((x, v, w)) else DIVERGED
+
+    return advance

@@ -1,0 +1,232 @@
+"""The fixed-step drive in lanes: Euler-Cromer for many trajectories side by side.
+
+The unit of time is a lane's own step, so that no step length appears. All lanes go on by one step
+at a time; in a lane that has nothing to do the step is wasted, and nobody looks. The numbers of a
+lane do not depend on what the other lanes hold, nor on which lane it is.
+
+The drive of the system is a sine, and advances by second differences: V(n+1) - 2 V(n) + V(n-1) is
+-turn V(n), which is exact for turn = 4 sin^2(angle/2) and costs two operations. It is set right
+again from the sine itself every so many steps, before its roundings add up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from stickslip.compiled.decorators import inline, jit
+from stickslip.compiled.simd import LANES, for_lanes
+from stickslip.numerics.adaptive import DIVERGED, OK
+from stickslip.numerics.adaptive_lanes import aligned
+from stickslip.numerics.linear import finite
+from stickslip.status import Status
+
+PENDING = int(Status.PENDING)
+
+WIDTH = 4 * LANES
+"""Lanes side by side. A step of one lane waits for its own results ten times as long as it takes to
+compute; 64 lanes keep the machine busy meanwhile, and their numbers stay in its nearest cache."""
+
+# Looking at every step for NaN, or for the sine, would cost as much as the step.
+STEPS_BETWEEN_CHECKS = 4096
+
+# Slots of a lane: the state (x, v, w) and the drive with its change in the last step; then what
+# stays the same in a lane, first of all the second difference of the drive as a part of it.
+X, V, W, DRIVE, CHANGE, TURN, FREE = range(7)
+
+
+class Tasks(NamedTuple):
+    """Trajectories to be marched, one a row.
+
+    `rows` (n, slots) holds all that a lane does; `done` and `total` (n,) steps; `status` (n,)
+    is PENDING while there are steps to do, then OK or DIVERGED.
+    """
+
+    rows: np.ndarray
+    done: np.ndarray
+    total: np.ndarray
+    status: np.ndarray
+
+
+@inline
+def at(lanes: np.ndarray, slot: int, lane: int) -> float:
+    """The number in a slot of a lane."""
+    return lanes[slot * WIDTH + lane]
+
+
+@inline
+def put(lanes: np.ndarray, slot: int, lane: int, value: float) -> None:
+    """Write a slot of a lane."""
+    lanes[slot * WIDTH + lane] = value
+
+
+def make_fixed_lanes(
+    parameters: Callable[..., Any],
+    increments: Callable[..., tuple[float, float]],
+    observe: Callable[..., None],
+    sine: Callable[..., tuple[float, float]],
+    slots: int,
+) -> Any:
+    """The Euler-Cromer drive of many systems of one kind.
+
+    `parameters(lanes, lane)` reads what a lane holds in the slots from FREE to `slots`;
+    `increments(p, V, y)` gives what v and w gain in a step from the state y = (x, v, w) under the
+    drive V; x then gains the *new* v, and w is reflected at 0. `observe(p, V, y, lanes, lane)`
+    sees every step at its start. All three must be free of branches, calls and divisions.
+    `sine(p, n)` gives the drive at step n and its change since step n - 1.
+
+    The drive maps (tasks, queue, budget) to the steps that are left of the budget: it marches the
+    PENDING ones among the rows of `queue`, for at most `budget` steps of all lanes together, and
+    leaves in `tasks` what it needs to go on. Where the budget ends makes no difference to a
+    result. A state that is not finite is noticed within 4096 steps. Order 1; stable only for
+    steps below 2/(fastest rate), which it does not check.
+    """
+    march, check = _make_march(parameters, increments, observe), _make_check(parameters, sine)
+    fill, look = _make_fill(check), _make_look(check)
+
+    @jit
+    def work(tasks: Tasks, queue: np.ndarray, budget: int) -> int:
+        lanes, row_of = aligned(slots * WIDTH), np.empty(WIDTH, np.int64)
+        active, following = fill(tasks, queue, lanes, row_of, 0, 0)
+        while active > 0 and budget > 0:
+            steps = min(budget, _steps_to_next_check(tasks, row_of, active))
+            march(lanes, (active + LANES - 1) // LANES * LANES, steps)
+            budget -= steps
+            active = look(tasks, lanes, row_of, active, steps)
+            active, following = fill(tasks, queue, lanes, row_of, active, following)
+        for lane in range(active):
+            _store(tasks.rows[row_of[lane]], lanes, lane)
+        return budget
+
+    return work
+
+
+def _make_march(
+    parameters: Callable[..., Any],
+    increments: Callable[..., tuple[float, float]],
+    observe: Callable[..., None],
+) -> Any:
+    """The hot loop: so many steps of so many lanes."""
+
+    @inline
+    def step(lane: int, lanes: np.ndarray) -> None:
+        p = parameters(lanes, lane)
+        drive, turn = at(lanes, DRIVE, lane), at(lanes, TURN, lane)
+        x, v, w = at(lanes, X, lane), at(lanes, V, lane), at(lanes, W, lane)
+        observe(p, drive, (x, v, w), lanes, lane)
+        dv, dw = increments(p, drive, (x, v, w))
+        v += dv
+        change = at(lanes, CHANGE, lane) - turn * drive
+        put(lanes, X, lane, x + v)
+        put(lanes, V, lane, v)
+        put(lanes, W, lane, abs(w + dw))
+        put(lanes, DRIVE, lane, drive + change)
+        put(lanes, CHANGE, lane, change)
+
+    @jit
+    def march(lanes: np.ndarray, count: int, steps: int) -> None:
+        for _ in range(steps):
+            for_lanes(count, step, (lanes,))
+
+    return march
+
+
+def _make_check(parameters: Callable[..., Any], sine: Callable[..., tuple[float, float]]) -> Any:
+    """What is due every so many steps: see whether a lane goes on, and set its drive right."""
+
+    @jit
+    def check(tasks: Tasks, row: int, lanes: np.ndarray, lane: int) -> None:
+        done = tasks.done[row]
+        if not finite((at(lanes, X, lane), at(lanes, V, lane), at(lanes, W, lane))):
+            tasks.status[row] = DIVERGED
+        elif done >= tasks.total[row]:
+            tasks.status[row] = OK
+        elif done % STEPS_BETWEEN_CHECKS == 0:
+            drive, change = sine(parameters(lanes, lane), done)
+            put(lanes, DRIVE, lane, drive)
+            put(lanes, CHANGE, lane, change)
+
+    return check
+
+
+def _make_fill(check: Callable[..., None]) -> Any:
+    """Give idle lanes the next rows of the queue."""
+
+    @jit
+    def fill(
+        tasks: Tasks,
+        queue: np.ndarray,
+        lanes: np.ndarray,
+        row_of: np.ndarray,
+        active: int,
+        following: int,
+    ) -> tuple[int, int]:
+        while active < WIDTH and following < queue.shape[0]:
+            row = queue[following]
+            following += 1
+            if tasks.status[row] == PENDING:
+                _load(tasks.rows[row], lanes, active)
+                row_of[active] = row
+                if tasks.done[row] % STEPS_BETWEEN_CHECKS == 0 or _arrived(tasks, row):
+                    check(tasks, row, lanes, active)
+                active += 1 if tasks.status[row] == PENDING else 0
+        return active, following
+
+    return fill
+
+
+def _make_look(check: Callable[..., None]) -> Any:
+    """Look after the lanes that need it, and let go of those that are through."""
+
+    @jit
+    def look(tasks: Tasks, lanes: np.ndarray, row_of: np.ndarray, active: int, steps: int) -> int:
+        for lane in range(active - 1, -1, -1):
+            row = row_of[lane]
+            tasks.done[row] += steps
+            if tasks.done[row] % STEPS_BETWEEN_CHECKS == 0 or _arrived(tasks, row):
+                check(tasks, row, lanes, lane)
+            if tasks.status[row] != PENDING:
+                _store(tasks.rows[row], lanes, lane)
+                active -= 1
+                row_of[lane] = row_of[active]
+                _move(lanes, active, lane)
+        return active
+
+    return look
+
+
+@inline
+def _load(row: np.ndarray, lanes: np.ndarray, lane: int) -> None:
+    for slot in range(row.shape[0]):
+        put(lanes, slot, lane, row[slot])
+
+
+@inline
+def _store(row: np.ndarray, lanes: np.ndarray, lane: int) -> None:
+    for slot in range(row.shape[0]):
+        row[slot] = at(lanes, slot, lane)
+
+
+@inline
+def _move(lanes: np.ndarray, source: int, target: int) -> None:
+    """Let the last lane fill a gap: the fewer lanes are at work, the shorter a step takes."""
+    for slot in range(lanes.shape[0] // WIDTH):
+        put(lanes, slot, target, at(lanes, slot, source))
+
+
+@inline
+def _arrived(tasks: Tasks, row: int) -> bool:
+    return tasks.done[row] >= tasks.total[row]
+
+
+@inline
+def _steps_to_next_check(tasks: Tasks, row_of: np.ndarray, active: int) -> int:
+    """Steps that all lanes can do before one of them needs attention."""
+    steps = STEPS_BETWEEN_CHECKS
+    for lane in range(active):
+        done = tasks.done[row_of[lane]]
+        left = tasks.total[row_of[lane]] - done
+        steps = min(steps, left, STEPS_BETWEEN_CHECKS - done % STEPS_BETWEEN_CHECKS)
+    return steps

@@ -1,0 +1,60 @@
+"""Step control: how long the next step may be, from the errors of the last ones."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stickslip.compiled.decorators import inline
+from stickslip.numerics.linear import larger
+
+# Aim below the tolerance so that few steps are rejected, and never change the step by much more
+# than an order of magnitude (Hairer & Wanner).
+_SAFETY = 0.9
+_GROWTH, _SHRINKAGE = 6.0, 0.1
+
+# An error below this part of the tolerance says no more than that the step may grow.
+_SMALLEST = 1e-10
+
+# ... and one above this, no more than that it must shrink; the roots know no infinity.
+_LARGEST = 1e300
+
+START = 1e-4 ** (1.0 / 16.0)
+"""What to remember of the errors before the first step."""
+
+
+@inline
+def inverse_fourth_root(x: float) -> float:
+    """x^(-1/4) for normal `x` > 0 to 5e-5: all that a step control needs."""
+    bits = np.float64(x).view(np.uint64)
+    r = np.uint64(np.uint64(0x4FEB3FA8A5A9C1D4) - (bits >> np.uint64(2))).view(np.float64)
+    for _ in range(2):
+        square = r * r
+        r = r * (1.25 - 0.25 * x * (square * square))
+    return r
+
+
+@inline
+def _limited(factor: float) -> float:
+    return larger(_GROWTH if factor > _GROWTH else factor, _SHRINKAGE)
+
+
+@inline
+def after_rejection(error: float) -> float:
+    """Ratio of the next step to a rejected one, for an estimate of fourth order in the step.
+
+    A quarter after NaN: that may avoid an overflow.
+    """
+    finite = _LARGEST if error > _LARGEST else error
+    factor = _limited(_SAFETY * inverse_fourth_root(finite))
+    return factor if error == error else 0.25
+
+
+@inline
+def after_success(error: float, remembered: float) -> tuple[float, float]:
+    """Ratio of the next step to an accepted one, and what to remember for the next.
+
+    A PI controller (Gustafsson), error^(-1/8) before^(1/16): the step follows the error half as
+    fast as it could, and counts what the error did. `remembered` is before^(1/16).
+    """
+    inverse = inverse_fourth_root(larger(error, _SMALLEST))
+    return _limited(_SAFETY * np.sqrt(inverse) * remembered), inverse_fourth_root(inverse)

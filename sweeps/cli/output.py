@@ -1,0 +1,153 @@
+"""What the command line prints about a sweep, a file or the installation."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TextIO
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+    from numpy.typing import NDArray
+
+    from sweeps.engine.outcome import Outcome
+    from sweeps.engine.plan import Plan
+
+
+def write_timing(outcome: Outcome, workers: int, backend: str) -> None:
+    """Timing in a file beside the result, because it is no part of the result."""
+    import json
+    import platform
+
+    from stickslip.compiled.cache import processor, source_hash
+
+    timing = {
+        "seconds": round(outcome.seconds, 3),
+        "kernel_seconds": round(outcome.kernel_seconds, 3),
+        "points": outcome.computed,
+        "points_per_second": round(outcome.computed / max(outcome.seconds, 1e-9), 3),
+        "workers": workers,
+        "backend": backend,
+        "machine": platform.machine(),
+        "processor": processor(),
+        "code_sha256": source_hash(),
+    }
+    path = outcome.output.with_name(outcome.output.name + ".timing.json")
+    try:
+        path.write_text(json.dumps(timing, indent=2) + "\n")
+    except OSError as error:
+        print(f"warning: the timing was not written: {error}", file=sys.stderr)
+
+
+def print_summary(outcome: Outcome) -> None:
+    """Print where the result is and how it went."""
+    from sweeps.engine.progress import duration
+
+    print(outcome.output)
+    points = f"{outcome.points} points"
+    if outcome.computed:
+        rate = outcome.computed / max(outcome.seconds, 1e-9)
+        computed = "" if outcome.computed == outcome.points else f", {outcome.computed} computed"
+        points += f"{computed} in {duration(outcome.seconds)} ({rate:.1f} points/s)"
+    worst = outcome.worst_error
+    error = "" if math.isnan(worst) else f", largest amplitude error {worst:.1e}"
+    print(f"{points}, {outcome.failures} failed{error}")
+    print_reasons(outcome.statuses)
+    print_doubts(outcome.doubts)
+
+
+def print_reasons(statuses: Sequence[int] | NDArray[np.int64], *, to: TextIO | None = None) -> None:
+    """Print how many points did not end ok, and what that means; nothing where all did."""
+    from stickslip.status import Status
+
+    for status in Status:
+        count = int(statuses[status])
+        if count and status is not Status.OK:
+            line = f"  {count} {status.name.lower()}: {status.sentence}"
+            print(line, file=to or sys.stderr)
+
+
+def print_doubts(doubts: tuple[int, int]) -> None:
+    """Print warnings of points that look wrong without being impossible."""
+    from stickslip.plausibility import DOUBTFUL_BALANCE
+
+    balance, stress = doubts
+    if balance:
+        print(
+            f"warning: power_balance_error is above {DOUBTFUL_BALANCE:g} on {balance} points; "
+            "a smaller integrator.rtol (or dt) makes sure of them",
+            file=sys.stderr,
+        )
+    if stress:
+        print(
+            f"warning: the elastic stress exceeds its static maximum by more than 10 % on {stress} "
+            "points; slow kinetics may do that, an inaccurate integration too",
+            file=sys.stderr,
+        )
+
+
+def print_plan(plan: Plan, slots: str) -> None:
+    """Print what a sweep would take."""
+    from sweeps.engine.outcome import size_text
+
+    print(f"points: {plan.points}" + (f", {plan.there} of them are there" if plan.there else ""))
+    print(f"blocks: {plan.blocks}")
+    print(
+        f"bytes: up to {size_text(plan.result_bytes)} for the result, "
+        f"{size_text(plan.journal_bytes)} for the journal on the way"
+    )
+    sample = f"from a sample of {plan.pilot_points}" if plan.pilot_points else "nothing to compute"
+    print(f"time: {plan.time} on {slots}, {sample}")
+
+
+def print_state(state: Mapping[str, Any]) -> None:
+    """Print how a sweep stands."""
+    from stickslip.status import Status
+    from sweeps.engine.progress import duration
+
+    print(f"{state['output']}: {state['state']}")
+    if "points" not in state:
+        return
+    print(f"{state['done']} of {state['points']} points done, {state['failed']} failed")
+    if state.get("seconds_left") is not None:
+        left = duration(state["seconds_left"])
+        print(f"{state['points_per_second']:.1f} points/s, about {left} left")
+    if "pid" in state:
+        print(f"process {state['pid']} on {state['host']}, last heard of {state['updated']}")
+    counts = [0] * 128
+    for name, count in state["statuses"].items():
+        counts[Status[name.upper()]] = count
+    print_reasons(counts, to=sys.stdout)
+
+
+def describe_installation() -> None:
+    """Print versions, machine, hash of the code and the folder of compiled code."""
+    import platform
+
+    from stickslip.compiled.cache import cache_folder, source_hash
+    from sweeps.files.attributes import software
+
+    print(software())
+    print(f"machine: {platform.machine()}, {platform.system()}")
+    print(f"code: {source_hash()}")
+    print(f"compiled code is cached in: {cache_folder()}")
+
+
+def describe_file(ds: xr.Dataset) -> None:
+    """Print what a result file holds and where it comes from."""
+    from sweeps.files.datasets import content_hash
+
+    print(f"title: {ds.attrs.get('title', '')}")
+    print("dimensions: " + (", ".join(f"{d} {n}" for d, n in ds.sizes.items()) or "none"))
+    print(f"variables: {', '.join(map(str, ds.data_vars))}")
+    if "status" in ds:
+        meanings = str(ds.status.attrs["flag_meanings"]).split()
+        for flag, meaning in zip(ds.status.attrs["flag_values"], meanings, strict=True):
+            count = int((ds.status == flag).sum())
+            if count:
+                print(f"  {meaning}: {count}")
+    for name in ("source", "history", "software", "config_sha256"):
+        print(f"{name}: {ds.attrs.get(name, 'unknown')}")
+    print(f"content_sha256: {content_hash(ds)}")

@@ -1,0 +1,236 @@
+"""A config: what to compute and how, read strictly from YAML or from a dict.
+
+Nothing here computes physics: checks that do are handed to `load` as functions.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from pydantic import BaseModel, ConfigDict
+
+from stickslip.parameters import Parameters
+from stickslip.variables import PARAMETERS, canonical_name
+from sweeps.config.diagnostics import ConfigError, Findings, Origin, Problem, did_you_mean, shown
+from sweeps.config.located import UNREADABLE, Entry, entry_of
+from sweeps.config.numbers import text
+from sweeps.config.overrides import apply_overrides
+from sweeps.config.parameter_space import read_space, refuse_frozen_start
+from sweeps.config.schema import (
+    SECTIONS,
+    Execution,
+    Integrator,
+    Noise,
+    Plot,
+    Simulation,
+    Stationary,
+    read_section,
+)
+from sweeps.config.yaml_reader import read_file, read_text
+from sweeps.config.yaml_writer import block_yaml
+
+__all__ = ["Check", "Config", "ConfigError", "Problem", "from_mapping", "from_yaml", "load"]
+
+KEYS = ("title", "model", "sweep", "cases", *SECTIONS, "output")
+
+
+class Config(BaseModel):
+    """A config without problems, every setting resolved; made by `load` and `from_mapping`.
+
+    Parameters go by their full names. `model` holds the fixed ones that were given; `parameters`
+    adds the paper's values for the rest. `sweep` keeps the order of its axes. Two configs are
+    equal if they ask for the same computation, executed in the same way into the same file.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    title: str | None = None
+    model: dict[str, float] = {}
+    sweep: dict[str, tuple[float, ...]] = {}
+    cases: dict[str, tuple[float, ...]] = {}
+    integrator: Integrator = Integrator()
+    stationary: Stationary = Stationary()
+    noise: Noise = Noise()
+    output: str
+    execution: Execution = Execution()
+    plot: Plot = Plot()
+    simulation: Simulation = Simulation()
+    warnings: tuple[str, ...] = ()
+
+    def parameters(self) -> Parameters:
+        """The fixed parameters, with the paper's values for those that are not given."""
+        return Parameters(**self.model)
+
+    def resolved(self) -> dict[str, Any]:
+        """Everything that defines the result, without `execution` and `output`, ready for JSON."""
+        varied = {*self.sweep, *self.cases}
+        fixed = self.parameters()._asdict()
+        title = {} if self.title is None else {"title": self.title}
+        return title | {
+            "model": {name: value for name, value in fixed.items() if name not in varied},
+            "sweep": {name: list(values) for name, values in self.sweep.items()},
+            "cases": {name: list(values) for name, values in self.cases.items()},
+            "integrator": self.integrator.settings(),
+            "stationary": self.stationary.model_dump(),
+            "noise": self.noise.model_dump(exclude_none=True),
+            "plot": self.plot.model_dump(),
+            "simulation": self.simulation.model_dump(),
+        }
+
+    def resolved_yaml(self) -> str:
+        """`resolved` as YAML; loading it gives an equal config but for `execution` and `output`."""
+        return block_yaml(self.resolved())
+
+    def sha256(self) -> str:
+        """Hash of what defines the numbers of a sweep: title, plot and simulation do not enter."""
+        parts = self.resolved()
+        for key in ("title", "plot", "simulation"):
+            parts.pop(key, None)
+        # As pairs, because the order of the axes is the order of the dimensions.
+        parts["sweep"] = list(parts["sweep"].items())
+        canonical = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
+        return hashlib.sha256(canonical.encode()).hexdigest()
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Config):
+            return NotImplemented
+        return self._identity() == other._identity()
+
+    def __hash__(self) -> int:
+        return hash(self._identity())
+
+    def _identity(self) -> tuple[str, str, Execution]:
+        return self.resolved_yaml(), self.output, self.execution
+
+
+# Looks at a config that is otherwise sound, and yields the key and the message of each problem.
+Check: TypeAlias = Callable[[Config], Iterable[tuple[str, str]]]
+
+
+def load(
+    path: str | Path, overrides: Sequence[str] = (), *, checks: Sequence[Check] = ()
+) -> Config:
+    """The config in a YAML file.
+
+    Parameters
+    ----------
+    path
+        The file. The default output is `results/<stem of the file>.nc`.
+    overrides
+        `KEY=VALUE` texts as of `--set`; see `sweeps.config.overrides`.
+    checks
+        Further checks of the config, such as those that need the physics.
+
+    Raises
+    ------
+    ConfigError
+        The file cannot be used; all problems are reported at once.
+    """
+    path, findings = Path(path), Findings()
+    root = read_file(path, findings)
+    return _config(root, findings, overrides, f"results/{path.stem}.nc", checks)
+
+
+def from_mapping(
+    mapping: Mapping[str, Any],
+    source: str = "<dict>",
+    overrides: Sequence[str] = (),
+    *,
+    checks: Sequence[Check] = (),
+) -> Config:
+    """The config in a dict of the same shape as a file; see `load`.
+
+    The default output is `results/sweep.nc`; `source` stands for the file in messages.
+    """
+    findings = Findings()
+    root = entry_of(mapping, source, findings)
+    return _config(root, findings, overrides, "results/sweep.nc", checks)
+
+
+def from_yaml(yaml: str, source: str = "<text>", overrides: Sequence[str] = ()) -> Config:
+    """The config in a YAML text, such as the one that a result file carries; see `load`."""
+    findings = Findings()
+    root = read_text(yaml, source, findings)
+    return _config(root, findings, overrides, "results/sweep.nc", ())
+
+
+def _config(
+    root: Entry | None,
+    findings: Findings,
+    overrides: Sequence[str],
+    output: str,
+    checks: Sequence[Check],
+) -> Config:
+    if root is not None and not isinstance(root.value, dict):
+        message = f"must hold lines `key: value`, not {shown(root.value)}"
+        findings.refuse(root.origin, "", message)
+        root = None
+    case = apply_overrides(root or Entry({}, Origin("")), overrides, findings)
+    if root is None:
+        findings.raise_problems()
+        raise AssertionError("an unreadable config leaves a problem behind")
+    fields = _fields(root, case, output, findings)
+    findings.raise_problems()
+    config = Config(**fields, warnings=tuple(map(str, findings.warnings)))
+    _run(checks, config, root, findings)
+    return config
+
+
+def _fields(root: Entry, case: Entry | None, output: str, findings: Findings) -> dict[str, Any]:
+    _refuse_unknown_keys(root, findings)
+    space = read_space(root, case, findings)
+    sections = {name: read_section(root, name, findings) for name in SECTIONS}
+    noise = sections["noise"]
+    if isinstance(noise, Noise):
+        where = root.origin_at(("noise", "treatment"))
+        refuse_frozen_start(root, space, noise.treatment, where, findings)
+    return {
+        "title": _text(root, "title", None, findings),
+        "model": space.model,
+        "sweep": space.sweep,
+        "cases": space.cases,
+        "output": _text(root, "output", output, findings),
+        **sections,
+    }
+
+
+def _refuse_unknown_keys(root: Entry, findings: Findings) -> None:
+    for key, entry in root.value.items():
+        if key in KEYS:
+            continue
+        findings.refuse(entry.origin, key, f"unknown key{_place_or_name(key)}")
+
+
+def _place_or_name(key: str) -> str:
+    """Where an unknown key would be right, or which key may be meant."""
+    if canonical_name(key):
+        return "; a parameter stands under `model`, `sweep` or `cases`"
+    homes = [f"`{name}`" for name, section in SECTIONS.items() if key in section.model_fields]
+    if homes:
+        return f"; it stands under {' or '.join(homes)}"
+    return did_you_mean(key, [*KEYS, *PARAMETERS]) or f"; known are {', '.join(KEYS)}"
+
+
+def _text(root: Entry, key: str, default: str | None, findings: Findings) -> str | None:
+    entry = root.value.get(key)
+    if entry is None or entry.value is None or entry.value is UNREADABLE:
+        return default
+    try:
+        value = text(entry.value)
+    except ValueError as error:
+        findings.refuse(entry.origin, key, str(error))
+        return default
+    if not value.strip():
+        findings.refuse(entry.origin, key, "must not be empty; leave it out instead")
+    return value
+
+
+def _run(checks: Sequence[Check], config: Config, root: Entry, findings: Findings) -> None:
+    for check in checks:
+        for key, message in check(config):
+            findings.refuse(root.origin_at(tuple(key.split("."))), key, message)
+    findings.raise_problems()

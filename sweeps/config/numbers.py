@@ -1,0 +1,98 @@
+"""Numbers and texts as people write them in a config, and what to say of those that are neither."""
+
+from __future__ import annotations
+
+import math
+import re
+from numbers import Real
+
+from sweeps.config.diagnostics import shown
+
+# Digits beyond this are beyond a float; a bound keeps int() and the division quick.
+_RATIONAL = re.compile(r"\s*([+-]?\d{1,300})\s*/\s*(\d{1,300})\s*")
+RATIONAL_PATTERN = r"^\s*[+-]?\d+\s*/\s*\d+\s*$"
+
+_NUMBER = r"[-+]?(\.\d+|\d+(\.\d*)?)([eE][-+]?\d+)?"
+_REMEDIES = (
+    (_NUMBER, "write the number without quotes"),
+    (r"[-+]?\d{1,3}(,\d{3})+(\.\d*)?", "write it without thousands separators"),
+    (r"[-+]?\d+,\d+", "write it with a decimal point"),
+    (r"[-+]?\d+(_\d+)+.*", "write it without underscores"),
+    (r"\d+(:\d+)+", "a colon has no meaning in a number"),
+    (rf"{_NUMBER}\s*[^\d\s.,*/+^()-].*", "write the number alone, in SI units"),
+    (r"[\d\s.eE*/+^()-]+", "nothing is computed but fractions of integers such as -2/3"),
+)
+
+
+def number(value: object) -> float:
+    """`value` as a float: a number, or a fraction of two integers such as the text `-2/3`.
+
+    NaN and infinities pass; -0 becomes 0, so that equal numbers have one spelling.
+
+    Raises
+    ------
+    ValueError
+        It is no number; booleans and quoted numbers are none. The message names the remedy.
+    """
+    if isinstance(value, str):
+        return _rational(value)
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise ValueError(f"must be a number, not {shown(value)}")
+    try:
+        return float(value) + 0.0
+    except OverflowError:
+        return math.inf
+
+
+def whole(value: object) -> int:
+    """`value` as an int; 1e3 counts as 1000.
+
+    Raises
+    ------
+    ValueError
+        It is no whole number.
+    """
+    if isinstance(value, int) and not isinstance(value, bool):
+        return value
+    real = number(value)
+    if isinstance(value, str) or not real.is_integer():
+        raise ValueError(f"must be a whole number, not {shown(value)}")
+    return int(real)
+
+
+def text(value: object) -> str:
+    """`value` if it is a text that a file can hold.
+
+    Raises
+    ------
+    ValueError
+        It is no text, or contains control characters.
+    """
+    if not isinstance(value, str):
+        hint = "; put it in quotes" if isinstance(value, (bool, int, float)) else ""
+        raise ValueError(f"must be a text, not {shown(value)}{hint}")
+    if re.search(r"[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]", value):
+        raise ValueError("must not contain control characters")
+    return value
+
+
+def _rational(value: str) -> float:
+    match = _RATIONAL.fullmatch(value)
+    if not match:
+        raise ValueError(f"must be a number, not {shown(value)}{_remedy(value)}")
+    numerator, denominator = map(int, match.groups())
+    if denominator == 0:
+        raise ValueError(f"must be a number, but {shown(value)} divides by zero")
+    try:
+        return numerator / denominator + 0.0
+    except OverflowError:
+        return math.copysign(math.inf, numerator)
+
+
+def _remedy(value: str) -> str:
+    # Only the beginning: nobody writes a number this long, and the patterns stay quick.
+    beginning = value.strip()[:80]
+    for pattern, remedy in _REMEDIES:
+        if re.fullmatch(pattern, beginning):
+            return f"; {remedy}"
+    return ""

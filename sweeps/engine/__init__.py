@@ -1,0 +1,1 @@
+"""Sweeps: what is missing is computed, recorded and put into a result."""

@@ -1,0 +1,1 @@
+"""Where blocks are computed: threads, processes, or the workers of a dask cluster."""

@@ -1,0 +1,64 @@
+"""What a config asks of the integrators, and the checks of a config that need the physics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stickslip import stability
+from stickslip.orbit import Options
+from sweeps.config.load import Config
+from sweeps.grid import Grid
+
+# Enough points to look at, at once, for a stable one.
+_CHUNK = 100_000
+
+
+def options_of(config: Config) -> Options:
+    """The options of a config for `compute_orbits`."""
+    return Options(
+        method=config.integrator.method,
+        rtol=config.integrator.rtol,
+        dt=config.integrator.dt,
+        max_steps=config.integrator.max_steps,
+        stationary_rtol=config.stationary.rtol,
+        max_periods=config.stationary.max_periods,
+        accelerate=config.stationary.accelerate,
+        noise=config.noise.treatment,  # type: ignore[arg-type]  # stochastic is refused on reading
+    )
+
+
+def coarse_step(config: Config) -> Iterator[str]:
+    """Warnings of a fixed step that is unstable for some points, or inaccurate."""
+    if config.integrator.method != "euler-cromer":
+        return
+    grid = Grid.from_config(config)
+    largest = stability.largest_stable_step(grid.points(0, min(_CHUNK, grid.size)))
+    refused = int((config.integrator.dt > largest).sum())
+    if refused:
+        yield (
+            f"integrator.dt: the step of {config.integrator.dt:g} s is unstable for {refused} of "
+            f"the {len(largest)} points looked at; they will be refused"
+        )
+    elif (config.integrator.dt > stability.ACCURATE_PART * largest).any():
+        yield (
+            f"integrator.dt: the step of {config.integrator.dt:g} s is stable, but coarse: errors "
+            f"are proportional to it; take {stability.step_as_text(largest.min() / 4)} s or less"
+        )
+
+
+def unstable_step(config: Config) -> Iterator[tuple[str, str]]:
+    """A fixed step that is unstable for every point of the config."""
+    if config.integrator.method != "euler-cromer":
+        return
+    grid, largest = Grid.from_config(config), 0.0
+    for start in range(0, grid.size, _CHUNK):
+        points = grid.points(start, min(start + _CHUNK, grid.size))
+        largest = max(largest, float(stability.largest_stable_step(points).max()))
+        if config.integrator.dt <= largest:
+            return
+    allowed = stability.step_as_text(largest)
+    yield (
+        "integrator.dt",
+        f"the step of {config.integrator.dt:g} s is unstable for every point and would give "
+        f"finite but wrong amplitudes; the largest allowed step is {allowed} s",
+    )

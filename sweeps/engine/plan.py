@@ -1,0 +1,111 @@
+"""What a sweep would take, before it is begun: points, blocks, bytes, time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.orbit import Options
+from sweeps.config.load import Config
+from sweeps.config.schema import Execution
+from sweeps.engine.blocks import PILOT_BLOCKS, pilot_blocks, pilot_points
+from sweeps.engine.cost import Costs, Estimate
+from sweeps.engine.executors.backends import Backend, make_backend
+from sweeps.engine.existing import Wanted, found_beside
+from sweeps.engine.options import options_of
+from sweeps.engine.signals import Stop
+from sweeps.engine.sweep import RESULT_BYTES_PER_POINT
+from sweeps.engine.worker import Task, compile_kernels, task_of
+from sweeps.files.journal import BYTES_PER_POINT
+from sweeps.files.run_folder import RunFolder
+from sweeps.grid import Grid
+
+_FEW = 16  # points of a block of the first pilot
+_MOMENT = 3.0  # seconds that the second one may take
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a sweep would take.
+
+    `there` of the `points` are computed already; `time` is that of the rest on the given workers,
+    compiling left aside.
+    """
+
+    points: int
+    there: int
+    blocks: int
+    journal_bytes: int
+    result_bytes: int
+    time: Estimate
+    pilot_points: int
+
+
+def plan(config: Config, output: Path, execution: Execution | None = None) -> Plan:
+    """What the sweep of a config would take; computes a pilot sample and keeps nothing.
+
+    Raises
+    ------
+    RefusalError, StorageError
+        What is at the output cannot be read.
+    BackendError
+        The workers cannot be had.
+    """
+    wanted, execution = Wanted.by(config), execution or config.execution
+    done = _done(wanted, output)
+    left = len(done) - int(np.count_nonzero(done))
+    costs, seconds = Costs(), 1.0
+    estimate = Estimate(0.0, 0.0, 0.0)
+    if left:
+        options = options_of(config)
+        compile_kernels(options, wanted.grid)
+        with make_backend(execution) as backend:
+            costs = _pilot(wanted.grid, options, done, backend)
+            estimate, seconds = costs.estimate(left, backend.slots), backend.block_seconds
+    block = execution.block_points or max(1, int(seconds * costs.points / max(costs.seconds, 1e-9)))
+    return Plan(
+        points=len(done),
+        there=len(done) - left,
+        blocks=math.ceil(left / block),
+        journal_bytes=left * BYTES_PER_POINT,
+        result_bytes=len(done) * RESULT_BYTES_PER_POINT,
+        time=estimate,
+        pilot_points=costs.points,
+    )
+
+
+def _done(wanted: Wanted, output: Path) -> NDArray[np.bool_]:
+    """Which points are there already and would not be computed."""
+    done = np.zeros(wanted.grid.size, dtype=bool)
+    for found in found_beside(output, RunFolder(output).journal):
+        if found.settings == wanted.settings:
+            for numbers, _ in found.carried(wanted.grid, None):
+                done[numbers] = True
+    return done
+
+
+def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], backend: Backend) -> Costs:
+    """The costs of few points and, where that takes a moment only, of blocks as a sweep has them.
+
+    Few points do not keep the lanes of a kernel busy, and seem to cost more.
+    """
+    costs = _costs(_sample(grid, options, done, _FEW), backend)
+    affordable = _MOMENT * backend.slots / PILOT_BLOCKS * costs.points / max(costs.seconds, 1e-9)
+    many = min(int(affordable), pilot_points(len(done)))
+    return _costs(_sample(grid, options, done, many), backend) if many > 2 * _FEW else costs
+
+
+def _sample(grid: Grid, options: Options, done: NDArray[np.bool_], points: int) -> Iterator[Task]:
+    return (task_of(grid, block, options) for block in pilot_blocks(done, points))
+
+
+def _costs(tasks: Iterator[Task], backend: Backend) -> Costs:
+    costs = Costs()
+    for block in backend.blocks(tasks, Stop()):
+        costs.learn(len(block.indices), block.seconds)
+    return costs

@@ -1,0 +1,62 @@
+"""How a sweep stands, for whoever asks from another terminal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stickslip.status import Status
+from sweeps.engine.existing import found_in_file, found_in_journal, readable_manifest
+from sweeps.files.chunks import Slabs
+from sweeps.files.datasets import refuse_odd_output
+from sweeps.files.journal import Journal
+from sweeps.files.results import contents
+from sweeps.files.run_folder import RunFolder
+
+State = dict[str, Any]
+
+
+def state_of(output: Path) -> State:
+    """How the sweep to this output stands; nothing is changed, a running sweep is not disturbed.
+
+    `state` is running, stopping, interrupted (the journal waits to be gone on with), partial (a
+    file with pending points), complete or absent; the counts are `points`, `done`, `failed`,
+    `pending` and, by name, `statuses`. A running sweep adds what its heartbeat says: rate, time
+    left, process, host.
+
+    Raises StorageError and RefusalError where what is there cannot be read.
+    """
+    refuse_odd_output(output)
+    folder = RunFolder(output)
+    if folder.is_held():
+        return {"output": str(output), "state": "running"} | folder.last_beat()
+    manifest = readable_manifest(folder.journal)
+    if manifest is not None:
+        grid = found_in_journal(folder.journal, manifest).grid
+        key = bytes.fromhex(manifest["key"])
+        journal = Journal.open(folder.journal, key, Slabs(grid.shape), grid.size, readonly=True)
+        statuses = journal.statuses.copy()
+        journal.close()
+        statuses[Status.PENDING] = grid.size - statuses.sum()
+        whole = statuses[Status.PENDING] == 0 and output.exists()
+        return _counted(output, "complete" if whole else "interrupted", statuses)
+    if output.exists():
+        statuses = contents(output, Slabs(found_in_file(output).grid.shape)).statuses
+        return _counted(output, "partial" if statuses[Status.PENDING] else "complete", statuses)
+    return {"output": str(output), "state": "absent"}
+
+
+def _counted(output: Path, state: str, statuses: np.ndarray) -> State:
+    named = {status.name.lower(): int(statuses[status]) for status in Status}
+    pending, points = named.pop("pending"), int(statuses.sum())
+    return {
+        "output": str(output),
+        "state": state,
+        "points": points,
+        "done": points - pending,
+        "failed": points - pending - named["ok"],
+        "pending": pending,
+        "statuses": {name: count for name, count in named.items() if count},
+    }

@@ -1,0 +1,74 @@
+"""Trajectories from a config: one, or one for each value of a single axis."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+from stickslip.parameters import Parameters
+from stickslip.trajectory import simulate
+from sweeps.config.load import Config
+from sweeps.engine.options import options_of
+from sweeps.files.attributes import add_provenance
+from sweeps.grid import Grid
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class AxisLeftError(ValueError):
+    """A trajectory was asked of a config that still has an axis; the message says which `--set`."""
+
+    def __init__(self, config: Config) -> None:
+        choices = [f"--set {name}={values[0]!r}" for name, values in config.sweep.items()]
+        if config.cases:
+            choices.append("--set case=0")
+        super().__init__(
+            f"the config has {Grid.from_config(config).size} points, a trajectory is one: "
+            f"pick it, for example with {' '.join(choices)}"
+        )
+
+
+def trajectory(config: Config) -> xr.Dataset:
+    """The trajectory that a config without axes describes.
+
+    Raises AxisLeftError, and what `stickslip.simulate` raises.
+    """
+    if config.sweep or config.cases:
+        raise AxisLeftError(config)
+    title = config.title or "Trajectory"
+    return add_provenance(_simulated(config, config.parameters()), config, title)
+
+
+def trajectories(config: Config) -> xr.Dataset:
+    """One trajectory for each value of the only axis of a config, along (axis, sample).
+
+    `time` becomes a coordinate along both, because drive periods differ.
+    """
+    import xarray as xr
+
+    if len(config.sweep) != 1 or config.cases:
+        raise ValueError("several trajectories need a config with exactly one axis")
+    grid = Grid.from_config(config)
+    (axis,) = grid.dims
+    runs = [
+        _simulated(config, Parameters(*point)).reset_index("time").rename_dims(time="sample")
+        for point in grid.points(0, grid.size)
+    ]
+    together = xr.concat(
+        [run.reset_coords("time") for run in runs], dim=axis, combine_attrs="drop_conflicts"
+    )
+    return add_provenance(together.set_coords("time"), config, config.title or "Trajectories")
+
+
+def _simulated(config: Config, parameters: Parameters) -> xr.Dataset:
+    options = asdict(options_of(config))
+    for key in ("stationary_rtol", "accelerate"):
+        options.pop(key)
+    return simulate(
+        parameters,
+        periods=config.simulation.periods,
+        start=config.simulation.start,
+        samples_per_period=config.simulation.samples_per_period,
+        **options,
+    )

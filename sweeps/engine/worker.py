@@ -1,0 +1,107 @@
+"""What a worker does: one block of points in compiled code, with no point taking others along."""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.compiled.cache import processor, source_hash
+from stickslip.orbit import Options, compute_orbits, failed_row, prepare_kernels
+from stickslip.plausibility import doubtful_balance, doubtful_stress
+from sweeps.grid import Grid
+
+log = logging.getLogger(__name__)
+
+
+class WorkerMismatchError(RuntimeError):
+    """A worker runs other sources than the sweep: its numbers would not be those of the sweep."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A block of points to compute: their numbers, parameters (n, 20) and options."""
+
+    indices: NDArray[np.int64]
+    points: NDArray[np.float64]
+    options: Options
+    code: str
+
+
+@dataclass(frozen=True)
+class Block:
+    """Computed points: their numbers, result rows (n, 13) and what is to be told of them."""
+
+    indices: NDArray[np.int64]
+    results: NDArray[np.float64]
+    seconds: float = 0.0
+    processor: str = ""
+    doubts: tuple[int, int] = (0, 0)
+    messages: tuple[str, ...] = ()
+
+    @property
+    def failures(self) -> int:
+        """How many of the points did not end ok."""
+        return int(np.count_nonzero(self.results[:, -1]))
+
+
+def task_of(grid: Grid, indices: NDArray[np.int64], options: Options) -> Task:
+    """The task of computing these points of a grid."""
+    return Task(indices, grid.rows(indices), options, source_hash())
+
+
+def compile_kernels(options: Options, grid: Grid) -> None:
+    """Compile or load what the grid needs, before workers would wait for it."""
+    prepare_kernels(options, grid.values("rheological_index"))
+
+
+def compute_block(task: Task) -> Block:
+    """The result rows of a block; a point that raises gets the status `failed`.
+
+    Raises WorkerMismatchError where the sources here are not those of the one who asks.
+    """
+    if task.code != source_hash():
+        raise WorkerMismatchError(
+            f"a worker has other sources of stickslip ({source_hash()[:12]}) than this sweep "
+            f"({task.code[:12]}); install the same version everywhere"
+        )
+    messages: list[str] = []
+    begun = time.monotonic()
+    try:
+        results, _ = compute_orbits(task.points, task.options)
+    except Exception:  # a point must not take the others with it
+        log.debug("a block failed; its points are computed one by one", exc_info=True)
+        alone = [_alone(point, task.options, messages) for point in task.points]
+        results = np.array(alone)
+    seconds = time.monotonic() - begun
+    doubts = doubtful_balance(results), doubtful_stress(task.points, results)
+    return Block(
+        task.indices,
+        results,
+        seconds,
+        processor(),
+        (int(doubts[0].sum()), int(doubts[1].sum())),
+        tuple(messages),
+    )
+
+
+def failed_block(task: Task, reason: str) -> Block:
+    """The block of points that no worker survives."""
+    rows = np.tile(failed_row(), (len(task.indices), 1))
+    told = tuple(f"point {point.tolist()} failed: {reason}" for point in task.points)
+    return Block(task.indices, rows, messages=told)
+
+
+def _alone(
+    point: NDArray[np.float64], options: Options, messages: list[str]
+) -> NDArray[np.float64]:
+    try:
+        results, _ = compute_orbits(point, options)
+        return np.asarray(results[0])
+    except Exception as error:  # recorded as the point's status
+        messages.append(f"the computation of point {point.tolist()} failed: {error!r}")
+        log.debug("the computation of a point failed", exc_info=True)
+        return failed_row()

@@ -1,0 +1,1 @@
+"""What lies on the disk: journals, run folders, result and trajectory files."""

@@ -1,0 +1,161 @@
+"""From result rows to the Dataset that is written: names, units, flags, provenance."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import sys
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from importlib import metadata
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.compiled.cache import processor, source_hash
+from stickslip.kernels import NUMERICS_VERSION, RESULT_COLUMNS
+from stickslip.status import Status
+from stickslip.trajectory import attributes
+from stickslip.variables import PARAMETERS, RESULTS
+from sweeps.config.load import Config
+from sweeps.grid import CASE, Grid
+from sweeps.identity import seal_key, settings_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Coordinate = tuple[tuple[str, ...], NDArray[np.generic], dict[str, str]]
+
+COUNTS = ("orbit_periods", "melting_count", "periods_integrated")
+
+_PACKAGES = ("stickslip", "numpy", "numba", "llvmlite", "xarray", "netCDF4", "joblib")
+
+REFERENCE = (
+    "I. A. Lyashenko and A. M. Zaskoka, Stick-slip mode of boundary friction as the first-order "
+    "phase transition, Ukr. J. Phys. 58, 91 (2013), arXiv:1302.0720"
+)
+
+
+def result_dataset(config: Config, grid: Grid, results: NDArray[np.float64]) -> xr.Dataset:
+    """The Dataset of a sweep as it is written to a file.
+
+    Parameters
+    ----------
+    config, grid
+        What was computed.
+    results
+        (grid.size, 13), columns as `kernels.RESULT_COLUMNS`; NaN rows, not yet computed, get the
+        status `pending`.
+    """
+    import xarray as xr
+
+    data = {
+        name: xr.Variable(
+            grid.dims,
+            result_values(name, results[:, i]).reshape(grid.shape),
+            variable_attributes(name),
+        )
+        for i, name in enumerate(RESULT_COLUMNS)
+    }
+    values = (result_values(name, results[:, i]) for i, name in enumerate(RESULT_COLUMNS))
+    digests = [hashlib.sha256(column.tobytes()).hexdigest() for column in values]
+    seal = {"data_sha256": data_sha256(seal_key(settings_of(config), grid), digests)}
+    along = {name: xr.Variable(*described) for name, described in coordinates(grid).items()}
+    return xr.Dataset(data, along, global_attributes(config) | seal)
+
+
+def data_sha256(key: bytes, digests: Sequence[str]) -> str:
+    """What a file says of its numbers, so that a change after it was written does not go unnoticed.
+
+    Parameters
+    ----------
+    key
+        `identity.seal_key` of the settings and the grid.
+    digests
+        SHA-256 of each result variable, in the order of `kernels.RESULT_COLUMNS`.
+    """
+    return hashlib.sha256(key + "".join(digests).encode()).hexdigest()
+
+
+def result_values(name: str, column: NDArray[np.float64]) -> NDArray[np.generic]:
+    """A column of result rows as the variable of that name holds it; NaN, not computed, is told."""
+    if name == "status":
+        pending = np.isnan(column)
+        return np.where(pending, Status.PENDING, np.nan_to_num(column)).astype(np.int8)
+    if name in COUNTS:
+        return np.nan_to_num(column, nan=-1.0).astype(np.int32)
+    return column.astype(np.float64)
+
+
+def variable_attributes(name: str) -> dict[str, object]:
+    """Name, unit, meaning and flags of a result variable."""
+    flags: dict[str, object] = {
+        "flag_values": np.array([int(status) for status in Status], dtype=np.int8),
+        "flag_meanings": " ".join(status.name.lower() for status in Status),
+    }
+    return dict(attributes(RESULTS[name])) | (flags if name == "status" else {})
+
+
+def coordinates(grid: Grid) -> dict[str, Coordinate]:
+    """The parameters of a grid, along a dimension or one number: dimensions, values, attributes."""
+    varied = {
+        name: (dims, values, dict(_coordinate_attributes(name)))
+        for name, (dims, values) in grid.coords.items()
+    }
+    fixed: dict[str, Coordinate] = {
+        name: ((), np.array(value, dtype=np.float64), dict(_coordinate_attributes(name)))
+        for name, value in grid.fixed.items()
+    }
+    return varied | fixed
+
+
+def _coordinate_attributes(name: str) -> Mapping[str, str]:
+    if name == CASE:
+        return {"long_name": "number of the case", "units": "1"}
+    return attributes(PARAMETERS[name])
+
+
+def global_attributes(config: Config) -> dict[str, str]:
+    """What a file says about itself: conventions, provenance, the resolved config."""
+    version = metadata.version("stickslip")
+    return {
+        "Conventions": "CF-1.8",
+        "title": config.title or "Stationary amplitudes of boundary friction",
+        "summary": "Amplitudes of elastic stress and friction force over the stationary orbit "
+        "of a block that is driven through a boundary lubricant film",
+        "source": f"stickslip {version}, method {config.integrator.method}",
+        "history": f"{_now()} {command_line()}",
+        "references": REFERENCE,
+        "config": config.resolved_yaml(),
+        "config_sha256": config.sha256(),
+        "software": software(),
+        "code_sha256": source_hash(),
+        "numerics_version": str(NUMERICS_VERSION),
+        "processor": processor(),
+    }
+
+
+def software() -> str:
+    """Versions of Python and of the packages that enter the numbers or the file."""
+    versions = [f"{name} {metadata.version(name)}" for name in _PACKAGES]
+    return ", ".join([f"Python {platform.python_version()}", *versions])
+
+
+def _now() -> str:
+    return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def command_line() -> str:
+    """The command as it was typed, by the name of the program alone."""
+    program, *arguments = sys.argv
+    return " ".join([program.rsplit("/", 1)[-1], *arguments])
+
+
+def add_provenance(ds: xr.Dataset, config: Config, title: str) -> xr.Dataset:
+    """The same trajectory Dataset with the global attributes of a file."""
+    attrs = global_attributes(config) | {
+        "title": title,
+        "summary": "Time courses of a block that is driven through a boundary lubricant film",
+    }
+    return ds.assign_attrs(attrs)

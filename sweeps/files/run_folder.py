@@ -1,0 +1,150 @@
+"""The folder beside a result, while it is made: lock, journal, heartbeat, the file to be."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from filelock import FileLock, Timeout
+
+from sweeps.files.attributes import command_line
+from sweeps.files.datasets import StorageError
+
+_BEATS_EVERY = 1.0  # seconds
+# Long enough for a run that is just ending to take its lock away.
+_PATIENCE = 0.3
+
+
+class InUseError(RuntimeError):
+    """Another run holds the output."""
+
+
+class RunFolder:
+    """`<output>.run/`: what a sweep needs beside its output until that is complete."""
+
+    def __init__(self, output: Path) -> None:
+        self.path = output.with_name(output.name + ".run")
+        self.journal = self.path / "journal"
+        self.heartbeat = self.path / "heartbeat.json"
+        self.result = self.path / "result.nc"
+        self._lock = self.path / "lock"
+        self._who = {
+            "output": str(output),
+            "pid": os.getpid(),
+            "host": socket.gethostname(),
+            "command": command_line(),
+            "started": datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        }
+
+    @contextlib.contextmanager
+    def held(self) -> Iterator[None]:
+        """Hold the output for this process, until it ends, however it ends.
+
+        Raises InUseError, which names the holder, and StorageError.
+        """
+        lock = FileLock(self._lock, timeout=_PATIENCE, poll_interval=0.05)
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            lock.acquire()
+        except Timeout:
+            raise InUseError(self._in_use()) from None
+        except FileNotFoundError:  # the other run took the folder away under our feet
+            raise InUseError(f"{self.path.with_suffix('')} is just being finished") from None
+        except (OSError, RuntimeError) as error:
+            raise StorageError(f"cannot write into {self.path}: {_reason(error)}") from error
+        try:
+            self._beat({"state": "starting"})  # over the last one of a run that was killed
+            yield
+        finally:
+            if not self.journal.exists():
+                self.remove()
+            lock.release()  # last: what another run takes hold of is not ours to remove
+
+    def is_held(self) -> bool:
+        """Whether a run holds the output now."""
+        if not self._lock.exists():
+            return False
+        lock = FileLock(self._lock, timeout=0)
+        try:
+            lock.acquire()
+        except Timeout:
+            return True
+        except (OSError, RuntimeError):  # not ours to lock: the heartbeat tells the rest
+            return bool(self.last_beat())
+        lock.release()
+        return False
+
+    def last_beat(self) -> dict[str, Any]:
+        """What the run last said about itself; empty where nothing is readable."""
+        try:
+            beat = json.loads(self.heartbeat.read_text())
+        except (OSError, ValueError):
+            return {}
+        return beat if isinstance(beat, dict) else {}
+
+    def discard_leftovers(self) -> None:
+        """Take away what a killed run left half made; the journal stays."""
+        for path in (self.result, self.journal.with_name("journal.new"), self._next_beat):
+            with contextlib.suppress(OSError):
+                path.unlink()
+
+    def remove(self, *, keep_journal: bool = False) -> None:
+        """Take away what is not needed any more; whatever is not ours stays, with the folder."""
+        self.discard_leftovers()
+        with contextlib.suppress(OSError):
+            self.heartbeat.unlink(missing_ok=True)
+            if not keep_journal:
+                self.journal.unlink(missing_ok=True)
+                self._lock.unlink(missing_ok=True)
+                self.path.rmdir()
+
+    @contextlib.contextmanager
+    def beating(self, beat: Callable[[], dict[str, Any]]) -> Iterator[None]:
+        """Say every second how the run goes, for whoever looks from another terminal."""
+        over = threading.Event()
+
+        def keep_beating() -> None:
+            while not over.wait(_BEATS_EVERY):
+                self._beat(beat())
+
+        self._beat(beat())
+        heart = threading.Thread(target=keep_beating, daemon=True)
+        heart.start()
+        try:
+            yield
+        finally:
+            over.set()
+            heart.join()
+            self._beat(beat())
+
+    def _beat(self, said: dict[str, Any]) -> None:
+        now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+        text = json.dumps(said | self._who | {"updated": now}) + "\n"
+        with contextlib.suppress(OSError):  # a sweep must not end for want of a heartbeat
+            self._next_beat.write_text(text)
+            self._next_beat.replace(self.heartbeat)
+
+    @property
+    def _next_beat(self) -> Path:
+        return self.heartbeat.with_name("heartbeat.json.new")
+
+    def _in_use(self) -> str:
+        beat = self.last_beat()
+        holder = (
+            f"process {beat.get('pid')} on {beat.get('host')}, since {beat.get('started')}: "
+            f"{beat.get('command')}"
+            if beat
+            else "a process that has not said its name yet"
+        )
+        return f"{self.path.with_suffix('')} is being written by another run ({holder})"
+
+
+def _reason(error: BaseException) -> str:
+    return str(getattr(error, "strerror", None) or error)

@@ -1,0 +1,363 @@
+"""Every failure of the command line ends in one message and its exit code, and writes nothing."""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+import resource
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+import xarray as xr
+from test_bad_configs import ALL
+
+from stickslip.orbit import compute_orbits
+from sweeps.cli import app
+from sweeps.cli.app import main
+from sweeps.engine import worker
+from sweeps.files import datasets
+from sweeps.files.datasets import open_result, write_dataset
+
+SWEEP = """\
+sweep: {temperature: [200, 250]}
+integrator: {rtol: 1e-4}
+stationary: {rtol: 1e-4}
+"""
+
+
+class Result(NamedTuple):
+    code: int
+    out: str
+    err: str
+
+
+Command = Callable[..., Result]
+
+
+@pytest.fixture
+def command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Command:
+    """The real entry point, in this process and an empty folder that holds `a.yaml`."""
+    monkeypatch.chdir(tmp_path)
+    Path("a.yaml").write_text(SWEEP)
+
+    def call(*arguments: str) -> Result:
+        monkeypatch.setattr(sys, "argv", ["stickslip", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        out, err = capsys.readouterr()
+        assert "Traceback" not in out + err
+        return Result(int(ended.value.code or 0), out, err)
+
+    return call
+
+
+def entries(folder: Path | str = ".") -> list[str]:
+    return sorted(path.name for path in Path(folder).iterdir())
+
+
+# --- 2: usage and configs ---
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["nonsense"],
+        ["sweep"],
+        ["sweep", "a.yaml", "b.yaml"],
+        ["sweep", "a.yaml", "--nonsense"],
+        ["sweep", "a.yaml", "--workers", "0"],
+        ["sweep", "a.yaml", "--workers", "many"],
+        ["simulate", "a.yaml", "--periods", "0"],
+        ["figure"],
+        ["figure", "three"],
+        ["plot"],
+    ],
+)
+def test_bad_usage_shows_the_usage(command: Command, arguments: list[str]) -> None:
+    code, out, err = command(*arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith("Usage: stickslip ")
+    assert "\nError: " in err
+    assert entries() == ["a.yaml"]
+
+
+def test_no_verb_shows_the_help(command: Command) -> None:
+    code, out, err = command()
+    assert code == 2
+    assert "Commands:" in out + err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["sweep", "no.yaml"], r"no\.yaml: cannot be read: No such file"),
+        (["sweep", "a.yaml", "--set", "T"], "--set T: must be KEY=VALUE"),
+        (["sweep", "a.yaml", "--set", "Tempe=3"], "Tempe: unknown key"),
+        (["sweep", "a.yaml", "--set", "model.K=-1"], "model.K: must be at least 0"),
+        (["sweep", "a.yaml", "--backend", "carrier-pigeon"], "must be 'threads', 'loky' or 'dask'"),
+        (["check", "a.yaml", "--set", "noise.treatment=stochastic"], "not available yet"),
+        (["check", "a.yaml", "--set", "noise.treatment=none"], "could never solidify"),
+        (["sweep", "a.yaml", "--scheduler", "host"], "must be an address such as tcp://"),
+        (["sweep", "a.yaml", "--max-runtime", "soon"], "--max-runtime: 'soon' is no duration"),
+        (["sweep", "a.yaml", "--max-runtime", "0"], "--max-runtime: .* longer than 0"),
+        (["figure", "6"], r"no figure 6; there are 3, 4, 5, 7, 8, 9"),
+        (["figure", "3", "10", "6"], r"no figure 10, 6; there are 3, 4, 5, 7, 8, 9"),
+        (["info", "--hash"], "--hash needs a FILE"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(
+    command: Command, arguments: list[str], message: str
+) -> None:
+    code, out, err = command(*arguments)
+    assert (code, out) == (2, "")
+    assert re.search(message, err), err
+    assert err.count("\n") == 1
+    assert entries() == ["a.yaml"]
+
+
+@pytest.mark.parametrize("verb", ["sweep", "check", "simulate"])
+def test_a_step_that_is_unstable_everywhere_names_its_line(command: Command, verb: str) -> None:
+    Path("e.yaml").write_text("integrator:\n  method: euler-cromer\n  dt: 1e-3\n")
+    code, out, err = command(verb, "e.yaml")
+    assert (code, out) == (2, "")
+    assert re.fullmatch(
+        r"e\.yaml:3: integrator\.dt: the step of 0\.001 s is unstable .* is 1\.3e-8 s\n", err
+    )
+    assert entries() == ["a.yaml", "e.yaml"]
+
+
+REFUSED = [row for row in ALL if row[2].kind == "refused"]
+BAD = [row for row in REFUSED if row[2].line is not None]
+
+
+def test_there_are_enough_bad_configs() -> None:
+    assert len(BAD) >= 72
+
+
+@pytest.mark.parametrize("verb", ["sweep", "check", "simulate"])
+def test_bad_configs_are_refused_in_lines(command: Command, verb: str) -> None:
+    rows = BAD if verb == "check" else BAD[::5]
+    for name, content, outcome in rows:
+        Path("bad.yaml").write_bytes(content.encode() if isinstance(content, str) else content)
+        code, out, err = command(verb, "bad.yaml")
+        assert (code, out) == (2, ""), name
+        lines = err.splitlines()
+        assert all(line.startswith(("bad.yaml:", "warning: ")) for line in lines), name
+        assert any(line.startswith(f"bad.yaml:{outcome.line}: ") for line in lines), name
+        assert err.isascii() or err.replace("\n", "").isprintable(), name
+        assert entries() == ["a.yaml", "bad.yaml"], name
+
+
+def test_configs_that_are_nowhere_wrong_but_unusable(command: Command) -> None:
+    for name, content, _ in [row for row in REFUSED if row[2].line is None]:
+        Path("bad.yaml").write_bytes(content.encode() if isinstance(content, str) else content)
+        code, out, err = command("sweep", "bad.yaml")
+        assert (code, out) == (2, ""), name
+        assert err.startswith("bad.yaml"), name
+    code, _, err = command("sweep", ".")
+    assert code == 2
+    assert "cannot be read" in err
+
+
+def test_all_problems_are_told_at_once(command: Command) -> None:
+    Path("bad.yaml").write_text("model:\n  T: -1\n  tempo: 3\nsweep:\n  k: []\n")
+    code, _, err = command("sweep", "bad.yaml", "--set", "K=x")
+    assert code == 2
+    starts = [line.split(": ")[0] for line in err.splitlines()]
+    assert sorted(starts) == ["--set K=x", "bad.yaml:2", "bad.yaml:3", "bad.yaml:5"]
+
+
+# --- 5: files ---
+
+
+@pytest.mark.parametrize("verb", ["sweep", "simulate"])
+@pytest.mark.parametrize("overwrite", [[], ["--overwrite"]])
+def test_an_output_that_is_no_ordinary_file(
+    command: Command, verb: str, overwrite: list[str]
+) -> None:
+    Path("folder").mkdir()
+    os.mkfifo("pipe")
+    pick = ["--set", "T=200", *overwrite]
+    code, out, err = command(verb, "a.yaml", *pick, "-o", "folder")
+    assert (code, out, err) == (5, "", "folder is a folder; -o names a file\n")
+    code, out, err = command(verb, "a.yaml", *pick, "-o", "pipe")
+    assert (code, out, err) == (5, "", "pipe is no ordinary file; -o names one\n")
+    code, out, err = command(verb, "a.yaml", *pick, "-o", "a.yaml/b.nc")
+    assert (code, out) == (5, "")
+    assert err == "cannot write a.yaml/b.nc: a.yaml is no folder\n"
+    assert Path("a.yaml").read_text() == SWEEP
+    assert entries() == ["a.yaml", "folder", "pipe"]
+
+
+def test_an_unwritable_output_is_told_before_the_work(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def never(*args: Any, **kwargs: Any) -> None:
+        raise AssertionError("computed in vain")
+
+    monkeypatch.setattr(worker, "compute_orbits", never)
+    assert command("sweep", "a.yaml", "-o", "a.yaml/b.nc").code == 5
+
+
+@pytest.mark.parametrize("content", [b"", b"\x89HDF\r\n\x1a\n", b"nonsense" * 1000])
+@pytest.mark.parametrize("verb", [["info"], ["info", "--hash"], ["plot"]])
+def test_a_damaged_result_is_refused(command: Command, verb: list[str], content: bytes) -> None:
+    Path("a.nc").write_bytes(content)
+    code, out, err = command(*verb, "a.nc")
+    assert (code, out) == (5, "")
+    assert err.startswith("a.nc is not a readable NetCDF file: ")
+    code, out, err = command(*verb, "b.nc")
+    assert (code, out, err) == (5, "", "b.nc does not exist\n")
+
+
+@pytest.mark.parametrize("overwrite", [[], ["--overwrite"]])
+def test_a_write_that_fails_at_the_end_keeps_the_old_file(
+    command: Command, monkeypatch: pytest.MonkeyPatch, overwrite: list[str]
+) -> None:
+    if overwrite:
+        command("sweep", "a.yaml", "-o", "a.nc")
+    before = {path: path.read_bytes() for path in Path().iterdir()}
+    again = ("sweep", "a.yaml", "--set", "T=[300]", "-o", "a.nc")
+
+    def full(path: Path) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(datasets, "_flush", full)
+        code, out, err = command(*again, *overwrite)
+    assert (code, out) == (5, "")
+    assert "cannot write a.nc: No space left on device" in err
+    assert {path: path.read_bytes() for path in Path().iterdir() if path.is_file()} == before
+    assert entries("a.nc.run") == ["heartbeat.json", "journal", "lock"]
+    code, _, err = command(*again)
+    assert (code, err) == (0, "1 points: 1 in its journal; 0 to compute\n")
+    assert open_result(Path("a.nc")).temperature == [300.0]
+    assert not Path("a.nc.run").exists()
+
+
+@pytest.mark.slow
+def test_a_disk_that_is_really_full_keeps_the_old_file(tmp_path: Path) -> None:
+    """A limit of the size of files stands for a small disk; the library reports it the same way."""
+    path = tmp_path / "a.nc"
+    write_dataset(xr.Dataset({"old": 1.0}), path)
+    old = path.read_bytes()
+    (tmp_path / "a.yaml").write_text(SWEEP)
+    done = subprocess.run(
+        [sys.executable, "-m", "sweeps.cli.app", "sweep", "a.yaml", "-o", "a.nc", "--overwrite"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000)),
+    )
+    assert done.returncode == 5, done.stderr
+    assert done.stdout == ""
+    assert "cannot write " in done.stderr
+    assert "a.nc" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert path.read_bytes() == old
+    assert "result.nc" not in [file.name for file in tmp_path.rglob("*")]
+
+
+def test_a_full_disk_behind_the_standard_output(tmp_path: Path) -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("there is no /dev/full here")
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "sweeps.cli.app", "schema"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 5
+    assert done.stderr == "Input/output error: [Errno 28] No space left on device\n"
+
+
+def test_a_timing_that_cannot_be_written_costs_nothing_else(command: Command) -> None:
+    Path("a.nc.timing.json").mkdir()
+    code, out, err = command("sweep", "a.yaml", "-o", "a.nc")
+    assert code == 0
+    assert out.startswith("a.nc\n")
+    assert "warning: the timing was not written: " in err
+
+
+@pytest.mark.parametrize("output", ["a.yaml/x.png", "a.yaml/x"])
+def test_a_picture_that_cannot_be_written(command: Command, output: str) -> None:
+    command("sweep", "a.yaml", "-o", "a.nc")
+    code, out, err = command("plot", "a.nc", "-o", output)
+    assert (code, out) == (5, "")
+    assert err.startswith(f"cannot write {output}: ")
+
+
+def test_a_file_without_anything_to_draw(command: Command) -> None:
+    write_dataset(xr.Dataset({"a": ("x", np.array([1.0, 2.0]))}), Path("a.nc"))
+    code, out, err = command("plot", "a.nc")
+    assert (code, out) == (2, "")
+    assert "needs a sweep result" in err
+    code, out, err = command("info", "a.nc")
+    assert (code, err) == (0, "")
+    assert "source: unknown" in out
+
+
+# --- 3 and 1: exceptions ---
+
+
+def test_a_point_that_raises_is_counted(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    def poisoned(points: np.ndarray, options: object) -> tuple[np.ndarray, np.ndarray]:
+        if np.any(np.atleast_2d(points)[:, 0] == 250.0):
+            raise ValueError("poison")
+        return compute_orbits(points, options)
+
+    monkeypatch.setattr(worker, "compute_orbits", poisoned)
+    code, out, err = command("sweep", "a.yaml")
+    assert code == 3
+    assert "1 failed" in out
+    assert "  1 failed: The computation raised an exception; the log has it." in err
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "message"),
+    [
+        (ValueError("never seen"), 1, "Unexpected ValueError: never seen\n"),
+        (MemoryError(), 1, "Out of memory; a smaller grid or fewer samples may fit.\n"),
+        (OSError(5, "Input/output error"), 5, "Input/output error: [Errno 5] Input/output error\n"),
+        (KeyboardInterrupt(), 130, "Interrupted; only files named above were kept.\n"),
+    ],
+)
+def test_what_nobody_foresaw_is_one_line(
+    command: Command,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    error: BaseException,
+    code: int,
+    message: str,
+) -> None:
+    def broken(*args: Any) -> None:
+        raise error
+
+    monkeypatch.setattr(app, "read_settings", broken)
+    with caplog.at_level(logging.DEBUG):
+        assert command("check", "a.yaml") == (code, "", message)
+    if isinstance(error, ValueError):
+        (record,) = [r for r in caplog.records if r.name == "sweeps.cli.app"]
+        assert record.exc_info
+        assert record.levelno == logging.DEBUG
+
+
+def test_verbose_shows_details(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    root = logging.getLogger()
+    level = root.level
+    try:
+        assert command("--verbose", "check", "a.yaml").code == 0
+        assert root.level == logging.DEBUG
+    finally:
+        root.setLevel(level)

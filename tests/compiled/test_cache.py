@@ -1,0 +1,229 @@
+"""The cache of compiled code, damaged or contended: the right numbers, and a warning at most."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import pickle
+import shutil
+import subprocess
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numba.core import config as numba_config
+from test_decorators import LOG_PHI, PACKAGE, SMALL_DOOR
+
+from stickslip.compiled import cache as compiled_cache
+from stickslip.compiled import decorators
+
+ENDED = 300.0  # seconds: a hang, on any machine
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """An empty cache, for doors that are declared in this process."""
+    monkeypatch.setattr(numba_config, "CACHE_DIR", str(tmp_path / "cache"))
+    compiled_cache.warn_once.cache_clear()
+    yield tmp_path / "cache"
+    compiled_cache.warn_once.cache_clear()
+
+
+def tiny(x: float) -> float:
+    return 3.0 * x + 1.0
+
+
+def use() -> tuple[float, int, list[str]]:
+    """tiny(2) by a new door, how often it came from the cache, and what was warned."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        door = decorators.door(tiny)
+        value = door(2.0)
+    return value, sum(door.stats.cache_hits.values()), [str(w.message) for w in caught]
+
+
+def the(cache: Path, suffix: str) -> Path:
+    (path,) = cache.rglob(f"*.{suffix}")
+    return path
+
+
+# --- damage ---
+
+Damage = Callable[[bytes], bytes]
+
+
+def truncated(share: float) -> Damage:
+    return lambda data: data[: int(share * len(data))]
+
+
+def noise(data: bytes) -> bytes:
+    return np.random.default_rng(len(data)).bytes(len(data))
+
+
+DAMAGE: dict[str, Damage] = {
+    "empty": truncated(0.0),
+    "a tenth is left": truncated(0.1),
+    "half is left": truncated(0.5),
+    "the last byte is missing": lambda data: data[:-1],
+    "zeros": lambda data: bytes(len(data)),
+    "random bytes": noise,
+    "random bytes at its end": lambda data: data[: len(data) // 2] + noise(data[len(data) // 2 :]),
+    "text": lambda _: b"<html>quota exceeded</html>\n",
+    "another pickle": lambda _: pickle.dumps({"nothing": "of ours"}),
+}
+
+
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+@pytest.mark.parametrize("kind", DAMAGE)
+def test_a_damaged_file_costs_a_compilation(cache: Path, suffix: str, kind: str) -> None:
+    assert use() == (7.0, 0, [])
+    path = the(cache, suffix)
+    path.write_bytes(DAMAGE[kind](path.read_bytes()))
+    value, hits, told = use()
+    assert (value, hits) == (7.0, 0)
+    assert len(told) <= 1
+    assert all(line.startswith("the cache of compiled code is damaged") for line in told)
+    assert use() == (7.0, 1, [])  # made anew
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 2])
+def test_a_page_that_was_lost_in_the_middle_of_a_file_is_noticed(cache: Path, seed: int) -> None:
+    assert ended(start(cache))[0] == 0
+    path = the(cache, "nbc")
+    data = bytearray(path.read_bytes())
+    page = 512 * int(np.random.default_rng(seed).integers(1, len(data) // 512))
+    data[page : page + 512] = bytes(512)  # what a power cut may leave
+    path.write_bytes(data)
+    code, value, hits, told = ended(start(cache))
+    assert (code, value, hits) == (0, pytest.approx(LOG_PHI, abs=1e-6), 0)
+    assert told.count("RuntimeWarning") == 1
+
+
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+def test_a_missing_file_costs_a_compilation(cache: Path, suffix: str) -> None:
+    assert use() == (7.0, 0, [])
+    the(cache, suffix).unlink()
+    assert use() == (7.0, 0, [])
+    assert use() == (7.0, 1, [])
+
+
+def test_a_cache_of_another_numba_is_not_used(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as earlier:
+        earlier.setattr("numba.__version__", "0.1")
+        use()
+    assert use() == (7.0, 0, [])
+    assert use() == (7.0, 1, [])
+
+
+# --- folders ---
+
+
+def test_a_folder_that_vanishes_is_made_again(cache: Path) -> None:
+    door = decorators.door(tiny)
+    shutil.rmtree(cache)  # whoever tidies up, between the start and the first call
+    assert door(2.0) == 7.0
+    assert use() == (7.0, 1, [])
+
+
+def test_a_folder_that_becomes_read_only_still_serves(cache: Path) -> None:
+    use()
+    folder = the(cache, "nbi").parent
+    folder.chmod(0o500)
+    if os.access(folder, os.W_OK):
+        pytest.skip("this user can write to a read-only folder")
+    try:
+        value, _, told = use()
+    finally:
+        folder.chmod(0o700)
+    assert value == 7.0
+    assert len(told) <= 1
+
+
+@contextlib.contextmanager
+def full_disk(monkeypatch: pytest.MonkeyPatch, call: str, code: int) -> Iterator[None]:
+    """A disk on which this call fails, where it writes."""
+
+    def refuse(path: str, *how: str) -> Any:
+        if how == ("rb",):
+            return Path(path).open("rb")
+        raise OSError(code, os.strerror(code))
+
+    with monkeypatch.context() as broken:
+        broken.setattr(f"numba.core.caching.{call}", refuse, raising=False)
+        yield
+
+
+@pytest.mark.parametrize("code", [errno.ENOSPC, errno.EIO, errno.EROFS])
+@pytest.mark.parametrize("call", ["open", "os.replace"])
+def test_a_disk_that_takes_nothing_costs_a_warning(
+    cache: Path, monkeypatch: pytest.MonkeyPatch, call: str, code: int
+) -> None:
+    with full_disk(monkeypatch, call, code):
+        value, hits, told = use()
+    assert (value, hits) == (7.0, 0)
+    assert len(told) == 1
+    assert os.strerror(code) in told[0]
+    assert not list(cache.rglob("*.tmp.*"))
+    assert use() == (7.0, 0, [])
+    assert use() == (7.0, 1, [])
+
+
+@pytest.mark.parametrize("call", ["open", "os.replace"])
+def test_a_damaged_cache_on_a_full_disk_costs_warnings(
+    cache: Path, monkeypatch: pytest.MonkeyPatch, call: str
+) -> None:
+    use()
+    path = the(cache, "nbi")
+    path.write_bytes(noise(path.read_bytes()))
+    with full_disk(monkeypatch, call, errno.EROFS):
+        value, hits, told = use()
+    assert (value, hits) == (7.0, 0)
+    assert 1 <= len(told) <= 2  # one of reading, one of writing
+
+
+# --- several processes at once ---
+
+
+def start(cache: Path) -> subprocess.Popen[str]:
+    """The smallest door of the package, in a fresh interpreter."""
+    return subprocess.Popen(
+        [sys.executable, "-W", "default", "-c", SMALL_DOOR],
+        env=os.environ | {"NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(PACKAGE.parent)},
+        cwd=PACKAGE.parent,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def ended(process: subprocess.Popen[str]) -> tuple[int, float, int, str]:
+    """The exit code, ln(phi), hits of the cache, and what was warned."""
+    out, err = process.communicate(timeout=ENDED)
+    value, hits, _ = out.split() if out else ("nan", "0", "0")
+    return process.returncode, float(value), int(hits), err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("damaged", [False, True])
+def test_eight_processes_at_once_agree_and_leave_a_good_cache(cache: Path, damaged: bool) -> None:
+    if damaged:
+        ended(start(cache))
+        for path in (the(cache, "nbi"), the(cache, "nbc")):
+            path.write_bytes(noise(path.read_bytes()))
+    results = [ended(process) for process in [start(cache) for _ in range(8)]]
+    values = {value for _, value, _, _ in results}
+    assert len(values) == 1
+    assert values.pop() == pytest.approx(LOG_PHI, abs=1e-6)
+    for code, _, _, told in results:
+        assert code == 0
+        assert told.count("Warning") <= 1
+        assert "Traceback" not in told
+        assert damaged or told == ""
+    assert ended(start(cache))[2:] == (1, "")
+    assert not list(cache.rglob("*.tmp.*"))

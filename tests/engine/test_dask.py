@@ -1,0 +1,185 @@
+"""Sweeps on a dask cluster that is there already: whatever joins, dies or does not fit."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+from workers import (
+    IMPATIENT,
+    POINTS,
+    ROOT,
+    Cluster,
+    command,
+    doing,
+    ended,
+    hash_of_result,
+    hash_without_backend,
+    move_to,
+    needs_dask,
+    next_line,
+    wait_for_blocks,
+    wait_until,
+)
+
+from sweeps.engine.executors import backends
+from sweeps.engine.executors.backends import WorkersLostError
+from sweeps.engine.in_memory import read_config, run
+from sweeps.engine.state import state_of
+from sweeps.files.datasets import content_hash
+
+pytestmark = needs_dask
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    move_to(tmp_path, monkeypatch)
+    return tmp_path
+
+
+@pytest.fixture
+def expected() -> str:
+    return hash_without_backend(read_config("a.yaml"))
+
+
+@pytest.fixture
+def cluster(folder: Path) -> Iterator[Cluster]:
+    made = Cluster(folder)
+    yield made
+    made.close()
+
+
+@pytest.mark.slow
+def test_a_cluster_gives_the_same_content_and_is_left_empty(
+    cluster: Cluster, expected: str
+) -> None:
+    from distributed import Client
+
+    cluster.worker(), cluster.worker()
+    assert ended(command("--scheduler", cluster.address)) == (0, "")
+    assert hash_of_result() == expected
+    with Client(cluster.address, set_as_default=False) as client:
+        tasks: Callable[[], int] = partial(client.run_on_scheduler, number_of_tasks)
+        most = []
+        there = f"execution={{backend: dask, scheduler: '{cluster.address}', block_points: 1}}"
+        config = read_config("a.yaml", [there])
+        ds = run(config, on_block=lambda _: most.append(tasks()))
+        assert content_hash(ds) == expected
+        assert max(most) <= 2 * 2 + 2  # in flight, and just being released
+        wait_until(lambda: tasks() == 0)
+
+
+def number_of_tasks(dask_scheduler: Any) -> int:
+    return len(dask_scheduler.tasks)
+
+
+# --- workers and schedulers that die ---
+
+
+@pytest.mark.slow
+def test_a_sweep_survives_the_death_of_a_worker(cluster: Cluster, expected: str) -> None:
+    victim, _ = cluster.worker(), cluster.worker()
+    sweep = command("--scheduler", cluster.address, hook=doing("traced_block"))
+    wait_for_blocks(6)
+    victim.kill()
+    assert ended(sweep) == (0, "")
+    assert hash_of_result() == expected
+
+
+@pytest.mark.slow
+def test_a_sweep_without_workers_waits_for_new_ones(cluster: Cluster, expected: str) -> None:
+    hook = f"{IMPATIENT}; {doing('traced_block')}"
+    sweep = command("--scheduler", cluster.address, hook=hook)
+    waiting = f"WARNING: no worker is connected to {cluster.address}; waiting for one\n"
+    assert next_line(sweep) == waiting  # there were none from the start
+    victim = cluster.worker()
+    wait_for_blocks(6)
+    victim.kill()
+    assert next_line(sweep) == waiting
+    cluster.worker()
+    assert ended(sweep) == (0, "")
+    assert hash_of_result() == expected
+
+
+@pytest.mark.slow
+def test_the_time_is_over_without_workers_too(cluster: Cluster) -> None:
+    sweep = command("--scheduler", cluster.address, "--max-runtime", "2s", hook=IMPATIENT)
+    code, err = ended(sweep)
+    assert code == 4
+    assert "Stopped (the time of --max-runtime is over). 0 of 24 points are kept" in err
+
+
+@pytest.mark.slow
+def test_what_is_finished_survives_the_death_of_the_scheduler(
+    cluster: Cluster, expected: str
+) -> None:
+    cluster.worker(), cluster.worker()
+    sweep = command("--scheduler", cluster.address, hook=doing("traced_block"))
+    wait_for_blocks(10)
+    cluster.processes[0].kill()
+    code, err = ended(sweep)
+    assert code == 4
+    assert f"the connection to the dask scheduler at {cluster.address} was lost" in err
+    assert err.count("\n") == 1
+    assert 0 < state_of(Path("a.nc"))["done"] < POINTS
+    assert ended(command())[0] == 0  # on the threads of this machine
+    assert hash_of_result() == expected
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("address", "problem"),
+    [
+        ("tcp://127.0.0.1:1", "Timed out trying to connect"),
+        ("tcp://127.0.0.1", "missing port number"),
+    ],
+)
+def test_a_scheduler_that_is_not_there_is_named(address: str, problem: str) -> None:
+    code, err = ended(command("--scheduler", address, hook=IMPATIENT))
+    assert code == 4
+    assert err.startswith(f"no dask scheduler answers at {address} ({problem}")
+    assert err.count("\n") == 1
+    assert not Path("a.nc").exists()
+
+
+@pytest.mark.parametrize(
+    ("problem", "told"),
+    [
+        ("other sources", "a worker has other sources of stickslip"),
+        ("none", "cannot compute a block (ModuleNotFoundError: not here)"),
+    ],
+)
+@pytest.mark.slow
+def test_a_worker_with_other_sources_or_none_is_told(
+    cluster: Cluster, folder: Path, problem: str, told: str
+) -> None:
+    path = folder / "packages"
+    if problem == "none":
+        (path / "sweeps").mkdir(parents=True)
+        (path / "sweeps" / "__init__.py").write_text("raise ModuleNotFoundError('not here')")
+    else:
+        for name in ("stickslip", "sweeps"):
+            shutil.copytree(ROOT / name, path / name)
+        with (path / "stickslip" / "status.py").open("a") as source:
+            source.write("# changed\n")
+    cluster.worker(str(path))
+    code, err = ended(command("--scheduler", cluster.address))
+    assert code == 4
+    assert told in err
+    assert "install the same version" in err
+    assert err.count("\n") == 1
+
+
+def test_a_killed_task_tells_how_many_workers_it_has_cost() -> None:
+    from distributed import KilledWorker
+
+    future: Future[Any] = Future()
+    future.set_exception(KilledWorker("task", None, 3))
+    with pytest.raises(WorkersLostError) as caught:
+        backends._Cluster("tcp://127.0.0.1:1")._result(future)
+    assert caught.value.deaths == 4

@@ -1,0 +1,218 @@
+"""Threads, processes, clusters: the same content, and no process or word left over."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+import pytest
+from workers import (
+    ENDED,
+    POINTS,
+    POISON,
+    command,
+    doing,
+    ended,
+    hash_of_result,
+    hash_without_backend,
+    move_to,
+    needs_dask,
+    next_line,
+    poisoned_block,
+    wait_for_blocks,
+)
+
+from stickslip.status import Status
+from sweeps.config.schema import Execution
+from sweeps.engine.executors import backends
+from sweeps.engine.executors.backends import BackendError, WorkersLostError, make_backend
+from sweeps.engine.in_memory import read_config, run
+from sweeps.engine.options import options_of
+from sweeps.engine.signals import Stop
+from sweeps.engine.worker import Task, task_of
+from sweeps.files.datasets import content_hash
+from sweeps.grid import Grid
+
+PROCESSES = ["loky", pytest.param("dask", marks=needs_dask)]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    move_to(tmp_path, monkeypatch)
+    return tmp_path
+
+
+@pytest.fixture
+def expected() -> str:
+    return hash_without_backend(read_config("a.yaml"))
+
+
+# --- the same content ---
+
+
+@pytest.mark.parametrize("workers", [1, 2, 8])
+def test_any_number_of_threads_gives_the_same_content(expected: str, workers: int) -> None:
+    assert content_hash(run("a.yaml", workers=workers)) == expected
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", PROCESSES)
+def test_processes_give_the_same_content_and_say_nothing_else(backend: str, expected: str) -> None:
+    assert ended(command("--backend", backend, "--workers", "2")) == (0, "")
+    assert hash_of_result() == expected
+
+
+@pytest.mark.parametrize("missing", ["dask", "distributed"])
+def test_dask_that_is_missing_is_asked_for(missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, missing, None)
+    with (
+        pytest.raises(BackendError, match=r"try: pip install 'stickslip\[dask\]'"),
+        make_backend(Execution(backend="dask")),
+    ):
+        pass
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", PROCESSES)
+def test_a_point_that_kills_its_worker_costs_itself_alone(
+    backend: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    changes = ["gamma=0", "execution.block_points=2"]
+    sound = run(read_config("a.yaml", changes)).squeeze()
+    monkeypatch.setattr(backends, "compute_block", poisoned_block)
+    monkeypatch.setattr(backends, "_compute_on_cluster", poisoned_block)
+    found = run(read_config("a.yaml", [*changes, f"execution.backend={backend}"])).squeeze()
+    poison = found.temperature == POISON
+    assert found.status.where(poison, drop=True) == Status.FAILED
+    assert found.where(~poison, drop=True).equals(sound.where(~poison, drop=True))
+    assert [r.message for r in caplog.records if "failed" in r.message and "250.0" in r.message]
+
+
+# --- the command is ended ---
+
+
+def begun(backend: str, hook: str) -> tuple[subprocess.Popen[str], list[Any]]:
+    """A sweep with workers at work, and its processes."""
+    sweep = command("--backend", backend, "--workers", "2", hook=hook)
+    wait_for_blocks(4)
+    return sweep, psutil.Process(sweep.pid).children(recursive=True)
+
+
+def all_gone(processes: list[Any]) -> bool:
+    assert len(processes) >= 2
+    return not psutil.wait_procs(processes, timeout=ENDED)[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", PROCESSES)
+def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process(backend: str) -> None:
+    sweep, processes = begun(backend, doing("traced_block"))
+    os.killpg(sweep.pid, signal.SIGINT)  # as a terminal does
+    code, err = ended(sweep)
+    assert code == 130
+    assert all_gone(processes)
+    said = re.fullmatch(
+        r"\nCtrl-C: finishing the blocks in flight; a second signal ends at once\n"
+        r"Stopped \(Ctrl-C\)\. (\d+) of 24 points are kept in a\.nc\.run\. To go on:\n.*\n",
+        err,
+    )
+    assert said
+    assert 4 <= int(said[1]) < POINTS  # those in flight too
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", PROCESSES)
+def test_a_second_ctrl_c_waits_for_nobody(backend: str) -> None:
+    sweep, processes = begun(backend, doing("stuck_block"))
+    os.killpg(sweep.pid, signal.SIGINT)
+    assert next_line(sweep) == "\n"
+    os.killpg(sweep.pid, signal.SIGINT)
+    code, err = ended(sweep)
+    assert code == 130
+    assert "Ended at once; what was journaled is kept." in err
+    assert all_gone(processes)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", PROCESSES)
+def test_processes_do_not_outlive_the_command(backend: str) -> None:
+    sweep, processes = begun(backend, doing("stuck_block"))
+    sweep.kill()
+    assert all_gone(processes)
+    sweep.communicate()
+
+
+# --- the pool by itself ---
+
+
+@pytest.fixture
+def tasks() -> list[Task]:
+    config = read_config("a.yaml")
+    grid = Grid.from_config(config)
+    return [task_of(grid, np.array([i]), options_of(config)) for i in range(6)]
+
+
+class Scripted(backends._Pool):
+    """A pool in which tasks end as the test wants, one after another."""
+
+    def __init__(self, slots: int, ends: list[Any]) -> None:
+        super().__init__("loky", slots)
+        self._ends, self.taken = ends, 0
+
+    def _submit(self, _: Task) -> Future[Any]:
+        future: Future[Any] = Future()
+        end = self._ends[self.taken]
+        future.set_exception(end) if isinstance(end, Exception) else future.set_result(end)
+        self.taken += 1
+        return future
+
+
+def test_a_task_is_taken_when_there_is_room_for_it(tasks: list[Task]) -> None:
+    pool = Scripted(1, list("abcdef"))
+    taken = [(block, pool.taken) for block in pool.blocks(iter(tasks), Stop())]
+    assert taken == [("a", 2), ("b", 3), ("c", 4), ("d", 5), ("e", 6), ("f", 6)]
+
+
+def test_after_a_death_the_others_in_flight_still_come(tasks: list[Task]) -> None:
+    death = WorkersLostError("dead", 4)
+    pool, found = Scripted(2, [death, "b", death, "d", "e", "f"]), deque[Any]()
+    with pytest.raises(WorkersLostError) as caught:
+        found.extend(pool.blocks(iter(tasks), Stop()))
+    assert list(found) == ["b", "d"]
+    assert pool.taken == 4  # nothing was begun after the first death
+    assert caught.value.deaths == 4
+
+
+def test_one_process_of_a_machine_compiles_at_a_time(
+    tasks: list[Task], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inside, most = 0, 0
+
+    def prepare(options: object, gammas: np.ndarray) -> None:
+        nonlocal inside, most
+        inside += 1
+        most = max(most, inside)
+        time.sleep(0.1)
+        inside -= 1
+
+    monkeypatch.setattr(backends, "prepare_kernels", prepare)
+    monkeypatch.setattr(backends, "compute_block", lambda _: None)
+    threads = [
+        threading.Thread(target=backends._compute_on_cluster, args=(task,)) for task in tasks
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert most == 1

@@ -1,0 +1,339 @@
+"""What is there and does not fit is told and left alone, until an option of the command decides."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+from sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
+
+from stickslip.kernels import NUMERICS_VERSION
+from sweeps.files.datasets import open_result
+
+FOUR = "sweep: {temperature: [200, 225, 250, 275]}\n"
+FIVE = "sweep: {temperature: [200, 225, 250, 275, 300]}\n"
+OTHER = LOOSE.replace("integrator: {rtol: 1e-4}", "integrator: {rtol: 1e-5}")
+ALL = [200.0, 225.0, 250.0, 275.0]
+
+
+@pytest.fixture
+def shell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Shell:
+    """A folder with a complete result, `a.nc`, of `a.yaml`."""
+    shell = Shell(tmp_path, monkeypatch, capsys)
+    assert shell("sweep", write("a.yaml", FOUR, LOOSE), "-o", "a.nc").code == 0
+    return shell
+
+
+def everything() -> dict[str, tuple[bytes, int]]:
+    return {
+        str(path): (path.read_bytes(), path.stat().st_mtime_ns)
+        for path in Path().rglob("*")
+        if path.is_file() and path.name != "heartbeat.json"
+    }
+
+
+# --- other settings ---
+
+
+@pytest.mark.parametrize("points", [FOUR, FIVE])
+def test_other_settings_are_told_and_refused_and_change_nothing(shell: Shell, points: str) -> None:
+    write("b.yaml", points, OTHER)
+    before = everything()
+    code, out, err = shell("sweep", "b.yaml", "-o", "a.nc")
+    assert (code, out) == (2, "")
+    assert err.splitlines() == [
+        "a.nc was computed with other settings:",
+        "  integrator.rtol: 0.0001 -> 1e-05",
+        "--recompute computes all points anew, --accept-mixed keeps the old ones and computes "
+        "only the missing, -o writes elsewhere",
+    ]
+    assert shell.computed == []
+    assert everything() == before
+
+
+def test_all_settings_that_differ_are_told(shell: Shell) -> None:
+    write("b.yaml", FOUR, "stationary: {max_periods: 400}\nintegrator: {rtol: 1e-6}\n")
+    err = shell("sweep", "b.yaml", "-o", "a.nc").err
+    assert err.splitlines()[1:-1] == [
+        "  integrator.rtol: 0.0001 -> 1e-06",
+        "  stationary.rtol: 0.0001 -> 1e-06",
+        "  stationary.max_periods: 5000 -> 400",
+    ]
+
+
+def test_other_settings_of_an_interrupted_sweep_are_refused_too(shell: Shell) -> None:
+    config = write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
+    shell.interrupted("sweep", config, "-o", "b.nc", after=2)
+    before = everything()
+    code, _, err = shell("sweep", config, "-o", "b.nc", "--set", "integrator.rtol=1e-5")
+    assert code == 2
+    assert err.startswith("the journal in b.nc.run was computed with other settings:\n")
+    assert everything() == before
+
+
+def test_recompute_computes_all_points_anew(shell: Shell) -> None:
+    config = write("b.yaml", FIVE, OTHER)
+    code, _, err = shell("sweep", config, "-o", "a.nc", "--recompute")
+    assert (code, err) == (0, "5 points; 5 to compute\n")
+    assert shell.values("temperature") == [*ALL, 300.0]
+    assert hash_of("a.nc") == hash_at_once(config)
+    assert shell("sweep", config, "-o", "a.nc", "--recompute").code == 0
+    assert shell.values("temperature") == [*ALL, 300.0]  # where nothing differs, too
+
+
+def test_recompute_does_not_drop_points(shell: Shell) -> None:
+    write("b.yaml", FOUR.replace("225, ", ""), LOOSE)
+    before = everything()
+    code, _, err = shell("sweep", "b.yaml", "-o", "a.nc", "--recompute")
+    assert code == 2
+    assert err.startswith("a.nc has 1 finished points that the config no longer names")
+    assert everything() == before
+
+
+def test_recompute_does_not_drop_points_of_an_interrupted_sweep(shell: Shell) -> None:
+    config = write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
+    shell.interrupted("sweep", config, "-o", "b.nc", after=2)
+    first = shell.computed[0].temperature
+    fewer = ", ".join(str(value) for value in ALL if value != first)
+    write("c.yaml", f"sweep: {{T: [{fewer}]}}\n", LOOSE)
+    before = everything()
+    code, _, err = shell("sweep", "c.yaml", "-o", "b.nc", "--recompute")
+    assert code == 2
+    assert "finished points that the config no longer names" in err
+    assert everything() == before
+
+
+def test_accept_mixed_keeps_the_old_points_and_says_so_in_the_file(shell: Shell) -> None:
+    old = open_result(Path("a.nc"))
+    config = write("b.yaml", FIVE, OTHER)
+    code, _, err = shell("sweep", config, "-o", "a.nc", "--accept-mixed")
+    assert (code, err) == (0, "5 points: 4 in a.nc; 1 to compute\n")
+    assert shell.values("temperature") == [300.0]
+    mixed = open_result(Path("a.nc"))
+    assert mixed.attrs["mixed_with"] == "integrator.rtol: 0.0001 -> 1e-05"
+    kept = mixed.sel(temperature=ALL)
+    assert kept.friction_force_amplitude.identical(old.friction_force_amplitude)
+    assert hash_of("a.nc") != hash_at_once(config)
+    before = everything()
+    code, _, err = shell("sweep", config, "-o", "a.nc")
+    assert (code, err) == (0, "a.nc is complete: 5 points, nothing to do\n")
+    assert everything() == before
+    more = write("c.yaml", FIVE.replace("300", "300, 310"), OTHER)
+    assert shell("sweep", more, "-o", "a.nc").code == 0
+    assert open_result(Path("a.nc")).attrs["mixed_with"] == "integrator.rtol: 0.0001 -> 1e-05"
+
+
+def test_an_interrupted_mixed_sweep_goes_on_without_asking_again(shell: Shell) -> None:
+    config = write("b.yaml", FIVE.replace("300", "300, 310, 320"), OTHER, ONE_BY_ONE)
+    code, _, err = shell.interrupted("sweep", config, "-o", "a.nc", "--accept-mixed", after=1)
+    assert code == 4
+    again = err.splitlines()[-1].split()[1:]
+    assert again == ["sweep", "b.yaml", "-o", "a.nc"]
+    assert shell(*again).code == 0
+    assert "mixed_with" in open_result(Path("a.nc")).attrs
+
+
+@pytest.mark.parametrize("other", [NUMERICS_VERSION - 1, NUMERICS_VERSION + 1])
+def test_points_of_another_numerics_version_are_told_and_refused(shell: Shell, other: int) -> None:
+    with netCDF4.Dataset("a.nc", "a") as file:
+        file.numerics_version = str(other)
+    before = everything()
+    code, out, err = shell("sweep", "a.yaml", "-o", "a.nc")
+    assert (code, out) == (2, "")
+    assert f"  numerics_version: {other} -> {NUMERICS_VERSION}\n" in err
+    assert everything() == before
+    assert shell("sweep", "a.yaml", "-o", "a.nc", "--recompute").code == 0
+    assert shell.values("temperature") == ALL
+    assert hash_of("a.nc") == hash_at_once("a.yaml")
+
+
+# --- other points ---
+
+
+def test_points_that_the_config_no_longer_names_are_refused_until_overwrite(shell: Shell) -> None:
+    config = write("b.yaml", "sweep: {temperature: [225, 300]}\n", LOOSE)
+    before = everything()
+    for option in ("", "--accept-mixed", "--retry-failed", "--recompute"):
+        code, out, err = shell("sweep", config, "-o", "a.nc", *filter(None, [option]))
+        assert (code, out) == (2, "")
+        assert err == (
+            "a.nc has 3 finished points that the config no longer names, such as temperature = "
+            "200. They would be lost: --overwrite starts afresh and drops them, -o writes "
+            "elsewhere\n"
+        )
+        assert everything() == before
+    code, _, err = shell("sweep", config, "-o", "a.nc", "--overwrite")
+    assert (code, err) == (0, "2 points; 2 to compute\n")
+    assert hash_of("a.nc") == hash_at_once(config)
+
+
+@pytest.mark.parametrize("change", ["K=4000", "gamma=[0, 1/3]", "noise_intensity=2e-18"])
+def test_another_value_of_a_fixed_parameter_makes_other_points(shell: Shell, change: str) -> None:
+    before = everything()
+    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc", "--set", change)
+    assert code == 2
+    assert err.startswith("a.nc has 4 finished points that the config no longer names")
+    assert everything() == before
+
+
+def test_an_interrupted_overwrite_goes_on_with_the_same_command_and_without_the_option(
+    shell: Shell,
+) -> None:
+    old = Path("a.nc").read_bytes()
+    config = write("b.yaml", "sweep: {temperature: [210, 220, 230, 240, 250]}\n", ONE_BY_ONE, LOOSE)
+    overwrite = ("sweep", config, "-o", "a.nc", "--overwrite")
+    assert shell.interrupted(*overwrite, after=1).code == 4
+    seen = shell.values("temperature")
+    assert Path("a.nc").read_bytes() == old
+    assert shell.interrupted(*overwrite, after=1).code == 4
+    assert not set(seen) & set(shell.values("temperature"))
+    seen += shell.values("temperature")
+    code, _, err = shell(*overwrite[:-1])
+    assert (code, err) == (0, f"5 points: {len(seen)} in its journal; {5 - len(seen)} to compute\n")
+    assert sorted(seen + shell.values("temperature")) == [210.0, 220.0, 230.0, 240.0, 250.0]
+    assert hash_of("a.nc") == hash_at_once(config)
+    assert "a.nc.run" not in entries()
+
+
+def test_an_interrupted_overwrite_stays_one_when_its_config_grows(shell: Shell) -> None:
+    small, large = (
+        "sweep: {temperature: [300, 310, 320]}\n",
+        "sweep: {temperature: [300, 310, 320, 330]}\n",
+    )
+    config = write("b.yaml", small, ONE_BY_ONE, LOOSE)
+    shell.interrupted("sweep", config, "-o", "a.nc", "--overwrite", after=1)
+    grown = write("c.yaml", large, ONE_BY_ONE, LOOSE)
+    assert shell.interrupted("sweep", grown, "-o", "a.nc", after=1).code == 4
+    again = write("d.yaml", large.replace("330", "330, 340"), LOOSE)
+    assert shell("sweep", again, "-o", "a.nc").code == 0
+    assert hash_of("a.nc") == hash_at_once(again)
+
+
+# --- failed points ---
+
+
+def test_retry_failed_computes_exactly_the_failed_points(shell: Shell) -> None:
+    def poison(rows: np.ndarray) -> None:
+        if np.any(rows[:, 0] == 225.0) or np.any(rows[:, 0] == 275.0):
+            raise ValueError("poison")
+
+    shell.disturb = poison
+    assert shell("sweep", "a.yaml", "-o", "b.nc").code == 3
+    shell.disturb = None
+    code, out, err = shell("sweep", "a.yaml", "-o", "b.nc")
+    assert (code, shell.computed) == (3, [])
+    assert "b.nc is complete: 4 points, nothing to do\n" in err
+    assert "4 points, 2 failed" in out
+    code, _, err = shell("sweep", "a.yaml", "-o", "b.nc", "--retry-failed")
+    assert (code, err) == (0, "4 points: 2 in b.nc; 2 to compute\n")
+    assert shell.values("temperature") == [225.0, 275.0]
+    assert hash_of("b.nc") == hash_of("a.nc")
+
+
+def test_retry_failed_of_an_interrupted_sweep_keeps_what_is_ok(shell: Shell) -> None:
+    def poison(rows: np.ndarray) -> None:
+        if len(shell.computed) != 0:
+            raise ValueError("poison")
+
+    config = write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
+    shell.disturb = poison
+    assert shell("sweep", config, "-o", "b.nc", "--keep-journal").code == 3
+    (ok,) = shell.values("temperature")
+    shell.disturb = None
+    Path("b.nc").unlink()
+    assert shell("sweep", config, "-o", "b.nc", "--retry-failed").code == 0
+    assert shell.values("temperature") == sorted(set(ALL) - {ok})
+    assert hash_of("b.nc") == hash_of("a.nc")
+
+
+def test_a_sweep_whose_first_block_fails_asks_before_it_goes_on(shell: Shell) -> None:
+    def fail(_: np.ndarray) -> None:
+        time.sleep(0.2)  # the next block begins before the first is looked at
+        raise ValueError("poison")
+
+    config = write("b.yaml", FOUR, LOOSE, "execution: {workers: 1, block_points: 1}\n")
+    shell.disturb = fail
+    code, out, err = shell("sweep", config, "-o", "b.nc")
+    assert (code, out) == (3, "")
+    assert "Stopped (all 1 points of the first block failed" in err
+    assert "  stickslip sweep b.yaml -o b.nc\n" in err
+    assert not Path("b.nc").exists()
+    code, out, _ = shell("sweep", config, "-o", "b.nc")
+    assert code == 3
+    assert "4 points" in out
+    assert "4 failed" in out
+    assert np.all(open_result(Path("b.nc")).status == 5)
+
+
+# --- what is there so far ---
+
+
+def test_partial_writes_what_is_there_and_the_sweep_goes_on(shell: Shell) -> None:
+    config = write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
+    shell.interrupted("sweep", config, "-o", "b.nc", after=2)
+    first = shell.values("temperature")
+    code, out, _ = shell("sweep", config, "-o", "b.nc", "--partial")
+    assert (code, shell.computed) == (0, [])
+    assert out.splitlines()[0] == "b.nc"
+    part = open_result(Path("b.nc"))
+    there = np.isin(part.temperature, first)
+    assert np.array_equal(part.status, np.where(there, 0, 127))
+    assert np.array_equal(np.isnan(part.friction_force_amplitude), ~there)
+    assert shell("sweep", config, "-o", "b.nc").code == 0
+    assert sorted(first + shell.values("temperature")) == ALL
+    assert hash_of("b.nc") == hash_of("a.nc")
+    assert "b.nc.run" not in entries()
+
+
+def test_a_partial_file_alone_is_enough_to_go_on(shell: Shell) -> None:
+    config = write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
+    shell.interrupted("sweep", config, "-o", "b.nc", after=2)
+    first = shell.values("temperature")
+    shell("sweep", config, "-o", "b.nc", "--partial")
+    Path("b.nc.run/journal").unlink()
+    assert shell("sweep", config, "-o", "b.nc").code == 0
+    assert sorted(first + shell.values("temperature")) == ALL
+    assert hash_of("b.nc") == hash_of("a.nc")
+
+
+def test_partial_of_nothing_is_refused(shell: Shell) -> None:
+    code, _, err = shell("sweep", "a.yaml", "-o", "b.nc", "--partial")
+    assert code == 2
+    assert err == "nothing is there yet of b.nc; leave out --partial to compute it\n"
+    assert entries() == ["a.nc", "a.nc.timing.json", "a.yaml"]
+
+
+def test_keep_journal_leaves_it_and_the_next_run_finds_everything_done(shell: Shell) -> None:
+    for again in range(2):
+        assert shell("sweep", "a.yaml", "-o", "b.nc", "--keep-journal").code == 0
+        assert len(shell.computed) == (4 if again == 0 else 0)
+        assert "journal" in entries("b.nc.run")
+    assert hash_of("b.nc") == hash_of("a.nc")
+    assert shell("sweep", "a.yaml", "-o", "b.nc").code == 0
+    assert shell.computed == []
+    assert hash_of("b.nc") == hash_of("a.nc")
+
+
+@pytest.mark.parametrize("option", ["--overwrite", "--recompute"])
+def test_a_kept_journal_does_not_keep_from_computing_afresh(shell: Shell, option: str) -> None:
+    for _ in range(2):
+        assert shell("sweep", "a.yaml", "-o", "b.nc", option, "--keep-journal").code == 0
+        assert shell.values("temperature") == ALL
+
+
+# --- the time that was granted ---
+
+
+def test_the_end_of_the_granted_time_prints_the_command_to_go_on(shell: Shell) -> None:
+    config = write("b b.yaml", FOUR, LOOSE, ONE_BY_ONE)
+    code, out, err = shell("sweep", config, "-o", "b.nc", "--max-runtime", "0.001s")
+    assert (code, out) == (4, "")
+    assert "Stopped (the time of --max-runtime is over)." in err
+    assert err.endswith("\n  stickslip sweep 'b b.yaml' -o b.nc --max-runtime 0.001s\n")
+    assert shell("sweep", config, "-o", "b.nc", "--max-runtime", "1h").code == 0
+    assert hash_of("b.nc") == hash_of("a.nc")

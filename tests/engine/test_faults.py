@@ -1,0 +1,185 @@
+"""Kills and failing files: what was finished is kept, an older result is whole, and it goes on."""
+
+from __future__ import annotations
+
+import errno
+import itertools
+import os
+import random
+import runpy
+import shutil
+import statistics
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sweeping import LOOSE, ONE_BY_ONE, Mishap, Shell, child, entries, hash_at_once, hash_of, write
+
+from sweeps.engine.existing import found_in_journal, readable_manifest
+from sweeps.files.run_folder import RunFolder
+
+STRESS = runpy.run_path(str(Path(__file__).parents[2] / "benchmarks" / "stress_kills.py"))
+HANGS = 120.0  # seconds, on any machine
+
+SMALL = "sweep: {temperature: [200, 250]}\n"
+LARGE = "sweep: {temperature: [200, 210, 230, 250, 270]}\n"
+
+
+@pytest.fixture
+def shell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Shell:
+    """A folder with a good result, `old.nc`, and `a.yaml`, which makes more of it."""
+    shell = Shell(tmp_path, monkeypatch, capsys)
+    assert shell("sweep", write("old.yaml", SMALL, LOOSE), "-o", "old.nc").code == 0
+    write("a.yaml", LARGE, LOOSE, ONE_BY_ONE)
+    return shell
+
+
+@pytest.fixture
+def expected(shell: Shell) -> str:
+    return hash_at_once("a.yaml")
+
+
+# --- kills ---
+
+
+@pytest.mark.slow
+def test_kills_at_random_times_lose_nothing(tmp_path: Path) -> None:
+    survival = STRESS["kill_until_done"](tmp_path / "sweep", random.Random(7), 6)
+    assert survival.kills == 6
+    assert survival.complaints == []
+    assert survival.lost == 0
+    assert survival.repeated == 0
+    in_flight = STRESS["WORKERS"] * STRESS["BLOCK_POINTS"]
+    # Where the disk is slow, finished blocks wait to be journaled.
+    assert statistics.median(survival.recomputed) <= 2 * in_flight
+    (tmp_path / "a.yaml").write_text(STRESS["CONFIG"])
+    assert survival.hashes == [hash_at_once(str(tmp_path / "a.yaml"))]
+
+
+PLACES = {
+    "within the head of the first record": Mishap("os", "pwrite", 1, "half"),
+    "within the manifest": Mishap("os", "pwrite", 2, "half"),
+    "before the points of the old file": Mishap("os", "pwrite", 3),
+    "within the points of the old file": Mishap("os", "pwrite", 5, "half"),
+    "before the first flush": Mishap("os", "fsync", 1),
+    "after the first flush": Mishap("os", "fsync", 1, "after"),
+    "before the journal has its name": Mishap("pathlib:Path", "replace", of="journal"),
+    "after the journal has its name": Mishap("pathlib:Path", "replace", 1, "after", of="journal"),
+    "before the trial": Mishap("netCDF4", "Dataset", 1, of="'w'"),
+    "within the trial": Mishap("netCDF4", "Dataset", 1, "after", of="'w'"),
+    "before the first block": Mishap("os", "pwrite", 6),
+    "within the head of the first block": Mishap("os", "pwrite", 6, "half"),
+    "within the numbers of the first block": Mishap("os", "pwrite", 7, "half"),
+    "within the rows of the first block": Mishap("os", "pwrite", 8, "half"),
+    "after the first block": Mishap("os", "pwrite", 8, "after"),
+    "within the last block": Mishap("os", "pwrite", 14, "half"),
+    "before the result file": Mishap("netCDF4", "Dataset", 2, of="'w'"),
+    "before the result is filled": Mishap("sweeps.files.results", "_fill"),
+    "while the result is filled": Mishap("sweeps.files.results", "result_values", 32),
+    "after the result is filled": Mishap("sweeps.files.results", "_fill", 1, "after"),
+    "before the result is read back": Mishap("sweeps.files.results", "_digests"),
+    "before the result is flushed": Mishap("sweeps.files.datasets", "_flush", 1),
+    "after the result is flushed": Mishap("sweeps.files.datasets", "_flush", 1, "after"),
+    "before the result has its name": Mishap("pathlib:Path", "replace", of="result.nc"),
+    "after the result has its name": Mishap("pathlib:Path", "replace", 1, "after", of="result.nc"),
+    "after all is flushed": Mishap("sweeps.files.datasets", "_flush", 2, "after"),
+    "before the journal is taken away": Mishap("pathlib:Path", "unlink", of="journal')"),
+    "after the journal is taken away": Mishap("pathlib:Path", "unlink", 1, "after", of="journal')"),
+}
+
+
+@pytest.mark.slow
+def test_a_kill_at_any_place_loses_nothing(shell: Shell, expected: str) -> None:
+    for number, (place, mishap) in enumerate(PLACES.items()):
+        output = f"{number}.nc"
+        shutil.copy("old.nc", output)
+        command = ["sweep", "a.yaml", "-o", output]
+        process = child(command, mishap)
+        process.join(HANGS)
+        assert process.exitcode == -9, place
+        renamed = hash_of(output) != hash_of("old.nc")
+        assert not renamed or hash_of(output) == expected, place
+        assert renamed == (place in list(PLACES)[-4:]), place
+        kept = journaled(Path(output))
+        code, _, err = shell(*command)
+        assert code == 0, (place, err)
+        assert not kept & set(shell.values("temperature")), place
+        if kept:
+            assert {200.0, 250.0} <= kept, place
+            assert len(shell.computed) == 5 - len(kept), place
+        assert hash_of(output) == expected, place
+        assert not [name for name in entries() if name.startswith((f"{output}.run", f".{output}"))]
+
+
+def journaled(output: Path) -> set[float]:
+    """The temperatures of the points in the journal of an output."""
+    journal = RunFolder(output).journal
+    manifest = readable_manifest(journal)
+    if manifest is None:
+        return set()
+    found = found_in_journal(journal, manifest)
+    return {value for indices, _ in found.points() for value in found.grid.rows(indices)[:, 0]}
+
+
+# --- files that fail ---
+
+ERRORS = (errno.ENOSPC, errno.EIO, errno.EACCES)
+CALLS = [(os, "open"), (os, "pwrite"), (os, "fsync"), (os, "ftruncate"), (Path, "replace")]
+
+
+class Failing:
+    """A function whose call of that number, from 1, fails; half of what it writes is written."""
+
+    def __init__(self, call: tuple[Any, str], number: int, error: int) -> None:
+        self._function, self._number, self._error = getattr(*call), number, error
+        self.calls = 0
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        self.calls += 1
+        if self.calls == self._number:
+            if self._function.__name__ == "pwrite":
+                self._function(args[0], bytes(args[1])[: len(args[1]) // 2], args[2])
+            raise OSError(self._error, os.strerror(self._error))
+        return self._function(*args, **kwargs)
+
+
+@pytest.fixture(params=["grown", "resumed"])
+def beginning(request: pytest.FixtureRequest, shell: Shell) -> str:
+    """The folder holds an older result, alone or with the journal of an interrupted sweep."""
+    if request.param == "resumed":
+        shell.interrupted("sweep", "a.yaml", "-o", "old.nc", after=1)
+    return str(request.param)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("error", ERRORS, ids=errno.errorcode.get)
+@pytest.mark.parametrize("call", CALLS, ids=lambda call: call[1])
+def test_a_call_that_fails_ends_in_a_message_and_the_same_command_goes_on(
+    shell: Shell, expected: str, beginning: str, call: tuple[Any, str], error: int
+) -> None:
+    old = Path("old.nc").read_bytes()
+    for number in itertools.count(1):
+        output = f"{number}.nc"
+        shutil.copy2("old.nc", output)  # with its time, by which a journal knows it
+        if beginning == "resumed":
+            shutil.copytree("old.nc.run", f"{output}.run")
+        command = ("sweep", "a.yaml", "-o", output)
+        with pytest.MonkeyPatch.context() as patch:
+            failing = Failing(call, number, error)
+            patch.setattr(*call, lambda *args, failing=failing: failing(*args))
+            code, out, err = shell(*command)
+        if failing.calls < number:
+            break
+        if code == 0:
+            assert hash_of(output) == expected, number
+        else:
+            assert (code, out) == (5, ""), (number, err)
+            assert output in err.splitlines()[-1], (number, err)
+            assert Path(output).read_bytes() == old or hash_of(output) == expected, number
+        code, _, err = shell(*command)
+        assert code == 0, (number, err)
+        assert hash_of(output) == expected, number
+        assert f"{output}.run" not in entries(), number
+    assert number > 1 or (beginning, call[1]) == ("grown", "ftruncate")

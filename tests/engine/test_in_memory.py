@@ -1,0 +1,184 @@
+"""A sweep as a function: the same content however it is executed, and every way a point can end."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from stickslip import Parameters, Status, stationary_orbit
+from stickslip.orbit import compute_orbits, failed_row
+from sweeps.config.load import ConfigError, from_mapping
+from sweeps.config.schema import Execution
+from sweeps.engine import in_memory, worker
+from sweeps.engine.in_memory import read_config, run
+from sweeps.files.datasets import content_hash, open_result, write_dataset
+
+CONFIG: dict[str, Any] = {
+    "sweep": {"T": [200, 250, 300], "gamma": [-2 / 3, 0, 2 / 3]},
+    "integrator": {"rtol": 1e-4},
+    "stationary": {"rtol": 1e-4},
+}
+YAML = """\
+sweep:
+  temperature: [200, 250, 300]
+  rheological_index: [-2/3, 0, 2/3]
+integrator: {rtol: 1e-4}
+stationary: {rtol: 1e-4}
+"""
+
+
+def executed(**execution: Any) -> dict[str, Any]:
+    return CONFIG | {"execution": execution}
+
+
+@pytest.fixture(scope="module")
+def reference() -> xr.Dataset:
+    return run(CONFIG, workers=1)
+
+
+@pytest.mark.parametrize("workers", [1, 2, 8])
+@pytest.mark.parametrize("block_points", [1, 3, None])
+def test_the_content_is_the_same_however_it_is_executed(
+    reference: xr.Dataset, tmp_path: Path, workers: int, block_points: int | None
+) -> None:
+    execution = {} if block_points is None else {"block_points": block_points}
+    ds = run(executed(workers=workers, **execution))
+    assert content_hash(ds) == content_hash(reference)
+    write_dataset(ds, tmp_path / "a.nc")
+    assert content_hash(open_result(tmp_path / "a.nc")) == content_hash(reference)
+
+
+def test_a_file_a_dict_and_a_config_are_the_same(reference: xr.Dataset, tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text(YAML)
+    for source in (path, str(path), from_mapping(CONFIG)):
+        assert content_hash(run(source, workers=2)) == content_hash(reference)
+
+
+def test_a_point_is_the_stationary_orbit_of_its_parameters(reference: xr.Dataset) -> None:
+    for temperature in (200.0, 300.0):
+        p = Parameters(temperature=temperature, rheological_index=0.0)
+        orbit = stationary_orbit(p, rtol=1e-4)._asdict()
+        del orbit["state"]
+        point = reference.sel(temperature=temperature, rheological_index=0.0)
+        assert {name: point[name].item() for name in orbit} == orbit
+
+
+@pytest.mark.parametrize("first", ["", "import sweeps.pipeline; "])
+def test_the_documented_import_is_a_function(first: str) -> None:
+    code = f"{first}from sweeps import run; assert callable(run), run"
+    subprocess.run([sys.executable, "-c", code], check=True, stderr=subprocess.DEVNULL)
+
+
+def test_workers_are_those_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def observed(*args: Any, execution: Execution, **kwargs: Any) -> None:
+        asked.append((execution.workers, execution.block_points))
+        raise InterruptedError
+
+    monkeypatch.setattr(in_memory, "compute", observed)
+    for workers in (None, 5):
+        with pytest.raises(InterruptedError):
+            run(executed(workers=3, block_points=2), workers=workers)
+    assert asked == [(3, 2), (5, 2)]
+
+
+def test_progress_is_told_block_by_block() -> None:
+    seen: list[list[int]] = []
+    run(executed(workers=2, block_points=4), on_block=lambda b: seen.append(b.indices.tolist()))
+    assert sorted(map(len, seen)) == [1, 4, 4]
+    assert sorted(point for block in seen for point in block) == list(range(9))
+
+
+def test_a_config_with_problems_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text("integrator:\n  method: euler-cromer\n  dt: 1e-3\n")
+    with pytest.raises(ConfigError, match=r"a\.yaml:3: integrator\.dt: .*unstable for every"):
+        run(path)
+    with pytest.raises(ConfigError, match="unstable for every point"):
+        run({"integrator": {"method": "euler-cromer", "dt": 1e-3}})
+    with pytest.raises(ConfigError, match="unknown key"):
+        run({"swep": {}})
+
+
+def test_overrides_reach_the_config(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text(YAML)
+    settings = read_config(path, ["T=[150, 160]", "integrator.rtol=1e-5"])
+    assert settings.sweep["temperature"] == (150.0, 160.0)
+    assert settings.integrator.rtol == 1e-5
+    assert settings.output == "results/a.nc"
+
+
+# --- how a point can end ---
+
+
+def statuses(config: dict[str, Any], path: Path) -> list[Status]:
+    write_dataset(run(config, workers=2), path)
+    ds = open_result(path)
+    bad = ds.status != Status.OK
+    for name, variable in ds.data_vars.items():
+        if variable.dtype.kind == "f" and name not in ("amplitude_error", "power_balance_error"):
+            np.testing.assert_array_equal(np.isnan(variable), bad)
+        if name in ("orbit_periods", "melting_count"):
+            np.testing.assert_array_equal(variable == -1, bad)
+    return [Status(code) for code in ds.status.values.ravel()]
+
+
+@pytest.mark.parametrize(
+    ("config", "expected"),
+    [
+        ({"sweep": {"T": [200, 250]}}, [Status.OK, Status.OK]),
+        ({"stationary": {"max_periods": 2}}, [Status.NOT_STATIONARY]),
+        ({"integrator": {"max_steps": 1000}}, [Status.STEP_LIMIT]),
+        ({"sweep": {"X_m": [0.8e-6, 1e200]}}, [Status.OK, Status.DIVERGED]),
+        (
+            {
+                "sweep": {"omega": [3e5, 3e6]},
+                "model": {"X_m": 1e-9},
+                "integrator": {"method": "euler-cromer", "dt": 1e-10},
+                "stationary": {"max_periods": 2},
+            },
+            [Status.NOT_STATIONARY, Status.REFUSED],
+        ),
+    ],
+)
+def test_every_end_of_a_point_reaches_the_file(
+    tmp_path: Path, config: dict[str, Any], expected: list[Status]
+) -> None:
+    assert statuses(config, tmp_path / "a.nc") == expected
+
+
+def test_a_violated_invariant_reaches_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # No config is known to break one for good: a better integrator would make its point ok.
+    def violated(points: np.ndarray, options: object) -> tuple[np.ndarray, np.ndarray]:
+        results, finals = compute_orbits(points, options)
+        results[1] = failed_row()
+        results[1, -1] = Status.INVARIANT_VIOLATED
+        return results, finals
+
+    monkeypatch.setattr(worker, "compute_orbits", violated)
+    found = statuses({"sweep": {"T": [200, 250]}}, tmp_path / "a.nc")
+    assert found == [Status.OK, Status.INVARIANT_VIOLATED]
+
+
+def test_a_point_that_raises_reaches_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def poisoned(points: np.ndarray, options: object) -> tuple[np.ndarray, np.ndarray]:
+        if np.any(np.atleast_2d(points)[:, 0] == 250.0):
+            raise MemoryError
+        return compute_orbits(points, options)
+
+    monkeypatch.setattr(worker, "compute_orbits", poisoned)
+    found = statuses({"sweep": {"T": [200, 250, 300]}}, tmp_path / "a.nc")
+    assert found == [Status.OK, Status.FAILED, Status.OK]

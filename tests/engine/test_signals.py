@@ -1,0 +1,192 @@
+"""Ending early: durations as people write them, the first reason, work that nobody waits for."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Callable
+
+import pytest
+
+from sweeps.engine import signals
+from sweeps.engine.signals import INTERRUPTED, STOPPED, Stop, listening, parse_duration, wait_for
+
+
+class Clock:
+    """Monotonic time that goes on when it is told to."""
+
+    def __init__(self) -> None:
+        self.now = 1000.0
+
+    def monotonic(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    clock = Clock()
+    monkeypatch.setattr(signals, "time", clock)
+    return clock
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [
+        ("45", 45),
+        ("45s", 45),
+        ("0.5", 0.5),
+        ("1.5h", 5400),
+        ("2h", 7200),
+        ("90min", 5400),
+        ("90 min", 5400),
+        ("90m", 5400),
+        ("1h30m", 5400),
+        ("1h 30 min", 5400),
+        ("1d2h3m4s", 93_784),
+        ("1 d", 86_400),
+        ("2h ", 7200),
+    ],
+)
+def test_durations_are_read_as_they_are_written(text: str, seconds: float) -> None:
+    assert parse_duration(text) == seconds
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("", "  ", "h", "1x", "1h30", "-1h", "1 hour", "2H", "1e3", "inf", "nan", "1:30", "1,5h"),
+        *(".5h", "1.h", "1.5.2", "h1", "2h, 3m", "0x10", "1h-30m"),
+    ],
+)
+def test_what_is_no_duration_is_refused_with_examples(text: str) -> None:
+    with pytest.raises(ValueError, match="is no duration; write for example 2h, 90min"):
+        parse_duration(text)
+
+
+@pytest.mark.parametrize("text", ["30 1h", "1 2 3s", "1 30min"])
+def test_a_number_without_a_unit_before_others_is_no_duration(text: str) -> None:
+    with pytest.raises(ValueError, match="is no duration"):
+        parse_duration(text)
+
+
+@pytest.mark.parametrize("text", ["0", "0s", "0h0m", "0.0"])
+def test_no_time_at_all_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="longer than 0"):
+        parse_duration(text)
+
+
+# --- the request ---
+
+
+def test_nothing_stops_without_a_reason(clock: Clock) -> None:
+    stop = Stop()
+    clock.now += 1e9
+    assert not stop.requested
+    assert stop.reason == ""
+
+
+def test_the_time_that_was_granted_ends(clock: Clock) -> None:
+    stop = Stop(10.0)
+    clock.now += 9.9
+    assert not stop.requested
+    clock.now += 0.1
+    assert stop.requested
+    assert stop.reason == "the time of --max-runtime is over"
+    assert stop.code == STOPPED == 4
+    clock.now -= 5.0
+    assert stop.requested  # once and for all
+
+
+def test_the_first_reason_counts(clock: Clock) -> None:
+    stop = Stop(10.0)
+    stop.request("all points fail", code=3)
+    stop.request("Ctrl-C", code=INTERRUPTED)
+    clock.now += 20.0
+    assert stop.requested
+    assert (stop.reason, stop.code) == ("all points fail", 3)
+
+
+# --- signals ---
+
+
+@pytest.mark.parametrize(
+    ("number", "reason", "code"),
+    [
+        (signal.SIGINT, "Ctrl-C", INTERRUPTED),
+        (signal.SIGTERM, "SIGTERM", STOPPED),
+        (signal.SIGHUP, "SIGHUP", STOPPED),
+    ],
+)
+def test_a_signal_requests_a_stop_and_the_next_one_ends_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    number: int,
+    reason: str,
+    code: int,
+) -> None:
+    ended: list[int | str] = []
+    monkeypatch.setattr(os, "_exit", ended.append)
+    before = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
+    stop = Stop()
+    stop.at_once += [lambda: ended.append("first"), lambda: ended.append("second")]
+    with listening(stop):
+        assert not stop.requested
+        signal.raise_signal(number)
+        assert (stop.requested, stop.reason, stop.code) == (True, reason, code)
+        assert ended == []
+        signal.raise_signal(number)
+    assert ended == ["second", "first", code]
+    assert "finishing the blocks in flight; a second signal ends at once" in capsys.readouterr().err
+    assert [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)] == before
+
+
+def test_elsewhere_than_in_the_main_thread_signals_are_left_alone() -> None:
+    found = []
+    before = signal.getsignal(signal.SIGINT)
+
+    def listen() -> None:
+        with listening(Stop()):
+            found.append(signal.getsignal(signal.SIGINT))
+
+    thread = threading.Thread(target=listen)
+    thread.start()
+    thread.join()
+    assert found == [before]
+
+
+# --- waiting ---
+
+
+def test_work_is_waited_for() -> None:
+    done = []
+    assert wait_for(lambda: done.append(threading.current_thread()), Stop())
+    assert len(done) == 1
+    assert done[0] is not threading.main_thread()
+
+
+def test_work_is_not_waited_for_when_a_stop_is_requested() -> None:
+    stop, begun, go_on = Stop(), threading.Event(), threading.Event()
+
+    def work() -> None:
+        begun.set()
+        stop.request("enough")
+        go_on.wait(60.0)
+
+    assert not wait_for(work, stop)
+    assert begun.is_set()
+    go_on.set()
+
+
+def raising(error: BaseException) -> Callable[[], None]:
+    def work() -> None:
+        raise error
+
+    return work
+
+
+@pytest.mark.parametrize("error", [ValueError("bad"), KeyboardInterrupt(), SystemExit(3)])
+def test_what_work_raises_is_raised_here(error: BaseException) -> None:
+    with pytest.raises(type(error)) as caught:
+        wait_for(raising(error), Stop())
+    assert caught.value is error

@@ -1,0 +1,286 @@
+"""`status`, `plan`, log and signals: how a sweep stands, what it would take, how it is ended."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from sweeping import LOOSE, ONE_BY_ONE, Shell, child, entries, hash_at_once, hash_of, write
+
+from sweeps.engine import progress
+from sweeps.files.run_folder import RunFolder
+
+HANGS = 120.0  # seconds, on any machine
+
+FOUR = "sweep: {temperature: [200, 210, 230, 250]}\noutput: a.nc\n"
+# Minutes of work, in blocks of one point or all at once.
+LONG = """\
+sweep: {temperature: {linspace: [150, 320], num: 2000}}
+integrator: {rtol: 1e-10}
+stationary: {rtol: 1e-10}
+output: a.nc
+"""
+IN_ONE = "execution: {workers: 1, block_points: 2000}\n"
+
+
+@pytest.fixture
+def shell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Shell:
+    shell = Shell(tmp_path, monkeypatch, capsys)
+    write("a.yaml", FOUR, LOOSE, ONE_BY_ONE)
+    return shell
+
+
+def everything() -> dict[str, tuple[bytes, int]]:
+    return {
+        str(path): (path.read_bytes(), path.stat().st_mtime_ns)
+        for path in Path().rglob("*")
+        if path.is_file()
+    }
+
+
+def wait_until(true: Callable[[], bool]) -> None:
+    latest = time.monotonic() + HANGS
+    while not true():
+        assert time.monotonic() < latest
+        time.sleep(0.02)
+
+
+# --- status ---
+
+
+def told(shell: Shell, target: str) -> dict[str, Any]:
+    """What `status --json` says, which changes nothing."""
+    before = everything()
+    code, out, err = shell("status", target, "--json")
+    assert (code, err) == (0, "")
+    assert out.count("\n") == 1
+    assert everything() == before
+    return dict(json.loads(out))
+
+
+def test_status_of_nothing(shell: Shell) -> None:
+    for target in ("a.nc", "a.yaml"):
+        assert told(shell, target) == {"output": "a.nc", "state": "absent"}
+        code, out, err = shell("status", target)
+        assert (code, out) == (5, "")
+        assert err == "a.nc does not exist, and no sweep to it has been begun\n"
+    assert entries() == ["a.yaml"]
+
+
+def test_status_of_an_interrupted_a_partial_and_a_complete_sweep(shell: Shell) -> None:
+    def poison(rows: np.ndarray) -> None:
+        if rows[0, 0] == 230.0:
+            raise ValueError("poison")
+
+    shell.interrupted("sweep", "a.yaml", after=2)
+    done = len(shell.computed)
+    expected = {
+        "output": "a.nc",
+        "state": "interrupted",
+        "points": 4,
+        "done": done,
+        "failed": 0,
+        "pending": 4 - done,
+        "statuses": {"ok": done},
+    }
+    assert told(shell, "a.yaml") == told(shell, "a.nc") == expected
+    assert shell("status", "a.nc").out.splitlines()[:2] == [
+        "a.nc: interrupted",
+        f"{done} of 4 points done, 0 failed",
+    ]
+    shell("sweep", "a.yaml", "--partial")
+    assert told(shell, "a.nc") == expected
+    shutil.rmtree("a.nc.run")
+    assert told(shell, "a.nc") == expected | {"state": "partial"}
+    shell.disturb = poison
+    shell("sweep", "a.yaml", "--overwrite")
+    complete = {"state": "complete", "done": 4, "failed": 1, "pending": 0}
+    assert told(shell, "a.nc") == expected | complete | {"statuses": {"ok": 3, "failed": 1}}
+    code, out, err = shell("status", "a.yaml")
+    assert (code, err) == (0, "")
+    assert out.splitlines()[:2] == ["a.nc: complete", "4 of 4 points done, 1 failed"]
+    assert "  1 failed: The computation raised an exception" in out
+    shell("sweep", "a.yaml", "-o", "b.nc", "--keep-journal")
+    assert told(shell, "b.nc")["state"] == "complete"
+
+
+def test_status_of_what_cannot_be_read(shell: Shell) -> None:
+    Path("a.nc").write_bytes(b"no result")
+    Path("folder").mkdir()
+    assert shell("status", "a.nc").code == 5
+    assert shell("status", "folder").code == 5
+    assert shell("status", "missing.yaml").code == 2
+
+
+@pytest.mark.slow
+def test_status_of_a_running_sweep_does_not_disturb_it(shell: Shell) -> None:
+    write("long.yaml", LONG.replace("2000", "60"), "execution: {block_points: 1}\n")
+    running = child(["sweep", "long.yaml"])
+    wait_until(lambda: told_roughly(shell).get("done", 0) > 0)
+    state = told_roughly(shell)
+    assert state["state"] == "running"
+    assert state["points"] == 60
+    assert state["pid"] == running.pid
+    assert state["command"] == "stickslip sweep long.yaml"
+    assert 0 < state["done"] == state["computed"] == 60 - state["pending"]
+    assert state["points_per_second"] > 0.0
+    assert state["seconds_left"] > 0.0
+    assert {"host", "started", "updated", "backend", "slots", "statuses"} <= state.keys()
+    lines = shell("status", "long.yaml").out.splitlines()
+    assert lines[0] == "a.nc: running"
+    assert re.fullmatch(r"\d+ of 60 points done, 0 failed", lines[1])
+    assert re.fullmatch(r"[\d.]+ points/s, about .* left", lines[2])
+    assert lines[3].startswith(f"process {running.pid} on ")
+    running.join(HANGS)
+    assert running.exitcode == 0
+    assert told(shell, "a.nc")["done"] == 60
+
+
+def told_roughly(shell: Shell) -> dict[str, Any]:
+    """What `status --json` says of a sweep that goes on meanwhile."""
+    return dict(json.loads(shell("status", "a.nc", "--json").out))
+
+
+# --- plan ---
+
+
+def test_plan_tells_points_blocks_bytes_and_time_and_writes_nothing(shell: Shell) -> None:
+    write("b.yaml", "sweep: {T: {linspace: [150, 320], num: 200}, gamma: [0, 1/3]}\n", LOOSE)
+    code, out, err = shell("plan", "b.yaml", "--workers", "3")
+    assert (code, err) == (0, "")
+    points, blocks, size, duration = out.splitlines()
+    assert points == "points: 400"
+    assert int(blocks.removeprefix("blocks: ")) >= 1
+    assert size == "bytes: up to 35.2 KiB for the result, 43.8 KiB for the journal on the way"
+    assert re.fullmatch(
+        r"time: about .* \(.* to .*\) on 3 workers \(threads\), from a sample of \d+", duration
+    )
+    assert 0 < int(duration.rsplit(" ", 1)[1]) <= 400
+    assert entries() == ["a.yaml", "b.yaml"]
+
+
+def test_plan_counts_what_is_there(shell: Shell) -> None:
+    shell.interrupted("sweep", "a.yaml", after=2)
+    there = len(shell.computed)
+    before = everything()
+    assert shell("plan", "a.yaml").out.startswith(f"points: 4, {there} of them are there\n")
+    assert everything() == before
+    shell("sweep", "a.yaml")
+    before = everything()
+    code, out, _ = shell("plan", "a.yaml", "--set", "gamma=[-2/3, 0]")
+    assert (code, out.splitlines()[0]) == (0, "points: 8, 4 of them are there")
+    assert {point.rheological_index for point in shell.computed} == {0.0}
+    code, out, _ = shell("plan", "a.yaml")
+    assert (code, shell.computed) == (0, [])
+    assert out.splitlines()[:2] == ["points: 4, 4 of them are there", "blocks: 0"]
+    assert everything() == before
+
+
+# --- the log ---
+
+
+def test_a_log_has_a_line_now_and_then_and_no_control_characters(
+    shell: Shell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.02)
+    shell.disturb = lambda _: time.sleep(0.1)
+    code, out, err = shell("sweep", "a.yaml")
+    assert code == 0
+    first, *lines = err.splitlines()
+    assert first == "4 points; 4 to compute"
+    assert len(lines) >= 4
+    for line in lines:
+        assert re.fullmatch(r"[0-4]/4 points, 0 failed, \d+\.\d points/s(, about .* left)?", line)
+    assert (out + err).replace("\n", "").isprintable()
+
+
+# --- signals ---
+
+
+def begun(*parts: str) -> Any:
+    """A sweep in a process of its own that has begun to compute."""
+    process = child(["sweep", write("long.yaml", LONG, *parts)])
+    folder = RunFolder(Path("a.nc"))
+    # The first beat comes before the first block.
+    wait_until(lambda: folder.last_beat().get("seconds", 0) > 0.5 or not process.is_alive())
+    assert process.is_alive(), Path("messages").read_text()
+    return process
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 4), (signal.SIGHUP, 4)]
+)
+def test_a_signal_finishes_what_is_in_flight_and_says_how_to_go_on(
+    shell: Shell, number: signal.Signals, code: int
+) -> None:
+    process = begun("execution: {block_points: 1}\n")
+    os.kill(process.pid, number)
+    process.join(HANGS)
+    said = Path("messages").read_text()
+    assert process.exitcode == code, said
+    name = "Ctrl-C" if number == signal.SIGINT else number.name
+    assert f"{name}: finishing the blocks in flight; a second signal ends at once\n" in said
+    kept = re.search(rf"Stopped \({name}\)\. (\d+) of 2000 points are kept in a\.nc\.run\.", said)
+    assert kept
+    assert said.endswith("To go on:\n  stickslip sweep long.yaml\n")
+    state = told(shell, "a.nc")
+    assert (state["state"], state["done"]) == ("interrupted", int(kept[1]))
+    shell.interrupted("sweep", "long.yaml", after=1)
+    more = len(shell.computed)
+    assert told(shell, "a.nc")["done"] == int(kept[1]) + more > int(kept[1])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 4), (signal.SIGHUP, 4)]
+)
+def test_a_second_signal_ends_at_once(shell: Shell, number: signal.Signals, code: int) -> None:
+    process = begun(IN_ONE)
+    time.sleep(1.0)  # its first heartbeat comes before its first block, which is to be in flight
+    os.kill(process.pid, number)
+    wait_until(lambda: "finishing the blocks" in Path("messages").read_text())
+    assert process.is_alive(), Path("messages").read_text()
+    os.kill(process.pid, number)
+    process.join(HANGS)
+    said = Path("messages").read_text()
+    assert process.exitcode == code, said
+    assert said.endswith("\nEnded at once; what was journaled is kept.\n")
+    write("a.yaml", FOUR, LOOSE, ONE_BY_ONE)
+    assert shell("sweep", "a.yaml", "--overwrite").code == 0
+    assert hash_of("a.nc") == hash_at_once("a.yaml")
+
+
+@pytest.mark.slow
+def test_a_hangup_does_not_end_a_sweep_under_nohup(tmp_path: Path) -> None:
+    nohup = shutil.which("nohup")
+    if nohup is None:
+        pytest.skip("there is no nohup here")
+    few = LONG.replace("2000", "40") + "execution: {block_points: 1}\n"
+    (tmp_path / "a.yaml").write_text(few)
+    with subprocess.Popen(
+        [nohup, sys.executable, "-m", "sweeps.cli.app", "sweep", "a.yaml"],
+        cwd=tmp_path,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        wait_until((tmp_path / "a.nc.run" / "heartbeat.json").exists)
+        process.send_signal(signal.SIGHUP)
+        _, err = process.communicate(timeout=HANGS)
+    assert process.returncode == 0, err
+    assert (tmp_path / "a.nc").exists()

@@ -1,0 +1,120 @@
+"""Trajectories from a config: the same numbers as from Python, with the provenance of a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import stickslip
+from stickslip import IntegrationError, Parameters, Status
+from sweeps.config.load import from_mapping, from_yaml
+from sweeps.engine.trajectories import AxisLeftError, trajectories, trajectory
+from sweeps.files.datasets import open_result, write_dataset
+
+SHORT = {"periods": 1, "samples_per_period": 50}
+
+
+def config(**parts: Any) -> Any:
+    return from_mapping({"simulation": SHORT} | parts)
+
+
+def same_numbers(found: xr.Dataset, expected: xr.Dataset) -> None:
+    xr.testing.assert_identical(found.drop_attrs(deep=False), expected.drop_attrs(deep=False))
+
+
+def test_a_trajectory_is_that_of_simulate() -> None:
+    found = trajectory(config(model={"T": 250, "gamma": 0}))
+    p = Parameters(temperature=250.0, rheological_index=0.0)
+    same_numbers(found, stickslip.simulate(p, **SHORT))
+    assert found.sizes == {"time": 51}
+
+
+@pytest.mark.parametrize(
+    ("parts", "keywords"),
+    [
+        ({"integrator": {"rtol": 1e-4}}, {"rtol": 1e-4}),
+        ({"simulation": SHORT | {"start": "stationary"}}, {"start": "stationary"}),
+        ({"simulation": SHORT | {"periods": 2}}, {"periods": 2}),
+        ({"noise": {"treatment": "none"}, "model": {"phi_0": 0.5}}, {"noise": "none"}),
+        (
+            {
+                "integrator": {"method": "euler-cromer", "dt": 1e-10},
+                "model": {"omega": 3e5, "X_m": 1e-9},
+            },
+            {"method": "euler-cromer", "dt": 1e-10},
+        ),
+    ],
+)
+def test_each_setting_reaches_the_trajectory(
+    parts: dict[str, Any], keywords: dict[str, Any]
+) -> None:
+    settings = config(**parts)
+    found = trajectory(settings)
+    same_numbers(found, stickslip.simulate(settings.parameters(), **(SHORT | keywords)))
+    plain = stickslip.simulate(settings.parameters(), **SHORT)
+    assert "noise" in parts or not found.drop_attrs().equals(plain.drop_attrs())
+
+
+def test_budgets_reach_the_trajectory() -> None:
+    with pytest.raises(IntegrationError) as caught:
+        trajectory(config(integrator={"max_steps": 10}))
+    assert caught.value.status is Status.STEP_LIMIT
+    settled = {"simulation": SHORT | {"start": "stationary"}}
+    with pytest.raises(IntegrationError, match="No stationary start") as caught:
+        trajectory(config(stationary={"max_periods": 2}, **settled))
+    assert caught.value.status is Status.NOT_STATIONARY
+
+
+def test_a_trajectory_carries_where_it_comes_from(tmp_path: Path) -> None:
+    settings = config(model={"T": 250})
+    write_dataset(trajectory(settings), tmp_path / "a.nc")
+    ds = open_result(tmp_path / "a.nc")
+    assert ds.attrs["title"] == "Trajectory"
+    assert "Time courses" in ds.attrs["summary"]
+    assert from_yaml(ds.attrs["config"]) == settings
+    assert ds.temperature == 250.0
+    assert trajectory(config(title="Mine")).attrs["title"] == "Mine"
+
+
+AXIS = {"sweep": {"T": [200, 250], "gamma": [-0.5, 0]}}
+CASES = {"cases": {"X_m": [4e-7, 8e-7], "omega": [20, 10]}}
+
+
+@pytest.mark.parametrize(
+    ("parts", "points"), [(AXIS, 4), (CASES, 2), (AXIS | CASES, 8)], ids=["axes", "cases", "both"]
+)
+def test_an_axis_left_is_refused_with_a_way_out_that_works(
+    parts: dict[str, Any], points: int
+) -> None:
+    with pytest.raises(AxisLeftError, match=f"has {points} points") as caught:
+        trajectory(config(**parts))
+    _, *choices = str(caught.value).split(" --set ")
+    settings = from_mapping({"simulation": SHORT} | parts, overrides=choices)
+    assert trajectory(settings).sizes == {"time": 51}
+
+
+def test_trajectories_along_an_axis_are_those_of_simulate() -> None:
+    found = trajectories(config(sweep={"omega": [10, 15, 32]}, title="Three"))
+    assert found.friction_force.dims == ("angular_frequency", "sample")
+    assert found.time.dims == ("angular_frequency", "sample")
+    assert "time" in found.coords
+    np.testing.assert_array_equal(found.angular_frequency, [10.0, 15.0, 32.0])
+    assert found.temperature.shape == ()
+    for omega in (10.0, 15.0, 32.0):
+        one = stickslip.simulate(Parameters(angular_frequency=omega), **SHORT)
+        run = found.sel(angular_frequency=omega)
+        for name in [*one.data_vars, "time"]:
+            np.testing.assert_array_equal(run[name].values, one[name].values)
+            assert run[name].attrs == one[name].attrs
+    assert found.attrs["title"] == "Three"
+    assert found.attrs["Conventions"] == "CF-1.8"
+
+
+@pytest.mark.parametrize("parts", [{}, AXIS, CASES, {"sweep": {"T": [200, 250]}} | CASES])
+def test_several_trajectories_need_exactly_one_axis(parts: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match="exactly one axis"):
+        trajectories(config(**parts))

@@ -1,0 +1,239 @@
+"""Blocks of points over workers: each point once, from its own parameters, taking none along."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stickslip import Options, Status, kernels, orbit
+from stickslip.compiled.cache import processor
+from stickslip.kernels import RESULT_COLUMNS
+from stickslip.orbit import compute_orbits, failed_row
+from stickslip.plausibility import doubtful_balance, doubtful_stress
+from sweeps.config.load import from_mapping
+from sweeps.config.schema import Execution
+from sweeps.engine import dispatch, worker
+from sweeps.engine.dispatch import compute
+from sweeps.engine.worker import (
+    Block,
+    Task,
+    WorkerMismatchError,
+    compile_kernels,
+    compute_block,
+    failed_block,
+    task_of,
+)
+from sweeps.grid import Grid
+
+# Different lubricants and temperatures, so that neighbours in a block differ in cost.
+GRID = Grid.from_config(
+    from_mapping({"sweep": {"T": [180, 220, 260, 300], "gamma": [-2 / 3, 0, 2 / 3]}})
+)
+EVERYTHING = np.arange(GRID.size)
+POINTS = GRID.points(0, GRID.size)
+OPTIONS = Options(rtol=1e-4, stationary_rtol=1e-4)
+
+
+def computed(workers: int = 1, block_points: int | None = None, **settings: Any) -> np.ndarray:
+    execution = Execution(workers=workers, block_points=block_points)
+    return compute(GRID, OPTIONS, execution=execution, **settings)
+
+
+@pytest.fixture(scope="module")
+def reference() -> np.ndarray:
+    results = computed()
+    assert np.all(results[:, -1] == Status.OK)
+    return results
+
+
+@pytest.mark.parametrize("workers", [1, 2, 8])
+@pytest.mark.parametrize("block_points", [1, 3, None, 100])
+def test_numbers_depend_neither_on_workers_nor_on_blocks(
+    reference: np.ndarray, workers: int, block_points: int | None
+) -> None:
+    assert computed(workers, block_points).tobytes() == reference.tobytes()
+
+
+def test_a_point_does_not_depend_on_its_neighbours(reference: np.ndarray) -> None:
+    alone = np.array([compute_orbits(point, OPTIONS)[0][0] for point in POINTS])
+    assert alone.tobytes() == reference.tobytes()
+    backwards = compute_orbits(POINTS[::-1], OPTIONS)[0][::-1]
+    assert backwards.tobytes() == reference.tobytes()
+    among_copies = compute_orbits(np.repeat(POINTS, 3, axis=0), OPTIONS)[0]
+    assert among_copies.tobytes() == np.repeat(reference, 3, axis=0).tobytes()
+
+
+@pytest.mark.parametrize("workers", [1, 2, 8])
+def test_each_block_is_reported_once_in_the_calling_thread(
+    reference: np.ndarray, workers: int
+) -> None:
+    blocks: list[Block] = []
+
+    def take(block: Block) -> None:
+        assert threading.current_thread() is threading.main_thread()
+        blocks.append(block)
+
+    computed(workers, 5, on_block=take)
+    assert sorted(len(block.indices) for block in blocks) == [2, 5, 5]
+    assert sorted(np.concatenate([block.indices for block in blocks])) == list(range(12))
+    for block in blocks:
+        assert block.results.tobytes() == reference[block.indices].tobytes()
+        assert (block.failures, block.messages) == (0, ())
+        assert block.seconds > 0.0
+        assert block.processor == processor()
+
+
+def test_a_block_is_computed_from_its_task_alone(reference: np.ndarray) -> None:
+    indices = np.array([1, 4, 11])
+    task = task_of(GRID, indices, OPTIONS)
+    np.testing.assert_array_equal(task.points, POINTS[indices])
+    block = compute_block(task)
+    np.testing.assert_array_equal(block.indices, indices)
+    assert block.results.tobytes() == reference[indices].tobytes()
+
+
+def test_a_worker_with_other_sources_computes_nothing() -> None:
+    task = task_of(GRID, EVERYTHING, OPTIONS)
+    other = Task(task.indices, task.points, task.options, "0123456789abcdef")
+    with pytest.raises(WorkerMismatchError, match=r"other sources .*0123456789ab"):
+        compute_block(other)
+
+
+def test_failures_of_a_block_are_the_points_that_are_not_ok() -> None:
+    rows = np.zeros((7, len(RESULT_COLUMNS)))
+    rows[:, -1] = [0, 1, 2, 3, 4, 5, 0]
+    assert Block(np.arange(7), rows).failures == 5
+
+
+def test_a_block_counts_the_results_that_look_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    def odd(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
+        results, finals = compute_orbits(points, options)
+        results[:5, RESULT_COLUMNS.index("power_balance_error")] = 5e-3
+        results[4:7, RESULT_COLUMNS.index("elastic_stress_max")] *= 100.0
+        assert doubtful_balance(results).sum() == 5
+        assert doubtful_stress(points, results).sum() == 3
+        return results, finals
+
+    task = task_of(GRID, EVERYTHING, OPTIONS)
+    assert compute_block(task).doubts == (0, 0)
+    monkeypatch.setattr(worker, "compute_orbits", odd)
+    assert compute_block(task).doubts == (5, 3)
+
+
+# --- exceptions ---
+
+
+def poisoned(temperature: float) -> Callable[..., tuple[np.ndarray, np.ndarray]]:
+    """`compute_orbits`, which raises where a point has this temperature."""
+
+    def compute_some(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
+        if np.any(np.atleast_2d(points)[:, 0] == temperature):
+            raise ZeroDivisionError("poison")
+        return compute_orbits(points, options)
+
+    return compute_some
+
+
+@pytest.mark.parametrize("block_points", [None, 1, 5])
+@pytest.mark.parametrize("workers", [1, 2])
+def test_an_exception_costs_its_own_points_alone(
+    reference: np.ndarray,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    workers: int,
+    block_points: int | None,
+) -> None:
+    monkeypatch.setattr(worker, "compute_orbits", poisoned(260.0))
+    blocks: list[Block] = []
+    results = computed(workers, block_points, on_block=blocks.append)
+    lost = POINTS[:, 0] == 260.0
+    assert results[~lost].tobytes() == reference[~lost].tobytes()
+    assert lost.sum() == sum(block.failures for block in blocks) == 3
+    for row in results[lost]:
+        np.testing.assert_array_equal(row, failed_row())
+        assert row[-1] == Status.FAILED
+    told = [record for record in caplog.records if "computation of point" in record.message]
+    assert len(told) == 3
+    assert all(record.levelname == "ERROR" and not record.exc_info for record in told)
+    assert [r.message for r in told] == [text for block in blocks for text in block.messages]
+    assert caplog.text.count("ZeroDivisionError('poison')") == 3
+    for point in POINTS[lost]:
+        assert str(point.tolist()) in caplog.text  # which one it was
+
+
+def test_points_that_no_worker_survives_are_failed_and_told() -> None:
+    block = failed_block(task_of(GRID, np.array([3, 7]), OPTIONS), "the worker died")
+    np.testing.assert_array_equal(block.indices, [3, 7])
+    np.testing.assert_array_equal(block.results, [failed_row(), failed_row()])
+    assert block.failures == 2
+    assert block.messages == tuple(
+        f"point {POINTS[number].tolist()} failed: the worker died" for number in (3, 7)
+    )
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_ctrl_c_is_no_failed_point(monkeypatch: pytest.MonkeyPatch, workers: int) -> None:
+    presses = [KeyboardInterrupt]
+
+    def interrupted(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
+        if presses:
+            raise presses.pop()
+        return compute_orbits(points, options)
+
+    monkeypatch.setattr(worker, "compute_orbits", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        computed(workers)
+
+
+class Careless:
+    """A backend that loses a block."""
+
+    slots, block_seconds = 1, 1.0
+
+    def __enter__(self) -> Careless:
+        return self
+
+    def __exit__(self, *_: object) -> None: ...
+
+    def blocks(self, tasks: Iterator[Task], *_: object) -> Iterator[Block]:
+        for number, task in enumerate(tasks):
+            if number != 1:
+                yield compute_block(task)
+
+
+def test_lost_blocks_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dispatch, "make_backend", lambda _: Careless())
+    with pytest.raises(RuntimeError, match="only 7 of 12 points"):
+        computed(1, 5)
+
+
+# --- before ---
+
+
+def test_kernels_are_made_ready_for_the_fluids_of_the_grid(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked = []
+
+    def observed(gammas: np.ndarray, settings: kernels.Settings) -> None:
+        asked.append((set(np.ravel(gammas).tolist()), settings.rtol))
+
+    monkeypatch.setattr(kernels, "compile_lanes", observed)
+    compile_kernels(OPTIONS, GRID)
+    assert asked == [({-2 / 3, 0.0, 2 / 3}, OPTIONS.rtol)]
+
+
+def test_the_fixed_step_is_made_ready_without_a_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def observed(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
+        asked.append((points.shape, options.method))
+        return compute_orbits(points, options)
+
+    monkeypatch.setattr(orbit, "compute_orbits", observed)
+    compile_kernels(Options(method="euler-cromer"), GRID)
+    assert asked == [((0, 20), "euler-cromer")]

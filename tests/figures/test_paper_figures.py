@@ -1,0 +1,143 @@
+"""`stickslip figure N`: the figures of the paper from scratch, and what a failure says."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from sweeps.cli.app import main
+from sweeps.config import paper
+from sweeps.config.load import load
+from sweeps.config.paper import PAPER, PaperFigure
+from sweeps.config.shipped import shipped_config
+from sweeps.figures import FIGURES
+from sweeps.files.datasets import open_result
+
+Command = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Command:
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["stickslip", "figure", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        out, err = capsys.readouterr()
+        assert "Traceback" not in out + err
+        return int(ended.value.code or 0), out, err
+
+    return call
+
+
+def files(number: int, folder: str = "results") -> list[str]:
+    return [f"{folder}/fig{number}.{kind}" for kind in ("nc", "png", "pdf")]
+
+
+def whole(paths: list[str]) -> bool:
+    starts = {".nc": b"\x89HDF", ".png": b"\x89PNG", ".pdf": b"%PDF"}
+    return all(Path(p).read_bytes().startswith(starts[Path(p).suffix]) for p in paths)
+
+
+def test_every_figure_of_the_table_has_its_config_and_its_picture() -> None:
+    assert list(PAPER) == [3, 4, 5, 7, 8, 9]
+    for number, plan in PAPER.items():
+        config = load(shipped_config(plan.config), plan.changes)
+        assert plan.figure in FIGURES
+        assert config.title.startswith(f"Fig. {number} - ")
+        assert config.warnings == ()
+        if number != 4:
+            assert config.plot.figure == plan.figure
+
+
+def test_shipped_configs_are_found_by_name() -> None:
+    assert shipped_config("fig7").name == "fig7.yaml"
+    with pytest.raises(FileNotFoundError, match="no shipped config is called fig6"):
+        shipped_config("fig6")
+
+
+@pytest.mark.slow
+def test_figures_3_and_4_are_made_together(command: Command) -> None:
+    code, out, err = command("3", "4", "3")
+    assert (code, err) == (0, "")
+    assert out.splitlines() == files(3) + files(4)
+    assert whole(files(3) + files(4))
+    third, fourth = (open_result(Path(f"results/fig{n}.nc")) for n in (3, 4))
+    assert third.attrs["title"].startswith("Fig. 3 - ")
+    assert fourth.attrs["title"].startswith("Fig. 4 - ")
+    assert third.sizes == {"time": 8001}
+    assert third.friction_force.equals(fourth.friction_force)
+    assert Path("results/fig3.png").read_bytes() != Path("results/fig4.png").read_bytes()
+
+
+@pytest.mark.slow
+def test_the_other_figures_are_made(command: Command) -> None:
+    code, out, err = command("5", "7", "8", "9", "-o", "new/folder", "--no-progress")
+    assert (code, err) == (0, "")
+    named = [line for line in out.splitlines() if line.startswith("new/folder/")]
+    expected = [path for number in (5, 7, 8, 9) for path in files(number, "new/folder")]
+    assert named == expected
+    assert whole(expected)
+    assert out.count("513 points in ") == out.count(" 0 failed, largest amplitude error ") == 3
+    assert sorted(path.name for path in Path("new/folder").iterdir()) == sorted(
+        Path(path).name for path in expected
+    )
+    assert open_result(Path("new/folder/fig5.nc")).sizes["angular_frequency"] == 4
+    for number in (7, 8, 9):
+        assert (open_result(Path(f"new/folder/fig{number}.nc")).status == 0).all()
+
+
+def small(monkeypatch: pytest.MonkeyPatch, *changes: str) -> None:
+    axis = "temperature={linspace: [150, 320], num: 3}"
+    monkeypatch.setitem(paper.PAPER, 7, PaperFigure("fig7", "amplitudes", [axis, *changes]))
+
+
+def test_failed_points_of_a_figure_are_reported(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small(monkeypatch, "stationary.max_periods=2")
+    code, out, err = command("7", "--workers", "1")
+    assert code == 3
+    assert "9 points in " in out
+    assert "9 failed" in out
+    assert err.startswith("9 points (3 x 3); 9 to compute\n")
+    assert "  9 not_stationary: " in err
+    assert whole(files(7))  # the picture says what is missing
+
+
+def test_a_failed_figure_does_not_hide_behind_a_later_one(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small(monkeypatch, "stationary.max_periods=2")
+    axis = "viscosity_coefficient=[5e4]"
+    monkeypatch.setitem(paper.PAPER, 8, PaperFigure("fig8", "amplitudes", [axis]))
+    code, out, _ = command("7", "8", "--no-progress")
+    assert code == 3
+    assert "9 failed" in out
+    assert "3 points in " in out
+
+
+def test_older_figures_are_replaced(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    small(monkeypatch)
+    Path("results").mkdir()
+    for path in files(7):
+        Path(path).write_bytes(b"old")
+    code, _, _ = command("7", "--no-progress")
+    assert code == 0
+    assert whole(files(7))
+
+
+def test_a_file_in_place_of_the_folder(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    small(monkeypatch)
+    Path("results").write_text("mine")
+    for number in ("7", "3"):
+        code, out, err = command(number, "--no-progress")
+        assert (code, out) == (5, "")
+        assert err == f"cannot write results/fig{number}.nc: results is no folder\n"
+    assert Path("results").read_text() == "mine"

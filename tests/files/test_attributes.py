@@ -1,0 +1,335 @@
+"""The result file is what docs and scripts rely on: names, units, types, flags, provenance."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+from stickslip import Status
+from stickslip.compiled.cache import processor, source_hash
+from stickslip.kernels import NUMERICS_VERSION, RESULT_COLUMNS
+from stickslip.parameters import Parameters
+from stickslip.variables import PARAMETERS
+from sweeps.config.load import Config, from_mapping, from_yaml
+from sweeps.engine.in_memory import run
+from sweeps.engine.trajectories import trajectories, trajectory
+from sweeps.files.attributes import result_dataset
+from sweeps.files.datasets import write_dataset
+from sweeps.grid import Grid
+
+FLOATS = {
+    "elastic_stress_amplitude": "Pa",
+    "friction_force_amplitude": "N",
+    "elastic_stress_max": "Pa",
+    "elastic_stress_min": "Pa",
+    "friction_force_max": "N",
+    "friction_force_min": "N",
+    "amplitude_error": "1",
+    "power_balance_error": "1",
+    "asymmetry": "1",
+}
+COUNTS = {"orbit_periods": "1", "melting_count": "1", "periods_integrated": "1"}
+FLAGS = {
+    "ok": 0,
+    "not_stationary": 1,
+    "step_limit": 2,
+    "diverged": 3,
+    "refused": 4,
+    "failed": 5,
+    "invariant_violated": 6,
+    "pending": 127,
+}
+ATTRIBUTES = {
+    "Conventions",
+    "title",
+    "summary",
+    "source",
+    "history",
+    "references",
+    "config",
+    "config_sha256",
+    "software",
+    "code_sha256",
+    "numerics_version",
+    "processor",
+    "data_sha256",
+}
+CASES = {"drive_amplitude": [0.4e-6, 0.8e-6], "angular_frequency": [20, 10]}
+SWEEPS: dict[str, dict[str, Any]] = {
+    "one axis": {"sweep": {"T": [200, 250]}},
+    "two axes": {"sweep": {"T": [200, 250], "gamma": [-2 / 3, 0, 2 / 3]}},
+    "cases": {"cases": CASES},
+    "an axis and cases": {"sweep": {"T": [200, 250, 300]}, "cases": CASES},
+    "one point": {},
+}
+SHORT = {"simulation": {"periods": 1, "samples_per_period": 20}}
+
+
+def rows(size: int) -> np.ndarray:
+    """Results that tell every point and column from every other one."""
+    results = np.arange(size * len(RESULT_COLUMNS), dtype=float).reshape(size, -1) + 1.0
+    results[:, -1] = 0
+    return results
+
+
+def made(config: dict[str, Any], results: np.ndarray | None = None) -> xr.Dataset:
+    settings = from_mapping(config)
+    grid = Grid.from_config(settings)
+    return result_dataset(settings, grid, rows(grid.size) if results is None else results)
+
+
+@pytest.fixture
+def stored(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[netCDF4.Dataset]:
+    """The file of a sweep, as the NetCDF library sees it."""
+    write_dataset(made(SWEEPS[request.param]), tmp_path / "a.nc")
+    with netCDF4.Dataset(tmp_path / "a.nc") as file:
+        file.set_auto_mask(False)
+        yield file
+
+
+all_sweeps = pytest.mark.parametrize("stored", SWEEPS, indirect=True)
+
+
+@all_sweeps
+def test_variables_types_units_and_fill_values(stored: netCDF4.Dataset) -> None:
+    data = {name for name in stored.variables if name not in PARAMETERS} - {"case"}
+    assert data == {*FLOATS, *COUNTS, "status"}
+    for name, units in {**FLOATS, **COUNTS, "status": "1"}.items():
+        variable = stored[name]
+        dtype = "f8" if name in FLOATS else "i1" if name == "status" else "i4"
+        assert variable.dtype == np.dtype(dtype), name
+        assert variable.units == units, name
+        assert variable.long_name, name
+        assert ("_FillValue" in variable.ncattrs()) == (name in FLOATS), name
+        if name in FLOATS:
+            assert np.isnan(variable._FillValue), name
+    assert stored.data_model == "NETCDF4"
+
+
+@all_sweeps
+def test_parameters_are_coordinates_with_symbol_and_unit(stored: netCDF4.Dataset) -> None:
+    for name, parameter in PARAMETERS.items():
+        variable = stored[name]
+        assert variable.dtype == np.float64
+        assert (variable.units, variable.symbol) == (parameter.units, parameter.symbol)
+        assert "_FillValue" not in variable.ncattrs()
+        if not variable.dimensions:
+            assert variable[()] == getattr(Parameters(), name)
+    scalars = {name for name in PARAMETERS if not stored[name].dimensions}
+    assert scalars <= set(stored["status"].coordinates.split())
+
+
+@all_sweeps
+def test_no_name_differs_from_another_by_case_alone(stored: netCDF4.Dataset) -> None:
+    names = {*stored.variables, *stored.dimensions}
+    assert len({name.lower() for name in names}) == len(names)
+    assert names.isdisjoint({"k", "K", "t", "T"})
+
+
+@all_sweeps
+def test_the_flags_of_the_status_are_complete(stored: netCDF4.Dataset) -> None:
+    status = stored["status"]
+    assert status.flag_values.dtype == np.int8
+    names = status.flag_meanings.split()
+    assert dict(zip(names, status.flag_values.tolist(), strict=True)) == FLAGS
+
+
+@all_sweeps
+def test_attributes_are_texts_without_gaps(stored: netCDF4.Dataset) -> None:
+    assert set(stored.ncattrs()) == ATTRIBUTES
+    for holder in [stored, *stored.variables.values()]:
+        for name in holder.ncattrs():
+            value = holder.getncattr(name)
+            if name in ("_FillValue", "flag_values"):
+                continue
+            assert isinstance(value, str), (holder, name)
+            assert value
+            assert value not in ("None", "True", "False")
+            assert not value.startswith("{")
+    assert stored.Conventions == "CF-1.8"
+
+
+def test_dimensions_follow_the_config() -> None:
+    ds = made(SWEEPS["an axis and cases"])
+    assert ds.status.dims == ("temperature", "case")
+    assert ds.status.shape == (3, 2)
+    assert ds.case.dtype == np.int32
+    np.testing.assert_array_equal(ds.case, [0, 1])
+    assert ds.drive_amplitude.dims == ds.angular_frequency.dims == ("case",)
+    np.testing.assert_array_equal(ds.angular_frequency, [20.0, 10.0])
+    assert set(PARAMETERS) <= set(ds.coords)
+    swapped = made({"sweep": {"gamma": [0, 1], "T": [200, 250, 300]}})
+    assert swapped.status.dims == ("rheological_index", "temperature")
+    point = made({})
+    assert point.status.dims == ()
+
+
+def test_each_result_lands_at_its_point() -> None:
+    config = SWEEPS["two axes"]
+    ds, results = made(config), rows(6)
+    for column, name in enumerate(RESULT_COLUMNS):
+        np.testing.assert_array_equal(ds[name].values, results[:, column].reshape(2, 3))
+    chosen = ds.sel(temperature=250, rheological_index=0)
+    assert chosen.friction_force_amplitude == results[4, 1]
+
+
+def test_points_that_did_not_succeed_hold_nan_and_minus_one(tmp_path: Path) -> None:
+    codes = [0, 1, 2, 3, 4, 5, 6]
+    results = rows(8)
+    results[1:, : len(RESULT_COLUMNS)] = np.nan
+    for name in COUNTS:
+        results[1:7, RESULT_COLUMNS.index(name)] = -1
+    results[:7, -1] = codes  # the eighth row has not come back
+    write_dataset(
+        made({"sweep": {"T": {"linspace": [150, 320], "num": 8}}}, results), tmp_path / "a.nc"
+    )
+    with xr.open_dataset(tmp_path / "a.nc") as ds:
+        assert ds.status.dtype == np.int8
+        assert ds.status.values.tolist() == [*codes, 127]
+        assert [Status(code) for code in ds.status.values] == list(Status)
+        for name in FLOATS:
+            np.testing.assert_array_equal(np.isnan(ds[name]), ds.status != 0)
+        for name in COUNTS:
+            assert ds[name].dtype == np.int32
+            np.testing.assert_array_equal(ds[name] == -1, ds.status != 0)
+
+
+# --- provenance ---
+
+
+FULL = {
+    "title": "All: 100 % \"quoted\" 'text' #1",
+    "model": {"K": 2500, "phi_0": 0.25},
+    **SWEEPS["an axis and cases"],
+    "integrator": {"rtol": 1e-5, "max_steps": 10**7},
+    "stationary": {"rtol": 1e-5, "max_periods": 99, "accelerate": False},
+    "noise": {"treatment": "none"},
+    "output": "elsewhere/b.nc",
+    "execution": {"workers": 7, "block_points": 3},
+    "plot": {"figure": "phase_portraits"},
+    "simulation": {"periods": 3, "start": "stationary", "samples_per_period": 100},
+}
+
+
+def without_execution(config: Config) -> Config:
+    plain = from_mapping({})
+    return config.model_copy(update={"output": plain.output, "execution": plain.execution})
+
+
+@pytest.mark.parametrize("config", [*SWEEPS.values(), FULL])
+def test_the_stored_config_gives_the_same_sweep_again(config: dict[str, Any]) -> None:
+    settings, ds = from_mapping(config), made(config)
+    again = from_yaml(ds.attrs["config"])
+    assert again == without_execution(settings)
+    assert again.sha256() == ds.attrs["config_sha256"] == settings.sha256()
+    keys = re.findall(r"^(\w+):", ds.attrs["config"], flags=re.MULTILINE)
+    assert "model" in keys
+    assert set(keys).isdisjoint({"execution", "output"})
+
+
+def test_execution_and_output_leave_no_trace_but_in_the_history() -> None:
+    moved = FULL | {"output": "c.nc", "execution": {"workers": 1}}
+    first, second = made(FULL).attrs, made(moved).attrs
+    first.pop("history"), second.pop("history")
+    assert first == second
+
+
+def test_where_a_file_comes_from(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "argv", ["/some/where/bin/stickslip", "sweep", "a/b.yaml", "-o", "c"])
+    attrs = made(FULL).attrs
+    time, command = attrs["history"].split(" ", 1)
+    assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", time)
+    assert command == "stickslip sweep a/b.yaml -o c"
+    assert attrs["title"] == FULL["title"]
+    assert made({}).attrs["title"]
+    assert attrs["source"].endswith("method adaptive")
+    assert attrs["source"].startswith("stickslip 0.")
+    assert "arXiv:1302.0720" in attrs["references"]
+    assert attrs["code_sha256"] == source_hash()
+    assert attrs["numerics_version"] == str(NUMERICS_VERSION)
+    assert attrs["processor"] == processor()
+    for name in ("Python", "stickslip", "numpy", "numba", "llvmlite", "xarray", "netCDF4"):
+        assert re.search(rf"\b{name} \d+\.\d+", attrs["software"]), name
+
+
+# --- other people's tools ---
+
+
+def cf_findings(path: Path) -> list[str]:
+    """What the CF checker of IOOS has to say against a file."""
+    from compliance_checker.runner import CheckSuite, ComplianceChecker
+
+    CheckSuite.load_all_available_checkers()
+    report = path.with_suffix(".json")
+    ComplianceChecker.run_checker(
+        str(path), ["cf:1.8"], 0, "strict", output_filename=str(report), output_format="json"
+    )
+    groups = json.loads(report.read_text())["cf:1.8"]
+    assert groups["possible_points"] > 100  # it has looked
+    return sorted({msg for group in groups["all_priorities"] for msg in group["msgs"]})
+
+
+# The checker warns of plug-ins of its own that it is about to drop, when it loads them.
+checked = pytest.mark.filterwarnings("ignore:The ioos_sos checker is deprecated:DeprecationWarning")
+
+
+@checked
+@pytest.mark.parametrize("name", SWEEPS)
+def test_a_sweep_follows_the_cf_conventions(tmp_path: Path, name: str) -> None:
+    write_dataset(made(SWEEPS[name]), tmp_path / "a.nc")
+    assert cf_findings(tmp_path / "a.nc") == []
+
+
+@checked
+def test_trajectories_follow_the_cf_conventions(tmp_path: Path) -> None:
+    write_dataset(trajectories(from_mapping(SHORT | SWEEPS["one axis"])), tmp_path / "a.nc")
+    assert cf_findings(tmp_path / "a.nc") == []
+
+
+@checked
+def test_a_trajectory_follows_the_cf_conventions(tmp_path: Path) -> None:
+    write_dataset(trajectory(from_mapping(SHORT)), tmp_path / "a.nc")
+    # The checker goes by the name: it asks any axis called `time` for standard_name `time`, which
+    # is for points in time, counted from a date. Ours is a time that has elapsed, and has no date.
+    only = "Coordinate variable 'time' should have standard_name='time', found: 'None'"
+    assert cf_findings(tmp_path / "a.nc") == [only]
+
+
+@checked
+def test_the_checker_would_find_something(tmp_path: Path) -> None:
+    ds = made(SWEEPS["one axis"])
+    ds.temperature.attrs["units"] = "furlongs per what"
+    ds.to_netcdf(tmp_path / "a.nc")
+    assert cf_findings(tmp_path / "a.nc")
+
+
+def test_the_documented_one_liners_plot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    path = tmp_path / "a.nc"
+    write_dataset(run(SWEEPS["two axes"], workers=1), path)
+    try:
+        with xr.open_dataset(path) as ds:
+            ds.friction_force_amplitude.plot()
+            plt.figure()
+            ds.friction_force_amplitude.sel(rheological_index=0, method="nearest").plot()
+            label = plt.gca().get_ylabel().replace("\n", " ")
+            assert label == "amplitude of the friction force [N]"
+            assert plt.gca().get_xlabel() == "lubricant temperature [K]"
+            plt.figure()
+            ok = ds.where(ds.status == 0)
+            ok.elastic_stress_amplitude.plot(x="temperature", hue="rheological_index")
+            assert len(plt.gca().lines) == 3
+    finally:
+        plt.close("all")

@@ -1,0 +1,312 @@
+"""A result file is the old one or the new one, whole; a damaged one is never taken for a result."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from sweeps.files import datasets
+from sweeps.files.datasets import (
+    StorageError,
+    content_hash,
+    open_result,
+    require_writable,
+    write_dataset,
+)
+
+
+def dataset(value: float = 1.0) -> xr.Dataset:
+    return xr.Dataset(
+        {
+            "force": ("x", np.array([value, np.nan, 3.0]), {"units": "N", "long_name": "force"}),
+            "count": ("x", np.array([1, -1, 3], dtype=np.int32), {"units": "1"}),
+            "status": (
+                "x",
+                np.array([0, 1, 127], dtype=np.int8),
+                {"flag_values": np.array([0, 1, 127], dtype=np.int8), "flag_meanings": "a b c"},
+            ),
+        },
+        {"x": ("x", np.array([1.0, 2.0, 4.0]), {"units": "m"}), "fixed": ((), 5.0, {"units": "K"})},
+        {"title": "a title", "history": "now", "config": "a: 1\nb: 'ü'\n"},
+    )
+
+
+def entries(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+# --- writing and reading ---
+
+
+def test_what_is_written_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "folder" / "a.nc"
+    write_dataset(dataset(), path)
+    assert entries(path.parent) == ["a.nc"]
+    found = open_result(path)
+    xr.testing.assert_identical(found, dataset())
+    for name, variable in dataset().variables.items():
+        assert found[name].dtype == variable.dtype
+    path.unlink()  # the file is not held open
+    assert found.force[0] == 1.0
+
+
+def test_a_new_file_replaces_the_old_one_completely(tmp_path: Path) -> None:
+    path = tmp_path / "a.nc"
+    write_dataset(dataset(1.0), path)
+    write_dataset(dataset(2.0).drop_vars("count"), path)
+    assert "count" not in open_result(path)
+    assert open_result(path).force[0] == 2.0
+    assert entries(tmp_path) == ["a.nc"]
+
+
+def test_a_file_in_the_current_folder_needs_no_folder_in_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    require_writable(dataset(), Path("a.nc"))
+    write_dataset(dataset(), Path("a.nc"))
+    assert entries(tmp_path) == ["a.nc"]
+
+
+def test_the_trial_leaves_nothing_and_touches_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "a.nc"
+    require_writable(dataset(), path)
+    assert entries(tmp_path) == []
+    path.write_bytes(b"old")
+    require_writable(dataset(), path)
+    assert path.read_bytes() == b"old"
+    assert entries(tmp_path) == ["a.nc"]
+
+
+# --- failures ---
+
+
+def raising(error: Exception, after: Callable[..., Any] | None = None) -> Callable[..., Any]:
+    def fail(*args: Any, **kwargs: Any) -> None:
+        if after is not None:
+            after(*args, **kwargs)
+        raise error
+
+    return fail
+
+
+NO_SPACE = OSError(errno.ENOSPC, "No space left on device")
+ERRORS = [NO_SPACE, OSError(errno.EIO, "Input/output error"), RuntimeError("NetCDF: HDF error")]
+WRITE = xr.Dataset.to_netcdf
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=str)
+@pytest.mark.parametrize("after", [None, WRITE], ids=["before", "after"])
+@pytest.mark.parametrize("write", [write_dataset, require_writable])
+def test_a_failed_write_leaves_the_old_file_and_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception, after: Any, write: Any
+) -> None:
+    path = tmp_path / "a.nc"
+    write_dataset(dataset(), path)
+    old = path.read_bytes()
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", raising(error, after))
+    with pytest.raises(StorageError) as caught:
+        write(dataset(2.0), path)
+    reason = getattr(error, "strerror", None) or error
+    assert str(caught.value) == f"cannot write {path}: {reason}"
+    assert path.read_bytes() == old
+    assert entries(tmp_path) == ["a.nc"]
+
+
+@pytest.mark.parametrize(
+    ("owner", "name"), [(os, "fsync"), (os, "open"), (Path, "replace"), (xr, "open_dataset")]
+)
+@pytest.mark.parametrize("error", ERRORS, ids=str)
+def test_a_failure_on_the_way_leaves_the_old_file_and_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, owner: Any, name: str, error: Exception
+) -> None:
+    path = tmp_path / "a.nc"
+    write_dataset(dataset(), path)
+    old = path.read_bytes()
+    with monkeypatch.context() as patch:
+        patch.setattr(owner, name, raising(error))
+        with pytest.raises(StorageError, match=r"^cannot write .*a\.nc: "):
+            write_dataset(dataset(2.0), path)
+    assert path.read_bytes() == old
+    assert entries(tmp_path) == ["a.nc"]
+
+
+def test_the_file_is_on_the_disk_before_it_gets_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done: list[str] = []
+    fsync, replace = os.fsync, Path.replace
+
+    def observed_fsync(handle: int) -> None:
+        done.append("flush " + Path(f"/proc/self/fd/{handle}").readlink().name)
+        fsync(handle)
+
+    def observed_replace(self: Path, target: Path) -> None:
+        done.append("replace")
+        replace(self, target)
+
+    if not Path("/proc/self/fd").is_dir():
+        pytest.skip("names of open files are not to be had here")
+    monkeypatch.setattr(os, "fsync", observed_fsync)
+    monkeypatch.setattr(Path, "replace", observed_replace)
+    write_dataset(dataset(), tmp_path / "a.nc")
+    assert done == [f"flush .a.nc.{os.getpid()}.tmp", "replace", f"flush {tmp_path.name}"]
+
+
+def test_what_does_not_read_back_is_not_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.nc"
+    write_dataset(dataset(), path)
+
+    def flawed(ds: xr.Dataset, *args: Any, **kwargs: Any) -> None:
+        WRITE(ds.assign(force=ds.force + 1e-9), *args, **kwargs)
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", flawed)
+    with pytest.raises(StorageError, match="does not read back"):
+        write_dataset(dataset(2.0), path)
+    assert open_result(path).force[0] == 1.0
+    assert entries(tmp_path) == ["a.nc"]
+
+
+def test_ctrl_c_while_writing_leaves_the_old_file_and_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.nc"
+    write_dataset(dataset(), path)
+    monkeypatch.setattr(datasets, "_compare", raising(KeyboardInterrupt()))
+    with pytest.raises(KeyboardInterrupt):
+        write_dataset(dataset(2.0), path)
+    assert open_result(path).force[0] == 1.0
+    assert entries(tmp_path) == ["a.nc"]
+
+
+@pytest.mark.parametrize("write", [write_dataset, require_writable])
+def test_a_file_in_place_of_the_folder_is_told(tmp_path: Path, write: Any) -> None:
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(StorageError, match=r"cannot write .*a\.nc: .*file is no folder$"):
+        write(dataset(), tmp_path / "file" / "a.nc")
+    with pytest.raises(StorageError, match=r"cannot write .*a\.nc: Not a directory$"):
+        write(dataset(), tmp_path / "file" / "deeper" / "a.nc")
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_a_read_only_folder_is_told(tmp_path: Path) -> None:
+    folder = tmp_path / "locked"
+    folder.mkdir()
+    folder.chmod(0o500)
+    try:
+        if os.access(folder, os.W_OK):
+            pytest.skip("permissions do not bind this user")
+        with pytest.raises(StorageError, match="Permission denied"):
+            write_dataset(dataset(), folder / "a.nc")
+    finally:
+        folder.chmod(0o700)
+
+
+def test_a_folder_is_no_output(tmp_path: Path) -> None:
+    (tmp_path / "a.nc").mkdir()
+    with pytest.raises(StorageError, match="cannot write"):
+        write_dataset(dataset(), tmp_path / "a.nc")
+    assert entries(tmp_path) == ["a.nc"]
+
+
+# --- opening ---
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda _: b"",
+        lambda _: b"\x00" * 4096,
+        lambda _: b"no NetCDF file\n",
+        lambda good: good[: len(good) // 2],
+        lambda good: good[:-1],
+        lambda good: good[:8],
+        lambda good: good[100:],
+    ],
+    ids=["empty", "zeros", "text", "half", "last byte", "signature", "headless"],
+)
+def test_a_damaged_file_is_refused_by_name(tmp_path: Path, damage: Any) -> None:
+    path = tmp_path / "a.nc"
+    write_dataset(dataset(), path)
+    path.write_bytes(damage(path.read_bytes()))
+    with pytest.raises(StorageError, match=r"a\.nc is not a readable NetCDF file"):
+        open_result(path)
+
+
+def test_what_is_no_file_is_refused_by_name(tmp_path: Path) -> None:
+    with pytest.raises(StorageError, match=r"b\.nc does not exist"):
+        open_result(tmp_path / "b.nc")
+    with pytest.raises(StorageError, match="is not a readable NetCDF file"):
+        open_result(tmp_path)
+
+
+# --- identity ---
+
+
+def changed(change: Callable[[xr.Dataset], Any]) -> xr.Dataset:
+    ds = dataset()
+    result = change(ds)
+    return result if isinstance(result, xr.Dataset) else ds
+
+
+def setting(name: str, index: Any, value: float) -> Callable[[xr.Dataset], None]:
+    def change(ds: xr.Dataset) -> None:
+        ds[name].values[index] = value
+
+    return change
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        setting("force", 0, np.nextafter(1.0, 2.0)),
+        setting("force", 1, 0.0),
+        setting("count", 2, 4),
+        setting("status", 2, 0),
+        lambda ds: ds.assign_coords(x=ds.x * 2),
+        lambda ds: ds.assign_coords(fixed=6.0),
+        lambda ds: ds.drop_vars("fixed"),
+        lambda ds: ds.drop_vars("count"),
+        lambda ds: ds.rename(force="power"),
+        lambda ds: ds.rename_dims(x="y"),
+        lambda ds: ds.assign(count=ds["count"].astype(np.int64)),
+        lambda ds: ds.assign(status=ds.status.astype(np.uint8)),  # the same bytes
+        lambda ds: ds.force.attrs.update(units="kN"),
+        lambda ds: ds.force.attrs.update(comment="more"),
+        lambda ds: ds.x.attrs.pop("units"),
+        lambda ds: ds.status.attrs.update(flag_values=np.array([0, 1, 2], dtype=np.int8)),
+        lambda ds: ds.attrs.update(title="another"),
+        lambda ds: ds.attrs.update(config="a: 2\n"),
+        lambda ds: ds.attrs.pop("title"),
+        lambda ds: ds.attrs.update(more="1"),
+    ],
+)
+def test_the_hash_sees_every_change(change: Callable[[xr.Dataset], Any]) -> None:
+    assert content_hash(changed(change)) != content_hash(dataset())
+
+
+def test_the_hash_does_not_see_history_and_order() -> None:
+    ds = dataset()
+    expected = content_hash(ds)
+    assert len(expected) == 64
+    ds.attrs["history"] = "later"
+    assert content_hash(ds) == expected
+    del ds.attrs["history"]
+    assert content_hash(ds) == expected
+    assert content_hash(ds[["status", "count", "force"]]) == expected
+    ds.attrs = dict(reversed(ds.attrs.items()))
+    assert content_hash(ds) == expected
+
+
+def test_the_hash_survives_the_file(tmp_path: Path) -> None:
+    write_dataset(dataset(), tmp_path / "a.nc")
+    assert content_hash(open_result(tmp_path / "a.nc")) == content_hash(dataset())

@@ -1,0 +1,336 @@
+"""Outputs that are no file, on a full disk, damaged, or in use: told at once, and never harmed."""
+
+from __future__ import annotations
+
+import os
+import random
+import re
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sweeping import (
+    LOOSE,
+    ONE_BY_ONE,
+    Mishap,
+    Shell,
+    child,
+    entries,
+    fill_the_disk,
+    hash_at_once,
+    hash_of,
+    write,
+)
+
+from sweeps.files import run_folder
+from sweeps.files.datasets import open_result
+from sweeps.files.run_folder import InUseError, RunFolder
+
+HANGS = 120.0  # seconds, on any machine
+
+FOUR = "sweep: {temperature: [200, 210, 230, 250]}\n"
+FIVE = "sweep: {temperature: [200, 210, 230, 250, 270]}\n"
+# Minutes of work in blocks of one point.
+LONG = """\
+sweep: {temperature: {linspace: [150, 320], num: 2000}}
+integrator: {rtol: 1e-10}
+stationary: {rtol: 1e-10}
+execution: {block_points: 1}
+"""
+
+
+@pytest.fixture
+def shell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Shell:
+    shell = Shell(tmp_path, monkeypatch, capsys)
+    write("a.yaml", FOUR, LOOSE)
+    return shell
+
+
+# --- no file, no room ---
+
+
+@pytest.mark.parametrize("option", [[], ["--overwrite"], ["--partial"]])
+def test_an_output_that_can_be_no_file_is_told_at_once(shell: Shell, option: list[str]) -> None:
+    Path("folder").mkdir()
+    os.mkfifo("pipe")
+    Path("loop").symlink_to("loop")
+    Path("nowhere").symlink_to("missing/a.nc")
+    Path("full").symlink_to("/dev/full")  # were it replaced, only the link would be
+    before = entries()
+    for output, message in {
+        "folder": "folder is a folder; -o names a file",
+        "pipe": "pipe is no ordinary file; -o names one",
+        "full": "full is no ordinary file; -o names one",
+        "loop": "cannot write loop: .*[Ll]oop|cannot write loop: Too many levels",
+        "nowhere": "cannot write nowhere: No such file or directory",
+    }.items():
+        code, out, err = shell("sweep", "a.yaml", "-o", output, *option)
+        assert (code, out) == (5, "")
+        assert re.match(message, err), err
+        assert err.count("\n") == 1
+        assert shell.computed == []
+        assert entries() == before
+
+
+@pytest.mark.parametrize("output", ["x.nc", "folder/x.nc"])
+def test_a_file_in_place_of_a_folder_is_told_at_once(shell: Shell, output: str) -> None:
+    Path("x.nc.run" if output == "x.nc" else "folder").write_text("mine")
+    before = entries()
+    code, out, err = shell("sweep", "a.yaml", "-o", output)
+    assert (code, out) == (5, "")
+    assert err.startswith("cannot write")
+    assert output in err
+    assert (shell.computed, entries()) == ([], before)
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A folder on a disk of one MiB."""
+    path = tmp_path / "disk"
+    path.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "none", str(path)]
+    if shutil.which("mount") is None or subprocess.run(mount, capture_output=True).returncode:
+        pytest.skip("this user may not mount a disk")
+    yield path
+    # Lazily: the server that forks the children may stand in there.
+    subprocess.run(["umount", "--lazy", str(path)], check=True)
+
+
+FULL = {
+    "before anything": None,
+    "before the journal": Mishap("os", "pwrite", 1, kills=False),
+    "before the trial": Mishap("netCDF4", "Dataset", 1, of="'w'", kills=False),
+    "before the first block": Mishap("os", "pwrite", 6, kills=False),
+    "before the result": Mishap("netCDF4", "Dataset", 2, of="'w'", kills=False),
+    "while the result is filled": Mishap("sweeps.files.results", "_fill", kills=False),
+}
+
+
+@pytest.mark.slow
+def test_a_disk_that_is_full_costs_nothing_that_was_finished(
+    shell: Shell, small_disk: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(small_disk)
+    write("a.yaml", FOUR, LOOSE, ONE_BY_ONE)
+    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    old = Path("a.nc").read_bytes()
+    write(
+        "b.yaml",
+        "sweep: {temperature: {linspace: [200, 250], num: 6}, K: [1e3, 2e3, 3e3]}\n",
+        LOOSE,
+    )
+    expected = hash_at_once("b.yaml")
+    for time_, mishap in FULL.items():
+        for path in Path().glob("b.nc*"):
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+        shutil.copy("a.nc", "b.nc")
+        command = ["sweep", "b.yaml", "-o", "b.nc", "--overwrite"]
+        if mishap is None:
+            fill_the_disk()
+        process = child(command, *filter(None, [mishap]), log="../messages")
+        process.join(HANGS)
+        said = Path("../messages").read_text()
+        assert process.exitcode == 5, (time_, said)
+        assert "Traceback" not in said, time_
+        assert re.search("cannot write .*b\\.nc", said.splitlines()[-1]), (time_, said)
+        assert Path("b.nc").read_bytes() == old, time_
+        assert not list(Path().rglob("result.nc")), time_
+        Path("filler").unlink()
+        code, _, err = shell("sweep", "b.yaml", "-o", "b.nc", "--overwrite")
+        assert code == 0, (time_, err)
+        assert hash_of("b.nc") == expected, time_
+
+
+def test_a_disk_that_will_be_full_is_told_before_the_work(shell: Shell, small_disk: Path) -> None:
+    write("b.yaml", "sweep: {temperature: {linspace: [150, 320], num: 10000}}\n", LOOSE)
+    output = str(small_disk / "b.nc")
+    code, out, err = shell("sweep", "b.yaml", "-o", output)
+    assert (code, out, shell.computed) == (5, "", [])
+    assert re.search(r"has .* KiB left, but the sweep may need 1\.9 MiB; make room, or", err)
+
+
+# --- in use ---
+
+
+@pytest.mark.slow
+def test_a_second_sweep_to_an_output_names_the_first(shell: Shell) -> None:
+    write("long.yaml", LONG)
+    first = child(["sweep", "long.yaml", "-o", "a.nc"], log="first")
+    wait_for(Path("a.nc.run/heartbeat.json"))
+    for option in ([], ["--overwrite"], ["--partial"]):
+        code, out, err = shell("sweep", "a.yaml", "-o", "a.nc", *option)
+        assert (code, out, shell.computed) == (4, "", [])
+        assert err.startswith("a.nc is being written by another run (process ")
+        assert f"process {first.pid} on " in err
+        assert err.endswith(": stickslip sweep long.yaml -o a.nc)\n")
+        assert first.is_alive()
+    os.kill(first.pid, signal.SIGKILL)
+    first.join(HANGS)
+    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
+    assert code == 2
+    assert "with other settings" in err
+
+
+@pytest.mark.slow
+def test_a_sweep_that_has_just_begun_is_not_taken_for_a_killed_one(shell: Shell) -> None:
+    write("long.yaml", LONG)
+    command = ["sweep", "long.yaml", "-o", "a.nc"]
+    killed = child(command, log="killed")
+    wait_for(Path("a.nc.run/heartbeat.json"))
+    killed.kill()
+    killed.join(HANGS)
+    with RunFolder(Path("a.nc")).held():  # a sweep that still compiles
+        code, _, err = shell(*command)
+        assert code == 4
+        assert f"process {killed.pid} " not in err
+
+
+@pytest.mark.slow
+def test_of_sweeps_begun_at_once_one_works_and_none_does_harm(shell: Shell) -> None:
+    write("a.yaml", FOUR, LOOSE, ONE_BY_ONE)
+    expected = hash_at_once("a.yaml")
+    for number in range(8):
+        command = ["sweep", "a.yaml", "-o", f"{number}.nc"]
+        both = [child(command, log=f"{number}.{i}") for i in range(2)]
+        for process in both:
+            process.join(HANGS)
+        said = [Path(f"{number}.{i}").read_text() for i in range(2)]
+        assert sorted(process.exitcode for process in both) in ([0, 0], [0, 4]), said
+        worked = [f"{number}.nc\n4 points in " in text for text in said]
+        assert sum(worked) == 1, said
+        for process, text, did in zip(both, said, worked, strict=True):
+            if not did:
+                told = "is complete: 4 points" if process.exitcode == 0 else f"{number}.nc is "
+                assert told in text
+        assert hash_of(f"{number}.nc") == expected
+        assert f"{number}.nc.run" not in entries()
+
+
+def test_a_run_that_ends_leaves_the_lock_of_the_next_alone(
+    shell: Shell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The next run takes the output in the moment in which the lock is released."""
+    output, next_run = Path("a.nc"), ExitStack()
+    release = run_folder.FileLock.release
+
+    def released(lock: run_folder.FileLock, *args: object, **kwargs: object) -> None:
+        release(lock, *args, **kwargs)
+        monkeypatch.setattr(run_folder.FileLock, "release", release)
+        next_run.enter_context(RunFolder(output).held())
+        (RunFolder(output).path / "journal.new").write_text("begun")
+
+    monkeypatch.setattr(run_folder.FileLock, "release", released)
+    with next_run:
+        with RunFolder(output).held():
+            pass
+        assert entries("a.nc.run") == ["heartbeat.json", "journal.new", "lock"]
+        with pytest.raises(InUseError), RunFolder(output).held():
+            pass
+
+
+def wait_for(path: Path) -> None:
+    latest = time.monotonic() + HANGS
+    while not path.exists():
+        assert time.monotonic() < latest
+        time.sleep(0.01)
+
+
+# --- damaged ---
+
+
+def test_a_journal_without_its_beginning_is_told_and_kept_until_overwrite(shell: Shell) -> None:
+    config = write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
+    shell.interrupted("sweep", config, "-o", "b.nc", after=2)
+    journal = Path("b.nc.run/journal")
+    damaged = bytearray(journal.read_bytes())
+    for magic in re.finditer(b"processors", bytes(damaged)):
+        damaged[magic.start()] ^= 1  # both manifests, wherever they stand
+    journal.write_bytes(damaged)
+    for option in ([], ["--recompute"], ["--partial"], ["--retry-failed"]):
+        code, out, err = shell("sweep", config, "-o", "b.nc", *option)
+        assert (code, out) == (5, "")
+        assert err.startswith("the beginning of b.nc.run/journal is damaged")
+        assert "--overwrite" in err
+        assert journal.read_bytes() == damaged
+    assert shell("sweep", config, "-o", "b.nc", "--overwrite").code == 0
+    assert hash_of("b.nc") == hash_at_once(config)
+
+
+def test_damage_within_a_journal_costs_the_damaged_block_alone(shell: Shell) -> None:
+    config = write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
+    shell.interrupted("sweep", config, "-o", "b.nc", after=3)
+    first = shell.values("temperature")
+    journal = Path("b.nc.run/journal")
+    damaged = bytearray(journal.read_bytes())
+    damaged[-400] ^= 4  # the last block but one, or that before it
+    journal.write_bytes(damaged)
+    code, _, err = shell("sweep", config, "-o", "b.nc")
+    assert code == 0
+    assert re.search(r"\d+ damaged bytes .*passed over", err)
+    assert f"4 points: {len(first) - 1} in its journal" in err
+    assert len(shell.computed) == 4 - len(first) + 1
+    assert hash_of("b.nc") == hash_at_once(config)
+
+
+def test_an_older_result_that_is_cut_off_is_refused_untouched(shell: Shell) -> None:
+    assert shell("sweep", "a.yaml", "-o", "good.nc").code == 0
+    good = Path("good.nc").read_bytes()
+    for length in (0, 1, 8, 100, len(good) // 2, len(good) - 1):
+        Path("b.nc").write_bytes(good[:length])
+        code, out, err = shell("sweep", "a.yaml", "-o", "b.nc")
+        assert (code, out) == (5, "")
+        assert err.startswith("b.nc exists, but is not a readable NetCDF file")
+        assert "--overwrite replaces it" in err
+        assert Path("b.nc").read_bytes() == good[:length]
+        assert "b.nc.run" not in entries()
+    assert shell("sweep", "a.yaml", "-o", "b.nc", "--overwrite").code == 0
+
+
+def test_a_value_of_an_axis_that_one_bit_makes_another_one_is_noticed(shell: Shell) -> None:
+    assert shell("sweep", "a.yaml", "-o", "good.nc").code == 0
+    good = Path("good.nc").read_bytes()
+    axis = np.array([200.0, 210.0, 230.0, 250.0]).tobytes()
+    damaged = good.replace(axis, np.array([200.0, 210.0, 230.0, 234.0]).tobytes())
+    assert damaged != good
+    Path("b.nc").write_bytes(damaged)
+    write("b.yaml", "sweep: {temperature: [200, 210, 230, 234, 250]}\n", LOOSE)
+    code, _, err = shell("sweep", "b.yaml", "-o", "b.nc")
+    assert code == 5, err
+    assert Path("b.nc").read_bytes() == damaged
+
+
+@pytest.mark.slow
+def test_a_damaged_byte_of_an_older_result_never_brings_a_wrong_number_in(shell: Shell) -> None:
+    assert shell("sweep", "a.yaml", "-o", "good.nc").code == 0
+    good, draw = Path("good.nc").read_bytes(), random.Random(11)
+    assert shell("sweep", write("b.yaml", FIVE, LOOSE), "-o", "five.nc").code == 0
+    expected = open_result(Path("five.nc"))
+    # Places all over the file, and numbers that compression left as they are but for their order.
+    # A bit is cleared: what is set may be the length of a list that netCDF walks to its end.
+    places = [place for place in draw.sample(range(len(good)), 200) if good[place]]
+    for variable in expected.data_vars.values():
+        shuffled = np.ascontiguousarray(variable.values[:4]).view(np.uint8).reshape(4, -1).T
+        found = good.find(shuffled.tobytes())
+        places += [p for p in range(found, found + 16) if found >= 0 and good[p]]
+    for place in places:
+        damaged = bytearray(good)
+        damaged[place] &= damaged[place] - 1
+        Path("b.nc").write_bytes(damaged)
+        code, _, err = shell("sweep", "b.yaml", "-o", "b.nc")
+        if code == 0:
+            found = open_result(Path("b.nc"))
+            assert all(found[name].equals(expected[name]) for name in expected.variables), place
+        else:
+            assert code in (2, 5), (place, err)
+            assert "b.nc" in err
+            assert "--overwrite" in err
+            assert Path("b.nc").read_bytes() == damaged, place
+            assert "b.nc.run" not in entries(), place

@@ -1,0 +1,292 @@
+"""The result file from slabs: that of a Dataset, whole and read back, or not written at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+import pytest
+
+from stickslip import Status
+from stickslip.kernels import RESULT_COLUMNS
+from stickslip.orbit import failed_row
+from sweeps.config.load import Config, from_mapping
+from sweeps.engine.dispatch import compute
+from sweeps.engine.existing import RefusalError, found_in_file
+from sweeps.engine.in_memory import run
+from sweeps.engine.options import options_of
+from sweeps.files import results
+from sweeps.files.attributes import global_attributes
+from sweeps.files.chunks import Slabs
+from sweeps.files.datasets import StorageError, content_hash, open_result, write_dataset
+from sweeps.files.results import Written, contents, read_rows, try_writing, write_result
+from sweeps.grid import Grid
+from sweeps.identity import seal_key, settings_of
+
+LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
+CASES = {"drive_amplitude": [0.4e-6, 0.8e-6], "angular_frequency": [20, 10]}
+SWEEPS: dict[str, dict[str, Any]] = {
+    "no axis": LOOSE,
+    "one axis": LOOSE | {"sweep": {"T": [200, 220, 250, 300]}},
+    "three axes": LOOSE | {"sweep": {"T": [200, 250], "gamma": [-2 / 3, 0], "K": [2e3, 3e3, 4e3]}},
+    "cases": LOOSE | {"cases": CASES},
+    "an axis and cases": LOOSE | {"title": "with °", "sweep": {"T": [200, 250]}, "cases": CASES},
+}
+sweeps = pytest.mark.parametrize("config", SWEEPS.values(), ids=SWEEPS)
+slab_sizes = pytest.mark.parametrize("most", [1, 3, 1000])
+
+
+def numbered_rows(size: int) -> np.ndarray:
+    """Rows that tell every point and column apart."""
+    rows = np.arange(size * len(RESULT_COLUMNS), dtype=float).reshape(size, -1) + 1.0
+    rows[:, -1] = 0
+    return rows
+
+
+def write(
+    config: Config, results: np.ndarray, path: Path, most: int = 3, **changes: Any
+) -> Written:
+    grid = Grid.from_config(config)
+    slabs = Slabs(grid.shape, most)
+    settings: dict[str, Any] = {
+        "rows": lambda number: results[slice(*slabs.range(number))],
+        "temporary": path.with_name("result.new"),
+    }
+    settings |= changes
+    attributes = global_attributes(config)
+    key = seal_key(settings_of(config), grid)
+    return write_result(grid, key, slabs, attributes=attributes, path=path, **settings)
+
+
+def described(path: Path) -> dict[str, Any]:
+    """All that a file says but its numbers, how it is stored left aside."""
+    with netCDF4.Dataset(path) as file:
+        found: dict[str, Any] = {"": {name: file.getncattr(name) for name in file.ncattrs()}}
+        found[""].pop("history")
+        found["dims"] = {name: len(dimension) for name, dimension in file.dimensions.items()}
+        for name, variable in file.variables.items():
+            attrs = {key: str(variable.getncattr(key)) for key in variable.ncattrs()}
+            attrs["coordinates"] = sorted(attrs.get("coordinates", "").split())
+            found[name] = (variable.dimensions, variable.dtype.str, attrs)
+    return found
+
+
+@slab_sizes
+@sweeps
+def test_the_file_is_that_of_the_dataset(tmp_path: Path, config: dict[str, Any], most: int) -> None:
+    settings = from_mapping(config)
+    one, other = tmp_path / "slabs.nc", tmp_path / "dataset.nc"
+    rows = compute(Grid.from_config(settings), options_of(settings))
+    written = write(settings, rows, one, most)
+    ds = run(settings)
+    write_dataset(ds, other)
+    assert content_hash(open_result(one)) == content_hash(open_result(other)) == content_hash(ds)
+    assert described(one) == described(other)
+    assert sorted(tmp_path.iterdir()) == [other, one]
+    assert written.statuses[Status.OK] == written.statuses.sum() == len(rows)
+    assert written.worst_error == ds.amplitude_error.max()
+
+
+@slab_sizes
+@sweeps
+def test_rows_come_back_from_the_file(tmp_path: Path, config: dict[str, Any], most: int) -> None:
+    settings = from_mapping(config)
+    grid = Grid.from_config(settings)
+    rows, slabs = numbered_rows(grid.size), Slabs(grid.shape, most)
+    rows[1::5] = failed_row()
+    rows[2::5] = np.nan  # not computed
+    written = write(settings, rows, tmp_path / "a.nc", most)
+    with netCDF4.Dataset(tmp_path / "a.nc") as file:
+        results.whole_chunks(file)
+        found = np.concatenate([read_rows(file, slabs, number) for number in range(len(slabs))])
+        if grid.dims:
+            assert file["status"].chunking() == list(slabs.chunk)
+            assert file["asymmetry"].filters()["zlib"]
+    np.testing.assert_array_equal(found, rows)
+    codes = np.where(np.isnan(rows[:, -1]), Status.PENDING, np.nan_to_num(rows[:, -1]))
+    np.testing.assert_array_equal(written.statuses, np.bincount(codes.astype(int), minlength=128))
+    error = rows[:, RESULT_COLUMNS.index("amplitude_error")]
+    assert written.worst_error == np.nanmax(error)
+    again = contents(tmp_path / "a.nc", slabs)
+    np.testing.assert_array_equal(again.statuses, written.statuses)
+    assert again.worst_error == written.worst_error
+
+
+def test_where_nothing_is_ok_there_is_no_worst_error(tmp_path: Path) -> None:
+    settings = from_mapping(SWEEPS["one axis"])
+    written = write(settings, np.full((4, len(RESULT_COLUMNS)), np.nan), tmp_path / "a.nc")
+    assert np.isnan(written.worst_error)
+    assert written.statuses[Status.PENDING] == 4
+    assert np.isnan(contents(tmp_path / "a.nc", Slabs((4,))).worst_error)
+    assert open_result(tmp_path / "a.nc").status.values.tolist() == [127] * 4
+
+
+# --- what goes wrong ---
+
+
+def refused(path: Path, **changes: Any) -> str:
+    """Why a result was not written: an older one is as it was, and nothing else is there."""
+    path.write_bytes(b"the older result")
+    settings = from_mapping(SWEEPS["three axes"])
+    with pytest.raises(StorageError) as caught:
+        write(settings, numbered_rows(12), path, **changes)
+    assert path.read_bytes() == b"the older result"
+    assert list(path.parent.iterdir()) == [path]
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("name", RESULT_COLUMNS)
+@pytest.mark.parametrize("place", [0, -1])
+def test_what_does_not_read_back_is_not_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, place: int
+) -> None:
+    read = results._digests
+
+    def damaged(path: Path, slabs: Slabs) -> list[str]:
+        with netCDF4.Dataset(path, "a") as file:
+            variable = file[name]
+            variable.set_auto_mask(False)
+            values = variable[...]
+            values.flat[place] += 1
+            variable[...] = values
+        return read(path, slabs)
+
+    monkeypatch.setattr(results, "_digests", damaged)
+    assert refused(tmp_path / "a.nc").endswith(
+        "a.nc: the file does not read back as it was written"
+    )
+
+
+def raising(error: BaseException) -> Callable[..., Any]:
+    def fail(*_: Any, **__: Any) -> None:
+        raise error
+
+    return fail
+
+
+FULL = OSError(28, "No space left on device")
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "error", "reason"),
+    [
+        (netCDF4, "Dataset", PermissionError(13, "Permission denied"), "Permission denied"),
+        (results, "_fill", RuntimeError("NetCDF: HDF error"), "NetCDF: HDF error"),
+        (results, "_digests", FULL, "No space left on device"),
+        (os, "fsync", FULL, "No space left on device"),
+        (Path, "replace", FULL, "No space left on device"),
+    ],
+)
+def test_a_step_that_fails_leaves_the_older_result_alone(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    owner: Any,
+    name: str,
+    error: BaseException,
+    reason: str,
+) -> None:
+    monkeypatch.setattr(owner, name, raising(error))
+    path = tmp_path / "a.nc"
+    assert refused(path) == f"cannot write {path}: {reason}"
+
+
+def test_rows_that_cannot_be_read_leave_the_older_result_alone(tmp_path: Path) -> None:
+    assert "Input/output error" in refused(
+        tmp_path / "a.nc", rows=raising(OSError(5, "Input/output error"))
+    )
+
+
+def test_ctrl_c_leaves_nothing_half_made(tmp_path: Path) -> None:
+    settings = from_mapping(SWEEPS["one axis"])
+    with pytest.raises(KeyboardInterrupt):
+        write(settings, numbered_rows(4), tmp_path / "a.nc", rows=raising(KeyboardInterrupt()))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_trial_leaves_nothing_and_says_where_nothing_can_be_written(tmp_path: Path) -> None:
+    settings = from_mapping(SWEEPS["three axes"])
+    grid = Grid.from_config(settings)
+    slabs, attributes = Slabs(grid.shape, 3), global_attributes(settings)
+    try_writing(grid, slabs, attributes, tmp_path / "result.nc")
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(StorageError, match=f"cannot write into {tmp_path / 'missing'}: "):
+        try_writing(grid, slabs, attributes, tmp_path / "missing" / "result.nc")
+
+
+# --- files that are there ---
+
+
+@pytest.mark.parametrize("processor", ["", "this, that"])
+@sweeps
+def test_files_of_the_dataset_are_taken_as_finished_points(
+    tmp_path: Path, config: dict[str, Any], processor: str
+) -> None:
+    settings = from_mapping(config)
+    ds, grid = run(settings), Grid.from_config(settings)
+    ds.attrs.pop("processor")  # earlier versions did not say
+    if processor:
+        ds.attrs["processor"] = processor
+    write_dataset(ds, tmp_path / "a.nc")
+    found = found_in_file(tmp_path / "a.nc")
+    assert found.settings == settings_of(settings)
+    assert found.config.resolved_yaml() == settings.resolved_yaml()
+    assert found.history == ds.attrs["history"]
+    assert found.processors == ({"this", "that"} if processor else set())
+    ((indices, rows),) = found.points()
+    np.testing.assert_array_equal(indices, np.arange(grid.size))
+    assert rows.tobytes() == compute(grid, options_of(settings)).tobytes()
+
+
+def test_pending_points_of_a_file_are_not_finished(tmp_path: Path) -> None:
+    settings = from_mapping(SWEEPS["three axes"])
+    rows = numbered_rows(12)
+    rows[[0, 4, 11]] = np.nan
+    rows[7] = failed_row()
+    write(settings, rows, tmp_path / "a.nc")
+    ((indices, found),) = found_in_file(tmp_path / "a.nc").points()
+    np.testing.assert_array_equal(indices, [1, 2, 3, 5, 6, 7, 8, 9, 10])
+    np.testing.assert_array_equal(found, rows[indices])
+
+
+def test_what_is_no_result_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.nc").write_bytes(b"no result")
+    with pytest.raises(StorageError, match="is not a readable NetCDF file"):
+        found_in_file(tmp_path / "a.nc")
+    with pytest.raises(StorageError, match="cannot be read"):
+        contents(tmp_path / "a.nc", Slabs((4,)))
+    with netCDF4.Dataset(tmp_path / "b.nc", "w") as file:
+        file.setncattr("config", "sweep: {}")
+    with pytest.raises(RefusalError, match="is no result of a sweep"):
+        found_in_file(tmp_path / "b.nc")
+
+
+def test_a_config_that_cannot_be_read_is_refused_as_such(tmp_path: Path) -> None:
+    ds = run(SWEEPS["one axis"])
+    ds.attrs["config"] += "setting_of_a_later_version: 1\n"
+    write_dataset(ds, tmp_path / "a.nc")
+    with pytest.raises(RefusalError, match="carries a config that this version cannot read"):
+        found_in_file(tmp_path / "a.nc")
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("temperature", 1e-9),  # another point
+        ("friction_force_amplitude", 1e-9),
+        ("status", 1),
+    ],
+)
+def test_a_number_that_was_changed_afterwards_is_noticed(
+    tmp_path: Path, name: str, change: float
+) -> None:
+    path = tmp_path / "a.nc"
+    write_dataset(run(SWEEPS["one axis"]), path)
+    found_in_file(path)
+    with netCDF4.Dataset(path, "a") as file:
+        file[name][...] = file[name][...] + change
+    with pytest.raises(StorageError, match="is damaged, or was changed after stickslip wrote it"):
+        found_in_file(path)

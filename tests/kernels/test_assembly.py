@@ -1,0 +1,80 @@
+"""The loops over lanes are vectors: what LLVM made of them, and not only what they return.
+
+A loop that the compiler could not vectorise gives the same numbers six times slower.
+"""
+
+from __future__ import annotations
+
+import platform
+import re
+from typing import Any
+
+import llvmlite.binding as llvm
+import pytest
+from numba import types
+from scenes import GAMMAS
+
+from stickslip.kernels.adaptive import passes, recording
+from stickslip.kernels.problem import error_weight, scene_jacobian, scene_rhs
+from stickslip.numerics.adaptive_lanes import make_attempt
+from stickslip.numerics.tableaus import RODAS4P2
+
+pytestmark = pytest.mark.skipif(
+    platform.machine().lower() not in ("x86_64", "amd64")
+    or not llvm.get_host_cpu_features().get("avx2"),
+    reason="the assembly of machines with AVX2 alone is understood here",
+)
+
+_PACKED = re.compile(r"\tv(?:mul|add|sub|div|sqrt|fn?m(?:add|sub)\d+)pd\b")
+_SCALAR = re.compile(r"\tv?(?:mul|add|sub|div|sqrt|fn?m(?:add|sub)\d+)sd\b")
+_END_OF_FUNCTION = re.compile(r"^\.Lfunc_end\d+:", re.MULTILINE)
+
+
+def assembly(function: Any) -> str:
+    """What a function of an array of lanes is compiled to."""
+    function.compile((types.float64[::1],))
+    (text,) = function.inspect_asm().values()
+    return text
+
+
+def body(text: str) -> str:
+    """The function with the most arithmetic; the others are wrappers for the interpreter.
+
+    The number of lanes is known to the compiler, so what is left of the loop may be no loop.
+    """
+    parts = _END_OF_FUNCTION.split(text)
+    return max(parts, key=lambda part: len(_PACKED.findall(part) + _SCALAR.findall(part)))
+
+
+def assert_vectors(text: str, least: int) -> None:
+    found = body(text)
+    packed, scalar = _PACKED.findall(found), _SCALAR.findall(found)
+    assert not scalar, f"{len(scalar)} scalar instructions beside {len(packed)} packed ones"
+    assert len(packed) >= least
+    assert "\tcall" not in found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gamma", [*GAMMAS, None])
+def test_an_attempt_in_lanes_is_packed(gamma: float | None) -> None:
+    scenes = passes._make_scenes(gamma)
+    attempt = make_attempt(scene_rhs, scene_jacobian, error_weight, scenes, RODAS4P2)
+    assert_vectors(assembly(attempt), 500)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gamma", [*GAMMAS, None])
+def test_a_measurement_in_lanes_is_packed(gamma: float | None) -> None:
+    assert_vectors(assembly(recording.make_see(passes._make_scenes(gamma))), 200)
+
+
+def test_scalar_code_and_calls_would_be_seen() -> None:
+    packed = "\tvmulpd\tx\n\tvfmadd231pd\ty\n"
+    wrapper = ".Lfunc_end0:\n\tvmulsd\tz\n\tcallq\t*%rax\n.Lfunc_end1:\n"
+    assert_vectors(packed + wrapper, 2)
+    with pytest.raises(AssertionError, match="1 scalar instructions beside 2 packed"):
+        assert_vectors(packed + "\tvaddsd\ty\n" + wrapper, 1)
+    with pytest.raises(AssertionError):
+        assert_vectors(packed + "\tcallq\tcos\n" + wrapper, 1)
+    with pytest.raises(AssertionError):
+        assert_vectors(packed + wrapper, 3)
