@@ -369,7 +369,7 @@ def test_version_and_help(command: Command) -> None:
 
 def process(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "sweeps.cli.app", *arguments],
+        [sys.executable, "-m", "sweeps.cli", *arguments],
         cwd=folder,
         capture_output=True,
         text=True,
@@ -423,7 +423,7 @@ def test_the_installed_command_is_this_one(tmp_path: Path) -> None:
 
 
 def test_a_reader_that_leaves_early_is_no_error(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "sweeps.cli.app", "schema"]
+    command = [sys.executable, "-m", "sweeps.cli", "schema"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:
         child.stdout.close()
         assert child.stderr.read() == b""

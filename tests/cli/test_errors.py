@@ -251,7 +251,7 @@ def test_a_disk_that_is_really_full_keeps_the_old_file(tmp_path: Path) -> None:
     old = path.read_bytes()
     (tmp_path / "a.yaml").write_text(SWEEP)
     done = subprocess.run(
-        [sys.executable, "-m", "sweeps.cli.app", "sweep", "a.yaml", "-o", "a.nc", "--overwrite"],
+        [sys.executable, "-m", "sweeps.cli", "sweep", "a.yaml", "-o", "a.nc", "--overwrite"],
         cwd=tmp_path,
         capture_output=True,
         text=True,
@@ -272,7 +272,7 @@ def test_a_full_disk_behind_the_standard_output(tmp_path: Path) -> None:
         pytest.skip("there is no /dev/full here")
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
-            [sys.executable, "-m", "sweeps.cli.app", "schema"],
+            [sys.executable, "-m", "sweeps.cli", "schema"],
             stdout=full,
             stderr=subprocess.PIPE,
             text=True,

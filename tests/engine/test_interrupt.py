@@ -24,7 +24,7 @@ integrator: {rtol: 1e-10}
 stationary: {rtol: 1e-10}
 execution: {block_points: 1}
 """
-COMMAND = [sys.executable, "-m", "sweeps.cli.app"]
+COMMAND = [sys.executable, "-m", "sweeps.cli"]
 ENDED = 120.0  # seconds: a hang, on any machine
 
 

@@ -272,7 +272,7 @@ def test_a_hangup_does_not_end_a_sweep_under_nohup(tmp_path: Path) -> None:
     few = LONG.replace("2000", "40") + "execution: {block_points: 1}\n"
     (tmp_path / "a.yaml").write_text(few)
     with subprocess.Popen(
-        [nohup, sys.executable, "-m", "sweeps.cli.app", "sweep", "a.yaml"],
+        [nohup, sys.executable, "-m", "sweeps.cli", "sweep", "a.yaml"],
         cwd=tmp_path,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,

@@ -48,8 +48,8 @@ def swept(path: Path, heard: Heard, **options: Any) -> Outcome:
 @pytest.fixture
 def hours(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever is left is worth telling and asking."""
-    monkeypatch.setattr(sweep, "_TELL_ABOVE", 0.0)
-    monkeypatch.setattr(sweep, "_ASK_ABOVE", 0.0)
+    monkeypatch.setattr(sweep_module, "_TELL_ABOVE", 0.0)
+    monkeypatch.setattr(sweep_module, "_ASK_ABOVE", 0.0)
 
 
 def test_a_long_sweep_asks_and_goes_on(tmp_path: Path, hours: None) -> None:
