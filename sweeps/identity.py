@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.kernels import NUMERICS_VERSION
+from stickslip.kernels.version import NUMERICS_VERSION
 from sweeps.config.load import Config
 from sweeps.grid import Grid
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stickslip.kernels import NUMERICS_VERSION
+from stickslip.kernels.version import NUMERICS_VERSION
 from sweeps.config.load import from_mapping
 from sweeps.grid import Grid
 from sweeps.identity import KEY_BYTES, differences, key_of, near_duplicates, settings_of

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.kernels import NUMERICS_VERSION
+from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.status import Status
 from sweeps.engine.existing import (
     Found,
