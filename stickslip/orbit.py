@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.kernels.points import FINAL_COLUMNS
-from stickslip.measure.results import failed_row
+from stickslip.measure.results import STATUS
 from stickslip.options import DEFAULTS, METHODS, NoiseError, Options
 from stickslip.parameters import Parameters
 from stickslip.status import Status

@@ -19,11 +19,11 @@ class Family(NamedTuple):
     """Fluids that share a kernel: those with one rheological index, or, for None, all others."""
 
     law: str
-    index: float | None
+    gamma: float | None
 
     def __str__(self) -> str:
-        index = "any" if self.index is None else f"{self.index:.17g}"
-        return f"{self.law},gamma={index}"
+        gamma = "any" if self.gamma is None else f"{self.gamma:.17g}"
+        return f"{self.law},gamma={gamma}"
 
 
 def families(law: str, indices: np.ndarray) -> Iterator[tuple[Family, np.ndarray]]:

@@ -139,7 +139,7 @@ def reduction(law_name: str) -> Callable[[Parameters], Reduced]:
     def reduced(p: Parameters) -> Reduced:
         return make(p, _scales_of(p))
 
-    return reduced  # type: ignore[no-any-return]
+    return reduced
 
 
 @cache
@@ -151,4 +151,4 @@ def model_values(index: float | None) -> Callable[[Reduced], ParameterValues]:
     values = {name: f"q.{name}" for name in KEPT} | dict(LITERALS)
     if index is not None:
         values["rheological_index"] = index
-    return make_tuple_maker(ParameterValues, "q", values, {})  # type: ignore[no-any-return]
+    return make_tuple_maker(ParameterValues, "q", values, {})

@@ -184,7 +184,7 @@ def _apply_verdict(lanes: Lanes, task: Pass, lane: int, y: Any) -> int:
 
 def _make_problems(family: Family) -> Any:
     """The problem of a lane, for fluids of one family."""
-    values_of = model_values(family.index)
+    values_of = model_values(family.gamma)
 
     @inline
     def problem(values: np.ndarray, lane: int) -> Problem:

@@ -60,7 +60,7 @@ def _kick(phi: float, own: StepParameters) -> float:
 
 def _make_parameters(family: Family) -> Any:
     """What a lane holds, for fluids of one family."""
-    values_of = step_values(family.index)
+    values_of = step_values(family.gamma)
 
     @inline
     def parameters(lanes: np.ndarray, lane: int) -> _Lane:

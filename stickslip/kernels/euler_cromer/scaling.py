@@ -138,7 +138,7 @@ def step_reduction(law_name: str) -> Callable[[Parameters, int], StepParameters]
         scales = _scales(q, 2.0 * math.pi / steps)
         return make(q, values_of(q), scales, film.solid_threshold(p))
 
-    return step_parameters  # type: ignore[no-any-return]
+    return step_parameters
 
 
 @cache
@@ -158,7 +158,7 @@ def step_units_of(law_name: str) -> Callable[[Parameters, int], StepUnits]:
             units.force / (angle * angle),
         )
 
-    return step_units  # type: ignore[no-any-return]
+    return step_units
 
 
 @inline
@@ -174,10 +174,10 @@ def step_values(index: float | None) -> Callable[[StepParameters], ParameterValu
     With the rheological index as a literal, or that of the parameters for None.
     """
     values = {name: f"s.{name}" for name in _KEPT} | dict(_OWN_LITERALS)
-    values["angular_frequency"] = "s.angle"  # type: ignore[assignment]
+    values["angular_frequency"] = "s.angle"
     if index is not None:
-        values["rheological_index"] = index  # type: ignore[assignment]
-    return make_tuple_maker(ParameterValues, "s", values, {})  # type: ignore[no-any-return]
+        values["rheological_index"] = index
+    return make_tuple_maker(ParameterValues, "s", values, {})
 
 
 @inline

@@ -56,4 +56,4 @@ class FrictionLaw:
 def friction_law(name: str) -> FrictionLaw:
     """The law of this name among `options.FRICTION_LAWS`; raises KeyError for another."""
     law: Any = import_module(FRICTION_LAWS[name]).LAW
-    return law  # type: ignore[no-any-return]
+    return law
