@@ -16,8 +16,8 @@ from stickslip.kernels import RESULT_COLUMNS
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS
-from sweeps.config.diagnostics import Findings, Problem
-from sweeps.config.load import Config, ConfigError, from_mapping
+from sweeps.config.diagnostics import ConfigError, Diagnostics, Problem
+from sweeps.config.load import Config, from_mapping
 from sweeps.config.yaml_reader import read_text
 from sweeps.files.chunks import Slabs
 from sweeps.files.datasets import StorageError
@@ -240,9 +240,9 @@ def _described(file: netCDF4.Dataset) -> dict[str, Any]:
     They are many numbers where the YAML parser would take long, and what the file really holds.
     """
     axes = re.compile(r"^(sweep|cases):.*\n(  .*\n)*", re.MULTILINE)
-    findings = Findings()
-    root = read_text(axes.sub("", file.config), "config", findings)
-    findings.raise_problems()
+    diagnostics = Diagnostics()
+    root = read_text(axes.sub("", file.config), "config", diagnostics)
+    diagnostics.raise_problems()
     dims = file["status"].dimensions
     tied = [name for name in PARAMETERS if file[name].dimensions == (CASE,)]
     settings = root.plain() if root else None
