@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TypeAlias
 
-from stickslip.parameters import Parameters
 from stickslip.variables import BY_SYMBOL, PARAMETERS, canonical_name
 from sweeps.config.axes import Axis, parse_axis
 from sweeps.config.diagnostics import UNREADABLE, Located, quoted
@@ -42,7 +41,7 @@ class ParameterSpace:
 
     def values(self, name: str) -> tuple[float, ...]:
         """All values that the parameter takes."""
-        default: float = Parameters._field_defaults[name]
+        default: float = PARAMETERS[name].default
         return self.sweep.get(name) or self.cases.get(name) or (self.model.get(name, default),)
 
 

@@ -120,6 +120,16 @@ def read_text(
     return None
 
 
+def read_mapping(text: str, source: str) -> dict[str, Any]:
+    """The mapping that a YAML text holds, without the places; raises ConfigError."""
+    diagnostics = Diagnostics()
+    root = read_text(text, source, diagnostics)
+    if root is not None and not isinstance(root.value, dict):
+        root.refuse("is no mapping")
+    diagnostics.raise_problems()
+    return {} if root is None else {key: child.plain() for key, child in root.children().items()}
+
+
 def _content(path: Path) -> bytes:
     if path.exists() and not path.is_file():
         # Opening a FIFO would wait for its writer for ever.

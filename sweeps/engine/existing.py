@@ -12,13 +12,11 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.kernels import RESULT_COLUMNS
 from stickslip.parameters import Parameters
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS
-from sweeps.config.diagnostics import ConfigError, Diagnostics, Problem
-from sweeps.config.load import Config, from_mapping
-from sweeps.config.yaml_reader import read_text
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS
+from sweeps.config.load import Config, ConfigError, from_mapping
+from sweeps.config.yaml_reader import read_mapping
 from sweeps.files.chunks import Slabs
 from sweeps.files.datasets import StorageError
 from sweeps.files.journal import Journal, read_manifest
@@ -240,15 +238,10 @@ def _described(file: netCDF4.Dataset) -> dict[str, Any]:
     They are many numbers where the YAML parser would take long, and what the file really holds.
     """
     axes = re.compile(r"^(sweep|cases):.*\n(  .*\n)*", re.MULTILINE)
-    diagnostics = Diagnostics()
-    root = read_text(axes.sub("", file.config), "config", diagnostics)
-    diagnostics.raise_problems()
+    written = read_mapping(axes.sub("", file.config), "config")
     dims = file["status"].dimensions
     tied = [name for name in PARAMETERS if file[name].dimensions == (CASE,)]
-    settings = root.plain() if root else None
-    if not isinstance(settings, dict):
-        raise ConfigError([Problem("config", None, "", "is no mapping")])
-    return settings | {
+    return written | {
         "sweep": {dim: file[dim][:].tolist() for dim in dims if dim != CASE},
         "cases": {name: file[name][:].tolist() for name in file.variables if name in tied},
     }
