@@ -1,6 +1,6 @@
 """The tables of docs/configuration.md, made from the declarations of parameters and sections.
 
-`python -m sweeps.config.reference docs/configuration.md` makes them anew; the text between them is
+`python -m sweeps.config.documentation docs/configuration.md` makes them anew; the text between them is
 written by hand.
 """
 
