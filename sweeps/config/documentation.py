@@ -1,7 +1,7 @@
 """The tables of docs/configuration.md, made from the declarations of parameters and sections.
 
-`python -m sweeps.config.documentation docs/configuration.md` makes them anew; the text between them is
-written by hand.
+`python -m sweeps.config.documentation docs/configuration.md` makes them anew; the text between
+them is written by hand.
 """
 
 from __future__ import annotations
