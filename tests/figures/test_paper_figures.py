@@ -139,5 +139,5 @@ def test_a_file_in_place_of_the_folder(command: Command, monkeypatch: pytest.Mon
     for number in ("7", "3"):
         code, out, err = command(number, "--no-progress")
         assert (code, out) == (5, "")
-        assert err == f"cannot write results/fig{number}.nc: results is no folder\n"
+        assert err == f"cannot write results/fig{number}.nc: results is not a folder\n"
     assert Path("results").read_text() == "mine"
