@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.orbit import failed_row
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.files.chunks import Chunks
-from sweeps.files.columns import RESULT_COLUMNS, STATUS
+from sweeps.files.columns import STATUS
 from sweeps.files.journal import Journal
 
 COLUMNS = len(RESULT_COLUMNS)

@@ -11,6 +11,7 @@ import numpy as np
 
 from stickslip.kernels import NUMERICS_VERSION
 from stickslip.status import Status
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.engine.existing import (
     ExistingPoints,
     Target,
@@ -21,7 +22,6 @@ from sweeps.engine.existing import (
     warnings_of_near_duplicates,
 )
 from sweeps.files.atomic import StorageError, storage_errors
-from sweeps.files.columns import RESULT_COLUMNS
 from sweeps.files.journal import Journal, Manifest, columns_of
 from sweeps.files.results import Written, contents
 from sweeps.files.run_folder import RunFolder

@@ -17,9 +17,9 @@ from stickslip.compiled.cache import processor, source_hash
 from stickslip.kernels import NUMERICS_VERSION
 from stickslip.status import Status
 from stickslip.trajectory import attributes
-from stickslip.variables import PARAMETERS, RESULTS
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps.config.load import Config
-from sweeps.files.columns import RESULT_COLUMNS, result_values
+from sweeps.files.columns import result_values
 from sweeps.grid import CASE, Grid
 from sweeps.identity import seal_key, settings_of
 

@@ -11,19 +11,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.kernels import RESULT_COLUMNS
 from stickslip.status import Status
-
-__all__ = [
-    "FIRST_COLUMNS",
-    "RESULT_COLUMNS",
-    "STATUS",
-    "STATUS_CODES",
-    "conformed",
-    "lacking",
-    "result_values",
-    "status_counts",
-]
+from stickslip.variables import RESULT_COLUMNS, RESULTS
 
 Rows = NDArray[np.float64]
 
@@ -47,21 +36,12 @@ FIRST_COLUMNS = (
     "status",
 )
 
-_COUNTS = ("orbit_periods", "melting_count", "periods_integrated")
-
-
-def _type(name: str) -> tuple[str, float]:
-    """The type in which a file holds a variable, and what stands there for a missing value."""
-    if name == "status":
-        return "i1", float(Status.PENDING)
-    return ("i4", -1.0) if name in _COUNTS else ("f8", np.nan)
-
 
 def result_values(name: str, column: NDArray[np.float64]) -> NDArray[np.generic]:
     """A column (n,) of result rows as a file holds it; NaN becomes the value that says missing."""
-    dtype, missing = _type(name)
-    known = column if np.isnan(missing) else np.nan_to_num(column, nan=missing)
-    return known.astype(dtype)
+    variable = RESULTS[name]
+    real = np.isnan(variable.missing)
+    return (column if real else np.nan_to_num(column, nan=variable.missing)).astype(variable.dtype)
 
 
 def lacking(columns: Iterable[str]) -> tuple[str, ...]:
@@ -79,7 +59,7 @@ def conformed(rows: Rows, columns: Sequence[str]) -> Rows:
         return rows
     taken = np.empty((len(rows), len(RESULT_COLUMNS)))
     for place, name in enumerate(RESULT_COLUMNS):
-        taken[:, place] = rows[:, columns.index(name)] if name in columns else _type(name)[1]
+        taken[:, place] = rows[:, columns.index(name)] if name in columns else RESULTS[name].missing
     return taken
 
 

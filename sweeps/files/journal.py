@@ -18,9 +18,10 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.files.atomic import replacing
 from sweeps.files.chunks import Chunks
-from sweeps.files.columns import FIRST_COLUMNS, RESULT_COLUMNS, STATUS_CODES, status_counts
+from sweeps.files.columns import FIRST_COLUMNS, STATUS_CODES, status_counts
 from sweeps.files.record_log import RecordLog
 
 Indices = NDArray[np.int64]

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.status import Status
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.files.atomic import remove, replacing, storage_errors
 from sweeps.files.attributes import coordinates, data_sha256, variable_attributes
 from sweeps.files.chunks import Chunks
 from sweeps.files.columns import (
-    RESULT_COLUMNS,
     STATUS,
     STATUS_CODES,
     Rows,

@@ -19,12 +19,11 @@ from stickslip import Status
 from stickslip.compiled.cache import processor, source_hash
 from stickslip.kernels import NUMERICS_VERSION
 from stickslip.parameters import Parameters
-from stickslip.variables import PARAMETERS
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping, from_yaml
 from sweeps.engine.in_memory import run
 from sweeps.engine.trajectories import trajectories, trajectory
 from sweeps.files.attributes import result_dataset
-from sweeps.files.columns import RESULT_COLUMNS
 from sweeps.files.datasets import write_dataset
 from sweeps.grid import Grid
 

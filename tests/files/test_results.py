@@ -13,6 +13,7 @@ import pytest
 
 from stickslip import Status
 from stickslip.orbit import failed_row
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping
 from sweeps.engine.dispatch import compute
 from sweeps.engine.existing import RefusalError, found_in_file
@@ -22,7 +23,7 @@ from sweeps.files import results
 from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import global_attributes
 from sweeps.files.chunks import Chunks
-from sweeps.files.columns import RESULT_COLUMNS, STATUS
+from sweeps.files.columns import STATUS
 from sweeps.files.datasets import content_hash, open_result, write_dataset
 from sweeps.files.results import Written, contents, read_rows, try_writing, write_result
 from sweeps.grid import Grid
