@@ -383,8 +383,7 @@ def _trajectory(settings: Config) -> xr.Dataset:
 
 def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: bool) -> int:
     """Compute, write and draw one figure; returns the number of failed points."""
-    from sweeps.config.paper import PAPER
-    from sweeps.config.shipped import shipped_config
+    from sweeps.config.paper import PAPER, shipped_config
     from sweeps.engine.interrupt import interruptible
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop

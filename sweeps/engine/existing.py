@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS
-from sweeps.config.diagnostics import Findings, Problem
 from sweeps.config.load import Config, ConfigError, from_mapping
-from sweeps.config.yaml_reader import read_text
+from sweeps.config.yaml_reader import read_mapping
 from sweeps.files.atomic import StorageError
 from sweeps.files.chunks import Chunks
 from sweeps.files.columns import STATUS, Rows, conformed, lacking
@@ -278,16 +277,11 @@ def _described(file: netCDF4.Dataset) -> dict[str, Any]:
     They are many numbers where the YAML parser would take long, and what the file really holds.
     """
     axes = re.compile(r"^(sweep|cases):.*\n(  .*\n)*", re.MULTILINE)
-    findings = Findings()
-    root = read_text(axes.sub("", file.config), "config", findings)
-    findings.raise_problems()
-    settings = root.plain() if root else None
-    if not isinstance(settings, dict):
-        raise ConfigError([Problem("config", None, "", "is no mapping")])
+    written = read_mapping(axes.sub("", file.config), "config")
     axes_of_file = [dim for dim in file["status"].dimensions if dim != CASE]
     parameters = [name for name in file.variables if name in PARAMETERS]
     tied = [name for name in parameters if file[name].dimensions == (CASE,)]
-    return settings | {
+    return written | {
         "sweep": {name: file[name][:].tolist() for name in axes_of_file},
         "cases": {name: file[name][:].tolist() for name in tied},
     }

@@ -11,8 +11,7 @@ import pytest
 from sweeps.cli.app import main
 from sweeps.config import paper
 from sweeps.config.load import load
-from sweeps.config.paper import PAPER, PaperFigure
-from sweeps.config.shipped import shipped_config
+from sweeps.config.paper import PAPER, PaperFigure, shipped_config
 from sweeps.figures import FIGURES
 from sweeps.files.datasets import open_result
 
