@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import netCDF4
@@ -12,7 +13,7 @@ import pytest
 import xarray as xr
 from sweeping import LOOSE, ONE_BY_ONE, Shell, hash_at_once, hash_of, write
 
-from stickslip.variables import RESULT_COLUMNS
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.engine.existing import Target, found_in_file, readable_manifest
 from sweeps.engine.in_memory import read_config
 from sweeps.files.attributes import data_sha256
@@ -236,6 +237,113 @@ def test_a_journal_that_names_no_columns_has_those_of_the_first_version(shell: S
         assert (code, "was written by an older version" in err) == (2, True)
 
 
+# --- parameters that were added later ---
+
+NEUTRAL = "initial_velocity"  # stands for one: nothing but its neutral value makes it older
+
+
+@pytest.fixture
+def added_parameter(shell: Shell) -> Iterator[Shell]:
+    """`a.nc` and the interrupted `b.nc` know nothing of a parameter that has a neutral value."""
+    variable = PARAMETERS[NEUTRAL]
+    object.__setattr__(variable, "neutral", 0.0)
+    try:
+        assert shell("sweep", "a.yaml", "-o", "a.nc", "--overwrite").code == 0
+        forget_parameter(Path("a.nc"))
+        assert NEUTRAL not in open_result(Path("a.nc")).coords
+        write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
+        assert shell.interrupted("sweep", "b.yaml", "-o", "b.nc", after=2).code == 4
+        forget_parameter_of_journal(RunFolder(Path("b.nc")).journal)
+        yield shell
+    finally:
+        object.__setattr__(variable, "neutral", None)
+
+
+def forget_parameter(path: Path) -> None:
+    ds = open_result(path).drop_vars(NEUTRAL)
+    lines = ds.attrs["config"].splitlines(keepends=True)
+    ds.attrs["config"] = "".join(line for line in lines if NEUTRAL not in line)
+    write_dataset(ds, path)
+
+
+def forget_parameter_of_journal(path: Path) -> None:
+    manifest = readable_manifest(path)
+    assert manifest is not None
+    del manifest["config"]["model"][NEUTRAL]
+    log = RecordLog.open(path)
+    for _ in log.scan():
+        pass
+    note(log, manifest)
+
+
+def test_a_file_from_before_a_parameter_is_complete_described_and_drawn(
+    added_parameter: Shell,
+) -> None:
+    before = everything()
+    code, _, err = added_parameter("sweep", "a.yaml", "-o", "a.nc")
+    assert (code, err) == (0, "a.nc is complete: 4 points, nothing to do\n")
+    assert added_parameter("info", "a.nc").code == 0
+    assert everything() == before
+    assert added_parameter("plot", "a.nc", "-o", "a.png").code == 0
+
+
+@pytest.mark.parametrize("values", ["[0, 1.0e-6]", "[1.0e-6, 0]"])
+def test_a_file_from_before_a_parameter_grows_along_it(added_parameter: Shell, values: str) -> None:
+    shell = added_parameter
+    grown = write(
+        "c.yaml", f"sweep: {{{NEUTRAL}: {values}, T: [200, 225, 250, 275, 300]}}\n", LOOSE
+    )
+    code, _, err = shell("sweep", grown, "-o", "a.nc")
+    assert (code, err) == (0, "10 points (2 x 5): 4 in a.nc; 6 to compute\n")
+    assert shell.values(NEUTRAL) == [0.0, *[1e-6] * 5]
+    assert hash_of("a.nc") == hash_at_once(grown)
+
+
+def test_another_value_of_the_new_parameter_makes_other_points(added_parameter: Shell) -> None:
+    code, _, err = added_parameter("sweep", "a.yaml", "-o", "a.nc", "--set", f"{NEUTRAL}=1e-6")
+    assert code == 2
+    assert err.startswith("a.nc has 4 finished points that the config no longer names")
+
+
+def test_an_interrupted_sweep_from_before_a_parameter_is_resumed(added_parameter: Shell) -> None:
+    shell, kept = added_parameter, added_parameter.values("temperature")
+    code, _, err = shell("sweep", "b.yaml", "-o", "b.nc")
+    assert code == 0
+    assert err.startswith(f"4 points: {len(kept)} in its journal; {4 - len(kept)} to compute\n")
+    assert len(shell.computed) == 4 - len(kept)
+    assert not set(kept) & set(shell.values("temperature"))
+    assert hash_of("b.nc") == hash_at_once("b.yaml")
+
+
+def test_an_interrupted_sweep_from_before_a_parameter_grows(added_parameter: Shell) -> None:
+    shell, kept = added_parameter, added_parameter.values("temperature")
+    grown = write("c.yaml", FIVE, LOOSE)
+    assert shell("sweep", grown, "-o", "b.nc").code == 0
+    assert not set(kept) & set(shell.values("temperature"))
+    assert hash_of("b.nc") == hash_at_once(grown)
+
+
+def test_a_number_changed_in_a_file_from_before_a_parameter_is_noticed(
+    added_parameter: Shell,
+) -> None:
+    with netCDF4.Dataset("a.nc", "a") as file:
+        file["friction_force_amplitude"][0] += 1
+    code, _, err = added_parameter("sweep", write("c.yaml", FIVE, LOOSE), "-o", "a.nc")
+    assert (code, "is damaged, or was changed" in err) == (5, True)
+
+
+def test_a_file_without_a_parameter_that_has_no_neutral_value_is_refused(shell: Shell) -> None:
+    forget_parameter(Path("a.nc"))
+    before = everything()
+    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc", "--accept-mixed")
+    assert (code, err) == (
+        2,
+        f"a.nc was written by an older version and lacks the parameters {NEUTRAL}, whose values "
+        "for its points are not known; --overwrite replaces it, -o writes elsewhere\n",
+    )
+    assert everything() == before
+
+
 # --- what only a newer version knows ---
 
 NEWER = "was written by a newer version of stickslip: this one does not know"
@@ -266,7 +374,7 @@ def test_a_file_with_a_variable_of_a_newer_version_is_told_and_still_described_a
     [
         ("integrator:\n", "integrator:\n  max_error: 0.01\n", "integrator.max_error"),
         ("model:\n", "model:\n  sextic_weight: 1.0\n", "model.sextic_weight"),
-        ("model:\n", "film:\n  strain: relaxing\nmodel:\n", "film"),
+        ("model:\n", "climate:\n  humidity: 0.5\nmodel:\n", "climate"),
     ],
 )
 def test_a_file_with_a_config_key_of_a_newer_version_is_told(
