@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import (
     BaseModel,
@@ -58,9 +58,16 @@ def _range(option: str) -> Any:
     )
 
 
-def _option(option: str, example: object) -> Any:
+def _option(option: str) -> Any:
     """The field of an option of the integrators."""
-    return Field(OPTIONS[option].default, description=OPTIONS[option].meaning, examples=[example])
+    return Field(OPTIONS[option].default, description=OPTIONS[option].meaning)
+
+
+def _require(key: str, owners: list[str], info: ValidationInfo) -> None:
+    """Refuse a value that only some values of another key of its section make sense of."""
+    given = info.data.get(key, owners[0])  # refused itself: of no consequence here
+    if given not in owners:
+        raise ValueError(f"belongs to `{key}: {' or '.join(owners)}`, but the {key} is {given}")
 
 
 # The bounds come first: behind the validator they would be missing in the JSON Schema.
@@ -91,6 +98,9 @@ class Section(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
+    # What a config may hold here, for docs/configuration.md.
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ()
+
     @classmethod
     def neutral(cls) -> dict[str, object]:
         """The keys that name a neutral value, with that value."""
@@ -110,23 +120,24 @@ class Section(BaseModel):
 class Integrator(Section):
     """How the equations are integrated; `rtol` counts for adaptive, `dt` for euler-cromer."""
 
+    examples = (
+        {"rtol": 1e-8, "max_steps": 100_000_000},
+        {"method": "euler-cromer", "dt": 1e-9},
+    )
+
     method: MethodName = Field(
         DEFAULTS.method,
         description="; ".join(f"{name}: {method.meaning}" for name, method in METHODS.items()),
-        examples=["euler-cromer"],
     )
-    rtol: Tolerance = _option("rtol", 1e-8)
-    dt: Step = _option("dt", 1e-9)
-    max_steps: Count | None = _option("max_steps", 100_000_000)
+    rtol: Tolerance = _option("rtol")
+    dt: Step = _option("dt")
+    max_steps: Count | None = _option("max_steps")
 
     @field_validator(*{method.own_option for method in METHODS.values()})
     @classmethod
     def _belongs_to_the_method(cls, value: float, info: ValidationInfo) -> float:
         owners = [name for name, m in METHODS.items() if m.own_option == info.field_name]
-        method = info.data.get("method", owners[0])
-        if method not in owners:
-            owner = " or ".join(owners)
-            raise ValueError(f"belongs to `method: {owner}`, but the method is {method}")
+        _require("method", owners, info)
         return value
 
     def used(self) -> dict[str, Any]:
@@ -139,23 +150,25 @@ class Integrator(Section):
 class Stationary(Section):
     """When an orbit counts as stationary."""
 
-    rtol: Tolerance = _option("stationary_rtol", 1e-8)
-    max_periods: Count = _option("max_periods", 20_000)
+    examples = ({"rtol": 1e-8, "max_periods": 20_000, "accelerate": False},)
+
+    rtol: Tolerance = _option("stationary_rtol")
+    max_periods: Count = _option("max_periods")
     accelerate: Switch = Field(
         DEFAULTS.accelerate,
         description="extrapolate plainly contracting sequences (adaptive)",
-        examples=[False],
     )
 
 
 class Noise(Section):
     """How the weak noise of the order parameter is treated."""
 
+    examples = ({"treatment": "none"},)
+
     treatment: TreatmentName = Field(
         DEFAULTS.noise,
         description="; ".join(f"{name}: {what}" for name, what in NOISE_TREATMENTS.items())
         + "; stochastic: not available yet",
-        examples=["none"],
     )
     seed: Seed | None = Field(None, description="stochastic alone: where the random numbers start")
     realizations: Count | None = Field(
@@ -173,49 +186,46 @@ class Noise(Section):
     @field_validator("seed", "realizations")
     @classmethod
     def _belongs_to_stochastic(cls, value: int | None, info: ValidationInfo) -> int | None:
-        treatment = info.data.get("treatment", "stochastic")
-        if value is not None and treatment != "stochastic":
-            raise ValueError(
-                f"belongs to `treatment: stochastic`, but the treatment is {treatment}"
-            )
+        if value is not None:
+            _require("treatment", ["stochastic"], info)
         return value
 
 
 class Film(Section):
     """How the lubricant film is modelled."""
 
+    examples = ({"friction": "power-law"},)
+
     friction: Annotated[LawName, Neutral("power-law")] = Field(
-        DEFAULTS.friction, description="law of the viscous stress", examples=["power-law"]
+        DEFAULTS.friction, description="law of the viscous stress"
     )
 
 
 class Execution(Section):
     """How the work is spread; never part of the identity of a result."""
 
-    workers: Workers = Field(
-        2, description="threads, or processes, that compute at once", examples=[8]
+    examples = (
+        {"workers": 8, "backend": "loky", "block_points": 64},
+        {"backend": "dask", "scheduler": "tcp://localhost:8786"},
     )
+
+    workers: Workers = Field(2, description="threads, or processes, that compute at once")
     backend: Literal["threads", "loky", "dask"] = Field(
         "threads",
         description="threads of this process, processes of this machine (loky), or the workers "
         "of a dask cluster",
-        examples=["loky"],
     )
-    scheduler: Text | None = Field(
-        None, description="address of a dask scheduler", examples=["tcp://localhost:8786"]
-    )
+    scheduler: Text | None = Field(None, description="address of a dask scheduler")
     block_points: Count | None = Field(
         None,
         description="points handed out at once; left out, about a second's work",
-        examples=[64],
     )
 
     @field_validator("scheduler")
     @classmethod
     def _belongs_to_dask(cls, value: str | None, info: ValidationInfo) -> str | None:
-        backend = info.data.get("backend", "dask")
-        if value is not None and backend != "dask":
-            raise ValueError(f"belongs to `backend: dask`, but the backend is {backend}")
+        if value is not None:
+            _require("backend", ["dask"], info)
         if value is not None and "://" not in value:
             raise ValueError(f"must be an address such as tcp://host:8786, not {value!r}")
         return value
@@ -224,22 +234,25 @@ class Execution(Section):
 class Plot(Section):
     """Which picture shows the result."""
 
+    examples = ({"figure": "time_courses"},)
+
     figure: FigureName = Field(
         "amplitudes",
         description="amplitudes of a sweep; the others of a trajectory",
-        examples=["time_courses"],
     )
 
 
 class Simulation(Section):
     """The trajectory that `simulate` and the figures of trajectories compute."""
 
-    periods: Periods = Field(6, description="drive periods", examples=[2])
+    examples = ({"periods": 2, "start": "stationary", "samples_per_period": 500},)
+
+    periods: Periods = Field(6, description="drive periods")
     start: Literal["initial", "stationary"] = Field(
-        "initial", description="the initial values, or the settled orbit", examples=["stationary"]
+        "initial", description="the initial values, or the settled orbit"
     )
     samples_per_period: Samples = Field(
-        2000, description="instants of a period that are kept, evenly spaced", examples=[500]
+        2000, description="instants of a period that are kept, evenly spaced"
     )
 
     @field_validator("samples_per_period")
