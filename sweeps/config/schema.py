@@ -237,8 +237,8 @@ class Plot(Section):
     examples = ({"figure": "time_courses"},)
 
     figure: FigureName = Field(
-        "amplitudes",
-        description="amplitudes of a sweep; the others of a trajectory",
+        next(iter(FIGURES)),
+        description="; ".join(f"{name}: of a {figure.data}" for name, figure in FIGURES.items()),
     )
 
 
