@@ -58,7 +58,7 @@ def test_each_setting_changes_its_own_option_alone(
 def test_the_friction_law_reaches_the_integrators() -> None:
     film = Film.model_construct(friction="another")
     config = from_mapping({}).model_copy(update={"film": film})
-    with pytest.raises(OptionError, match="friction must be one of .*, not 'another'"):
+    with pytest.raises(OptionError, match="friction must be one of"):
         options_of(config)
 
 
