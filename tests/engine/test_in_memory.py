@@ -70,7 +70,7 @@ def test_a_point_is_the_stationary_orbit_of_its_parameters(reference: xr.Dataset
         assert {name: point[name].item() for name in orbit} == orbit
 
 
-@pytest.mark.parametrize("first", ["", "import sweeps.pipeline; "])
+@pytest.mark.parametrize("first", ["", "import sweeps.engine.in_memory; "])
 def test_the_documented_import_is_a_function(first: str) -> None:
     code = f"{first}from sweeps import run; assert callable(run), run"
     subprocess.run([sys.executable, "-c", code], check=True, stderr=subprocess.DEVNULL)

@@ -11,6 +11,7 @@ import pytest
 
 from stickslip import Status
 from sweeps.config.load import from_mapping
+from sweeps.engine import sweep as sweep_module
 from sweeps.engine import worker
 from sweeps.engine.outcome import Console, Outcome, size_text
 from sweeps.engine.sweep import sweep
