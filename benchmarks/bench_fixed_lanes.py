@@ -29,7 +29,7 @@ from stickslip.kernels.orbits import _better_cycle
 from stickslip.kernels.problem import fixed_period
 from stickslip.kernels.rows import FIRST_STEP, parameters_of, period_of
 from stickslip.measure import accumulate
-from stickslip.orbit import Options
+from stickslip.options import Options
 from stickslip.parameters import Parameters
 
 WIDTHS = (16, 32, 64)

@@ -32,7 +32,8 @@ from peers import NUMBALSODA, PEERS, Failure, StationaryOrbit, Worker
 from peers.worker import pin
 
 from stickslip.kernels.adaptive import driver, passes
-from stickslip.orbit import Options, compute_orbits
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
 
 SEED, POINTS, FEW = 2026, 200, 12

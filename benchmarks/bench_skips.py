@@ -22,7 +22,8 @@ from stickslip.kernels.adaptive import driver, passes
 from stickslip.kernels.rows import Settings
 from stickslip.model.film import melting_temperature
 from stickslip.model.scaling import with_gamma
-from stickslip.orbit import Options, compute_orbits
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters, ParameterValues
 
 FLUIDS = (-2 / 3, 0.0, 2 / 3)

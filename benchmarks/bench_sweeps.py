@@ -30,11 +30,12 @@ from common import (
     timed,
 )
 
-from stickslip.orbit import Options, compute_orbits
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
 from stickslip.status import Status
 from sweeps import run
+from sweeps.config.paper import shipped_config
 from sweeps.config.schema import Execution
-from sweeps.config.shipped import shipped_config
 from sweeps.engine.dispatch import compute
 from sweeps.engine.in_memory import read_config
 from sweeps.engine.options import options_of
@@ -327,7 +328,8 @@ def _heaviest_imports(count: int = 8) -> dict[str, float]:
 _COMPILATIONS = """
 import json, sys, time
 from numba.core import event
-from stickslip.orbit import Options, compute_orbits
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
 import numpy as np
 

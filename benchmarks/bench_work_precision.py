@@ -23,7 +23,7 @@ from peers.worker import pin
 
 from stickslip import kernels
 from stickslip.ensemble import end_states
-from stickslip.orbit import Options
+from stickslip.options import Options
 from stickslip.parameters import Parameters
 
 PERIODS = 3

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from environment import write_results
 
-from stickslip.kernels import RESULT_COLUMNS
 from stickslip.parameters import Parameters
 from stickslip.status import Status
+from stickslip.variables import RESULT_COLUMNS
 
 INDICES = (-2 / 3, -1 / 2, -1 / 3, 0, 1 / 3, 2 / 3)
 DESCRIPTION = Parameters._fields[:5]

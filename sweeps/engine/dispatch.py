@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.orbit import Options
+from stickslip.options import Options
 from sweeps.engine.blocks import Blocks
 from sweeps.engine.executors.base import Executor, WorkersLostError
 from sweeps.engine.signals import Stop

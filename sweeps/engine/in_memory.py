@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.kernels import RESULT_COLUMNS
-from stickslip.orbit import Options
+from stickslip.options import Options
 from sweeps.config.load import Config, from_mapping, load
 from sweeps.config.schema import Execution
 from sweeps.engine.blocks import Blocks

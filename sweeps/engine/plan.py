@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.orbit import Options
+from stickslip.options import Options
 from sweeps.config.load import Config
 from sweeps.config.schema import Execution
 from sweeps.engine.blocks import PILOT_BLOCKS, pilot_blocks, pilot_points
 from sweeps.engine.cost import Costs, Estimate
 from sweeps.engine.executors.base import Executor
 from sweeps.engine.executors.choose import make_executor
-from sweeps.engine.existing import Wanted, found_beside
+from sweeps.engine.existing import Target, found_beside
 from sweeps.engine.options import options_of
 from sweeps.engine.signals import Stop
 from sweeps.engine.sweep import RESULT_BYTES_PER_POINT
@@ -57,16 +57,16 @@ def plan(config: Config, output: Path, execution: Execution | None = None) -> Pl
     ExecutorError
         The workers cannot be had.
     """
-    wanted, execution = Wanted.by(config), execution or config.execution
-    done = _done(wanted, output)
+    target, execution = Target.of(config), execution or config.execution
+    done = _done(target, output)
     left = len(done) - int(np.count_nonzero(done))
     costs, seconds = Costs(), 1.0
     estimate = Estimate(0.0, 0.0, 0.0)
     if left:
         options = options_of(config)
-        compile_kernels(options, wanted.grid)
+        compile_kernels(options, target.grid)
         with make_executor(execution) as executor:
-            costs = _pilot(wanted.grid, options, done, executor)
+            costs = _pilot(target.grid, options, done, executor)
             estimate, seconds = costs.estimate(left, executor.slots), executor.block_seconds
     block = execution.block_points or max(1, int(seconds * costs.points / max(costs.seconds, 1e-9)))
     return Plan(
@@ -80,12 +80,12 @@ def plan(config: Config, output: Path, execution: Execution | None = None) -> Pl
     )
 
 
-def _done(wanted: Wanted, output: Path) -> NDArray[np.bool_]:
+def _done(target: Target, output: Path) -> NDArray[np.bool_]:
     """Which points are there already and would not be computed."""
-    done = np.zeros(wanted.grid.size, dtype=bool)
+    done = np.zeros(target.grid.size, dtype=bool)
     for found in found_beside(output, RunFolder(output).journal):
-        if found.settings == wanted.settings:
-            for numbers, _ in found.carried(wanted.grid, None):
+        if found.fits(target):
+            for numbers, _ in found.carried(target.grid, None):
                 done[numbers] = True
     return done
 
