@@ -74,7 +74,7 @@ def stop_of(max_runtime: str | None) -> Stop:
 @contextlib.contextmanager
 def endings() -> Iterator[None]:
     """Failures of a sweep that have an exit code and need no trace."""
-    from sweeps.engine.executors.backends import BackendError
+    from sweeps.engine.executors.base import ExecutorError
     from sweeps.engine.existing import RefusalError
     from sweeps.engine.worker import WorkerMismatchError
     from sweeps.files.atomic import StorageError
@@ -84,7 +84,7 @@ def endings() -> Iterator[None]:
         yield
     except RefusalError as error:
         stop_with(str(error), Exit.USAGE)
-    except (InUseError, BackendError, WorkerMismatchError) as error:
+    except (InUseError, ExecutorError, WorkerMismatchError) as error:
         stop_with(str(error), Exit.STOPPED)
     except StorageError as error:
         stop_with(str(error), Exit.STORAGE)

@@ -15,7 +15,8 @@ from sweeps.config.load import Config
 from sweeps.config.schema import Execution
 from sweeps.engine.blocks import PILOT_BLOCKS, pilot_blocks, pilot_points
 from sweeps.engine.cost import Costs, Estimate
-from sweeps.engine.executors.backends import Backend, make_backend
+from sweeps.engine.executors.base import Executor
+from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.existing import Target, found_beside
 from sweeps.engine.options import options_of
 from sweeps.engine.signals import Stop
@@ -53,7 +54,7 @@ def plan(config: Config, output: Path, execution: Execution | None = None) -> Pl
     ------
     RefusalError, StorageError
         What is at the output cannot be read.
-    BackendError
+    ExecutorError
         The workers cannot be had.
     """
     target, execution = Target.of(config), execution or config.execution
@@ -64,9 +65,9 @@ def plan(config: Config, output: Path, execution: Execution | None = None) -> Pl
     if left:
         options = options_of(config)
         compile_kernels(options, target.grid)
-        with make_backend(execution) as backend:
-            costs = _pilot(target.grid, options, done, backend)
-            estimate, seconds = costs.estimate(left, backend.slots), backend.block_seconds
+        with make_executor(execution) as executor:
+            costs = _pilot(target.grid, options, done, executor)
+            estimate, seconds = costs.estimate(left, executor.slots), executor.block_seconds
     block = execution.block_points or max(1, int(seconds * costs.points / max(costs.seconds, 1e-9)))
     return Plan(
         points=len(done),
@@ -89,23 +90,23 @@ def _done(target: Target, output: Path) -> NDArray[np.bool_]:
     return done
 
 
-def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], backend: Backend) -> Costs:
+def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Executor) -> Costs:
     """The costs of few points and, where that takes a moment only, of blocks as a sweep has them.
 
     Few points do not keep the lanes of a kernel busy, and seem to cost more.
     """
-    costs = _costs(_sample(grid, options, done, _FEW), backend)
-    affordable = _MOMENT * backend.slots / PILOT_BLOCKS * costs.points / max(costs.seconds, 1e-9)
+    costs = _costs(_sample(grid, options, done, _FEW), executor)
+    affordable = _MOMENT * executor.slots / PILOT_BLOCKS * costs.points / max(costs.seconds, 1e-9)
     many = min(int(affordable), pilot_points(len(done)))
-    return _costs(_sample(grid, options, done, many), backend) if many > 2 * _FEW else costs
+    return _costs(_sample(grid, options, done, many), executor) if many > 2 * _FEW else costs
 
 
 def _sample(grid: Grid, options: Options, done: NDArray[np.bool_], points: int) -> Iterator[Task]:
     return (task_of(grid, block, options) for block in pilot_blocks(done, points))
 
 
-def _costs(tasks: Iterator[Task], backend: Backend) -> Costs:
+def _costs(tasks: Iterator[Task], executor: Executor) -> Costs:
     costs = Costs()
-    for block in backend.blocks(tasks, Stop()):
+    for block in executor.blocks(tasks, Stop()):
         costs.learn(len(block.indices), block.seconds)
     return costs

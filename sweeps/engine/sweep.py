@@ -18,7 +18,8 @@ from sweeps.config.schema import Execution
 from sweeps.engine.blocks import PILOT_BLOCKS, pilot_points
 from sweeps.engine.cost import Costs
 from sweeps.engine.dispatch import finished_blocks
-from sweeps.engine.executors.backends import Backend, make_backend
+from sweeps.engine.executors.base import Executor
+from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.existing import RefusalError, Target, readable_manifest
 from sweeps.engine.options import options_of
 from sweeps.engine.outcome import Console, Outcome, size_text
@@ -105,22 +106,22 @@ class _Sweep:
         large = self.tally.left >= _PILOT_FROM
         pilot = pilot_points(self.tally.left) if large else 0
         with ExitStack() as stack:
-            backend = stack.enter_context(make_backend(self.execution))
+            executor = stack.enter_context(make_executor(self.execution))
             progress = stack.enter_context(make_progress(self.tally, wanted=self.console.progress))
-            self.stop.at_once += [backend.kill, progress.stop]
+            self.stop.at_once += [executor.kill, progress.stop]
             self.tally.begin()
-            stack.enter_context(self.folder.beating(lambda: self.beat(backend)))
+            stack.enter_context(self.folder.beating(lambda: self.beat(executor)))
             blocks = finished_blocks(
                 self.target.grid,
                 options,
                 self.journal.done,
-                backend,
+                executor,
                 self.stop,
                 block_points=self.execution.block_points,
                 pilot=pilot,
             )
             try:
-                self._record(blocks, backend, progress, pilot)
+                self._record(blocks, executor, progress, pilot)
             except StorageError:
                 self.stop.request("the journal could not be written")
                 for _ in blocks:  # what is in flight cannot be kept any more
@@ -128,7 +129,7 @@ class _Sweep:
                 raise
 
     def _record(
-        self, blocks: Iterator[Block], backend: Backend, progress: Progress, pilot: int
+        self, blocks: Iterator[Block], executor: Executor, progress: Progress, pilot: int
     ) -> None:
         for number, block in enumerate(blocks):
             self._keep(block)
@@ -141,7 +142,7 @@ class _Sweep:
             if number == 0:
                 self._stop_if_all_fail(block)
             if self.costs.blocks == (PILOT_BLOCKS if pilot else _BLOCKS_TO_JUDGE):
-                self._estimate(backend, progress)
+                self._estimate(executor, progress)
 
         self._keep(None)
 
@@ -178,8 +179,8 @@ class _Sweep:
                 code=3,
             )
 
-    def _estimate(self, backend: Backend, progress: Progress) -> None:
-        estimate = self.costs.estimate(self.tally.left, backend.slots)
+    def _estimate(self, executor: Executor, progress: Progress) -> None:
+        estimate = self.costs.estimate(self.tally.left, executor.slots)
         if estimate.seconds < _TELL_ABOVE:
             return
         progress.say(f"time left: {estimate}")
@@ -234,13 +235,13 @@ class _Sweep:
         statuses[Status.PENDING] = self.tally.left
         return self.outcome(statuses, np.nan, stopped=self.stop.code, reason=self.stop.reason)
 
-    def beat(self, backend: Backend) -> dict[str, Any]:
+    def beat(self, executor: Executor) -> dict[str, Any]:
         """What the heartbeat says."""
         state = "stopping" if self.stop.reason else "running"
         return self.tally.as_dict() | {
             "state": state,
             "backend": self.execution.backend,
-            "slots": backend.slots,
+            "slots": executor.slots,
         }
 
     def _not_written(self, error: OSError) -> str:
@@ -295,7 +296,7 @@ def sweep(
         Another run holds the output.
     StorageError
         Something cannot be read or written; what is finished is kept.
-    BackendError
+    ExecutorError
         The workers cannot be had, or were lost; what is finished is kept.
     """
     refuse_odd_output(output)
