@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sweeps.cli.shared import (
-    Exit,
     endings,
     execution_changes,
     read_settings,
@@ -23,6 +22,7 @@ from sweeps.cli.shared import (
     stop_with,
     sweep_and_report,
 )
+from sweeps.exits import Exit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -153,7 +153,7 @@ def sweep(
         keep_journal=keep_journal,
     )
     if failures:
-        raise typer.Exit(Exit.SOME_FAILED)
+        raise typer.Exit(Exit.FAILED_POINTS)
 
 
 @app.command()
@@ -172,8 +172,8 @@ def plan(
         config, [*(set_ or []), *execution_changes(workers, backend, scheduler)]
     )
     with endings():
-        from sweeps.engine.interrupt import interruptible
         from sweeps.engine.plan import plan as make_plan
+        from sweeps.engine.signals import interruptible
 
         path = output or Path(settings.output)
         made = interruptible(lambda: make_plan(settings, path), "Interrupted; nothing was kept.")
@@ -201,7 +201,9 @@ def status(
 
         print(json.dumps(state))
     elif state["state"] == "absent":
-        stop_with(f"{path} does not exist, and no sweep to it has been begun", Exit.STORAGE)
+        stop_with(
+            f"{path} does not exist, and no sweep to this file was ever started", Exit.STORAGE
+        )
     else:
         print_state(state)
 
@@ -267,7 +269,7 @@ def figure(
         for number in dict.fromkeys(numbers)
     ]
     if any(failures):
-        raise typer.Exit(Exit.SOME_FAILED)
+        raise typer.Exit(Exit.FAILED_POINTS)
 
 
 @app.command()
@@ -370,7 +372,7 @@ def _write(ds: xr.Dataset, path: Path) -> None:
 def _trajectory(settings: Config) -> xr.Dataset:
     """The trajectory or, of a figure with one axis, the trajectories of a config."""
     from stickslip import IntegrationError, NoiseError
-    from sweeps.engine.interrupt import interruptible
+    from sweeps.engine.signals import interruptible
     from sweeps.engine.trajectories import trajectory
 
     try:
@@ -378,15 +380,14 @@ def _trajectory(settings: Config) -> xr.Dataset:
     except NoiseError as error:
         stop_with(str(error), Exit.USAGE)
     except IntegrationError as error:
-        stop_with(str(error), Exit.SOME_FAILED)
+        stop_with(str(error), Exit.FAILED_POINTS)
 
 
 def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: bool) -> int:
     """Compute, write and draw one figure; returns the number of failed points."""
     from sweeps.config.paper import PAPER, shipped_config
-    from sweeps.engine.interrupt import interruptible
     from sweeps.engine.resume import ExistingPolicy
-    from sweeps.engine.signals import Stop
+    from sweeps.engine.signals import Stop, interruptible
     from sweeps.engine.trajectories import trajectories
 
     plan = PAPER[number]

@@ -13,7 +13,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sweeping import LOOSE, ONE_BY_ONE, Mishap, Shell, child, entries, hash_at_once, hash_of, write
+from support.sweeping import (
+    LOOSE,
+    ONE_BY_ONE,
+    Mishap,
+    Shell,
+    child,
+    entries,
+    hash_at_once,
+    hash_of,
+    write,
+)
 
 from sweeps.engine.existing import found_in_journal, readable_manifest
 from sweeps.files.run_folder import RunFolder

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sweeping import (
+from support.sweeping import (
     LOOSE,
     ONE_BY_ONE,
     Mishap,
