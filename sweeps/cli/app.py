@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sweeps.cli.shared import (
-    Exit,
     endings,
     execution_changes,
     read_settings,
@@ -23,6 +22,7 @@ from sweeps.cli.shared import (
     stop_with,
     sweep_and_report,
 )
+from sweeps.exits import Exit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -136,24 +136,24 @@ def sweep(
     The same command runs, resumes and grows a sweep: after an interruption, with more values on an
     axis or a finer grid, exactly the missing points are computed.
     """
-    from sweeps.engine.resume import Choices
+    from sweeps.engine.resume import ExistingPolicy
 
     changes = [*(set_ or []), *execution_changes(workers, backend, scheduler)]
     stop = stop_of(max_runtime)
     settings = read_settings(config, changes)
-    choices = Choices(overwrite, recompute, accept_mixed, retry_failed)
+    policy = ExistingPolicy(overwrite, recompute, accept_mixed, retry_failed)
     path = output or Path(settings.output)
     failures = sweep_and_report(
         settings,
         path,
-        choices,
+        policy,
         stop,
         progress=not no_progress,
         partial=partial,
         keep_journal=keep_journal,
     )
     if failures:
-        raise typer.Exit(Exit.SOME_FAILED)
+        raise typer.Exit(Exit.FAILED_POINTS)
 
 
 @app.command()
@@ -172,8 +172,8 @@ def plan(
         config, [*(set_ or []), *execution_changes(workers, backend, scheduler)]
     )
     with endings():
-        from sweeps.engine.interrupt import interruptible
         from sweeps.engine.plan import plan as make_plan
+        from sweeps.engine.signals import interruptible
 
         path = output or Path(settings.output)
         made = interruptible(lambda: make_plan(settings, path), "Interrupted; nothing was kept.")
@@ -201,7 +201,9 @@ def status(
 
         print(json.dumps(state))
     elif state["state"] == "absent":
-        stop_with(f"{path} does not exist, and no sweep to it has been begun", Exit.STORAGE)
+        stop_with(
+            f"{path} does not exist, and no sweep to this file was ever started", Exit.STORAGE
+        )
     else:
         print_state(state)
 
@@ -213,7 +215,7 @@ def check(config: ConfigArgument, set_: SetOption = None) -> None:
     axes = [f"{name} {len(values)}" for name, values in settings.sweep.items()]
     if settings.cases:
         axes.append(f"case {len(next(iter(settings.cases.values())))}")
-    method = ", ".join(f"{key} {value}" for key, value in settings.integrator.settings().items())
+    method = ", ".join(f"{key} {value}" for key, value in settings.integrator.used().items())
     points = 1
     for axis in axes:
         points *= int(axis.rsplit(" ", 1)[1])
@@ -267,7 +269,7 @@ def figure(
         for number in dict.fromkeys(numbers)
     ]
     if any(failures):
-        raise typer.Exit(Exit.SOME_FAILED)
+        raise typer.Exit(Exit.FAILED_POINTS)
 
 
 @app.command()
@@ -332,7 +334,7 @@ def _refuse_existing(path: Path, *, overwrite: bool) -> None:
     if path.is_dir():
         stop_with(f"{path} is a folder; -o names a file", Exit.STORAGE)
     if path.exists() and not path.is_file():  # a device or a pipe would be replaced
-        stop_with(f"{path} is no ordinary file; -o names one", Exit.STORAGE)
+        stop_with(f"{path} is not an ordinary file; -o names one", Exit.STORAGE)
     if path.exists() and not overwrite:
         stop_with(
             f"{path} exists already; --overwrite replaces it, -o writes elsewhere", Exit.USAGE
@@ -348,7 +350,8 @@ def _refuse_picture_name(path: Path) -> None:
 
 
 def _require_writable(ds: xr.Dataset, path: Path) -> None:
-    from sweeps.files.datasets import StorageError, require_writable
+    from sweeps.files.atomic import StorageError
+    from sweeps.files.datasets import require_writable
 
     try:
         require_writable(ds, path)
@@ -357,7 +360,8 @@ def _require_writable(ds: xr.Dataset, path: Path) -> None:
 
 
 def _write(ds: xr.Dataset, path: Path) -> None:
-    from sweeps.files.datasets import StorageError, write_dataset
+    from sweeps.files.atomic import StorageError
+    from sweeps.files.datasets import write_dataset
 
     try:
         write_dataset(ds, path)
@@ -368,7 +372,7 @@ def _write(ds: xr.Dataset, path: Path) -> None:
 def _trajectory(settings: Config) -> xr.Dataset:
     """The trajectory or, of a figure with one axis, the trajectories of a config."""
     from stickslip import IntegrationError, NoiseError
-    from sweeps.engine.interrupt import interruptible
+    from sweeps.engine.signals import interruptible
     from sweeps.engine.trajectories import trajectory
 
     try:
@@ -376,16 +380,14 @@ def _trajectory(settings: Config) -> xr.Dataset:
     except NoiseError as error:
         stop_with(str(error), Exit.USAGE)
     except IntegrationError as error:
-        stop_with(str(error), Exit.SOME_FAILED)
+        stop_with(str(error), Exit.FAILED_POINTS)
 
 
 def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: bool) -> int:
     """Compute, write and draw one figure; returns the number of failed points."""
-    from sweeps.config.paper import PAPER
-    from sweeps.config.shipped import shipped_config
-    from sweeps.engine.interrupt import interruptible
-    from sweeps.engine.resume import Choices
-    from sweeps.engine.signals import Stop
+    from sweeps.config.paper import PAPER, shipped_config
+    from sweeps.engine.resume import ExistingPolicy
+    from sweeps.engine.signals import Stop, interruptible
     from sweeps.engine.trajectories import trajectories
 
     plan = PAPER[number]
@@ -394,7 +396,7 @@ def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: b
     path = folder / f"fig{number}.nc"
     failures = 0
     if plan.figure == "amplitudes":
-        afresh = Choices(overwrite=True)
+        afresh = ExistingPolicy(overwrite=True)
         failures = sweep_and_report(settings, path, afresh, Stop(), progress=progress, timing=False)
         ds = _open(path)
     else:
@@ -410,7 +412,8 @@ def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: b
 
 
 def _open(file: Path, *, whole: bool = True) -> xr.Dataset:
-    from sweeps.files.datasets import StorageError, open_result
+    from sweeps.files.atomic import StorageError
+    from sweeps.files.datasets import open_result
 
     try:
         return open_result(file, whole=whole)

@@ -6,29 +6,18 @@ import contextlib
 import functools
 import sys
 from collections.abc import Iterator
-from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 import typer
 
+from sweeps.exits import Exit
+
 if TYPE_CHECKING:
     from sweeps.config.load import Config
     from sweeps.engine.outcome import Outcome
-    from sweeps.engine.resume import Choices
+    from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop
-
-
-class Exit(IntEnum):
-    """Exit codes of the command line."""
-
-    DONE = 0
-    UNEXPECTED = 1
-    USAGE = 2
-    SOME_FAILED = 3
-    STOPPED = 4
-    STORAGE = 5
-    INTERRUPTED = 130
 
 
 def stop_with(message: str, code: Exit) -> NoReturn:
@@ -74,17 +63,17 @@ def stop_of(max_runtime: str | None) -> Stop:
 @contextlib.contextmanager
 def endings() -> Iterator[None]:
     """Failures of a sweep that have an exit code and need no trace."""
-    from sweeps.engine.executors.backends import BackendError
+    from sweeps.engine.executors.base import ExecutorError
     from sweeps.engine.existing import RefusalError
     from sweeps.engine.worker import WorkerMismatchError
-    from sweeps.files.datasets import StorageError
+    from sweeps.files.atomic import StorageError
     from sweeps.files.run_folder import InUseError
 
     try:
         yield
     except RefusalError as error:
         stop_with(str(error), Exit.USAGE)
-    except (InUseError, BackendError, WorkerMismatchError) as error:
+    except (InUseError, ExecutorError, WorkerMismatchError) as error:
         stop_with(str(error), Exit.STOPPED)
     except StorageError as error:
         stop_with(str(error), Exit.STORAGE)
@@ -93,7 +82,7 @@ def endings() -> Iterator[None]:
 def sweep_and_report(
     settings: Config,
     path: Path,
-    choices: Choices,
+    policy: ExistingPolicy,
     stop: Stop,
     *,
     progress: bool = True,
@@ -117,7 +106,7 @@ def sweep_and_report(
             settings,
             path,
             console=Console(say, confirm, progress),
-            choices=choices,
+            policy=policy,
             stop=stop,
             partial=partial,
             keep_journal=keep_journal,
@@ -135,7 +124,7 @@ _ONCE = ("--overwrite", "--recompute", "--accept-mixed", "--retry-failed")
 
 
 def _leave(outcome: Outcome) -> NoReturn:
-    """Say how to go on, and end: a compiler at work in a thread would keep the process alive."""
+    """Say how to resume, and end: a compiler at work in a thread would keep the process alive."""
     import os
     import shlex
 
@@ -145,8 +134,8 @@ def _leave(outcome: Outcome) -> NoReturn:
     again = shlex.join(["stickslip", *(a for a in sys.argv[1:] if a not in _ONCE)])
     kept = outcome.points - int(outcome.statuses[Status.PENDING])
     print(
-        f"Stopped ({outcome.reason}). {kept} of {outcome.points} points are kept in "
-        f"{outcome.output}.run. To go on:\n  {again}",
+        f"Stopped: {outcome.reason}. {kept} of {outcome.points} points are kept in "
+        f"{outcome.output}.run. To resume:\n  {again}",
         file=sys.stderr,
     )
     failed = outcome.statuses.copy()
