@@ -18,7 +18,7 @@ import xarray as xr
 from support.bad_configs import ALL
 
 from stickslip.orbit import compute_orbits
-from sweeps.cli import app
+from sweeps.cli import inspect
 from sweeps.cli.app import main
 from sweeps.engine import worker
 from sweeps.files import datasets
@@ -302,7 +302,7 @@ def test_a_file_without_anything_to_draw(command: Command) -> None:
     write_dataset(xr.Dataset({"a": ("x", np.array([1.0, 2.0]))}), Path("a.nc"))
     code, out, err = command("plot", "a.nc")
     assert (code, out) == (2, "")
-    assert "needs a sweep result" in err
+    assert "needs elastic_stress_amplitude, friction_force_amplitude, which this file lacks" in err
     code, out, err = command("info", "a.nc")
     assert (code, err) == (0, "")
     assert "source: unknown" in out
@@ -344,7 +344,7 @@ def test_what_nobody_foresaw_is_one_line(
     def broken(*args: Any) -> None:
         raise error
 
-    monkeypatch.setattr(app, "read_settings", broken)
+    monkeypatch.setattr(inspect, "checked_config", broken)
     with caplog.at_level(logging.DEBUG):
         assert command("check", "a.yaml") == (code, "", message)
     if isinstance(error, ValueError):
