@@ -124,7 +124,7 @@ def _write_trajectories(config: Config, path: Path) -> None:
 def _trajectories(config: Config) -> xr.Dataset:
     """The trajectory of a config or, where it has an axis, one for each of its values."""
     from stickslip import IntegrationError, NoiseError
-    from sweeps.engine.interrupt import interruptible
+    from sweeps.engine.signals import interruptible
     from sweeps.engine.trajectories import trajectories, trajectory
 
     compute = trajectories if config.sweep else trajectory

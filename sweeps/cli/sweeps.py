@@ -108,8 +108,8 @@ def plan(
 
     config = checked_config(file, [*(set_ or []), *execution_changes(workers, backend, scheduler)])
     with endings():
-        from sweeps.engine.interrupt import interruptible
         from sweeps.engine.plan import plan as make_plan
+        from sweeps.engine.signals import interruptible
 
         path = output or Path(config.output)
         made = interruptible(lambda: make_plan(config, path), "Interrupted; nothing was kept.")

@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 from stickslip.options import Options
 from sweeps.config.load import Config
 from sweeps.config.schema import Execution
-from sweeps.engine.blocks import PILOT_BLOCKS, pilot_blocks, pilot_points
-from sweeps.engine.cost import Costs, Estimate
+from sweeps.engine.blocks import PILOT_BLOCKS, Costs, pilot_blocks, pilot_points
 from sweeps.engine.executors.base import Executor
 from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.existing import Target, found_beside
 from sweeps.engine.options import options_of
+from sweeps.engine.outcome import RESULT_BYTES_PER_POINT
 from sweeps.engine.signals import Stop
-from sweeps.engine.sweep import RESULT_BYTES_PER_POINT
 from sweeps.engine.worker import Task, compile_kernels, task_of
 from sweeps.files.journal import BYTES_PER_POINT
 from sweeps.files.run_folder import RunFolder
@@ -34,7 +33,7 @@ _MOMENT = 3.0  # seconds that the second one may take
 class Plan:
     """What a sweep would take.
 
-    `there` of the `points` are computed already; `time` is that of the rest on the given workers,
+    `there` of the `points` are computed already; the rest takes `seconds` on the given workers,
     compiling left aside.
     """
 
@@ -43,7 +42,7 @@ class Plan:
     blocks: int
     journal_bytes: int
     result_bytes: int
-    time: Estimate
+    seconds: float
     pilot_points: int
 
 
@@ -60,22 +59,24 @@ def plan(config: Config, output: Path, execution: Execution | None = None) -> Pl
     target, execution = Target.of(config), execution or config.execution
     done = _done(target, output)
     left = len(done) - int(np.count_nonzero(done))
-    costs, seconds = Costs(), 1.0
-    estimate = Estimate(0.0, 0.0, 0.0)
+    costs, seconds, block_seconds = Costs(), 0.0, 1.0
     if left:
         options = options_of(config)
         compile_kernels(options, target.grid)
         with make_executor(execution) as executor:
             costs = _pilot(target.grid, options, done, executor)
-            estimate, seconds = costs.estimate(left, executor.slots), executor.block_seconds
-    block = execution.block_points or max(1, int(seconds * costs.points / max(costs.seconds, 1e-9)))
+            seconds = costs.estimate(left, executor.slots)
+            block_seconds = executor.block_seconds
+    block = execution.block_points or max(
+        1, int(block_seconds * costs.points / max(costs.seconds, 1e-9))
+    )
     return Plan(
         points=len(done),
         there=len(done) - left,
         blocks=math.ceil(left / block),
         journal_bytes=left * BYTES_PER_POINT,
         result_bytes=len(done) * RESULT_BYTES_PER_POINT,
-        time=estimate,
+        seconds=seconds,
         pilot_points=costs.points,
     )
 

@@ -21,7 +21,7 @@ from stickslip.orbit import compute_orbits
 from sweeps.cli import inspect
 from sweeps.cli.app import main
 from sweeps.engine import worker
-from sweeps.files import datasets
+from sweeps.files import atomic
 from sweeps.files.datasets import open_result, write_dataset
 
 SWEEP = """\
@@ -227,11 +227,15 @@ def test_a_write_that_fails_at_the_end_keeps_the_old_file(
     before = {path: path.read_bytes() for path in Path().iterdir()}
     again = ("sweep", "a.yaml", "--set", "T=[300]", "-o", "a.nc")
 
+    flush = atomic.flush
+
     def full(path: Path) -> None:
-        raise OSError(28, "No space left on device")
+        if path.name == "result.nc":
+            raise OSError(28, "No space left on device")
+        flush(path)
 
     with monkeypatch.context() as patch:
-        patch.setattr(datasets, "_flush", full)
+        patch.setattr(atomic, "flush", full)
         code, out, err = command(*again, *overwrite)
     assert (code, out) == (5, "")
     assert "cannot write a.nc: No space left on device" in err

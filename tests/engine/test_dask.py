@@ -108,7 +108,7 @@ def test_the_time_is_over_without_workers_too(cluster: Cluster) -> None:
     sweep = command("--scheduler", cluster.address, "--max-runtime", "2s", hook=IMPATIENT)
     code, err = ended(sweep)
     assert code == 4
-    assert "Stopped (the time of --max-runtime is over). 0 of 24 points are kept" in err
+    assert "Stopped: the time of --max-runtime is over. 0 of 24 points are kept" in err
 
 
 @pytest.mark.slow

@@ -125,7 +125,7 @@ def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process(backend: str) -> No
     assert all_gone(processes)
     said = re.fullmatch(
         r"\nCtrl-C: finishing the blocks in flight; a second signal ends at once\n"
-        r"Stopped \(Ctrl-C\)\. (\d+) of 24 points are kept in a\.nc\.run\. To go on:\n.*\n",
+        r"Stopped: Ctrl-C\. (\d+) of 24 points are kept in a\.nc\.run\. To resume:\n.*\n",
         err,
     )
     assert said

@@ -119,9 +119,9 @@ def test_a_block_counts_the_results_that_look_wrong(monkeypatch: pytest.MonkeyPa
         return results, finals
 
     task = task_of(GRID, EVERYTHING, OPTIONS)
-    assert compute_block(task).doubts == (0, 0)
+    assert compute_block(task).suspicious == (0, 0)
     monkeypatch.setattr(worker, "compute_orbits", odd)
-    assert compute_block(task).doubts == (5, 3)
+    assert compute_block(task).suspicious == (5, 3)
 
 
 # --- exceptions ---
