@@ -1,46 +1,45 @@
-"""From parameters to stationary orbits and their observables: the friendly side of the doors."""
+"""From parameters to stationary orbits and their observables: the friendly side of the kernels."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections import namedtuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip import kernels, stability
-from stickslip.options import DEFAULTS, NoiseError, Options
+from stickslip.kernels.points import FINAL_COLUMNS
+from stickslip.measure.results import STATUS
+from stickslip.options import DEFAULTS, METHODS, NoiseError, Options
 from stickslip.parameters import Parameters
 from stickslip.status import Status
-from stickslip.variables import RESULT_COLUMNS
+from stickslip.variables import RESULT_COLUMNS, RESULTS
 
 _NOISE = Parameters._fields.index("noise_intensity")
 _PHI_0 = Parameters._fields.index("initial_order_parameter")
 
+if TYPE_CHECKING:
 
-class Orbit(NamedTuple):
-    """The observables of one stationary orbit, in SI units; `variables.RESULTS` has the meanings.
+    class Orbit(tuple[Any, ...]):
+        """The observables of one stationary orbit, in SI units."""
 
-    Unless `status` is ok the amplitudes are NaN and the counts -1. `state` is (x, v, ln phi) at
-    the start of a drive period on the orbit, or where the search ended.
+        _fields: tuple[str, ...]
+
+        def __new__(cls, *args: Any, **kwargs: Any) -> Orbit: ...  # noqa: D102 - a stub
+        def __getattr__(self, name: str) -> Any: ...
+        def _asdict(self) -> dict[str, Any]: ...
+
+else:
+    Orbit = namedtuple("Orbit", (*RESULT_COLUMNS, "state"), module=__name__)
+    Orbit.__doc__ = """The observables of one stationary orbit, in SI units.
+
+    `variables.RESULTS` has the meanings. Unless `status` is ok the amplitudes are NaN and the
+    counts -1. `state` is (x, v, ln phi) at the start of a drive period on the orbit, or where the
+    search ended.
     """
-
-    elastic_stress_amplitude: float
-    friction_force_amplitude: float
-    elastic_stress_max: float
-    elastic_stress_min: float
-    friction_force_max: float
-    friction_force_min: float
-    amplitude_error: float
-    power_balance_error: float
-    orbit_periods: int
-    melting_count: int
-    asymmetry: float
-    periods_integrated: int
-    status: Status
-    state: tuple[float, float, float]
 
 
 def prepared_points(points: np.ndarray, noise: str) -> np.ndarray:
-    """The rows of parameters (n, 20) as the doors take them under a noise treatment.
+    """The rows of parameters (n, parameters) as kernels take them under a noise treatment.
 
     Raises NoiseError where a film starts at phi = 0 and nothing could make it solid.
     """
@@ -52,12 +51,9 @@ def prepared_points(points: np.ndarray, noise: str) -> np.ndarray:
     return points
 
 
-def prepare_kernels(options: Options, gammas: np.ndarray) -> None:
+def prepare_kernels(options: Options, indices: np.ndarray) -> None:
     """Compile or load what `compute_orbits` needs for fluids with these rheological indices."""
-    if options.method == "adaptive":
-        kernels.compile_lanes(gammas, options.settings())
-    else:
-        compute_orbits(np.empty((0, len(Parameters._fields))), options)
+    METHODS[options.method].kernels.compile_for(indices, options)
 
 
 def compute_orbits(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
@@ -66,51 +62,41 @@ def compute_orbits(points: np.ndarray, options: Options) -> tuple[np.ndarray, np
     Parameters
     ----------
     points
-        (n, 20) parameters in SI units, in the order of `Parameters._fields`.
+        (n, parameters) in SI units, in the order of `Parameters._fields`.
     options
         Method, tolerances, noise.
 
     Returns
     -------
     results
-        (n, 13) in the order of `RESULT_COLUMNS`; the last column is the Status.
+        (n, columns) in the order of `variables.RESULT_COLUMNS`.
     finals
-        (n, 4) in the order of `kernels.FINAL_COLUMNS`.
+        (n, columns) in the order of `kernels.points.FINAL_COLUMNS`.
 
     Raises
     ------
     NoiseError
         phi_0 = 0 without noise.
     """
-    points = prepared_points(points, options.noise)
+    points, method = prepared_points(points, options.noise), METHODS[options.method].kernels
     results = np.full((len(points), len(RESULT_COLUMNS)), np.nan)
-    finals = np.full((len(points), len(kernels.FINAL_COLUMNS)), np.nan)
-    if options.method == "adaptive":
-        kernels.lane_orbits(points, options.settings(), results, finals)
+    finals = np.full((len(points), len(FINAL_COLUMNS)), np.nan)
+    stable = options.dt <= method.largest_step(points, options)
+    if stable.all():
+        method.orbits(points, options, results, finals)
         return results, finals
-    stable = options.dt <= stability.largest_stable_step(points)
-    results[~stable] = refused_row()
-    if stable.any():
-        parts = results[stable], finals[stable]
-        kernels.fixed_lane_orbits(points[stable], options.settings(), *parts)
-        results[stable], finals[stable] = parts
+    results[~stable] = failed_row(Status.REFUSED)
+    parts = results[stable], finals[stable]
+    method.orbits(points[stable], options, *parts)
+    results[stable], finals[stable] = parts
     return results, finals
 
 
-def refused_row() -> np.ndarray:
-    """The result row of a point whose fixed step is unstable."""
-    return _empty_row(Status.REFUSED)
-
-
-def failed_row() -> np.ndarray:
-    """The result row of a point whose computation raised an exception."""
-    return _empty_row(Status.FAILED)
-
-
-def _empty_row(status: Status) -> np.ndarray:
-    row = dict.fromkeys(RESULT_COLUMNS, np.nan)
-    row |= {"orbit_periods": -1, "melting_count": -1, "periods_integrated": -1, "status": status}
-    return np.array(list(row.values()), dtype=float)
+def failed_row(status: Status = Status.FAILED) -> np.ndarray:
+    """The result row (columns,) of a point that was not computed at all."""
+    row = np.array([RESULTS[name].missing for name in RESULT_COLUMNS], dtype=float)
+    row[STATUS] = status
+    return row
 
 
 def stationary_orbit(
@@ -120,6 +106,7 @@ def stationary_orbit(
     rtol: float = DEFAULTS.rtol,
     dt: float = DEFAULTS.dt,
     noise: str = DEFAULTS.noise,
+    friction: str = DEFAULTS.friction,
     max_periods: int = DEFAULTS.max_periods,
     max_steps: int | None = DEFAULTS.max_steps,
     accelerate: bool = DEFAULTS.accelerate,
@@ -138,6 +125,8 @@ def stationary_orbit(
         Step of euler-cromer [s].
     noise
         'typical-path', or 'none' for the deterministic equation.
+    friction
+        The law of the viscous stress, one of `options.FRICTION_LAWS`.
     max_periods, max_steps
         Budgets of drive periods and of steps.
     accelerate
@@ -153,7 +142,7 @@ def stationary_orbit(
     NoiseError
         phi_0 = 0 without noise.
     OptionError
-        An unknown method or treatment, a tolerance, step or budget out of range.
+        An unknown method, treatment or law, a tolerance, step or budget out of range.
     """
     options = Options(
         method=method,
@@ -164,15 +153,18 @@ def stationary_orbit(
         max_periods=max_periods,
         accelerate=accelerate,
         noise=noise,
+        friction=friction,
     )
     results, finals = compute_orbits(np.array(parameters or Parameters()), options)
     return orbit_of_row(results[0], finals[0])
 
 
 def orbit_of_row(row: np.ndarray, final: np.ndarray) -> Orbit:
-    """The Orbit of a result row and its final state."""
-    fields = dict(zip(RESULT_COLUMNS, row.tolist(), strict=True))
-    for count in ("orbit_periods", "melting_count", "periods_integrated"):
-        fields[count] = int(fields[count])
-    fields["status"] = Status(int(fields["status"]))
-    return Orbit(**fields, state=(float(final[0]), float(final[1]), float(final[2])))
+    """The Orbit of a result row (columns,) and its final row (columns,)."""
+    counts = {name: int for name in RESULT_COLUMNS if RESULTS[name].dtype == "i4"}
+    kinds: dict[str, Any] = counts | {"status": lambda value: Status(int(value))}
+    fields = {
+        name: kinds.get(name, float)(value)
+        for name, value in zip(RESULT_COLUMNS, row.tolist(), strict=True)
+    }
+    return Orbit(**fields, state=tuple(final[:-1].tolist()))

@@ -8,13 +8,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.kernels import RESULT_COLUMNS
+from stickslip.parameters import ParameterValues
 from stickslip.stability import static_strength
+from stickslip.variables import RESULT_COLUMNS
 
-DOUBTFUL_BALANCE = 1e-3
+SUSPICIOUS_BALANCE = 1e-3
 """Power balance error from which an orbit deserves a look; 1e-2 is a status."""
 
-DOUBTFUL_STRESS = 1.1
+SUSPICIOUS_STRESS = 1.1
 """Stress over its static maximum that fast kinetics would not reach; slow ones may."""
 
 # Below this part of the full spring force, over A, a stress is too small to be compared.
@@ -29,18 +30,20 @@ _MAX, _MIN, _BALANCE = (
 )
 
 
-def doubtful_balance(results: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which result rows (n, 13) have a power balance error above `DOUBTFUL_BALANCE`."""
-    return np.asarray(results[:, _BALANCE] > DOUBTFUL_BALANCE)
+def suspicious_balance(results: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which result rows (n, columns) have a power balance error above `SUSPICIOUS_BALANCE`."""
+    return np.asarray(results[:, _BALANCE] > SUSPICIOUS_BALANCE)
 
 
-def doubtful_stress(points: NDArray[np.float64], results: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which points (n, 20) with results (n, 13) exceed the static maximum of the stress by 10 %."""
+def suspicious_stress(
+    points: NDArray[np.float64], results: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Which points (n, parameters) with results (n, columns) exceed the static stress by 10 %."""
+    p = ParameterValues(*points.T)
     stress = np.maximum(np.abs(results[:, _MAX]), np.abs(results[:, _MIN]))
-    X_m, K, A = points[:, 5], points[:, 2], points[:, 12]
-    small = _SMALL * 2.0 * K * np.abs(X_m) / A
+    small = _SMALL * 2.0 * p.spring_stiffness * np.abs(p.drive_amplitude) / p.contact_area
     # Most points are cleared by what some strains already give; the others get a closer look.
-    doubtful = stress > DOUBTFUL_STRESS * np.maximum(static_strength(points, _SOME), small)
-    few = np.flatnonzero(doubtful)
-    doubtful[few] = stress[few] > DOUBTFUL_STRESS * static_strength(points[few])
-    return np.asarray(doubtful)
+    suspicious = stress > SUSPICIOUS_STRESS * np.maximum(static_strength(points, _SOME), small)
+    few = np.flatnonzero(suspicious)
+    suspicious[few] = stress[few] > SUSPICIOUS_STRESS * static_strength(points[few])
+    return np.asarray(suspicious)

@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
-from stickslip import kernels, stability
-from stickslip.options import DEFAULTS, Options
+from stickslip.kernels.trajectories import OBSERVABLES, observables_kernel, write_start
+from stickslip.measure.results import STATUS
+from stickslip.model.state import WIDTH
+from stickslip.options import DEFAULTS, METHODS, Options
 from stickslip.orbit import compute_orbits, prepared_points
 from stickslip.parameters import Parameters
+from stickslip.stability import step_as_text
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, TRAJECTORY, Variable
 
@@ -18,6 +21,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 StartName = Literal["initial", "stationary"]
+
+# What samples hold.
+_SAMPLED = ("lower_displacement", "lower_velocity", "order_parameter")
 
 
 class IntegrationError(RuntimeError):
@@ -38,6 +44,7 @@ def simulate(
     rtol: float = DEFAULTS.rtol,
     dt: float = DEFAULTS.dt,
     noise: str = DEFAULTS.noise,
+    friction: str = DEFAULTS.friction,
     max_steps: int | None = DEFAULTS.max_steps,
     max_periods: int = DEFAULTS.max_periods,
 ) -> xr.Dataset:
@@ -51,7 +58,7 @@ def simulate(
         Length and sampling; periods*samples_per_period + 1 equidistant samples.
     start
         'initial': from (x_0, v_0, phi_0). 'stationary': on the orbit that this start leads to.
-    method, rtol, dt, noise, max_steps, max_periods
+    method, rtol, dt, noise, friction, max_steps, max_periods
         As for `stationary_orbit`.
 
     Returns
@@ -76,64 +83,66 @@ def simulate(
         raise ValueError(f"start must be one of {get_args(StartName)}, not {start!r}")
     parameters = parameters or Parameters()
     options = Options(
-        method, rtol, dt, max_steps, stationary_rtol=rtol, max_periods=max_periods, noise=noise
+        method=method,
+        rtol=rtol,
+        dt=dt,
+        max_steps=max_steps,
+        stationary_rtol=rtol,
+        max_periods=max_periods,
+        noise=noise,
+        friction=friction,
     )
     point = prepared_points(np.array(parameters), noise)[0]
     samples = _sampled(point, options, start, periods, samples_per_period)
     period = 2.0 * math.pi / parameters.angular_frequency
     times = np.arange(len(samples)) * (period / samples_per_period)
-    return _dataset(parameters, times, samples)
+    return _dataset(parameters, options, times, samples)
 
 
 def _sampled(
     point: np.ndarray, options: Options, start: StartName, periods: int, per_period: int
 ) -> np.ndarray:
-    """The states (x, v, phi) at the sample times, shape (periods*per_period + 1, 3)."""
-    fixed = options.method == "euler-cromer"
-    if fixed and options.dt > (limit := float(stability.largest_stable_step(point)[0])):
-        largest = stability.step_as_text(limit)
+    """The states (x, v, phi) at the sample times, shape (periods*per_period + 1, WIDTH)."""
+    method = METHODS[options.method].kernels
+    limit = float(method.largest_step(point[None, :], options)[0])
+    if options.dt > limit:
+        largest = step_as_text(limit)
         context = f"dt = {options.dt:g} s is above the largest stable step {largest} s. "
         raise IntegrationError(Status.REFUSED, context)
-    samples = np.empty((periods * per_period + 1, 3))
-    door = kernels.fixed_trajectory if fixed else kernels.adaptive_trajectory
+    samples = np.empty((periods * per_period + 1, WIDTH))
     state = _start_state(point, options, start)
-    status = Status(door(point, options.settings(), state, per_period, samples))
+    status = Status(method.trajectory(point, options, state, per_period, samples))
     if status is not Status.OK:
         raise IntegrationError(status)
     return samples
 
 
 def _start_state(point: np.ndarray, options: Options, start: StartName) -> np.ndarray:
-    """The state (x, v, ln phi) at phase 0 from which a trajectory starts."""
+    """The state (x, v, ln phi) at phase 0 from which a trajectory starts, shape (WIDTH,)."""
     if start == "stationary":
         results, finals = compute_orbits(point, options)
-        status = Status(int(results[0, -1]))
+        status = Status(int(results[0, STATUS]))
         if status is not Status.OK:
             raise IntegrationError(status, "No stationary start: ")
-        return finals[0, :3].copy()
-    state = np.empty(3)
-    kernels.starting_log_state(point, state)
+        return finals[0, :WIDTH].copy()
+    state = np.empty(WIDTH)
+    write_start(point, state)
     return state
 
 
-def _dataset(parameters: Parameters, times: np.ndarray, samples: np.ndarray) -> xr.Dataset:
+def _dataset(
+    parameters: Parameters, options: Options, times: np.ndarray, samples: np.ndarray
+) -> xr.Dataset:
     import xarray as xr
 
-    observables = np.empty((len(times), 6))
-    kernels.trajectory_observables(np.array(parameters), times, samples, observables)
-    columns = {
-        "upper_displacement": observables[:, 0],
-        "lower_displacement": samples[:, 0],
-        "upper_velocity": observables[:, 1],
-        "lower_velocity": samples[:, 1],
-        "order_parameter": samples[:, 2],
-        "elastic_strain": observables[:, 2],
-        "elastic_stress": observables[:, 3],
-        "viscous_stress": observables[:, 4],
-        "friction_force": observables[:, 5],
-    }
+    observables = np.empty((len(times), len(OBSERVABLES)))
+    observables_kernel(options.friction)(np.array(parameters), times, samples, observables)
+    states = dict(zip(_SAMPLED, samples.T, strict=True))
+    columns = states | dict(zip(OBSERVABLES, observables.T, strict=True))
     data = {
-        name: ("time", values, attributes(TRAJECTORY[name])) for name, values in columns.items()
+        name: ("time", columns[name], attributes(TRAJECTORY[name]))
+        for name in TRAJECTORY
+        if name != "time"
     }
     coords = {"time": ("time", times, attributes(TRAJECTORY["time"]))} | {
         name: ((), value, attributes(PARAMETERS[name]))

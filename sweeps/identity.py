@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.kernels import NUMERICS_VERSION
+from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.variables import PARAMETERS
 from sweeps.config.load import Config
 from sweeps.config.schema import DEFINING

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import pytest
 
-from stickslip.kernels import NUMERICS_VERSION
+from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.variables import PARAMETERS
 from sweeps.config.load import from_mapping
 from sweeps.config.schema import SECTIONS, Film, Neutral

@@ -54,7 +54,15 @@ class SteadyCache(FunctionCache):
         super().__init__(function)
         impl = self._impl
         stamp = impl.locator.get_source_stamp()
+        self._name = function.__qualname__
         self._cache_file = _CheckedFile(self._cache_path, impl.filename_base, stamp)
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        """Signature, processor and name; Numba's own hashes a closure by its identity.
+
+        What a name stands for is settled by the sources, whose hash names the folder.
+        """
+        return sig, codegen.magic_tuple(), self._name
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The cached code, or None where it is damaged."""

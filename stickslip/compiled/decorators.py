@@ -7,7 +7,6 @@ threads. Never `fastmath=True`: it lets NaN pass `err <= 1` (docs/decisions/comp
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
@@ -17,7 +16,7 @@ from stickslip.compiled.cache import CacheFolder, SealedCompiler, SteadyCache, w
 
 _FLAGS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 
-_products: Counter[tuple[str, str]] = Counter()
+_kernels: set[str] = set()
 
 # a*b + c in one rounding, and one reciprocal for several divisions by the same number: both keep
 # NaN and are exact under the model's scalings by powers of two. Never to be added: `reassoc`, which
@@ -27,36 +26,36 @@ _FASTMATH = {"contract", "arcp"}
 
 
 def jit(function: Callable[..., Any]) -> Any:
-    """A compiled function that belongs to a drive; it is compiled into the door that calls it."""
-    return numba.njit(**_FLAGS, fastmath=_FASTMATH)(_told_apart(function))
+    """A compiled function that belongs to a drive; it is compiled into the kernel that calls it."""
+    return numba.njit(**_FLAGS, fastmath=_FASTMATH)(function)
 
 
 def inline(function: Callable[..., Any]) -> Any:
     """A small scalar function that must vanish into its caller: every equation of the model."""
-    return numba.njit(**_FLAGS, fastmath=_FASTMATH, forceinline=True)(_told_apart(function))
+    return numba.njit(**_FLAGS, fastmath=_FASTMATH, forceinline=True)(function)
 
 
-def _told_apart(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function under a name of its own, where a factory makes several of one name.
-
-    Numba tells those apart by a counter that starts anew in each process. Two doors that were
-    cached by different processes could so hold different code under one symbol, and the linker
-    would take the first for both.
-    """
-    name = function.__module__, function.__qualname__
-    number = _products[name]
-    _products[name] += 1
-    if number:
-        function.__qualname__ += f"_{number}"
-    return function
-
-
-def door(function: Callable[..., Any]) -> Any:
+def kernel(function: Callable[..., Any]) -> Any:
     """A compiled entry point: takes plain data only and is cached on disk.
 
-    Numba's own check sees only the file that holds the door, so an edit of the physics in another
-    file would go unnoticed; the cache folder is therefore named by a hash of all sources.
+    Numba's own check sees only the file that holds the kernel, so an edit of the physics in
+    another file would go unnoticed; the cache folder is therefore named by a hash of all sources.
     """
+    return named_kernel(f"{function.__module__}.{function.__qualname__}", function)
+
+
+def named_kernel(name: str, function: Callable[..., Any]) -> Any:
+    """A kernel that a factory made; `name` tells by the factory's arguments what it computes.
+
+    The name is the kernel's symbol and its entry in the cache. It must not depend on the order in
+    which a process makes its kernels: two processes would give one symbol to different code.
+
+    Raises ValueError where the name is taken.
+    """
+    if name in _kernels:
+        raise ValueError(f"there is a kernel called {name} already")
+    _kernels.add(name)
+    function.__qualname__ = name
     dispatcher = numba.njit(**_FLAGS, fastmath=_FASTMATH, pipeline_class=SealedCompiler)(function)
     with CacheFolder():
         try:

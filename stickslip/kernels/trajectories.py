@@ -1,103 +1,213 @@
-"""The doors to trajectories: sampled states, and what follows from them."""
+"""Sampled trajectories, one at a time, and what follows from their states."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.compiled.decorators import door, jit
-from stickslip.kernels.observers import sampling
-from stickslip.kernels.problem import (
-    adaptive_period,
-    fixed_period,
-    log_state,
-    phi_state,
-    same_state,
+from stickslip.compiled.decorators import inline, jit, kernel, named_kernel
+from stickslip.compiled.fields import make_map
+from stickslip.kernels.points import FIRST_STEP, parameters_of
+from stickslip.kernels.problem import Problem, problem_functions, problem_of
+from stickslip.model import drive, film, friction, noise
+from stickslip.model.rhs import (
+    block_acceleration,
+    equations,
+    film_melting_function,
+    relative_velocity,
+    starting_state,
 )
-from stickslip.kernels.rows import FIRST_STEP, Settings, parameters_of, period_of
-from stickslip.model import drive, friction
-from stickslip.model.rhs import State, relative_velocity, starting_state, stress_and_force
-from stickslip.numerics.adaptive import OK
+from stickslip.model.state import WIDTH, State
+from stickslip.numerics.adaptive import OK, make_adaptive
+from stickslip.numerics.euler_cromer import make_euler_cromer
+from stickslip.numerics.linear import algebra
+from stickslip.numerics.tableaus import RODAS4P2
+from stickslip.options import Settings
 from stickslip.parameters import Parameters
 
+OBSERVABLES = (
+    "upper_displacement",
+    "upper_velocity",
+    "elastic_strain",
+    "elastic_stress",
+    "viscous_stress",
+    "friction_force",
+)
+"""What `observables_kernel` computes; the names are those of `variables.TRAJECTORY`."""
 
-def _make_trajectory(period_map: Any, state: Any, log_state: Any) -> Any:
-    """The sampling of one trajectory with one method; `state`, `log_state` as in `_make_point`."""
+_interpolate = algebra(WIDTH).interpolate
+_row_state = make_map("row_state", "row", (f"row[{i}]" for i in range(WIDTH)), {})
 
-    @jit
+
+class Samples(NamedTuple):
+    """Rows (n, WIDTH) for the states at the phase times j dt, and the number of the next one."""
+
+    rows: np.ndarray
+    cursor: np.ndarray
+    dt: float
+
+
+@jit
+def _sample_step(t: float, h: float, y0: State, y1: State, d1: Any, d2: Any, s: Samples) -> None:
+    """Write the states at the sample times within a step."""
+    rows, cursor = s.rows, s.cursor
+    while cursor[0] < rows.shape[0] and cursor[0] * s.dt < t + h:
+        y = _interpolate((cursor[0] * s.dt - t) / h, y0, y1, d1, d2)
+        for component in range(rows.shape[1]):
+            rows[cursor[0], component] = y[component]
+        cursor[0] += 1
+
+
+def _make_trajectory(period_map: Any, own_state: Any, phi_of: Any) -> Any:
+    """The sampling of one trajectory with one method.
+
+    `period_map(p, settings, y, h, budget, samples)` gives (y, h, steps, status) after a drive
+    period; `own_state` turns (x, v, ln phi) into the method's own state, `phi_of` the last
+    component of that into phi.
+    """
+
     def trajectory(
-        p: Parameters, settings: Settings, start: State, per_period: int, samples: np.ndarray
+        point: np.ndarray,
+        settings: Settings,
+        start: np.ndarray,
+        per_period: int,
+        samples: np.ndarray,
     ) -> int:
-        last = samples.shape[0] - 1
-        y, h, steps, status = state(start), FIRST_STEP * period_of(p), 0, OK
+        p, last = parameters_of(point), samples.shape[0] - 1
+        y, h, steps, status = own_state(_row_state(start)), FIRST_STEP * drive.period(p), 0, OK
         for first in range(0, last, per_period):
-            record = sampling(samples[first : first + per_period], period_of(p) / per_period)
-            y, h, used, status = period_map(p, settings, y, h, settings.max_steps - steps, record)
+            rows = samples[first : first + per_period]
+            taken = Samples(rows, np.zeros(1, np.int64), drive.period(p) / per_period)
+            y, h, used, status = period_map(p, settings, y, h, settings.max_steps - steps, taken)
             steps += used
             if status != OK:
                 return status
-        samples[last, 0], samples[last, 1], samples[last, 2] = y[0], y[1], y[2]
+        for component in range(samples.shape[1]):
+            samples[last, component] = y[component]
         for row in samples:
-            row[2] = math.exp(log_state((row[0], row[1], row[2]))[2])
+            row[2] = phi_of(row[2])
         return status
 
     return trajectory
 
 
-_adaptive_trajectory = _make_trajectory(adaptive_period, same_state, same_state)
-_fixed_trajectory = _make_trajectory(fixed_period, phi_state, log_state)
+@inline
+def _same(y: State) -> State:
+    return y
 
 
-@door
-def adaptive_trajectory(
-    point: np.ndarray, settings: Settings, start: np.ndarray, per_period: int, samples: np.ndarray
-) -> int:
-    """A sampled trajectory by the adaptive method; returns the status as an integer.
+@inline
+def _identity(phi: float) -> float:
+    return phi
 
-    `point` (20,) parameters; `start` (3,) the state (x, v, ln phi) at phase 0; `samples`
-    (periods*per_period + 1, 3) receives (x, v, phi) at equal times.
+
+@inline
+def _with_phi(y: State) -> State:
+    return y[0], y[1], math.exp(y[2])
+
+
+@inline
+def _exp(psi: float) -> float:
+    return math.exp(psi)
+
+
+@cache
+def adaptive_trajectory(law: str) -> Any:
+    """The kernel of a trajectory by the adaptive method.
+
+    It maps (point, settings, start, per_period, samples) to the Status as an integer: `point`
+    (parameters,); `start` (WIDTH,) the state (x, v, ln phi) at phase 0; `samples`
+    (periods*per_period + 1, WIDTH) receives (x, v, phi) at equal times.
     """
-    return _adaptive_trajectory(
-        parameters_of(point), settings, (start[0], start[1], start[2]), per_period, samples
-    )
+    functions = problem_functions(law)
+
+    @inline
+    def observe(
+        problem: Problem, t: float, h: float, y0: State, y1: State, d1: State, d2: State, s: Samples
+    ) -> None:
+        _sample_step(t, h, y0, y1, d1, d2, s)
+
+    rhs, jacobian, weight = functions.rhs, functions.jacobian, functions.error_weight
+    travel = make_adaptive(rhs, jacobian, weight, observe, RODAS4P2, algebra(WIDTH))
+
+    @jit
+    def period(
+        p: Parameters, settings: Settings, y: State, h: float, budget: int, s: Samples
+    ) -> Any:
+        problem = problem_of(p, settings.rtol)
+        return travel(problem, settings.rtol, 0.0, drive.period(p), y, h, budget, s)
+
+    trajectory = _make_trajectory(period, _same, _exp)
+    return named_kernel(f"adaptive_trajectory[{law}]", trajectory)
 
 
-@door
-def fixed_trajectory(
-    point: np.ndarray, settings: Settings, start: np.ndarray, per_period: int, samples: np.ndarray
-) -> int:
-    """A sampled trajectory by Euler-Cromer; as `adaptive_trajectory`."""
-    return _fixed_trajectory(
-        parameters_of(point), settings, (start[0], start[1], start[2]), per_period, samples
-    )
+@cache
+def euler_cromer_trajectory(law: str) -> Any:
+    """The kernel of a trajectory by Euler-Cromer; as `adaptive_trajectory`.
 
-
-@door
-def trajectory_observables(
-    point: np.ndarray, times: np.ndarray, samples: np.ndarray, observables: np.ndarray
-) -> None:
-    """What follows from the states (x, v, phi) of a trajectory.
-
-    `times` (n,), `samples` (n, 3); `observables` (n, 6) receives X, V, elastic strain, elastic
-    stress, viscous stress, friction force.
+    The drive period is divided evenly, so a step may be a little below dt.
     """
-    p = parameters_of(point)
-    for i in range(times.shape[0]):
-        t = times[i]
-        u = relative_velocity(p, t, samples[i, 1])
-        row = observables[i]
-        row[0] = drive.upper_displacement(t, p.drive_amplitude, p.angular_frequency)
-        row[1] = drive.upper_velocity(t, p.drive_amplitude, p.angular_frequency)
-        row[2] = friction.elastic_strain(u, p.strain_relaxation_time, p.film_thickness)
-        row[3], row[5] = stress_and_force(p, u, samples[i, 2])
-        row[4] = friction.viscous_stress(
-            u, p.film_thickness, p.viscosity_coefficient, p.rheological_index
-        )
+    stress_and_force = equations(law).stress_and_force
+
+    @inline
+    def increments(p: Parameters, t: float, dt: float, y: State) -> tuple[float, float]:
+        x, v, phi = y
+        u = relative_velocity(p, t, v)
+        _, F = stress_and_force(p, u, phi)
+        rate = film.order_parameter_rate(p, phi, film_melting_function(p, u))
+        kick = noise.typical_kick(p, phi, dt)
+        return dt * block_acceleration(p, x, F), dt * rate + kick
+
+    @inline
+    def observe(p: Parameters, t: float, h: float, y0: State, y1: State, s: Samples) -> None:
+        zero = (0.0, 0.0, 0.0)
+        _sample_step(t, h, y0, y1, zero, zero, s)
+
+    march = make_euler_cromer(increments, observe)
+
+    @jit
+    def period(
+        p: Parameters, settings: Settings, y: State, h: float, budget: int, s: Samples
+    ) -> Any:
+        steps = math.ceil(drive.period(p) / settings.dt)
+        y, used, status = march(p, 0.0, drive.period(p), steps, y, budget, s)
+        return y, h, used, status
+
+    trajectory = _make_trajectory(period, _with_phi, _identity)
+    return named_kernel(f"euler_cromer_trajectory[{law}]", trajectory)
 
 
-@door
-def starting_log_state(point: np.ndarray, state: np.ndarray) -> None:
-    """Write the start (x, v, ln phi) of the parameters `point` (20,) into `state` (3,)."""
-    state[0], state[1], state[2] = starting_state(parameters_of(point))
+@cache
+def observables_kernel(law: str) -> Any:
+    """The kernel of what follows from the states (x, v, phi) of a trajectory.
+
+    It takes `point` (parameters,), `times` (n,), `samples` (n, WIDTH) and writes `observables`
+    (n, 6), in the order of OBSERVABLES.
+    """
+    bound = equations(law)
+    stress_and_force, viscous_stress = bound.stress_and_force, bound.law.stress
+
+    def observables_of(
+        point: np.ndarray, times: np.ndarray, samples: np.ndarray, observables: np.ndarray
+    ) -> None:
+        p = parameters_of(point)
+        for i in range(times.shape[0]):
+            t, row = times[i], observables[i]
+            u = relative_velocity(p, t, samples[i, 1])
+            row[0], row[1] = drive.upper_displacement(p, t), drive.upper_velocity(p, t)
+            row[2] = friction.elastic_strain(p, u)
+            row[3], row[5] = stress_and_force(p, u, samples[i, 2])
+            row[4] = viscous_stress(p, u)
+
+    return named_kernel(f"observables[{law}]", observables_of)
+
+
+@kernel
+def write_start(point: np.ndarray, state: np.ndarray) -> None:
+    """Write the start (x, v, ln phi) of the parameters `point` (n,) into `state` (WIDTH,)."""
+    y = starting_state(parameters_of(point))
+    for component in range(WIDTH):
+        state[component] = y[component]

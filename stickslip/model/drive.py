@@ -2,23 +2,34 @@
 
 from __future__ import annotations
 
+import math
+
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.elementary import sine_and_cosine
+from stickslip.parameters import Parameters
 
 
 @inline
-def upper_displacement(t: float, X_m: float, omega: float) -> float:
+def period(p: Parameters) -> float:
+    """Drive period 2 pi/omega [s]."""
+    return 2.0 * math.pi / p.angular_frequency
+
+
+@inline
+def upper_displacement(p: Parameters, t: float) -> float:
     """Displacement X of the upper block [m], Eq. 1."""
-    return X_m * sine_and_cosine(omega * t)[1]
+    return p.drive_amplitude * sine_and_cosine(p.angular_frequency * t)[1]
 
 
 @inline
-def upper_velocity(t: float, X_m: float, omega: float) -> float:
+def upper_velocity(p: Parameters, t: float) -> float:
     """Velocity V of the upper block [m/s], Eq. 2."""
-    return -X_m * omega * sine_and_cosine(omega * t)[0]
+    omega = p.angular_frequency
+    return -p.drive_amplitude * omega * sine_and_cosine(omega * t)[0]
 
 
 @inline
-def upper_acceleration(t: float, X_m: float, omega: float) -> float:
+def upper_acceleration(p: Parameters, t: float) -> float:
     """Acceleration dV/dt of the upper block [m/s2], from Eq. 2."""
-    return -X_m * (omega * omega) * sine_and_cosine(omega * t)[1]
+    omega = p.angular_frequency
+    return -p.drive_amplitude * (omega * omega) * sine_and_cosine(omega * t)[1]

@@ -14,6 +14,8 @@ from __future__ import annotations
 import math
 
 from stickslip.compiled.decorators import inline
+from stickslip.model import film
+from stickslip.parameters import Parameters
 
 # exp(E ln chi^2_1) = exp(-Euler's constant)/2.
 TYPICAL_FRACTION = 0.5 * math.exp(-0.57721566490153286061)
@@ -23,41 +25,40 @@ _SMALLEST = 1e-300
 
 
 @inline
-def effective_intensity(D: float) -> float:
+def effective_intensity(p: Parameters) -> float:
     """Noise intensity D_eff [1/s] of the typical path."""
-    return TYPICAL_FRACTION * D
+    return TYPICAL_FRACTION * p.noise_intensity
 
 
 @inline
-def typical_path(inverse_phi: float, D_eff: float) -> float:
+def typical_path(p: Parameters, inverse_phi: float) -> float:
     """What the noise adds to the rate of ln(phi) [1/s]: D_eff/phi^2, given 1/phi."""
-    return D_eff * (inverse_phi * inverse_phi)
+    return effective_intensity(p) * (inverse_phi * inverse_phi)
 
 
 @inline
-def typical_kick(phi: float, D_eff: float, dt: float) -> float:
+def typical_kick(p: Parameters, phi: float, dt: float) -> float:
     """What the noise adds to phi in a fixed step `dt`: D_eff dt/phi.
 
     Below phi = sqrt(D_eff dt), the noise of a single step, the closure has no meaning; the kick
     stays at that size there, where an explicit step would be thrown out by 1/phi.
     """
-    step_noise = math.sqrt(D_eff * dt)
-    return D_eff * dt / max(phi, max(step_noise, _SMALLEST))
+    gained = effective_intensity(p) * dt
+    return gained / max(phi, max(math.sqrt(gained), _SMALLEST))
 
 
 @inline
-def starting_order_parameter(
-    phi_0: float, D_eff: float, T: float, alpha: float, T_c: float, b: float, c: float, delta: float
-) -> float:
+def starting_order_parameter(p: Parameters) -> float:
     """Order parameter at the start: phi_0, or the level that the noise alone keeps up.
 
     That level balances D_eff/phi with the linear, the quadratic or the cubic term of Eq. 26,
     whichever limits it first; terms with a vanishing coefficient do not limit it.
     """
-    level = math.sqrt(math.sqrt(D_eff / (c * delta)))
-    linear = abs(2.0 * alpha * delta * (T - T_c))
+    D_eff, b, delta = effective_intensity(p), p.cubic_coefficient, p.kinetic_coefficient
+    level = math.sqrt(math.sqrt(D_eff / (p.quartic_coefficient * delta)))
+    linear = abs(film.heating(p)) * delta
     if linear > 0.0:
         level = min(level, math.sqrt(D_eff / linear))
     if b > 0.0:
         level = min(level, (D_eff / (b * delta)) ** (1.0 / 3.0))
-    return max(phi_0, level)
+    return max(p.initial_order_parameter, level)

@@ -1,7 +1,7 @@
-"""The model in its own units: time 1/omega, length |X_m|, mass M, and the film's in 1/delta.
+"""The nondimensional model: time 1/omega, length |X_m|, mass M, and the film's in 1/delta.
 
 The equations keep their form under scalings of their units (docs/equations.md). Together these turn
-X_m, omega, M, h and delta into 1, which leaves ten parameters, no division by a parameter, and a
+X_m, omega, M, h and delta into 1, which leaves few parameters, no division by a parameter, and a
 state whose components are the ones that tolerances refer to. A drive with X_m < 0 is the mirror
 image of its positive twin.
 """
@@ -9,40 +9,73 @@ image of its positive twin.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections import namedtuple
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stickslip.compiled.decorators import inline
+from stickslip.compiled.fields import make_tuple_maker
+from stickslip.model import film
+from stickslip.model.laws import friction_law
 from stickslip.parameters import Parameters, ParameterValues
+from stickslip.variables import PARAMETERS
+
+LITERALS: Mapping[str, float] = {
+    "angular_frequency": 1.0,
+    "drive_amplitude": 1.0,
+    "block_mass": 1.0,
+    "film_thickness": 1.0,
+    "kinetic_coefficient": 1.0,
+    "initial_displacement": 0.0,
+    "initial_velocity": 0.0,
+    "initial_order_parameter": 0.0,
+    # The temperature counts as 2 alpha (T - T_c), so that `film.heating` returns it unchanged.
+    "thermal_coefficient": 0.5,
+    "critical_temperature": 0.0,
+}
+"""Parameters that have one value in the nondimensional model. They are written out as literals, so
+that the compiler removes what they make superfluous."""
+
+KEPT = tuple(name for name in PARAMETERS if name not in LITERALS)
+"""The parameters that are left."""
+
+if TYPE_CHECKING:
+
+    class Reduced(ParameterValues):
+        """The parameters that are left, in units of `units_of`; temperature is the heating."""
+
+else:
+    Reduced = namedtuple("Reduced", KEPT, module=__name__)
 
 
 class Units(NamedTuple):
-    """What one unit of the reduced model is; length, speed, stress, force change sign with X_m."""
+    """What one unit of the reduced model is; all but `time` change sign with X_m."""
 
     length: float
     speed: float
     stress: float
     force: float
+    time: float
 
 
-class Reduced(NamedTuple):
-    """The parameters that are left, with the symbols of those that they stand for."""
+class _Scales(NamedTuple):
+    """The combinations of parameters by which the others are scaled."""
 
-    heating: float
-    """2 alpha (T - T_c)"""
-    k: float
-    K: float
-    tau: float
-    A: float
-    a: float
-    b: float
-    c: float
-    D: float
-    gamma: float
+    omega: float
+    length: float
+    speed: float
+    rate: float
+    """Strain rate at the speed of the drive [1/s]."""
+    energy: float
+    """delta/omega [m3/J]: what makes an energy density or a stress of the film a number."""
+    inertia: float
+    """M omega^2 [N/m]."""
 
 
 @inline
 def units_of(p: Parameters) -> Units:
-    """Units of length [m], speed [m/s], stress [Pa] and force [N] for the parameters `p`."""
+    """Units of length [m], speed [m/s], stress [Pa], force [N] and time [s] for `p`."""
     X_m, omega = p.drive_amplitude, p.angular_frequency
     sign = math.copysign(1.0, X_m)
     return Units(
@@ -50,38 +83,72 @@ def units_of(p: Parameters) -> Units:
         X_m * omega,
         sign * (omega / p.kinetic_coefficient),
         p.block_mass * (omega * omega) * X_m,
+        1.0 / omega,
     )
 
 
 @inline
-def reduced(p: Parameters) -> Reduced:
-    """The parameters `p` in the units of `units_of`."""
-    omega = p.angular_frequency
-    rate = abs(p.drive_amplitude) / p.film_thickness * omega
-    energy = p.kinetic_coefficient / omega
-    inertia = p.block_mass * (omega * omega)
-    return Reduced(
-        heating=2.0 * (p.thermal_coefficient * energy) * (p.temperature - p.critical_temperature),
-        k=p.viscosity_coefficient * energy * rate ** (p.rheological_index + 1.0),
-        K=p.spring_stiffness / inertia,
-        tau=p.strain_relaxation_time * rate,
-        A=p.contact_area / abs(p.drive_amplitude) / inertia / energy,
-        a=p.elastic_coefficient * energy,
-        b=p.cubic_coefficient * energy,
-        c=p.quartic_coefficient * energy,
-        D=p.noise_intensity / omega,
-        gamma=p.rheological_index,
+def _scales_of(p: Parameters) -> _Scales:
+    omega, length = p.angular_frequency, abs(p.drive_amplitude)
+    return _Scales(
+        omega=omega,
+        length=length,
+        speed=length * omega,
+        rate=length / p.film_thickness * omega,
+        energy=p.kinetic_coefficient / omega,
+        inertia=p.block_mass * (omega * omega),
     )
 
 
-@inline
-def with_gamma(q: Reduced, gamma: float) -> ParameterValues:
-    """Reduced parameters as the model's functions take them.
+_BY_UNIT: Mapping[str, str] = {
+    "1": "p.{name}",
+    "Pa": "p.{name} * s.energy",
+    "J m-3": "p.{name} * s.energy",
+    "N m-1": "p.{name} / s.inertia",
+    "s-1": "p.{name} / s.omega",
+    "m s-1": "p.{name} / s.speed",
+    "m": "p.{name} / s.length",
+    "s": "p.{name} * s.omega",
+}
+"""How a parameter is scaled, by its unit in the registry."""
 
-    The ones are literal, so that in a function with a literal `gamma` the compiler removes what
-    they make superfluous: divisions, branches and the general power.
+_SPECIAL: Mapping[str, str] = {
+    "temperature": "heating(p) * s.energy",
+    "strain_relaxation_time": "p.{name} * s.rate",  # the strain is a length over h
+    "contact_area": "p.{name} / s.length / s.inertia / s.energy",  # a force over a stress
+}
+
+
+@cache
+def reduction(law_name: str) -> Callable[[Parameters], Reduced]:
+    """The inline function that gives the parameters `p` in the units of `units_of`.
+
+    Raises KeyError for a parameter whose unit is in no table: it must say how it is scaled.
     """
-    return ParameterValues(
-        q.heating, q.k, q.K, gamma, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0,
-        1.0, q.tau, q.A, 1.0, 0.5, 0.0, q.a, q.b, q.c, q.D,
-    )  # fmt: skip
+    law = friction_law(law_name)
+    names: dict[str, Any] = {f"law_{name}": function for name, function in law.scaled.items()}
+    by_law = {name: f"law_{name}(p, s.rate, 1.0 / s.energy)" for name in law.scaled}
+    values = {
+        name: by_law.get(name) or _SPECIAL.get(name) or _BY_UNIT[PARAMETERS[name].units]
+        for name in KEPT
+    }
+    written = {name: expression.format(name=name) for name, expression in values.items()}
+    make = make_tuple_maker(Reduced, "p, s", written, names | {"heating": film.heating})
+
+    @inline
+    def reduced(p: Parameters) -> Reduced:
+        return make(p, _scales_of(p))
+
+    return reduced
+
+
+@cache
+def model_values(index: float | None) -> Callable[[Reduced], ParameterValues]:
+    """The inline function that gives reduced parameters as the model's functions take them.
+
+    With the rheological index as a literal, or that of the parameters for None.
+    """
+    values = {name: f"q.{name}" for name in KEPT} | dict(LITERALS)
+    if index is not None:
+        values["rheological_index"] = index
+    return make_tuple_maker(ParameterValues, "q", values, {})

@@ -7,8 +7,8 @@ from typing import Any
 
 from stickslip.compiled.decorators import jit
 from stickslip.numerics import step_control
-from stickslip.numerics.linear import Vector, finite, largest
-from stickslip.numerics.rosenbrock import defect_error, make_step
+from stickslip.numerics.linear import Algebra, Vector
+from stickslip.numerics.rosenbrock import make_defect_error, make_step
 from stickslip.numerics.tableaus import RosenbrockTableau
 from stickslip.status import Status
 
@@ -18,10 +18,11 @@ OK, STEP_LIMIT, DIVERGED = int(Status.OK), int(Status.STEP_LIMIT), int(Status.DI
 
 def make_adaptive(
     rhs: Callable[..., Vector],
-    jacobian: Callable[..., tuple[Vector, Vector, Vector, Vector]],
+    jacobian: Callable[..., tuple[Vector, ...]],
     error_weight: Callable[..., Vector],
     observe: Callable[..., None],
     tableau: RosenbrockTableau,
+    algebra: Algebra,
 ) -> Any:
     """The adaptive drive of y' = rhs(p, t, y).
 
@@ -32,7 +33,8 @@ def make_adaptive(
     t1, the step to go on with, the number of attempted steps, and OK, STEP_LIMIT or DIVERGED
     (not finite, or a step that underflows). Local errors are of order rtol; order 4(3).
     """
-    step = make_step(rhs, tableau)
+    step, defect_error = make_step(rhs, tableau, algebra), make_defect_error(algebra)
+    largest, finite = algebra.largest, algebra.finite
 
     @jit
     def advance(

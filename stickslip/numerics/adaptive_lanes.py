@@ -8,88 +8,84 @@ arithmetic is that of the scalar drive (adaptive.py), with choices instead of br
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from stickslip.compiled.decorators import inline, jit
 from stickslip.compiled.simd import LANES, for_lanes
 from stickslip.numerics import step_control
-from stickslip.numerics.linear import Vector, largest
-from stickslip.numerics.rosenbrock import defect_error, make_step
+from stickslip.numerics.lane_array import lane_array, lane_vectors
+from stickslip.numerics.linear import Algebra, Vector
+from stickslip.numerics.rosenbrock import make_defect_error, make_step
 from stickslip.numerics.tableaus import RosenbrockTableau
 
-# Slots of a lane: where it is and goes; the step tried last, for its continuous extension; the
-# number of attempts and their limit; whether the step has shrunk to rounding; whether any of this
-# needs attention. Parameters come behind.
-(
-    TIME, END, Y0, Y1, Y2, STEP, GROWS, REMEMBERED, RTOL,
-    FROM, USED, OLD0, OLD1, OLD2, D10, D11, D12, D20, D21, D22, ACCEPTED,
-    ATTEMPTS, LIMIT, STUCK, EVENT,
-    PARAMETERS,
-) = range(26)  # fmt: skip
+
+class Slots(NamedTuple):
+    """Where the numbers of a lane lie; the vectors take one slot a component from there on."""
+
+    time: int
+    end: int
+    step: int
+    grows: int
+    """1 where the last step was accepted: after a rejection the next may not be longer."""
+    remembered: int
+    """What the step control remembers of the errors."""
+    rtol: int
+    begin: int
+    """Where the step tried last began ..."""
+    used: int
+    """... and how long it was."""
+    accepted: int
+    attempts: int
+    limit: int
+    """The number of attempts allowed."""
+    stuck: int
+    """1 where the step has shrunk to rounding."""
+    event: int
+    """1 where any of this needs attention."""
+    state: int
+    old: int
+    """The state at the begin of the step tried last ..."""
+    d1: int
+    d2: int
+    """... and the coefficients of its continuous extension."""
+    parameters: int
+    """The first slot behind: what the user of the lanes keeps there."""
 
 
-@jit
-def aligned(size: int) -> np.ndarray:
-    """Zeros from the beginning of a cache line: with vectors across two, a step takes 1.3 times."""
-    line = 8
-    room = np.zeros(size + line)
-    first = -(room.ctypes.data // 8) % line
-    return room[first : first + size]
-
-
-@inline
-def at(lanes: np.ndarray, slot: int, lane: int) -> float:
-    """The number in a slot of a lane."""
-    return lanes[slot * LANES + lane]
-
-
-@inline
-def put(lanes: np.ndarray, slot: int, lane: int, value: float) -> None:
-    """Write a slot of a lane."""
-    lanes[slot * LANES + lane] = value
-
-
-@inline
-def state_of(lanes: np.ndarray, lane: int) -> Vector:
-    """The state of a lane."""
-    return at(lanes, Y0, lane), at(lanes, Y1, lane), at(lanes, Y2, lane)
-
-
-@inline
-def put_state(lanes: np.ndarray, lane: int, y: Vector) -> None:
-    """Write the state of a lane."""
-    put(lanes, Y0, lane, y[0])
-    put(lanes, Y1, lane, y[1])
-    put(lanes, Y2, lane, y[2])
-
-
-@inline
-def arrived(lanes: np.ndarray, lane: int) -> bool:
-    """Whether a lane has reached its end."""
-    return at(lanes, TIME, lane) >= at(lanes, END, lane)
+def slots_for(width: int) -> Slots:
+    """The slots of lanes whose state has so many components."""
+    scalars = Slots._fields.index("state")
+    vectors = (scalars + width * i for i in range(len(Slots._fields) - scalars))
+    return Slots(*range(scalars), *vectors)
 
 
 def make_attempt(
     rhs: Callable[..., Vector],
-    jacobian: Callable[..., tuple[Vector, Vector, Vector, Vector]],
+    jacobian: Callable[..., tuple[Vector, ...]],
     error_weight: Callable[..., Vector],
     parameters: Callable[..., Any],
     tableau: RosenbrockTableau,
+    algebra: Algebra,
 ) -> Any:
     """One attempted step in every lane, of y' = rhs(p, t, y) with p = parameters(lanes, lane).
 
     The other arguments are those of `make_adaptive`. What comes back maps the array of lanes to
-    nothing: lanes that have arrived at END stay there.
+    nothing: lanes that have arrived at their end stay there.
     """
-    step = make_step(rhs, tableau)
+    step, defect_error = make_step(rhs, tableau, algebra), make_defect_error(algebra)
+    largest, choose = algebra.largest, algebra.choose
+    slots = slots_for(algebra.width)
+    array, vectors = lane_array(LANES), lane_vectors(LANES, algebra.width)
+    get, put, get_vector, put_vector = array.get, array.put, vectors.get, vectors.put
 
     @inline
     def lane_attempt(lane: int, lanes: np.ndarray) -> None:
-        p, y = parameters(lanes, lane), state_of(lanes, lane)
-        t, end, h = at(lanes, TIME, lane), at(lanes, END, lane), at(lanes, STEP, lane)
-        rtol, grows = at(lanes, RTOL, lane), at(lanes, GROWS, lane) > 0.0
+        p, y = parameters(lanes, lane), get_vector(lanes, slots.state, lane)
+        t, end = get(lanes, slots.time, lane), get(lanes, slots.end, lane)
+        h, rtol = get(lanes, slots.step, lane), get(lanes, slots.rtol, lane)
+        grows = get(lanes, slots.grows, lane) > 0.0
         left = end - t
         last = 1.0001 * h >= left
         half = 0.5 * left
@@ -102,36 +98,29 @@ def make_attempt(
         seen = largest(defect_error(f1, LU, y, y1, d1, d2, used), weight)
         ratio = (embedded if seen <= embedded else seen) / rtol  # NaN counts
         accepted = ratio <= 1.0
-        remembered = at(lanes, REMEMBERED, lane)
+        remembered = get(lanes, slots.remembered, lane)
         factor, remembers = step_control.after_success(ratio, remembered)
         longer = used * factor
         longer = longer if grows or longer < used else used
         longer = longer if longer < h or not last else h
-        put(lanes, STEP, lane, longer if accepted else used * step_control.after_rejection(ratio))
-        put(lanes, REMEMBERED, lane, remembers if accepted else remembered)
-        put(lanes, FROM, lane, t)
-        put(lanes, USED, lane, used)
-        put(lanes, OLD0, lane, y[0])
-        put(lanes, OLD1, lane, y[1])
-        put(lanes, OLD2, lane, y[2])
-        put(lanes, D10, lane, d1[0])
-        put(lanes, D11, lane, d1[1])
-        put(lanes, D12, lane, d1[2])
-        put(lanes, D20, lane, d2[0])
-        put(lanes, D21, lane, d2[1])
-        put(lanes, D22, lane, d2[2])
-        put(lanes, TIME, lane, (end if last else t + used) if accepted else t)
-        put(lanes, Y0, lane, y1[0] if accepted else y[0])
-        put(lanes, Y1, lane, y1[1] if accepted else y[1])
-        put(lanes, Y2, lane, y1[2] if accepted else y[2])
-        put(lanes, GROWS, lane, 1.0 if accepted else 0.0)
-        put(lanes, ACCEPTED, lane, 1.0 if accepted else 0.0)
-        attempts = at(lanes, ATTEMPTS, lane) + 1.0
+        shorter = used * step_control.after_rejection(ratio)
+        put(lanes, slots.step, lane, longer if accepted else shorter)
+        put(lanes, slots.remembered, lane, remembers if accepted else remembered)
+        put(lanes, slots.begin, lane, t)
+        put(lanes, slots.used, lane, used)
+        put_vector(lanes, slots.old, lane, y)
+        put_vector(lanes, slots.d1, lane, d1)
+        put_vector(lanes, slots.d2, lane, d2)
+        put(lanes, slots.time, lane, (end if last else t + used) if accepted else t)
+        put_vector(lanes, slots.state, lane, choose(accepted, y1, y))
+        put(lanes, slots.grows, lane, 1.0 if accepted else 0.0)
+        put(lanes, slots.accepted, lane, 1.0 if accepted else 0.0)
+        attempts = get(lanes, slots.attempts, lane) + 1.0
         stuck = (not last) & (not t + used > t)
-        through = (last & accepted) | stuck | (attempts >= at(lanes, LIMIT, lane))
-        put(lanes, ATTEMPTS, lane, attempts)
-        put(lanes, STUCK, lane, 1.0 if stuck else 0.0)
-        put(lanes, EVENT, lane, 1.0 if through else 0.0)
+        through = (last & accepted) | stuck | (attempts >= get(lanes, slots.limit, lane))
+        put(lanes, slots.attempts, lane, attempts)
+        put(lanes, slots.stuck, lane, 1.0 if stuck else 0.0)
+        put(lanes, slots.event, lane, 1.0 if through else 0.0)
 
     @jit
     def attempt(lanes: np.ndarray) -> None:

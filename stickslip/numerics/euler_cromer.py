@@ -7,13 +7,17 @@ from typing import Any
 
 from stickslip.compiled.decorators import jit
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
-from stickslip.numerics.linear import Vector, finite
+from stickslip.numerics.linear import Vector, algebra
 
 # Looking at every step for NaN would cost as much as the step.
 _STEPS_BETWEEN_CHECKS = 4096
 
+_finite = algebra(3).finite
 
-def make_fixed(increments: Callable[..., tuple[float, float]], observe: Callable[..., None]) -> Any:
+
+def make_euler_cromer(
+    increments: Callable[..., tuple[float, float]], observe: Callable[..., None]
+) -> Any:
     """The Euler-Cromer drive of the state (x, v, w), as in the paper.
 
     `increments(p, t, dt, y)` gives what v and w gain in a step from the old state; x then moves
@@ -31,7 +35,7 @@ def make_fixed(increments: Callable[..., tuple[float, float]], observe: Callable
         dt = (t1 - t0) / steps
         x, v, w = y
         for done in range(steps):
-            if done % _STEPS_BETWEEN_CHECKS == 0 and not finite((x, v, w)):
+            if done % _STEPS_BETWEEN_CHECKS == 0 and not _finite((x, v, w)):
                 return (x, v, w), done, DIVERGED
             if done >= budget:
                 return (x, v, w), done, STEP_LIMIT
@@ -42,6 +46,6 @@ def make_fixed(increments: Callable[..., tuple[float, float]], observe: Callable
             x += dt * v
             w = abs(w + dw)
             observe(p, t, dt, old, (x, v, w), record)
-        return (x, v, w), steps, OK if finite((x, v, w)) else DIVERGED
+        return (x, v, w), steps, OK if _finite((x, v, w)) else DIVERGED
 
     return advance

@@ -1,8 +1,8 @@
 """The fixed-step drive in lanes: Euler-Cromer for many trajectories side by side.
 
 The unit of time is a lane's own step, so that no step length appears. All lanes go on by one step
-at a time; in a lane that has nothing to do the step is wasted, and nobody looks. The numbers of a
-lane do not depend on what the other lanes hold, nor on which lane it is.
+at a time; the step of an idle lane is computed in vain, which costs nothing beside its neighbours.
+The numbers of a lane do not depend on what the other lanes hold, nor on which lane it is.
 
 The drive of the system is a sine, and advances by second differences: V(n+1) - 2 V(n) + V(n-1) is
 -turn V(n), which is exact for turn = 4 sin^2(angle/2) and costs two operations. It is set right
@@ -19,11 +19,13 @@ import numpy as np
 from stickslip.compiled.decorators import inline, jit
 from stickslip.compiled.simd import LANES, for_lanes
 from stickslip.numerics.adaptive import DIVERGED, OK
-from stickslip.numerics.adaptive_lanes import aligned
-from stickslip.numerics.linear import finite
+from stickslip.numerics.lane_array import aligned, lane_array
+from stickslip.numerics.linear import algebra
 from stickslip.status import Status
 
 PENDING = int(Status.PENDING)
+
+_finite = algebra(3).finite
 
 WIDTH = 4 * LANES
 """Lanes side by side. A step of one lane waits for its own results ten times as long as it takes to
@@ -50,19 +52,11 @@ class Tasks(NamedTuple):
     status: np.ndarray
 
 
-@inline
-def at(lanes: np.ndarray, slot: int, lane: int) -> float:
-    """The number in a slot of a lane."""
-    return lanes[slot * WIDTH + lane]
+_array = lane_array(WIDTH)
+get, put = _array.get, _array.put
 
 
-@inline
-def put(lanes: np.ndarray, slot: int, lane: int, value: float) -> None:
-    """Write a slot of a lane."""
-    lanes[slot * WIDTH + lane] = value
-
-
-def make_fixed_lanes(
+def make_euler_cromer_lanes(
     parameters: Callable[..., Any],
     increments: Callable[..., tuple[float, float]],
     observe: Callable[..., None],
@@ -113,12 +107,12 @@ def _make_march(
     @inline
     def step(lane: int, lanes: np.ndarray) -> None:
         p = parameters(lanes, lane)
-        drive, turn = at(lanes, DRIVE, lane), at(lanes, TURN, lane)
-        x, v, w = at(lanes, X, lane), at(lanes, V, lane), at(lanes, W, lane)
+        drive, turn = get(lanes, DRIVE, lane), get(lanes, TURN, lane)
+        x, v, w = get(lanes, X, lane), get(lanes, V, lane), get(lanes, W, lane)
         observe(p, drive, (x, v, w), lanes, lane)
         dv, dw = increments(p, drive, (x, v, w))
         v += dv
-        change = at(lanes, CHANGE, lane) - turn * drive
+        change = get(lanes, CHANGE, lane) - turn * drive
         put(lanes, X, lane, x + v)
         put(lanes, V, lane, v)
         put(lanes, W, lane, abs(w + dw))
@@ -139,7 +133,7 @@ def _make_check(parameters: Callable[..., Any], sine: Callable[..., tuple[float,
     @jit
     def check(tasks: Tasks, row: int, lanes: np.ndarray, lane: int) -> None:
         done = tasks.done[row]
-        if not finite((at(lanes, X, lane), at(lanes, V, lane), at(lanes, W, lane))):
+        if not _finite((get(lanes, X, lane), get(lanes, V, lane), get(lanes, W, lane))):
             tasks.status[row] = DIVERGED
         elif done >= tasks.total[row]:
             tasks.status[row] = OK
@@ -206,14 +200,14 @@ def _load(row: np.ndarray, lanes: np.ndarray, lane: int) -> None:
 @inline
 def _store(row: np.ndarray, lanes: np.ndarray, lane: int) -> None:
     for slot in range(row.shape[0]):
-        row[slot] = at(lanes, slot, lane)
+        row[slot] = get(lanes, slot, lane)
 
 
 @inline
 def _move(lanes: np.ndarray, source: int, target: int) -> None:
     """Let the last lane fill a gap: the fewer lanes are at work, the shorter a step takes."""
     for slot in range(lanes.shape[0] // WIDTH):
-        put(lanes, slot, target, at(lanes, slot, source))
+        put(lanes, slot, target, get(lanes, slot, source))
 
 
 @inline

@@ -1,17 +1,20 @@
-"""Vectors of three components and their linear systems, unrolled: the states live in registers."""
+"""Vectors of a few components and their linear systems, unrolled: the states live in registers.
+
+One source for any number of components. Numba compiles no loop over a tuple, so the text of each
+function is written out for a width, with every component by name.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
+
 from stickslip.compiled.decorators import inline
+from stickslip.compiled.fields import make_function, make_map
 
-Vector = tuple[float, float, float]
-Matrix = tuple[Vector, Vector, Vector]
-
-
-@inline
-def add(y: Vector, s: float, k: Vector) -> Vector:
-    """y + s k."""
-    return y[0] + s * k[0], y[1] + s * k[1], y[2] + s * k[2]
+Vector = tuple[float, ...]
+Matrix = tuple[Vector, ...]
 
 
 @inline
@@ -20,43 +23,132 @@ def larger(a: float, b: float) -> float:
     return a if a > b else b
 
 
-@inline
-def largest(error: Vector, weight: Vector) -> float:
-    """max |error_i| weight_i; NaN where any component is NaN."""
-    a, b, c = abs(error[0]) * weight[0], abs(error[1]) * weight[1], abs(error[2]) * weight[2]
-    return larger(larger(a, b), c) + 0.0 * (a + b + c)  # a comparison may drop a NaN, a sum not
+class Algebra(NamedTuple):
+    """Operations on vectors of one width, all of them inline functions."""
+
+    width: int
+
+    add: Callable[[Vector, float, Vector], Vector]
+    """(y, s, k): y + s k."""
+
+    zero: Callable[[], Vector]
+    """(): the vector of zeros."""
+
+    largest: Callable[[Vector, Vector], float]
+    """(error, weight): max |error_i| weight_i; NaN where any component is NaN."""
+
+    finite: Callable[[Vector], bool]
+    """(y): whether all components are finite."""
+
+    factor: Callable[[Matrix, float], Matrix]
+    """(J, shift): LU factors of shift*I - J without pivoting, with reciprocal pivots on the
+    diagonal. No pivoting, because the shift dominates where a step is acceptable; where it does
+    not, the step is poor anyway and its error estimate rejects it."""
+
+    solve: Callable[[Matrix, Vector], Vector]
+    """(LU, r): the solution of the factored system for the right-hand side r."""
+
+    interpolate: Callable[[float, Vector, Vector, Vector, Vector], Vector]
+    """(theta, y0, y1, d1, d2): the state at the fraction theta of a step, to third order."""
+
+    end_slope: Callable[..., Vector]
+    """(f1, y0, y1, d1, d2, h): what the slope of the continuous extension at the end of a step of
+    length h misses of f1."""
+
+    choose: Callable[[bool, Vector, Vector], Vector]
+    """(condition, a, b): a where the condition holds, else b, without a branch."""
 
 
-@inline
-def finite(y: Vector) -> bool:
-    """Whether all components are finite."""
-    return 0.0 * (y[0] + y[1] + y[2]) == 0.0
+@cache
+def algebra(width: int) -> Algebra:
+    """The operations on vectors with so many components."""
+    each = range(width)
+
+    def vector(name: str, arguments: str, component: str, **names: Any) -> Any:
+        written = (component.format(i=i) for i in each)
+        return make_map(f"{name}[{width}]", arguments, written, names)
+
+    return Algebra(
+        width=width,
+        add=vector("add", "y, s, k", "y[{i}] + s * k[{i}]"),
+        zero=vector("zero", "", "0.0"),
+        largest=_make_largest(width),
+        finite=_make_finite(width),
+        factor=_make_factor(width),
+        solve=_make_solve(width),
+        interpolate=vector(
+            "interpolate",
+            "theta, y0, y1, d1, d2",
+            "(1.0 - theta) * y0[{i}]"
+            " + theta * (y1[{i}] + (1.0 - theta) * (d1[{i}] + theta * d2[{i}]))",
+        ),
+        end_slope=vector(
+            "end_slope",
+            "f1, y0, y1, d1, d2, h",
+            "f1[{i}] - (y1[{i}] - y0[{i}] - d1[{i}] - d2[{i}]) / h",
+        ),
+        choose=vector("choose", "condition, a, b", "a[{i}] if condition else b[{i}]"),
+    )
 
 
-@inline
-def factor(J: Matrix, shift: float) -> Matrix:
-    """LU factors of shift*I - J without pivoting, with reciprocal pivots on the diagonal.
+def _make_largest(width: int) -> Any:
+    sizes = make_map(f"sizes[{width}]", "e, w", (f"abs(e[{i}]) * w[{i}]" for i in range(width)), {})
+    chain = "a[0]"
+    for i in range(1, width):
+        chain = f"larger({chain}, a[{i}])"
+    total = " + ".join(f"a[{i}]" for i in range(width))
+    # A comparison may drop a NaN, a sum does not.
+    found = make_map(f"largest[{width}]", "a", [f"{chain} + 0.0 * ({total})"], {"larger": larger})
 
-    No pivoting, because the shift dominates where a step is acceptable; where it does not, the
-    step is poor anyway and its error estimate rejects it.
-    """
-    (a, b, c), (d, e, f), (g, h, i) = J
-    p0 = 1.0 / (shift - a)
-    l10, l20 = -d * p0, -g * p0
-    p1 = 1.0 / (shift - e + l10 * b)
-    u12 = -f + l10 * c
-    l21 = (-h + l20 * b) * p1
-    p2 = 1.0 / (shift - i + l20 * c - l21 * u12)
-    return (p0, -b, -c), (l10, p1, u12), (l20, l21, p2)
+    @inline
+    def largest(error: Vector, weight: Vector) -> float:
+        return found(sizes(error, weight))[0]
+
+    return largest
 
 
-@inline
-def solve(LU: Matrix, r: Vector) -> Vector:
-    """Solution of the factored system for the right-hand side `r`."""
-    (p0, u01, u02), (l10, p1, u12), (l20, l21, p2) = LU
-    r1 = r[1] - l10 * r[0]
-    r2 = r[2] - l20 * r[0] - l21 * r1
-    z = r2 * p2
-    y = (r1 - u12 * z) * p1
-    x = (r[0] - u01 * y - u02 * z) * p0
-    return x, y, z
+def _make_finite(width: int) -> Any:
+    total = " + ".join(f"y[{i}]" for i in range(width))
+    found = make_map(f"finite[{width}]", "y", [f"0.0 * ({total}) == 0.0"], {})
+
+    @inline
+    def finite(y: Vector) -> bool:
+        return found(y)[0]
+
+    return finite
+
+
+def _make_factor(width: int) -> Any:
+    """Row by row: the entries of row i follow from the rows above."""
+
+    def less_known(i: int, j: int, diagonal: str = "") -> str:
+        known = range(min(i, j))
+        return diagonal + f"-J[{i}][{j}]" + "".join(f" - l{i}{k} * u{k}{j}" for k in known)
+
+    lines = []
+    for i in range(width):
+        lines += [f"l{i}{j} = ({less_known(i, j)}) * p{j}" for j in range(i)]
+        lines.append(f"p{i} = 1.0 / ({less_known(i, i, 'shift ')})")
+        lines += [f"u{i}{j} = {less_known(i, j)}" for j in range(i + 1, width)]
+    rows = [
+        [f"l{i}{j}" if j < i else f"p{i}" if j == i else f"u{i}{j}" for j in range(width)]
+        for i in range(width)
+    ]
+    return _written(f"factor[{width}]", "J, shift", lines, rows)
+
+
+def _make_solve(width: int) -> Any:
+    lines = [
+        f"r{i} = r[{i}]" + "".join(f" - LU[{i}][{k}] * r{k}" for k in range(i))
+        for i in range(width)
+    ]
+    for i in reversed(range(width)):
+        above = "".join(f" - LU[{i}][{k}] * x{k}" for k in range(i + 1, width))
+        lines.append(f"x{i} = (r{i}{above}) * LU[{i}][{i}]")
+    return _written(f"solve[{width}]", "LU, r", lines, [f"x{i}" for i in range(width)])
+
+
+def _written(name: str, arguments: str, lines: list[str], result: list[Any]) -> Any:
+    """An inline function of these lines that returns a tuple, or a tuple of tuples."""
+    rows = [f"({', '.join(row)},)" if isinstance(row, list) else row for row in result]
+    return make_function(name, arguments, [*lines, f"return ({', '.join(rows)},)"], {})

@@ -6,43 +6,35 @@ from collections.abc import Callable
 from typing import Any
 
 from stickslip.compiled.decorators import inline
-from stickslip.numerics.linear import Matrix, Vector, add, factor, solve
+from stickslip.compiled.fields import make_map
+from stickslip.numerics.linear import Algebra, Matrix, Vector
 from stickslip.numerics.tableaus import RosenbrockTableau
 
 
-@inline
-def interpolate(theta: float, y0: Vector, y1: Vector, d1: Vector, d2: Vector) -> Vector:
-    """State at the fraction `theta` of a step from y0 to y1, to third order."""
-    s = 1.0 - theta
-    return (
-        s * y0[0] + theta * (y1[0] + s * (d1[0] + theta * d2[0])),
-        s * y0[1] + theta * (y1[1] + s * (d1[1] + theta * d2[1])),
-        s * y0[2] + theta * (y1[2] + s * (d1[2] + theta * d2[2])),
-    )
-
-
-@inline
-def defect_error(
-    f1: Vector, LU: Matrix, y0: Vector, y1: Vector, d1: Vector, d2: Vector, h: float
-) -> Vector:
+def make_defect_error(algebra: Algebra) -> Any:
     """Error seen from the end of a step: the defect there, filtered by the step's own matrix.
 
-    A linearly implicit step knows the function by its Jacobian at the start alone; what it
-    missed, the slope of the continuous extension at the end, against the function there, shows.
-    The filter (I - h gamma J)^-1 keeps the estimate bounded for stiff components; its order is
-    that of the continuous extension, equal to the embedded order. It is blind where the Jacobian
-    at the start is huge on a small neighbourhood only: functions are to be smooth on the scale of
-    the tolerance (docs/decisions/integrator.md).
+    Defect control (Enright 1989): a linearly implicit step knows the function by its Jacobian at
+    the start alone; what it missed, the slope of the continuous extension at the end, against the
+    function there, shows. The filter (I - h gamma J)^-1 keeps the estimate bounded for stiff
+    components; its order is that of the continuous extension, equal to the embedded order. It is
+    blind where the Jacobian at the start is huge on a small neighbourhood only: functions are to
+    be smooth on the scale of the tolerance (docs/decisions/integrator.md).
+
+    It maps (f1, LU, y0, y1, d1, d2, h) to the error, a vector.
     """
-    defect = (
-        f1[0] - (y1[0] - y0[0] - d1[0] - d2[0]) / h,
-        f1[1] - (y1[1] - y0[1] - d1[1] - d2[1]) / h,
-        f1[2] - (y1[2] - y0[2] - d1[2] - d2[2]) / h,
-    )
-    return solve(LU, defect)
+    end_slope, solve = algebra.end_slope, algebra.solve
+
+    @inline
+    def defect_error(
+        f1: Vector, LU: Matrix, y0: Vector, y1: Vector, d1: Vector, d2: Vector, h: float
+    ) -> Vector:
+        return solve(LU, end_slope(f1, y0, y1, d1, d2, h))
+
+    return defect_error
 
 
-def make_step(rhs: Callable[..., Vector], tableau: RosenbrockTableau) -> Any:
+def make_step(rhs: Callable[..., Vector], tableau: RosenbrockTableau, algebra: Algebra) -> Any:
     """The function that takes one step of `tableau` (six stages) for y' = rhs(p, t, y).
 
     The step maps (p, t, y, h, f, J) with f = rhs(p, t, y) and J = (rows of df/dy, df/dt) to
@@ -56,13 +48,16 @@ def make_step(rhs: Callable[..., Vector], tableau: RosenbrockTableau) -> Any:
     _, t2, t3, t4, _, _ = tableau.c
     g1, g2, g3, g4, _, _ = tableau.d
     (p1, p2, p3, p4, p5), (q1, q2, q3, q4, q5) = tableau.dense
+    add, factor, solve, zeros = algebra.add, algebra.factor, algebra.solve, algebra.zero
+    rows_of = make_map("rows", "J", (f"J[{i}]" for i in range(algebra.width)), {})
+    width = algebra.width
 
     @inline
     def step(
-        p: Any, t: float, y: Vector, h: float, f: Vector, J: tuple[Vector, Vector, Vector, Vector]
+        p: Any, t: float, y: Vector, h: float, f: Vector, J: tuple[Vector, ...]
     ) -> tuple[Vector, Vector, Vector, Vector, Matrix]:
-        rows, f_t = (J[0], J[1], J[2]), J[3]
-        LU = factor(rows, 1.0 / (h * gamma))
+        f_t = J[width]
+        LU = factor(rows_of(J), 1.0 / (h * gamma))
         i = 1.0 / h
         u1 = solve(LU, add(f, h * g1, f_t))
 
@@ -86,7 +81,7 @@ def make_step(rhs: Callable[..., Vector], tableau: RosenbrockTableau) -> Any:
         r6 = add(add(add(f6, c61 * i, u1), c62 * i, u2), c63 * i, u3)
         u6 = solve(LU, add(add(r6, c64 * i, u4), c65 * i, u5))
 
-        zero = (0.0, 0.0, 0.0)
+        zero = zeros()
         d1 = add(add(add(add(add(zero, p1, u1), p2, u2), p3, u3), p4, u4), p5, u5)
         d2 = add(add(add(add(add(zero, q1, u1), q2, u2), q3, u3), q4, u4), q5, u5)
         return add(y6, 1.0, u6), u6, d1, d2, LU

@@ -71,12 +71,12 @@ def print_reasons(statuses: Sequence[int] | NDArray[np.int64], *, to: TextIO | N
 
 def print_suspicions(suspicious: tuple[int, int]) -> None:
     """Print warnings of points that look wrong without being impossible."""
-    from stickslip.plausibility import DOUBTFUL_BALANCE
+    from stickslip.plausibility import SUSPICIOUS_BALANCE
 
     balance, stress = suspicious
     if balance:
         print(
-            f"warning: power_balance_error is above {DOUBTFUL_BALANCE:g} on {balance} points; "
+            f"warning: power_balance_error is above {SUSPICIOUS_BALANCE:g} on {balance} points; "
             "a smaller integrator.rtol (or dt) makes sure of them",
             file=sys.stderr,
         )

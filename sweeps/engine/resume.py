@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.kernels import NUMERICS_VERSION
+from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.engine.existing import (

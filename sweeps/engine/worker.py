@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stickslip.compiled.cache import processor, source_hash
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits, failed_row, prepare_kernels
-from stickslip.plausibility import doubtful_balance, doubtful_stress
+from stickslip.plausibility import suspicious_balance, suspicious_stress
 from sweeps.grid import Grid
 
 log = logging.getLogger(__name__)
@@ -82,7 +82,7 @@ def compute_block(task: Task) -> Block:
         alone = [_alone(point, task.options, messages) for point in task.points]
         results = np.array(alone)
     seconds = time.monotonic() - begun
-    suspicious = doubtful_balance(results), doubtful_stress(task.points, results)
+    suspicious = suspicious_balance(results), suspicious_stress(task.points, results)
     return Block(
         task.indices,
         results,

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled.cache import processor, source_hash
-from stickslip.kernels import NUMERICS_VERSION
+from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.status import Status
 from stickslip.trajectory import attributes
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS

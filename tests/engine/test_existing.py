@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
 
-from stickslip.kernels import NUMERICS_VERSION
+from stickslip.kernels.version import NUMERICS_VERSION
 from sweeps.files.datasets import open_result
 
 FOUR = "sweep: {temperature: [200, 225, 250, 275]}\n"

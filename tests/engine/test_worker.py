@@ -12,7 +12,7 @@ import pytest
 from stickslip import Options, Status, kernels, orbit
 from stickslip.compiled.cache import processor
 from stickslip.orbit import compute_orbits, failed_row
-from stickslip.plausibility import doubtful_balance, doubtful_stress
+from stickslip.plausibility import suspicious_balance, suspicious_stress
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import from_mapping
 from sweeps.config.schema import Execution
@@ -114,8 +114,8 @@ def test_a_block_counts_the_results_that_look_wrong(monkeypatch: pytest.MonkeyPa
         results, finals = compute_orbits(points, options)
         results[:5, RESULT_COLUMNS.index("power_balance_error")] = 5e-3
         results[4:7, RESULT_COLUMNS.index("elastic_stress_max")] *= 100.0
-        assert doubtful_balance(results).sum() == 5
-        assert doubtful_stress(points, results).sum() == 3
+        assert suspicious_balance(results).sum() == 5
+        assert suspicious_stress(points, results).sum() == 3
         return results, finals
 
     task = task_of(GRID, EVERYTHING, OPTIONS)

@@ -17,7 +17,7 @@ import xarray as xr
 
 from stickslip import Status
 from stickslip.compiled.cache import processor, source_hash
-from stickslip.kernels import NUMERICS_VERSION
+from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping, from_yaml

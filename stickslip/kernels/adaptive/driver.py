@@ -1,124 +1,153 @@
-"""Many points at once, in lanes: the friendly side of kernels/passes.py."""
+"""The adaptive method for many points at once, in lanes: one of the table `options.METHODS`.
+
+What such a module offers is said in `compile_for`, `orbits`, `trajectory` and `largest_step`.
+"""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from stickslip.kernels.adaptive import passes
-from stickslip.kernels.adaptive.recording import RECORD
-from stickslip.kernels.adaptive.results import reduce_points, restore_states, write_results
-from stickslip.kernels.rows import RESULT_COLUMNS, Settings
+from stickslip.kernels.adaptive import conversion
+from stickslip.kernels.adaptive.passes import (
+    ATTEMPTED,
+    CYCLE,
+    MEASURE,
+    OUTCOME,
+    REFINEMENT,
+    SETTLE,
+    TRAVEL,
+    Pass,
+    Queue,
+    new_lanes,
+    new_queue,
+    pass_kernel,
+)
+from stickslip.kernels.families import families
+from stickslip.kernels.points import FINAL_COLUMNS
+from stickslip.kernels.trajectories import adaptive_trajectory
 from stickslip.model.scaling import Reduced
+from stickslip.model.state import WIDTH
 from stickslip.numerics.adaptive import OK
+from stickslip.options import Options
 from stickslip.parameters import Parameters
+from stickslip.variables import RESULT_COLUMNS
 
-_GAMMA = Reduced._fields.index("gamma")
+_INDEX = Reduced._fields.index("rheological_index")
 
-# Attempts of all lanes together in one call of a door: about a second.
+# Attempts of all lanes together in one call of a kernel: about a second.
 _WORK = 2_000_000
 
 # The least tolerance: below it rounding decides.
-_TIGHTEST = 1e-13
+TIGHTEST = 1e-13
 
 
-def _fluids(gammas: np.ndarray) -> list[tuple[Any, np.ndarray]]:
-    """The door for each kind of fluid that occurs, with the rows that it is for."""
-    special = passes.SPECIAL_PASSES
-    kinds = [(door, np.flatnonzero(gammas == gamma)) for gamma, door in special.items()]
-    others = np.flatnonzero(~np.isin(gammas, list(special)))
-    return [(door, rows) for door, rows in [*kinds, (passes.general_pass, others)] if len(rows)]
-
-
-def _work_through(queue: passes.Queue, task: passes.Pass) -> None:
-    """One pass of the points of a queue that are ok so far through the lanes, fluid by fluid."""
-    alive = np.flatnonzero(queue.counts[:, passes.OUTCOME] == OK)
-    for door, chosen in _fluids(queue.points[alive, _GAMMA]):
-        rows = alive[chosen]
-        part, at_work = passes.Queue(*(column[rows] for column in queue)), passes.new_lanes()
-        while door(part, at_work, task, _WORK) > 0:
-            pass
-        for whole, piece in zip(queue, part, strict=True):
-            whole[rows] = piece
-
-
-def compile_lanes(gammas: np.ndarray, settings: Settings) -> None:
-    """Compile or load what points with these rheological indices need."""
+def compile_for(indices: np.ndarray, options: Options) -> None:
+    """Compile or load what points with these rheological indices (n,) need."""
     nobody = np.empty((0, len(Parameters._fields)))
-    lane_orbits(nobody, settings, np.empty((0, len(RESULT_COLUMNS))), np.empty((0, 4)))
-    task = passes.Pass(passes.TRAVEL, settings.rtol, settings.rtol, 0, 0, False)
-    for door, _ in _fluids(gammas):
-        door(_queue(nobody), passes.new_lanes(), task, 0)
+    columns = (len(RESULT_COLUMNS), len(FINAL_COLUMNS))
+    orbits(nobody, options, *(np.empty((0, count)) for count in columns))
+    settings = options.settings()
+    task = Pass(TRAVEL, settings.rtol, settings.rtol, 0, 0, False)
+    for family, _ in families(options.friction, indices):
+        pass_kernel(family)(reduced_queue(nobody, options.friction), new_lanes(), task, 0)
 
 
-def lane_orbits(
-    points: np.ndarray, settings: Settings, results: np.ndarray, finals: np.ndarray
-) -> None:
-    """Stationary orbits by the adaptive method in lanes; arrays as for `kernels.adaptive_orbits`.
+def largest_step(points: np.ndarray, options: Options) -> np.ndarray:
+    """Largest fixed step [s] that is stable for each point (n, parameters); here any."""
+    return np.full(len(points), np.inf)
 
-    Three passes: to the orbit, at `settings.rtol` and in the end a tenth of it; once over the
-    orbit at either tolerance. The finer measurement is reported, the difference is its error.
+
+def trajectory(
+    point: np.ndarray, options: Options, start: np.ndarray, per_period: int, samples: np.ndarray
+) -> int:
+    """A sampled trajectory; returns the Status as an integer.
+
+    `point` (parameters,); `start` (WIDTH,) the state at phase 0; `samples`
+    (periods*per_period + 1, WIDTH) receives (x, v, phi) at equal times.
     """
-    queue, coarse = _queue(points), np.zeros((len(points), RECORD))
+    kernel = adaptive_trajectory(options.friction)
+    return int(kernel(point, options.settings(), start, per_period, samples))
+
+
+def orbits(points: np.ndarray, options: Options, results: np.ndarray, finals: np.ndarray) -> None:
+    """Stationary orbits.
+
+    Three passes: to the orbit, at `rtol` and in the end a tenth of it; once over the orbit at
+    either tolerance. The finer measurement is reported, the difference is its error.
+
+    Parameters
+    ----------
+    points
+        (n, parameters) in SI units, in the order of `Parameters._fields`.
+    options
+        Tolerances, budgets, friction law.
+    results
+        (n, columns), written in the order of `variables.RESULT_COLUMNS`.
+    finals
+        (n, columns), written in the order of `points.FINAL_COLUMNS`.
+    """
+    settings, law = options.settings(), options.friction
+    queue = reduced_queue(points, law)
     halves, steps = 2 * settings.max_periods, settings.max_steps
-    task = passes.Pass(
-        passes.SETTLE, settings.rtol, settings.stationary_rtol, halves, steps, settings.accelerate
-    )
-    _work_through(queue, task)
+    task = Pass(SETTLE, settings.rtol, settings.stationary_rtol, halves, steps, settings.accelerate)
+    work_through(queue, task, law)
     begins = queue.states.copy()
-    _work_through(queue, task._replace(mode=passes.MEASURE))
-    coarse[:] = queue.measured
+    work_through(queue, task._replace(mode=MEASURE), law)
+    coarse = queue.measured.copy()
     queue.states[:] = begins
-    finer = max(passes.REFINEMENT * settings.rtol, _TIGHTEST)
-    _work_through(queue, task._replace(mode=passes.MEASURE, rtol=finer))
-    write_results(
-        points, queue.counts, queue.ratios, begins, queue.states, coarse, queue.measured,
-        settings.rtol, results,
-    )  # fmt: skip
+    finer = max(REFINEMENT * settings.rtol, TIGHTEST)
+    work_through(queue, task._replace(mode=MEASURE, rtol=finer), law)
+    conversion.result_kernel(law)(points, queue, begins, coarse, settings.rtol, results)
     finals[:] = begins
-    restore_states(points, finals)
+    conversion.restore_states(points, finals)
 
 
-def lane_end_states(
-    points: np.ndarray, periods: int, settings: Settings
+def end_states(
+    points: np.ndarray, periods: int, options: Options
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Where trajectories are after a number of drive periods from their starts.
 
     Parameters
     ----------
     points
-        (n, 20) parameters in SI units, in the order of `Parameters._fields`.
+        (n, parameters) in SI units, in the order of `Parameters._fields`.
     periods
         Drive periods to integrate.
-    settings
-        `rtol` and `max_steps`.
+    options
+        `rtol`, `max_steps`, `friction`.
 
     Returns
     -------
     states
-        (n, 3): x [m], v [m/s], ln(phi).
+        (n, WIDTH): x [m], v [m/s], ln(phi); where the lane stopped unless the status is ok.
     steps
         (n,) attempted steps.
     statuses
         (n,) the Status of each as an integer.
     """
-    queue = _queue(points)
-    queue.counts[:, passes.CYCLE] = 2 * periods
-    steps = settings.max_steps
-    _work_through(queue, passes.Pass(passes.TRAVEL, settings.rtol, settings.rtol, 0, steps, False))
-    restore_states(points, queue.states)
-    return queue.states[:, :3], queue.counts[:, passes.ATTEMPTED], queue.counts[:, passes.OUTCOME]
+    settings, queue = options.settings(), reduced_queue(points, options.friction)
+    queue.counts[:, CYCLE] = 2 * periods
+    task = Pass(TRAVEL, settings.rtol, settings.rtol, 0, settings.max_steps, False)
+    work_through(queue, task, options.friction)
+    conversion.restore_states(points, queue.states)
+    return queue.states[:, :WIDTH], queue.counts[:, ATTEMPTED], queue.counts[:, OUTCOME]
 
 
-def _queue(points: np.ndarray) -> passes.Queue:
+def reduced_queue(points: np.ndarray, law: str) -> Queue:
+    """The queue of points (n, parameters) in SI units, in their own units, at their starts."""
     n = len(points)
-    queue = passes.Queue(
-        points=np.empty((n, len(Reduced._fields))),
-        states=np.empty((n, passes.STATE_COLUMNS)),
-        counts=np.zeros((n, passes.COUNT_COLUMNS), np.int64),
-        measured=np.zeros((n, RECORD)),
-        ratios=np.zeros(n),
-    )
-    reduce_points(points, queue.points, queue.states)
+    queue = new_queue(np.empty((n, len(Reduced._fields))), np.empty((n, WIDTH + 1)))
+    conversion.reduction_kernel(law)(points, queue.points, queue.states)
     return queue
+
+
+def work_through(queue: Queue, task: Pass, law: str) -> None:
+    """One pass of the points of a queue that are ok so far through the lanes, by family."""
+    alive = np.flatnonzero(queue.counts[:, OUTCOME] == OK)
+    for family, members in families(law, queue.points[alive, _INDEX]):
+        rows = alive[members]
+        part, lanes = Queue(*(column[rows] for column in queue)), new_lanes()
+        while pass_kernel(family)(part, lanes, task, _WORK) > 0:
+            pass
+        for whole, piece in zip(queue, part, strict=True):
+            whole[rows] = piece

@@ -1,52 +1,34 @@
-"""The adaptive method in lanes: doors that take a queue of points through it.
+"""The adaptive method in lanes: kernels that take a queue of points through it.
 
 A point is integrated half a drive period at a time, over phases 0 to pi of its own units
-(model/units.py), and then mirrored, which maps its orbit onto itself. Lanes take the next point
-of the queue as soon as theirs is finished. A door works for a given number of attempts and leaves
+(model/scaling.py), and then mirrored, which maps its orbit onto itself. Lanes take the next point
+of the queue as soon as theirs is finished. A kernel works for a given number of attempts and leaves
 everything it needs to go on in the arrays that it was given.
 """
 
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.compiled.decorators import door, inline, jit
+from stickslip.compiled.decorators import inline, jit, named_kernel
+from stickslip.compiled.fields import make_lane_reader, make_map
 from stickslip.compiled.simd import LANES
-from stickslip.kernels.adaptive import recording as records
-from stickslip.kernels.problem import (
-    Scene,
-    error_weight,
-    scene_jacobian,
-    scene_of,
-    scene_rhs,
-)
-from stickslip.model.scaling import Reduced, with_gamma
+from stickslip.kernels.adaptive import recording
+from stickslip.kernels.adaptive.recording import SLOTS, get, get_state, put, put_state
+from stickslip.kernels.families import Family
+from stickslip.kernels.problem import Problem, problem_functions, problem_of
+from stickslip.measure.accumulate import RECORD
+from stickslip.model.scaling import Reduced, model_values
+from stickslip.model.state import STATE, WIDTH
 from stickslip.numerics import step_control
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
-from stickslip.numerics.adaptive_lanes import (
-    ATTEMPTS,
-    END,
-    EVENT,
-    GROWS,
-    LIMIT,
-    PARAMETERS,
-    REMEMBERED,
-    RTOL,
-    STEP,
-    STUCK,
-    TIME,
-    aligned,
-    arrived,
-    at,
-    make_attempt,
-    put,
-    put_state,
-    state_of,
-)
-from stickslip.numerics.linear import Vector
+from stickslip.numerics.adaptive_lanes import make_attempt
+from stickslip.numerics.lane_array import aligned
+from stickslip.numerics.linear import algebra
 from stickslip.numerics.periodic import search
 from stickslip.numerics.rosenbrock import make_step
 from stickslip.numerics.tableaus import RODAS4P2
@@ -58,18 +40,22 @@ TRAVEL, SETTLE, MEASURE = 0, 1, 2
 """What a pass through a queue does: so many half periods; as many as it takes to the stationary
 orbit; so many with a record."""
 
-# ln(phi) repeats to this many tolerances: it is slaved to the motion, and swings by hundreds.
-FILM_WEIGHT = 1e-3
-
 REFINEMENT = 0.1
 """The finer tolerance of the search, and of the measurement, as a part of the coarser one."""
 
-# Columns of `states`: the state in the point's own units, and the step to go on with.
-STATE_COLUMNS = 4
 # Columns of `counts`, integers. HALVES: half periods done; CYCLE: half periods after which the
-# orbit closes (or, for TRAVEL, how many to do); ATTEMPTS: steps attempted, all passes together.
-HALVES, CYCLE, ATTEMPTED, OUTCOME = range(4)
-COUNT_COLUMNS = 4
+# orbit closes (or, for TRAVEL, how many to do); ATTEMPTED: steps attempted, all passes together.
+HALVES, CYCLE, ATTEMPTED, OUTCOME, COUNT_COLUMNS = range(5)
+
+mirrored = make_map("mirrored", "y", (f"{c.mirror} * y[{i}]" for i, c in enumerate(STATE)), {})
+"""Inline: the state half a period later in the mirror image of the motion."""
+
+judged = make_map("judged", "y", (f"{c.weight} * y[{i}]" for i, c in enumerate(STATE)), {})
+"""Inline: the state as its repetition is judged."""
+
+_unjudged = make_map("unjudged", "z", (f"z[{i}] / {c.weight}" for i, c in enumerate(STATE)), {})
+_row_state = make_map("row_state", "row", (f"row[{i}]" for i in range(WIDTH)), {})
+_reduced_of = make_lane_reader(Reduced, SLOTS.parameters, get)
 
 
 class Pass(NamedTuple):
@@ -86,8 +72,9 @@ class Pass(NamedTuple):
 class Queue(NamedTuple):
     """The points of a pass; rows are points.
 
-    `points` (n, 9) reduced parameters; `states` (n, 4) and `counts` (n, 4) in and out; `measured`
-    (n, RECORD) and `ratios` (n,), the contraction of the orbit, out.
+    `points` (n, reduced parameters), as `Reduced`; `states` (n, WIDTH + 1), the state in the
+    point's own units and the step to go on with, and `counts` (n, COUNT_COLUMNS) in and out;
+    `measured` (n, RECORD) and `ratios` (n,), the contraction of the orbit, out.
     """
 
     points: np.ndarray
@@ -98,11 +85,11 @@ class Queue(NamedTuple):
 
 
 class Lanes(NamedTuple):
-    """The state of the lanes between two calls of a door: all of it.
+    """The state of the lanes between two calls of a kernel: all of it.
 
-    `values` (SLOTS*LANES,); `rows` (LANES,) the point in each lane, -1 where idle; `halves`
-    (LANES,) done in this pass; `memories` (LANES, search.MEMORY); `cursor` (2,) the next point
-    of the queue and the number of lanes at work, -1 before the first call.
+    `values` (slots*LANES,); `rows` (LANES,) the point in each lane, -1 where idle; `halves`
+    (LANES,) done in this pass; `memories` (LANES,) of searches; `cursor` (2,) the next point of the
+    queue and the number of lanes at work, -1 before the first call.
     """
 
     values: np.ndarray
@@ -115,187 +102,181 @@ class Lanes(NamedTuple):
 def new_lanes() -> Lanes:
     """Lanes that have not begun."""
     return Lanes(
-        values=aligned(records.SLOTS * LANES),
+        values=aligned(recording.END * LANES),
         rows=np.full(LANES, -1, np.int64),
         halves=np.zeros(LANES, np.int64),
-        memories=np.zeros((LANES, search.MEMORY)),
+        memories=np.zeros(LANES, search.memory_of(WIDTH)),
         cursor=np.array([0, -1]),
     )
 
 
-@inline
-def _mirrored(y: Vector) -> Vector:
-    return -y[0], -y[1], y[2]
-
-
-@inline
-def _scaled(y: Vector) -> Vector:
-    """The state as its repetition is judged: the film loosely."""
-    return y[0], y[1], FILM_WEIGHT * y[2]
+def new_queue(points: np.ndarray, states: np.ndarray) -> Queue:
+    """A queue of points (n, reduced parameters) that begin in these states (n, WIDTH + 1)."""
+    n = len(points)
+    return Queue(
+        points,
+        states,
+        counts=np.zeros((n, COUNT_COLUMNS), np.int64),
+        measured=np.zeros((n, RECORD)),
+        ratios=np.zeros(n),
+    )
 
 
 @jit
-def _idle(lanes: Lanes, lane: int) -> None:
-    """Let a lane run on for ever: nobody looks."""
+def _park(lanes: Lanes, lane: int) -> None:
+    """Park an idle lane: its end and its limit are infinite, so no event is raised."""
     lanes.rows[lane] = -1
-    put(lanes.values, END, lane, np.inf)
-    put(lanes.values, LIMIT, lane, np.inf)
+    put(lanes.values, SLOTS.end, lane, np.inf)
+    put(lanes.values, SLOTS.limit, lane, np.inf)
 
 
 @jit
 def _close(lanes: Lanes, queue: Queue, lane: int, status: int) -> None:
     """Write down what became of the point in a lane."""
     row, values = lanes.rows[lane], lanes.values
-    y, counts = state_of(values, lane), queue.counts[row]
-    queue.states[row, 0], queue.states[row, 1], queue.states[row, 2] = y
-    queue.states[row, 3] = at(values, STEP, lane)
-    counts[ATTEMPTED] += int(at(values, ATTEMPTS, lane))
+    y, counts = get_state(values, SLOTS.state, lane), queue.counts[row]
+    for component in range(WIDTH):
+        queue.states[row, component] = y[component]
+    queue.states[row, WIDTH] = get(values, SLOTS.step, lane)
+    counts[ATTEMPTED] += int(get(values, SLOTS.attempts, lane))
     counts[OUTCOME] = status
-    for slot in range(records.RECORD):
-        queue.measured[row, slot] = at(values, records.STRESS_MAX + slot, lane)
+    for slot in range(RECORD):
+        queue.measured[row, slot] = get(values, recording.RECORD_BEGIN + slot, lane)
 
 
 @jit
-def _again(values: np.ndarray, lane: int, y: Vector) -> None:
+def _begin_half(values: np.ndarray, lane: int, y: Any) -> None:
     """Put a lane at phase 0."""
-    put_state(values, lane, y)
-    put(values, TIME, lane, 0.0)
+    put_state(values, SLOTS.state, lane, y)
+    put(values, SLOTS.time, lane, 0.0)
+
+
+@inline
+def _moved(y: Any, dx: float, dv: float) -> Any:
+    return _with_plane(y, y[0] + dx, y[1] + dv)
+
+
+_with_plane = make_map(
+    "with_plane", "y, x, v", ("x", "v", *(f"y[{i}]" for i in range(2, WIDTH))), {}
+)
 
 
 @jit
-def _obey(lanes: Lanes, task: Pass, lane: int, y: Vector) -> int:
-    """Settle: ask what to do after a half period, and do it; -1 while the search goes on."""
+def _apply_verdict(lanes: Lanes, task: Pass, lane: int, y: Any) -> int:
+    """Ask the search what to do after a half period, and do it; -1 while the search goes on."""
     values, memory = lanes.values, lanes.memories[lane]
-    rtol = at(values, RTOL, lane)
-    verdict, dx, dv = search.judge(memory, _scaled(y), task.stationary_rtol, rtol, task.max_halves)
-    _again(values, lane, (y[0] + dx, y[1] + dv, y[2]))
+    rtol = get(values, SLOTS.rtol, lane)
+    verdict, dx, dv = search.judge(memory, judged(y), task.stationary_rtol, rtol, task.max_halves)
+    _begin_half(values, lane, _moved(y, dx, dv))
     if verdict == search.SETTLED:
         dx, dv = search.last_correction(memory)
-        put_state(values, lane, (y[0] + dx, y[1] + dv, y[2]))
+        put_state(values, SLOTS.state, lane, _moved(y, dx, dv))
         return OK
     if verdict == search.EXHAUSTED:
         return NOT_STATIONARY
     if verdict == search.FINER:
-        put(values, RTOL, lane, REFINEMENT * rtol)
+        put(values, SLOTS.rtol, lane, REFINEMENT * rtol)
     elif verdict == search.RESTORE:
-        x, v, film = search.stored(memory)
-        put_state(values, lane, (x, v, film / FILM_WEIGHT))
-        put(values, RTOL, lane, task.rtol)
+        put_state(values, SLOTS.state, lane, _unjudged(memory.stored))
+        put(values, SLOTS.rtol, lane, task.rtol)
     return -1
 
 
-@inline
-def _reduced_of(values: np.ndarray, lane: int) -> Reduced:
-    return Reduced(
-        at(values, PARAMETERS, lane),
-        at(values, PARAMETERS + 1, lane),
-        at(values, PARAMETERS + 2, lane),
-        at(values, PARAMETERS + 3, lane),
-        at(values, PARAMETERS + 4, lane),
-        at(values, PARAMETERS + 5, lane),
-        at(values, PARAMETERS + 6, lane),
-        at(values, PARAMETERS + 7, lane),
-        at(values, PARAMETERS + 8, lane),
-        at(values, PARAMETERS + 9, lane),
-    )
-
-
-def _make_scenes(gamma: float | None) -> Any:
-    """The scene of a lane for fluids with the index `gamma`, a literal, or with any for None."""
-    if gamma is None:
-
-        @inline
-        def any_scene(values: np.ndarray, lane: int) -> Scene:
-            q = _reduced_of(values, lane)
-            return scene_of(with_gamma(q, q.gamma), at(values, RTOL, lane))
-
-        return any_scene
+def _make_problems(family: Family) -> Any:
+    """The problem of a lane, for fluids of one family."""
+    values_of = model_values(family.gamma)
 
     @inline
-    def scene(values: np.ndarray, lane: int) -> Scene:
-        return scene_of(with_gamma(_reduced_of(values, lane), gamma), at(values, RTOL, lane))
+    def problem(values: np.ndarray, lane: int) -> Problem:
+        return problem_of(values_of(_reduced_of(values, lane)), get(values, SLOTS.rtol, lane))
 
-    return scene
+    return problem
 
 
-def _make_load(start_record: Any) -> Any:
-    """What puts the next point of the queue into a lane, or lets the lane idle."""
+def _make_load(begin_record: Any) -> Any:
+    """What puts the next point of the queue into a lane, or parks the lane."""
 
     @jit
     def load(lanes: Lanes, queue: Queue, task: Pass, lane: int) -> None:
         values, row = lanes.values, lanes.cursor[0]
         if row >= queue.points.shape[0]:
-            _idle(lanes, lane)
+            _park(lanes, lane)
             lanes.cursor[1] -= 1
             return
         lanes.cursor[0] += 1
         for slot in range(queue.points.shape[1]):
-            put(values, PARAMETERS + slot, lane, queue.points[row, slot])
-        state = queue.states[row]
-        y = state[0], state[1], state[2]
-        _again(values, lane, y)
-        put(values, END, lane, math.pi)
-        put(values, STEP, lane, state[3])
-        put(values, GROWS, lane, 1.0)
-        put(values, REMEMBERED, lane, step_control.START)
-        put(values, RTOL, lane, task.rtol)
-        put(values, ATTEMPTS, lane, 0.0)
-        put(values, LIMIT, lane, float(task.max_steps - queue.counts[row, ATTEMPTED]))
+            put(values, SLOTS.parameters + slot, lane, queue.points[row, slot])
+        y = _row_state(queue.states[row])
+        _begin_half(values, lane, y)
+        put(values, SLOTS.end, lane, math.pi)
+        put(values, SLOTS.step, lane, queue.states[row, WIDTH])
+        put(values, SLOTS.grows, lane, 1.0)
+        put(values, SLOTS.remembered, lane, step_control.START)
+        put(values, SLOTS.rtol, lane, task.rtol)
+        put(values, SLOTS.attempts, lane, 0.0)
+        put(values, SLOTS.limit, lane, float(task.max_steps - queue.counts[row, ATTEMPTED]))
         lanes.rows[lane], lanes.halves[lane] = row, 0
         if task.mode == SETTLE:
-            search.start(lanes.memories[lane], _scaled(y), task.accelerate, True)
+            search.start(lanes.memories[lane], judged(y), 2, task.accelerate, True)
         elif task.mode == MEASURE:
-            start_record(values, lane, True)
+            begin_record(values, lane, True)
 
     return load
 
 
-def _make_look(start_record: Any, refine: Any) -> Any:
+def _make_handle_event(begin_record: Any, refine: Any) -> Any:
     """What an event in a lane means for its point: a status, or -1 to go on."""
+    mirror_record = recording.record.mirror
 
     @jit
     def after_half(lanes: Lanes, queue: Queue, task: Pass, lane: int) -> int:
-        y, row = _mirrored(state_of(lanes.values, lane)), lanes.rows[lane]
+        values, row = lanes.values, lanes.rows[lane]
+        y = mirrored(get_state(values, SLOTS.state, lane))
         lanes.halves[lane] += 1
         if task.mode == SETTLE:
-            status = _obey(lanes, task, lane, y)
+            status = _apply_verdict(lanes, task, lane, y)
             queue.counts[row, HALVES] = lanes.halves[lane]
             if status == OK:
                 queue.counts[row, CYCLE], queue.ratios[row] = search.found(lanes.memories[lane])
             return status
-        _again(lanes.values, lane, y)
+        _begin_half(values, lane, y)
         if task.mode == MEASURE:
-            records.turn(lanes.values, lane)
-            start_record(lanes.values, lane, False)
+            mirror_record(values, lane)
+            begin_record(values, lane, False)
         return OK if lanes.halves[lane] >= queue.counts[row, CYCLE] else -1
 
     @jit
-    def look(lanes: Lanes, queue: Queue, task: Pass, lane: int) -> int:
+    def handle_event(lanes: Lanes, queue: Queue, task: Pass, lane: int) -> int:
         values = lanes.values
-        if task.mode == MEASURE and at(values, records.PROMISING, lane) > 0.0:
+        if task.mode == MEASURE and get(values, recording.PROMISING, lane) > 0.0:
             refine(values, lane)
-        if arrived(values, lane):
+        if get(values, SLOTS.time, lane) >= get(values, SLOTS.end, lane):
             return after_half(lanes, queue, task, lane)
-        if at(values, STUCK, lane) > 0.0:
+        if get(values, SLOTS.stuck, lane) > 0.0:
             return DIVERGED
-        return STEP_LIMIT if at(values, ATTEMPTS, lane) >= at(values, LIMIT, lane) else -1
+        exhausted = get(values, SLOTS.attempts, lane) >= get(values, SLOTS.limit, lane)
+        return STEP_LIMIT if exhausted else -1
 
-    return look
+    return handle_event
 
 
-def _make_pass(gamma: float | None) -> Any:
-    """A pass for fluids with the rheological index `gamma`, or with any for None.
+def make_pass(problems: Any, law: str) -> Any:
+    """A pass for the problems that `problems(lanes, lane)` finds in lanes, not yet a kernel.
 
-    It maps (queue, lanes, task, attempts) to the number of points still to be finished: 0 when
-    the pass is done.
+    It maps (queue, lanes, task, attempts) to the number of points still to be finished: it works
+    for so many attempts of all lanes together, and is called again until that is 0.
     """
-    scenes = _make_scenes(gamma)
-    attempt = make_attempt(scene_rhs, scene_jacobian, error_weight, scenes, RODAS4P2)
-    see, start_record = records.make_see(scenes), records.make_start(scenes)
-    refine = records.make_refine(scenes, make_step(scene_rhs, RODAS4P2))
-    load, look = _make_load(start_record), _make_look(start_record, refine)
+    functions, operations = problem_functions(law), algebra(WIDTH)
+    rhs, jacobian, weight = functions.rhs, functions.jacobian, functions.error_weight
+    attempt = make_attempt(rhs, jacobian, weight, problems, RODAS4P2, operations)
+    step = make_step(rhs, RODAS4P2, operations)
+    see, begin_record = (
+        recording.make_see(problems, functions),
+        recording.make_begin(problems, functions),
+    )
+    refine = recording.make_refine(problems, functions, step)
+    load, handle_event = _make_load(begin_record), _make_handle_event(begin_record, refine)
 
-    @jit
     def work(queue: Queue, lanes: Lanes, task: Pass, attempts: int) -> int:
         if lanes.cursor[1] < 0:
             lanes.cursor[1] = LANES
@@ -307,8 +288,8 @@ def _make_pass(gamma: float | None) -> Any:
             if task.mode == MEASURE:
                 see(lanes.values)
             for lane in range(LANES):
-                if at(lanes.values, EVENT, lane) > 0.0 and lanes.rows[lane] >= 0:
-                    status = look(lanes, queue, task, lane)
+                if get(lanes.values, SLOTS.event, lane) > 0.0 and lanes.rows[lane] >= 0:
+                    status = handle_event(lanes, queue, task, lane)
                     if status >= 0:
                         _close(lanes, queue, lane, status)
                         load(lanes, queue, task, lane)
@@ -317,37 +298,7 @@ def _make_pass(gamma: float | None) -> Any:
     return work
 
 
-_pseudoplastic, _newtonian = _make_pass(-2.0 / 3.0), _make_pass(0.0)
-_dilatant, _general = _make_pass(2.0 / 3.0), _make_pass(None)
-
-
-@door
-def pseudoplastic_pass(queue: Queue, lanes: Lanes, task: Pass, attempts: int) -> int:
-    """A pass of points with gamma = -2/3.
-
-    Works for so many attempts of all lanes together, and returns how many points are still to be
-    finished; call it again until that is 0.
-    """
-    return _pseudoplastic(queue, lanes, task, attempts)
-
-
-@door
-def newtonian_pass(queue: Queue, lanes: Lanes, task: Pass, attempts: int) -> int:
-    """A pass of points with gamma = 0; as `pseudoplastic_pass`."""
-    return _newtonian(queue, lanes, task, attempts)
-
-
-@door
-def dilatant_pass(queue: Queue, lanes: Lanes, task: Pass, attempts: int) -> int:
-    """A pass of points with gamma = 2/3; as `pseudoplastic_pass`."""
-    return _dilatant(queue, lanes, task, attempts)
-
-
-@door
-def general_pass(queue: Queue, lanes: Lanes, task: Pass, attempts: int) -> int:
-    """A pass of points with any gamma, by a general power; as `pseudoplastic_pass`."""
-    return _general(queue, lanes, task, attempts)
-
-
-SPECIAL_PASSES = {-2.0 / 3.0: pseudoplastic_pass, 0.0: newtonian_pass, 2.0 / 3.0: dilatant_pass}
-"""Fluids with kernels of their own, by their rheological index; `general_pass` does the others."""
+@cache
+def pass_kernel(family: Family) -> Any:
+    """The kernel of a family of fluids: what `make_pass` describes."""
+    return named_kernel(f"adaptive_pass[{family}]", make_pass(_make_problems(family), family.law))

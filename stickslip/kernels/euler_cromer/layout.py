@@ -3,125 +3,112 @@
 from __future__ import annotations
 
 import math
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.compiled.decorators import door, inline, jit
+from stickslip.compiled.decorators import kernel, named_kernel
 from stickslip.kernels.euler_cromer.scaling import (
     StepParameters,
-    StepUnits,
     from_lane,
-    step_parameters,
-    step_units,
+    record_units,
+    step_reduction,
+    step_units_of,
     to_lane,
 )
-from stickslip.kernels.problem import phi_state
-from stickslip.kernels.rows import parameters_of, period_of
-from stickslip.measure import accumulate
+from stickslip.kernels.points import parameters_of
+from stickslip.measure.accumulate import RECORD, accumulator
+from stickslip.measure.results import write_in_si_units
+from stickslip.model import drive
 from stickslip.model.rhs import starting_state
 from stickslip.numerics.euler_cromer_lanes import CHANGE, DRIVE, FREE, TURN, V, W, X
 
 _PARAMETERS = len(StepParameters._fields)
 
-RECORD = FREE + _PARAMETERS
-"""Behind the parameters lies a record with the slots of accumulate.py. It has minima instead of
-maxima of negatives, which takes fewer operations."""
+RECORD_BEGIN = FREE + _PARAMETERS
+"""Behind the parameters lies a record."""
 
-STRESS_MIN, FORCE_MIN = accumulate.STRESS_MINUS_MIN, accumulate.FORCE_MINUS_MIN
-
-SLOTS = RECORD + accumulate.SLOTS
+SLOTS = RECORD_BEGIN + RECORD
 """Numbers that a lane holds: the length of a row."""
 
-
-@inline
-def _clear_record(row: np.ndarray) -> None:
-    for slot in range(accumulate.SLOTS):
-        row[RECORD + slot] = 0.0
-    for slot in (accumulate.STRESS_MAX, accumulate.FORCE_MAX):
-        row[RECORD + slot] = -np.inf
-    for slot in (STRESS_MIN, FORCE_MIN):
-        row[RECORD + slot] = np.inf
+# A row is an array of one lane.
+_clear_record = accumulator(1, RECORD_BEGIN).clear
 
 
-@door
+class RowKernels(NamedTuple):
+    """Kernels that make and read rows (n, SLOTS) of points (n, parameters), `steps` (n,) a period.
+
+    States (n, 3) are (x, v, phi) in SI units.
+    """
+
+    fill: Any
+    """(points, steps, states, rows): write what lanes hold at phase 0."""
+
+    read_states: Any
+    """(points, steps, rows, states): write the states."""
+
+    read_records: Any
+    """(points, steps, rows, records): write the records in SI units (n, RECORD)."""
+
+
+@kernel
 def write_steps(points: np.ndarray, dt: float, steps: np.ndarray) -> None:
     """Write the number of steps a period: it is divided evenly, by a step of at most `dt`."""
     for i in range(points.shape[0]):
-        steps[i] = math.ceil(period_of(parameters_of(points[i])) / dt)
+        steps[i] = math.ceil(drive.period(parameters_of(points[i])) / dt)
 
 
-@door
+@kernel
 def write_starts(points: np.ndarray, states: np.ndarray) -> None:
-    """Write the starts (x, v, phi) of points (n, 20), in SI units, into `states` (n, 3)."""
+    """Write the starts (x, v, phi) of points (n, parameters), in SI units, into `states` (n, 3)."""
     for i in range(points.shape[0]):
-        y = phi_state(starting_state(parameters_of(points[i])))
-        states[i, 0], states[i, 1], states[i, 2] = y
+        x, v, psi = starting_state(parameters_of(points[i]))
+        states[i, 0], states[i, 1], states[i, 2] = x, v, math.exp(psi)
 
 
-@door
-def fill_rows(points: np.ndarray, steps: np.ndarray, states: np.ndarray, rows: np.ndarray) -> None:
-    """Write what lanes hold at phase 0.
-
-    `points` (n, 20); `steps` (n,) a period; `states` (n, 3) are (x, v, phi); `rows` (n, SLOTS).
-    """
-    for i in range(points.shape[0]):
-        p, row = parameters_of(points[i]), rows[i]
-        y = (states[i, 0], states[i, 1], states[i, 2])
-        row[X], row[V], row[W] = to_lane(step_units(p, steps[i]), y)
-        own = step_parameters(p, steps[i])
-        row[DRIVE], row[CHANGE] = 0.0, 0.0  # written at step 0
-        half = 2.0 * math.sin(0.5 * own.angle)
-        row[TURN] = half * half
-        for slot in range(_PARAMETERS):
-            row[FREE + slot] = own[slot]
-        _clear_record(row)
-
-
-@door
+@kernel
 def clear_records(rows: np.ndarray, which: np.ndarray) -> None:
-    """Make the records of some rows ready for a new orbit."""
+    """Make the records of the rows with the indices `which` (m,) ready for a new orbit."""
     for i in which:
-        _clear_record(rows[i])
+        _clear_record(rows[i], 0)
 
 
-@door
-def read_states(
-    points: np.ndarray, steps: np.ndarray, rows: np.ndarray, states: np.ndarray
-) -> None:
-    """Write the states (x, v, phi) of rows, in SI units, into `states` (n, 3)."""
-    for i in range(points.shape[0]):
-        row, units = rows[i], step_units(parameters_of(points[i]), steps[i])
-        y = from_lane(units, (row[X], row[V], row[W]))
-        states[i, 0], states[i, 1], states[i, 2] = y
+@cache
+def row_kernels(law: str) -> RowKernels:
+    """The kernels for rows of points with this law of friction."""
+    step_parameters, step_units = step_reduction(law), step_units_of(law)
 
+    def fill(points: np.ndarray, steps: np.ndarray, states: np.ndarray, rows: np.ndarray) -> None:
+        for i in range(points.shape[0]):
+            p, row = parameters_of(points[i]), rows[i]
+            y = (states[i, 0], states[i, 1], states[i, 2])
+            row[X], row[V], row[W] = to_lane(step_units(p, steps[i]), y)
+            own = step_parameters(p, steps[i])
+            row[DRIVE], row[CHANGE] = 0.0, 0.0  # written at step 0
+            half = 2.0 * math.sin(0.5 * own.angle)
+            row[TURN] = half * half
+            for slot in range(_PARAMETERS):
+                row[FREE + slot] = own[slot]
+            _clear_record(row, 0)
 
-@inline
-def _signed_extrema(
-    row: np.ndarray, maximum: int, minimum: int, unit: float
-) -> tuple[float, float]:
-    """Maximum and minimum in SI units; they change places where the unit is negative."""
-    high, low = row[RECORD + maximum] * unit, row[RECORD + minimum] * unit
-    return (high, low) if unit > 0.0 else (low, high)
+    def read_states(
+        points: np.ndarray, steps: np.ndarray, rows: np.ndarray, states: np.ndarray
+    ) -> None:
+        for i in range(points.shape[0]):
+            row, units = rows[i], step_units(parameters_of(points[i]), steps[i])
+            y = from_lane(units, (row[X], row[V], row[W]))
+            states[i, 0], states[i, 1], states[i, 2] = y
 
+    def read_records(
+        points: np.ndarray, steps: np.ndarray, rows: np.ndarray, records: np.ndarray
+    ) -> None:
+        for i in range(points.shape[0]):
+            units = record_units(step_units(parameters_of(points[i]), steps[i]))
+            write_in_si_units(rows[i, RECORD_BEGIN:], units, records[i])
 
-@jit
-def _write_record(row: np.ndarray, units: StepUnits, record: np.ndarray) -> None:
-    accumulate.start(record)
-    high, low = _signed_extrema(row, accumulate.STRESS_MAX, STRESS_MIN, units.stress)
-    record[accumulate.STRESS_MAX], record[accumulate.STRESS_MINUS_MIN] = high, -low
-    high, low = _signed_extrema(row, accumulate.FORCE_MAX, FORCE_MIN, units.force)
-    record[accumulate.FORCE_MAX], record[accumulate.FORCE_MINUS_MIN] = high, -low
-    for slot in (accumulate.DRIVE_WORK, accumulate.ABSOLUTE_WORK, accumulate.BLOCK_WORK):
-        record[slot] = row[RECORD + slot] * (units.force * units.length)
-    record[accumulate.PHI_MAX] = row[RECORD + accumulate.PHI_MAX] * units.phi
-    for slot in (accumulate.MELTINGS, accumulate.FIRST_PHASE, accumulate.LAST_PHASE):
-        record[slot] = row[RECORD + slot]
-
-
-@door
-def read_records(
-    points: np.ndarray, steps: np.ndarray, rows: np.ndarray, records: np.ndarray
-) -> None:
-    """Write the records of rows, in SI units, into `records` (n, accumulate.LENGTH)."""
-    for i in range(points.shape[0]):
-        _write_record(rows[i], step_units(parameters_of(points[i]), steps[i]), records[i])
+    return RowKernels(
+        named_kernel(f"fill_rows[{law}]", fill),
+        named_kernel(f"read_states[{law}]", read_states),
+        named_kernel(f"read_records[{law}]", read_records),
+    )

@@ -1,20 +1,58 @@
-"""The units of the fixed-step lanes: those of model/units.py, and the step for the unit of time.
+"""The units of the fixed-step lanes: those of model/scaling.py, and the step for the unit of time.
 
 The units of strain, stress, force and of the order parameter are free as well, and make the
-elastic coefficient and the area 1. What is left are eight parameters, and no length of the step:
-an equation of the model takes the fewest operations that way (docs/equations.md).
+elastic coefficient and the area 1. No length of the step is left: an equation of the model takes
+the fewest operations that way (docs/equations.md).
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections import namedtuple
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stickslip.compiled.decorators import inline
-from stickslip.model import film, friction, noise
-from stickslip.model.rhs import State
-from stickslip.model.scaling import Reduced, reduced, units_of
+from stickslip.compiled.fields import make_tuple_maker
+from stickslip.measure.results import RecordUnits
+from stickslip.model import film, noise
+from stickslip.model.laws import friction_law
+from stickslip.model.scaling import KEPT, LITERALS, Reduced, model_values, reduction, units_of
+from stickslip.model.state import State
 from stickslip.parameters import Parameters, ParameterValues
+from stickslip.variables import PARAMETERS
+
+_OWN_LITERALS: Mapping[str, float] = {
+    **LITERALS,
+    "elastic_coefficient": 1.0,
+    "contact_area": 1.0,
+    "noise_intensity": 0.0,  # `D_eff` below stands for it
+}
+
+_KEPT = tuple(name for name in KEPT if name not in _OWN_LITERALS)
+
+_DERIVED = (
+    "angle",  # phase of the drive in a step
+    "D_eff",
+    "least_phi",  # the noise of a single step, below which its typical path has no meaning
+    "solid",  # order parameter from which a film counts as solid ...
+    "melted",  # ... and up to which it counts as melted
+)
+
+if TYPE_CHECKING:
+
+    class StepParameters(ParameterValues):
+        """What distinguishes a lane: the parameters that are left, then what is derived."""
+
+        angle: float
+        D_eff: float
+        least_phi: float
+        solid: float
+        melted: float
+
+else:
+    StepParameters = namedtuple("StepParameters", (*_KEPT, *_DERIVED), module=__name__)
 
 
 class StepUnits(NamedTuple):
@@ -27,92 +65,119 @@ class StepUnits(NamedTuple):
     force: float
 
 
-class StepParameters(NamedTuple):
-    """What distinguishes a lane: symbols as in `Reduced`, then what is derived from them."""
+class _Scales(NamedTuple):
+    """Units of a lane, seen from the nondimensional model."""
 
-    heating: float
-    k: float
-    K: float
-    tau: float
-    b: float
-    c: float
-    D_eff: float
-    gamma: float
-    least_phi: float
-    """The noise of a single step, below which its typical path has no meaning."""
     angle: float
-    """Phase of the drive in a step."""
-    solid: float
-    """Order parameter from which a film counts as solid ..."""
-    melted: float
-    """... and up to which it counts as melted."""
+    strain: float
+    """The strain that is 1 there."""
+    phi: float
+    """The order parameter that is 1 there."""
+    stress: float
+    """angle^2 A: what makes a stress of the nondimensional model one of the lane."""
 
 
 @inline
-def _scales(q: Reduced, angle: float) -> tuple[float, float]:
-    """Strain and square of the order parameter in units of a lane, where they are 1 in `q`'s.
+def _scales(q: Reduced, angle: float) -> _Scales:
+    """Without elasticity the strain has no effect, and its unit is free: c takes the place of a."""
+    a = q.elastic_coefficient if q.elastic_coefficient > 0.0 else q.quartic_coefficient
+    strain, stress = math.sqrt(angle * a), (angle * angle) * q.contact_area
+    return _Scales(angle, strain, math.sqrt(stress * a / strain), stress)
 
-    Without elasticity the strain has no effect, and its unit is free: c takes the place of a.
+
+@inline
+def _relaxation_time(q: Reduced, s: _Scales) -> float:
+    return q.strain_relaxation_time * s.strain / s.angle if q.elastic_coefficient > 0.0 else 0.0
+
+
+_BY_UNIT: Mapping[str, str] = {
+    "1": "q.{name}",
+    "J m-3": "q.{name} * s.angle / s.phi**{phi_power}",
+    "Pa": "q.{name} * s.stress",
+    "N m-1": "q.{name} * (s.angle * s.angle)",
+    "s-1": "q.{name} * s.angle",
+    "m s-1": "q.{name} * s.angle",
+    "m": "q.{name}",
+    "s": "q.{name} / s.angle",
+}
+"""How a parameter of the nondimensional model is scaled, by its unit in the registry."""
+
+_SPECIAL: Mapping[str, str] = {
+    "temperature": "q.{name} * s.angle",
+    "strain_relaxation_time": "relaxation_time(q, s)",
+    "angle": "s.angle",
+    "D_eff": "effective_intensity(v) * s.angle * (s.phi * s.phi)",
+    "least_phi": "sqrt(effective_intensity(v) * s.angle * (s.phi * s.phi))",
+    "solid": "s.phi * solid",
+    "melted": "melted_part * s.phi * solid if solid > 0.0 else -1.0",  # always solid: never melted
+}
+
+
+@cache
+def step_reduction(law_name: str) -> Callable[[Parameters, int], StepParameters]:
+    """The inline function (p, steps) that gives the parameters of a lane with that many steps."""
+    law, reduced, values_of = friction_law(law_name), reduction(law_name), model_values(None)
+    by_law = {name: f"law_{name}(v, 1.0 / s.angle, 1.0 / s.stress)" for name in law.scaled}
+
+    def expression(name: str) -> str:
+        known = by_law.get(name) or _SPECIAL.get(name)
+        if known is None:
+            known = _BY_UNIT[PARAMETERS[name].units]
+            return known.format(name=name, phi_power=PARAMETERS[name].phi_power)
+        return known.format(name=name)
+
+    names: dict[str, Any] = {f"law_{name}": function for name, function in law.scaled.items()}
+    names |= {"effective_intensity": noise.effective_intensity, "sqrt": math.sqrt}
+    names |= {"relaxation_time": _relaxation_time, "melted_part": film.MELTED_PART}
+    fields = {name: expression(name) for name in (*_KEPT, *_DERIVED)}
+    make = make_tuple_maker(StepParameters, "q, v, s, solid", fields, names)
+
+    @inline
+    def step_parameters(p: Parameters, steps: int) -> StepParameters:
+        q = reduced(p)
+        scales = _scales(q, 2.0 * math.pi / steps)
+        return make(q, values_of(q), scales, film.solid_threshold(p))
+
+    return step_parameters
+
+
+@cache
+def step_units_of(law_name: str) -> Callable[[Parameters, int], StepUnits]:
+    """The inline function (p, steps) that gives the units of a lane with that many steps."""
+    reduced = reduction(law_name)
+
+    @inline
+    def step_units(p: Parameters, steps: int) -> StepUnits:
+        units, angle = units_of(p), 2.0 * math.pi / steps
+        s = _scales(reduced(p), angle)
+        return StepUnits(
+            units.length,
+            units.speed / angle,
+            1.0 / s.phi,
+            units.stress / s.stress,
+            units.force / (angle * angle),
+        )
+
+    return step_units
+
+
+@inline
+def record_units(units: StepUnits) -> RecordUnits:
+    """The units of a record that is kept in a lane."""
+    return RecordUnits(units.length, units.stress, units.force, units.phi)
+
+
+@cache
+def step_values(index: float | None) -> Callable[[StepParameters], ParameterValues]:
+    """The inline function that gives the parameters of a lane as the model's functions take them.
+
+    With the rheological index as a literal, or that of the parameters for None.
     """
-    strain = math.sqrt(angle * (q.a if q.a > 0.0 else q.c))
-    return strain, (angle * angle) * q.A * (q.a if q.a > 0.0 else q.c) / strain
-
-
-@inline
-def step_units(p: Parameters, steps: int) -> StepUnits:
-    """Units of a lane with the parameters `p` that takes `steps` steps a drive period."""
-    q, units, angle = reduced(p), units_of(p), 2.0 * math.pi / steps
-    _, phi_square = _scales(q, angle)
-    return StepUnits(
-        units.length,
-        units.speed / angle,
-        1.0 / math.sqrt(phi_square),
-        units.stress / ((angle * angle) * q.A),
-        units.force / (angle * angle),
-    )
-
-
-@inline
-def step_parameters(p: Parameters, steps: int) -> StepParameters:
-    """The parameters `p` in the units of `step_units`."""
-    q, angle = reduced(p), 2.0 * math.pi / steps
-    strain, phi_square = _scales(q, angle)
-    D_eff = noise.effective_intensity(q.D) * angle * phi_square
-    solid = math.sqrt(phi_square) * film.solid_threshold(
-        p.temperature,
-        p.thermal_coefficient,
-        p.critical_temperature,
-        p.cubic_coefficient,
-        p.quartic_coefficient,
-    )
-    return StepParameters(
-        heating=q.heating * angle,
-        # The same power as in a step, so that their errors for a rounded gamma cancel.
-        k=(angle * angle) * q.A * friction.viscous_stress(1.0 / angle, 1.0, q.k, q.gamma),
-        K=q.K * (angle * angle),
-        tau=q.tau * strain / angle if q.a > 0.0 else 0.0,
-        b=q.b * angle / math.sqrt(phi_square),
-        c=q.c * angle / phi_square,
-        D_eff=D_eff,
-        gamma=q.gamma,
-        least_phi=math.sqrt(D_eff),
-        angle=angle,
-        solid=solid,
-        melted=film.MELTED_PART * solid if solid > 0.0 else -1.0,  # always solid: never melted
-    )
-
-
-@inline
-def model_values(s: StepParameters, gamma: float) -> ParameterValues:
-    """The parameters of a lane as the model's functions take them.
-
-    The ones are literal, so that in a function with a literal `gamma` the compiler removes what
-    they make superfluous: divisions, branches and the general power.
-    """
-    return ParameterValues(
-        s.heating, s.k, s.K, gamma, s.angle, 1.0, 1.0, 0.0, 0.0, 0.0,
-        1.0, s.tau, 1.0, 1.0, 0.5, 0.0, 1.0, s.b, s.c, 0.0,
-    )  # fmt: skip
+    values = {name: f"s.{name}" for name in _KEPT} | dict(_OWN_LITERALS)
+    values["angular_frequency"] = "s.angle"
+    if index is not None:
+        values["rheological_index"] = index
+    return make_tuple_maker(ParameterValues, "s", values, {})
 
 
 @inline

@@ -1,0 +1,82 @@
+"""Compiled makers of NamedTuples, written field by field from a declaration.
+
+Numba compiles neither `Tuple(*row)` nor keywords that are known at run time only. So the text of
+the function is written here, as `dataclasses` does it, with every field by name: a field without a
+value is an error when the maker is made, not a default that nobody notices.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from stickslip.compiled.decorators import inline
+
+
+def make_tuple_maker(
+    kind: Any, arguments: str, values: Mapping[str, str | float], names: Mapping[str, Any]
+) -> Any:
+    """An inline function of `arguments` that makes a `kind`, each field from its expression.
+
+    Parameters
+    ----------
+    kind
+        A NamedTuple class.
+    arguments
+        The arguments of the function as they stand in a definition, such as `row` or `p, s`.
+    values
+        For each field an expression in the arguments, or a number that is written out as a
+        literal, so that the compiler can remove what a 0 or a 1 makes superfluous.
+    names
+        What the expressions use beside the arguments.
+
+    Raises
+    ------
+    TypeError
+        A field without a value, or a value without a field.
+    """
+    if set(values) != set(kind._fields):
+        wrong = sorted(set(values) ^ set(kind._fields))
+        raise TypeError(f"{kind.__name__}: no value for, or no field called {', '.join(wrong)}")
+    fields = ", ".join(f"{field}={values[field]!s}" for field in kind._fields)
+    return make_function(
+        f"make_{kind.__name__}[{_digest(values)}]",
+        arguments,
+        [f"return kind({fields})"],
+        {"kind": kind} | dict(names),
+    )
+
+
+def make_row_reader(kind: Any) -> Any:
+    """An inline function that makes a `kind` of the first numbers of an array, in its order."""
+    values = {field: f"row[{i}]" for i, field in enumerate(kind._fields)}
+    return make_tuple_maker(kind, "row", values, {})
+
+
+def make_lane_reader(kind: Any, first: int, get: Callable[..., float]) -> Any:
+    """An inline function of (lanes, lane) that makes a `kind` of the slots from `first` on.
+
+    `get(lanes, slot, lane)` reads a slot, as of `numerics.lane_array`.
+    """
+    values = {field: f"get(lanes, {first + i}, lane)" for i, field in enumerate(kind._fields)}
+    return make_tuple_maker(kind, "lanes, lane", values, {"get": get})
+
+
+def make_map(name: str, arguments: str, components: Iterable[str], names: Mapping[str, Any]) -> Any:
+    """An inline function of `arguments` that returns a tuple of these expressions."""
+    return make_function(name, arguments, [f"return ({', '.join(components)},)"], names)
+
+
+def make_function(name: str, arguments: str, lines: Iterable[str], names: Mapping[str, Any]) -> Any:
+    """An inline function with these lines; `names` is what they use beside the arguments."""
+    scope, body = dict(names), "\n    ".join(lines)
+    exec(f"def function({arguments}):\n    {body}\n", scope)
+    function = scope["function"]
+    function.__qualname__, function.__module__ = name, __name__
+    return inline(function)
+
+
+def _digest(values: Mapping[str, str | float]) -> str:
+    """Tells apart the makers of one class by what they write."""
+    return hashlib.sha256(repr(sorted(values.items())).encode()).hexdigest()[:8]

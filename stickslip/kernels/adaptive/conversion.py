@@ -1,0 +1,138 @@
+"""Both ends of the lanes: from parameters to the points' own units, and back to result rows."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from stickslip.compiled.decorators import kernel, named_kernel
+from stickslip.compiled.fields import make_map
+from stickslip.kernels.adaptive.passes import CYCLE, HALVES, OUTCOME, Queue
+from stickslip.kernels.points import FIRST_STEP, parameters_of
+from stickslip.measure.accumulate import RECORD
+from stickslip.measure.results import (
+    Measured,
+    RecordUnits,
+    relative_difference,
+    write_failure,
+    write_in_si_units,
+    write_result,
+)
+from stickslip.model.laws import friction_law
+from stickslip.model.rhs import starting_state
+from stickslip.model.scaling import reduction, units_of
+from stickslip.model.state import STATE, WIDTH
+from stickslip.numerics.adaptive import OK
+
+# The error estimate: what is left of the difference between two tolerances after a cut to a tenth,
+# where it falls a little less than in proportion; and the least that is believed, in tolerances.
+# The force of a shear-thickening fluid is steep in a velocity that is only known so well.
+_FINER_PART = 0.2
+_LEAST, _LEAST_SHEAR_THICKENING = 0.01, 0.05
+
+state_units = make_map(
+    "state_units", "units", (f"units.{c.unit}" if c.unit else "1.0" for c in STATE), {}
+)
+"""Inline: the units of the components of the state."""
+
+
+@cache
+def reduction_kernel(law: str) -> Any:
+    """The kernel that turns points into their own units.
+
+    It takes `points` (n, parameters) and writes `reduced` (n, reduced parameters) and `states`
+    (n, WIDTH + 1): the start in these units, and a first step.
+    """
+    reduced = reduction(law)
+
+    def reduce_points(points: np.ndarray, reduced_points: np.ndarray, states: np.ndarray) -> None:
+        for i in range(points.shape[0]):
+            p = parameters_of(points[i])
+            q, units, y = reduced(p), state_units(units_of(p)), starting_state(p)
+            for slot in range(reduced_points.shape[1]):
+                reduced_points[i, slot] = q[slot]
+            for component in range(WIDTH):
+                states[i, component] = y[component] / units[component]
+            states[i, WIDTH] = FIRST_STEP * (2.0 * math.pi)
+
+    return named_kernel(f"reduce_points[{law}]", reduce_points)
+
+
+@kernel
+def restore_states(points: np.ndarray, states: np.ndarray) -> None:
+    """Turn `states` (n, WIDTH + 1), in units of each point's own, into SI units, in place."""
+    for i in range(points.shape[0]):
+        p = parameters_of(points[i])
+        units = state_units(units_of(p))
+        for component in range(WIDTH):
+            states[i, component] *= units[component]
+        states[i, WIDTH] /= p.angular_frequency
+
+
+@kernel
+def scale_states(points: np.ndarray, states: np.ndarray) -> None:
+    """Turn `states` (n, WIDTH + 1) in SI units into units of each point's own, in place."""
+    for i in range(points.shape[0]):
+        p = parameters_of(points[i])
+        units = state_units(units_of(p))
+        for component in range(WIDTH):
+            states[i, component] /= units[component]
+        states[i, WIDTH] *= p.angular_frequency
+
+
+@kernel
+def write_records(points: np.ndarray, measured: np.ndarray, records: np.ndarray) -> None:
+    """Write the records `measured` (n, RECORD) of points in SI units into `records`."""
+    for i in range(points.shape[0]):
+        units = units_of(parameters_of(points[i]))
+        own = RecordUnits(units.length, units.stress, units.force, 1.0)
+        write_in_si_units(measured[i], own, records[i])
+
+
+@cache
+def result_kernel(law: str) -> Any:
+    """The kernel that writes the result rows of points that were settled and measured twice.
+
+    It takes `points` (n, parameters); the `queue` after the finer measurement; `begins`
+    (n, WIDTH + 1), the states before it; `coarse` (n, RECORD); `rtol`; and writes `results`
+    (n, columns).
+    """
+    thickens = friction_law(law).thickens
+
+    def write_results(
+        points: np.ndarray,
+        queue: Queue,
+        begins: np.ndarray,
+        coarse: np.ndarray,
+        rtol: float,
+        results: np.ndarray,
+    ) -> None:
+        record, other = np.empty(RECORD), np.empty(RECORD)
+        for i in range(points.shape[0]):
+            counts, cycle = queue.counts[i], queue.counts[i, CYCLE]
+            if counts[OUTCOME] != OK:
+                write_failure(results[i], (counts[HALVES] + 1) // 2, counts[OUTCOME])
+                continue
+            p, begin, end = parameters_of(points[i]), begins[i], queue.states[i]
+            units = units_of(p)
+            own = RecordUnits(units.length, units.stress, units.force, 1.0)
+            write_in_si_units(queue.measured[i], own, record)
+            write_in_si_units(coarse[i], own, other)
+            miss = max(abs(end[0] - begin[0]), abs(end[1] - begin[1]))
+            farther = max(1.0, abs(queue.ratios[i]) / (1.0 - queue.ratios[i]))
+            least = _LEAST_SHEAR_THICKENING if thickens(p) else _LEAST
+            difference = relative_difference(p, other, record, cycle)
+            measured = Measured(
+                record,
+                cycle,
+                (begin[0] * units.length, begin[1] * units.speed),
+                (end[0] * units.length, end[1] * units.speed),
+                _FINER_PART * difference + farther * miss + least * rtol,
+                (counts[HALVES] + cycle + 1) // 2,
+            )
+            write_result(p, measured, results[i])
+
+    return named_kernel(f"write_results[{law}]", write_results)

@@ -1,0 +1,97 @@
+"""Many points on their way through drive periods by Euler-Cromer, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from stickslip.kernels.euler_cromer.layout import SLOTS, clear_records, row_kernels
+from stickslip.kernels.euler_cromer.march import march_kernel
+from stickslip.kernels.families import Family, families
+from stickslip.measure.accumulate import RECORD
+from stickslip.numerics.euler_cromer_lanes import PENDING, Tasks
+from stickslip.parameters import Parameters
+
+_INDEX = Parameters._fields.index("rheological_index")
+_NOISE = Parameters._fields.index("noise_intensity")
+
+# Steps of all lanes together between two looks at the interpreter: a tenth of a second.
+_AT_A_TIME = 2**20
+
+_UNLIMITED = 2**62
+
+
+class March:
+    """Points on their way.
+
+    Parameters
+    ----------
+    points
+        (n, parameters) in SI units, in the order of `Parameters._fields`.
+    steps
+        (n,) steps a drive period, from `layout.write_steps`.
+    states
+        (n, 3) states (x, v, phi) at phase 0, in SI units.
+    law
+        The law of friction.
+    """
+
+    def __init__(self, points: np.ndarray, steps: np.ndarray, states: np.ndarray, law: str) -> None:
+        self.points, self.steps, self.law = points, steps, law
+        count = len(points)
+        self.tasks = Tasks(
+            rows=np.zeros((count, SLOTS)),
+            done=np.zeros(count, np.int64),
+            total=np.zeros(count, np.int64),
+            status=np.zeros(count, np.int64),
+        )
+        row_kernels(law).fill(points, steps, states, self.tasks.rows)
+
+    def start(self, which: np.ndarray, limits: np.ndarray | None = None) -> None:
+        """Put the points with the indices `which` (m,) to the beginning of a period.
+
+        They are to go to its end, or for as many steps as `limits` (m,) allows.
+        """
+        tasks, total = self.tasks, self.steps[which]
+        tasks.total[which] = total if limits is None else np.minimum(total, limits)
+        tasks.done[which], tasks.status[which] = 0, PENDING
+
+    def clear_records(self, which: np.ndarray) -> None:
+        """Forget what was measured of the points with the indices `which` (m,)."""
+        clear_records(self.tasks.rows, which)
+
+    def march(self, measured: bool = False, budget: int | None = None) -> int:
+        """Let the points that were started go on, for at most `budget` steps of all lanes.
+
+        Returns what is left of the budget, 0 where there is more to do: call it again. The
+        statuses are in `tasks.status`: PENDING, OK at the end, DIVERGED.
+        """
+        left = _UNLIMITED if budget is None else budget
+        for family, noisy, queue in self._families():
+            march = march_kernel(family)
+            while left > 0 and np.any(self.tasks.status[queue] == PENDING):
+                given = min(left, _AT_A_TIME)
+                left -= given - march(self.tasks, queue, noisy, measured, given)
+        return left
+
+    def _families(self) -> Iterator[tuple[Family, bool, np.ndarray]]:
+        """Points that share a kernel: their family, whether there is noise, their indices."""
+        pending = np.flatnonzero(self.tasks.status == PENDING)
+        for family, members in families(self.law, self.points[pending, _INDEX]):
+            rows = pending[members]
+            with_noise = self.points[rows, _NOISE] > 0.0
+            for noisy in (False, True):
+                yield family, noisy, rows[with_noise == noisy]
+
+    def states(self) -> np.ndarray:
+        """The states (x, v, phi) in SI units, (n, 3)."""
+        states = np.empty((len(self.points), 3))
+        row_kernels(self.law).read_states(self.points, self.steps, self.tasks.rows, states)
+        return states
+
+    def records(self) -> np.ndarray:
+        """What was measured, in SI units, (n, RECORD)."""
+        records = np.empty((len(self.points), RECORD))
+        row_kernels(self.law).read_records(self.points, self.steps, self.tasks.rows, records)
+        return records

@@ -1,0 +1,106 @@
+"""The fastest rates of a point, from its parameters alone: bounds for an explicit fixed step."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from stickslip.compiled.decorators import inline, jit, kernel, named_kernel
+from stickslip.kernels.points import parameters_of
+from stickslip.model import film, friction
+from stickslip.model.laws import friction_law
+from stickslip.parameters import Parameters
+
+REFUSE_ABOVE = 2.0
+"""Step times fastest rate from which an explicit step is unstable."""
+
+# An explicit scheme follows the drive with an error of omega dt: at least this many steps a radian.
+_STEPS_PER_RADIAN = 20.0
+
+STRAINS = 200
+"""The static maximum of the stress is flat: so many strains give it to 1e-4."""
+
+
+@jit
+def _static_strength(p: Parameters, strains: int) -> float:
+    """Largest static elastic stress a phi_plus^2 eps [Pa] of a solid film (Eqs. 13, 16, 19)."""
+    limit, largest = film.melting_strain(p), 0.0
+    for i in range(strains):
+        eps = limit * i / (strains - 1)
+        phi = film.solid_order_parameter(p, film.melting_function(p, eps))
+        largest = max(largest, film.elastic_stress(p, phi, eps))
+    return largest
+
+
+@jit
+def _slip_speed(p: Parameters) -> float:
+    """Relative speed [m/s] of a slip: the drive's, and that of springs let go by a stick."""
+    own = math.sqrt(2.0 * p.spring_stiffness / p.block_mass)
+    # Springs cannot store more than the amplitude (and the start) puts into them.
+    reach = 2.0 * max(abs(p.drive_amplitude), abs(p.initial_displacement))
+    stretched = reach
+    if p.spring_stiffness > 0.0:
+        stick = _static_strength(p, STRAINS) * p.contact_area
+        stretched = min(reach, stick / (2.0 * p.spring_stiffness))
+    drive = abs(p.drive_amplitude) * p.angular_frequency
+    return drive + own * stretched + abs(p.initial_velocity)
+
+
+@inline
+def _film_rate(p: Parameters, phi: float, slip: float) -> float:
+    """Fastest rate of the order parameter [1/s]: in the slip, where it melts, and in the solid."""
+    B = film.melting_function(p, friction.elastic_strain(p, slip))
+    heating = film.heating(p)
+    solid = film.log_force(p, phi, heating) + film.log_force_slope(p, phi)
+    return p.kinetic_coefficient * max(abs(B), abs(solid))
+
+
+@cache
+def rates_kernel(law_name: str) -> Any:
+    """The kernel that bounds the fastest rate of points: (points, rates).
+
+    `points` (n, parameters); `rates` (n,) [1/s] is written. The rates are those of Eqs. 3 and 26:
+    elastic plus viscous friction on v, the order parameter in the slip and in the solid, and the
+    springs; the drive's is scaled so that a step it allows also resolves it.
+    """
+    stable_slope = friction_law(law_name).stable_slope
+
+    def fastest_rates(points: np.ndarray, rates: np.ndarray) -> None:
+        for i in range(points.shape[0]):
+            p = parameters_of(points[i])
+            phi, slip = film.largest_order_parameter(p), _slip_speed(p)
+            slope = film.shear_modulus(p, phi) * friction.strain_slope(p) + stable_slope(p, slip)
+            of_velocity = slope * p.contact_area / p.block_mass
+            springs = math.sqrt(2.0 * p.spring_stiffness / p.block_mass)
+            drive = REFUSE_ABOVE * _STEPS_PER_RADIAN * p.angular_frequency
+            rates[i] = max(of_velocity, _film_rate(p, phi, slip), springs, drive)
+
+    return named_kernel(f"fastest_rates[{law_name}]", fastest_rates)
+
+
+@kernel
+def write_static_strengths(points: np.ndarray, strains: int, strengths: np.ndarray) -> None:
+    """Write the largest static elastic stress [Pa] of points (n, parameters), (n,).
+
+    Looked for over so many strains: fewer give less, never more, than the maximum.
+    """
+    for i in range(points.shape[0]):
+        strengths[i] = _static_strength(parameters_of(points[i]), strains)
+
+
+def fastest_rate(points: np.ndarray, law: str) -> np.ndarray:
+    """Upper bound of the fastest rate [1/s] of each point, (n, parameters) -> (n,)."""
+    points = np.ascontiguousarray(np.atleast_2d(points), dtype=float)
+    rates = np.empty(len(points))
+    rates_kernel(law)(points, rates)
+    return rates
+
+
+def largest_stable_step(points: np.ndarray, law: str) -> np.ndarray:
+    """Largest fixed step [s] that is not refused, for each point (n, parameters)."""
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        steps = REFUSE_ABOVE / fastest_rate(points, law)
+    return np.nan_to_num(steps, nan=0.0)  # a rate beyond all numbers allows no step

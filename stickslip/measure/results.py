@@ -1,0 +1,215 @@
+"""From the record of a stationary orbit to its result row: one copy for all methods.
+
+Everything is in SI units here. `cycle` counts half periods: an orbit that closes after an odd
+number of them repeats those with the signs turned.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import namedtuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from stickslip.compiled.decorators import inline, jit
+from stickslip.measure.accumulate import (
+    ABSOLUTE_WORK,
+    BLOCK_WORK,
+    FIRST_PHASE,
+    FORCE_MAX,
+    LAST_PHASE,
+    MELTED,
+    MELTINGS,
+    PHI_MAX,
+    RECORD,
+    SOLID,
+    STRESS_MAX,
+)
+from stickslip.model import film
+from stickslip.model.rhs import starting_state
+from stickslip.parameters import Parameters
+from stickslip.status import Status
+from stickslip.variables import RESULT_COLUMNS, RESULTS
+
+OK, DIVERGED = int(Status.OK), int(Status.DIVERGED)
+INVARIANT_VIOLATED = int(Status.INVARIANT_VIOLATED)
+
+STATUS = RESULT_COLUMNS.index("status")
+_PERIODS = RESULT_COLUMNS.index("periods_integrated")
+_MISSING = tuple(float(RESULTS[name].missing) for name in RESULT_COLUMNS)
+
+# Power balance error beyond which an orbit is not believed.
+_POWER_BALANCE_LIMIT = 1e-2
+
+# Errors, of amplitudes and of the power balance, count against at least this part of what the full
+# spring force would make: where the force vanishes, its work is rounding, and near melting the
+# stress itself is a meaningless yardstick.
+_SMALL_PART = 0.01
+
+# The bound of the order parameter is left by rounding and by the error of the integration.
+_BOUND_MARGIN = 1.001
+
+if TYPE_CHECKING:
+    ResultRow = Any
+else:
+    # By keyword and without defaults: a column that is not computed does not compile.
+    ResultRow = namedtuple("ResultRow", RESULT_COLUMNS, module=__name__)
+
+
+class RecordUnits(NamedTuple):
+    """What one unit of a record is in SI units; stress, force and length change sign with X_m."""
+
+    length: float
+    stress: float
+    force: float
+    phi: float
+
+
+class Measured(NamedTuple):
+    """An orbit that was measured: what a result row is made of.
+
+    `record` (RECORD,) in SI units; `cycle` half periods; `begin` and `end` are (x, v) before and
+    after; `error` of the amplitudes; `periods` integrated for the point.
+    """
+
+    record: np.ndarray
+    cycle: int
+    begin: tuple[float, float]
+    end: tuple[float, float]
+    error: float
+    periods: int
+
+
+@jit
+def write_in_si_units(record: np.ndarray, units: RecordUnits, target: np.ndarray) -> None:
+    """Write a record (RECORD,) in SI units into `target` (RECORD,)."""
+    for slot in range(RECORD):
+        target[slot] = record[slot]
+    for slot, unit in ((STRESS_MAX, units.stress), (FORCE_MAX, units.force)):
+        high, low = record[slot] * unit, record[slot + 1] * unit
+        target[slot], target[slot + 1] = max(high, low), min(high, low)
+    for slot in (BLOCK_WORK, ABSOLUTE_WORK):
+        target[slot] = record[slot] * (units.force * units.length)
+    target[PHI_MAX] = record[PHI_MAX] * units.phi
+
+
+@inline
+def extrema(record: np.ndarray, slot: int, cycle: int) -> tuple[float, float]:
+    """Maximum and minimum of an observable over the whole orbit."""
+    high, low = record[slot], record[slot + 1]
+    if cycle % 2 == 1:
+        high = max(high, -low)
+        low = -high
+    return high, low
+
+
+@inline
+def full_spring_force(p: Parameters) -> float:
+    """Force of both springs at the amplitude of the drive [N]: the yardstick of small forces."""
+    return 2.0 * p.spring_stiffness * abs(p.drive_amplitude)
+
+
+@jit
+def relative_difference(p: Parameters, record: np.ndarray, better: np.ndarray, cycle: int) -> float:
+    """Difference of the extrema of two records, of stress or of force, whichever is worse.
+
+    The sum of the differences of maximum and minimum, relative to max(amplitude, 1 % of the full
+    spring force), over A for the stress; at least twice that of the amplitudes.
+    """
+    floor, worst = _SMALL_PART * full_spring_force(p), 0.0
+    for slot, least in ((STRESS_MAX, floor / p.contact_area), (FORCE_MAX, floor)):
+        high, low = extrema(record, slot, cycle)
+        better_high, better_low = extrema(better, slot, cycle)
+        scale = max(0.5 * (better_high - better_low), least)
+        difference = abs(high - better_high) + abs(low - better_low)
+        worst = max(worst, difference / scale if scale > 0.0 else 0.0)
+    return worst
+
+
+@inline
+def _block_energy(p: Parameters, state: tuple[float, float]) -> float:
+    """Energy of the lower block and its springs [J]: M v^2/2 + K x^2."""
+    return 0.5 * p.block_mass * state[1] ** 2 + p.spring_stiffness * state[0] ** 2
+
+
+@jit
+def _power_balance(p: Parameters, m: Measured) -> tuple[float, bool]:
+    """The power balance error, and whether it is small enough to believe the orbit.
+
+    |work of the drive - dissipation - energy gained| over the integral of |F V|. The dissipation is
+    the integral of F (V - v), so the difference of the first two is the work done on the block.
+    """
+    gained = _block_energy(p, m.end) - _block_energy(p, m.begin)
+    miss, absolute = abs(m.record[BLOCK_WORK] - gained), m.record[ABSOLUTE_WORK]
+    way = 2.0 * abs(p.drive_amplitude) * m.cycle
+    least = _SMALL_PART * full_spring_force(p) * way
+    kept = miss <= _POWER_BALANCE_LIMIT * max(absolute, least)
+    return miss / absolute if absolute > 0.0 else 0.0, kept
+
+
+@jit
+def _bounds_kept(p: Parameters, m: Measured) -> bool:
+    """Whether the order parameter stayed below the value that it cannot exceed."""
+    start = math.exp(starting_state(p)[2])
+    return m.record[PHI_MAX] <= max(film.largest_order_parameter(p), start) * _BOUND_MARGIN
+
+
+@jit
+def _melting_count(m: Measured) -> int:
+    """Solid to liquid transitions over the orbit, counted cyclically."""
+    record = m.record
+    wrapped = record[LAST_PHASE] == SOLID and record[FIRST_PHASE] == MELTED
+    count = int(record[MELTINGS]) + (1 if wrapped else 0)
+    return 2 * count if m.cycle % 2 == 1 else count
+
+
+@jit
+def _result_row(p: Parameters, m: Measured) -> tuple[ResultRow, bool]:
+    """The result row of an orbit, and whether its invariants hold."""
+    high, low = extrema(m.record, STRESS_MAX, m.cycle)
+    force_high, force_low = extrema(m.record, FORCE_MAX, m.cycle)
+    balance, balance_kept = _power_balance(p, m)
+    row = ResultRow(
+        elastic_stress_amplitude=0.5 * (high - low),
+        friction_force_amplitude=0.5 * (force_high - force_low),
+        elastic_stress_max=high,
+        elastic_stress_min=low,
+        friction_force_max=force_high,
+        friction_force_min=force_low,
+        amplitude_error=m.error,
+        power_balance_error=balance,
+        orbit_periods=float(m.cycle if m.cycle % 2 == 1 else m.cycle // 2),
+        melting_count=float(_melting_count(m)),
+        asymmetry=abs(high + low) / (high - low) if high - low >= 1.0 else 0.0,
+        periods_integrated=float(m.periods),
+        status=float(OK),
+    )
+    return row, balance_kept and _bounds_kept(p, m)
+
+
+@jit
+def write_result(p: Parameters, m: Measured, result: np.ndarray) -> None:
+    """Write the result row of an orbit, or that of a point that must not be believed.
+
+    `result` (columns,) in the order of `RESULT_COLUMNS`; its status is OK, DIVERGED or
+    INVARIANT_VIOLATED.
+    """
+    row, believed = _result_row(p, m)
+    if not math.isfinite(
+        row.elastic_stress_amplitude + row.friction_force_amplitude + row.amplitude_error
+    ):
+        write_failure(result, m.periods, DIVERGED)
+    elif not believed:
+        write_failure(result, m.periods, INVARIANT_VIOLATED)
+    else:
+        for column in range(result.shape[0]):
+            result[column] = row[column]
+
+
+@jit
+def write_failure(result: np.ndarray, periods: int, status: int) -> None:
+    """Make a result row (columns,) that of a point that did not end ok."""
+    for column in range(result.shape[0]):
+        result[column] = _MISSING[column]
+    result[_PERIODS], result[STATUS] = periods, status

@@ -1,0 +1,59 @@
+"""Laws of the viscous stress: one file each, which declares all that the rest asks of a law."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+from stickslip.options import FRICTION_LAWS
+
+
+@dataclass(frozen=True)
+class FrictionLaw:
+    """A law of the viscous stress, in inline functions of the parameters `p`.
+
+    Whatever integrates, measures, scales or bounds the friction asks these and nothing else. The
+    stress is odd in the relative velocity `u` and does not fall with it.
+    """
+
+    name: str
+
+    stress: Callable[..., float]
+    """(p, u): viscous stress [Pa], exact."""
+
+    slope: Callable[..., float]
+    """(p, u): its derivative with respect to `u` [Pa s/m]; huge where it is infinite."""
+
+    rounded: Callable[..., tuple[float, float]]
+    """(p, u, u_s): stress and slope with a cusp at u = 0 rounded for |u| < u_s: what is integrated.
+    Far from the cusp it is `stress` (a test compares them)."""
+
+    has_cusp: Callable[..., bool]
+    """(p): whether the slope is infinite at u = 0."""
+
+    thickens: Callable[..., bool]
+    """(p): whether the slope grows with |u|: the force is then steep in the velocity."""
+
+    stable_slope: Callable[..., float]
+    """(p, u): the largest slope up to the speed `u` [Pa s/m], a cusp left out: it bounds an
+    explicit step."""
+
+    scaled: Mapping[str, Callable[..., float]] = field(default_factory=dict)
+    """The law's parameters in other units, where those of their unit do not tell how: name ->
+    function of (p, rate, stress) for units of strain rate [1/s] and stress [Pa]."""
+
+    parameters: tuple[str, ...] = ()
+    """The parameters that this law uses and others need not."""
+
+    special_indices: tuple[float, ...] = ()
+    """Rheological indices that have kernels of their own, in which powers are roots."""
+
+
+@cache
+def friction_law(name: str) -> FrictionLaw:
+    """The law of this name among `options.FRICTION_LAWS`; raises KeyError for another."""
+    law: Any = import_module(FRICTION_LAWS[name]).LAW
+    return law

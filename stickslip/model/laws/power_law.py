@@ -1,0 +1,130 @@
+"""The paper's law of the viscous stress: the effective viscosity is a power of the strain rate.
+
+Eqs. 6, 7, 9 and 11. The rheological index gamma is negative for a pseudoplastic, 0 for a Newtonian
+and positive for a dilatant fluid.
+"""
+
+from __future__ import annotations
+
+import math
+
+from stickslip.compiled.decorators import inline
+from stickslip.compiled.elementary import cube_root, inverse_cube_root, power
+from stickslip.model.friction import strain_rate
+from stickslip.model.laws import FrictionLaw
+from stickslip.parameters import Parameters
+
+# The viscous slope of a pseudoplastic fluid is infinite at u = 0; a strain rate this small
+# stands for 0 there and keeps the Jacobian finite.
+_SMALLEST_STRAIN_RATE = 1e-90
+_SMALLEST_SQUARE = _SMALLEST_STRAIN_RATE**2
+
+
+@inline
+def viscous_stress(p: Parameters, u: float) -> float:
+    """Viscous shear stress [Pa], Eqs. 6-9; it has the sign of `u` (Eq. 11)."""
+    rate = strain_rate(p, u)
+    return math.copysign(p.viscosity_coefficient * _rate_power(rate, p.rheological_index), u)
+
+
+@inline
+def viscous_stress_slope(p: Parameters, u: float) -> float:
+    """Derivative of the viscous stress with respect to `u` [Pa s/m]; huge, not infinite, at 0."""
+    gamma, rate = p.rheological_index, strain_rate(p, u)
+    rate = _SMALLEST_STRAIN_RATE if rate < _SMALLEST_STRAIN_RATE else rate  # NaN stays NaN
+    slope = p.viscosity_coefficient * (gamma + 1.0) / p.film_thickness
+    return slope * _relative_rate_power(rate, gamma)
+
+
+@inline
+def rounded_viscous_stress(p: Parameters, u: float, u_s: float) -> tuple[float, float]:
+    """Viscous stress [Pa] and its slope [Pa s/m], with the cusp at u = 0 rounded for |u| < u_s.
+
+    For gamma < 0 the strain rate in the viscosity, Eq. 7, is sqrt(u^2 + u_s^2)/h: odd in u, the
+    slope finite, the relative change of the stress |gamma|/2 (u_s/u)^2. For gamma >= 0 it is
+    `viscous_stress`.
+    """
+    h, k, gamma = p.film_thickness, p.viscosity_coefficient, p.rheological_index
+    rate = u / h
+    if gamma >= 0.0:
+        viscosity = k * _square_power(rate * rate, gamma)
+        return viscosity * rate, viscosity / h * (1.0 + gamma)
+    rounding = u_s / h
+    square = rate * rate + (rounding * rounding + _SMALLEST_SQUARE)
+    viscosity = k * _square_power(square, gamma)
+    return viscosity * rate, viscosity / h * (1.0 + gamma * (rate * rate / square))
+
+
+@inline
+def _has_cusp(p: Parameters) -> bool:
+    return p.rheological_index < 0.0
+
+
+@inline
+def _thickens(p: Parameters) -> bool:
+    return p.rheological_index > 0.0
+
+
+@inline
+def _stable_slope(p: Parameters, u: float) -> float:
+    """The slope at the fastest slip; that of a shear-thinning fluid is left out with its cusp."""
+    return viscous_stress_slope(p, u) if p.rheological_index >= 0.0 else 0.0
+
+
+@inline
+def _scaled_viscosity(p: Parameters, rate: float, stress: float) -> float:
+    """The coefficient k where `rate` [1/s] and `stress` [Pa] are the units: k rate^(gamma+1)."""
+    return p.viscosity_coefficient * _rate_power(rate, p.rheological_index) / stress
+
+
+@inline
+def _square_power(square: float, gamma: float) -> float:
+    """square^(gamma/2), without a general power for the three fluids of the paper."""
+    if gamma == 0.0:
+        return 1.0
+    if gamma == -2.0 / 3.0:
+        return inverse_cube_root(square)
+    if gamma == 2.0 / 3.0:
+        return cube_root(square)
+    return power(square, 0.5 * gamma)
+
+
+@inline
+def _rate_power(rate: float, gamma: float) -> float:
+    """rate^(gamma + 1), without a general power for the three fluids of the paper."""
+    if gamma == 0.0:
+        return rate
+    if gamma == -2.0 / 3.0:
+        return cube_root(rate)
+    if gamma == 2.0 / 3.0:
+        root = cube_root(rate)
+        return rate * (root * root)
+    return power(rate, gamma + 1.0)
+
+
+@inline
+def _relative_rate_power(rate: float, gamma: float) -> float:
+    """rate^gamma for rate > 0, from what `_rate_power` computes at the same rate."""
+    if gamma == 0.0:
+        return 1.0
+    if gamma == -2.0 / 3.0:
+        inverse = inverse_cube_root(rate)
+        return inverse * inverse
+    if gamma == 2.0 / 3.0:
+        root = cube_root(rate)
+        return root * root
+    return power(rate, gamma + 1.0) / rate
+
+
+LAW = FrictionLaw(
+    name="power-law",
+    stress=viscous_stress,
+    slope=viscous_stress_slope,
+    rounded=rounded_viscous_stress,
+    has_cusp=_has_cusp,
+    thickens=_thickens,
+    stable_slope=_stable_slope,
+    scaled={"viscosity_coefficient": _scaled_viscosity},
+    parameters=("viscosity_coefficient", "rheological_index"),
+    special_indices=(-2.0 / 3.0, 0.0, 2.0 / 3.0),
+)

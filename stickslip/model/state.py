@@ -1,0 +1,36 @@
+"""The state of the model: one declaration for each of its variables.
+
+A new variable is a line here and its rate in rhs.py; numerics, lanes and files take the number of
+variables, their mirror images and their weights from this table.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+State = tuple[float, ...]
+
+
+class Component(NamedTuple):
+    """A state variable.
+
+    `unit` names the field of `scaling.Units` that it is measured in ("" for a pure number);
+    `mirror` is its sign under the odd half-period symmetry; `weight` tells how its repetition is
+    judged: ln(phi) repeats to a thousand tolerances, since it is slaved to the motion and swings
+    by hundreds.
+    """
+
+    name: str
+    unit: str
+    mirror: float
+    weight: float
+
+
+STATE = (
+    Component("displacement", unit="length", mirror=-1.0, weight=1.0),
+    Component("velocity", unit="speed", mirror=-1.0, weight=1.0),
+    Component("log_order_parameter", unit="", mirror=1.0, weight=1e-3),
+)
+
+WIDTH = len(STATE)
+"""Number of state variables."""

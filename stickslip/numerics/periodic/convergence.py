@@ -1,0 +1,154 @@
+"""When has a sequence of states reached its cycle? Periodic orbits of a driven system judged.
+
+The states are those of a stroboscopic (Poincaré) map: one for each application of the map. The
+sequence may converge with a ratio of 0.99 an application, so the last difference says little: what
+counts is the remaining distance to the limit. For a geometric sequence seen at a lag, with D1 the
+newest displacement over the lag and D0 the one before, it is D1^2/(D0 - D1) (Aitken's delta-squared
+process). Long lags make the estimate firm where the differences are near the noise of the
+integrator.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from stickslip.compiled.decorators import inline, jit
+
+LONGEST_CYCLE = 16
+"""Cycles of 1 to this many applications are recognised, at most."""
+
+_LAGS = 16
+REMEMBERED = 2 * _LAGS * LONGEST_CYCLE + 1
+"""States that are remembered: two of the longest lags."""
+
+UNKNOWN = 2.0
+"""The ratio of contraction where none was measured yet."""
+
+# A difference this small a part of the tolerance cannot hide a drift that matters: with a ratio
+# of 0.999 a period it leaves one tolerance to go.
+_NEGLIGIBLE = 1e-3
+
+# Staying within this part of the tolerance for 16 cycles bounds the drift of a noisy sequence: with
+# a ratio of 0.99 a period it leaves one tolerance to go.
+_QUIET = 0.2
+_DRIFTLESS = 0.7
+
+# Cycles closer together than this many tolerances are one.
+_INDISTINCT = 10.0
+
+# A sequence has stalled if, within this many tolerances of repeating, it moved in so many periods
+# nearly as far as in as many before.
+_PATIENCE = 64
+_STALLED_RATIO = 0.9
+_NEAR = 100.0
+
+
+@inline
+def distance(memory: Any, newer: int, older: int) -> float:
+    """Largest scaled difference between two remembered states; NaN where either is NaN."""
+    states, i, j = memory.states, newer % REMEMBERED, older % REMEMBERED
+    largest, total = 0.0, 0.0
+    for component in range(states.shape[1]):
+        difference = abs(states[i, component] - states[j, component])
+        largest = max(largest, difference)
+        total += difference
+    return largest + 0.0 * total  # max() drops a NaN, a sum does not
+
+
+@inline
+def reach(ratio: float) -> float:
+    """Remaining way to the limit in units of the last displacement, with its sign."""
+    return ratio / (1.0 - ratio)
+
+
+@jit
+def _remaining_distance(memory: Any, newest: int, lag: int) -> float:
+    """Estimated distance of the newest state from the limit, seen at `lag`; inf if it grows."""
+    moved = distance(memory, newest, newest - lag)
+    before = distance(memory, newest - lag, newest - 2 * lag)
+    return moved * moved / (before - moved) if moved < before else np.inf
+
+
+@jit
+def _repeats(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
+    """Whether the orbit closes after `cycle` applications, within `tolerance` of its limit.
+
+    Where the ratio of contraction was measured above the noise, it says how much remains.
+    Otherwise every lag that the sequence is long enough for must say so: a short one can be
+    deceived by noise, a long one by a fast transient. A sequence that repeats to a small part of
+    the tolerance, or does not contract but stays within a larger part for long, has nothing left
+    to estimate.
+    """
+    if cycle > newest:
+        return False
+    step = distance(memory, newest, newest - cycle)
+    if not step <= tolerance:
+        return False
+    if step <= _NEGLIGIBLE * tolerance:
+        return True
+    ratio = memory.ratios[cycle - 1]
+    if memory.plain == 0 and abs(ratio) < 1.0:
+        return step * abs(reach(ratio)) <= tolerance
+    lag, farthest = cycle, 0.0 if 2 * cycle <= newest else np.inf
+    while lag <= _LAGS * cycle and 2 * lag <= newest:
+        farthest = max(farthest, _remaining_distance(memory, newest, lag))
+        lag *= 2
+    noisy = farthest == np.inf and newest > 2 * cycle
+    return farthest <= tolerance or (noisy and _quiet(memory, newest, cycle, tolerance))
+
+
+@jit
+def _quiet(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
+    """Whether the last 16 cycles wander, without a drift, in a small part of the tolerance.
+
+    With a drift the later half of the lags reaches twice as far as the earlier half.
+    """
+    if newest < _LAGS * cycle:
+        return False
+    near = _farthest(memory, newest, cycle, _LAGS // 2)
+    far = _farthest(memory, newest, cycle, _LAGS)
+    return far <= _QUIET * tolerance and near >= _DRIFTLESS * far
+
+
+@jit
+def _farthest(memory: Any, newest: int, cycle: int, lags: int) -> float:
+    """Largest distance of the newest state from those of so many cycles before; NaN counts."""
+    farthest = 0.0
+    for lag in range(cycle, lags * cycle + 1, cycle):
+        away = distance(memory, newest, newest - lag)
+        if not away <= farthest:
+            farthest = away
+    return farthest
+
+
+@jit
+def closing_cycle(memory: Any, newest: int, tolerance: float) -> int:
+    """Smallest number of applications after which the orbit closes; 0 where it does not yet."""
+    for cycle in range(1, memory.longest_cycle + 1):
+        if _repeats(memory, newest, cycle, tolerance):
+            for shorter in range(1, cycle):
+                close = distance(memory, newest, newest - shorter) <= _INDISTINCT * tolerance
+                if cycle % shorter == 0 and close:
+                    return shorter
+            return cycle
+    return 0
+
+
+@jit
+def stalled(memory: Any, newest: int, tolerance: float) -> bool:
+    """Whether a sequence near its limit no longer approaches it.
+
+    An adaptive method maps a period with jumps of the order of its tolerance, where the pattern
+    of accepted steps changes. Where the orbit attracts slowly these jumps, not the orbit, decide
+    what the sequence does: it wanders about the limit and never settles.
+    """
+    for cycle in range(1, memory.longest_cycle + 1):
+        lag = cycle * ((_PATIENCE + cycle - 1) // cycle)
+        if 2 * lag <= newest:
+            moved = distance(memory, newest, newest - lag)
+            before = distance(memory, newest - lag, newest - 2 * lag)
+            if _STALLED_RATIO * before <= moved <= _NEAR * tolerance:
+                return True
+    return False
