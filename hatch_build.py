@@ -9,10 +9,10 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 
-class TrackedFilesOnly(BuildHookInterface):  # type: ignore[type-arg]
+class TrackedFilesOnly(BuildHookInterface):
     """Excludes untracked files; what .gitignore names, hatchling leaves out by itself."""
 
-    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:  # noqa: ARG002 - hatchling's
         """Add the untracked files to the `exclude` of the target, before it is read."""
         excluded = list(self.build_config.target_config.get("exclude", []))
         self.build_config.target_config["exclude"] = excluded + untracked(Path(self.root))
