@@ -40,7 +40,7 @@ def finish(name: str, results: dict[str, Any], *, quick: bool) -> Path:
     """Print the headline and write the results where those of this mode belong."""
     print()
     for what, value in headline(name, results).items():
-        print(f"{what:66}{value}")
+        print(f"{what:66}  {value}")
     path = write_results(f"quick/{name}" if quick else name, {"quick": quick} | results)
     print(path)
     return path

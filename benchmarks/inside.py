@@ -6,15 +6,16 @@ alone, so that a change of the kernels touches no other benchmark.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from unittest.mock import patch
 
 import numpy as np
 
 from stickslip import kernels
 from stickslip.compiled.decorators import inline, jit
+from stickslip.ensemble import end_states
 from stickslip.kernels import problem
 from stickslip.kernels.adaptive import driver, passes
 from stickslip.kernels.adaptive.results import restore_states
@@ -28,6 +29,8 @@ from stickslip.model.scaling import with_gamma
 from stickslip.numerics import step_control
 from stickslip.orbit import Options
 from stickslip.parameters import Parameters, ParameterValues
+
+__all__ = ["FixedLanes", "end_states"]  # passed on, beside what is made here
 
 State = tuple[float, float, float]
 
@@ -155,22 +158,19 @@ def _search(options: Options) -> passes.Pass:
 
 
 @contextmanager
-def general_kernels() -> Iterator[None]:
-    """Let the kernel for any rheological index do all points."""
-    with patch.object(passes, "SPECIAL_PASSES", {}):
+def special_kernels(table: Mapping[float, Any]) -> Iterator[None]:
+    """Let these kernels do the points of their rheological indices, the general one all others."""
+    with patch.object(passes, "SPECIAL_PASSES", table):
         yield
 
 
-@contextmanager
-def kernel_without_noise(gamma: float) -> Iterator[None]:
-    """Let points of this rheological index be done by a kernel without the closure of the noise.
-
-    The first call compiles it.
-    """
+def kernel_without_noise(gamma: float) -> Any:
+    """A compiled kernel for a rheological index, without the closure of the noise."""
     with patch.object(passes, "with_gamma", _without_noise):
         kernel = passes._make_pass(gamma)
-        with patch.dict(passes.SPECIAL_PASSES, {gamma: kernel}):
-            yield
+        nobody = driver._queue(np.empty((0, len(Parameters._fields))))
+        kernel(nobody, passes.new_lanes(), _search(Options()), 0)
+    return kernel
 
 
 @inline
