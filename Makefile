@@ -13,7 +13,7 @@ help:
 	@echo "make test       the whole test suite"
 	@echo "make test-fast  the tests that are not marked slow"
 	@echo "make lint       ruff, mypy and the import contracts"
-	@echo "make bench      the benchmarks with pictures and table; an hour, on an idle machine"
+	@echo "make bench      the benchmarks with pictures and tables; an hour or two, on an idle machine"
 	@echo "make bench-quick  the same scripts in a minute or two: are they alive?"
 	@echo "make clean      remove .venv, build products and caches; results/ stays"
 
@@ -39,9 +39,10 @@ lint: $(VENV)/.dev
 BENCHMARKS = $(sort $(wildcard benchmarks/bench_*.py))
 
 bench: $(VENV)/.bench
-	set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python $$script; done
+	set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python $$script --full; done
 	$(BIN)/python benchmarks/plots.py
 	$(BIN)/python benchmarks/report.py
+	$(BIN)/python benchmarks/performance.py
 
 bench-quick: $(VENV)/.bench
 	set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python $$script --quick; done

@@ -59,7 +59,7 @@ MEMORY_FLUID = 0  # the cheapest: it is not the time that counts
 
 
 def main() -> None:
-    options = arguments(__doc__, full="run the cube of a million points, too")
+    options = arguments(__doc__, full="the cube of a million points")
     quick = options.quick
     results: dict[str, Any] = {"workers": WORKERS, "cores": os.cpu_count()}
     with tempfile.TemporaryDirectory() as folder:

@@ -27,12 +27,11 @@ COUNTS = ("orbit_periods", "melting_count")
 _FLOOR = 0.01  # of the full spring force
 
 
-def arguments(description: str | None, **others: str) -> argparse.Namespace:
-    """The command line of a script: `--quick`, and other switches with their help."""
+def arguments(description: str | None, full: str = "the same here") -> argparse.Namespace:
+    """The command line of a script: `--quick`, and `--full` with what it does more."""
     parser = argparse.ArgumentParser(description=(description or "").split("\n\n")[0])
     parser.add_argument("--quick", action="store_true", help="keeps the script alive, no more")
-    for name, text in others.items():
-        parser.add_argument(f"--{name}", action="store_true", help=text)
+    parser.add_argument("--full", action="store_true", help=f"also what takes long: {full}")
     return parser.parse_args()
 
 
