@@ -29,7 +29,7 @@ from inside import (
 
 from stickslip.compiled.decorators import inline, jit
 from stickslip.compiled.simd import for_lanes
-from stickslip.orbit import Options
+from stickslip.options import Options
 from stickslip.parameters import Parameters
 
 WIDTHS = (16, 32, 64)

@@ -33,7 +33,8 @@ from inside import attempts_of
 from peers.worker import pin
 from random_against_peer import SAME, against_peer
 
-from stickslip.orbit import Options, compute_orbits
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
 
 SEED, POINTS, FEW = 2026, 200, 12
 LADDER = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)

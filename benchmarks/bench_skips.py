@@ -24,7 +24,8 @@ from common import (
 from peers.worker import pin
 
 from stickslip import simulate
-from stickslip.orbit import Options, compute_orbits
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
 
 FLUIDS = (-2 / 3, 0.0, 2 / 3)

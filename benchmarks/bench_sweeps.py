@@ -31,7 +31,8 @@ from common import (
 )
 from startup import start_up
 
-from stickslip.orbit import Options, compute_orbits
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
 from stickslip.status import Status
 from sweeps import run
 from sweeps.config.schema import Execution

@@ -13,10 +13,11 @@ import numpy as np
 from environment import write_results
 from headlines import headline
 
-from stickslip.orbit import Options, compute_orbits
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
 from stickslip.status import Status
-from stickslip.variables import RESULTS
+from stickslip.variables import RESULT_COLUMNS
 
 INDICES = (-2 / 3, -1 / 2, -1 / 3, 0, 1 / 3, 2 / 3)
 DESCRIPTION = Parameters._fields[:5]
@@ -73,7 +74,7 @@ def parameter(points: np.ndarray, name: str) -> np.ndarray:
 
 def column(results: np.ndarray, name: str) -> np.ndarray:
     """The column of a result."""
-    return results[:, list(RESULTS).index(name)]
+    return results[:, RESULT_COLUMNS.index(name)]
 
 
 def good(results: np.ndarray) -> np.ndarray:

@@ -27,7 +27,7 @@ from stickslip.kernels.rows import FIRST_STEP, parameters_of
 from stickslip.measure import accumulate
 from stickslip.model.scaling import with_gamma
 from stickslip.numerics import step_control
-from stickslip.orbit import Options
+from stickslip.options import Options
 from stickslip.parameters import Parameters, ParameterValues
 
 __all__ = ["FixedLanes", "end_states"]  # passed on, beside what is made here

@@ -11,7 +11,7 @@ import inside
 import numpy as np
 from series import PERIODS, reference
 
-from stickslip.orbit import Options
+from stickslip.options import Options
 from stickslip.parameters import Parameters
 
 PAPER_DT = 1e-10

@@ -21,7 +21,8 @@ from common import (
 )
 from peers import NUMBALSODA, PEERS, Failure, StationaryOrbit, Worker
 
-from stickslip.orbit import Options, compute_orbits
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
 
 SAME = 1e-3

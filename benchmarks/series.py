@@ -12,7 +12,7 @@ import inside
 import numpy as np
 from peers import LADDER, PEERS, Failure, Worker
 
-from stickslip.orbit import Options
+from stickslip.options import Options
 from stickslip.parameters import Parameters
 
 PERIODS = 3

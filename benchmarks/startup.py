@@ -59,7 +59,8 @@ def _heaviest_imports(count: int = 8) -> dict[str, float]:
 _COMPILATIONS = """
 import json, sys, time
 from numba.core import event
-from stickslip.orbit import Options, compute_orbits
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
 import numpy as np
 

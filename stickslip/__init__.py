@@ -10,16 +10,17 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from stickslip.orbit import NoiseError, OptionError, Options, Orbit, stationary_orbit
+    from stickslip.options import NoiseError, OptionError, Options
+    from stickslip.orbit import Orbit, stationary_orbit
     from stickslip.parameters import ParameterError, Parameters
     from stickslip.status import Status
     from stickslip.trajectory import IntegrationError, simulate
 
 _HOMES = {
     "IntegrationError": "stickslip.trajectory",
-    "NoiseError": "stickslip.orbit",
-    "OptionError": "stickslip.orbit",
-    "Options": "stickslip.orbit",
+    "NoiseError": "stickslip.options",
+    "OptionError": "stickslip.options",
+    "Options": "stickslip.options",
     "Orbit": "stickslip.orbit",
     "ParameterError": "stickslip.parameters",
     "Parameters": "stickslip.parameters",

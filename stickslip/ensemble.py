@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip import kernels
-from stickslip.orbit import Options, prepared_points
+from stickslip.options import Options
+from stickslip.orbit import prepared_points
 
 
 def end_states(

@@ -2,98 +2,18 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Literal, NamedTuple, get_args
+from typing import NamedTuple
 
 import numpy as np
 
 from stickslip import kernels, stability
+from stickslip.options import DEFAULTS, NoiseError, Options
 from stickslip.parameters import Parameters
 from stickslip.status import Status
-
-MethodName = Literal["adaptive", "euler-cromer"]
-NoiseName = Literal["typical-path", "none"]
-
-# Budget of attempted steps a point: an adaptive point of the paper's scenes takes 1e4 to 1e6.
-DEFAULT_MAX_STEPS = 20_000_000
-
-# A fixed step knows its number of steps beforehand (1e10 a period at the paper's step).
-_UNBOUNDED = 10**15
+from stickslip.variables import RESULT_COLUMNS
 
 _NOISE = Parameters._fields.index("noise_intensity")
 _PHI_0 = Parameters._fields.index("initial_order_parameter")
-
-
-class NoiseError(ValueError):
-    """A start at phi = 0 without noise, which would stay liquid for ever."""
-
-    def __init__(self) -> None:
-        super().__init__(
-            "initial_order_parameter (phi_0) = 0 without noise: phi = 0 is an exact zero of the "
-            "kinetic equation, so the film could never solidify; use noise treatment "
-            "'typical-path' with noise_intensity > 0, or phi_0 > 0"
-        )
-
-
-class OptionError(ValueError):
-    """An option has a value outside its valid range; the message names each one."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """How an orbit is computed; the names are those of a config.
-
-    `rtol` belongs to the adaptive method, `dt` [s] to euler-cromer; `max_steps` None is the
-    method's own budget. `stationary_rtol` is the remaining distance to the limit in
-    (x/X_m, v/(X_m omega)); `accelerate` extrapolates plainly contracting sequences.
-
-    Raises OptionError for a value outside its valid range.
-    """
-
-    method: MethodName = "adaptive"
-    rtol: float = 1e-6
-    dt: float = 1e-10
-    max_steps: int | None = None
-    stationary_rtol: float = 1e-6
-    max_periods: int = 5000
-    accelerate: bool = True
-    noise: NoiseName = "typical-path"
-
-    def __post_init__(self) -> None:
-        """Raise OptionError for a value that no computation could follow."""
-        complaints = [message for wrong, message in self._complaints() if wrong]
-        if complaints:
-            raise OptionError("; ".join(complaints))
-
-    def _complaints(self) -> Iterator[tuple[bool, str]]:
-        methods, treatments = get_args(MethodName), get_args(NoiseName)
-        yield self.method not in methods, f"method must be one of {methods}, not {self.method!r}"
-        yield self.noise not in treatments, f"noise must be one of {treatments}, not {self.noise!r}"
-        for name in ("rtol", "stationary_rtol"):
-            value = getattr(self, name)
-            yield (
-                not 1e-13 < value <= 1e-2,
-                f"{name} must be in 1e-13 < rtol <= 1e-2, not {value!r}",
-            )
-        yield not 0.0 < self.dt < math.inf, f"dt must be a positive time in s, not {self.dt!r}"
-        yield self.max_periods < 1, f"max_periods must be at least 1, not {self.max_periods!r}"
-        steps = self.max_steps
-        yield steps is not None and steps < 1, f"max_steps must be at least 1, not {steps!r}"
-
-    def settings(self) -> kernels.Settings:
-        """The same as the compiled doors take it."""
-        fixed = self.method == "euler-cromer"
-        own = _UNBOUNDED if fixed else DEFAULT_MAX_STEPS
-        return kernels.Settings(
-            rtol=float(self.rtol),
-            dt=float(self.dt),
-            max_steps=int(own if self.max_steps is None else self.max_steps),
-            stationary_rtol=float(self.stationary_rtol),
-            max_periods=int(self.max_periods),
-            accelerate=bool(self.accelerate) and not fixed,
-        )
 
 
 class Orbit(NamedTuple):
@@ -119,7 +39,7 @@ class Orbit(NamedTuple):
     state: tuple[float, float, float]
 
 
-def prepared_points(points: np.ndarray, noise: NoiseName) -> np.ndarray:
+def prepared_points(points: np.ndarray, noise: str) -> np.ndarray:
     """The rows of parameters (n, 20) as the doors take them under a noise treatment.
 
     Raises NoiseError where a film starts at phi = 0 and nothing could make it solid.
@@ -153,7 +73,7 @@ def compute_orbits(points: np.ndarray, options: Options) -> tuple[np.ndarray, np
     Returns
     -------
     results
-        (n, 13) in the order of `kernels.RESULT_COLUMNS`; the last column is the Status.
+        (n, 13) in the order of `RESULT_COLUMNS`; the last column is the Status.
     finals
         (n, 4) in the order of `kernels.FINAL_COLUMNS`.
 
@@ -163,7 +83,7 @@ def compute_orbits(points: np.ndarray, options: Options) -> tuple[np.ndarray, np
         phi_0 = 0 without noise.
     """
     points = prepared_points(points, options.noise)
-    results = np.full((len(points), len(kernels.RESULT_COLUMNS)), np.nan)
+    results = np.full((len(points), len(RESULT_COLUMNS)), np.nan)
     finals = np.full((len(points), len(kernels.FINAL_COLUMNS)), np.nan)
     if options.method == "adaptive":
         kernels.lane_orbits(points, options.settings(), results, finals)
@@ -188,7 +108,7 @@ def failed_row() -> np.ndarray:
 
 
 def _empty_row(status: Status) -> np.ndarray:
-    row = dict.fromkeys(kernels.RESULT_COLUMNS, np.nan)
+    row = dict.fromkeys(RESULT_COLUMNS, np.nan)
     row |= {"orbit_periods": -1, "melting_count": -1, "periods_integrated": -1, "status": status}
     return np.array(list(row.values()), dtype=float)
 
@@ -196,13 +116,13 @@ def _empty_row(status: Status) -> np.ndarray:
 def stationary_orbit(
     parameters: Parameters | None = None,
     *,
-    method: MethodName = "adaptive",
-    rtol: float = 1e-6,
-    dt: float = 1e-10,
-    noise: NoiseName = "typical-path",
-    max_periods: int = 5000,
-    max_steps: int | None = None,
-    accelerate: bool = True,
+    method: str = DEFAULTS.method,
+    rtol: float = DEFAULTS.rtol,
+    dt: float = DEFAULTS.dt,
+    noise: str = DEFAULTS.noise,
+    max_periods: int = DEFAULTS.max_periods,
+    max_steps: int | None = DEFAULTS.max_steps,
+    accelerate: bool = DEFAULTS.accelerate,
 ) -> Orbit:
     """The stationary orbit that the start of `parameters` leads to, and its amplitudes.
 
@@ -251,7 +171,7 @@ def stationary_orbit(
 
 def orbit_of_row(row: np.ndarray, final: np.ndarray) -> Orbit:
     """The Orbit of a result row and its final state."""
-    fields = dict(zip(kernels.RESULT_COLUMNS, row.tolist(), strict=True))
+    fields = dict(zip(RESULT_COLUMNS, row.tolist(), strict=True))
     for count in ("orbit_periods", "melting_count", "periods_integrated"):
         fields[count] = int(fields[count])
     fields["status"] = Status(int(fields["status"]))

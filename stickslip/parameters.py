@@ -1,40 +1,31 @@
 """The parameters of the model: one NamedTuple of floats that goes straight through compiled code.
 
-Units, symbols and valid ranges stand in `variables.PARAMETERS`; the defaults are those of the
-paper's Fig. 3.
+Names, units, defaults and valid ranges stand in `variables.PARAMETERS`, the one declaration.
 """
 
 from __future__ import annotations
 
+from collections import namedtuple
 from collections.abc import Iterable
-from typing import Any, NamedTuple, Self
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from stickslip.variables import PARAMETERS
 
+if TYPE_CHECKING:
 
-class ParameterValues(NamedTuple):
-    """The bare values, unchecked: what compiled code makes of a row of numbers."""
+    class ParameterValues(tuple[float, ...]):
+        """The bare values, unchecked: what compiled code makes of a row of numbers."""
 
-    temperature: float = 200.0
-    viscosity_coefficient: float = 5e4
-    spring_stiffness: float = 3000.0
-    rheological_index: float = -2 / 3
-    angular_frequency: float = 10.0
-    drive_amplitude: float = 0.8e-6
-    block_mass: float = 0.4
-    initial_displacement: float = 0.0
-    initial_velocity: float = 0.0
-    initial_order_parameter: float = 0.0
-    film_thickness: float = 1e-9
-    strain_relaxation_time: float = 1e-8
-    contact_area: float = 0.6e-9
-    kinetic_coefficient: float = 100.0
-    thermal_coefficient: float = 0.95
-    critical_temperature: float = 290.0
-    elastic_coefficient: float = 4e12
-    cubic_coefficient: float = 230.0
-    quartic_coefficient: float = 850.0
-    noise_intensity: float = 1e-18
+        _fields: ClassVar[tuple[str, ...]]
+
+        def __new__(cls, *args: Any, **kwargs: Any) -> Self: ...  # noqa: D102 - a stub
+        def __getattr__(self, name: str) -> float: ...
+        def _asdict(self) -> dict[str, float]: ...
+
+else:
+    # No defaults: compiled code that forgets a parameter does not compile.
+    ParameterValues = namedtuple("ParameterValues", PARAMETERS, module=__name__)
 
 
 class ParameterError(ValueError):
@@ -42,7 +33,7 @@ class ParameterError(ValueError):
 
 
 class Parameters(ParameterValues):
-    """The twenty parameters in SI units; the defaults are the paper's Fig. 3.
+    """The parameters of the model in SI units; the defaults are the paper's Fig. 3.
 
     Every value is turned into a float (one compiled specialisation) and checked against the
     ranges of `variables.PARAMETERS`, also by `_replace`.
@@ -51,15 +42,17 @@ class Parameters(ParameterValues):
     ------
     ParameterError
         A value is not a number or lies outside its valid range.
+    TypeError
+        A name is not that of a parameter.
     """
 
     __slots__ = ()
 
     def __new__(cls, *args: float, **kwargs: float) -> Self:  # noqa: D102 - see the class
-        values = [
-            _as_float(*item)
-            for item in zip(cls._fields, ParameterValues(*args, **kwargs), strict=True)
-        ]
+        _refuse_unknown(kwargs)
+        defaults = {name: PARAMETERS[name].default for name in cls._fields[len(args) :]}
+        given = ParameterValues(*args, **(defaults | kwargs))
+        values = [_as_float(*item) for item in zip(cls._fields, given, strict=True)]
         complaints = [
             f"{name} {complaint}"
             for (name, variable), value in zip(PARAMETERS.items(), values, strict=True)
@@ -70,11 +63,23 @@ class Parameters(ParameterValues):
         return super().__new__(cls, *values)
 
     @classmethod
-    def _make(cls, iterable: Iterable[Any]) -> Self:  # type: ignore[override]
-        return cls(*ParameterValues._make(iterable))  # refuses a wrong number of values
+    def _make(cls, iterable: Iterable[Any]) -> Self:
+        values = tuple(iterable)
+        if len(values) != len(cls._fields):
+            raise TypeError(f"expected {len(cls._fields)} values, not {len(values)}")
+        return cls(*values)
 
     def _replace(self, **changes: float) -> Self:
         return type(self)(**{**self._asdict(), **changes})
+
+
+def _refuse_unknown(names: Iterable[str]) -> None:
+    for name in names:
+        if name not in PARAMETERS:
+            by_symbol = [full for full, known in PARAMETERS.items() if known.symbol == name]
+            near = by_symbol or get_close_matches(name, PARAMETERS, n=1)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            raise TypeError(f"Parameters has no parameter {name!r}{hint}")
 
 
 def _as_float(name: str, value: Any) -> float:

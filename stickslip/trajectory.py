@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 
 from stickslip import kernels, stability
-from stickslip.orbit import MethodName, NoiseName, Options, compute_orbits, prepared_points
+from stickslip.options import DEFAULTS, Options
+from stickslip.orbit import compute_orbits, prepared_points
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, TRAJECTORY, Variable
@@ -33,12 +34,12 @@ def simulate(
     periods: int = 6,
     start: StartName = "initial",
     samples_per_period: int = 2000,
-    method: MethodName = "adaptive",
-    rtol: float = 1e-6,
-    dt: float = 1e-10,
-    noise: NoiseName = "typical-path",
-    max_steps: int | None = None,
-    max_periods: int = 5000,
+    method: str = DEFAULTS.method,
+    rtol: float = DEFAULTS.rtol,
+    dt: float = DEFAULTS.dt,
+    noise: str = DEFAULTS.noise,
+    max_steps: int | None = DEFAULTS.max_steps,
+    max_periods: int = DEFAULTS.max_periods,
 ) -> xr.Dataset:
     """The time courses of one trajectory over a number of drive periods.
 

@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 
 @dataclass(frozen=True)
@@ -27,12 +27,22 @@ class Variable:
 
 @dataclass(frozen=True)
 class ParameterVariable(Variable):
-    """A model parameter, with the interval of its valid values and its usual magnitude."""
+    """A model parameter: its default (Fig. 3 of the paper) and the interval of its valid values.
 
+    `neutral` is the value under which results from before this parameter existed stay true; at
+    that value it enters no key, seal or identity. The parameters of the first version have none.
+
+    `phi_power` is the power of the order parameter that it multiplies in the force on ln(phi); it
+    tells a method that scales the order parameter how to scale the parameter.
+    """
+
+    default: float = math.nan
     lower: float = -math.inf
     upper: float = math.inf
     lower_open: bool = False
     nonzero: bool = False
+    neutral: float | None = None
+    phi_power: int = 0
 
     def complaint(self, value: float) -> str | None:
         """What is wrong with `value`, as the end of a sentence; None where it is valid."""
@@ -49,14 +59,27 @@ class ParameterVariable(Variable):
         return None
 
 
-def _positive(name: str, symbol: str, tex: str, units: str, meaning: str) -> ParameterVariable:
-    return ParameterVariable(name, symbol, tex, units, meaning, lower=0.0, lower_open=True)
+@dataclass(frozen=True)
+class ResultVariable(Variable):
+    """An observable of a stationary orbit: a column of result rows and a variable of files.
+
+    `dtype` is that of the file; `missing` stands where a point has no result.
+    """
+
+    dtype: str = "f8"
+    missing: float = math.nan
+
+
+def _positive(
+    name: str, symbol: str, tex: str, units: str, meaning: str, **more: Any
+) -> ParameterVariable:
+    return ParameterVariable(name, symbol, tex, units, meaning, lower=0.0, lower_open=True, **more)
 
 
 def _not_negative(
-    name: str, symbol: str, tex: str, units: str, meaning: str, comment: str = ""
+    name: str, symbol: str, tex: str, units: str, meaning: str, comment: str = "", **more: Any
 ) -> ParameterVariable:
-    return ParameterVariable(name, symbol, tex, units, meaning, comment, lower=0.0)
+    return ParameterVariable(name, symbol, tex, units, meaning, comment, lower=0.0, **more)
 
 
 _V = TypeVar("_V", bound=Variable)
@@ -67,7 +90,7 @@ def _by_name(*variables: _V) -> Mapping[str, _V]:
 
 
 PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
-    _not_negative("temperature", "T", "T", "K", "lubricant temperature"),
+    _not_negative("temperature", "T", "T", "K", "lubricant temperature", default=200.0),
     _not_negative(
         "viscosity_coefficient",
         "k",
@@ -76,8 +99,16 @@ PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
         "viscosity coefficient",
         "numerically the effective viscosity at a strain rate of 1 s-1; "
         "its dimension is Pa s^(gamma+1), Eq. 7",
+        default=5e4,
     ),
-    _not_negative("spring_stiffness", "K", "K", "N m-1", "stiffness of each of the two springs"),
+    _not_negative(
+        "spring_stiffness",
+        "K",
+        "K",
+        "N m-1",
+        "stiffness of each of the two springs",
+        default=3000.0,
+    ),
     ParameterVariable(
         "rheological_index",
         "gamma",
@@ -87,17 +118,41 @@ PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
         "pseudoplastic below 0, Newtonian at 0, dilatant above 0",
         lower=-1.0,
         lower_open=True,
+        default=-2 / 3,
     ),
-    _positive("angular_frequency", "omega", r"\omega", "rad s-1", "angular frequency of the drive"),
-    ParameterVariable(
-        "drive_amplitude", "X_m", "X_m", "m", "displacement amplitude of the drive", nonzero=True
+    _positive(
+        "angular_frequency",
+        "omega",
+        r"\omega",
+        "rad s-1",
+        "angular frequency of the drive",
+        default=10.0,
     ),
-    _positive("block_mass", "M", "M", "kg", "mass of the lower block"),
     ParameterVariable(
-        "initial_displacement", "x_0", "x_0", "m", "initial displacement of the lower block"
+        "drive_amplitude",
+        "X_m",
+        "X_m",
+        "m",
+        "displacement amplitude of the drive",
+        nonzero=True,
+        default=0.8e-6,
+    ),
+    _positive("block_mass", "M", "M", "kg", "mass of the lower block", default=0.4),
+    ParameterVariable(
+        "initial_displacement",
+        "x_0",
+        "x_0",
+        "m",
+        "initial displacement of the lower block",
+        default=0.0,
     ),
     ParameterVariable(
-        "initial_velocity", "v_0", "v_0", "m s-1", "initial velocity of the lower block"
+        "initial_velocity",
+        "v_0",
+        "v_0",
+        "m s-1",
+        "initial velocity of the lower block",
+        default=0.0,
     ),
     ParameterVariable(
         "initial_order_parameter",
@@ -107,18 +162,61 @@ PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
         "initial order parameter",
         lower=0.0,
         upper=2.0,
+        default=0.0,
     ),
-    _positive("film_thickness", "h", "h", "m", "thickness of the lubricant film"),
-    _positive("strain_relaxation_time", "tau", r"\tau_\varepsilon", "s", "strain relaxation time"),
-    _positive("contact_area", "A", "A", "m2", "contact area of the blocks"),
-    _positive("kinetic_coefficient", "delta", r"\delta", "m3 J-1 s-1", "kinetic coefficient"),
+    _positive("film_thickness", "h", "h", "m", "thickness of the lubricant film", default=1e-9),
+    _positive(
+        "strain_relaxation_time",
+        "tau",
+        r"\tau_\varepsilon",
+        "s",
+        "strain relaxation time",
+        default=1e-8,
+    ),
+    _positive("contact_area", "A", "A", "m2", "contact area of the blocks", default=0.6e-9),
+    _positive(
+        "kinetic_coefficient",
+        "delta",
+        r"\delta",
+        "m3 J-1 s-1",
+        "kinetic coefficient",
+        default=100.0,
+    ),
     _not_negative(
-        "thermal_coefficient", "alpha", r"\alpha", "J K-1 m-3", "thermal coefficient of free energy"
+        "thermal_coefficient",
+        "alpha",
+        r"\alpha",
+        "J K-1 m-3",
+        "thermal coefficient of free energy",
+        default=0.95,
     ),
-    _not_negative("critical_temperature", "T_c", "T_c", "K", "critical temperature"),
-    _not_negative("elastic_coefficient", "a", "a", "Pa", "elastic coefficient of the free energy"),
-    _not_negative("cubic_coefficient", "b", "b", "J m-3", "cubic coefficient of the free energy"),
-    _positive("quartic_coefficient", "c", "c", "J m-3", "quartic coefficient of the free energy"),
+    _not_negative("critical_temperature", "T_c", "T_c", "K", "critical temperature", default=290.0),
+    _not_negative(
+        "elastic_coefficient",
+        "a",
+        "a",
+        "Pa",
+        "elastic coefficient of the free energy",
+        default=4e12,
+    ),
+    _not_negative(
+        "cubic_coefficient",
+        "b",
+        "b",
+        "J m-3",
+        "cubic coefficient of the free energy",
+        default=230.0,
+        phi_power=1,
+    ),
+    _positive(
+        "quartic_coefficient",
+        "c",
+        "c",
+        "J m-3",
+        "quartic coefficient of the free energy",
+        default=850.0,
+        phi_power=2,
+    ),
     _not_negative(
         "noise_intensity",
         "D",
@@ -126,6 +224,7 @@ PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
         "s-1",
         "noise intensity",
         "dphi = -delta f'(phi) dt + sqrt(2 D) dW, reflected at phi = 0",
+        default=1e-18,
     ),
 )
 
@@ -146,8 +245,8 @@ TRAJECTORY: Mapping[str, Variable] = _by_name(
 
 _ORBIT = "over the stationary orbit"
 
-RESULTS: Mapping[str, Variable] = _by_name(
-    Variable(
+RESULTS: Mapping[str, ResultVariable] = _by_name(
+    ResultVariable(
         "elastic_stress_amplitude",
         "sigma_el,max",
         r"\sigma_\mathrm{el,max}",
@@ -155,7 +254,7 @@ RESULTS: Mapping[str, Variable] = _by_name(
         "amplitude of the elastic stress",
         f"half of maximum minus minimum {_ORBIT}",
     ),
-    Variable(
+    ResultVariable(
         "friction_force_amplitude",
         "F_max",
         r"F_\mathrm{max}",
@@ -163,27 +262,27 @@ RESULTS: Mapping[str, Variable] = _by_name(
         "amplitude of the friction force",
         f"half of maximum minus minimum {_ORBIT}",
     ),
-    Variable(
+    ResultVariable(
         "elastic_stress_max",
         "max sigma_el",
         r"\max\sigma_\mathrm{el}",
         "Pa",
         f"maximum of the elastic stress {_ORBIT}",
     ),
-    Variable(
+    ResultVariable(
         "elastic_stress_min",
         "min sigma_el",
         r"\min\sigma_\mathrm{el}",
         "Pa",
         f"minimum of the elastic stress {_ORBIT}",
     ),
-    Variable(
+    ResultVariable(
         "friction_force_max", "max F", r"\max F", "N", f"maximum of the friction force {_ORBIT}"
     ),
-    Variable(
+    ResultVariable(
         "friction_force_min", "min F", r"\min F", "N", f"minimum of the friction force {_ORBIT}"
     ),
-    Variable(
+    ResultVariable(
         "amplitude_error",
         "error",
         r"\mathrm{error}",
@@ -191,7 +290,7 @@ RESULTS: Mapping[str, Variable] = _by_name(
         "estimated relative error of the worse of the two amplitudes",
         "relative to max(amplitude, 1 % of 2K|X_m|), over A for the stress",
     ),
-    Variable(
+    ResultVariable(
         "power_balance_error",
         "power balance",
         r"\mathrm{power\ balance}",
@@ -199,18 +298,26 @@ RESULTS: Mapping[str, Variable] = _by_name(
         f"relative violation of the power balance {_ORBIT}",
         "|work of the drive - dissipation - energy gained| / integral of |F V|",
     ),
-    Variable(
-        "orbit_periods", "n", "n", "1", "drive periods after which the stationary orbit closes"
+    ResultVariable(
+        "orbit_periods",
+        "n",
+        "n",
+        "1",
+        "drive periods after which the stationary orbit closes",
+        dtype="i4",
+        missing=-1,
     ),
-    Variable(
+    ResultVariable(
         "melting_count",
         "meltings",
         r"n_\mathrm{melt}",
         "1",
         f"number of solid to liquid transitions {_ORBIT}",
         "solid from phi >= b/2c, melted at phi <= 0.1 b/2c",
+        dtype="i4",
+        missing=-1,
     ),
-    Variable(
+    ResultVariable(
         "asymmetry",
         "asymmetry",
         r"\mathrm{asymmetry}",
@@ -218,16 +325,29 @@ RESULTS: Mapping[str, Variable] = _by_name(
         "asymmetry of the elastic stress: |max + min| / (max - min)",
         "0 where max - min < 1 Pa",
     ),
-    Variable(
+    ResultVariable(
         "periods_integrated",
         "periods",
         r"n_\mathrm{periods}",
         "1",
         "drive periods integrated for this point",
         "confirmation and measurement included, the run of the error estimate not",
+        dtype="i4",
+        missing=-1,
     ),
-    Variable("status", "status", r"\mathrm{status}", "1", "how the computation of the point ended"),
+    ResultVariable(
+        "status",
+        "status",
+        r"\mathrm{status}",
+        "1",
+        "how the computation of the point ended",
+        dtype="i1",
+        missing=127,
+    ),
 )
+
+RESULT_COLUMNS: tuple[str, ...] = tuple(RESULTS)
+"""Columns of a result row, in the order of the registry."""
 
 BY_SYMBOL: Mapping[str, str] = MappingProxyType(
     {variable.symbol: name for name, variable in PARAMETERS.items()}

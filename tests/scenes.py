@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from stickslip import Parameters
-from stickslip.kernels import RESULT_COLUMNS
-from stickslip.orbit import Options, compute_orbits
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
+from stickslip.variables import RESULT_COLUMNS
 
 GAMMAS = (-2 / 3, 0.0, 2 / 3)
 """The three lubricants of Figs. 7 to 9."""

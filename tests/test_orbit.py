@@ -24,8 +24,8 @@ from stickslip import (
 )
 from stickslip.kernels.adaptive import passes, results
 from stickslip.measure import accumulate
+from stickslip.options import METHODS
 from stickslip.orbit import (
-    DEFAULT_MAX_STEPS,
     compute_orbits,
     failed_row,
     prepared_points,
@@ -137,7 +137,7 @@ def test_meltings_are_counted_cyclically_and_with_hysteresis(
     record = np.empty(accumulate.LENGTH)
     accumulate.start(record)
     for phi in phases:
-        accumulate.see_phase(ParameterValues(), phi, record)
+        accumulate.see_phase(Parameters(), phi, record)
     assert accumulate.meltings(record) == count
 
 
@@ -343,7 +343,9 @@ def test_the_noise_intensity_shows_where_solidification_decides() -> None:
 
 def test_options_have_the_defaults_of_a_config() -> None:
     settings = Options().settings()
-    assert settings == kernels.Settings(1e-6, 1e-10, DEFAULT_MAX_STEPS, 1e-6, 5000, True)
+    assert settings == kernels.Settings(
+        1e-6, 1e-10, METHODS["adaptive"].max_steps, 1e-6, 5000, True
+    )
     assert all(type(value) in (int, float, bool) for value in settings)
     assert not Options(method="euler-cromer").settings().accelerate
     assert Options(method="euler-cromer").settings().max_steps > 6.3e9 * 5000

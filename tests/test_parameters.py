@@ -161,7 +161,7 @@ def test_make_coerces_and_checks():
 
 
 def test_make_wants_every_field():
-    with pytest.raises(TypeError, match="Expected 20 arguments, got 3"):
+    with pytest.raises(TypeError, match="expected 20 values, not 3"):
         Parameters._make([1, 2, 3])
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip import kernels, reference
-from stickslip.orbit import Options
+from stickslip.options import Options
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 

@@ -86,7 +86,10 @@ def poisoned_block(task: Task) -> Block:
 
 def command(*arguments: str, hook: str = "") -> subprocess.Popen[str]:
     """`stickslip sweep a.yaml` in a session of its own, after the statements of the hook."""
-    code = f"import workers; from sweeps.engine.executors import backends\n{hook}\nfrom sweeps.cli import main; main()"
+    code = (
+        "import workers; from sweeps.engine.executors import backends\n"
+        f"{hook}\nfrom sweeps.cli import main; main()"
+    )
     return subprocess.Popen(
         [sys.executable, "-c", code, "sweep", "a.yaml", "-o", "a.nc", "--no-progress", *arguments],
         stdout=subprocess.PIPE,

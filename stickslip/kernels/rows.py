@@ -3,45 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from stickslip.compiled.decorators import inline, jit
+from stickslip.options import Settings as Settings
 from stickslip.parameters import Parameters, ParameterValues
+from stickslip.variables import RESULT_COLUMNS as RESULT_COLUMNS
 
 # The first step as a part of the drive period: short against every rate of the paper's scenes,
 # and the controller lengthens it six-fold a step.
 FIRST_STEP = 1e-6
 
-
-class Settings(NamedTuple):
-    """What a door needs beside the parameters; `integrator.rtol` and so on in a config."""
-
-    rtol: float
-    dt: float
-    max_steps: int
-    stationary_rtol: float
-    max_periods: int
-    accelerate: bool
-
-
-RESULT_COLUMNS = (
-    "elastic_stress_amplitude",
-    "friction_force_amplitude",
-    "elastic_stress_max",
-    "elastic_stress_min",
-    "friction_force_max",
-    "friction_force_min",
-    "amplitude_error",
-    "power_balance_error",
-    "orbit_periods",
-    "melting_count",
-    "asymmetry",
-    "periods_integrated",
-    "status",
-)
-"""Columns of a result row; the names are those of `variables.RESULTS`."""
 
 FINAL_COLUMNS = ("displacement", "velocity", "log_order_parameter", "step")
 """Columns of a final row: the stroboscopic state (x, v, ln phi) on the orbit, the next step."""

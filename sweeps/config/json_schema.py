@@ -12,7 +12,6 @@ from typing import Any
 
 from pydantic.json_schema import models_json_schema
 
-from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, ParameterVariable
 from sweeps.config.axes import MAX_VALUES
 from sweeps.config.numbers import RATIONAL_PATTERN
@@ -80,7 +79,7 @@ def _fixed(variable: ParameterVariable) -> Schema:
     return {
         "$ref": f"#/$defs/value_{variable.name}",
         "description": _description(variable),
-        "default": Parameters._field_defaults[variable.name],
+        "default": variable.default,
     }
 
 

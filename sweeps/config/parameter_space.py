@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from stickslip.parameters import Parameters
 from stickslip.variables import BY_SYMBOL, PARAMETERS, canonical_name
 from sweeps.config.axes import Axis, finite, parse_axis
 from sweeps.config.diagnostics import Findings, Origin, did_you_mean, shown
@@ -37,7 +36,7 @@ class Space:
 
     def values(self, name: str) -> tuple[float, ...]:
         """All values that the parameter takes."""
-        default: float = Parameters._field_defaults[name]
+        default: float = PARAMETERS[name].default
         return self.sweep.get(name) or self.cases.get(name) or (self.model.get(name, default),)
 
 

@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.kernels import RESULT_COLUMNS
-from stickslip.orbit import Options
+from stickslip.options import Options
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.schema import Execution
 from sweeps.engine.blocks import Blocks
 from sweeps.engine.executors.backends import Backend, WorkersLostError, make_backend

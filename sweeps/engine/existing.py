@@ -12,10 +12,9 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.kernels import RESULT_COLUMNS
 from stickslip.parameters import Parameters
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.diagnostics import Findings, Problem
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.yaml_reader import read_text

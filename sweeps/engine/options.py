@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from stickslip import stability
-from stickslip.orbit import Options
+from stickslip.options import Options
 from sweeps.config.load import Config
 from sweeps.grid import Grid
 
@@ -23,7 +23,7 @@ def options_of(config: Config) -> Options:
         stationary_rtol=config.stationary.rtol,
         max_periods=config.stationary.max_periods,
         accelerate=config.stationary.accelerate,
-        noise=config.noise.treatment,  # type: ignore[arg-type]  # stochastic is refused on reading
+        noise=config.noise.treatment,  # stochastic is refused on reading
     )
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.orbit import Options
+from stickslip.options import Options
 from sweeps.config.load import Config
 from sweeps.config.schema import Execution
 from sweeps.engine.blocks import PILOT_BLOCKS, pilot_blocks, pilot_points

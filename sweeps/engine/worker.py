@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled.cache import processor, source_hash
-from stickslip.orbit import Options, compute_orbits, failed_row, prepare_kernels
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits, failed_row, prepare_kernels
 from stickslip.plausibility import doubtful_balance, doubtful_stress
 from sweeps.grid import Grid
 

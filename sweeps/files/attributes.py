@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled.cache import processor, source_hash
-from stickslip.kernels import NUMERICS_VERSION, RESULT_COLUMNS
+from stickslip.kernels import NUMERICS_VERSION
 from stickslip.status import Status
 from stickslip.trajectory import attributes
-from stickslip.variables import PARAMETERS, RESULTS
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps.config.load import Config
 from sweeps.grid import CASE, Grid
 from sweeps.identity import seal_key, settings_of

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.kernels import RESULT_COLUMNS
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.files.chunks import Slabs
 
 Indices = NDArray[np.int64]

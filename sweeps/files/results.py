@@ -12,7 +12,7 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.kernels import RESULT_COLUMNS
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.files.attributes import coordinates, data_sha256, result_values, variable_attributes
 from sweeps.files.chunks import Slabs
 from sweeps.files.datasets import StorageError, put_in_place

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scenes import FIG_7, FIG_8, FIG_9, GAMMAS, curve, orbits, row, rows
 
 from stickslip import Parameters, Status, simulate
-from stickslip.kernels import RESULT_COLUMNS
+from stickslip.variables import RESULT_COLUMNS
 
 COUNTS = ("orbit_periods", "melting_count")
 

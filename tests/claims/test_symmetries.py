@@ -14,8 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip import Parameters, Status, kernels
-from stickslip.kernels import RESULT_COLUMNS
-from stickslip.orbit import Options, compute_orbits
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
+from stickslip.variables import RESULT_COLUMNS
 
 
 class Symmetry(NamedTuple):

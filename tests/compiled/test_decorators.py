@@ -13,7 +13,7 @@ import pytest
 import stickslip
 from stickslip import kernels
 from stickslip.compiled import cache, decorators
-from stickslip.orbit import Options
+from stickslip.options import Options
 from stickslip.parameters import Parameters
 
 PACKAGE = Path(stickslip.__file__).parent

@@ -80,7 +80,7 @@ def test_the_defaults_of_the_settings() -> None:
 
 
 def test_symbols_and_names_mean_the_same() -> None:
-    by_symbol = {v.symbol: Parameters._field_defaults[name] for name, v in PARAMETERS.items()}
+    by_symbol = {v.symbol: v.default for v in PARAMETERS.values()}
     by_name = {name: by_symbol[v.symbol] for name, v in PARAMETERS.items()}
     assert from_mapping({"model": by_symbol}) == from_mapping({"model": by_name})
     assert list(from_mapping({"model": by_symbol}).model) == list(PARAMETERS)

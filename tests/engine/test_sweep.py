@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import sys
 from collections import namedtuple
 from pathlib import Path
 from typing import Any
@@ -48,8 +49,8 @@ def swept(path: Path, heard: Heard, **options: Any) -> Outcome:
 @pytest.fixture
 def hours(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever is left is worth telling and asking."""
-    monkeypatch.setattr(sweep_module, "_TELL_ABOVE", 0.0)
-    monkeypatch.setattr(sweep_module, "_ASK_ABOVE", 0.0)
+    monkeypatch.setattr(sys.modules["sweeps.engine.sweep"], "_TELL_ABOVE", 0.0)
+    monkeypatch.setattr(sys.modules["sweeps.engine.sweep"], "_ASK_ABOVE", 0.0)
 
 
 def test_a_long_sweep_asks_and_goes_on(tmp_path: Path, hours: None) -> None:

@@ -11,9 +11,9 @@ import pytest
 
 from stickslip import Options, Status, kernels, orbit
 from stickslip.compiled.cache import processor
-from stickslip.kernels import RESULT_COLUMNS
 from stickslip.orbit import compute_orbits, failed_row
 from stickslip.plausibility import doubtful_balance, doubtful_stress
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import from_mapping
 from sweeps.config.schema import Execution
 from sweeps.engine import dispatch, worker

@@ -17,9 +17,9 @@ import xarray as xr
 
 from stickslip import Status
 from stickslip.compiled.cache import processor, source_hash
-from stickslip.kernels import NUMERICS_VERSION, RESULT_COLUMNS
+from stickslip.kernels import NUMERICS_VERSION
 from stickslip.parameters import Parameters
-from stickslip.variables import PARAMETERS
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping, from_yaml
 from sweeps.engine.in_memory import run
 from sweeps.engine.trajectories import trajectories, trajectory

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from stickslip import Status
-from stickslip.kernels import RESULT_COLUMNS
 from stickslip.orbit import failed_row
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping
 from sweeps.engine.dispatch import compute
 from sweeps.engine.existing import RefusalError, found_in_file

@@ -9,7 +9,7 @@ import pytest
 from scenes import error_scales, orbits, row
 
 from stickslip import IntegrationError, Parameters, Status, kernels, simulate, stability
-from stickslip.orbit import Options
+from stickslip.options import Options
 
 X_M = 0.8e-6
 OMEGA = 38.0

@@ -26,7 +26,7 @@ from stickslip.kernels.rows import parameters_of
 from stickslip.measure import accumulate
 from stickslip.model import noise
 from stickslip.numerics.euler_cromer_lanes import PENDING, STEPS_BETWEEN_CHECKS
-from stickslip.orbit import Options
+from stickslip.options import Options
 
 # A short and fast drive: few steps of a stable size make a period of the solid film.
 FAST = {

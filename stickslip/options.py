@@ -1,0 +1,194 @@
+"""How an orbit is computed: methods, noise treatments, friction laws, tolerances and budgets.
+
+The one copy of their names, defaults and ranges. Light: nothing here is compiled.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+
+@dataclass(frozen=True)
+class Method:
+    """A method that a user can choose.
+
+    `module` has what it does: `compile_for`, `orbits`, `trajectory` and `largest_step`, described
+    in `kernels/adaptive/driver.py`. `own_option` is the option that only this method uses;
+    `max_steps` its budget of steps a point where none is given.
+    """
+
+    meaning: str
+    module: str
+    own_option: str
+    max_steps: int
+    accelerates: bool
+
+    @property
+    def kernels(self) -> Any:
+        """The compiled side of the method, loaded when it is needed."""
+        return import_module(self.module)
+
+
+METHODS: Mapping[str, Method] = MappingProxyType(
+    {
+        "adaptive": Method(
+            meaning="stiff, order 4, with error control",
+            module="stickslip.kernels.adaptive.driver",
+            own_option="rtol",
+            max_steps=20_000_000,  # a point of the paper's figures takes 1e4 to 1e6
+            accelerates=True,
+        ),
+        "euler-cromer": Method(
+            meaning="the paper's explicit scheme with a fixed step, order 1",
+            module="stickslip.kernels.euler_cromer.driver",
+            own_option="dt",
+            max_steps=10**15,  # known beforehand: 1e10 a period at the paper's step
+            accelerates=False,
+        ),
+    }
+)
+
+NOISE_TREATMENTS: Mapping[str, str] = MappingProxyType(
+    {
+        "typical-path": "the geometric mean of the fluctuating order parameter, without chance",
+        "none": "the deterministic equation",
+    }
+)
+
+FRICTION_LAWS: Mapping[str, str] = MappingProxyType(
+    {
+        "power-law": "stickslip.model.laws.power_law",
+    }
+)
+"""The laws of the viscous stress, each with the module that declares it."""
+
+
+class Range(NamedTuple):
+    """The valid values of a number."""
+
+    lower: float
+    upper: float = math.inf
+    lower_open: bool = False
+
+    def holds(self, value: float) -> bool:
+        """Whether `value` lies in the range."""
+        above = value > self.lower if self.lower_open else value >= self.lower
+        return above and value <= self.upper and math.isfinite(value)
+
+    def __str__(self) -> str:
+        if self.upper < math.inf:
+            return f"{self.lower:g} {'<' if self.lower_open else '<='} value <= {self.upper:g}"
+        return f"{'greater than' if self.lower_open else 'at least'} {self.lower:g}"
+
+
+@dataclass(frozen=True)
+class Option:
+    """A number that a user can set: its default, valid range and meaning."""
+
+    default: Any
+    range: Range
+    meaning: str
+
+
+# Below 1e-13 rounding decides, above 1e-2 the answer means nothing.
+_TOLERANCE = Range(1e-13, 1e-2, lower_open=True)
+
+# Kernels count in 64-bit integers.
+_COUNT = Range(1, 2**63 - 1)
+
+OPTIONS: Mapping[str, Option] = MappingProxyType(
+    {
+        "rtol": Option(1e-6, _TOLERANCE, "relative tolerance of a step (adaptive)"),
+        "dt": Option(1e-10, Range(0.0, lower_open=True), "time step in s (euler-cromer)"),
+        "max_steps": Option(
+            None, _COUNT, "budget of steps for one point; left out, the method's own"
+        ),
+        "stationary_rtol": Option(1e-6, _TOLERANCE, "remaining distance to the limit orbit"),
+        "max_periods": Option(5000, _COUNT, "drive periods after which a point is given up"),
+    }
+)
+
+
+class NoiseError(ValueError):
+    """A start at phi = 0 without noise, which would stay liquid for ever."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "initial_order_parameter (phi_0) = 0 without noise: phi = 0 is an exact zero of the "
+            "kinetic equation, so the film could never solidify; use noise treatment "
+            "'typical-path' with noise_intensity > 0, or phi_0 > 0"
+        )
+
+
+class OptionError(ValueError):
+    """An option has a value outside its valid range; the message names each one."""
+
+
+class Settings(NamedTuple):
+    """The options as kernels take them: plain numbers, one compiled specialisation."""
+
+    rtol: float
+    dt: float
+    max_steps: int
+    stationary_rtol: float
+    max_periods: int
+    accelerate: bool
+
+
+@dataclass(frozen=True)
+class Options:
+    """How an orbit is computed; the names are those of a config.
+
+    `rtol` belongs to the adaptive method, `dt` [s] to euler-cromer; `max_steps` None is the
+    method's own budget. `stationary_rtol` is the remaining distance to the limit in
+    (x/X_m, v/(X_m omega)); `accelerate` extrapolates plainly contracting sequences.
+
+    Raises OptionError for a value outside its valid range.
+    """
+
+    method: str = "adaptive"
+    rtol: float = OPTIONS["rtol"].default
+    dt: float = OPTIONS["dt"].default
+    max_steps: int | None = OPTIONS["max_steps"].default
+    stationary_rtol: float = OPTIONS["stationary_rtol"].default
+    max_periods: int = OPTIONS["max_periods"].default
+    accelerate: bool = True
+    noise: str = "typical-path"
+    friction: str = "power-law"
+
+    def __post_init__(self) -> None:
+        """Raise OptionError for a value that no computation could follow."""
+        complaints = list(self._complaints())
+        if complaints:
+            raise OptionError("; ".join(complaints))
+
+    def _complaints(self) -> Iterator[str]:
+        choices = {"method": METHODS, "noise": NOISE_TREATMENTS, "friction": FRICTION_LAWS}
+        for name, known in choices.items():
+            value = getattr(self, name)
+            if value not in known:
+                yield f"{name} must be one of {', '.join(known)}, not {value!r}"
+        for name, option in OPTIONS.items():
+            value = getattr(self, name)
+            if not ((value is None and option.default is None) or option.range.holds(value)):
+                yield f"{name} must be {option.range}, not {value!r}"
+
+    def settings(self) -> Settings:
+        """The same as kernels take it."""
+        method = METHODS[self.method]
+        return Settings(
+            rtol=float(self.rtol),
+            dt=float(self.dt),
+            max_steps=int(method.max_steps if self.max_steps is None else self.max_steps),
+            stationary_rtol=float(self.stationary_rtol),
+            max_periods=int(self.max_periods),
+            accelerate=bool(self.accelerate) and method.accelerates,
+        )
+
+
+DEFAULTS = Options()
