@@ -13,7 +13,7 @@ import numpy as np
 from common import AMPLITUDES, amplitude_errors, arguments, finish, median_seconds
 
 from sweeps import run
-from sweeps.config.shipped import shipped_config
+from sweeps.config.paper import shipped_config
 from sweeps.engine.in_memory import read_config
 from sweeps.grid import Grid
 

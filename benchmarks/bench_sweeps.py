@@ -35,8 +35,8 @@ from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from stickslip.status import Status
 from sweeps import run
+from sweeps.config.paper import shipped_config
 from sweeps.config.schema import Execution
-from sweeps.config.shipped import shipped_config
 from sweeps.engine.dispatch import compute
 from sweeps.engine.in_memory import read_config
 from sweeps.engine.options import options_of

@@ -136,17 +136,17 @@ def sweep(
     The same command runs, resumes and grows a sweep: after an interruption, with more values on an
     axis or a finer grid, exactly the missing points are computed.
     """
-    from sweeps.engine.resume import Choices
+    from sweeps.engine.resume import ExistingPolicy
 
     changes = [*(set_ or []), *execution_changes(workers, backend, scheduler)]
     stop = stop_of(max_runtime)
     settings = read_settings(config, changes)
-    choices = Choices(overwrite, recompute, accept_mixed, retry_failed)
+    policy = ExistingPolicy(overwrite, recompute, accept_mixed, retry_failed)
     path = output or Path(settings.output)
     failures = sweep_and_report(
         settings,
         path,
-        choices,
+        policy,
         stop,
         progress=not no_progress,
         partial=partial,
@@ -332,7 +332,7 @@ def _refuse_existing(path: Path, *, overwrite: bool) -> None:
     if path.is_dir():
         stop_with(f"{path} is a folder; -o names a file", Exit.STORAGE)
     if path.exists() and not path.is_file():  # a device or a pipe would be replaced
-        stop_with(f"{path} is no ordinary file; -o names one", Exit.STORAGE)
+        stop_with(f"{path} is not an ordinary file; -o names one", Exit.STORAGE)
     if path.exists() and not overwrite:
         stop_with(
             f"{path} exists already; --overwrite replaces it, -o writes elsewhere", Exit.USAGE
@@ -348,7 +348,8 @@ def _refuse_picture_name(path: Path) -> None:
 
 
 def _require_writable(ds: xr.Dataset, path: Path) -> None:
-    from sweeps.files.datasets import StorageError, require_writable
+    from sweeps.files.atomic import StorageError
+    from sweeps.files.datasets import require_writable
 
     try:
         require_writable(ds, path)
@@ -357,7 +358,8 @@ def _require_writable(ds: xr.Dataset, path: Path) -> None:
 
 
 def _write(ds: xr.Dataset, path: Path) -> None:
-    from sweeps.files.datasets import StorageError, write_dataset
+    from sweeps.files.atomic import StorageError
+    from sweeps.files.datasets import write_dataset
 
     try:
         write_dataset(ds, path)
@@ -381,10 +383,9 @@ def _trajectory(settings: Config) -> xr.Dataset:
 
 def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: bool) -> int:
     """Compute, write and draw one figure; returns the number of failed points."""
-    from sweeps.config.paper import PAPER
-    from sweeps.config.shipped import shipped_config
+    from sweeps.config.paper import PAPER, shipped_config
     from sweeps.engine.interrupt import interruptible
-    from sweeps.engine.resume import Choices
+    from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop
     from sweeps.engine.trajectories import trajectories
 
@@ -394,7 +395,7 @@ def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: b
     path = folder / f"fig{number}.nc"
     failures = 0
     if plan.figure == "amplitudes":
-        afresh = Choices(overwrite=True)
+        afresh = ExistingPolicy(overwrite=True)
         failures = sweep_and_report(settings, path, afresh, Stop(), progress=progress, timing=False)
         ds = _open(path)
     else:
@@ -410,7 +411,8 @@ def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: b
 
 
 def _open(file: Path, *, whole: bool = True) -> xr.Dataset:
-    from sweeps.files.datasets import StorageError, open_result
+    from sweeps.files.atomic import StorageError
+    from sweeps.files.datasets import open_result
 
     try:
         return open_result(file, whole=whole)

@@ -15,7 +15,7 @@ import typer
 if TYPE_CHECKING:
     from sweeps.config.load import Config
     from sweeps.engine.outcome import Outcome
-    from sweeps.engine.resume import Choices
+    from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop
 
 
@@ -74,17 +74,17 @@ def stop_of(max_runtime: str | None) -> Stop:
 @contextlib.contextmanager
 def endings() -> Iterator[None]:
     """Failures of a sweep that have an exit code and need no trace."""
-    from sweeps.engine.executors.backends import BackendError
+    from sweeps.engine.executors.base import ExecutorError
     from sweeps.engine.existing import RefusalError
     from sweeps.engine.worker import WorkerMismatchError
-    from sweeps.files.datasets import StorageError
+    from sweeps.files.atomic import StorageError
     from sweeps.files.run_folder import InUseError
 
     try:
         yield
     except RefusalError as error:
         stop_with(str(error), Exit.USAGE)
-    except (InUseError, BackendError, WorkerMismatchError) as error:
+    except (InUseError, ExecutorError, WorkerMismatchError) as error:
         stop_with(str(error), Exit.STOPPED)
     except StorageError as error:
         stop_with(str(error), Exit.STORAGE)
@@ -93,7 +93,7 @@ def endings() -> Iterator[None]:
 def sweep_and_report(
     settings: Config,
     path: Path,
-    choices: Choices,
+    policy: ExistingPolicy,
     stop: Stop,
     *,
     progress: bool = True,
@@ -117,7 +117,7 @@ def sweep_and_report(
             settings,
             path,
             console=Console(say, confirm, progress),
-            choices=choices,
+            policy=policy,
             stop=stop,
             partial=partial,
             keep_journal=keep_journal,

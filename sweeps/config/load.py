@@ -15,11 +15,18 @@ from pydantic import BaseModel, ConfigDict
 
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, canonical_name
-from sweeps.config.diagnostics import ConfigError, Findings, Origin, Problem, did_you_mean, shown
-from sweeps.config.located import UNREADABLE, Entry, entry_of
+from sweeps.config.diagnostics import (
+    ConfigError,
+    Diagnostics,
+    Located,
+    Origin,
+    Problem,
+    located,
+    quoted,
+)
 from sweeps.config.numbers import text
 from sweeps.config.overrides import apply_overrides
-from sweeps.config.parameter_space import read_space, refuse_frozen_start
+from sweeps.config.parameter_space import read_parameter_space, refuse_frozen_start
 from sweeps.config.schema import (
     SECTIONS,
     Execution,
@@ -32,6 +39,7 @@ from sweeps.config.schema import (
 )
 from sweeps.config.yaml_reader import read_file, read_text
 from sweeps.config.yaml_writer import block_yaml
+from sweeps.human import did_you_mean
 
 __all__ = ["Check", "Config", "ConfigError", "Problem", "from_mapping", "from_yaml", "load"]
 
@@ -130,9 +138,9 @@ def load(
     ConfigError
         The file cannot be used; all problems are reported at once.
     """
-    path, findings = Path(path), Findings()
-    root = read_file(path, findings)
-    return _config(root, findings, overrides, f"results/{path.stem}.nc", checks)
+    path, diagnostics = Path(path), Diagnostics()
+    root = read_file(path, diagnostics)
+    return _config(root, diagnostics, overrides, f"results/{path.stem}.nc", checks)
 
 
 def from_mapping(
@@ -146,63 +154,58 @@ def from_mapping(
 
     The default output is `results/sweep.nc`; `source` stands for the file in messages.
     """
-    findings = Findings()
-    root = entry_of(mapping, source, findings)
-    return _config(root, findings, overrides, "results/sweep.nc", checks)
+    diagnostics = Diagnostics()
+    root = located(mapping, Origin(source), diagnostics)
+    return _config(root, diagnostics, overrides, "results/sweep.nc", checks)
 
 
 def from_yaml(yaml: str, source: str = "<text>", overrides: Sequence[str] = ()) -> Config:
     """The config in a YAML text, such as the one that a result file carries; see `load`."""
-    findings = Findings()
-    root = read_text(yaml, source, findings)
-    return _config(root, findings, overrides, "results/sweep.nc", ())
+    diagnostics = Diagnostics()
+    root = read_text(yaml, source, diagnostics)
+    return _config(root, diagnostics, overrides, "results/sweep.nc", ())
 
 
 def _config(
-    root: Entry | None,
-    findings: Findings,
+    root: Located | None,
+    diagnostics: Diagnostics,
     overrides: Sequence[str],
     output: str,
     checks: Sequence[Check],
 ) -> Config:
     if root is not None and not isinstance(root.value, dict):
-        message = f"must hold lines `key: value`, not {shown(root.value)}"
-        findings.refuse(root.origin, "", message)
+        root.refuse(f"must hold lines `key: value`, not {quoted(root.value)}")
         root = None
-    case = apply_overrides(root or Entry({}, Origin("")), overrides, findings)
-    if root is None:
-        findings.raise_problems()
-        raise AssertionError("an unreadable config leaves a problem behind")
-    fields = _fields(root, case, output, findings)
-    findings.raise_problems()
-    config = Config(**fields, warnings=tuple(map(str, findings.warnings)))
-    _run(checks, config, root, findings)
+    # Overrides of an unreadable config are judged all the same, on an empty one.
+    base = root or located({}, Origin(""), diagnostics)
+    case = apply_overrides(base, overrides, diagnostics)
+    fields = _fields(base, case, output) if root else {}
+    diagnostics.raise_problems()
+    config = Config(**fields, warnings=tuple(map(str, diagnostics.warnings)))
+    for check in checks:
+        for key, message in check(config):
+            base.refuse(message, *key.split("."))
+    diagnostics.raise_problems()
     return config
 
 
-def _fields(root: Entry, case: Entry | None, output: str, findings: Findings) -> dict[str, Any]:
-    _refuse_unknown_keys(root, findings)
-    space = read_space(root, case, findings)
-    sections = {name: read_section(root, name, findings) for name in SECTIONS}
+def _fields(root: Located, case: Located | None, output: str) -> dict[str, Any]:
+    for key in root.value:
+        if key not in KEYS:
+            root.refuse(f"unknown key{_place_or_name(key)}", key)
+    space = read_parameter_space(root, case)
+    sections = {name: read_section(root, name) for name in SECTIONS}
     noise = sections["noise"]
     if isinstance(noise, Noise):
-        where = root.origin_at(("noise", "treatment"))
-        refuse_frozen_start(root, space, noise.treatment, where, findings)
+        refuse_frozen_start(root, space, noise.treatment)
     return {
-        "title": _text(root, "title", None, findings),
+        "title": _text(root, "title", None),
         "model": space.model,
         "sweep": space.sweep,
         "cases": space.cases,
-        "output": _text(root, "output", output, findings),
+        "output": _text(root, "output", output),
         **sections,
     }
-
-
-def _refuse_unknown_keys(root: Entry, findings: Findings) -> None:
-    for key, entry in root.value.items():
-        if key in KEYS:
-            continue
-        findings.refuse(entry.origin, key, f"unknown key{_place_or_name(key)}")
 
 
 def _place_or_name(key: str) -> str:
@@ -215,22 +218,9 @@ def _place_or_name(key: str) -> str:
     return did_you_mean(key, [*KEYS, *PARAMETERS]) or f"; known are {', '.join(KEYS)}"
 
 
-def _text(root: Entry, key: str, default: str | None, findings: Findings) -> str | None:
-    entry = root.value.get(key)
-    if entry is None or entry.value is None or entry.value is UNREADABLE:
-        return default
-    try:
-        value = text(entry.value)
-    except ValueError as error:
-        findings.refuse(entry.origin, key, str(error))
-        return default
-    if not value.strip():
-        findings.refuse(entry.origin, key, "must not be empty; leave it out instead")
-    return value
-
-
-def _run(checks: Sequence[Check], config: Config, root: Entry, findings: Findings) -> None:
-    for check in checks:
-        for key, message in check(config):
-            findings.refuse(root.origin_at(tuple(key.split("."))), key, message)
-    findings.raise_problems()
+def _text(root: Located, key: str, default: str | None) -> str | None:
+    node = root.value.get(key)
+    value = node.read(text) if node and node.value is not None else None
+    if value is not None and not value.strip():
+        node.refuse("must not be empty; leave it out instead")
+    return default if value is None else value

@@ -17,9 +17,9 @@ from pydantic import (
 from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import ValidationInfo
 
-from sweeps.config.diagnostics import Findings, did_you_mean, shown
-from sweeps.config.located import UNREADABLE, Entry
+from sweeps.config.diagnostics import UNREADABLE, Located, quoted
 from sweeps.config.numbers import number, text, whole
+from sweeps.human import did_you_mean
 
 # Kernels count in 64-bit integers.
 _MAX_COUNT = 2**63 - 1
@@ -168,27 +168,24 @@ SECTIONS: dict[str, type[Section]] = {
 }
 
 
-def read_section(root: Entry, name: str, findings: Findings) -> Section | None:
+def read_section(root: Located, name: str) -> Section | None:
     """The section with what the config leaves out at its defaults; None where it is refused."""
     kind = SECTIONS[name]
-    entry = root.value.get(name)
-    if entry is None or entry.value is None:
+    node = root.value.get(name)
+    if node is None or node.value is None:
         return kind()
-    if entry.value is UNREADABLE:
+    if node.value is UNREADABLE:
         return None
-    if not isinstance(entry.value, dict):
+    if not isinstance(node.value, dict):
         keys = ", ".join(kind.model_fields)
-        message = f"must hold lines `key: value` with the keys {keys}, not {shown(entry.value)}"
-        findings.refuse(entry.origin, name, message)
+        node.refuse(f"must hold lines `key: value` with the keys {keys}, not {quoted(node.value)}")
         return None
     try:
-        return kind.model_validate(entry.plain())
+        return kind.model_validate(node.plain())
     except ValidationError as error:
         for details in error.errors(include_url=False):
             if details["input"] is not UNREADABLE:
-                path = details["loc"]
-                key = ".".join(map(str, (name, *path[:1])))
-                findings.refuse(entry.origin_at(path), key, _message(details, kind))
+                node.refuse(_message(details, kind), *details["loc"])
     return None
 
 
@@ -203,10 +200,10 @@ def _message(details: ErrorDetails, kind: type[Section]) -> str:
             return str(details["ctx"]["error"])
         case "greater_than" | "greater_than_equal" | "less_than" | "less_than_equal" as bound:
             ((_, limit),) = details["ctx"].items()
-            return f"must be {_BOUNDS[bound]} {limit:g}, not {shown(value)}"
+            return f"must be {_BOUNDS[bound]} {limit:g}, not {quoted(value)}"
         case "literal_error":
             expected = details["ctx"]["expected"]
             names = re.findall("'(.*?)'", expected)
             hint = did_you_mean(value, names) if isinstance(value, str) else ""
-            return f"must be {expected}, not {shown(value)}{hint}"
-    return f"{details['msg'].replace('Input should be', 'must be')}, not {shown(value)}"
+            return f"must be {expected}, not {quoted(value)}{hint}"
+    return f"{details['msg'].replace('Input should be', 'must be')}, not {quoted(value)}"

@@ -18,16 +18,22 @@ from sweeps.config.schema import Execution
 from sweeps.engine.blocks import PILOT_BLOCKS, pilot_points
 from sweeps.engine.cost import Costs
 from sweeps.engine.dispatch import finished_blocks
-from sweeps.engine.executors.backends import Backend, make_backend
-from sweeps.engine.existing import RefusalError, Stock, Wanted, readable_manifest
+from sweeps.engine.executors.base import Executor
+from sweeps.engine.executors.choose import make_executor
+from sweeps.engine.existing import RefusalError, Target, readable_manifest
 from sweeps.engine.options import options_of
 from sweeps.engine.outcome import Console, Outcome, size_text
 from sweeps.engine.progress import Progress, Tally, make_progress
-from sweeps.engine.resume import Choices, complete_already, take_stock
+from sweeps.engine.resume import (
+    ExistingPolicy,
+    PreparedJournal,
+    complete_already,
+    prepare_journal,
+)
 from sweeps.engine.signals import Stop, listening, wait_for
 from sweeps.engine.worker import Block, compile_kernels
+from sweeps.files.atomic import StorageError, refuse_odd_output
 from sweeps.files.attributes import global_attributes
-from sweeps.files.datasets import StorageError, refuse_odd_output
 from sweeps.files.journal import BYTES_PER_POINT, Journal
 from sweeps.files.results import Written, try_writing, write_result
 from sweeps.files.run_folder import RunFolder
@@ -48,20 +54,20 @@ _TELL_ABOVE, _ASK_ABOVE = 10.0, 3600.0  # seconds that are left
 class _Sweep:
     """A sweep that holds its output: everything between the lock and the result."""
 
-    wanted: Wanted
+    target: Target
     output: Path
     folder: RunFolder
     stop: Stop
     console: Console
     execution: Execution
-    stock: Stock
+    prepared: PreparedJournal
     tally: Tally
     doubts: np.ndarray = field(default_factory=lambda: np.zeros(2, dtype=np.int64))
     costs: Costs = field(default_factory=Costs)
 
     @property
     def journal(self) -> Journal:
-        return self.stock.journal
+        return self.prepared.journal
 
     # --- before ---
 
@@ -76,46 +82,46 @@ class _Sweep:
                 f"{size_text(needed)}; make room, or write elsewhere with -o"
             )
         attributes = self.attributes()
-        try_writing(self.wanted.grid, self.wanted.slabs, attributes, self.folder.result)
+        try_writing(self.target.grid, self.target.chunks, attributes, self.folder.result)
 
     def announce(self) -> None:
         """Say what is found and what is to be done."""
-        for warning in self.stock.warnings:
+        for warning in self.prepared.warnings:
             self.console.say(f"warning: {warning}")
-        shape = self.wanted.grid.shape
+        shape = self.target.grid.shape
         product = f" ({' x '.join(map(str, shape))})" if len(shape) > 1 else ""
-        found = f": {', '.join(self.stock.found)}" if self.stock.found else ""
+        found = f": {', '.join(self.prepared.found)}" if self.prepared.found else ""
         self.console.say(f"{self.tally.total} points{product}{found}; {self.tally.left} to compute")
 
     # --- computing ---
 
     def compute(self) -> None:
         """Compute what is missing, until it is done or a stop is requested."""
-        options = options_of(self.wanted.config)
+        options = options_of(self.target.config)
         remote = self.execution.backend == "dask" and self.execution.scheduler
         if not remote and not wait_for(
-            lambda: compile_kernels(options, self.wanted.grid), self.stop
+            lambda: compile_kernels(options, self.target.grid), self.stop
         ):
             return
         large = self.tally.left >= _PILOT_FROM
         pilot = pilot_points(self.tally.left) if large else 0
         with ExitStack() as stack:
-            backend = stack.enter_context(make_backend(self.execution))
+            executor = stack.enter_context(make_executor(self.execution))
             progress = stack.enter_context(make_progress(self.tally, wanted=self.console.progress))
-            self.stop.at_once += [backend.kill, progress.stop]
+            self.stop.at_once += [executor.kill, progress.stop]
             self.tally.begin()
-            stack.enter_context(self.folder.beating(lambda: self.beat(backend)))
+            stack.enter_context(self.folder.beating(lambda: self.beat(executor)))
             blocks = finished_blocks(
-                self.wanted.grid,
+                self.target.grid,
                 options,
                 self.journal.done,
-                backend,
+                executor,
                 self.stop,
                 block_points=self.execution.block_points,
                 pilot=pilot,
             )
             try:
-                self._record(blocks, backend, progress, pilot)
+                self._record(blocks, executor, progress, pilot)
             except StorageError:
                 self.stop.request("the journal could not be written")
                 for _ in blocks:  # what is in flight cannot be kept any more
@@ -123,7 +129,7 @@ class _Sweep:
                 raise
 
     def _record(
-        self, blocks: Iterator[Block], backend: Backend, progress: Progress, pilot: int
+        self, blocks: Iterator[Block], executor: Executor, progress: Progress, pilot: int
     ) -> None:
         for number, block in enumerate(blocks):
             self._keep(block)
@@ -136,7 +142,7 @@ class _Sweep:
             if number == 0:
                 self._stop_if_all_fail(block)
             if self.costs.blocks == (PILOT_BLOCKS if pilot else _BLOCKS_TO_JUDGE):
-                self._estimate(backend, progress)
+                self._estimate(executor, progress)
 
         self._keep(None)
 
@@ -173,8 +179,8 @@ class _Sweep:
                 code=3,
             )
 
-    def _estimate(self, backend: Backend, progress: Progress) -> None:
-        estimate = self.costs.estimate(self.tally.left, backend.slots)
+    def _estimate(self, executor: Executor, progress: Progress) -> None:
+        estimate = self.costs.estimate(self.tally.left, executor.slots)
         if estimate.seconds < _TELL_ABOVE:
             return
         progress.say(f"time left: {estimate}")
@@ -189,10 +195,10 @@ class _Sweep:
     def write(self, path: Path) -> Written:
         """The result file from the journal."""
         return write_result(
-            self.wanted.grid,
-            seal_key(self.wanted.settings, self.wanted.grid),
-            self.wanted.slabs,
-            self.journal.slab,
+            self.target.grid,
+            seal_key(self.target.settings, self.target.grid),
+            self.target.chunks,
+            self.journal.chunk,
             self.attributes(),
             self.folder.result,
             path,
@@ -200,7 +206,7 @@ class _Sweep:
 
     def attributes(self) -> dict[str, str]:
         """The global attributes of the result."""
-        manifest, attributes = self.journal.manifest or {}, global_attributes(self.wanted.config)
+        manifest, attributes = self.journal.manifest or {}, global_attributes(self.target.config)
         earlier = manifest.get("history", "")
         if earlier:
             attributes["history"] += "\n" + earlier
@@ -229,13 +235,13 @@ class _Sweep:
         statuses[Status.PENDING] = self.tally.left
         return self.outcome(statuses, np.nan, stopped=self.stop.code, reason=self.stop.reason)
 
-    def beat(self, backend: Backend) -> dict[str, Any]:
+    def beat(self, executor: Executor) -> dict[str, Any]:
         """What the heartbeat says."""
         state = "stopping" if self.stop.reason else "running"
         return self.tally.as_dict() | {
             "state": state,
             "backend": self.execution.backend,
-            "slots": backend.slots,
+            "slots": executor.slots,
         }
 
     def _not_written(self, error: OSError) -> str:
@@ -252,7 +258,7 @@ def sweep(
     *,
     console: Console,
     execution: Execution | None = None,
-    choices: Choices = Choices(),  # noqa: B008 - immutable
+    policy: ExistingPolicy = ExistingPolicy(),  # noqa: B008 - immutable
     stop: Stop | None = None,
     partial: bool = False,
     keep_journal: bool = False,
@@ -273,7 +279,7 @@ def sweep(
         Where to speak, and whom to ask.
     execution
         Workers and backend; by default those of the config.
-    choices
+    policy
         What to do with results that are there and do not fit.
     stop
         Ends the sweep early; signals request it too.
@@ -290,38 +296,38 @@ def sweep(
         Another run holds the output.
     StorageError
         Something cannot be read or written; what is finished is kept.
-    BackendError
+    ExecutorError
         The workers cannot be had, or were lost; what is finished is kept.
     """
     refuse_odd_output(output)
-    wanted, folder = Wanted.by(config), RunFolder(output)
+    target, folder = Target.of(config), RunFolder(output)
     stop = stop or Stop()
     with folder.held(), listening(stop), _named_after(output):
         folder.discard_leftovers()
-        complete = None if partial else complete_already(wanted, output, folder, choices)
+        complete = None if partial else complete_already(target, output, folder, policy)
         if complete is not None:
             console.say(
                 f"{output} is complete: {int(complete.statuses.sum())} points, nothing to do"
             )
             return Outcome(output, complete.statuses, complete.worst_error)
         if partial:
-            _refuse_partial(output, folder, choices)
-            choices = replace(choices, overwrite=False, recompute=False)
-        stock = take_stock(wanted, output, folder, choices)
+            _refuse_partial(output, folder, policy)
+            policy = replace(policy, overwrite=False, recompute=False)
+        prepared = prepare_journal(target, output, folder, policy)
         try:
             run = _Sweep(
-                wanted,
+                target,
                 output,
                 folder,
                 stop,
                 console,
                 execution or config.execution,
-                stock,
-                Tally(wanted.grid.size, stock.journal.statuses),
+                prepared,
+                Tally(target.grid.size, prepared.journal.statuses),
             )
             return _export(run) if partial else _finish(run, keep_journal)
         finally:
-            stock.journal.close()
+            prepared.journal.close()
 
 
 @contextlib.contextmanager
@@ -354,12 +360,12 @@ def _finish(run: _Sweep, keep_journal: bool) -> Outcome:
     return run.outcome(written.statuses, written.worst_error)
 
 
-def _refuse_partial(output: Path, folder: RunFolder, choices: Choices) -> None:
+def _refuse_partial(output: Path, folder: RunFolder, policy: ExistingPolicy) -> None:
     """Raise RefusalError where an export would write nothing, or less than there is."""
     manifest = readable_manifest(folder.journal)
     if manifest is None and not output.exists():
         raise RefusalError(f"nothing is there yet of {output}; leave out --partial to compute it")
-    if manifest and manifest["afresh"] and output.exists() and not choices.overwrite:
+    if manifest and manifest["afresh"] and output.exists() and not policy.overwrite:
         raise RefusalError(
             f"{output} would lose its points to an unfinished sweep that was begun afresh; "
             "--overwrite does so, or finish the sweep first"

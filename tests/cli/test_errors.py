@@ -189,10 +189,10 @@ def test_an_output_that_is_no_ordinary_file(
     code, out, err = command(verb, "a.yaml", *pick, "-o", "folder")
     assert (code, out, err) == (5, "", "folder is a folder; -o names a file\n")
     code, out, err = command(verb, "a.yaml", *pick, "-o", "pipe")
-    assert (code, out, err) == (5, "", "pipe is no ordinary file; -o names one\n")
+    assert (code, out, err) == (5, "", "pipe is not an ordinary file; -o names one\n")
     code, out, err = command(verb, "a.yaml", *pick, "-o", "a.yaml/b.nc")
     assert (code, out) == (5, "")
-    assert err == "cannot write a.yaml/b.nc: a.yaml is no folder\n"
+    assert err == "cannot write a.yaml/b.nc: a.yaml is not a folder\n"
     assert Path("a.yaml").read_text() == SWEEP
     assert entries() == ["a.yaml", "folder", "pipe"]
 

@@ -48,7 +48,7 @@ def test_what_work_raises_is_raised(error: BaseException) -> None:
 def test_ctrl_c_does_not_wait_for_the_work(stubborn: str) -> None:
     code = (
         "import sys, time\n"
-        "from sweeps.interrupt import interruptible\n"
+        "from sweeps.engine.interrupt import interruptible\n"
         "def while_true():\n"
         "    while True: pass\n"
         f"def work(): print('ready', flush=True); {stubborn}\n"
@@ -138,7 +138,7 @@ def test_ctrl_c_during_a_trajectory(tmp_path: Path) -> None:
     arguments = ["--periods", "1000", "--set", "integrator.rtol=1e-12", "-o", "a.nc"]
     code = (
         "import sys, threading, os, signal\n"
-        "from sweeps import trajectories\n"
+        "from sweeps.engine import trajectories\n"
         "from sweeps.cli import main\n"
         "simulate = trajectories.simulate\n"
         "def announced(*a, **k):\n"

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sweeping import LOOSE, ONE_BY_ONE, Shell, child, entries, hash_at_once, hash_of, write
+from support.sweeping import LOOSE, ONE_BY_ONE, Shell, child, entries, hash_at_once, hash_of, write
 
 from sweeps.engine import progress
 from sweeps.files.run_folder import RunFolder
