@@ -213,7 +213,7 @@ def check(config: ConfigArgument, set_: SetOption = None) -> None:
     axes = [f"{name} {len(values)}" for name, values in settings.sweep.items()]
     if settings.cases:
         axes.append(f"case {len(next(iter(settings.cases.values())))}")
-    method = ", ".join(f"{key} {value}" for key, value in settings.integrator.settings().items())
+    method = ", ".join(f"{key} {value}" for key, value in settings.integrator.used().items())
     points = 1
     for axis in axes:
         points *= int(axis.rsplit(" ", 1)[1])

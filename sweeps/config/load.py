@@ -26,13 +26,20 @@ from sweeps.config.diagnostics import (
 )
 from sweeps.config.numbers import text
 from sweeps.config.overrides import apply_overrides
-from sweeps.config.parameter_space import read_parameter_space, refuse_frozen_start
+from sweeps.config.parameter_space import (
+    PARAMETER_SECTIONS,
+    read_parameter_space,
+    refuse_frozen_start,
+)
 from sweeps.config.schema import (
+    DEFINING,
     SECTIONS,
     Execution,
+    Film,
     Integrator,
     Noise,
     Plot,
+    Section,
     Simulation,
     Stationary,
     read_section,
@@ -47,7 +54,7 @@ KEYS = ("title", "model", "sweep", "cases", *SECTIONS, "output")
 
 
 class Config(BaseModel):
-    """A config without problems, every setting resolved; made by `load` and `from_mapping`.
+    """A config without problems, every key resolved; made by `load` and `from_mapping`.
 
     Parameters go by their full names. `model` holds the fixed ones that were given; `parameters`
     adds the paper's values for the rest. `sweep` keeps the order of its axes. Two configs are
@@ -63,6 +70,7 @@ class Config(BaseModel):
     integrator: Integrator = Integrator()
     stationary: Stationary = Stationary()
     noise: Noise = Noise()
+    film: Film = Film()
     output: str
     execution: Execution = Execution()
     plot: Plot = Plot()
@@ -73,6 +81,10 @@ class Config(BaseModel):
         """The fixed parameters, with the paper's values for those that are not given."""
         return Parameters(**self.model)
 
+    def defining(self) -> dict[str, Section]:
+        """The sections that, besides the parameters, make the numbers of a point."""
+        return {name: getattr(self, name) for name in DEFINING}
+
     def resolved(self) -> dict[str, Any]:
         """Everything that defines the result, without `execution` and `output`, ready for JSON."""
         varied = {*self.sweep, *self.cases}
@@ -82,9 +94,7 @@ class Config(BaseModel):
             "model": {name: value for name, value in fixed.items() if name not in varied},
             "sweep": {name: list(values) for name, values in self.sweep.items()},
             "cases": {name: list(values) for name, values in self.cases.items()},
-            "integrator": self.integrator.settings(),
-            "stationary": self.stationary.model_dump(),
-            "noise": self.noise.model_dump(exclude_none=True),
+            **{name: section.used() for name, section in self.defining().items()},
             "plot": self.plot.model_dump(),
             "simulation": self.simulation.model_dump(),
         }
@@ -94,10 +104,15 @@ class Config(BaseModel):
         return block_yaml(self.resolved())
 
     def sha256(self) -> str:
-        """Hash of what defines the numbers of a sweep: title, plot and simulation do not enter."""
-        parts = self.resolved()
-        for key in ("title", "plot", "simulation"):
-            parts.pop(key, None)
+        """Hash of what defines the numbers of a sweep: title, plot and simulation do not enter.
+
+        Nor does what stands at its neutral value, so that it stays the hash of older files.
+        """
+        resolved = self.resolved()
+        parts: dict[str, Any] = {key: resolved[key] for key in PARAMETER_SECTIONS}
+        parts["model"] = {k: v for k, v in parts["model"].items() if v != PARAMETERS[k].neutral}
+        sections = {name: section.identity() for name, section in self.defining().items()}
+        parts |= {name: identity for name, identity in sections.items() if identity}
         # As pairs, because the order of the axes is the order of the dimensions.
         parts["sweep"] = list(parts["sweep"].items())
         canonical = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
@@ -149,14 +164,17 @@ def from_mapping(
     overrides: Sequence[str] = (),
     *,
     checks: Sequence[Check] = (),
+    older: bool = False,
 ) -> Config:
     """The config in a dict of the same shape as a file; see `load`.
 
-    The default output is `results/sweep.nc`; `source` stands for the file in messages.
+    The default output is `results/sweep.nc`; `source` stands for the file in messages. `older`
+    says that the dict comes from a result: what it leaves out did not exist when it was written,
+    and takes the neutral value, under which the result stays true, instead of today's default.
     """
     diagnostics = Diagnostics()
     root = located(mapping, Origin(source), diagnostics)
-    return _config(root, diagnostics, overrides, "results/sweep.nc", checks)
+    return _config(root, diagnostics, overrides, "results/sweep.nc", checks, older=older)
 
 
 def from_yaml(yaml: str, source: str = "<text>", overrides: Sequence[str] = ()) -> Config:
@@ -172,6 +190,8 @@ def _config(
     overrides: Sequence[str],
     output: str,
     checks: Sequence[Check],
+    *,
+    older: bool = False,
 ) -> Config:
     if root is not None and not isinstance(root.value, dict):
         root.refuse(f"must hold lines `key: value`, not {quoted(root.value)}")
@@ -179,7 +199,7 @@ def _config(
     # Overrides of an unreadable config are judged all the same, on an empty one.
     base = root or located({}, Origin(""), diagnostics)
     case = apply_overrides(base, overrides, diagnostics)
-    fields = _fields(base, case, output) if root else {}
+    fields = _fields(base, case, output, older) if root else {}
     diagnostics.raise_problems()
     config = Config(**fields, warnings=tuple(map(str, diagnostics.warnings)))
     for check in checks:
@@ -189,12 +209,14 @@ def _config(
     return config
 
 
-def _fields(root: Located, case: Located | None, output: str) -> dict[str, Any]:
+def _fields(root: Located, case: Located | None, output: str, older: bool) -> dict[str, Any]:
     for key in root.value:
         if key not in KEYS:
             root.refuse(f"unknown key{_place_or_name(key)}", key)
     space = read_parameter_space(root, case)
-    sections = {name: read_section(root, name) for name in SECTIONS}
+    if older:
+        space = space.with_neutral_values()
+    sections = {name: read_section(root, name, older=older) for name in SECTIONS}
     noise = sections["noise"]
     if isinstance(noise, Noise):
         refuse_frozen_start(root, space, noise.treatment)

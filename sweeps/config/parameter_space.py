@@ -44,6 +44,12 @@ class ParameterSpace:
         default: float = PARAMETERS[name].default
         return self.sweep.get(name) or self.cases.get(name) or (self.model.get(name, default),)
 
+    def with_neutral_values(self) -> ParameterSpace:
+        """The space of an older file: parameters that it does not name have their neutral value."""
+        given = {*self.model, *self.sweep, *self.cases, *self.refused}
+        neutral = {n: v.neutral for n, v in PARAMETERS.items() if v.neutral is not None}
+        return replace(self, model=self.model | {n: neutral[n] for n in neutral.keys() - given})
+
 
 def read_parameter_space(root: Located, case: Located | None) -> ParameterSpace:
     """The parameter space of a config, reduced to one case where `case` picks it.

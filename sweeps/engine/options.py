@@ -24,6 +24,7 @@ def options_of(config: Config) -> Options:
         max_periods=config.stationary.max_periods,
         accelerate=config.stationary.accelerate,
         noise=config.noise.treatment,  # stochastic is refused on reading
+        friction=config.film.friction,
     )
 
 

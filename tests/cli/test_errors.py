@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 import xarray as xr
-from test_bad_configs import ALL
+from support.bad_configs import ALL
 
 from stickslip.orbit import compute_orbits
 from sweeps.cli import app
