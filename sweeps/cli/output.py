@@ -138,11 +138,14 @@ def describe_installation() -> None:
 def describe_file(ds: xr.Dataset) -> None:
     """Print what a result file holds and where it comes from."""
     from sweeps.files.datasets import content_hash
+    from sweeps.files.versions import version_note
 
     print(f"title: {ds.attrs.get('title', '')}")
     print("dimensions: " + (", ".join(f"{d} {n}" for d, n in ds.sizes.items()) or "none"))
     print(f"variables: {', '.join(map(str, ds.data_vars))}")
     if "status" in ds:
+        if note := version_note(map(str, ds.variables)):
+            print(note)
         meanings = str(ds.status.attrs["flag_meanings"]).split()
         for flag, meaning in zip(ds.status.attrs["flag_values"], meanings, strict=True):
             count = int((ds.status == flag).sum())

@@ -23,11 +23,11 @@ from pydantic_core.core_schema import ValidationInfo
 from stickslip.options import DEFAULTS, FRICTION_LAWS, METHODS, NOISE_TREATMENTS, OPTIONS
 from sweeps.config.diagnostics import UNREADABLE, Located, quoted
 from sweeps.config.numbers import number, text, whole
+from sweeps.figure_table import FIGURES
 from sweeps.human import did_you_mean
 
 # Ten variables of 8 bytes: a trajectory of this many samples takes 8 GB.
 _MAX_SAMPLES = 100_000_000
-_FIGURES = ("amplitudes", "time_courses", "relative_motion", "phase_portraits")
 
 _BOUNDS = {
     "greater_than": "greater than",
@@ -45,7 +45,7 @@ else:
     MethodName = Literal[tuple(METHODS)]
     TreatmentName = Literal[(*NOISE_TREATMENTS, "stochastic")]
     LawName = Literal[tuple(FRICTION_LAWS)]
-    FigureName = Literal[_FIGURES]
+    FigureName = Literal[tuple(FIGURES)]
 
 
 def _range(option: str) -> Any:

@@ -16,6 +16,7 @@ from stickslip.parameters import Parameters
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS
 from sweeps.config.load import Config, ConfigError, from_mapping
+from sweeps.config.parameter_space import PARAMETER_SECTIONS
 from sweeps.config.yaml_reader import read_mapping
 from sweeps.files.atomic import StorageError
 from sweeps.files.chunks import Chunks
@@ -290,9 +291,10 @@ def _described(file: netCDF4.Dataset) -> dict[str, Any]:
 def _config_of(described: Callable[[], dict[str, Any]], path: Path) -> Config:
     """The config of an existing result, of this version or an older one; raises RefusalError."""
     try:
-        mapping = described()
-        _refuse_newer(path, unknown_keys(mapping))
-        return from_mapping(_with_neutral_values(mapping, path), source=f"{path} (its config)")
+        written = described()
+        _refuse_newer(path, unknown_keys(written))
+        _refuse_unknown_values(path, written)
+        return from_mapping(written, source=f"{path} (its config)", older=True)
     except ConfigError as error:
         raise RefusalError(
             f"{path} carries a config that this version cannot read:\n{error}\n"
@@ -300,19 +302,15 @@ def _config_of(described: Callable[[], dict[str, Any]], path: Path) -> Config:
         ) from error
 
 
-def _with_neutral_values(mapping: dict[str, Any], path: Path) -> dict[str, Any]:
-    """The same config with the parameters that were added since it was written."""
-    given = {name for part in ("model", "sweep", "cases") for name in mapping.get(part) or {}}
-    added = {
-        name: getattr(PARAMETERS[name], "neutral", None) for name in PARAMETERS if name not in given
-    }
-    unknown = [name for name, neutral in added.items() if neutral is None]
-    if unknown:
+def _refuse_unknown_values(path: Path, written: dict[str, Any]) -> None:
+    """Raise RefusalError where a file says nothing of a parameter that has no neutral value."""
+    given = {name for part in PARAMETER_SECTIONS for name in written.get(part) or {}}
+    added = PARAMETERS.keys() - given
+    if unknown := sorted(name for name in added if PARAMETERS[name].neutral is None):
         raise RefusalError(
             f"{path} was written by an older version and lacks the parameters "
             f"{', '.join(unknown)}, whose values for its points are not known; {_WAYS_OUT}"
         )
-    return mapping | {"model": (mapping.get("model") or {}) | added}
 
 
 def _points_of_file(path: Path, chunks: Chunks) -> Points:

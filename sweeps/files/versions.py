@@ -7,11 +7,10 @@ from typing import Any
 
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.config.load import KEYS
+from sweeps.config.parameter_space import PARAMETER_SECTIONS
 from sweeps.config.schema import SECTIONS
 from sweeps.files.columns import lacking
 from sweeps.grid import CASE
-
-_SPACE = ("model", "sweep", "cases")
 
 
 def unknown_variables(names: Iterable[str]) -> list[str]:
@@ -22,7 +21,7 @@ def unknown_variables(names: Iterable[str]) -> list[str]:
 def unknown_keys(config: Mapping[str, Any]) -> list[str]:
     """The keys of a resolved config, as `integrator.rtol`, that this version does not know."""
     unknown = [key for key in config if key not in KEYS]
-    known = {name: tuple(PARAMETERS) for name in _SPACE}
+    known = {name: tuple(PARAMETERS) for name in PARAMETER_SECTIONS}
     known |= {name: tuple(section.model_fields) for name, section in SECTIONS.items()}
     for name, keys in known.items():
         part = config.get(name)

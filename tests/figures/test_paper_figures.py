@@ -12,7 +12,7 @@ from sweeps.cli.app import main
 from sweeps.config import paper
 from sweeps.config.load import load
 from sweeps.config.paper import PAPER, PaperFigure, shipped_config
-from sweeps.figures import FIGURES
+from sweeps.figure_table import FIGURES
 from sweeps.files.datasets import open_result
 
 Command = Callable[..., tuple[int, str, str]]
