@@ -37,8 +37,7 @@ from stickslip.status import Status
 from sweeps import run
 from sweeps.config.paper import shipped_config
 from sweeps.config.schema import Execution
-from sweeps.engine.dispatch import compute
-from sweeps.engine.in_memory import read_config
+from sweeps.engine.in_memory import compute, read_config
 from sweeps.engine.options import options_of
 from sweeps.engine.worker import Block
 from sweeps.figures import draw, save

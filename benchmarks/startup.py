@@ -12,7 +12,7 @@ from typing import Any
 
 from command import median_of_commands, run_command, run_process
 
-from sweeps.config.shipped import shipped_config
+from sweeps.config.paper import shipped_config
 
 
 def start_up(where: Path, runs: int, *, cold: bool) -> dict[str, Any]:

@@ -189,7 +189,7 @@ def named_paths(text: str) -> list[str]:
 def named_modules(text: str) -> list[str]:
     """Dotted names below the packages."""
     found = re.findall(r"(?<![\w/.])((?:stickslip|sweeps)(?:\.[a-z_]\w*)+)(?![\w/*(]|\.\w)", text)
-    return [name for name in found if not name.endswith(".md")]
+    return [name for name in found if not name.endswith((".md", ".json"))]
 
 
 def importable(name: str) -> bool:
