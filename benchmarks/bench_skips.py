@@ -13,14 +13,7 @@ from typing import Any
 
 import inside
 import numpy as np
-from common import (
-    arguments,
-    column,
-    finish,
-    good,
-    medians_in_turn,
-    parameter,
-)
+from common import arguments, column, finish, good, medians_in_turn, parameter
 from peers.worker import pin
 
 from stickslip import simulate
@@ -56,8 +49,6 @@ def main() -> None:
         *_lanes_for_twins(points, options, runs),
         *_liquid_film(count, options, runs),
     ]
-    for row in rows:
-        print(_told(row))
     finish("skips", {"points": len(points), "runs": runs, "rows": rows}, quick=quick)
 
 
@@ -75,14 +66,8 @@ def _points(count: int, temperatures: tuple[float, float], **others: float) -> n
 def _row(skip: str, on: float, off: float, change: float, **more: Any) -> Row:
     """A line of the results: seconds with the skip and without, and the change of numbers."""
     row: Row = {"skip": skip, "seconds_on": on, "seconds_off": off, "times_faster": off / on}
+    print(f"{skip:66}{1e3 * on:10.2f} ms on {1e3 * off:10.2f} ms off, change {change:.1e}")
     return row | {"change": change} | more
-
-
-def _told(row: Row) -> str:
-    return (
-        f"{row['skip']:64}{1e3 * row['seconds_on']:10.2f} ms on {1e3 * row['seconds_off']:10.2f} "
-        f"ms off {row['times_faster']:8.2f} times, change {row['change']:.1e}"
-    )
 
 
 def _largest_change(results: np.ndarray, others: np.ndarray) -> float:

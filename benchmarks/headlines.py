@@ -15,7 +15,7 @@ Results = dict[str, Any]
 
 def headline(name: str, results: Results) -> Lines:
     """The lines of a benchmark, by what they measure; KeyError for one without lines here."""
-    return _HEADLINES[name](results)
+    return HEADLINES[name](results)
 
 
 def shown(value: float) -> str:
@@ -224,7 +224,7 @@ def _random_row(row: Results) -> str:
     return "; ".join(parts)
 
 
-_HEADLINES: dict[str, Callable[[Results], Lines]] = {
+HEADLINES: dict[str, Callable[[Results], Lines]] = {
     "cube": _cube,
     "engine": _engine,
     "figures": _figures,

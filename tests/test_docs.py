@@ -241,3 +241,16 @@ def test_tables_of_measurements_are_those_of_the_records(scripts: Callable[[str]
     page = scripts("benchmarks/performance.py")
     text = page["PAGE"].read_text("utf-8")
     assert text == page["filled"](text), "run make tables"
+
+
+BENCHMARKS = sorted((ROOT / "benchmarks").glob("bench_*.py"))
+
+
+@pytest.mark.parametrize("path", BENCHMARKS, ids=lambda path: path.stem)
+def test_a_benchmark_is_one_of_the_family(path: Path, scripts: Callable[[str], Any]):
+    text, readme = path.read_text("utf-8"), (ROOT / "benchmarks" / "README.md").read_text("utf-8")
+    assert "arguments(__doc__" in text  # takes --quick and --full
+    assert "    finish(" in text  # prints its lines, and keeps quick runs away from the records
+    assert path.stem.removeprefix("bench_") in scripts("benchmarks/headlines.py")["HEADLINES"]
+    assert f"| `{path.name}` |" in readme
+    assert len(text.splitlines()) <= 300
