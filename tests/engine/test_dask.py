@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from workers import (
+from support.workers import (
     IMPATIENT,
     POINTS,
     ROOT,
@@ -23,12 +23,13 @@ from workers import (
     move_to,
     needs_dask,
     next_line,
+    number_of_tasks,
     wait_for_blocks,
     wait_until,
 )
 
-from sweeps.engine.executors import backends
-from sweeps.engine.executors.backends import WorkersLostError
+from sweeps.engine.executors.base import WorkersLostError
+from sweeps.engine.executors.dask import ClusterExecutor
 from sweeps.engine.in_memory import read_config, run
 from sweeps.engine.state import state_of
 from sweeps.files.datasets import content_hash
@@ -74,10 +75,6 @@ def test_a_cluster_gives_the_same_content_and_is_left_empty(
         wait_until(lambda: tasks() == 0)
 
 
-def number_of_tasks(dask_scheduler: Any) -> int:
-    return len(dask_scheduler.tasks)
-
-
 # --- workers and schedulers that die ---
 
 
@@ -111,7 +108,7 @@ def test_the_time_is_over_without_workers_too(cluster: Cluster) -> None:
     sweep = command("--scheduler", cluster.address, "--max-runtime", "2s", hook=IMPATIENT)
     code, err = ended(sweep)
     assert code == 4
-    assert "Stopped (the time of --max-runtime is over). 0 of 24 points are kept" in err
+    assert "Stopped: the time of --max-runtime is over. 0 of 24 points are kept" in err
 
 
 @pytest.mark.slow
@@ -181,5 +178,5 @@ def test_a_killed_task_tells_how_many_workers_it_has_cost() -> None:
     future: Future[Any] = Future()
     future.set_exception(KilledWorker("task", None, 3))
     with pytest.raises(WorkersLostError) as caught:
-        backends._Cluster("tcp://127.0.0.1:1")._result(future)
+        ClusterExecutor("tcp://127.0.0.1:1").result(future)
     assert caught.value.deaths == 4

@@ -13,7 +13,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sweeping import LOOSE, ONE_BY_ONE, Mishap, Shell, child, entries, hash_at_once, hash_of, write
+from support.sweeping import (
+    LOOSE,
+    ONE_BY_ONE,
+    Mishap,
+    Shell,
+    child,
+    entries,
+    hash_at_once,
+    hash_of,
+    write,
+)
 
 from sweeps.engine.existing import found_in_journal, readable_manifest
 from sweeps.files.run_folder import RunFolder
@@ -80,11 +90,13 @@ PLACES = {
     "while the result is filled": Mishap("sweeps.files.results", "result_values", 32),
     "after the result is filled": Mishap("sweeps.files.results", "_fill", 1, "after"),
     "before the result is read back": Mishap("sweeps.files.results", "_digests"),
-    "before the result is flushed": Mishap("sweeps.files.datasets", "_flush", 1),
-    "after the result is flushed": Mishap("sweeps.files.datasets", "_flush", 1, "after"),
+    "before the result is flushed": Mishap("sweeps.files.atomic", "flush", of="result.nc"),
+    "after the result is flushed": Mishap(
+        "sweeps.files.atomic", "flush", 1, "after", of="result.nc"
+    ),
     "before the result has its name": Mishap("pathlib:Path", "replace", of="result.nc"),
     "after the result has its name": Mishap("pathlib:Path", "replace", 1, "after", of="result.nc"),
-    "after all is flushed": Mishap("sweeps.files.datasets", "_flush", 2, "after"),
+    "after all is flushed": Mishap("sweeps.files.atomic", "flush", 4, "after"),
     "before the journal is taken away": Mishap("pathlib:Path", "unlink", of="journal')"),
     "after the journal is taken away": Mishap("pathlib:Path", "unlink", 1, "after", of="journal')"),
 }

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from sweeps.engine.interrupt import interruptible
+from sweeps.engine.signals import interruptible
 
 # Minutes of work in blocks of one point: whatever the machine, the signal comes while it runs.
 LONG = """\
@@ -48,12 +48,11 @@ def test_what_work_raises_is_raised(error: BaseException) -> None:
 def test_ctrl_c_does_not_wait_for_the_work(stubborn: str) -> None:
     code = (
         "import sys, time\n"
-        "from sweeps.interrupt import interruptible\n"
+        "from sweeps.engine.signals import interruptible\n"
         "def while_true():\n"
         "    while True: pass\n"
         f"def work(): print('ready', flush=True); {stubborn}\n"
-        "tidy = lambda: print('tidied', file=sys.stderr)\n"
-        "try: interruptible(work, 'the message', tidy=tidy)\n"
+        "try: interruptible(work, 'the message')\n"
         "finally: print('too late')\n"
     )
     with subprocess.Popen(
@@ -63,7 +62,7 @@ def test_ctrl_c_does_not_wait_for_the_work(stubborn: str) -> None:
         child.send_signal(signal.SIGINT)
         out, err = child.communicate(timeout=ENDED)
     assert child.returncode == 130
-    assert (out, err) == ("", "tidied\n\nthe message\n")
+    assert (out, err) == ("", "\nthe message\n")
 
 
 def left_over(folder: Path) -> list[str]:
@@ -95,7 +94,7 @@ def test_ctrl_c_during_a_sweep(tmp_path: Path) -> None:
     heard, kept, again = err.strip().splitlines()
     assert heard == "Ctrl-C: finishing the blocks in flight; a second signal ends at once"
     assert re.fullmatch(
-        r"Stopped \(Ctrl-C\)\. \d+ of 2000 points are kept in results/a\.nc\.run\. To go on:", kept
+        r"Stopped: Ctrl-C\. \d+ of 2000 points are kept in results/a\.nc\.run\. To resume:", kept
     )
     assert again == "  stickslip sweep a.yaml"
     assert left_over(tmp_path) == ["a.yaml", *in_run_folder("results/a.nc")]
@@ -127,8 +126,8 @@ def test_ctrl_c_on_a_terminal_shows_the_cursor_again(tmp_path: Path) -> None:
     bar, message = tail.split("\x1b[?25h")
     assert "/2000" in bar
     assert "Ctrl-C: finishing the blocks in flight" in bar
-    assert message.strip().startswith("Stopped (Ctrl-C). ")
-    assert message.strip().endswith("To go on:\r\n  stickslip sweep a.yaml -o a.nc")
+    assert message.strip().startswith("Stopped: Ctrl-C. ")
+    assert message.strip().endswith("To resume:\r\n  stickslip sweep a.yaml -o a.nc")
     assert old.read_bytes() == b"an older result"
     assert left_over(tmp_path) == ["a.nc", *in_run_folder("a.nc"), "a.yaml"]
 
@@ -138,7 +137,7 @@ def test_ctrl_c_during_a_trajectory(tmp_path: Path) -> None:
     arguments = ["--periods", "1000", "--set", "integrator.rtol=1e-12", "-o", "a.nc"]
     code = (
         "import sys, threading, os, signal\n"
-        "from sweeps import trajectories\n"
+        "from sweeps.engine import trajectories\n"
         "from sweeps.cli import main\n"
         "simulate = trajectories.simulate\n"
         "def announced(*a, **k):\n"

@@ -10,7 +10,8 @@ from collections.abc import Callable
 import pytest
 
 from sweeps.engine import signals
-from sweeps.engine.signals import INTERRUPTED, STOPPED, Stop, listening, parse_duration, wait_for
+from sweeps.engine.signals import Stop, listening, parse_duration, wait_for
+from sweeps.exits import Exit
 
 
 class Clock:
@@ -93,18 +94,18 @@ def test_the_time_that_was_granted_ends(clock: Clock) -> None:
     clock.now += 0.1
     assert stop.requested
     assert stop.reason == "the time of --max-runtime is over"
-    assert stop.code == STOPPED == 4
+    assert stop.code == Exit.STOPPED
     clock.now -= 5.0
     assert stop.requested  # once and for all
 
 
 def test_the_first_reason_counts(clock: Clock) -> None:
     stop = Stop(10.0)
-    stop.request("all points fail", code=3)
-    stop.request("Ctrl-C", code=INTERRUPTED)
+    stop.request("all points fail", code=Exit.FAILED_POINTS)
+    stop.request("Ctrl-C", code=Exit.INTERRUPTED)
     clock.now += 20.0
     assert stop.requested
-    assert (stop.reason, stop.code) == ("all points fail", 3)
+    assert (stop.reason, stop.code) == ("all points fail", Exit.FAILED_POINTS)
 
 
 # --- signals ---
@@ -113,9 +114,9 @@ def test_the_first_reason_counts(clock: Clock) -> None:
 @pytest.mark.parametrize(
     ("number", "reason", "code"),
     [
-        (signal.SIGINT, "Ctrl-C", INTERRUPTED),
-        (signal.SIGTERM, "SIGTERM", STOPPED),
-        (signal.SIGHUP, "SIGHUP", STOPPED),
+        (signal.SIGINT, "Ctrl-C", Exit.INTERRUPTED),
+        (signal.SIGTERM, "SIGTERM", Exit.STOPPED),
+        (signal.SIGHUP, "SIGHUP", Exit.STOPPED),
     ],
 )
 def test_a_signal_requests_a_stop_and_the_next_one_ends_at_once(

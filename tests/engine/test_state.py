@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sweeping import LOOSE, ONE_BY_ONE, Shell, child, entries, hash_at_once, hash_of, write
+from support.sweeping import LOOSE, ONE_BY_ONE, Shell, child, entries, hash_at_once, hash_of, write
 
 from sweeps.engine import progress
 from sweeps.files.run_folder import RunFolder
@@ -76,7 +76,7 @@ def test_status_of_nothing(shell: Shell) -> None:
         assert told(shell, target) == {"output": "a.nc", "state": "absent"}
         code, out, err = shell("status", target)
         assert (code, out) == (5, "")
-        assert err == "a.nc does not exist, and no sweep to it has been begun\n"
+        assert err == "a.nc does not exist, and no sweep to this file was ever started\n"
     assert entries() == ["a.yaml"]
 
 
@@ -166,7 +166,7 @@ def test_plan_tells_points_blocks_bytes_and_time_and_writes_nothing(shell: Shell
     assert int(blocks.removeprefix("blocks: ")) >= 1
     assert size == "bytes: up to 35.2 KiB for the result, 43.8 KiB for the journal on the way"
     assert re.fullmatch(
-        r"time: about .* \(.* to .*\) on 3 workers \(threads\), from a sample of \d+", duration
+        r"time: about .* s on 3 workers \(threads\), from a sample of \d+", duration
     )
     assert 0 < int(duration.rsplit(" ", 1)[1]) <= 400
     assert entries() == ["a.yaml", "b.yaml"]
@@ -176,16 +176,16 @@ def test_plan_counts_what_is_there(shell: Shell) -> None:
     shell.interrupted("sweep", "a.yaml", after=2)
     there = len(shell.computed)
     before = everything()
-    assert shell("plan", "a.yaml").out.startswith(f"points: 4, {there} of them are there\n")
+    assert shell("plan", "a.yaml").out.startswith(f"points: 4, {there} already computed\n")
     assert everything() == before
     shell("sweep", "a.yaml")
     before = everything()
     code, out, _ = shell("plan", "a.yaml", "--set", "gamma=[-2/3, 0]")
-    assert (code, out.splitlines()[0]) == (0, "points: 8, 4 of them are there")
+    assert (code, out.splitlines()[0]) == (0, "points: 8, 4 already computed")
     assert {point.rheological_index for point in shell.computed} == {0.0}
     code, out, _ = shell("plan", "a.yaml")
     assert (code, shell.computed) == (0, [])
-    assert out.splitlines()[:2] == ["points: 4, 4 of them are there", "blocks: 0"]
+    assert out.splitlines()[:2] == ["points: 4, 4 already computed", "blocks: 0"]
     assert everything() == before
 
 
@@ -234,9 +234,9 @@ def test_a_signal_finishes_what_is_in_flight_and_says_how_to_go_on(
     assert process.exitcode == code, said
     name = "Ctrl-C" if number == signal.SIGINT else number.name
     assert f"{name}: finishing the blocks in flight; a second signal ends at once\n" in said
-    kept = re.search(rf"Stopped \({name}\)\. (\d+) of 2000 points are kept in a\.nc\.run\.", said)
+    kept = re.search(rf"Stopped: {name}\. (\d+) of 2000 points are kept in a\.nc\.run\.", said)
     assert kept
-    assert said.endswith("To go on:\n  stickslip sweep long.yaml\n")
+    assert said.endswith("To resume:\n  stickslip sweep long.yaml\n")
     state = told(shell, "a.nc")
     assert (state["state"], state["done"]) == ("interrupted", int(kept[1]))
     shell.interrupted("sweep", "long.yaml", after=1)

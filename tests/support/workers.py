@@ -1,4 +1,4 @@
-"""What the tests of backends share: the command in a process of its own, and what workers do."""
+"""What the tests of executors share: the command in a process of its own, and what workers do."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -36,7 +37,7 @@ execution: {block_points: 1}
 POINTS, POISON = 24, 250.0  # degrees
 ENDED = 120.0  # seconds: a hang, on any machine
 ROOT = Path(sweeps.__file__).parents[1]
-HERE = os.pathsep.join([str(Path(__file__).parent), str(ROOT)])
+HERE = os.pathsep.join([str(ROOT / "tests"), str(ROOT)])
 
 needs_dask = pytest.mark.skipif(find_spec("distributed") is None, reason="dask is not installed")
 
@@ -84,12 +85,12 @@ def poisoned_block(task: Task) -> Block:
 # --- the command, and a cluster that is started by hand ---
 
 
+_MODULES = "from support import workers; from sweeps.engine.executors import base, dask, processes"
+
+
 def command(*arguments: str, hook: str = "") -> subprocess.Popen[str]:
     """`stickslip sweep a.yaml` in a session of its own, after the statements of the hook."""
-    code = (
-        "import workers; from sweeps.engine.executors import backends\n"
-        f"{hook}\nfrom sweeps.cli import main; main()"
-    )
+    code = f"{_MODULES}\n{hook}\nfrom sweeps.cli import main; main()"
     return subprocess.Popen(
         [sys.executable, "-c", code, "sweep", "a.yaml", "-o", "a.nc", "--no-progress", *arguments],
         stdout=subprocess.PIPE,
@@ -101,10 +102,10 @@ def command(*arguments: str, hook: str = "") -> subprocess.Popen[str]:
 
 def doing(function: str) -> str:
     """A hook: workers call this function of this module."""
-    return f"backends.compute_block = backends._compute_on_cluster = workers.{function}"
+    return f"processes.compute_block = dask.compute_on_cluster = workers.{function}"
 
 
-IMPATIENT = "backends._ANSWER_SECONDS = backends._SILENCE_SECONDS = 1.0"
+IMPATIENT = "dask._ANSWER_SECONDS = base._SILENCE_SECONDS = 1.0"
 
 
 def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
@@ -136,6 +137,11 @@ def wait_for_blocks(count: int) -> None:
     """Wait until workers have begun so many blocks."""
     trace = Path("trace")
     wait_until(lambda: trace.exists() and trace.stat().st_size >= count)
+
+
+def number_of_tasks(dask_scheduler: Any) -> int:
+    """What a scheduler knows of; called there."""
+    return len(dask_scheduler.tasks)
 
 
 _LOCAL = ["--host", "127.0.0.1", "--no-dashboard"]

@@ -1,0 +1,67 @@
+"""docs/configuration.md is made from the declarations, and what it shows can be typed."""
+
+from __future__ import annotations
+
+import re
+import runpy
+from typing import Any
+
+import pytest
+from support.configs import CONFIGS
+
+from stickslip.variables import PARAMETERS
+from sweeps.config.load import KEYS, from_mapping, from_yaml
+from sweeps.config.schema import SECTIONS
+from sweeps.grid import Grid
+
+DOCS = CONFIGS.parent / "docs"
+PAGE = (DOCS / "configuration.md").read_text()
+BLOCKS = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
+INLINE = re.findall(r"`(\w+: \{.*?\})`", PAGE)
+OVERRIDES = [text.strip('"') for text in re.findall(r"`--set ([^`]*?=[^`]*?)`", PAGE)]
+OVERRIDES.remove("KEY=VALUE")
+
+EXAMPLES = [(name, example) for name, kind in SECTIONS.items() for example in kind.examples]
+
+
+def test_the_page_is_up_to_date() -> None:
+    """Run `python docs/configuration.py` where it is not."""
+    with_tables = runpy.run_path(str(DOCS / "configuration.py"))["with_tables"]
+    assert with_tables(PAGE) == PAGE
+
+
+def test_every_key_has_a_row() -> None:
+    keys = [*KEYS, *PARAMETERS, *(key for kind in SECTIONS.values() for key in kind.model_fields)]
+    missing = [key for key in keys if not re.search(rf"^\| \[?`{key}`", PAGE, re.MULTILINE)]
+    assert missing == []
+
+
+def test_the_first_example_has_as_many_points_as_the_text_says() -> None:
+    grid = Grid.from_config(from_yaml(BLOCKS[0]))
+    assert f"= {grid.size} points" in PAGE
+    assert grid.dims == ("temperature", "rheological_index", "case")
+
+
+@pytest.mark.parametrize("text", [*BLOCKS, *INLINE])
+def test_what_the_page_shows_is_accepted(text: str) -> None:
+    from_yaml(text, overrides=["phi_0=0.01"])
+
+
+@pytest.mark.parametrize("override", OVERRIDES)
+def test_the_overrides_that_the_page_shows_are_accepted(override: str) -> None:
+    assert len(OVERRIDES) > 6
+    from_yaml("cases: {omega: [10, 20]}\nsweep: {gamma: [0, 1]}", overrides=[override])
+
+
+@pytest.mark.parametrize(("name", "example"), EXAMPLES)
+def test_each_example_is_accepted_and_is_not_the_default(name: str, example: Any) -> None:
+    config = from_mapping({name: example, "model": {"phi_0": 0.01}})
+    section = getattr(config, name)
+    assert {key: getattr(section, key) for key in example} == example
+    assert len(SECTIONS[name].model_fields) == 1 or section != type(section)()
+
+
+def test_the_examples_show_every_key_that_is_available() -> None:
+    shown = {f"{name}.{key}" for name, example in EXAMPLES for key in example}
+    keys = {f"{name}.{key}" for name, kind in SECTIONS.items() for key in kind.model_fields}
+    assert keys - shown == {"noise.seed", "noise.realizations"}
