@@ -211,6 +211,7 @@ EXPECTED = {
 }
 
 
+@pytest.mark.slow
 def test_an_extra_parameter_of_any_unit_of_the_table_is_scaled_by_its_unit(tmp_path: Path) -> None:
     imports = "from stickslip.model.scaling import model_values, reduction"
     expression = 'model_values(-0.5)(reduction("power-law")(p))'
@@ -218,6 +219,7 @@ def test_an_extra_parameter_of_any_unit_of_the_table_is_scaled_by_its_unit(tmp_p
     assert extra_values(tmp_path, imports, expression, P) == pytest.approx(EXPECTED, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_an_extra_parameter_of_another_unit_must_say_how_it_is_scaled(tmp_path: Path) -> None:
     imports = "from stickslip.model.scaling import reduction"
     with pytest.raises(AssertionError, match="KeyError: 'K s-1'"):
