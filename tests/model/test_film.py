@@ -78,7 +78,9 @@ def test_strain_adds_to_the_melting_function_what_a_higher_temperature_does() ->
     warmer = PAPER.elastic_coefficient * eps**2 / (2 * PAPER.thermal_coefficient)
     for T in (150.0, 290.0):
         strained = film.melting_function(at(T), eps)
-        assert film.melting_function(at(T + warmer), 0.0) == pytest.approx(strained, rel=1e-12)
+        assert film.melting_function(at(T + warmer), 0.0) == pytest.approx(
+            strained, rel=1e-12, abs=0
+        )
 
 
 def test_the_solid_at_200_K_and_rest_has_the_order_parameter_0_603782() -> None:
@@ -100,7 +102,7 @@ def test_the_film_solidifies_at_200_K_at_the_strain_6_5383e_6() -> None:
 def test_at_the_melting_strain_the_melting_function_is_the_spinodal(T: float) -> None:
     p = at(T)
     B = film.melting_function(p, film.melting_strain(p))
-    assert pytest.approx(SPINODAL, rel=1e-12) == B
+    assert pytest.approx(SPINODAL, rel=1e-12, abs=0) == B
 
 
 def test_a_film_that_is_liquid_at_any_strain_melts_without_a_strain() -> None:
@@ -232,19 +234,19 @@ def test_the_registry_knows_the_power_of_phi_that_a_coefficient_multiplies(name:
         return film.log_force(two, phi, 0.0) - film.log_force(one, phi, 0.0)
 
     power = PARAMETERS[name].phi_power
-    assert share(0.5) / share(0.25) == pytest.approx(2.0**power, rel=1e-9)
+    assert share(0.5) / share(0.25) == pytest.approx(2.0**power, rel=1e-9, abs=0)
 
 
 def test_the_shear_modulus_is_the_slope_of_the_elastic_stress() -> None:
     stress = film.elastic_stress(PAPER, 0.4, 3e-6) - film.elastic_stress(PAPER, 0.4, 1e-6)
-    assert film.shear_modulus(PAPER, 0.4) == pytest.approx(stress / 2e-6, rel=1e-12)
+    assert film.shear_modulus(PAPER, 0.4) == pytest.approx(stress / 2e-6, rel=1e-12, abs=0)
 
 
 def test_the_elastic_stress_is_the_strain_derivative_of_the_free_energy() -> None:
     p, eps, phi, step = at(200.0), 3e-6, 0.4, 1e-9
     high, low = (film.free_energy(p, phi, eps + way * step) for way in (1, -1))
     stress = film.elastic_stress(p, phi, eps)
-    assert (high - low) / (2 * step) == pytest.approx(stress, rel=1e-9)
+    assert (high - low) / (2 * step) == pytest.approx(stress, rel=1e-9, abs=0)
 
 
 # --- without the cubic term ----------------------------------------------------------------------
@@ -254,7 +256,7 @@ def test_without_the_cubic_term_the_transition_is_continuous() -> None:
     p, below = at(200.0, cubic_coefficient=0.0), np.array([1e-2, 1e-4, 1e-6, 1e-8])
     heat = 2 * p.thermal_coefficient * below  # at T = T_c - below
     phi = [film.solid_order_parameter(p, -B) for B in heat]
-    assert phi == pytest.approx(np.sqrt(heat / C_QUARTIC), rel=1e-12)
+    assert phi == pytest.approx(np.sqrt(heat / C_QUARTIC), rel=1e-12, abs=0)
     assert phi[-1] < 1e-5
     assert film.solid_order_parameter(p, 2e-9) == 0.0
 
@@ -270,21 +272,21 @@ def test_without_the_cubic_term_there_is_no_hysteresis() -> None:
 
 def test_with_the_cubic_term_the_order_parameter_jumps_at_melting() -> None:
     at_melting = film.solid_order_parameter(PAPER, SPINODAL * (1 - 1e-12))
-    assert at_melting == pytest.approx(B_CUBIC / (2 * C_QUARTIC), rel=1e-5)
+    assert at_melting == pytest.approx(B_CUBIC / (2 * C_QUARTIC), rel=1e-5, abs=0)
 
 
 # --- thresholds ----------------------------------------------------------------------------------
 
 
 def test_a_film_counts_as_solid_from_half_b_over_c() -> None:
-    assert film.solid_threshold(at(200.0)) == pytest.approx(230 / 1700, rel=1e-15)
+    assert film.solid_threshold(at(200.0)) == pytest.approx(230 / 1700, rel=1e-15, abs=0)
     assert film.solid_threshold(at(320.0)) == film.solid_threshold(at(200.0))
 
 
 def test_without_the_cubic_term_a_film_counts_as_solid_from_half_its_unstrained_value() -> None:
     threshold = film.solid_threshold(at(200.0, cubic_coefficient=0.0))
     unstrained = math.sqrt(2 * PAPER.thermal_coefficient * 90.0 / C_QUARTIC)
-    assert threshold == pytest.approx(0.5 * unstrained, rel=1e-14)
+    assert threshold == pytest.approx(0.5 * unstrained, rel=1e-14, abs=0)
     assert film.solid_threshold(at(300.0, cubic_coefficient=0.0)) == 0.0
 
 
@@ -294,8 +296,8 @@ def test_a_film_counts_as_melted_below_a_tenth_of_the_solid_threshold() -> None:
 
 def test_the_bound_of_the_order_parameter_is_the_unstrained_solid_or_half_b_over_c() -> None:
     assert film.largest_order_parameter(at(200.0)) == pytest.approx(0.603782, abs=5e-7)
-    assert film.largest_order_parameter(at(298.2)) == pytest.approx(230 / 1700, rel=1e-15)
-    assert film.largest_order_parameter(at(400.0)) == pytest.approx(230 / 1700, rel=1e-15)
+    assert film.largest_order_parameter(at(298.2)) == pytest.approx(230 / 1700, rel=1e-15, abs=0)
+    assert film.largest_order_parameter(at(400.0)) == pytest.approx(230 / 1700, rel=1e-15, abs=0)
 
 
 @given(phi=order_parameters, eps=strains, T=st.floats(0.0, 500.0))

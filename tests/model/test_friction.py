@@ -13,7 +13,7 @@ PAPER = Parameters()  # tau 1e-8 s, h 1e-9 m
 
 
 def test_the_elastic_strain_is_the_slip_in_a_relaxation_time_over_the_thickness() -> None:
-    assert friction.elastic_strain(PAPER, -6.8e-7) == pytest.approx(-6.8e-6, rel=1e-15)
+    assert friction.elastic_strain(PAPER, -6.8e-7) == pytest.approx(-6.8e-6, rel=1e-15, abs=0)
 
 
 @given(u=st.floats(-1.0, 1.0))
@@ -23,11 +23,11 @@ def test_the_strain_has_its_slope_everywhere(u: float) -> None:
 
 def test_the_strain_rate_is_absolute() -> None:
     assert friction.strain_rate(PAPER, -3e-6) == friction.strain_rate(PAPER, 3e-6)
-    assert friction.strain_rate(PAPER, 3e-6) == pytest.approx(3000.0, rel=1e-15)
+    assert friction.strain_rate(PAPER, 3e-6) == pytest.approx(3000.0, rel=1e-15, abs=0)
 
 
 def test_the_friction_force_is_the_sum_of_the_stresses_times_the_area() -> None:
-    assert friction.friction_force(PAPER, 4e6, 1e6) == pytest.approx(3e-3, rel=1e-15)
+    assert friction.friction_force(PAPER, 4e6, 1e6) == pytest.approx(3e-3, rel=1e-15, abs=0)
 
 
 @pytest.mark.parametrize("law", FRICTION_LAWS)
@@ -49,4 +49,4 @@ def test_compiled_and_plain_python_agree(u: float) -> None:
         assert function(PAPER, u) == function.py_func(PAPER, u)
     assert friction.strain_slope(PAPER) == friction.strain_slope.py_func(PAPER)
     force = friction.friction_force
-    assert force(PAPER, 4e6, u) == pytest.approx(force.py_func(PAPER, 4e6, u), rel=1e-15)
+    assert force(PAPER, 4e6, u) == pytest.approx(force.py_func(PAPER, 4e6, u), rel=1e-15, abs=0)

@@ -42,7 +42,7 @@ def test_the_typical_fraction_is_the_geometric_mean_of_chi_squared() -> None:
         return math.log(z * z) * math.exp(-0.5 * z * z) * math.sqrt(2 / math.pi)
 
     mean_log = quad(integrand, 0, 1)[0] + quad(integrand, 1, 40)[0]
-    assert math.exp(mean_log) == pytest.approx(noise.TYPICAL_FRACTION, rel=1e-9)
+    assert math.exp(mean_log) == pytest.approx(noise.TYPICAL_FRACTION, rel=1e-9, abs=0)
 
 
 def test_the_effective_intensity_is_that_part_of_the_intensity() -> None:
@@ -91,7 +91,7 @@ def test_the_closure_vanishes_in_the_solid() -> None:
 def test_the_kick_of_a_fixed_step_is_the_closure_times_phi_and_the_step() -> None:
     phi, dt = 1e-9, 1e-10
     expected = noise.typical_path(PAPER, 1 / phi) * phi * dt
-    assert noise.typical_kick(PAPER, phi, dt) == pytest.approx(expected, rel=1e-13)
+    assert noise.typical_kick(PAPER, phi, dt) == pytest.approx(expected, rel=1e-13, abs=0)
 
 
 @given(phi=st.floats(0.0, 1.0), dt=st.floats(1e-13, 1e-5), exponent=st.floats(-30.0, -6.0))
@@ -105,7 +105,9 @@ def test_the_kick_of_a_fixed_step_never_exceeds_the_noise_of_that_step(
 
 def test_the_kick_at_phi_zero_is_the_noise_of_the_step() -> None:
     dt = 1e-10
-    assert noise.typical_kick(PAPER, 0.0, dt) == pytest.approx(math.sqrt(D_EFF * dt), rel=1e-14)
+    assert noise.typical_kick(PAPER, 0.0, dt) == pytest.approx(
+        math.sqrt(D_EFF * dt), rel=1e-14, abs=0
+    )
 
 
 # --- the start -----------------------------------------------------------------------------------
@@ -113,19 +115,19 @@ def test_the_kick_at_phi_zero_is_the_noise_of_the_step() -> None:
 
 def test_far_from_the_critical_temperature_the_linear_term_sets_the_start() -> None:
     level = math.sqrt(noise.TYPICAL_FRACTION * D / (2 * ALPHA * DELTA * 90.0))
-    assert start() == pytest.approx(level, rel=1e-14)
-    assert start(T=380.0) == pytest.approx(level, rel=1e-14)
+    assert start() == pytest.approx(level, rel=1e-14, abs=0)
+    assert start(T=380.0) == pytest.approx(level, rel=1e-14, abs=0)
 
 
 def test_at_the_critical_temperature_the_quadratic_term_sets_the_start() -> None:
     level = (noise.TYPICAL_FRACTION * D / (B_CUBIC * DELTA)) ** (1 / 3)
-    assert start(T=T_C) == pytest.approx(level, rel=1e-14)
-    assert start(T=math.nextafter(T_C, 300.0)) == pytest.approx(level, rel=1e-14)
+    assert start(T=T_C) == pytest.approx(level, rel=1e-14, abs=0)
+    assert start(T=math.nextafter(T_C, 300.0)) == pytest.approx(level, rel=1e-14, abs=0)
 
 
 def test_at_the_critical_temperature_without_cubic_coefficient_the_cubic_term_does() -> None:
     level = (noise.TYPICAL_FRACTION * D / (C_QUARTIC * DELTA)) ** 0.25
-    assert start(T=T_C, b=0.0) == pytest.approx(level, rel=1e-14)
+    assert start(T=T_C, b=0.0) == pytest.approx(level, rel=1e-14, abs=0)
 
 
 def test_a_strong_noise_is_limited_by_the_steepest_term() -> None:
@@ -136,7 +138,7 @@ def test_a_strong_noise_is_limited_by_the_steepest_term() -> None:
         (D_eff / (C_QUARTIC * DELTA)) ** 0.25,
     ]
     assert min(levels) == levels[2]
-    assert start(D=1e9) == pytest.approx(levels[2], rel=1e-14)
+    assert start(D=1e9) == pytest.approx(levels[2], rel=1e-14, abs=0)
 
 
 @given(T=st.floats(0.0, 1e4), b=st.floats(0.0, 1e3), exponent=st.floats(-40.0, 0.0))
@@ -146,7 +148,7 @@ def test_at_the_start_the_noise_balances_its_limiting_term(
     phi = start(D=10.0**exponent, T=T, b=b)
     terms = DELTA * np.array([2 * ALPHA * abs(T - T_C) * phi, b * phi**2, C_QUARTIC * phi**3])
     kick = noise.TYPICAL_FRACTION * 10.0**exponent / phi
-    assert terms.max() == pytest.approx(kick, rel=1e-9)
+    assert terms.max() == pytest.approx(kick, rel=1e-9, abs=0)
 
 
 def test_a_start_above_the_noise_is_kept() -> None:
@@ -170,4 +172,4 @@ def test_compiled_and_plain_python_agree(phi: float) -> None:
         (noise.typical_kick, (phi, 1e-10)),
         (noise.starting_order_parameter, ()),
     ):
-        assert function(p, *args) == pytest.approx(function.py_func(p, *args), rel=1e-14)
+        assert function(p, *args) == pytest.approx(function.py_func(p, *args), rel=1e-14, abs=0)

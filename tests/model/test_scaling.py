@@ -94,7 +94,9 @@ def test_stress_and_force_come_back_from_their_units(law: str, model: Equations)
         unit, u, phi = scaling.units_of(p), rng.uniform(0.1, 1.0), 0.4
         stress, force = model.stress_and_force(own(law, p), u, phi)
         expected = model.stress_and_force(p, u * unit.speed, phi)
-        assert (stress * unit.stress, force * unit.force) == pytest.approx(expected, rel=1e-13)
+        assert (stress * unit.stress, force * unit.force) == pytest.approx(
+            expected, rel=1e-13, abs=0
+        )
 
 
 def test_a_mirrored_drive_has_mirrored_units_and_the_same_reduced_parameters(law: str) -> None:
@@ -194,7 +196,7 @@ def test_the_rheological_index_can_be_a_literal_too(law: str) -> None:
 def test_the_temperature_counts_as_the_heating(law: str) -> None:
     p = Parameters(temperature=250.0)
     expected = 2 * 0.95 * (250.0 - 290.0) * 100.0 / 10.0  # 2 alpha (T - T_c) delta/omega
-    assert scaling.reduction(law)(p).temperature == pytest.approx(expected, rel=1e-14)
+    assert scaling.reduction(law)(p).temperature == pytest.approx(expected, rel=1e-14, abs=0)
 
 
 P = random_parameters(np.random.default_rng(12), -2 / 3)._replace(drive_amplitude=-3e-7)
@@ -216,7 +218,9 @@ def test_an_extra_parameter_of_any_unit_of_the_table_is_scaled_by_its_unit(tmp_p
     imports = "from stickslip.model.scaling import model_values, reduction"
     expression = 'model_values(-0.5)(reduction("power-law")(p))'
     assert set(EXPECTED) == set(UNITS)
-    assert extra_values(tmp_path, imports, expression, P) == pytest.approx(EXPECTED, rel=1e-14)
+    assert extra_values(tmp_path, imports, expression, P) == pytest.approx(
+        EXPECTED, rel=1e-14, abs=0
+    )
 
 
 @pytest.mark.slow

@@ -73,13 +73,13 @@ def test_a_step_of_a_lane_is_a_step_of_the_original_in_other_units(law: str) -> 
         y = p.drive_amplitude * rng.uniform(-1.5, 1.5), V - u, phi
         x_lane, v_lane, phi_lane = to_lane(units, y)
         u_lane = relative_velocity(values, n, v_lane)
-        assert u_lane * units.speed == pytest.approx(u, rel=1e-12 * (1 + speed / abs(u)))
+        assert u_lane * units.speed == pytest.approx(u, rel=1e-12 * (1 + speed / abs(u)), abs=0)
         # The slip is the same to the last bits from here on: a thin film amplifies them.
         u = u_lane * units.speed
         stress, F = stress_and_force(p, u, phi)
         stress_lane, F_lane = stress_and_force(values, u_lane, phi_lane)
-        assert stress_lane * units.stress == pytest.approx(stress, rel=1e-12)
-        assert F_lane * units.force == pytest.approx(F, rel=1e-12)
+        assert stress_lane * units.stress == pytest.approx(stress, rel=1e-12, abs=0)
+        assert F_lane * units.force == pytest.approx(F, rel=1e-12, abs=0)
         gain = block_acceleration(values, x_lane, F_lane) * units.speed
         largest = (abs(F) + 2 * p.spring_stiffness * abs(y[0])) / p.block_mass * dt
         assert gain == pytest.approx(block_acceleration(p, y[0], F) * dt, abs=1e-12 * largest)
@@ -98,18 +98,20 @@ def test_a_step_of_a_lane_is_a_step_of_the_original_in_other_units(law: str) -> 
 def test_the_kick_of_the_noise_is_the_original_in_other_units(law: str) -> None:
     for p, dt, _, own, units in lanes(law, 10):
         least = own.least_phi * units.phi
-        assert least == pytest.approx(math.sqrt(noise.effective_intensity(p) * dt), rel=1e-12)
+        assert least == pytest.approx(
+            math.sqrt(noise.effective_intensity(p) * dt), rel=1e-12, abs=0
+        )
         for phi in (0.1 * least, 3.0 * least, 0.5):
             kick = own.D_eff / max(phi / units.phi, own.least_phi) * units.phi
-            assert kick == pytest.approx(noise.typical_kick(p, phi, dt), rel=1e-12)
+            assert kick == pytest.approx(noise.typical_kick(p, phi, dt), rel=1e-12, abs=0)
 
 
 def test_the_thresholds_of_the_film_are_the_original_in_other_units(law: str) -> None:
     for p, _, values, own, units in lanes(law, 10):
         solid = film.solid_threshold(p)
-        assert own.solid * units.phi == pytest.approx(solid, rel=1e-12)
-        assert own.melted * units.phi == pytest.approx(film.MELTED_PART * solid, rel=1e-12)
-        assert film.solid_threshold(values) == pytest.approx(own.solid, rel=1e-12)
+        assert own.solid * units.phi == pytest.approx(solid, rel=1e-12, abs=0)
+        assert own.melted * units.phi == pytest.approx(film.MELTED_PART * solid, rel=1e-12, abs=0)
+        assert film.solid_threshold(values) == pytest.approx(own.solid, rel=1e-12, abs=0)
 
 
 def test_a_film_that_is_always_solid_never_melts(law: str) -> None:
@@ -121,7 +123,7 @@ def test_a_film_that_is_always_solid_never_melts(law: str) -> None:
 def test_states_come_back_from_their_units(law: str) -> None:
     for lane in lanes(law, 5):
         y = 1e-7, -3e-6, 0.2
-        assert from_lane(lane.units, to_lane(lane.units, y)) == pytest.approx(y, rel=1e-14)
+        assert from_lane(lane.units, to_lane(lane.units, y)) == pytest.approx(y, rel=1e-14, abs=0)
 
 
 def test_a_lane_without_elasticity_has_finite_units_and_no_elastic_stress(law: str) -> None:
@@ -132,7 +134,7 @@ def test_a_lane_without_elasticity_has_finite_units_and_no_elastic_stress(law: s
     assert stress == 0.0
     B = film_melting_function(lane.values, 0.3)
     heating = film.heating(lane.p) * lane.p.kinetic_coefficient / lane.p.angular_frequency
-    assert pytest.approx(heating * lane.own.angle, rel=1e-12) == B
+    assert pytest.approx(heating * lane.own.angle, rel=1e-12, abs=0) == B
 
 
 def test_a_mirrored_drive_has_the_same_lane(law: str) -> None:
@@ -182,4 +184,4 @@ def test_an_extra_parameter_of_any_unit_of_the_table_is_scaled_by_its_unit(tmp_p
     expression = f'step_values(-0.5)(step_reduction("power-law")(p, {STEPS}))'
     found = extra_values(tmp_path, imports, expression, P, phi_power=PHI_POWER)
     assert set(found) == set(UNITS)
-    assert found == pytest.approx(expected_extra(), rel=1e-12)
+    assert found == pytest.approx(expected_extra(), rel=1e-12, abs=0)
