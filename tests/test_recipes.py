@@ -83,7 +83,7 @@ LAW = FrictionLaw(
 )
 '''
 
-LAST_PARAMETER = '    _not_negative(\n        "noise_intensity",'
+LAST_PARAMETER = '    _not_negative("noise_intensity",'
 
 
 def parameter(name: str, symbol: str, unit: str, more: str) -> Edit:
@@ -92,7 +92,7 @@ def parameter(name: str, symbol: str, unit: str, more: str) -> Edit:
     return Edit("stickslip/variables.py", LAST_PARAMETER, text)
 
 
-STATUS_COLUMN = '    ResultVariable(\n        "status",'
+STATUS_COLUMN = '    ResultVariable("status",'
 
 RECIPES = {
     "friction law": [
