@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.kernels import RESULT_COLUMNS
 from stickslip.options import Options
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping, load
 from sweeps.config.schema import Execution
 from sweeps.engine.blocks import Blocks
