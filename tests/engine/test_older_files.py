@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import netCDF4
@@ -14,15 +15,18 @@ import xarray as xr
 from support.sweeping import LOOSE, ONE_BY_ONE, Shell, hash_at_once, hash_of, write
 
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS
-from sweeps.engine.existing import Target, found_in_file, readable_manifest
+from sweeps.config.load import Config
+from sweeps.engine.existing import Target, found_in_file, found_in_journal, readable_manifest
 from sweeps.engine.in_memory import read_config
 from sweeps.files.attributes import data_sha256
+from sweeps.files.chunks import Chunks
 from sweeps.files.columns import FIRST_COLUMNS
 from sweeps.files.datasets import open_result, write_dataset
 from sweeps.files.journal import Journal
 from sweeps.files.record_log import RecordLog
 from sweeps.files.run_folder import RunFolder
-from sweeps.identity import seal_key
+from sweeps.grid import Grid
+from sweeps.identity import Settings, key_of, seal_key
 
 FOUR = "sweep: {temperature: [200, 225, 250, 275]}\n"
 FIVE = "sweep: {temperature: [200, 225, 250, 275, 300]}\n"
@@ -261,21 +265,32 @@ def added_parameter(shell: Shell) -> Iterator[Shell]:
         object.__setattr__(variable, "neutral", None)
 
 
+def without_parameter(config: Config) -> tuple[Settings, Grid]:
+    """What a version without the parameter would have made keys of."""
+    target = Target.of(config)
+    known = {name: v for name, v in target.grid.fixed.items() if name != ADDED_PARAMETER}
+    return target.settings, replace(target.grid, fixed=known)
+
+
 def forget_parameter(path: Path) -> None:
+    key = seal_key(*without_parameter(found_in_file(path).config))
     ds = open_result(path).drop_vars(ADDED_PARAMETER)
     lines = ds.attrs["config"].splitlines(keepends=True)
     ds.attrs["config"] = "".join(line for line in lines if ADDED_PARAMETER not in line)
+    digests = [hashlib.sha256(ds[name].values.tobytes()).hexdigest() for name in ds.data_vars]
+    ds.attrs["data_sha256"] = data_sha256(key, digests)
     write_dataset(ds, path)
 
 
 def forget_parameter_of_journal(path: Path) -> None:
     manifest = readable_manifest(path)
     assert manifest is not None
+    found = found_in_journal(path, manifest)
+    key, size = key_of(*without_parameter(found.config)), found.grid.size
+    points = list(found.points())
     del manifest["config"]["model"][ADDED_PARAMETER]
-    log = RecordLog.open(path)
-    for _ in log.scan():
-        pass
-    note(log, manifest)
+    manifest |= {"key": key.hex()}
+    Journal.create(path, key, manifest, Chunks(found.grid.shape), size, points).close()
 
 
 def test_a_file_from_before_a_parameter_is_complete_described_and_drawn(
