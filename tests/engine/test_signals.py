@@ -10,7 +10,7 @@ from collections.abc import Callable
 import pytest
 
 from sweeps.engine import signals
-from sweeps.engine.signals import Stop, interruptible, listening, parse_duration, wait_for
+from sweeps.engine.signals import Stop, listening, parse_duration, wait_for
 from sweeps.exits import Exit
 
 
