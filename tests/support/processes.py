@@ -50,8 +50,9 @@ class Running:
 
     def __init__(self, *arguments: str, session: bool = False, **settings: Any) -> None:
         files = self._files = contextlib.ExitStack()
-        self._out = files.enter_context(tempfile.TemporaryFile())
-        self._err = files.enter_context(tempfile.TemporaryFile())
+        # They are closed by `end`.
+        self._out = files.enter_context(tempfile.TemporaryFile())  # noqa: SIM115
+        self._err = files.enter_context(tempfile.TemporaryFile())  # noqa: SIM115
         with default_signals():
             self.process = subprocess.Popen(
                 [sys.executable, *arguments],
