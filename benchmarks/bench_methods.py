@@ -15,11 +15,10 @@ from unittest.mock import patch
 
 import numpy as np
 from common import arguments, finish
+from inside import FIRST_STEP_OF_PERIOD, ROUNDING, plain_after_success
 
 from stickslip.compiled.decorators import inline, jit
-from stickslip.kernels import problem
 from stickslip.kernels.problem import error_weight, scene_jacobian, scene_rhs
-from stickslip.kernels.rows import FIRST_STEP
 from stickslip.model.rhs import starting_state
 from stickslip.numerics import adaptive, step_control
 from stickslip.numerics.tableaus import RODAS4, RODAS4P, RODAS4P2, RosenbrockTableau
@@ -46,13 +45,6 @@ def weight_without_relief(scene: Any, y: Any, J: Any) -> Any:
 
 
 @inline
-def plain_after_success(error: float, remembered: float) -> tuple[float, float]:
-    """The plain controller, error^(-1/4), in place of the PI controller."""
-    inverse = step_control.inverse_fourth_root(step_control.larger(error, step_control._SMALLEST))
-    return step_control._limited(step_control._SAFETY * inverse), remembered
-
-
-@inline
 def no_defect(f1: Any, LU: Any, y0: Any, y1: Any, d1: Any, d2: Any, h: float) -> Any:
     """Nothing, in place of the error that is seen from the end of a step."""
     return 0.0, 0.0, 0.0
@@ -63,7 +55,7 @@ class Variant(NamedTuple):
 
     tableau: RosenbrockTableau = RODAS4P2
     weight: Callable[..., Any] = error_weight
-    rounding: float = problem._ROUNDING
+    rounding: float = ROUNDING
     replaced: tuple[tuple[Any, str, Any], ...] = ()
 
 
@@ -89,7 +81,7 @@ def main() -> None:
     rows = []
     for name in QUICK if quick else VARIANTS:
         variant = VARIANTS[name]
-        same_code = variant._replace(rounding=problem._ROUNDING) == VARIANTS[OWN]
+        same_code = variant._replace(rounding=ROUNDING) == VARIANTS[OWN]
         run = own if same_code else _compiled(variant)
         for scene, p in SCENES.items():
             for rtol in ladder:
@@ -99,11 +91,7 @@ def main() -> None:
                 rows.append(row | {"steps_per_period": steps / PERIODS, "error": error})
                 note = "" if status == adaptive.OK else f"  status {status}"
                 print(f"{name:30}{scene:24}{rtol:8.0e}{steps / PERIODS:10.0f}{error:12.1e}{note}")
-    compared = _compared(rows)
-    headline = {
-        f"steps against {OWN}'s at equal error: {name}": value for name, value in compared.items()
-    }
-    finish("methods", {"headline": headline, "rows": rows}, quick=quick)
+    finish("methods", {"own": OWN, "compared": _compared(rows), "rows": rows}, quick=quick)
 
 
 def _compiled(variant: Variant) -> Any:
@@ -118,7 +106,7 @@ def _compiled(variant: Variant) -> Any:
         @jit
         def run(p, rtol, u_s, most):
             period = 2.0 * math.pi / p.angular_frequency
-            y, h, total, status = starting_state(p), FIRST_STEP * period, 0, 0
+            y, h, total, status = starting_state(p), FIRST_STEP_OF_PERIOD * period, 0, 0
             for _ in range(PERIODS):
                 if status == 0:
                     y, h, steps, status = drive((p, u_s), rtol, 0.0, period, y, h, most, 0)
@@ -141,26 +129,26 @@ def _end(run: Any, p: Parameters, rtol: float, rounding: float) -> tuple[np.ndar
     return np.array([x / abs(p.drive_amplitude), v / V_m, psi]), steps, status
 
 
-def _compared(rows: list[dict[str, Any]]) -> dict[str, str]:
+def _compared(rows: list[dict[str, Any]]) -> dict[str, dict[str, float]]:
     """Steps at equal error as parts of those of the package's own variant, scene by scene.
 
     Geometric means over three errors, on straight lines through log(steps) over log(error): the
     error of a single tolerance is large or small by luck.
     """
-    steps = {}
-    for name in dict.fromkeys(row["variant"] for row in rows):
-        for scene in SCENES:
-            chosen = [row for row in rows if (row["variant"], row["scene"]) == (name, scene)]
-            logs = np.log([[max(r["error"], 1e-15), r["steps_per_period"]] for r in chosen])
-            fit = np.polyfit(logs[:, 0], logs[:, 1], 1)
-            steps[name, scene] = np.polyval(fit, np.log(COMPARED_AT)).mean()
+    names = list(dict.fromkeys(row["variant"] for row in rows))
+    steps = {(name, scene): _log_steps(rows, name, scene) for name in names for scene in SCENES}
     return {
-        name: ", ".join(
-            f"{math.exp(steps[name, scene] - steps[OWN, scene]):.2f} ({scene})" for scene in SCENES
-        )
-        for name in dict.fromkeys(row["variant"] for row in rows)
+        name: {scene: math.exp(steps[name, scene] - steps[OWN, scene]) for scene in SCENES}
+        for name in names
         if name != OWN
     }
+
+
+def _log_steps(rows: list[dict[str, Any]], name: str, scene: str) -> float:
+    chosen = [row for row in rows if (row["variant"], row["scene"]) == (name, scene)]
+    logs = np.log([[max(r["error"], 1e-15), r["steps_per_period"]] for r in chosen])
+    fit = np.polyfit(logs[:, 0], logs[:, 1], 1)
+    return float(np.polyval(fit, np.log(COMPARED_AT)).mean())
 
 
 if __name__ == "__main__":

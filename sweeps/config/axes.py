@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
-from sweeps.config.diagnostics import UNREADABLE, Located, quoted
+from sweeps.config.diagnostics import Located, quoted
 from sweeps.config.numbers import finite, whole
 from sweeps.human import did_you_mean
 
@@ -55,25 +55,23 @@ class Axis:
 
 def parse_axis(node: Located) -> Axis | None:
     """The axis that a value describes; None where it is refused."""
-    axis = None
-    if isinstance(node.value, list):
-        axis = _listed(node)
-    elif isinstance(node.value, dict):
+    return node.read(lambda _: _axis(node))
+
+
+def _axis(node: Located) -> Axis | None:
+    """The axis; None where something below is refused, a ValueError where the value itself is."""
+    if isinstance(node.value, dict):
         axis = _formed(node)
-    elif node.value is not UNREADABLE:
-        node.refuse(f"must be {_EXAMPLES}, not {quoted(node.value)}")
+    elif not isinstance(node.value, list):
+        raise ValueError(f"must be {_EXAMPLES}, not {quoted(node.value)}")
+    elif not node.value:
+        raise ValueError("has no values; name at least one, or leave it out")
+    else:
+        values = _numbers(node)
+        axis = None if values is None else Axis(len(values), lambda: values)
     if axis and axis.size > MAX_VALUES:
-        node.refuse(f"has more than {MAX_VALUES} values; take fewer")
-        return None
+        raise ValueError(f"has more than {MAX_VALUES} values; take fewer")
     return axis
-
-
-def _listed(node: Located) -> Axis | None:
-    if not node.value:
-        node.refuse("has no values; name at least one, or leave it out")
-        return None
-    values = _numbers(node)
-    return None if values is None else Axis(len(values), lambda: values)
 
 
 def _numbers(node: Located) -> tuple[float, ...] | None:
@@ -87,37 +85,27 @@ def _formed(node: Located) -> Axis | None:
     names = [name for name in FORMS if name in node.value]
     if len(names) != 1:
         hint = "" if names else did_you_mean(next(iter(node.value), ""), FORMS)
-        node.refuse(f"must be {_EXAMPLES}{hint}")
-        return None
+        raise ValueError(f"must be {_EXAMPLES}{hint}")
     name, form = names[0], FORMS[names[0]]
     known = [name, "num"] if form.counted else [name]
     for key in node.value:
         if key not in known:
             node.refuse(f"unknown key; write {form.example}{did_you_mean(key, known)}", key)
-    here = node.value[name]
-    ends = _ends(here, form)
-    if name == "arange":
-        return None if ends is None else _arange(here, *ends)
-    num = _num(node, form)
-    return None if ends is None else _spaced(here, name, ends, num)
+    here: Located = node.value[name]
+    ends = here.read(lambda _: _ends(here, form))
+    if not form.counted:
+        return here.read(lambda _: _arange(*ends)) if ends else None
+    if "num" not in node.value:
+        node.refuse(f"`num` is missing; write {form.example}")
+    num = node.value["num"].read(_at_least_one) if "num" in node.value else None
+    return here.read(lambda _: _spaced(name, ends, num)) if ends else None
 
 
 def _ends(node: Located, form: Form) -> tuple[float, ...] | None:
-    if node.value is UNREADABLE:
-        return None
     if not isinstance(node.value, list) or len(node.value) != form.ends:
         got = f"{len(node.value)}" if isinstance(node.value, list) else quoted(node.value)
-        node.refuse(f"must be a list of {form.ends} numbers, not {got}; write {form.example}")
-        return None
+        raise ValueError(f"must be a list of {form.ends} numbers, not {got}; write {form.example}")
     return _numbers(node)
-
-
-def _num(node: Located, form: Form) -> int | None:
-    if "num" not in node.value:
-        node.refuse(f"`num` is missing; write {form.example}")
-        return None
-    num: Located = node.value["num"]
-    return num.read(_at_least_one)
 
 
 def _at_least_one(value: object) -> int:
@@ -131,14 +119,13 @@ def _same_sign(first: float, last: float) -> bool:
     return first != 0 and last != 0 and (first < 0) == (last < 0)
 
 
-def _spaced(node: Located, form: str, ends: tuple[float, ...], num: int | None) -> Axis | None:
+def _spaced(form: str, ends: tuple[float, ...], num: int | None) -> Axis | None:
     first, last = ends
     if form == "geomspace" and not _same_sign(first, last):
-        node.refuse(
+        raise ValueError(
             f"no logarithmic axis leads from {first:g} to {last:g}: both must have the "
             "same sign and not be 0 (they are values, not exponents)"
         )
-        return None
     values = _geometrically if form == "geomspace" else _evenly
     return None if num is None else Axis(num, lambda: values(first, last, num))
 
@@ -173,12 +160,11 @@ def _steps(start: Fraction, step: Fraction, count: int) -> tuple[float, ...]:
     return tuple((first + each * i) / common for i in range(count))
 
 
-def _arange(node: Located, start: float, stop: float, step: float) -> Axis | None:
+def _arange(start: float, stop: float, step: float) -> Axis:
     steps = (stop - start) / step if step else math.nan
     if math.isnan(steps) or steps < -_STOP_TOLERANCE:
         form = FORMS["arange"].example
-        node.refuse(f"no steps of {step:g} lead from {start:g} to {stop:g}; write {form}")
-        return None
+        raise ValueError(f"no steps of {step:g} lead from {start:g} to {stop:g}; write {form}")
     size = math.floor(steps + _STOP_TOLERANCE) + 1 if steps < MAX_VALUES else MAX_VALUES + 1
 
     def values() -> tuple[float, ...]:

@@ -49,6 +49,7 @@ def apply_overrides(
         done[target] = override
         read = read_text(text, origin.source, diagnostics, numbered=False)
         if read is not None:
+            # Anew, because what was read knows neither its key nor the override.
             value = located(read.plain(), origin, diagnostics, key)
             case = value if key == CASE else case
             _apply(root, key, value)

@@ -29,11 +29,11 @@ from sweeps.human import did_you_mean
 # Ten variables of 8 bytes: a trajectory of this many samples takes 8 GB.
 _MAX_SAMPLES = 100_000_000
 
-_BOUNDS = {
-    "greater_than": "greater than",
-    "greater_than_equal": "at least",
-    "less_than": "less than",
-    "less_than_equal": "at most",
+# Pydantic's words and ours.
+_WORDS = {
+    "Input should be": "must be",
+    "greater than or equal to": "at least",
+    "less than or equal to": "at most",
 }
 
 if TYPE_CHECKING:  # the names of the tables are known at run time only
@@ -237,8 +237,8 @@ class Plot(Section):
     examples = ({"figure": "time_courses"},)
 
     figure: FigureName = Field(
-        "amplitudes",
-        description="amplitudes of a sweep; the others of a trajectory",
+        next(iter(FIGURES)),
+        description="; ".join(f"{name}: of a {figure.data}" for name, figure in FIGURES.items()),
     )
 
 
@@ -305,19 +305,17 @@ def read_section(root: Located, name: str, *, older: bool = False) -> Section | 
 
 def _message(details: ErrorDetails, kind: type[Section]) -> str:
     """Pydantic's finding in the words of this project."""
-    value, known = details["input"], kind.model_fields
-    match details["type"]:
-        case "extra_forbidden":
-            hint = did_you_mean(str(details["loc"][-1]), known)
-            return "unknown key" + (hint or f"; known are {', '.join(known)}")
-        case "value_error":
-            return str(details["ctx"]["error"])
-        case "greater_than" | "greater_than_equal" | "less_than" | "less_than_equal" as bound:
-            ((_, limit),) = details["ctx"].items()
-            return f"must be {_BOUNDS[bound]} {limit:g}, not {quoted(value)}"
-        case "literal_error":
-            expected = details["ctx"]["expected"]
-            names = re.findall("'(.*?)'", expected)
-            hint = did_you_mean(value, names) if isinstance(value, str) else ""
-            return f"must be {expected}, not {quoted(value)}{hint}"
-    return f"{details['msg'].replace('Input should be', 'must be')}, not {quoted(value)}"
+    if details["type"] == "value_error":
+        return str(details["ctx"]["error"])
+    if details["type"] == "extra_forbidden":
+        known = kind.model_fields
+        hint = did_you_mean(str(details["loc"][-1]), known)
+        return "unknown key" + (hint or f"; known are {', '.join(known)}")
+    message, value = details["msg"], details["input"]
+    for theirs, ours in _WORDS.items():
+        message = message.replace(theirs, ours)
+    for limit in details.get("ctx", {}).values():
+        if isinstance(limit, float):
+            message = re.sub(r"[\d.]+$", f"{limit:g}", message)
+    names = re.findall("'(.*?)'", message) if isinstance(value, str) else ()
+    return f"{message}, not {quoted(value)}{did_you_mean(value, names) if names else ''}"

@@ -18,10 +18,10 @@ import xarray as xr
 from support.bad_configs import ALL
 
 from stickslip.orbit import compute_orbits
-from sweeps.cli import app
+from sweeps.cli import inspect
 from sweeps.cli.app import main
 from sweeps.engine import worker
-from sweeps.files import datasets
+from sweeps.files import atomic
 from sweeps.files.datasets import open_result, write_dataset
 
 SWEEP = """\
@@ -227,11 +227,15 @@ def test_a_write_that_fails_at_the_end_keeps_the_old_file(
     before = {path: path.read_bytes() for path in Path().iterdir()}
     again = ("sweep", "a.yaml", "--set", "T=[300]", "-o", "a.nc")
 
+    flush = atomic.flush
+
     def full(path: Path) -> None:
-        raise OSError(28, "No space left on device")
+        if path.name == "result.nc":
+            raise OSError(28, "No space left on device")
+        flush(path)
 
     with monkeypatch.context() as patch:
-        patch.setattr(datasets, "_flush", full)
+        patch.setattr(atomic, "flush", full)
         code, out, err = command(*again, *overwrite)
     assert (code, out) == (5, "")
     assert "cannot write a.nc: No space left on device" in err
@@ -302,7 +306,7 @@ def test_a_file_without_anything_to_draw(command: Command) -> None:
     write_dataset(xr.Dataset({"a": ("x", np.array([1.0, 2.0]))}), Path("a.nc"))
     code, out, err = command("plot", "a.nc")
     assert (code, out) == (2, "")
-    assert "needs a sweep result" in err
+    assert "needs elastic_stress_amplitude, friction_force_amplitude, which this file lacks" in err
     code, out, err = command("info", "a.nc")
     assert (code, err) == (0, "")
     assert "source: unknown" in out
@@ -344,7 +348,7 @@ def test_what_nobody_foresaw_is_one_line(
     def broken(*args: Any) -> None:
         raise error
 
-    monkeypatch.setattr(app, "read_settings", broken)
+    monkeypatch.setattr(inspect, "checked_config", broken)
     with caplog.at_level(logging.DEBUG):
         assert command("check", "a.yaml") == (code, "", message)
     if isinstance(error, ValueError):

@@ -11,7 +11,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from sweeping import LOOSE, ONE_BY_ONE, Shell, hash_at_once, hash_of, write
+from support.sweeping import LOOSE, ONE_BY_ONE, Shell, hash_at_once, hash_of, write
 
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.engine.existing import Target, found_in_file, readable_manifest

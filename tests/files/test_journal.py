@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from journals import (
+from support.journals import (
     CHUNKS,
     COLUMNS,
     KEY,

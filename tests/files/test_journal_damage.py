@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from journals import (
+from support.journals import (
     CHUNKS,
     KEY,
     MANIFEST,

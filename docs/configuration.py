@@ -1,13 +1,12 @@
-"""The tables of docs/configuration.md, made from the declarations of parameters and sections.
+"""Makes the tables of docs/configuration.md: `python docs/configuration.py`.
 
-`python -m sweeps.config.documentation docs/configuration.md` makes them anew; the text between them is
-written by hand.
+They come from the declarations of parameters and sections; the text between them is written by
+hand.
 """
 
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from pathlib import Path
@@ -17,6 +16,8 @@ from stickslip.variables import PARAMETERS
 from sweeps.config.json_schema import json_schema
 from sweeps.config.load import KEYS, from_yaml
 from sweeps.config.schema import SECTIONS
+
+PAGE = Path(__file__).with_suffix(".md")
 
 _TABLE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -152,5 +153,4 @@ def _value(value: object) -> str:
 
 
 if __name__ == "__main__":
-    path = Path(sys.argv[1])
-    path.write_text(with_tables(path.read_text()))
+    PAGE.write_text(with_tables(PAGE.read_text()))

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import re
+import runpy
 from typing import Any
 
 import pytest
 from support.configs import CONFIGS
 
 from stickslip.variables import PARAMETERS
-from sweeps.config.documentation import with_tables
 from sweeps.config.load import KEYS, from_mapping, from_yaml
 from sweeps.config.schema import SECTIONS
 from sweeps.grid import Grid
 
-PAGE = (CONFIGS.parent / "docs" / "configuration.md").read_text()
+DOCS = CONFIGS.parent / "docs"
+PAGE = (DOCS / "configuration.md").read_text()
 BLOCKS = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
 INLINE = re.findall(r"`(\w+: \{.*?\})`", PAGE)
 OVERRIDES = [text.strip('"') for text in re.findall(r"`--set ([^`]*?=[^`]*?)`", PAGE)]
@@ -24,7 +25,8 @@ EXAMPLES = [(name, example) for name, kind in SECTIONS.items() for example in ki
 
 
 def test_the_page_is_up_to_date() -> None:
-    """Run `python -m sweeps.config.documentation docs/configuration.md` where it is not."""
+    """Run `python docs/configuration.py` where it is not."""
+    with_tables = runpy.run_path(str(DOCS / "configuration.py"))["with_tables"]
     assert with_tables(PAGE) == PAGE
 
 
