@@ -10,7 +10,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import IO, Any
 
 HANGS = 120.0  # seconds: longer than anything takes, on any machine
@@ -50,9 +49,10 @@ class Running:
     """A Python process, begun with default signals; whatever happens, it ends with its test."""
 
     def __init__(self, *arguments: str, session: bool = False, **settings: Any) -> None:
-        self._files = contextlib.ExitStack()
-        self._out = self._files.enter_context(tempfile.TemporaryFile())
-        self._err = self._files.enter_context(tempfile.TemporaryFile())
+        files = self._files = contextlib.ExitStack()
+        # They are closed by `end`.
+        self._out = files.enter_context(tempfile.TemporaryFile())  # noqa: SIM115
+        self._err = files.enter_context(tempfile.TemporaryFile())  # noqa: SIM115
         with default_signals():
             self.process = subprocess.Popen(
                 [sys.executable, *arguments],
