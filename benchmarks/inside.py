@@ -25,8 +25,7 @@ from stickslip.kernels.families import Family, families
 from stickslip.kernels.points import FIRST_STEP
 from stickslip.kernels.problem import ProblemFunctions, problem_functions, problem_of
 from stickslip.kernels.trajectories import write_start
-from stickslip.measure.accumulate import FORCE_MAX, RECORD, STRESS_MAX
-from stickslip.measure.results import extrema
+from stickslip.measure.accumulate import FORCE_MAX, FORCE_MIN, RECORD, STRESS_MAX, STRESS_MIN
 from stickslip.model.scaling import KEPT, LITERALS, Reduced
 from stickslip.model.state import WIDTH
 from stickslip.numerics import step_control
@@ -124,8 +123,8 @@ def measured(
     fresh = passes.Queue(*(array.copy() for array in queue))
     work_through(fresh, _search(options)._replace(mode=passes.MEASURE), LAW)
     records = np.empty((len(points), RECORD))
-    conversion.write_records(points, fresh.measured, records)
-    return _amplitudes(records, half_periods(fresh)), fresh.states
+    conversion.write_records(points, half_periods(fresh), fresh.measured, records)
+    return _amplitudes(records), fresh.states
 
 
 def first_period(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
@@ -139,13 +138,9 @@ def first_period(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.n
     return ends, amplitudes
 
 
-def _amplitudes(records: np.ndarray, cycles: np.ndarray) -> np.ndarray:
-    """Amplitudes of stress and force (n, 2) of records over so many half periods."""
-    pairs = [
-        [extrema(record, slot, cycle) for slot in (STRESS_MAX, FORCE_MAX)]
-        for record, cycle in zip(records, cycles, strict=True)
-    ]
-    return np.array([[0.5 * (high - low) for high, low in pair] for pair in pairs])
+def _amplitudes(records: np.ndarray) -> np.ndarray:
+    """Amplitudes of stress and force (n, 2) of records of whole orbits (n, RECORD)."""
+    return 0.5 * (records[:, [STRESS_MAX, FORCE_MAX]] - records[:, [STRESS_MIN, FORCE_MIN]])
 
 
 def _search(options: Options) -> passes.Pass:
@@ -245,5 +240,4 @@ def march_assembly(gamma: float, lanes: March) -> str:
 
 def fixed_amplitudes(lanes: March) -> np.ndarray:
     """Amplitudes of stress [Pa] and force [N] over what was marched with a record, (n, 2)."""
-    whole = np.full(len(lanes.points), 2)
-    return _amplitudes(lanes.records(), whole)
+    return _amplitudes(lanes.records())
