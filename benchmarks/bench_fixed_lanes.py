@@ -154,10 +154,10 @@ def plain_loop(gamma: float, steps: int) -> float:
 
 
 def scalar_kernel(gamma: float, steps: int) -> float:
-    point, start = np.array(Parameters(rheological_index=gamma)), (0.0, 0.0, 0.3)
+    point = np.array(Parameters(rheological_index=gamma))
     options = Options(method="euler-cromer", dt=PAPER_STEP)
-    scalar_steps(point, options, start, 1)
-    return fastest(lambda: scalar_steps(point, options, start, steps), steps)
+    scalar_steps(point, options, 1)
+    return fastest(lambda: scalar_steps(point, options, steps), steps)
 
 
 # --- lanes ----------------------------------------------------------------------------------------

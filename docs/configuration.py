@@ -100,13 +100,7 @@ def _section(name: str) -> str:
         (f"`{key}`", _value(value["default"]), _valid(value), value["description"])
         for key, value in schema["properties"].items()
     )
-    table = _table("| key | default | valid | meaning |", rows)
-    examples = [f"`{name}: {_flow(example)}`" for example in SECTIONS[name].examples]
-    return f"{table}\n\nExample: {', or '.join(examples)}"
-
-
-def _flow(example: Mapping[str, Any]) -> str:
-    return "{" + ", ".join(f"{k}: {_value(v).strip('`')}" for k, v in example.items()) + "}"
+    return _table("| key | default | valid | meaning |", rows)
 
 
 def _valid(schema: Mapping[str, Any]) -> str:

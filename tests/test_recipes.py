@@ -83,7 +83,7 @@ LAW = FrictionLaw(
 )
 '''
 
-LAST_PARAMETER = '    _not_negative(\n        "noise_intensity",'
+LAST_PARAMETER = '    _not_negative("noise_intensity",'
 
 
 def parameter(name: str, symbol: str, unit: str, more: str) -> Edit:
@@ -92,7 +92,7 @@ def parameter(name: str, symbol: str, unit: str, more: str) -> Edit:
     return Edit("stickslip/variables.py", LAST_PARAMETER, text)
 
 
-STATUS_COLUMN = '    ResultVariable(\n        "status",'
+STATUS_COLUMN = '    ResultVariable("status",'
 
 RECIPES = {
     "friction law": [
@@ -169,7 +169,47 @@ RECIPES = {
 }
 """The recipes that are carried out; the figure comes below."""
 
-MOST_FILES = {"friction law": 3, "free energy": 2, "parameter": 2, "result variable": 2}
+FIGURE = '''"""The stated error of the amplitudes, along the first axis."""
+
+from __future__ import annotations
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+
+def errors(ds: xr.Dataset) -> Figure:
+    """The amplitude errors of a sweep."""
+    figure = Figure()
+    axes = figure.add_subplot()
+    axes.semilogy(ds.amplitude_error.values.ravel())
+    return figure
+'''
+
+FIGURE_RECIPE = [
+    Edit("sweeps/figures/errors.py", "", FIGURE),
+    Edit(
+        "sweeps/figure_table.py",
+        '        "time_courses": FigureEntry(',
+        '        "errors": FigureEntry("errors.errors", "sweep", ("amplitude_error",)),\n',
+    ),
+]
+DRAWN = """
+import json, sys
+import numpy as np, xarray as xr
+from sweeps.config.load import from_mapping
+from sweeps.figures import draw
+ds = xr.Dataset({"amplitude_error": ("temperature", [1e-7, 2e-7])}, {"temperature": [200.0, 250.0]})
+line = draw(ds, from_mapping({"plot": {"figure": "errors"}}).plot.figure).axes[0].lines[0]
+json.dump(line.get_ydata().tolist(), sys.stdout)
+"""
+
+MOST_FILES = {
+    "friction law": 3,
+    "free energy": 2,
+    "parameter": 2,
+    "result variable": 2,
+    "figure": 2,
+}
 """Files at most, as the table of CONTRIBUTING.md says."""
 
 SMALL_SWEEPS = """
@@ -257,6 +297,24 @@ def test_a_recipe_touches_no_more_files_than_promised(name: str, tmp_path: Path)
     touched = carried_out(RECIPES[name], copied(tmp_path))
     sys.stdout.write(f"{name}: {len(touched)} files: {', '.join(sorted(touched))}\n")
     assert len(touched) <= MOST_FILES[name]
+
+
+def test_a_figure_is_drawn_from_a_file_and_a_line(tmp_path: Path) -> None:
+    copy = copied(tmp_path)
+    touched = carried_out(FIGURE_RECIPE, copy)
+    sys.stdout.write(f"figure: {len(touched)} files: {', '.join(sorted(touched))}\n")
+    assert len(touched) <= MOST_FILES["figure"]
+    done = output_of(DRAWN, copy)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == [1e-7, 2e-7]
+
+
+def test_a_figure_without_its_line_is_unknown(tmp_path: Path) -> None:
+    copy = copied(tmp_path)
+    carried_out(FIGURE_RECIPE[:1], copy)
+    done = output_of(DRAWN, copy)
+    assert done.returncode != 0
+    assert "errors" in done.stderr
 
 
 METHODS = ("adaptive", "euler-cromer")

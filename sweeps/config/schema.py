@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pydantic import (
     BaseModel,
@@ -98,9 +98,6 @@ class Section(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    # What a config may hold here, for docs/configuration.md.
-    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ()
-
     @classmethod
     def neutral(cls) -> dict[str, object]:
         """The keys that name a neutral value, with that value."""
@@ -119,11 +116,6 @@ class Section(BaseModel):
 
 class Integrator(Section):
     """How the equations are integrated; `rtol` counts for adaptive, `dt` for euler-cromer."""
-
-    examples = (
-        {"rtol": 1e-8, "max_steps": 100_000_000},
-        {"method": "euler-cromer", "dt": 1e-9},
-    )
 
     method: MethodName = Field(
         DEFAULTS.method,
@@ -150,8 +142,6 @@ class Integrator(Section):
 class Stationary(Section):
     """When an orbit counts as stationary."""
 
-    examples = ({"rtol": 1e-8, "max_periods": 20_000, "accelerate": False},)
-
     rtol: Tolerance = _option("stationary_rtol")
     max_periods: Count = _option("max_periods")
     accelerate: Switch = Field(
@@ -162,8 +152,6 @@ class Stationary(Section):
 
 class Noise(Section):
     """How the weak noise of the order parameter is treated."""
-
-    examples = ({"treatment": "none"},)
 
     treatment: TreatmentName = Field(
         DEFAULTS.noise,
@@ -194,8 +182,6 @@ class Noise(Section):
 class Film(Section):
     """How the lubricant film is modelled."""
 
-    examples = ({"friction": "power-law"},)
-
     friction: Annotated[LawName, Neutral("power-law")] = Field(
         DEFAULTS.friction, description="law of the viscous stress"
     )
@@ -203,11 +189,6 @@ class Film(Section):
 
 class Execution(Section):
     """How the work is spread; never part of the identity of a result."""
-
-    examples = (
-        {"workers": 8, "backend": "loky", "block_points": 64},
-        {"backend": "dask", "scheduler": "tcp://localhost:8786"},
-    )
 
     workers: Workers = Field(2, description="threads, or processes, that compute at once")
     backend: Literal["threads", "loky", "dask"] = Field(
@@ -234,8 +215,6 @@ class Execution(Section):
 class Plot(Section):
     """Which picture shows the result."""
 
-    examples = ({"figure": "time_courses"},)
-
     figure: FigureName = Field(
         next(iter(FIGURES)),
         description="; ".join(f"{name}: of a {figure.data}" for name, figure in FIGURES.items()),
@@ -244,8 +223,6 @@ class Plot(Section):
 
 class Simulation(Section):
     """The trajectory that `simulate` and the figures of trajectories compute."""
-
-    examples = ({"periods": 2, "start": "stationary", "samples_per_period": 500},)
 
     periods: Periods = Field(6, description="drive periods")
     start: Literal["initial", "stationary"] = Field(

@@ -56,7 +56,7 @@ class RunFolder:
             lock.acquire()
         except Timeout:
             raise InUseError(self._in_use()) from None
-        except FileNotFoundError:  # the other run took the folder away under our feet
+        except FileNotFoundError:  # the other run removed the folder between these two lines
             raise InUseError(f"{self.path.with_suffix('')} is just being finished") from None
         except (OSError, RuntimeError) as error:
             raise StorageError(f"cannot write into {self.path}: {reason(error)}") from error
@@ -66,7 +66,7 @@ class RunFolder:
         finally:
             if not self.journal.exists():
                 self.remove()
-            lock.release()  # last: what another run takes hold of is not ours to remove
+            lock.release()  # last: from here on the folder may belong to another run
 
     def is_held(self) -> bool:
         """Whether a run holds the output now."""
@@ -77,7 +77,7 @@ class RunFolder:
             lock.acquire()
         except Timeout:
             return True
-        except (OSError, RuntimeError):  # not ours to lock: the heartbeat tells the rest
+        except (OSError, RuntimeError):  # the lock of another user: only the heartbeat tells
             return bool(self.last_beat())
         lock.release()
         return False
@@ -128,7 +128,7 @@ class RunFolder:
         now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
         text = json.dumps(said | self._who | {"updated": now}) + "\n"
         with (
-            contextlib.suppress(OSError),  # a sweep must not end for want of a heartbeat
+            contextlib.suppress(OSError),  # the sweep goes on without a heartbeat
             replacing(self.heartbeat, self._next_beat, fsync=False) as new,
         ):
             new.write_text(text)

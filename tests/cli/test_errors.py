@@ -8,18 +8,17 @@ import re
 import resource
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 from support.bad_configs import ALL
+from support.commands import Command, entries
 
 from stickslip.orbit import compute_orbits
 from sweeps.cli import inspect
-from sweeps.cli.app import main
 from sweeps.engine import worker
 from sweeps.files import atomic
 from sweeps.files.datasets import open_result, write_dataset
@@ -29,38 +28,6 @@ sweep: {temperature: [200, 250]}
 integrator: {rtol: 1e-4}
 stationary: {rtol: 1e-4}
 """
-
-
-class Result(NamedTuple):
-    code: int
-    out: str
-    err: str
-
-
-Command = Callable[..., Result]
-
-
-@pytest.fixture
-def command(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Command:
-    """The real entry point, in this process and an empty folder that holds `a.yaml`."""
-    monkeypatch.chdir(tmp_path)
-    Path("a.yaml").write_text(SWEEP)
-
-    def call(*arguments: str) -> Result:
-        monkeypatch.setattr(sys, "argv", ["stickslip", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        out, err = capsys.readouterr()
-        assert "Traceback" not in out + err
-        return Result(int(ended.value.code or 0), out, err)
-
-    return call
-
-
-def entries(folder: Path | str = ".") -> list[str]:
-    return sorted(path.name for path in Path(folder).iterdir())
 
 
 # --- 2: usage and configs ---

@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.processes import wait_until
 from support.workers import (
+    FREE,
     IMPATIENT,
     POINTS,
     ROOT,
@@ -22,10 +24,9 @@ from support.workers import (
     hash_without_backend,
     move_to,
     needs_dask,
-    next_line,
     number_of_tasks,
+    open_gate,
     wait_for_blocks,
-    wait_until,
 )
 
 from sweeps.engine.executors.base import WorkersLostError
@@ -81,9 +82,10 @@ def test_a_cluster_gives_the_same_content_and_is_left_empty(
 @pytest.mark.slow
 def test_a_sweep_survives_the_death_of_a_worker(cluster: Cluster, expected: str) -> None:
     victim, _ = cluster.worker(), cluster.worker()
-    sweep = command("--scheduler", cluster.address, hook=doing("traced_block"))
-    wait_for_blocks(6)
+    sweep = command("--scheduler", cluster.address, hook=doing("gated_block"))
+    wait_for_blocks(FREE)
     victim.kill()
+    open_gate()
     assert ended(sweep) == (0, "")
     assert hash_of_result() == expected
 
@@ -93,13 +95,14 @@ def test_a_sweep_without_workers_waits_for_new_ones(cluster: Cluster, expected: 
     hook = f"{IMPATIENT}; {doing('traced_block')}"
     sweep = command("--scheduler", cluster.address, hook=hook)
     waiting = f"WARNING: no worker is connected to {cluster.address}; waiting for one\n"
-    assert next_line(sweep) == waiting  # there were none from the start
+    sweep.says(waiting)  # there were none from the start
     victim = cluster.worker()
-    wait_for_blocks(6)
+    wait_for_blocks(FREE)
     victim.kill()
-    assert next_line(sweep) == waiting
+    sweep.says(waiting, times=2)
+    open_gate()
     cluster.worker()
-    assert ended(sweep) == (0, "")
+    assert ended(sweep) == (0, 2 * waiting)
     assert hash_of_result() == expected
 
 
@@ -116,8 +119,8 @@ def test_what_is_finished_survives_the_death_of_the_scheduler(
     cluster: Cluster, expected: str
 ) -> None:
     cluster.worker(), cluster.worker()
-    sweep = command("--scheduler", cluster.address, hook=doing("traced_block"))
-    wait_for_blocks(10)
+    sweep = command("--scheduler", cluster.address, hook=doing("gated_block"))
+    wait_for_blocks(FREE)
     cluster.processes[0].kill()
     code, err = ended(sweep)
     assert code == 4

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import signal
-import subprocess
 import sys
 import threading
 import time
@@ -17,8 +16,9 @@ from typing import Any
 import numpy as np
 import psutil
 import pytest
+from support.processes import HANGS, Running
 from support.workers import (
-    ENDED,
+    FREE,
     POINTS,
     POISON,
     command,
@@ -28,7 +28,7 @@ from support.workers import (
     hash_without_backend,
     move_to,
     needs_dask,
-    next_line,
+    open_gate,
     poisoned_block,
     wait_for_blocks,
 )
@@ -103,23 +103,25 @@ def test_a_point_that_kills_its_worker_costs_itself_alone(
 # --- the command is ended ---
 
 
-def begun(backend: str, hook: str) -> tuple[subprocess.Popen[str], list[Any]]:
+def begun(backend: str, hook: str) -> tuple[Running, list[Any]]:
     """A sweep with workers at work, and its processes."""
     sweep = command("--backend", backend, "--workers", "2", hook=hook)
-    wait_for_blocks(4)
+    wait_for_blocks(FREE)
     return sweep, psutil.Process(sweep.pid).children(recursive=True)
 
 
 def all_gone(processes: list[Any]) -> bool:
     assert len(processes) >= 2
-    return not psutil.wait_procs(processes, timeout=ENDED)[1]
+    return not psutil.wait_procs(processes, timeout=HANGS)[1]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("backend", PROCESSES)
 def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process(backend: str) -> None:
-    sweep, processes = begun(backend, doing("traced_block"))
+    sweep, processes = begun(backend, doing("gated_block"))
     os.killpg(sweep.pid, signal.SIGINT)  # as a terminal does
+    sweep.says("finishing the blocks in flight")
+    open_gate()
     code, err = ended(sweep)
     assert code == 130
     assert all_gone(processes)
@@ -129,7 +131,7 @@ def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process(backend: str) -> No
         err,
     )
     assert said
-    assert 4 <= int(said[1]) < POINTS  # those in flight too
+    assert FREE <= int(said[1]) <= FREE + 2 * 2 < POINTS  # those in flight too
 
 
 @pytest.mark.slow
@@ -137,7 +139,7 @@ def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process(backend: str) -> No
 def test_a_second_ctrl_c_waits_for_nobody(backend: str) -> None:
     sweep, processes = begun(backend, doing("stuck_block"))
     os.killpg(sweep.pid, signal.SIGINT)
-    assert next_line(sweep) == "\n"
+    sweep.says("finishing the blocks in flight")
     os.killpg(sweep.pid, signal.SIGINT)
     code, err = ended(sweep)
     assert code == 130
@@ -149,9 +151,8 @@ def test_a_second_ctrl_c_waits_for_nobody(backend: str) -> None:
 @pytest.mark.parametrize("backend", PROCESSES)
 def test_processes_do_not_outlive_the_command(backend: str) -> None:
     sweep, processes = begun(backend, doing("stuck_block"))
-    sweep.kill()
+    sweep.process.kill()
     assert all_gone(processes)
-    sweep.communicate()
 
 
 # --- the pool by itself ---

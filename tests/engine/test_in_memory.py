@@ -192,6 +192,21 @@ def test_lost_blocks_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
         run(executed(workers=1, block_points=2))
 
 
+def test_the_kernels_are_compiled_before_the_workers_begin(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    order: list[str] = []
+
+    def watched(name: str) -> Any:
+        function = getattr(in_memory, name)
+        return lambda *arguments: (order.append(name), function(*arguments))[1]
+
+    for name in ("compile_kernels", "compute_block"):
+        monkeypatch.setattr(in_memory, name, watched(name))
+    run(executed(workers=2, block_points=5))
+    assert order == ["compile_kernels", "compute_block", "compute_block"]
+
+
 # --- on the way ---
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import netCDF4
@@ -14,15 +15,18 @@ import xarray as xr
 from support.sweeping import LOOSE, ONE_BY_ONE, Shell, hash_at_once, hash_of, write
 
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS
-from sweeps.engine.existing import Target, found_in_file, readable_manifest
+from sweeps.config.load import Config
+from sweeps.engine.existing import Target, found_in_file, found_in_journal, readable_manifest
 from sweeps.engine.in_memory import read_config
 from sweeps.files.attributes import data_sha256
+from sweeps.files.chunks import Chunks
 from sweeps.files.columns import FIRST_COLUMNS
 from sweeps.files.datasets import open_result, write_dataset
 from sweeps.files.journal import Journal
 from sweeps.files.record_log import RecordLog
 from sweeps.files.run_folder import RunFolder
-from sweeps.identity import seal_key
+from sweeps.grid import Grid
+from sweeps.identity import Settings, key_of, seal_key
 
 FOUR = "sweep: {temperature: [200, 225, 250, 275]}\n"
 FIVE = "sweep: {temperature: [200, 225, 250, 275, 300]}\n"
@@ -239,19 +243,21 @@ def test_a_journal_that_names_no_columns_has_those_of_the_first_version(shell: S
 
 # --- parameters that were added later ---
 
-NEUTRAL = "initial_velocity"  # stands for one: nothing but its neutral value makes it older
+ADDED_PARAMETER, NEUTRAL = "block_mass", 0.3  # stands for one; its default is another value
+OF_THEN = f"model: {{{ADDED_PARAMETER}: {NEUTRAL}}}\n"
 
 
 @pytest.fixture
 def added_parameter(shell: Shell) -> Iterator[Shell]:
     """`a.nc` and the interrupted `b.nc` know nothing of a parameter that has a neutral value."""
-    variable = PARAMETERS[NEUTRAL]
-    object.__setattr__(variable, "neutral", 0.0)
+    variable = PARAMETERS[ADDED_PARAMETER]
+    object.__setattr__(variable, "neutral", NEUTRAL)
     try:
+        write("a.yaml", FOUR, LOOSE, OF_THEN)
         assert shell("sweep", "a.yaml", "-o", "a.nc", "--overwrite").code == 0
         forget_parameter(Path("a.nc"))
-        assert NEUTRAL not in open_result(Path("a.nc")).coords
-        write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
+        assert ADDED_PARAMETER not in open_result(Path("a.nc")).coords
+        write("b.yaml", FOUR, LOOSE, ONE_BY_ONE, OF_THEN)
         assert shell.interrupted("sweep", "b.yaml", "-o", "b.nc", after=2).code == 4
         forget_parameter_of_journal(RunFolder(Path("b.nc")).journal)
         yield shell
@@ -259,21 +265,32 @@ def added_parameter(shell: Shell) -> Iterator[Shell]:
         object.__setattr__(variable, "neutral", None)
 
 
+def without_parameter(config: Config) -> tuple[Settings, Grid]:
+    """What a version without the parameter would have made keys of."""
+    target = Target.of(config)
+    known = {name: v for name, v in target.grid.fixed.items() if name != ADDED_PARAMETER}
+    return target.settings, replace(target.grid, fixed=known)
+
+
 def forget_parameter(path: Path) -> None:
-    ds = open_result(path).drop_vars(NEUTRAL)
+    key = seal_key(*without_parameter(found_in_file(path).config))
+    ds = open_result(path).drop_vars(ADDED_PARAMETER)
     lines = ds.attrs["config"].splitlines(keepends=True)
-    ds.attrs["config"] = "".join(line for line in lines if NEUTRAL not in line)
+    ds.attrs["config"] = "".join(line for line in lines if ADDED_PARAMETER not in line)
+    digests = [hashlib.sha256(ds[name].values.tobytes()).hexdigest() for name in ds.data_vars]
+    ds.attrs["data_sha256"] = data_sha256(key, digests)
     write_dataset(ds, path)
 
 
 def forget_parameter_of_journal(path: Path) -> None:
     manifest = readable_manifest(path)
     assert manifest is not None
-    del manifest["config"]["model"][NEUTRAL]
-    log = RecordLog.open(path)
-    for _ in log.scan():
-        pass
-    note(log, manifest)
+    found = found_in_journal(path, manifest)
+    key, size = key_of(*without_parameter(found.config)), found.grid.size
+    points = list(found.points())
+    del manifest["config"]["model"][ADDED_PARAMETER]
+    manifest |= {"key": key.hex()}
+    Journal.create(path, key, manifest, Chunks(found.grid.shape), size, points).close()
 
 
 def test_a_file_from_before_a_parameter_is_complete_described_and_drawn(
@@ -287,20 +304,22 @@ def test_a_file_from_before_a_parameter_is_complete_described_and_drawn(
     assert added_parameter("plot", "a.nc", "-o", "a.png").code == 0
 
 
-@pytest.mark.parametrize("values", ["[0, 1.0e-6]", "[1.0e-6, 0]"])
+@pytest.mark.parametrize("values", ["[0.3, 0.5]", "[0.5, 0.3]"])
 def test_a_file_from_before_a_parameter_grows_along_it(added_parameter: Shell, values: str) -> None:
     shell = added_parameter
     grown = write(
-        "c.yaml", f"sweep: {{{NEUTRAL}: {values}, T: [200, 225, 250, 275, 300]}}\n", LOOSE
+        "c.yaml", f"sweep: {{{ADDED_PARAMETER}: {values}, T: [200, 225, 250, 275, 300]}}\n", LOOSE
     )
     code, _, err = shell("sweep", grown, "-o", "a.nc")
     assert (code, err) == (0, "10 points (2 x 5): 4 in a.nc; 6 to compute\n")
-    assert shell.values(NEUTRAL) == [0.0, *[1e-6] * 5]
+    assert shell.values(ADDED_PARAMETER) == [0.3, *[0.5] * 5]
     assert hash_of("a.nc") == hash_at_once(grown)
 
 
 def test_another_value_of_the_new_parameter_makes_other_points(added_parameter: Shell) -> None:
-    code, _, err = added_parameter("sweep", "a.yaml", "-o", "a.nc", "--set", f"{NEUTRAL}=1e-6")
+    code, _, err = added_parameter(
+        "sweep", "a.yaml", "-o", "a.nc", "--set", f"{ADDED_PARAMETER}=0.5"
+    )
     assert code == 2
     assert err.startswith("a.nc has 4 finished points that the config no longer names")
 
@@ -317,7 +336,7 @@ def test_an_interrupted_sweep_from_before_a_parameter_is_resumed(added_parameter
 
 def test_an_interrupted_sweep_from_before_a_parameter_grows(added_parameter: Shell) -> None:
     shell, kept = added_parameter, added_parameter.values("temperature")
-    grown = write("c.yaml", FIVE, LOOSE)
+    grown = write("c.yaml", FIVE, LOOSE, OF_THEN)
     assert shell("sweep", grown, "-o", "b.nc").code == 0
     assert not set(kept) & set(shell.values("temperature"))
     assert hash_of("b.nc") == hash_at_once(grown)
@@ -328,7 +347,7 @@ def test_a_number_changed_in_a_file_from_before_a_parameter_is_noticed(
 ) -> None:
     with netCDF4.Dataset("a.nc", "a") as file:
         file["friction_force_amplitude"][0] += 1
-    code, _, err = added_parameter("sweep", write("c.yaml", FIVE, LOOSE), "-o", "a.nc")
+    code, _, err = added_parameter("sweep", write("c.yaml", FIVE, LOOSE, OF_THEN), "-o", "a.nc")
     assert (code, "is damaged, or was changed" in err) == (5, True)
 
 
@@ -338,7 +357,8 @@ def test_a_file_without_a_parameter_that_has_no_neutral_value_is_refused(shell: 
     code, _, err = shell("sweep", "a.yaml", "-o", "a.nc", "--accept-mixed")
     assert (code, err) == (
         2,
-        f"a.nc was written by an older version and lacks the parameters {NEUTRAL}, whose values "
+        f"a.nc was written by an older version and lacks the parameters "
+        f"{ADDED_PARAMETER}, whose values "
         "for its points are not known; --overwrite replaces it, -o writes elsewhere\n",
     )
     assert everything() == before

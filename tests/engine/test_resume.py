@@ -190,7 +190,7 @@ def test_an_interrupted_sweep_computes_what_is_missing_and_gives_the_same_bits(
     first = shell.values("temperature")
     assert (code, out) == (4, "")
     assert 2 <= len(first) < 4
-    assert f"{len(first)} of 4 points are kept in results/a.nc.run. To go on:\n" in err
+    assert f"{len(first)} of 4 points are kept in results/a.nc.run. To resume:\n" in err
     assert err.endswith("\n  stickslip sweep a.yaml\n")
     code, _, err = shell("sweep", config)
     assert (code, err) == (

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stickslip import Options, Status, kernels, orbit
+from stickslip import Options, Status
 from stickslip.compiled.cache import processor
 from stickslip.orbit import compute_orbits, failed_row
 from stickslip.plausibility import suspicious_balance, suspicious_stress
@@ -197,21 +197,9 @@ def test_kernels_are_made_ready_for_the_fluids_of_the_grid(
 ) -> None:
     asked = []
 
-    def observed(gammas: np.ndarray, settings: kernels.Settings) -> None:
-        asked.append((set(np.ravel(gammas).tolist()), settings.rtol))
+    def observed(options: Options, gammas: np.ndarray) -> None:
+        asked.append((options, gammas.tolist()))
 
-    monkeypatch.setattr(kernels, "compile_lanes", observed)
+    monkeypatch.setattr(worker, "prepare_kernels", observed)
     compile_kernels(OPTIONS, GRID)
-    assert asked == [({-2 / 3, 0.0, 2 / 3}, OPTIONS.rtol)]
-
-
-def test_the_fixed_step_is_made_ready_without_a_point(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
-
-    def observed(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
-        asked.append((points.shape, options.method))
-        return compute_orbits(points, options)
-
-    monkeypatch.setattr(orbit, "compute_orbits", observed)
-    compile_kernels(Options(method="euler-cromer"), GRID)
-    assert asked == [((0, 20), "euler-cromer")]
+    assert asked == [(OPTIONS, [-2 / 3, 0.0, 2 / 3])]

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 from scenes import GAMMAS, amplitude_errors, orbits, row, rows
+from stickslip.ensemble import end_states
 
 from stickslip import Options, Parameters, Status, kernels, simulate
 from stickslip.compiled.simd import LANES
-from stickslip.ensemble import end_states
 from stickslip.kernels.adaptive import driver, passes
 from stickslip.orbit import compute_orbits
 

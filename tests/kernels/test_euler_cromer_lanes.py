@@ -10,6 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numba.core import config as numba_config
 from scenes import row
+from stickslip.kernels.euler_cromer.search import fixed_lane_orbits
+from stickslip.kernels.observers import measuring
+from stickslip.kernels.rows import parameters_of
 from test_symmetries import SYMMETRIES, Symmetry, expected, transformed
 
 from stickslip import Parameters, Status, kernels
@@ -19,10 +22,7 @@ from stickslip.kernels.euler_cromer import march
 from stickslip.kernels.euler_cromer.layout import write_steps
 from stickslip.kernels.euler_cromer.march import FixedLanes, general_march
 from stickslip.kernels.euler_cromer.scaling import step_parameters, step_units
-from stickslip.kernels.euler_cromer.search import fixed_lane_orbits
-from stickslip.kernels.observers import measuring
 from stickslip.kernels.problem import fixed_period
-from stickslip.kernels.rows import parameters_of
 from stickslip.measure import accumulate
 from stickslip.model import noise
 from stickslip.numerics.euler_cromer_lanes import PENDING, STEPS_BETWEEN_CHECKS
