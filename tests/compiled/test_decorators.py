@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +97,22 @@ def test_a_name_is_refused_the_second_time() -> None:
 def test_kernels_of_one_factory_do_what_their_names_say() -> None:
     kernels = [decorators.named_kernel(f"tests: value {i}", make_constant(i)) for i in (3.0, 4.0)]
     assert [kernel() for kernel in kernels] == [3.0, 4.0]
+
+
+def test_threads_that_ask_a_factory_at_once_get_one_kernel() -> None:
+    made: list[float] = []
+
+    @decorators.kernel_factory
+    def constant_kernel(value: float):
+        time.sleep(0.05)  # so that the others ask meanwhile
+        made.append(value)
+        return decorators.named_kernel(f"tests: asked[{value}]", make_constant(value))
+
+    with ThreadPoolExecutor(8) as threads:
+        kernels = list(threads.map(constant_kernel, [5.0] * 8 + [6.0] * 8))
+    assert sorted(made) == [5.0, 6.0]
+    assert {id(kernel) for kernel in kernels} == {id(kernels[0]), id(kernels[-1])}
+    assert (kernels[0](), kernels[-1]()) == (5.0, 6.0)
 
 
 # A factory makes functions of one name. Numba tells them apart by a counter that starts anew in
