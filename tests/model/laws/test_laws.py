@@ -113,8 +113,9 @@ def test_the_slope_is_the_derivative_of_the_stress(fluid: Fluid) -> None:
         return fluid.law.stress(fluid.p, u)
 
     for u in [*SPEEDS, *(-u for u in SPEEDS)]:
-        # Where the stress is nearly constant the differences lose digits.
-        noise = 1e-11 * abs(stress(u) / u)
+        # Where the stress is nearly constant the differences lose digits, and a law need not be
+        # exact to more than a rounding of its stress at the speed of the drive.
+        noise = 1e-11 * abs(stress(u) / u) + 1e-13 * stress(8e-6) / abs(u)
         difference = slope_of(stress, u, 1e-3 * u)
         assert fluid.law.slope(fluid.p, u) == pytest.approx(difference, rel=1e-9, abs=noise)
 
@@ -172,6 +173,7 @@ def test_the_rounded_slope_is_the_derivative_of_the_rounded_stress(fluid: Fluid)
     for u in [way * size * U_S for size in np.geomspace(0.1, 30.0, 30) for way in (1, -1)]:
         step = 1e-3 * abs(u)
         noise = 1e-14 * 40 * max(abs(stress(u - 2 * step)), abs(stress(u + 2 * step))) / step
+        noise += 1e-13 * stress(8e-6) / abs(u)
         slope = fluid.law.rounded(fluid.p, u, U_S)[1]
         assert slope == pytest.approx(slope_of(stress, u, step), rel=1e-9, abs=noise)
 
