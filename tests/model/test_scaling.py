@@ -110,6 +110,12 @@ def test_a_mirrored_drive_has_mirrored_units_and_the_same_reduced_parameters(law
         )
 
 
+def reduced(p: Parameters) -> dict[str, float]:
+    """The paper's reduced parameters; how a scaling changes later ones is not known here."""
+    q = scaling.reduction("power-law")(p)
+    return {name: x for name, x in q._asdict().items() if PARAMETERS[name].neutral is None}
+
+
 SCALINGS = [
     ("drive_amplitude", "film_thickness", "contact_area"),
     ("block_mass", "spring_stiffness", "contact_area"),
@@ -119,19 +125,17 @@ SCALINGS = [
 @pytest.mark.parametrize("names", SCALINGS, ids=str)
 @pytest.mark.parametrize("gamma", INDICES)
 def test_scalings_by_two_leave_the_reduced_parameters_bit_for_bit(
-    law: str, gamma: float, names: tuple[str, ...]
+    gamma: float, names: tuple[str, ...]
 ) -> None:
     rng = np.random.default_rng(9)
     for _ in range(50):
         p = random_parameters(rng, gamma)
         scaled = p._replace(**{name: 2.0 * getattr(p, name) for name in names})
-        assert scaling.reduction(law)(scaled) == scaling.reduction(law)(p)
+        assert reduced(scaled) == reduced(p)
 
 
 @pytest.mark.parametrize("gamma", INDICES)
-def test_a_scaling_of_energy_by_two_leaves_the_reduced_parameters_bit_for_bit(
-    law: str, gamma: float
-) -> None:
+def test_a_scaling_of_energy_by_two_leaves_the_reduced_parameters_bit_for_bit(gamma: float) -> None:
     rng = np.random.default_rng(10)
     doubled = ("thermal", "elastic", "cubic", "quartic", "viscosity")
     for _ in range(50):
@@ -143,12 +147,10 @@ def test_a_scaling_of_energy_by_two_leaves_the_reduced_parameters_bit_for_bit(
             "contact_area": 0.5 * p.contact_area,
             "kinetic_coefficient": 0.5 * p.kinetic_coefficient,
         }
-        assert scaling.reduction(law)(p._replace(**changes)) == scaling.reduction(law)(p)
+        assert reduced(p._replace(**changes)) == reduced(p)
 
 
-def test_a_scaling_of_time_by_two_leaves_the_reduced_parameters_but_for_the_fluids_power(
-    law: str,
-) -> None:
+def test_a_scaling_of_time_by_two_leaves_the_reduced_parameters_but_for_the_fluids_power() -> None:
     rng = np.random.default_rng(11)
     for _ in range(50):
         p = random_parameters(rng, 0.0)
@@ -161,14 +163,13 @@ def test_a_scaling_of_time_by_two_leaves_the_reduced_parameters_but_for_the_flui
             contact_area=4.0 * p.contact_area,
             viscosity_coefficient=0.5 * p.viscosity_coefficient,
         )
-        assert scaling.reduction(law)(faster) == scaling.reduction(law)(p)
+        assert reduced(faster) == reduced(p)
 
 
 def test_the_fixed_ones_are_ones(law: str) -> None:
     q = own(law, Parameters())
     assert q.drive_amplitude == q.angular_frequency == q.block_mass == 1.0
     assert q.film_thickness == q.kinetic_coefficient == 1.0
-    assert len(scaling.Reduced._fields) == 10
 
 
 # --- what the tables say -------------------------------------------------------------------------
