@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import orbits, row, rows
+from support.points import orbits, row, rows
 
 from stickslip import (
     NoiseError,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import GAMMAS, amplitude_errors, orbits, row, rows
+from support.points import GAMMAS, amplitude_errors, orbits, row, rows
 
 from stickslip import Options, Parameters, Status, kernels, simulate
 from stickslip.compiled.simd import LANES

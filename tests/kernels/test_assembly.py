@@ -12,7 +12,7 @@ from typing import Any
 import llvmlite.binding as llvm
 import pytest
 from numba import types
-from scenes import GAMMAS
+from support.points import GAMMAS
 
 from stickslip.kernels.adaptive import passes, recording
 from stickslip.kernels.problem import error_weight, scene_jacobian, scene_rhs

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes import error_scales, orbits, row
+from support.points import error_scales, orbits, row
 
 from stickslip import IntegrationError, Parameters, Status, kernels, simulate, stability
 from stickslip.options import Options

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numba.core import config as numba_config
-from scenes import row
+from support.points import row
 from test_symmetries import SYMMETRIES, Symmetry, expected, transformed
 
 from stickslip import Parameters, Status, kernels

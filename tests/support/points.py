@@ -26,7 +26,7 @@ FIG_9 = ("spring_stiffness", tuple(np.linspace(100.0, 1e4, 100).tolist()))
 
 
 def row(**changes: float) -> np.ndarray:
-    """The parameters of Fig. 3 with some changes, as the doors take them."""
+    """The parameters of Fig. 3 with some changes, as kernels take them."""
     return np.array(Parameters(**changes))
 
 
