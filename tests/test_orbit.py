@@ -31,7 +31,6 @@ from stickslip.orbit import (
     prepared_points,
     refused_row,
 )
-from stickslip.parameters import ParameterValues
 from stickslip.variables import RESULTS
 
 COUNTS = {"orbit_periods", "melting_count", "periods_integrated"}

@@ -18,7 +18,6 @@ from stickslip.measure.results import STATUS
 from stickslip.options import METHODS, Options
 from stickslip.orbit import compute_orbits
 
-
 SCENES: dict[str, dict[str, float]] = {
     "fig3": {},
     "power": {"rheological_index": -0.5},

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from stickslip.ensemble import end_states
 from support.points import GAMMAS, amplitude_errors, orbits, row, rows
 
 from stickslip import Options, Parameters, Status, kernels, simulate
 from stickslip.compiled.simd import LANES
-from stickslip.ensemble import end_states
 from stickslip.kernels.adaptive import driver, passes
 from stickslip.orbit import compute_orbits
 
