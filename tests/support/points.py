@@ -42,6 +42,11 @@ def orbits(points: np.ndarray, **options: Any) -> SimpleNamespace:
     return SimpleNamespace(**columns, row=results, final=finals)
 
 
+def refuse_nothing(points: np.ndarray, options: Options) -> np.ndarray:
+    """What to put in the place of a driver's `largest_step` to get past its refusal."""
+    return np.full(len(points), np.inf)
+
+
 @cache
 def curve(figure: tuple[str, tuple[float, ...]], gamma: float) -> SimpleNamespace:
     """A curve of Fig. 7, 8 or 9 at the default settings; `.x` has its axis."""

@@ -17,7 +17,17 @@ from stickslip.compiled.decorators import inline, jit
 from stickslip.kernels.euler_cromer.layout import write_starts, write_steps
 from stickslip.kernels.points import FIRST_STEP, parameters_of
 from stickslip.kernels.problem import problem_functions, problem_of
-from stickslip.measure.accumulate import FORCE_MAX, RECORD, STRESS_MAX, accumulator
+from stickslip.measure.accumulate import (
+    FIRST_PHASE,
+    FORCE_MAX,
+    LAST_PHASE,
+    MELTED,
+    MELTINGS,
+    RECORD,
+    SOLID,
+    STRESS_MAX,
+    accumulator,
+)
 from stickslip.model import drive, film, noise
 from stickslip.model.rhs import (
     block_acceleration,
@@ -55,6 +65,12 @@ def _see(p, t, dt, v, phi, record):
     _see_work(record, 0, dt * (F * v), dt * abs(F * V), True)
 
 
+def cyclic_meltings(record: np.ndarray) -> int:
+    """Meltings of a closed orbit of whole periods."""
+    wrapped = record[FIRST_PHASE] == MELTED and record[LAST_PHASE] == SOLID
+    return int(record[MELTINGS]) + int(wrapped)
+
+
 # --- Euler-Cromer ---------------------------------------------------------------------------------
 
 
@@ -76,19 +92,29 @@ _march = make_euler_cromer(_increments, _see_begin)
 
 
 @jit
-def _marched(point, steps, y, record):
-    p = parameters_of(point)
-    _clear(record, 0)
-    return _march(p, 0.0, drive.period(p), steps, y, steps, record)
+def _marched(point, steps, y, before, cycle, record):
+    p, status = parameters_of(point), 0
+    for n in range(before + cycle):
+        if n <= before:
+            _clear(record, 0)
+        y, _, status = _march(p, 0.0, drive.period(p), steps, y, steps, record)
+        if status != 0:
+            break
+    return y, status
 
 
-def euler_cromer_period(p: Parameters, dt: float) -> tuple[np.ndarray, np.ndarray, int]:
-    """State (x, v, phi) and record in SI units after a period from the start, and the Status."""
+def euler_cromer_period(
+    p: Parameters, dt: float, before: int = 0, cycle: int = 1
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """State (x, v, phi) and record in SI units after periods from the start, and the Status.
+
+    The record is that of the last `cycle` of them, `before` go before it.
+    """
     points, steps = np.array(p)[None], np.empty(1, np.int64)
     start, record = np.empty((1, 3)), np.empty(RECORD)
     write_steps(points, dt, steps)
     write_starts(points, start)
-    y, _, status = _marched(points[0], steps[0], tuple(start[0].tolist()), record)
+    y, status = _marched(points[0], steps[0], tuple(start[0].tolist()), before, cycle, record)
     return np.array(y), record, status
 
 

@@ -2,42 +2,17 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
-from support.points import error_scales, orbits, row
+from support.points import error_scales, orbits, refuse_nothing, row
+from support.scalar_twins import cyclic_meltings, euler_cromer_period
+from support.symmetries import SYMMETRIES, expected, transformed
 
-from stickslip import IntegrationError, Parameters, Status, kernels, simulate, stability
+from stickslip import IntegrationError, Parameters, Status, simulate, stability
+from stickslip.kernels.euler_cromer import driver
+from stickslip.measure.accumulate import ABSOLUTE_WORK, BLOCK_WORK, FORCE_MAX, STRESS_MAX
 from stickslip.options import Options
-
-X_M = 0.8e-6
-OMEGA = 38.0
-
-
-def end_of_a_period(p: Parameters, options: Options) -> np.ndarray:
-    """(x/X_m, v/(X_m omega)) after one period from the start."""
-    fixed = options.method == "euler-cromer"
-    door = kernels.fixed_trajectory if fixed else kernels.adaptive_trajectory
-    start, samples = np.empty(3), np.empty((2, 3))
-    kernels.starting_log_state(np.array(p), start)
-    assert door(np.array(p), options.settings(), start, 1, samples) == Status.OK
-    return samples[-1, :2] / [X_M, X_M * p.angular_frequency]
-
-
-@pytest.mark.slow
-def test_errors_fall_in_proportion_to_the_step() -> None:
-    # Through a slip at 38 rad/s, where the order parameter has its fastest rates, and from rest:
-    # on the cusp of the viscous force, which the adaptive method must not freeze on either.
-    p = Parameters(angular_frequency=OMEGA)
-    exact = end_of_a_period(p, Options(rtol=1e-10))
-    steps = np.array([4e-9, 2e-9, 1e-9])
-    found = [end_of_a_period(p, Options(method="euler-cromer", dt=dt)) for dt in steps.tolist()]
-    errors = np.abs(np.array(found) - exact)
-    slopes = np.diff(np.log(errors), axis=0) / np.diff(np.log(steps))[:, None]
-    assert np.all(np.abs(slopes - 1) < 0.1), (slopes, errors)
-    assert errors[-1, 0] < 1e-7
-
+from stickslip.orbit import compute_orbits
 
 # Steps that gave finite, plausible and wrong amplitudes, up to 17 times too high, without any NaN.
 FINITE_BUT_WRONG = [
@@ -70,17 +45,8 @@ def test_the_step_of_the_paper_is_stable_at_its_parameters() -> None:
         assert stability.largest_stable_step(row(angular_frequency=omega))[0] > 10 * 1e-10
 
 
-def test_a_step_that_overflows_is_seen() -> None:
-    # Past the refusal, straight through the compiled door: twice the stable step at 38 rad/s.
-    start, samples = np.empty(3), np.empty((2, 3))
-    point = row(angular_frequency=OMEGA)
-    kernels.starting_log_state(point, start)
-    settings = Options(method="euler-cromer", dt=1.6e-8).settings()
-    assert kernels.fixed_trajectory(point, settings, start, 1, samples) == Status.DIVERGED
-
-
-# Scenes whose largest stable step is long: a liquid film, a slow one, and one without elasticity.
-ORBITS = [
+# Points whose largest stable step is long: a liquid film, a slow one, and one without elasticity.
+STABLE = [
     ({"elastic_coefficient": 0.0}, 2e-5),
     ({"elastic_coefficient": 0.0, "rheological_index": -0.5}, 2e-5),
     ({"temperature": 300.0}, 7e-7),
@@ -97,7 +63,7 @@ ORBITS = [
 ]
 
 
-@pytest.mark.parametrize(("changes", "dt"), ORBITS, ids=str)
+@pytest.mark.parametrize(("changes", "dt"), STABLE, ids=str)
 def test_orbits_agree_with_the_adaptive_ones_within_the_stated_error(
     changes: dict[str, float], dt: float
 ) -> None:
@@ -127,40 +93,89 @@ def test_the_stated_error_falls_in_proportion_to_the_step() -> None:
     np.testing.assert_allclose(np.array(errors[:-1]) / errors[1:], 2.0, rtol=0.1)
 
 
-def test_a_period_is_divided_evenly() -> None:
-    # dt does not divide the period: the last sample is at its end all the same.
+ORBITS: list[dict[str, float]] = [
+    {"elastic_coefficient": 0.0},
+    {"elastic_coefficient": 0.0, "rheological_index": -0.5},
+    {"elastic_coefficient": 0.0, "spring_stiffness": 2500.0, "drive_amplitude": -0.8e-6},
+    {"elastic_coefficient": 0.0, "angular_frequency": 17.0, "noise_intensity": 0.0,
+     "initial_order_parameter": 0.1},
+]  # fmt: skip
+
+
+def energy(p: Parameters, state: np.ndarray) -> float:
+    """Energy of the lower block and its springs [J]."""
+    return 0.5 * p.block_mass * state[1] ** 2 + p.spring_stiffness * state[0] ** 2
+
+
+COARSE = {"method": "euler-cromer", "dt": 2e-5}
+
+
+def test_orbits_are_those_of_plain_iteration_by_the_scalar_drive() -> None:
+    points = [Parameters(**changes) for changes in ORBITS]
+    found = orbits(np.array(points), **COARSE, stationary_rtol=1e-5, max_periods=300)
+    assert np.all(found.status == Status.OK)
+    for i, p in enumerate(points):
+        cycle = int(found.orbit_periods[i])
+        before = int(found.periods_integrated[i]) - cycle
+        begin, _, _ = euler_cromer_period(p, 2e-5, before - 1, 1)
+        np.testing.assert_allclose(found.final[i, :2], begin[:2], rtol=1e-8)
+        np.testing.assert_allclose(np.exp(found.final[i, 2]), begin[2], rtol=1e-8)
+        end, record, _ = euler_cromer_period(p, 2e-5, before, cycle)
+        for slot, name in ((STRESS_MAX, "elastic_stress"), (FORCE_MAX, "friction_force")):
+            high, low = getattr(found, f"{name}_max")[i], getattr(found, f"{name}_min")[i]
+            np.testing.assert_allclose([high, low], record[slot : slot + 2], rtol=1e-10, atol=1e-9)
+        energy = [
+            0.5 * p.block_mass * v**2 + p.spring_stiffness * x**2 for x, v in (begin[:2], end[:2])
+        ]
+        miss = abs(record[BLOCK_WORK] - (energy[1] - energy[0])) / record[ABSOLUTE_WORK]
+        assert found.power_balance_error[i] == pytest.approx(miss, abs=1e-8)
+        assert found.melting_count[i] == cyclic_meltings(record)
+
+
+@pytest.mark.parametrize("budget", [10_000, 31_416, 100_000])
+def test_a_step_budget_ends_a_search_where_it_runs_out(budget: int) -> None:
+    # A period of 0.628 s takes 31416 steps of 2e-5 s.
+    found = orbits(row(**ORBITS[0]), **COARSE, max_steps=budget)
+    assert found.status == Status.STEP_LIMIT
+    assert found.periods_integrated == budget // 31_416 + 1
+
+
+def test_a_step_budget_covers_the_measurement() -> None:
+    enough = orbits(row(**ORBITS[0]), **COARSE, stationary_rtol=1e-4)
+    steps = 31_416 * int(enough.periods_integrated[0])
+    same = orbits(row(**ORBITS[0]), **COARSE, stationary_rtol=1e-4, max_steps=steps)
+    np.testing.assert_array_equal(same.row, enough.row)
+    short = orbits(row(**ORBITS[0]), **COARSE, stationary_rtol=1e-4, max_steps=steps - 1)
+    assert short.status == Status.STEP_LIMIT
+
+
+def test_a_block_of_points_at_a_time_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    points = np.array([Parameters(**changes) for changes in ORBITS])
+    whole = compute_orbits(points, Options(**COARSE, stationary_rtol=1e-4))
+    monkeypatch.setattr(driver, "_BLOCK", 3)
+    parts = compute_orbits(points, Options(**COARSE, stationary_rtol=1e-4))
+    for ours, theirs in zip(parts, whole, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+
+
+def test_an_orbit_that_diverges_leaves_the_others_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Past the refusal: a step that is twice too long for the first point.
+    points = np.array([row(angular_frequency=2e3), row(elastic_coefficient=0.0)])
+    options = {**COARSE, "stationary_rtol": 1e-3}
+    alone = orbits(points[1], **options)
+    monkeypatch.setattr(driver, "largest_step", refuse_nothing)
+    found = orbits(points, **options)
+    assert found.status.tolist() == [Status.DIVERGED, Status.OK]
+    np.testing.assert_array_equal(found.row[1], alone.row[0])
+
+
+@pytest.mark.parametrize("name", SYMMETRIES)
+def test_symmetries_of_orbits_hold_bit_for_bit(name: str) -> None:
+    symmetry = SYMMETRIES[name]
     p = Parameters(elastic_coefficient=0.0, initial_displacement=1e-7)
-    period = 2 * math.pi / 10
-    found = simulate(p, method="euler-cromer", dt=period / 20_000.5, periods=1)
-    even = simulate(p, method="euler-cromer", dt=period / 20_001, periods=1)
-    np.testing.assert_array_equal(found.lower_displacement, even.lower_displacement)
-
-
-def test_the_first_steps_are_those_of_the_method() -> None:
-    # By hand: v from the old state, x with the new v, phi from the old state and not negative.
-    # From x = 0, so that the new v (1e-4 beside the old one in a step) shows in x.
-    p = Parameters(
-        angular_frequency=2e5,
-        drive_amplitude=8e-11,
-        initial_velocity=3e-7,
-        initial_order_parameter=0.5,
-        noise_intensity=0.0,
-    )
-    dt = 2 * math.pi / 2e5 / 4000
-    x, v, phi = 0.0, 3e-7, 0.5
-    by_hand = [(x, v, phi)]
-    for n in range(3):
-        u = -8e-11 * 2e5 * math.sin(2e5 * n * dt) - v
-        eps = u * 10.0
-        viscous = math.copysign(5e4 * abs(u / 1e-9) ** (1 / 3), u)
-        force = 0.6e-9 * (4e12 * phi**2 * eps + viscous)
-        rate = -100 * phi * (4e12 * eps**2 + 1.9 * (200 - 290) - 230 * phi + 850 * phi**2)
-        v += dt * (force - 6000 * x) / 0.4
-        x += dt * v
-        phi = abs(phi + dt * rate)
-        by_hand.append((x, v, phi))
-    settings = Options(method="euler-cromer", dt=dt * (1 + 1e-9)).settings()
-    samples = np.empty((4001, 3))
-    start = np.array([0.0, 3e-7, math.log(0.5)])
-    kernels.fixed_trajectory(np.array(p), settings, start, 4000, samples)
-    np.testing.assert_allclose(samples[:4], by_hand, rtol=1e-9)
+    points = np.array([p, transformed(p, symmetry)])
+    found = orbits(points, **COARSE, stationary_rtol=1e-4)
+    assert found.status[0] == Status.OK
+    np.testing.assert_array_equal(found.row[1], expected(found.row[0], symmetry))
+    signs = [symmetry.motion, symmetry.motion, 1, 1]
+    np.testing.assert_array_equal(found.final[1], found.final[0] * signs)
