@@ -84,10 +84,3 @@ def test_the_orbits_of_the_paper_are_not_suspicious() -> None:
     found = orbits(points)
     assert not suspicious_balance(found.row).any()
     assert not suspicious_stress(points, found.row).any()
-
-
-def test_slow_kinetics_overshoot_and_deserve_a_look() -> None:
-    points = rows("kinetic_coefficient", [100.0, 1.0])
-    found = orbits(points)
-    assert np.all(found.status == Status.OK)
-    assert suspicious_stress(points, found.row).tolist() == [False, True]
