@@ -184,7 +184,7 @@ def test_no_points_give_no_results() -> None:
     assert finals.shape == (0, len(FINAL_COLUMNS))
 
 
-# --- budgets, refusals, noise ------------------------------------------------------------------------------
+# --- budgets, refusals, noise ---------------------------------------------------------------------
 
 
 def test_a_step_budget_that_is_just_enough() -> None:
