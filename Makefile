@@ -6,14 +6,16 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 WORKERS ?= 2
 
-.PHONY: help demo test test-fast lint bench bench-quick clean
+.PHONY: help demo test test-fast lint generated bench bench-quick tables clean
 
 help:
 	@echo "make demo       Fig. 7 of the paper: results/fig7.nc and its picture"
 	@echo "make test       the whole test suite"
 	@echo "make test-fast  the tests that are not marked slow"
 	@echo "make lint       ruff, mypy and the import contracts"
-	@echo "make bench      the benchmarks with pictures and table; an hour, on an idle machine"
+	@echo "make generated  the schema of configs and docs/configuration.md, from their declarations"
+	@echo "make bench      the benchmarks with pictures and tables; an hour or two, on an idle machine"
+	@echo "make tables     the pictures and tables of the benchmarks from their records"
 	@echo "make bench-quick  the same scripts in a minute or two: are they alive?"
 	@echo "make clean      remove .venv, build products and caches; results/ stays"
 
@@ -39,9 +41,18 @@ lint: $(VENV)/.dev
 BENCHMARKS = $(sort $(wildcard benchmarks/bench_*.py))
 
 bench: $(VENV)/.bench
-	set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python $$script; done
+	set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python $$script --full; done
+	$(MAKE) --no-print-directory tables
+
+# Pictures and tables of the records as they are; seconds.
+tables: $(VENV)/.core
 	$(BIN)/python benchmarks/plots.py
 	$(BIN)/python benchmarks/report.py
+	$(BIN)/python benchmarks/performance.py
+
+generated: $(VENV)/.core
+	$(BIN)/stickslip schema > configs/stickslip.schema.json
+	$(BIN)/python docs/configuration.py
 
 bench-quick: $(VENV)/.bench
 	set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python $$script --quick; done

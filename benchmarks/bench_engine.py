@@ -45,7 +45,7 @@ def main() -> None:
         slip = _swept(where, "stick-slip", STICK_SLIP, shape, runs)
         huge = _huge(where, (10, 10, 10, 3) if quick else (100, 100, 100, 10), quick=quick)
     results = {"workers": WORKERS, "rtol": RTOL, "sweeps": [*liquid, slip], "huge": huge}
-    finish("engine", {"headline": _headline(liquid, slip, huge)} | results, quick=quick)
+    finish("engine", results, quick=quick)
 
 
 def _swept(
@@ -79,7 +79,7 @@ def _once(config: Path, path: Path) -> dict[str, float]:
 
 
 def _huge(where: Path, shape: tuple[int, ...], *, quick: bool) -> dict[str, Any]:
-    """A grid that is planned, run in part, gone on with and exported."""
+    """A grid that is planned, run in part, resumed and exported."""
     axes = LIQUID | {"angular_frequency": {"linspace": [5, 50]}}
     config, path = _config(where, axes, shape, FLUIDS["liquid"]), where / "huge.nc"
     part = ("sweep", config, "-o", path, "--max-runtime", "1s" if quick else "20s")
@@ -113,26 +113,6 @@ def _config(where: Path, axes: dict[str, Any], shape: tuple[int, ...], fluids: l
     }
     path.write_text(json.dumps(settings))  # JSON is YAML
     return path
-
-
-def _headline(
-    liquid: list[dict[str, Any]], slip: dict[str, Any], huge: dict[str, Any]
-) -> dict[str, Any]:
-    lines: dict[str, Any] = {}
-    for row in [*liquid, slip]:
-        lines[f"{row['points']} points, {row['scene']}, {WORKERS} threads"] = (
-            f"{row['command_seconds']:.3g} s, {row['points_per_second']:.0f} points/s, "
-            f"peak {row['peak_mib']:.0f} MiB, file {row['file_mib']:.3g} MiB"
-        )
-        lines[f"... a point: kernel, engine on top ({row['points']}, {row['scene']})"] = (
-            f"{row['kernel_us_per_point']:.3g} us, {row['overhead_us_per_point']:.2g} us "
-            f"({100 * row['overhead_part']:.2g} % of all cores)"
-        )
-    peaks = max(huge[step]["peak_mib"] for step in ("plan", "part", "resumed", "export"))
-    lines[f"{huge['points']} points planned, run in part, gone on with, exported: peak"] = (
-        f"{peaks:.0f} MiB"
-    )
-    return lines
 
 
 if __name__ == "__main__":

@@ -10,25 +10,25 @@ of 1e-10 s for 64 temperatures, with every step measured, against the adaptive m
 
 from __future__ import annotations
 
-import argparse
 import math
 import re
 import time
 from collections.abc import Callable
+from itertools import product
 
 import numba
 import numpy as np
-from environment import write_results
+from common import arguments, finish
+from inside import (
+    first_period,
+    fixed_amplitudes,
+    fixed_lanes,
+    march_assembly,
+    scalar_steps,
+)
 
 from stickslip.compiled.decorators import inline, jit
 from stickslip.compiled.simd import for_lanes
-from stickslip.kernels.euler_cromer.layout import write_starts, write_steps
-from stickslip.kernels.euler_cromer.march import SPECIAL_MARCHES, FixedLanes, general_march
-from stickslip.kernels.observers import no_record
-from stickslip.kernels.orbits import _better_cycle
-from stickslip.kernels.problem import fixed_period
-from stickslip.kernels.rows import FIRST_STEP, parameters_of, period_of
-from stickslip.measure import accumulate
 from stickslip.options import Options
 from stickslip.parameters import Parameters
 
@@ -39,37 +39,16 @@ REPEATS = 7
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="few steps, one width")
-    parser.add_argument("--full", action="store_true", help="a whole period at the paper's step")
-    options = parser.parse_args()
+    options = arguments(__doc__, full="a whole period at the paper's step")
     steps = 20_000 if options.quick else 200_000
     results = {"peak_vector_operations_per_ns": peak(), "plain": {}, "scalar": {}, "lanes": []}
-    print(f"peak: {results['peak_vector_operations_per_ns']:.2f} vector operations per ns")
-    gammas = GAMMAS[:1] if options.quick else GAMMAS
-    for gamma in gammas:
-        plain = results["plain"][f"{gamma:.2f}"] = plain_loop(gamma, steps)
-        scalar = results["scalar"][f"{gamma:.2f}"] = scalar_kernel(gamma, steps)
-        print(
-            f"gamma {gamma:5.2f}: plain scalar loop {plain:.1f} ns, scalar kernel {scalar:.1f} ns"
-        )
-        operations = {} if options.quick else counted_operations(gamma)
-        for row in lane_rows(gamma, steps, WIDTHS[-1:] if options.quick else WIDTHS):
-            row |= {"times_faster_than_plain": plain / row["ns_per_step"]}
-            if operations:
-                count = operations[row["noise"], row["measured"]]
-                rate = count / row["ns_per_step"] / 8.0
-                share = rate / results["peak_vector_operations_per_ns"]
-                row |= {"vector_operations": count, "part_of_peak": share}
-            results["lanes"].append(row)
-            print("   " + "  ".join(f"{key} {_text(value)}" for key, value in row.items()))
+    for gamma in GAMMAS[:1] if options.quick else GAMMAS:
+        results["plain"][f"{gamma:.2f}"] = plain_loop(gamma, steps)
+        results["scalar"][f"{gamma:.2f}"] = scalar_kernel(gamma, steps)
+        results["lanes"] += lane_rows(gamma, steps, results, quick=options.quick)
     if options.full:
         results["full_period"] = full_period()
-    print(write_results("fixed_lanes_quick" if options.quick else "fixed_lanes", results))
-
-
-def _text(value: object) -> str:
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
+    finish("fixed_lanes", results, quick=options.quick)
 
 
 def fastest(run: Callable[[], object], count: float, repeats: int = REPEATS) -> float:
@@ -118,10 +97,8 @@ def counted_operations(gamma: float) -> dict[tuple[bool, bool], int]:
     A hot loop with more than the five numbers of a state to store keeps a record; of two the
     longer one has the noise.
     """
-    fresh = jit(SPECIAL_MARCHES.get(gamma, general_march).py_func)
-    lanes = lanes_of(points_of(gamma, 1, True), PAPER_STEP)
-    fresh(lanes.tasks, np.arange(1), True, True, 1)
-    lines = fresh.inspect_asm(fresh.signatures[0]).splitlines()
+    lanes = fixed_lanes(points_of(gamma, 1, noise=True), PAPER_STEP)
+    lines = march_assembly(gamma, lanes).splitlines()
     labels, counts = {}, {False: [], True: []}
     for i, line in enumerate(lines):
         if label := re.match(r"(\.LBB\w+):", line):
@@ -176,24 +153,17 @@ def plain_loop(gamma: float, steps: int) -> float:
     return fastest(lambda: _plain(steps, PAPER_STEP, *arguments), steps)
 
 
-@jit
-def _scalar(point, settings, y, steps):
-    p = parameters_of(point)
-    return fixed_period(p, settings, y, 0.0, steps, no_record())
-
-
 def scalar_kernel(gamma: float, steps: int) -> float:
     point = np.array(Parameters(rheological_index=gamma))
-    settings = Options(method="euler-cromer", dt=PAPER_STEP).settings()
-    start = (0.0, 0.0, 0.3)
-    _scalar(point, settings, start, 1)
-    return fastest(lambda: _scalar(point, settings, start, steps), steps)
+    options = Options(method="euler-cromer", dt=PAPER_STEP)
+    scalar_steps(point, options, 1)
+    return fastest(lambda: scalar_steps(point, options, steps), steps)
 
 
 # --- lanes ----------------------------------------------------------------------------------------
 
 
-def points_of(gamma: float, count: int, noise: bool) -> np.ndarray:
+def points_of(gamma: float, count: int, *, noise: bool) -> np.ndarray:
     """Temperatures of the solid and of the stick-slip region."""
     D = Parameters().noise_intensity if noise else 0.0
     return np.array(
@@ -204,66 +174,63 @@ def points_of(gamma: float, count: int, noise: bool) -> np.ndarray:
     )
 
 
-def lanes_of(points: np.ndarray, dt: float, phi: float | None = None) -> FixedLanes:
-    steps, states = np.empty(len(points), np.int64), np.empty((len(points), 3))
-    write_steps(points, dt, steps)
-    write_starts(points, states)
-    if phi is not None:
-        states[:, 2] = phi
-    return FixedLanes(points, steps, states)
+def lane_rows(gamma: float, steps: int, results: dict, *, quick: bool) -> list[dict]:
+    """Time of a step for some numbers of lanes, with and without noise and record.
 
-
-def lane_rows(gamma: float, steps: int, widths: tuple[int, ...]) -> list[dict]:
-    """Time of a step for some numbers of lanes, with and without noise and record."""
+    Beside it what it is of a plain loop and of the machine's peak, which `results` has.
+    """
+    plain, peak_rate = results["plain"][f"{gamma:.2f}"], results["peak_vector_operations_per_ns"]
+    operations = {} if quick else counted_operations(gamma)
     rows = []
-    for noise in (False, True):
-        for measured in (False, True):
-            for width in widths:
-                lanes = lanes_of(points_of(gamma, width, noise), PAPER_STEP, phi=0.3)
-                every = np.arange(width)
-                limits = np.full(width, steps)
-
-                def run(lanes=lanes, every=every, limits=limits, measured=measured) -> None:
-                    lanes.start(every, limits)
-                    lanes.march(measured)
-
-                run()
-                ns = fastest(run, steps * width)
-                row = {"gamma": round(gamma, 2), "lanes": width, "noise": noise}
-                rows.append(row | {"measured": measured, "ns_per_step": ns})
+    for noise, measured, width in product(
+        (False, True), (False, True), WIDTHS[-1 if quick else 0 :]
+    ):
+        ns = lane_step(gamma, width, steps, noise=noise, measured=measured)
+        row = {"gamma": round(gamma, 2), "lanes": width, "noise": noise, "measured": measured}
+        row |= {"ns_per_step": ns, "times_faster_than_plain": plain / ns}
+        if operations:
+            count = operations[noise, measured]
+            row |= {"vector_operations": count, "part_of_peak": count / ns / 8.0 / peak_rate}
+        rows.append(row)
+        print("   " + "  ".join(f"{key} {_text(value)}" for key, value in row.items()))
     return rows
+
+
+def lane_step(gamma: float, width: int, steps: int, *, noise: bool, measured: bool) -> float:
+    """Nanoseconds of a step of one of so many lanes."""
+    lanes = fixed_lanes(points_of(gamma, width, noise=noise), PAPER_STEP, phi=0.3)
+    every, limits = np.arange(width), np.full(width, steps)
+
+    def run() -> None:
+        lanes.start(every, limits)
+        lanes.march(measured)
+
+    run()
+    return fastest(run, steps * width)
+
+
+def _text(value: object) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 # --- a whole period -------------------------------------------------------------------------------
 
 
-@jit
-def _adaptive(points, settings, starts, ends, records):
-    for i in range(points.shape[0]):
-        p = parameters_of(points[i])
-        y = (starts[i, 0], starts[i, 1], math.log(starts[i, 2]))
-        h = FIRST_STEP * period_of(p)
-        end, _, _ = _better_cycle(p, settings, y, h, 1, settings.max_steps, records[i])
-        ends[i, 0], ends[i, 1], ends[i, 2] = end
-
-
 def full_period() -> dict:
     """A period from rest at the paper's step, 64 temperatures at once, against the adaptive one."""
-    points = points_of(-2 / 3, 64, True)
-    lanes = lanes_of(points, PAPER_STEP)
-    starts = lanes.states()
+    points = points_of(-2 / 3, 64, noise=True)
+    lanes = fixed_lanes(points, PAPER_STEP)
     lanes.start(np.arange(len(points)))
     wall, cpu = time.perf_counter(), time.process_time()
     lanes.march(measured=True)
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-    ends, records = np.empty_like(starts), np.empty((len(points), accumulate.LENGTH))
-    _adaptive(points, Options(rtol=1e-10).settings(), starts, ends, records)
+    ends, exact = first_period(points, Options(rtol=1e-11))
     p = Parameters()
     scale = np.array([p.drive_amplitude, p.drive_amplitude * p.angular_frequency])
     errors = np.abs(lanes.states()[:, :2] - ends[:, :2]) / scale
-    amplitudes = np.abs(_amplitudes(lanes.records()) / _amplitudes(records) - 1.0)
+    amplitudes = np.abs(fixed_amplitudes(lanes) / exact - 1.0)
     steps = int(lanes.steps.sum())
-    found = {
+    return {
         "steps": steps,
         "statuses": lanes.tasks.status.tolist(),
         "wall_s": wall,
@@ -276,14 +243,6 @@ def full_period() -> dict:
         "largest_error_stress_amplitude": float(amplitudes[:, 0].max()),
         "largest_error_force_amplitude": float(amplitudes[:, 1].max()),
     }
-    for name, value in found.items():
-        print(f"   {name}: {_text(value)}")
-    return found
-
-
-def _amplitudes(records: np.ndarray) -> np.ndarray:
-    high = records[:, [accumulate.STRESS_MAX, accumulate.FORCE_MAX]]
-    return 0.5 * (high + records[:, [accumulate.STRESS_MINUS_MIN, accumulate.FORCE_MINUS_MIN]])
 
 
 if __name__ == "__main__":

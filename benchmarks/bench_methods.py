@@ -15,11 +15,10 @@ from unittest.mock import patch
 
 import numpy as np
 from common import arguments, finish
+from inside import FIRST_STEP, FUNCTIONS, adaptive_drive, plain_after_success, problem_of
 
 from stickslip.compiled.decorators import inline, jit
-from stickslip.kernels import problem
-from stickslip.kernels.problem import error_weight, scene_jacobian, scene_rhs
-from stickslip.kernels.rows import FIRST_STEP
+from stickslip.kernels.problem import Problem
 from stickslip.model.rhs import starting_state
 from stickslip.numerics import adaptive, step_control
 from stickslip.numerics.tableaus import RODAS4, RODAS4P, RODAS4P2, RosenbrockTableau
@@ -37,19 +36,14 @@ SCENES = {
 }
 OWN = "RODAS4P2"
 
+error_weight = FUNCTIONS.error_weight
+
 
 @inline
-def weight_without_relief(scene: Any, y: Any, J: Any) -> Any:
+def weight_without_relief(problem: Any, y: Any, J: Any) -> Any:
     """The error weights, with ln(phi) counting as much where the noise forgets its error."""
-    x, v, _ = error_weight(scene, y, J)
+    x, v, _ = error_weight(problem, y, J)
     return x, v, 1.0 / (1.0 + abs(y[2]))
-
-
-@inline
-def plain_after_success(error: float, remembered: float) -> tuple[float, float]:
-    """The plain controller, error^(-1/4), in place of the PI controller."""
-    inverse = step_control.inverse_fourth_root(step_control.larger(error, step_control._SMALLEST))
-    return step_control._limited(step_control._SAFETY * inverse), remembered
 
 
 @inline
@@ -59,11 +53,11 @@ def no_defect(f1: Any, LU: Any, y0: Any, y1: Any, d1: Any, d2: Any, h: float) ->
 
 
 class Variant(NamedTuple):
-    """A tableau, error weights, the rounding of the cusp in tolerances, and what is replaced."""
+    """A tableau, error weights, the rounding of the cusp (1: the package's), what is replaced."""
 
     tableau: RosenbrockTableau = RODAS4P2
     weight: Callable[..., Any] = error_weight
-    rounding: float = problem._ROUNDING
+    rounding: float = 1.0
     replaced: tuple[tuple[Any, str, Any], ...] = ()
 
 
@@ -76,7 +70,9 @@ VARIANTS = {
     "without the PI controller": Variant(
         replaced=((step_control, "after_success", plain_after_success),)
     ),
-    "without the defect estimate": Variant(replaced=((adaptive, "defect_error", no_defect),)),
+    "without the defect estimate": Variant(
+        replaced=((adaptive, "make_defect_error", lambda _algebra: no_defect),)
+    ),
 }
 QUICK = (OWN, "without the rounded cusp")
 
@@ -89,7 +85,7 @@ def main() -> None:
     rows = []
     for name in QUICK if quick else VARIANTS:
         variant = VARIANTS[name]
-        same_code = variant._replace(rounding=problem._ROUNDING) == VARIANTS[OWN]
+        same_code = variant._replace(rounding=1.0) == VARIANTS[OWN]
         run = own if same_code else _compiled(variant)
         for scene, p in SCENES.items():
             for rtol in ladder:
@@ -99,11 +95,7 @@ def main() -> None:
                 rows.append(row | {"steps_per_period": steps / PERIODS, "error": error})
                 note = "" if status == adaptive.OK else f"  status {status}"
                 print(f"{name:30}{scene:24}{rtol:8.0e}{steps / PERIODS:10.0f}{error:12.1e}{note}")
-    compared = _compared(rows)
-    headline = {
-        f"steps against {OWN}'s at equal error: {name}": value for name, value in compared.items()
-    }
-    finish("methods", {"headline": headline, "rows": rows}, quick=quick)
+    finish("methods", {"own": OWN, "compared": _compared(rows), "rows": rows}, quick=quick)
 
 
 def _compiled(variant: Variant) -> Any:
@@ -111,17 +103,16 @@ def _compiled(variant: Variant) -> Any:
     with ExitStack() as stack:
         for module, name, value in variant.replaced:
             stack.enter_context(patch.object(module, name, value))
-        drive = adaptive.make_adaptive(
-            scene_rhs, scene_jacobian, variant.weight, _ignore, variant.tableau
-        )
+        drive = adaptive_drive(variant.weight, _ignore, variant.tableau)
 
         @jit
-        def run(p, rtol, u_s, most):
+        def run(p, rtol, rounding, most):
+            problem = Problem(p, rounding * problem_of(p, rtol).u_s)
             period = 2.0 * math.pi / p.angular_frequency
             y, h, total, status = starting_state(p), FIRST_STEP * period, 0, 0
             for _ in range(PERIODS):
                 if status == 0:
-                    y, h, steps, status = drive((p, u_s), rtol, 0.0, period, y, h, most, 0)
+                    y, h, steps, status = drive(problem, rtol, 0.0, period, y, h, most, 0)
                     total += steps
             return y, total, status
 
@@ -137,30 +128,30 @@ def _ignore(p, t, h, y0, y1, d1, d2, record):
 def _end(run: Any, p: Parameters, rtol: float, rounding: float) -> tuple[np.ndarray, int, int]:
     """The scaled state after PERIODS drive periods, the attempted steps, the status."""
     V_m = abs(p.drive_amplitude) * p.angular_frequency
-    (x, v, psi), steps, status = run(ParameterValues(*p), rtol, rounding * rtol * V_m, 10**7)
+    (x, v, psi), steps, status = run(ParameterValues(*p), rtol, rounding, 10**7)
     return np.array([x / abs(p.drive_amplitude), v / V_m, psi]), steps, status
 
 
-def _compared(rows: list[dict[str, Any]]) -> dict[str, str]:
+def _compared(rows: list[dict[str, Any]]) -> dict[str, dict[str, float]]:
     """Steps at equal error as parts of those of the package's own variant, scene by scene.
 
     Geometric means over three errors, on straight lines through log(steps) over log(error): the
     error of a single tolerance is large or small by luck.
     """
-    steps = {}
-    for name in dict.fromkeys(row["variant"] for row in rows):
-        for scene in SCENES:
-            chosen = [row for row in rows if (row["variant"], row["scene"]) == (name, scene)]
-            logs = np.log([[max(r["error"], 1e-15), r["steps_per_period"]] for r in chosen])
-            fit = np.polyfit(logs[:, 0], logs[:, 1], 1)
-            steps[name, scene] = np.polyval(fit, np.log(COMPARED_AT)).mean()
+    names = list(dict.fromkeys(row["variant"] for row in rows))
+    steps = {(name, scene): _log_steps(rows, name, scene) for name in names for scene in SCENES}
     return {
-        name: ", ".join(
-            f"{math.exp(steps[name, scene] - steps[OWN, scene]):.2f} ({scene})" for scene in SCENES
-        )
-        for name in dict.fromkeys(row["variant"] for row in rows)
+        name: {scene: math.exp(steps[name, scene] - steps[OWN, scene]) for scene in SCENES}
+        for name in names
         if name != OWN
     }
+
+
+def _log_steps(rows: list[dict[str, Any]], name: str, scene: str) -> float:
+    chosen = [row for row in rows if (row["variant"], row["scene"]) == (name, scene)]
+    logs = np.log([[max(r["error"], 1e-15), r["steps_per_period"]] for r in chosen])
+    fit = np.polyfit(logs[:, 0], logs[:, 1], 1)
+    return float(np.polyval(fit, np.log(COMPARED_AT)).mean())
 
 
 if __name__ == "__main__":

@@ -8,27 +8,22 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
+import inside
 import numpy as np
 from common import arguments, column, finish, good, medians_in_turn, parameter
 from peers.worker import pin
 
-from stickslip import kernels, simulate
-from stickslip.ensemble import end_states
-from stickslip.kernels.adaptive import driver, passes
-from stickslip.kernels.rows import Settings
-from stickslip.model.film import melting_temperature
-from stickslip.model.scaling import with_gamma
+from stickslip import simulate
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
-from stickslip.parameters import Parameters, ParameterValues
+from stickslip.parameters import Parameters
 
 FLUIDS = (-2 / 3, 0.0, 2 / 3)
 TEMPERATURES = 150.0, 290.0
-LIQUID_TEMPERATURES = 299.0, 330.0
+LIQUID_TEMPERATURES = 299.0, 330.0  # a film at rest melts at 298.2 K
 FIXED_PERIODS = 100
 TWIN_PERIODS = 10
 SAMPLES = 2000  # a period, where a trajectory is stored
@@ -54,12 +49,7 @@ def main() -> None:
         *_lanes_for_twins(points, options, runs),
         *_liquid_film(count, options, runs),
     ]
-    headline = {}
-    for row in rows:
-        print(_told(row))
-        headline[row["skip"]] = f"{row['times_faster']:.3g} times faster; {_change(row)}"
-    results = {"headline": headline, "points": len(points), "runs": runs, "rows": rows}
-    finish("skips", results, quick=quick)
+    finish("skips", {"points": len(points), "runs": runs, "rows": rows}, quick=quick)
 
 
 def _points(count: int, temperatures: tuple[float, float], **others: float) -> np.ndarray:
@@ -76,18 +66,8 @@ def _points(count: int, temperatures: tuple[float, float], **others: float) -> n
 def _row(skip: str, on: float, off: float, change: float, **more: Any) -> Row:
     """A line of the results: seconds with the skip and without, and the change of numbers."""
     row: Row = {"skip": skip, "seconds_on": on, "seconds_off": off, "times_faster": off / on}
+    print(f"{skip:66}{1e3 * on:10.2f} ms on {1e3 * off:10.2f} ms off, change {change:.1e}")
     return row | {"change": change} | more
-
-
-def _told(row: Row) -> str:
-    return (
-        f"{row['skip']:64}{1e3 * row['seconds_on']:10.2f} ms on {1e3 * row['seconds_off']:10.2f} "
-        f"ms off {row['times_faster']:8.2f} times  {_change(row)}"
-    )
-
-
-def _change(row: Row) -> str:
-    return f"changes {row.get('change_of', 'the amplitudes')} by {row['change']:.1e}"
 
 
 def _largest_change(results: np.ndarray, others: np.ndarray) -> float:
@@ -106,58 +86,18 @@ def _relative_change(one: np.ndarray, other: np.ndarray) -> float:
 
 def _half_period(points: np.ndarray, options: Options, runs: int) -> Row:
     """Symmetric orbits measured over half a period, and over the whole."""
-    queue, task = _settled(points, options)
-    symmetric = np.flatnonzero((queue.counts[:, passes.CYCLE] % 2 == 1) & _ok(queue))
-    halves = _part(queue, symmetric)
-    wholes = _part(queue, symmetric)
-    wholes.counts[:, passes.CYCLE] *= 2
-    task = task._replace(mode=passes.MEASURE)
-    measures = [partial(_amplitudes, halves, task), partial(_amplitudes, wholes, task)]
+    queue = inside.search(points, options)
+    symmetric = np.flatnonzero((inside.half_periods(queue) % 2 == 1) & inside.succeeded(queue))
+    halves, wholes = inside.chosen(queue, symmetric), inside.chosen(queue, symmetric)
+    inside.half_periods(wholes)[:] *= 2
+    measures = [
+        partial(inside.measured, each, points[symmetric], options) for each in (halves, wholes)
+    ]
+    change = _relative_change(*(measure()[0] for measure in measures))  # the first calls compile
     on, off = medians_in_turn(measures, runs)
-    unit = parameter(points, "angular_frequency") / parameter(points, "kinetic_coefficient")
-    units = np.column_stack([unit, np.ones(len(points))])[symmetric]
-    one, other = (measure() * units for measure in measures)
-    change = _relative_change(one, other)
     return _row(
         "symmetric orbit measured over half a period", on, off, change, points=len(symmetric)
     )
-
-
-def _settled(points: np.ndarray, options: Options) -> tuple[passes.Queue, passes.Pass]:
-    """A queue after the search for the orbits, and what the search was."""
-    settings = options.settings()
-    queue = driver._queue(points)
-    task = _search(settings)
-    driver._work_through(queue, task)
-    return queue, task
-
-
-def _search(settings: Settings) -> passes.Pass:
-    return passes.Pass(
-        passes.SETTLE,
-        settings.rtol,
-        settings.stationary_rtol,
-        2 * settings.max_periods,
-        settings.max_steps,
-        settings.accelerate,
-    )
-
-
-def _ok(queue: passes.Queue) -> np.ndarray:
-    return queue.counts[:, passes.OUTCOME] == 0
-
-
-def _part(queue: passes.Queue, rows: np.ndarray) -> passes.Queue:
-    return passes.Queue(*(array[rows] for array in queue))
-
-
-def _amplitudes(queue: passes.Queue, task: passes.Pass) -> np.ndarray:
-    """Amplitudes of stress and force, in the points' units, by one measurement."""
-    fresh = passes.Queue(*(array.copy() for array in queue))
-    driver._work_through(fresh, task)
-    high, low = fresh.measured[:, 0:4:2], fresh.measured[:, 1:4:2]
-    odd = fresh.counts[:, passes.CYCLE] % 2 == 1
-    return np.where(odd[:, None], np.maximum(high, low), 0.5 * (high + low))
 
 
 # --- no general power -----------------------------------------------------------------------------
@@ -176,7 +116,7 @@ def _special_kernels(points: np.ndarray, options: Options, runs: int) -> Iterato
 
 
 def _by_general_kernel(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
-    with _replaced(passes, "SPECIAL_PASSES", {}):
+    with inside.general_kernels():
         return compute_orbits(points, options)
 
 
@@ -184,17 +124,6 @@ def _compared(skip: str, on: Callable[[], Any], off: Callable[[], Any], runs: in
     """A line from two ways to compute the same orbits; the first calls compile."""
     change = _largest_change(on()[0], off()[0])
     return _row(skip, *medians_in_turn([on, off], runs), change)
-
-
-@contextmanager
-def _replaced(module: Any, name: str, value: Any) -> Iterator[None]:
-    """A name of a module bound to something else for a while."""
-    kept = getattr(module, name)
-    setattr(module, name, value)
-    try:
-        yield
-    finally:
-        setattr(module, name, kept)
 
 
 # --- stop when stationary -------------------------------------------------------------------------
@@ -208,8 +137,8 @@ def _stopping(points: np.ndarray, options: Options, runs: int) -> Iterator[Row]:
     """
     for gamma in FLUIDS:
         part = points[parameter(points, "rheological_index") == gamma]
-        search = partial(_settled, part, options)
-        travel = partial(end_states, part, FIXED_PERIODS, options)
+        search = partial(inside.search, part, options)
+        travel = partial(inside.end_states, part, FIXED_PERIODS, options)
         on, off = medians_in_turn([search, travel], runs)
         settled = compute_orbits(part, options)[1][:, :2]
         travelled, _, statuses = travel()
@@ -274,39 +203,28 @@ def _no_noise(fluids: tuple[float, ...], count: int, options: Options, runs: int
     for gamma in fluids:
         points = _points(count, TEMPERATURES, noise_intensity=0.0, initial_order_parameter=0.1)
         points = points[parameter(points, "rheological_index") == gamma]
-        with _replaced(passes, "with_gamma", _without_noise):
-            kernel = passes._make_pass(gamma)
-            without = partial(_ends_by_kernel, kernel, gamma, points, options)
-            x = without()  # compiles, with what was replaced
+        kernel = inside.kernel_without_noise(gamma)
+        without = partial(_ends_by_kernel, kernel, points, options)
         package = partial(_ends, points, options)
+        change = float(np.abs(without() - package()).max())
         on, off = medians_in_turn([without, package], runs)
         yield _row(
             f"noise closure left out, gamma = {gamma:.3g} (not in the package)",
             on,
             off,
-            float(np.abs(x - package()).max()),
+            change,
             change_of=f"x/X_m after {TWIN_PERIODS} periods",
         )
 
 
 def _ends(points: np.ndarray, options: Options) -> np.ndarray:
     """x/X_m after TWIN_PERIODS periods, in lanes."""
-    states = end_states(points, TWIN_PERIODS, options)[0]
+    states = inside.end_states(points, TWIN_PERIODS, options)[0]
     return states[:, 0] / np.abs(parameter(points, "drive_amplitude"))
 
 
-@passes.inline
-def _without_noise(q: passes.Reduced, gamma: float) -> ParameterValues:
-    """As `with_gamma`, with a literal D = 0."""
-    p = with_gamma(q, gamma)
-    return ParameterValues(
-        p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9],
-        p[10], p[11], p[12], p[13], p[14], p[15], p[16], p[17], p[18], 0.0,
-    )  # fmt: skip
-
-
-def _ends_by_kernel(kernel: Any, gamma: float, points: np.ndarray, options: Options) -> np.ndarray:
-    with _replaced(passes, "SPECIAL_PASSES", passes.SPECIAL_PASSES | {gamma: kernel}):
+def _ends_by_kernel(kernel: Any, points: np.ndarray, options: Options) -> np.ndarray:
+    with inside.replaced_kernel(kernel):
         return _ends(points, options)
 
 
@@ -330,12 +248,7 @@ def _lanes_for_twins(points: np.ndarray, options: Options, runs: int) -> Iterato
 
 
 def _scalar_ends(points: np.ndarray, options: Options) -> np.ndarray:
-    settings, samples = options.settings(), np.empty((TWIN_PERIODS + 1, 3))
-    start, ends = np.empty(3), np.empty(len(points))
-    for i, row in enumerate(points):
-        kernels.starting_log_state(row, start)
-        kernels.adaptive_trajectory(row, settings, start, 1, samples)
-        ends[i] = samples[-1, 0]
+    ends = np.array([inside.scalar_end(row, options, TWIN_PERIODS)[0] for row in points])
     return ends / np.abs(parameter(points, "drive_amplitude"))
 
 
@@ -353,18 +266,10 @@ def _liquid_film(count: int, options: Options, runs: int) -> Iterator[Row]:
             points[parameter(points, "rheological_index") == gamma]
             for points in (_points(count, LIQUID_TEMPERATURES), _points(count, TEMPERATURES))
         ]
-        p = Parameters()
-        melts = melting_temperature.py_func(
-            0.0, p.thermal_coefficient, p.critical_temperature, p.elastic_coefficient,
-            p.cubic_coefficient, p.quartic_coefficient,
-        )  # fmt: skip
-        assert LIQUID_TEMPERATURES[0] > melts > TEMPERATURES[1]
         on, off = medians_in_turn([partial(compute_orbits, part, options) for part in parts], runs)
         results = [compute_orbits(part, options)[0] for part in parts]
         stress = float(column(results[0], "elastic_stress_amplitude").max())
-        attempts = [
-            int(np.sum(_settled(part, options)[0].counts[:, passes.ATTEMPTED])) for part in parts
-        ]
+        attempts = [inside.attempted(inside.search(part, options)) for part in parts]
         yield _row(
             f"film never solid, gamma = {gamma:.3g}, against solid",
             on,

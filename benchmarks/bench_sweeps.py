@@ -10,7 +10,6 @@ import json
 import math
 import os
 import statistics
-import sys
 import tempfile
 from collections import Counter
 from pathlib import Path
@@ -18,10 +17,11 @@ from typing import Any
 
 import numpy as np
 from bench_figures import FIGURES
-from command import MIB, run_command, run_process
+from command import MIB, median_of_commands, run_command
 from common import (
     amplitude_errors,
     arguments,
+    column,
     finish,
     good,
     median_seconds,
@@ -29,15 +29,15 @@ from common import (
     quantile,
     timed,
 )
+from startup import start_up
 
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from stickslip.status import Status
 from sweeps import run
+from sweeps.config.paper import shipped_config
 from sweeps.config.schema import Execution
-from sweeps.config.shipped import shipped_config
-from sweeps.engine.dispatch import compute
-from sweeps.engine.in_memory import read_config
+from sweeps.engine.in_memory import compute, read_config
 from sweeps.engine.options import options_of
 from sweeps.engine.worker import Block
 from sweeps.figures import draw, save
@@ -59,7 +59,7 @@ MEMORY_FLUID = 0  # the cheapest: it is not the time that counts
 
 
 def main() -> None:
-    options = arguments(__doc__, full="run the cube of a million points, too")
+    options = arguments(__doc__, full="the cube of a million points")
     quick = options.quick
     results: dict[str, Any] = {"workers": WORKERS, "cores": os.cpu_count()}
     with tempfile.TemporaryDirectory() as folder:
@@ -70,18 +70,14 @@ def main() -> None:
         results["cube_sample"] = _cube_sample(20 if quick else CUBE_SAMPLE)
         sizes = {"1e1": (3, 2, 2)} if quick else MEMORY_SIZES
         results["memory"] = {name: _memory(where, shape) for name, shape in sizes.items()}
-        results["start"] = _start(where, runs=1 if quick else RUNS, cold=not quick)
-        finish("sweeps", {"headline": _headline(results)} | results, quick=quick)
+        results["start"] = start_up(where, runs=1 if quick else RUNS, cold=not quick)
+        finish("sweeps", results, quick=quick)
         if options.full:
             cube = _cube(where, results["cube_sample"]["chosen"])
-            finish("cube", {"headline": _cube_headline(cube)} | cube, quick=quick)
+            finish("cube", cube, quick=quick)
 
 
 # --- a: figures -----------------------------------------------------------------------------------
-
-
-def _median_of_commands(runs: int, *words: str | Path) -> float:
-    return statistics.median(run_command(*words)["seconds"] for _ in range(runs))
 
 
 def _figures(where: Path, runs: int) -> dict[str, Any]:
@@ -102,7 +98,7 @@ def _figures(where: Path, runs: int) -> dict[str, Any]:
             save(draw(ds), where / "picture")
 
     result = {
-        "command_seconds": _median_of_commands(runs, *words),
+        "command_seconds": median_of_commands(runs, *words),
         "computations_seconds": median_seconds(computations, runs),
         "pictures_seconds": median_seconds(pictures, runs),
         "points": sum(Grid.from_config(config).size for config in configs),
@@ -205,7 +201,7 @@ def _cube_sample(count: int) -> dict[str, Any]:
             "error_median": quantile(errors, 50),
             "error_95": quantile(errors, 95),
             "error_max": float(errors.max()),
-            "statuses": _statuses(results[:, -1]),
+            "statuses": _statuses(column(results, "status")),
             "seconds": seconds,
             "cube_on_one_core_seconds": seconds / count * grid.size,
         }
@@ -279,135 +275,6 @@ def _memory(where: Path, shape: tuple[int, ...]) -> dict[str, Any]:
     }
     print("memory:", result)
     return result
-
-
-# --- e: start-up ----------------------------------------------------------------------------------
-
-
-def _start(where: Path, runs: int, *, cold: bool) -> dict[str, Any]:
-    """Seconds to the first words and to the first results, and where they go."""
-    quickstart = shipped_config("quickstart")
-    sweep = ("sweep", quickstart, "-o", where / "first.nc", "--overwrite", "--no-progress")
-    run_command(*sweep)
-    result: dict[str, Any] = {
-        "python": _median_import("", runs),
-        "import stickslip": _median_import("import stickslip", runs),
-        "import stickslip.orbit": _median_import("import stickslip.orbit", runs),
-        "import sweeps.pipeline": _median_import("import sweeps.pipeline", runs),
-        "stickslip --help": _median_of_commands(runs, "--help"),
-        "warm first result": _median_of_commands(runs, *sweep),
-        "imports_of_a_sweep": _heaviest_imports(),
-    }
-    if cold:
-        with tempfile.TemporaryDirectory() as empty:
-            result["cold first result"] = run_command(*sweep, NUMBA_CACHE_DIR=empty)["seconds"]
-        with tempfile.TemporaryDirectory() as empty:
-            result["compilations"] = _compilations(where, empty)
-    print("start:", json.dumps(result, indent=1))
-    return result
-
-
-def _median_import(code: str, runs: int) -> float:
-    return statistics.median(
-        run_process([sys.executable, "-c", code])["seconds"] for _ in range(runs)
-    )
-
-
-def _heaviest_imports(count: int = 8) -> dict[str, float]:
-    """Seconds of the packages that take longest to import for a sweep, each without the others."""
-    code = "import sweeps.pipeline, sweeps.storage, sweeps.summary, sweeps.progress"
-    said = run_process([sys.executable, "-X", "importtime", "-c", code])["said"]
-    seconds: Counter[str] = Counter()
-    for line in said.splitlines():
-        parts = line.removeprefix("import time:").split("|")
-        if len(parts) == 3 and parts[0].strip().isdigit():
-            seconds[parts[2].strip().split(".")[0]] += 1e-6 * int(parts[0])
-    return dict(seconds.most_common(count))
-
-
-_COMPILATIONS = """
-import json, sys, time
-from numba.core import event
-from stickslip.options import Options
-from stickslip.orbit import compute_orbits
-from stickslip.parameters import Parameters
-import numpy as np
-
-depth, seconds = 0, {}
-
-class Listener(event.Listener):
-    def on_start(self, e):
-        global depth
-        depth += 1
-        if depth == 1:
-            self.begun = time.perf_counter()
-
-    def on_end(self, e):
-        global depth
-        depth -= 1
-        if depth == 0:
-            name = e.data["dispatcher"].py_func.__name__
-            seconds[name] = seconds.get(name, 0.0) + time.perf_counter() - self.begun
-
-with event.install_listener("numba:compile", Listener()):
-    compute_orbits(
-        np.array([Parameters(rheological_index=g) for g in (-2 / 3, 0, 2 / 3, -1 / 2)]), Options()
-    )
-json.dump(seconds, open(sys.argv[1], "w"))
-"""
-
-
-def _compilations(where: Path, empty: str) -> dict[str, float]:
-    """Seconds that the compilation of each door takes, in a process with an empty cache."""
-    path = where / "compilations.json"
-    run_process([sys.executable, "-c", _COMPILATIONS, path], NUMBA_CACHE_DIR=empty)
-    seconds = json.loads(path.read_text())
-    return dict(sorted(seconds.items(), key=lambda item: -item[1]))
-
-
-# --- the table ------------------------------------------------------------------------------------
-
-
-def _headline(results: dict[str, Any]) -> dict[str, Any]:
-    figures, scaling, overhead = results["figures"], results["scaling"], results["overhead"]
-    sample, start = results["cube_sample"], results["start"]
-    chosen = next(row for row in sample["rows"] if row["rtol"] == sample["chosen"])
-    lines: dict[str, Any] = {
-        "Figs. 7, 8, 9 by one command, warm": f"{figures['command_seconds']:.3g} s",
-        "their computations alone": (
-            f"{figures['computations_seconds']:.3g} s for {figures['points']} points"
-        ),
-        "their pictures alone": f"{figures['pictures_seconds']:.3g} s",
-        "two workers against one": (
-            f"{scaling['times_faster']:.3g} times faster; {scaling['points']} points in "
-            f"{scaling['one_worker_seconds']:.3g} s on one"
-        ),
-        "points per second on two workers": scaling["points_per_second"]["2"],
-        "a point in one call of the kernels": f"{overhead['one_call_us_per_point']:.3g} us",
-        "the engine adds to a point, cutting included": (
-            f"{overhead['with_cutting_us_per_point']:.3g} us"
-        ),
-        f"cube, errors on a sample at rtol {chosen['rtol']:.0e}: median, 95 %": (
-            f"{chosen['error_median']:.1e}, {chosen['error_95']:.1e}"
-        ),
-    }
-    for name, row in results["memory"].items():
-        lines[f"peak memory of {name} points"] = f"{row['peak_mib']:.0f} MiB"
-    for what in ("import stickslip", "stickslip --help", "warm first result", "cold first result"):
-        if what in start:
-            lines[what] = f"{start[what]:.3g} s"
-    return lines
-
-
-def _cube_headline(cube: dict[str, Any]) -> dict[str, Any]:
-    statuses = ", ".join(f"{count} {name}" for name, count in cube["statuses"].items())
-    return {
-        f"{cube['points']} points at rtol {cube['rtol']:.0e} on {cube['workers']} workers": (
-            f"{cube['seconds']:.0f} s, {cube['points_per_second']:.0f} points/s"
-        ),
-        "statuses": statuses,
-        "peak memory, file": f"{cube['peak_mib']:.0f} MiB, {cube['file_mib']:.0f} MiB",
-    }
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -48,3 +49,8 @@ def run_process(
     peak = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
     user = usage.ru_utime + usage.ru_stime
     return {"seconds": seconds, "cpu": user, "code": code, "peak_mib": peak / MIB, "said": text}
+
+
+def median_of_commands(runs: int, *words: str | Path) -> float:
+    """Median of the wall seconds of `stickslip WORDS`."""
+    return statistics.median(run_command(*words)["seconds"] for _ in range(runs))

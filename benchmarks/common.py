@@ -11,7 +11,10 @@ from typing import Any
 
 import numpy as np
 from environment import write_results
+from headlines import headline
 
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
@@ -21,31 +24,26 @@ DESCRIPTION = Parameters._fields[:5]
 """The parameters that vary between points, in the order of a row."""
 
 AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
+COUNTS = ("orbit_periods", "melting_count")
 _FLOOR = 0.01  # of the full spring force
 
 
-def arguments(description: str | None, **others: str) -> argparse.Namespace:
-    """The command line of a script: `--quick`, and other switches with their help."""
+def arguments(description: str | None, full: str = "the same here") -> argparse.Namespace:
+    """The command line of a script: `--quick`, and `--full` with what it does more."""
     parser = argparse.ArgumentParser(description=(description or "").split("\n\n")[0])
     parser.add_argument("--quick", action="store_true", help="keeps the script alive, no more")
-    for name, text in others.items():
-        parser.add_argument(f"--{name}", action="store_true", help=text)
+    parser.add_argument("--full", action="store_true", help=f"also what takes long: {full}")
     return parser.parse_args()
 
 
 def finish(name: str, results: dict[str, Any], *, quick: bool) -> Path:
     """Print the headline and write the results where those of this mode belong."""
     print()
-    for what, value in results["headline"].items():
-        print(f"{what:66}{shown(value)}")
+    for what, value in headline(name, results).items():
+        print(f"{what:66}  {value}")
     path = write_results(f"quick/{name}" if quick else name, {"quick": quick} | results)
     print(path)
     return path
-
-
-def shown(value: Any) -> str:
-    """A number with three digits, anything else as it is."""
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 def random_points(count: int, seed: int) -> np.ndarray:
@@ -122,3 +120,29 @@ def medians_in_turn(calls: Sequence[Callable[[], Any]], runs: int) -> list[float
 def quantile(values: np.ndarray, percent: float) -> float:
     """A percentile as a plain number; NaN for nothing."""
     return float(np.percentile(values, percent)) if len(values) else float("nan")
+
+
+def orbits(points: np.ndarray, options: Options) -> np.ndarray:
+    """Result rows of the stationary orbits, (n, 13)."""
+    return compute_orbits(points, options)[0]
+
+
+def not_ok(points: np.ndarray, results: np.ndarray) -> list[dict[str, Any]]:
+    """Points that did not end ok, with their status."""
+    return [
+        described(points[i], status=int(column(results, "status")[i]))
+        for i in np.flatnonzero(~good(results))
+    ]
+
+
+def spread(values: np.ndarray) -> dict[str, float]:
+    """Median, 95 % and largest of some numbers."""
+    return {"median": quantile(values, 50), "95": quantile(values, 95), "max": float(values.max())}
+
+
+def same_counts(results: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """Points that are ok in both and have the same counts: others end on another orbit."""
+    same = good(results) & good(reference)
+    for name in COUNTS:
+        same &= column(results, name) == column(reference, name)
+    return same

@@ -1,4 +1,4 @@
-"""The points of a sweep, numbered: every index is a row of the twenty parameters."""
+"""The points of a sweep, numbered: every index is a row of parameters."""
 
 from __future__ import annotations
 
@@ -62,8 +62,8 @@ class Grid:
         Returns
         -------
         array
-            float64 of shape (stop - start, 20), SI units; the columns are those of
-            `Parameters._fields`.
+            float64 of shape (stop - start, number of parameters), SI units; the columns are
+            those of `Parameters._fields`.
 
         Raises
         ------
@@ -93,13 +93,13 @@ class Grid:
     def locate(self, rows: NDArray[np.float64]) -> NDArray[np.int64]:
         """The numbers of the points with these parameters, -1 where the grid has no such point.
 
-        Points are the same where all twenty parameters are equal as floats, whatever is swept,
+        Points are the same where all parameters are equal as floats, whatever is swept,
         linked or fixed here and where the rows come from.
 
         Parameters
         ----------
         rows
-            (n, 20) parameters in SI units, in the order of `Parameters._fields`.
+            (n, number of parameters) values in SI units, in the order of `Parameters._fields`.
         """
         columns = dict(zip(Parameters._fields, np.asarray(rows).T, strict=True))
         found = np.ones(len(rows), dtype=bool)

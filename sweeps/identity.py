@@ -1,8 +1,9 @@
 """When two computations are the same: what enters the identity of a point, and how it is told.
 
-A point is the same if its twenty parameters are equal as floats and the settings below are equal.
+A point is the same if all its parameters are equal as floats and the settings below are equal.
 Title, output, execution, plot and simulation never enter, nor does an edit of the sources that
-changes no number.
+changes no number. A parameter or key that is younger than a file names its neutral value, under
+which the file stays true; at that value it does not enter either.
 """
 
 from __future__ import annotations
@@ -15,7 +16,9 @@ from typing import Any
 import numpy as np
 
 from stickslip.kernels.version import NUMERICS_VERSION
+from stickslip.variables import PARAMETERS
 from sweeps.config.load import Config
+from sweeps.config.schema import DEFINING
 from sweeps.grid import Grid
 
 Settings = Mapping[str, Any]
@@ -26,28 +29,35 @@ _NEAR = 1e-9  # relative: closer values differ by rounding rather than by intent
 
 def settings_of(config: Config, numerics_version: int | str = NUMERICS_VERSION) -> Settings:
     """What, besides its parameters, makes a point's numbers: dotted names and their values."""
-    sections = {
-        "integrator": config.integrator.settings(),
-        "stationary": config.stationary.model_dump(),
-        "noise": config.noise.model_dump(exclude_none=True),
-    }
-    flat = {f"{name}.{key}": v for name, part in sections.items() for key, v in part.items()}
+    parts = {name: section.identity() for name, section in config.defining().items()}
+    flat = {f"{name}.{key}": v for name, part in parts.items() for key, v in part.items()}
     return flat | {"numerics_version": int(numerics_version)}
 
 
 def differences(old: Settings, new: Settings) -> list[str]:
     """One line for each setting that differs, as `integrator.rtol: 1e-06 -> 1e-05`."""
     return [
-        f"{name}: {old.get(name, 'not set')} -> {new.get(name, 'not set')}"
+        f"{name}: {_value(name, old)} -> {_value(name, new)}"
         for name in dict.fromkeys([*old, *new])
         if old.get(name) != new.get(name)
     ]
 
 
+def _value(name: str, settings: Settings) -> Any:
+    """The value of a setting, the neutral one where it did not enter."""
+    section, _, key = name.partition(".")
+    neutral = DEFINING[section].neutral() if section in DEFINING else {}
+    return settings.get(name, neutral.get(key, "not set"))
+
+
 def key_of(settings: Settings, grid: Grid) -> bytes:
     """The key of a computation: points of the same number mean the same under the same key."""
-    digest = hashlib.blake2b(json.dumps(dict(settings), sort_keys=True).encode(), digest_size=16)
+    digest = hashlib.blake2b(
+        json.dumps(dict(settings), sort_keys=True).encode(), digest_size=KEY_BYTES
+    )
     for name, value in sorted(grid.fixed.items()):
+        if value == PARAMETERS[name].neutral:
+            continue
         digest.update(f"{name}={value!r}\0".encode())
     for name, (dims, values) in sorted(grid.coords.items()):
         place = [grid.dims.index(dim) for dim in dims]

@@ -1,6 +1,10 @@
 """Settings that hold for the whole suite."""
 
+from collections.abc import Iterator
+
+import pytest
 from hypothesis import settings
+from support.processes import end_all
 
 settings.register_profile(
     "stickslip",
@@ -8,3 +12,10 @@ settings.register_profile(
     print_blob=True,
 )
 settings.load_profile("stickslip")
+
+
+@pytest.fixture(autouse=True)
+def no_process_is_left() -> Iterator[None]:
+    """A test that fails leaves no process to the next one."""
+    yield
+    end_all()

@@ -1,11 +1,15 @@
-"""The documentation agrees with the code: symbols, units, defaults, numbers, file names."""
+"""The documentation agrees with the code: symbols, units, defaults, numbers, names, links."""
 
+import importlib
 import math
 import re
+import runpy
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from fractions import Fraction
+from functools import reduce
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +18,7 @@ from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, RESULTS, TRAJECTORY, ParameterVariable
 
 ROOT = Path(__file__).parents[1]
+PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("benchmarks/*.md")])
 EQUATIONS = (ROOT / "docs" / "equations.md").read_text(encoding="utf-8")
 
 
@@ -120,11 +125,132 @@ def test_noise_factor_has_the_documented_value():
     assert float(documented) == round(math.exp(-np.euler_gamma) / 2, 7)
 
 
-@pytest.mark.parametrize("path", sorted(set(re.findall(r"`(stickslip/[\w/]+\.py)`", EQUATIONS))))
-def test_files_named_in_equations_exist(path: str):
-    assert (ROOT / path).is_file()
-
-
 def test_citation_has_the_version_of_the_package():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert f"\nversion: {project['version']}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
+
+
+# --- names and links ---
+
+
+@pytest.fixture
+def scripts(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Any]:
+    """Scripts outside the packages, imported by the path of their file."""
+
+    def script(path: str) -> Any:
+        monkeypatch.syspath_prepend(str((ROOT / path).parent))
+        return runpy.run_path(str(ROOT / path))
+
+    return script
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page: Path):
+    for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text("utf-8")):
+        if not link.startswith(("http:", "https:")):
+            name, _, heading = link.partition("#")
+            target = (page.parent / name).resolve() if name else page
+            assert target.exists() or left_out(target), link
+            assert not heading or heading in headings(target), link
+
+
+def left_out(target: Path) -> bool:
+    """Whether this is a source distribution, which comes without pictures."""
+    return target.suffix == ".png" and not (ROOT / ".git").exists()
+
+
+def headings(page: Path) -> set[str]:
+    """The headings of a page as the ends of links that lead to them."""
+    lines = re.findall(r"^#+ (.*)$", page.read_text("utf-8"), flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", line.lower()).replace(" ", "-") for line in lines}
+
+
+@pytest.mark.parametrize(
+    "page",
+    [*(page for page in PAGES if page.name != "CHANGELOG.md"), ROOT / "pyproject.toml"],
+    ids=lambda page: str(page.relative_to(ROOT)),
+)
+def test_files_and_modules_named_in_pages_exist(page: Path):
+    text = page.read_text("utf-8")
+    known = {path.name for path in ROOT.glob("benchmarks/*.py")}
+    missing = [name for name in named_paths(text) if not (ROOT / name).exists()]
+    missing += [name for name in re.findall(r"\bbench_\w+\.py", text) if name not in known]
+    missing += [name for name in named_modules(text) if not importable(name)]
+    assert not missing
+
+
+def named_paths(text: str) -> list[str]:
+    """Files and folders of the repository that a text names from its root."""
+    tops = "stickslip|sweeps|tests|docs|benchmarks|configs"
+    found = re.findall(rf"(?<![\w/.-])((?:{tops})/[\w./-]*\w/?)", text)
+    return [name for name in found if name.endswith("/") or "." in name.rsplit("/", 1)[1]]
+
+
+def named_modules(text: str) -> list[str]:
+    """Dotted names below the packages."""
+    found = re.findall(r"(?<![\w/.])((?:stickslip|sweeps)(?:\.[a-z_]\w*)+)(?![\w/*(]|\.\w)", text)
+    return [name for name in found if not name.endswith((".md", ".json"))]
+
+
+def importable(name: str) -> bool:
+    """Whether a dotted name is a module, or something in one."""
+    for split in range(name.count(".") + 1):
+        module, *rest = name.rsplit(".", split) if split else [name]
+        try:
+            found: Any = importlib.import_module(module)
+        except ImportError:
+            continue
+        try:
+            return bool(reduce(getattr, rest, found))
+        except AttributeError:
+            return False
+    return False
+
+
+def test_readme_is_read_in_three_minutes():
+    assert len((ROOT / "README.md").read_text("utf-8").splitlines()) <= 120
+
+
+def test_modules_named_in_the_picture_exist(scripts: Callable[[str], Any]):
+    drawing = scripts("docs/data_flow.py")
+    for stage in drawing["STAGES"]:
+        for module, _ in stage.steps:
+            assert (ROOT / module).exists(), module
+    assert drawing["PICTURE"].read_text("utf-8") == drawing["picture"]()
+
+
+# --- measured numbers ---
+
+
+def test_numbers_of_the_readme_stand_on_the_page_of_performance():
+    performance = (ROOT / "docs" / "performance.md").read_text("utf-8")
+    readme = (ROOT / "README.md").read_text("utf-8")
+    section = readme.split("## How fast, how accurate")[1].split("\n## ")[0]
+    assert len(measured_numbers(section)) >= 3
+    assert measured_numbers(section) <= measured_numbers(performance)
+
+
+def measured_numbers(text: str) -> set[str]:
+    return set(re.findall(r"(?<![\w.])\d[\d.e%-]*(?<![.-])", text))
+
+
+def test_tables_of_measurements_are_those_of_the_records(scripts: Callable[[str], Any]):
+    made = scripts("benchmarks/report.py")
+    table = (made["RESULTS"] / "report.md").read_text("utf-8")
+    assert table == made["report"](sorted(made["RESULTS"].glob("*.json"))), "run make tables"
+    page = scripts("benchmarks/performance.py")
+    text = page["PAGE"].read_text("utf-8")
+    assert text == page["filled"](text), "run make tables"
+
+
+BENCHMARKS = sorted((ROOT / "benchmarks").glob("bench_*.py"))
+
+
+@pytest.mark.parametrize("path", BENCHMARKS, ids=lambda path: path.stem)
+def test_a_benchmark_is_one_of_the_family(path: Path, scripts: Callable[[str], Any]):
+    text, readme = path.read_text("utf-8"), (ROOT / "benchmarks" / "README.md").read_text("utf-8")
+    assert "arguments(__doc__" in text  # takes --quick and --full
+    assert "    finish(" in text  # prints its lines, and keeps quick runs away from the records
+    assert path.stem.removeprefix("bench_") in scripts("benchmarks/headlines.py")["HEADLINES"]
+    assert f"| `{path.name}` |" in readme
+    assert len(text.splitlines()) <= 300

@@ -11,46 +11,50 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.compiled.decorators import door
-from stickslip.kernels.rows import parameters_of
+from stickslip.compiled.decorators import kernel
+from stickslip.kernels.points import parameters_of
 from stickslip.model import noise
-from stickslip.model.rhs import jacobian, rhs
+from stickslip.model.rhs import equations
+from stickslip.options import DEFAULTS
 from stickslip.parameters import ParameterValues
 
-# The flags of stickslip.compiled, for code that cannot be a door of it.
+EQUATIONS = equations(DEFAULTS.friction)
+rhs, jacobian = EQUATIONS.rhs, EQUATIONS.jacobian
+
+# The flags of stickslip.compiled, for code that cannot be a kernel of it.
 FLAGS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}}
 
-# As in stickslip.model.friction: a strain rate that stands for 0 where a derivative is infinite.
+# As in the model: a strain rate that stands for 0 where a derivative is infinite.
 _SMALLEST_STRAIN_RATE = 1e-90
 
 
-@door
+@kernel
 def fill_rates(row: np.ndarray, s: float, y: np.ndarray, out: np.ndarray) -> None:
     """Write dy/ds at phase `s` into `out` (3,); `row` (20,) parameters."""
     p = parameters_of(row)
     omega = p.angular_frequency
     X_m = abs(p.drive_amplitude)
     V_m = X_m * omega
-    x_rate, v_rate, psi_rate = rhs(p, s / omega, (y[0] * X_m, y[1] * V_m, y[2]))
+    x_rate, v_rate, psi_rate = rhs(p, s / omega, (y[0] * X_m, y[1] * V_m, y[2]), 0.0)
     out[0] = x_rate / V_m
     out[1] = v_rate / (V_m * omega)
     out[2] = psi_rate / omega
 
 
-@door
+@kernel
 def fill_jacobian(row: np.ndarray, s: float, y: np.ndarray, out: np.ndarray) -> None:
     """Write the Jacobian d(dy/ds)/dy at phase `s` into `out` (3, 3)."""
     p = parameters_of(row)
     omega = p.angular_frequency
     X_m = abs(p.drive_amplitude)
     scale = (X_m, X_m * omega, 1.0)
-    J = jacobian(p, s / omega, (y[0] * scale[0], y[1] * scale[1], y[2]))
+    J = jacobian(p, s / omega, (y[0] * scale[0], y[1] * scale[1], y[2]), 0.0)
     for i in range(3):
         for j in range(3):
             out[i, j] = J[i][j] * scale[j] / (scale[i] * omega)
 
 
-@door
+@kernel
 def rates(row: np.ndarray, s: float, y: np.ndarray) -> np.ndarray:
     """The rates dy/ds as a new array (3,)."""
     out = np.empty(3)
@@ -58,7 +62,7 @@ def rates(row: np.ndarray, s: float, y: np.ndarray) -> np.ndarray:
     return out
 
 
-@door
+@kernel
 def rates_jacobian(row: np.ndarray, s: float, y: np.ndarray) -> np.ndarray:
     """The Jacobian of the rates as a new array (3, 3)."""
     out = np.empty((3, 3))

@@ -15,11 +15,13 @@ from numba import njit
 
 from peers.base import PeerFailed
 from peers.numbalsoda_lsoda import MOST_STEPS, compiled_lsoda, right_hand_side
-from peers.scaled import FLAGS
-from stickslip import kernels
-from stickslip.kernels.rows import parameters_of
-from stickslip.model.rhs import relative_velocity, stress_and_force
+from peers.scaled import EQUATIONS, FLAGS
+from stickslip.kernels.points import parameters_of
+from stickslip.kernels.trajectories import write_start
+from stickslip.model.rhs import relative_velocity
 from stickslip.parameters import Parameters
+
+stress_and_force = EQUATIONS.stress_and_force
 
 _TURN = 2.0 * np.pi
 _LONGEST_CYCLE = 8
@@ -28,7 +30,7 @@ _SAMPLES = 2000  # a period
 _CLOSE_UP = 400  # samples between the neighbours of a sampled extremum
 _EXTREMA = 4
 
-# As in stickslip.kernels.orbits: ln phi is slaved to the motion and repeats less exactly.
+# As in stickslip.model.state: ln phi is slaved to the motion and repeats less exactly.
 _FILM_WEIGHT = 1e-3
 
 _OK, _LSODA_FAILED, _NOT_STATIONARY = range(3)
@@ -74,7 +76,7 @@ def numbalsoda_stationary(
 @njit(**FLAGS)
 def _scaled_start(row: np.ndarray) -> np.ndarray:
     state = np.empty(3)
-    kernels.starting_log_state(row, state)
+    write_start(row, state)
     p = parameters_of(row)
     X_m = abs(p.drive_amplitude)
     return np.array([state[0] / X_m, state[1] / (X_m * p.angular_frequency), state[2]])

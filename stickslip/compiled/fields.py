@@ -39,11 +39,13 @@ def make_tuple_maker(
     if set(values) != set(kind._fields):
         wrong = sorted(set(values) ^ set(kind._fields))
         raise TypeError(f"{kind.__name__}: no value for, or no field called {', '.join(wrong)}")
-    fields = ", ".join(f"{field}={values[field]!s}" for field in kind._fields)
+    # Numba takes no choice among more than fifteen keywords: each value gets a line of its own.
+    lines = [f"the_{field} = {values[field]!s}" for field in kind._fields]
+    fields = ", ".join(f"the_{field}" for field in kind._fields)
     return make_function(
         f"make_{kind.__name__}[{_digest(values)}]",
         arguments,
-        [f"return kind({fields})"],
+        [*lines, f"return kind({fields})"],
         {"kind": kind} | dict(names),
     )
 

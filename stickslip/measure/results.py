@@ -1,7 +1,8 @@
 """From the record of a stationary orbit to its result row: one copy for all methods.
 
-Everything is in SI units here. `cycle` counts half periods: an orbit that closes after an odd
-number of them repeats those with the signs turned.
+Everything is in SI units here, and of the whole orbit. `cycle` counts half periods: an orbit that
+closes after an odd number of them repeats those with the signs turned, and a method need not go
+twice; `write_whole_orbit` makes up for that.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from stickslip.measure.accumulate import (
     BLOCK_WORK,
     FIRST_PHASE,
     FORCE_MAX,
+    FORCE_MIN,
     LAST_PHASE,
     MELTED,
     MELTINGS,
@@ -25,6 +27,7 @@ from stickslip.measure.accumulate import (
     RECORD,
     SOLID,
     STRESS_MAX,
+    STRESS_MIN,
 )
 from stickslip.model import film
 from stickslip.model.rhs import starting_state
@@ -69,8 +72,9 @@ class RecordUnits(NamedTuple):
 class Measured(NamedTuple):
     """An orbit that was measured: what a result row is made of.
 
-    `record` (RECORD,) in SI units; `cycle` half periods; `begin` and `end` are (x, v) before and
-    after; `error` of the amplitudes; `periods` integrated for the point.
+    `record` (RECORD,) of the whole orbit in SI units; `cycle` half periods after which it closes,
+    `begin` and `end` the states (x, v) before and after these; `error` of the amplitudes; `periods`
+    integrated for the point.
     """
 
     record: np.ndarray
@@ -81,27 +85,41 @@ class Measured(NamedTuple):
     periods: int
 
 
+@inline
+def _passes(cycle: int) -> int:
+    """How often the half periods of a cycle are run through until the orbit closes."""
+    return 2 if cycle % 2 == 1 else 1
+
+
 @jit
-def write_in_si_units(record: np.ndarray, units: RecordUnits, target: np.ndarray) -> None:
-    """Write a record (RECORD,) in SI units into `target` (RECORD,)."""
+def write_whole_orbit(
+    record: np.ndarray, units: RecordUnits, cycle: int, target: np.ndarray
+) -> None:
+    """Write what a record (RECORD,) of `cycle` half periods says of the orbit, in SI units.
+
+    `target` (RECORD,) is written.
+    """
+    passes = _passes(cycle)
     for slot in range(RECORD):
         target[slot] = record[slot]
     for slot, unit in ((STRESS_MAX, units.stress), (FORCE_MAX, units.force)):
-        high, low = record[slot] * unit, record[slot + 1] * unit
-        target[slot], target[slot + 1] = max(high, low), min(high, low)
+        one, other = record[slot] * unit, record[slot + 1] * unit
+        high, low = max(one, other), min(one, other)
+        if passes == 2:
+            high = max(high, -low)
+            low = -high
+        target[slot], target[slot + 1] = high, low
     for slot in (BLOCK_WORK, ABSOLUTE_WORK):
-        target[slot] = record[slot] * (units.force * units.length)
+        target[slot] = passes * (record[slot] * (units.force * units.length))
     target[PHI_MAX] = record[PHI_MAX] * units.phi
+    target[MELTINGS] = passes * _melting_count(record)
 
 
-@inline
-def extrema(record: np.ndarray, slot: int, cycle: int) -> tuple[float, float]:
-    """Maximum and minimum of an observable over the whole orbit."""
-    high, low = record[slot], record[slot + 1]
-    if cycle % 2 == 1:
-        high = max(high, -low)
-        low = -high
-    return high, low
+@jit
+def _melting_count(record: np.ndarray) -> float:
+    """Solid to liquid transitions, counted cyclically."""
+    wrapped = record[LAST_PHASE] == SOLID and record[FIRST_PHASE] == MELTED
+    return record[MELTINGS] + (1.0 if wrapped else 0.0)
 
 
 @inline
@@ -111,16 +129,16 @@ def full_spring_force(p: Parameters) -> float:
 
 
 @jit
-def relative_difference(p: Parameters, record: np.ndarray, better: np.ndarray, cycle: int) -> float:
-    """Difference of the extrema of two records, of stress or of force, whichever is worse.
+def relative_difference(p: Parameters, record: np.ndarray, better: np.ndarray) -> float:
+    """Difference of the extrema of two orbits, of stress or of force, whichever is worse.
 
     The sum of the differences of maximum and minimum, relative to max(amplitude, 1 % of the full
     spring force), over A for the stress; at least twice that of the amplitudes.
     """
     floor, worst = _SMALL_PART * full_spring_force(p), 0.0
     for slot, least in ((STRESS_MAX, floor / p.contact_area), (FORCE_MAX, floor)):
-        high, low = extrema(record, slot, cycle)
-        better_high, better_low = extrema(better, slot, cycle)
+        high, low = record[slot], record[slot + 1]
+        better_high, better_low = better[slot], better[slot + 1]
         scale = max(0.5 * (better_high - better_low), least)
         difference = abs(high - better_high) + abs(low - better_low)
         worst = max(worst, difference / scale if scale > 0.0 else 0.0)
@@ -140,9 +158,9 @@ def _power_balance(p: Parameters, m: Measured) -> tuple[float, bool]:
     |work of the drive - dissipation - energy gained| over the integral of |F V|. The dissipation is
     the integral of F (V - v), so the difference of the first two is the work done on the block.
     """
-    gained = _block_energy(p, m.end) - _block_energy(p, m.begin)
+    gained = _passes(m.cycle) * (_block_energy(p, m.end) - _block_energy(p, m.begin))
     miss, absolute = abs(m.record[BLOCK_WORK] - gained), m.record[ABSOLUTE_WORK]
-    way = 2.0 * abs(p.drive_amplitude) * m.cycle
+    way = 2.0 * abs(p.drive_amplitude) * (m.cycle * _passes(m.cycle))
     least = _SMALL_PART * full_spring_force(p) * way
     kept = miss <= _POWER_BALANCE_LIMIT * max(absolute, least)
     return miss / absolute if absolute > 0.0 else 0.0, kept
@@ -155,21 +173,19 @@ def _bounds_kept(p: Parameters, m: Measured) -> bool:
     return m.record[PHI_MAX] <= max(film.largest_order_parameter(p), start) * _BOUND_MARGIN
 
 
-@jit
-def _melting_count(m: Measured) -> int:
-    """Solid to liquid transitions over the orbit, counted cyclically."""
-    record = m.record
-    wrapped = record[LAST_PHASE] == SOLID and record[FIRST_PHASE] == MELTED
-    count = int(record[MELTINGS]) + (1 if wrapped else 0)
-    return 2 * count if m.cycle % 2 == 1 else count
+@inline
+def _asymmetry(high: float, low: float) -> float:
+    """|max + min|/(max - min) of the elastic stress; 0 where max - min < 1 Pa."""
+    return abs(high + low) / (high - low) if high - low >= 1.0 else 0.0
 
 
 @jit
 def _result_row(p: Parameters, m: Measured) -> tuple[ResultRow, bool]:
     """The result row of an orbit, and whether its invariants hold."""
-    high, low = extrema(m.record, STRESS_MAX, m.cycle)
-    force_high, force_low = extrema(m.record, FORCE_MAX, m.cycle)
+    high, low = m.record[STRESS_MAX], m.record[STRESS_MIN]
+    force_high, force_low = m.record[FORCE_MAX], m.record[FORCE_MIN]
     balance, balance_kept = _power_balance(p, m)
+    # Numba takes no choice among more than fifteen keywords: functions choose.
     row = ResultRow(
         elastic_stress_amplitude=0.5 * (high - low),
         friction_force_amplitude=0.5 * (force_high - force_low),
@@ -179,9 +195,9 @@ def _result_row(p: Parameters, m: Measured) -> tuple[ResultRow, bool]:
         friction_force_min=force_low,
         amplitude_error=m.error,
         power_balance_error=balance,
-        orbit_periods=float(m.cycle if m.cycle % 2 == 1 else m.cycle // 2),
-        melting_count=float(_melting_count(m)),
-        asymmetry=abs(high + low) / (high - low) if high - low >= 1.0 else 0.0,
+        orbit_periods=float(m.cycle * _passes(m.cycle) // 2),
+        melting_count=m.record[MELTINGS],
+        asymmetry=_asymmetry(high, low),
         periods_integrated=float(m.periods),
         status=float(OK),
     )

@@ -103,6 +103,7 @@ def _scales_of(p: Parameters) -> _Scales:
 _BY_UNIT: Mapping[str, str] = {
     "1": "p.{name}",
     "Pa": "p.{name} * s.energy",
+    "Pa s": "p.{name} * s.energy * s.rate",
     "J m-3": "p.{name} * s.energy",
     "N m-1": "p.{name} / s.inertia",
     "s-1": "p.{name} / s.omega",

@@ -43,7 +43,7 @@ def write_timing(outcome: Outcome, workers: int, backend: str) -> None:
 
 def print_summary(outcome: Outcome) -> None:
     """Print where the result is and how it went."""
-    from sweeps.engine.progress import duration
+    from sweeps.human import duration
 
     print(outcome.output)
     points = f"{outcome.points} points"
@@ -55,7 +55,7 @@ def print_summary(outcome: Outcome) -> None:
     error = "" if math.isnan(worst) else f", largest amplitude error {worst:.1e}"
     print(f"{points}, {outcome.failures} failed{error}")
     print_reasons(outcome.statuses)
-    print_doubts(outcome.doubts)
+    print_suspicions(outcome.suspicious)
 
 
 def print_reasons(statuses: Sequence[int] | NDArray[np.int64], *, to: TextIO | None = None) -> None:
@@ -69,11 +69,11 @@ def print_reasons(statuses: Sequence[int] | NDArray[np.int64], *, to: TextIO | N
             print(line, file=to or sys.stderr)
 
 
-def print_doubts(doubts: tuple[int, int]) -> None:
+def print_suspicions(suspicious: tuple[int, int]) -> None:
     """Print warnings of points that look wrong without being impossible."""
     from stickslip.plausibility import SUSPICIOUS_BALANCE
 
-    balance, stress = doubts
+    balance, stress = suspicious
     if balance:
         print(
             f"warning: power_balance_error is above {SUSPICIOUS_BALANCE:g} on {balance} points; "
@@ -90,22 +90,22 @@ def print_doubts(doubts: tuple[int, int]) -> None:
 
 def print_plan(plan: Plan, slots: str) -> None:
     """Print what a sweep would take."""
-    from sweeps.engine.outcome import size_text
+    from sweeps.human import duration, size_text
 
-    print(f"points: {plan.points}" + (f", {plan.there} of them are there" if plan.there else ""))
+    print(f"points: {plan.points}" + (f", {plan.there} already computed" if plan.there else ""))
     print(f"blocks: {plan.blocks}")
     print(
         f"bytes: up to {size_text(plan.result_bytes)} for the result, "
         f"{size_text(plan.journal_bytes)} for the journal on the way"
     )
     sample = f"from a sample of {plan.pilot_points}" if plan.pilot_points else "nothing to compute"
-    print(f"time: {plan.time} on {slots}, {sample}")
+    print(f"time: about {duration(plan.seconds)} on {slots}, {sample}")
 
 
 def print_state(state: Mapping[str, Any]) -> None:
     """Print how a sweep stands."""
     from stickslip.status import Status
-    from sweeps.engine.progress import duration
+    from sweeps.human import duration
 
     print(f"{state['output']}: {state['state']}")
     if "points" not in state:
@@ -138,11 +138,14 @@ def describe_installation() -> None:
 def describe_file(ds: xr.Dataset) -> None:
     """Print what a result file holds and where it comes from."""
     from sweeps.files.datasets import content_hash
+    from sweeps.files.versions import version_note
 
     print(f"title: {ds.attrs.get('title', '')}")
     print("dimensions: " + (", ".join(f"{d} {n}" for d, n in ds.sizes.items()) or "none"))
     print(f"variables: {', '.join(map(str, ds.data_vars))}")
     if "status" in ds:
+        if note := version_note(map(str, ds.variables)):
+            print(note)
         meanings = str(ds.status.attrs["flag_meanings"]).split()
         for flag, meaning in zip(ds.status.attrs["flag_values"], meanings, strict=True):
             count = int((ds.status == flag).sum())

@@ -1,34 +1,42 @@
-"""What several verbs of the command line share: reading configs, sweeping, and how they end."""
+"""What several verbs of the command line share: their options, configs, files, and how they end."""
 
 from __future__ import annotations
 
 import contextlib
-import functools
 import sys
 from collections.abc import Iterator
-from enum import IntEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
+from sweeps.exits import Exit
+
 if TYPE_CHECKING:
+    import xarray as xr
+
     from sweeps.config.load import Config
-    from sweeps.engine.outcome import Outcome
-    from sweeps.engine.resume import Choices
-    from sweeps.engine.signals import Stop
 
-
-class Exit(IntEnum):
-    """Exit codes of the command line."""
-
-    DONE = 0
-    UNEXPECTED = 1
-    USAGE = 2
-    SOME_FAILED = 3
-    STOPPED = 4
-    STORAGE = 5
-    INTERRUPTED = 130
+ConfigArgument = Annotated[
+    Path, typer.Argument(metavar="CONFIG", help="YAML config; `configs/` has examples.")
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change the config: a parameter by name or symbol, or a path like integrator.rtol.",
+    ),
+]
+OutputOption = Annotated[Path | None, typer.Option("-o", "--output", help="Result file.")]
+WorkersOption = Annotated[int | None, typer.Option(min=1, help="Number of threads or processes.")]
+BackendOption = Annotated[
+    str | None, typer.Option(metavar="threads|loky|dask", help="Where the points are computed.")
+]
+SchedulerOption = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler, such as tcp://host:8786.")
+]
+NoProgressOption = Annotated[bool, typer.Option("--no-progress", help="Say nothing on the way.")]
 
 
 def stop_with(message: str, code: Exit) -> NoReturn:
@@ -37,19 +45,19 @@ def stop_with(message: str, code: Exit) -> NoReturn:
     sys.exit(code)
 
 
-def read_settings(config: Path | None, changes: list[str] | None) -> Config:
+def checked_config(file: Path | None, changes: list[str] | None) -> Config:
     """The checked config, its warnings printed; ends with exit code 2 where it has problems."""
     from sweeps.config.load import ConfigError
     from sweeps.engine.in_memory import read_config
     from sweeps.engine.options import coarse_step
 
     try:
-        settings = read_config(config if config is not None else {}, changes or [])
+        config = read_config(file if file is not None else {}, changes or [])
     except ConfigError as error:
         stop_with(str(error), Exit.USAGE)
-    for warning in (*settings.warnings, *coarse_step(settings)):
+    for warning in (*config.warnings, *coarse_step(config)):
         print(f"warning: {warning}", file=sys.stderr)
-    return settings
+    return config
 
 
 def execution_changes(workers: int | None, backend: str | None, scheduler: str | None) -> list[str]:
@@ -61,97 +69,37 @@ def execution_changes(workers: int | None, backend: str | None, scheduler: str |
     return [f"execution.{key}={value}" for key, value in given.items() if value is not None]
 
 
-def stop_of(max_runtime: str | None) -> Stop:
-    """When a sweep is to end; ends with exit code 2 where the duration is none."""
-    from sweeps.engine.signals import Stop, parse_duration
+def open_file(file: Path, *, whole: bool = True) -> xr.Dataset:
+    """The Dataset in a file; ends with exit code 5 where it cannot be read."""
+    from sweeps.files.datasets import open_result
+
+    with storage_endings():
+        return open_result(file, whole=whole)
+
+
+@contextlib.contextmanager
+def storage_endings() -> Iterator[None]:
+    """Failures of reading and writing end with exit code 5 and need no trace."""
+    from sweeps.files.atomic import StorageError
 
     try:
-        return Stop(parse_duration(max_runtime) if max_runtime is not None else None)
-    except ValueError as error:
-        stop_with(f"--max-runtime: {error}", Exit.USAGE)
+        yield
+    except StorageError as error:
+        stop_with(str(error), Exit.STORAGE)
 
 
 @contextlib.contextmanager
 def endings() -> Iterator[None]:
     """Failures of a sweep that have an exit code and need no trace."""
-    from sweeps.engine.executors.backends import BackendError
+    from sweeps.engine.executors.base import ExecutorError
     from sweeps.engine.existing import RefusalError
     from sweeps.engine.worker import WorkerMismatchError
-    from sweeps.files.datasets import StorageError
     from sweeps.files.run_folder import InUseError
 
     try:
-        yield
+        with storage_endings():
+            yield
     except RefusalError as error:
         stop_with(str(error), Exit.USAGE)
-    except (InUseError, BackendError, WorkerMismatchError) as error:
+    except (InUseError, ExecutorError, WorkerMismatchError) as error:
         stop_with(str(error), Exit.STOPPED)
-    except StorageError as error:
-        stop_with(str(error), Exit.STORAGE)
-
-
-def sweep_and_report(
-    settings: Config,
-    path: Path,
-    choices: Choices,
-    stop: Stop,
-    *,
-    progress: bool = True,
-    partial: bool = False,
-    keep_journal: bool = False,
-    timing: bool = True,
-) -> int:
-    """Sweep, and say how it went; returns the number of failed points."""
-    from sweeps.cli.output import print_summary, write_timing
-    from sweeps.engine.outcome import Console
-    from sweeps.engine.sweep import sweep as run_sweep
-
-    def say(line: str) -> None:
-        if progress or line.startswith("warning"):
-            print(line, file=sys.stderr)
-
-    on_terminal = progress and sys.stdin.isatty() and sys.stderr.isatty()
-    confirm = functools.partial(typer.confirm, default=True, err=True) if on_terminal else None
-    with endings():
-        outcome = run_sweep(
-            settings,
-            path,
-            console=Console(say, confirm, progress),
-            choices=choices,
-            stop=stop,
-            partial=partial,
-            keep_journal=keep_journal,
-        )
-    if outcome.stopped is not None:
-        _leave(outcome)
-    if outcome.computed and timing:
-        write_timing(outcome, settings.execution.workers, settings.execution.backend)
-    print_summary(outcome)
-    return outcome.failures
-
-
-# Options that decide about what is there once, and not again when the sweep goes on.
-_ONCE = ("--overwrite", "--recompute", "--accept-mixed", "--retry-failed")
-
-
-def _leave(outcome: Outcome) -> NoReturn:
-    """Say how to go on, and end: a compiler at work in a thread would keep the process alive."""
-    import os
-    import shlex
-
-    from stickslip.status import Status
-    from sweeps.cli.output import print_reasons
-
-    again = shlex.join(["stickslip", *(a for a in sys.argv[1:] if a not in _ONCE)])
-    kept = outcome.points - int(outcome.statuses[Status.PENDING])
-    print(
-        f"Stopped ({outcome.reason}). {kept} of {outcome.points} points are kept in "
-        f"{outcome.output}.run. To go on:\n  {again}",
-        file=sys.stderr,
-    )
-    failed = outcome.statuses.copy()
-    failed[Status.PENDING] = 0
-    print_reasons(failed)
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(outcome.stopped or Exit.STOPPED)

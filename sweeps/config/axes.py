@@ -7,21 +7,42 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
-from sweeps.config.diagnostics import Findings, did_you_mean, shown
-from sweeps.config.located import UNREADABLE, Entry
-from sweeps.config.numbers import number, whole
+from sweeps.config.diagnostics import Located, quoted
+from sweeps.config.numbers import finite, whole
+from sweeps.human import did_you_mean
 
 # Far above any sweep of this model, far below what would fill the memory.
 MAX_VALUES = 1_000_000
 # Of a step: decides whether the stop of an arange is one of its values.
 _STOP_TOLERANCE = 1e-9
 
-_FORMS = {
-    "linspace": "{linspace: [first, last], num: 171}",
-    "geomspace": "{geomspace: [first, last], num: 171}",
-    "arange": "{arange: [start, stop, step]}",
+
+@dataclass(frozen=True)
+class Form:
+    """A way to write an axis: how many numbers it takes, and whether it takes `num` as well."""
+
+    example: str
+    meaning: str
+    ends: int = 2
+    counted: bool = True
+
+
+FORMS = {
+    "linspace": Form(
+        "{linspace: [first, last], num: 171}", "[first, last]: `num` evenly spaced values"
+    ),
+    "geomspace": Form(
+        "{geomspace: [first, last], num: 171}",
+        "[first, last]: `num` values of constant ratio; not exponents",
+    ),
+    "arange": Form(
+        "{arange: [start, stop, step]}",
+        "[start, stop, step]: the stop is included",
+        ends=3,
+        counted=False,
+    ),
 }
-EXAMPLES = "a list such as [200, 250], or " + ", ".join(_FORMS.values())
+_EXAMPLES = "a list such as [200, 250], or " + ", ".join(form.example for form in FORMS.values())
 
 
 @dataclass(frozen=True)
@@ -32,118 +53,81 @@ class Axis:
     values: Callable[[], tuple[float, ...]]
 
 
-def parse_axis(entry: Entry, key: str, findings: Findings) -> Axis | None:
-    """The axis that `entry` describes; None where it is refused."""
-    if entry.value is UNREADABLE:
-        return None
-    if isinstance(entry.value, list):
-        return _listed(entry, key, findings)
-    if isinstance(entry.value, dict):
-        return _formed(entry, key, findings)
-    findings.refuse(entry.origin, key, f"must be {EXAMPLES}, not {shown(entry.value)}")
-    return None
+def parse_axis(node: Located) -> Axis | None:
+    """The axis that a value describes; None where it is refused."""
+    return node.read(lambda _: _axis(node))
 
 
-def _listed(entry: Entry, key: str, findings: Findings) -> Axis | None:
-    if not entry.value:
-        findings.refuse(entry.origin, key, "has no values; name at least one, or leave it out")
-        return None
-    values = _numbers(entry, key, findings)
-    return None if values is None else _axis(entry, key, findings, len(values), lambda: values)
+def _axis(node: Located) -> Axis | None:
+    """The axis; None where something below is refused, a ValueError where the value itself is."""
+    if isinstance(node.value, dict):
+        axis = _formed(node)
+    elif not isinstance(node.value, list):
+        raise ValueError(f"must be {_EXAMPLES}, not {quoted(node.value)}")
+    elif not node.value:
+        raise ValueError("has no values; name at least one, or leave it out")
+    else:
+        values = _numbers(node)
+        axis = None if values is None else Axis(len(values), lambda: values)
+    if axis and axis.size > MAX_VALUES:
+        raise ValueError(f"has more than {MAX_VALUES} values; take fewer")
+    return axis
 
 
-def _numbers(entry: Entry, key: str, findings: Findings) -> tuple[float, ...] | None:
+def _numbers(node: Located) -> tuple[float, ...] | None:
     """The numbers of a list; None, after all its items are judged, where one is refused."""
-    values = [finite(item, f"{key}[{i}]", findings) for i, item in enumerate(entry.value)]
+    values = [item.read(finite) for item in node.value]
     accepted = tuple(value for value in values if value is not None)
     return accepted if len(accepted) == len(values) else None
 
 
-def finite(entry: Entry, key: str, findings: Findings) -> float | None:
-    """The finite number in `entry`; None where it is refused."""
-    if entry.value is UNREADABLE:
-        return None
-    try:
-        value = number(entry.value)
-    except ValueError as error:
-        findings.refuse(entry.origin, key, str(error))
-        return None
-    if math.isfinite(value):
-        return value
-    findings.refuse(entry.origin, key, f"must be a finite number, not {shown(entry.value)}")
-    return None
+def _formed(node: Located) -> Axis | None:
+    names = [name for name in FORMS if name in node.value]
+    if len(names) != 1:
+        hint = "" if names else did_you_mean(next(iter(node.value), ""), FORMS)
+        raise ValueError(f"must be {_EXAMPLES}{hint}")
+    name, form = names[0], FORMS[names[0]]
+    known = [name, "num"] if form.counted else [name]
+    for key in node.value:
+        if key not in known:
+            node.refuse(f"unknown key; write {form.example}{did_you_mean(key, known)}", key)
+    here: Located = node.value[name]
+    ends = here.read(lambda _: _ends(here, form))
+    if not form.counted:
+        return here.read(lambda _: _arange(*ends)) if ends else None
+    if "num" not in node.value:
+        node.refuse(f"`num` is missing; write {form.example}")
+    num = node.value["num"].read(_at_least_one) if "num" in node.value else None
+    return here.read(lambda _: _spaced(name, ends, num)) if ends else None
 
 
-def _formed(entry: Entry, key: str, findings: Findings) -> Axis | None:
-    forms = [name for name in _FORMS if name in entry.value]
-    if len(forms) != 1:
-        unknown = next(iter(entry.value), "")
-        hint = did_you_mean(unknown, _FORMS) if not forms else ""
-        findings.refuse(entry.origin, key, f"must be {EXAMPLES}{hint}")
-        return None
-    form = forms[0]
-    count = 3 if form == "arange" else 2
-    _refuse_other_keys(entry, key, form, findings)
-    ends = _ends(entry.value[form], f"{key}.{form}", count, form, findings)
-    if form == "arange":
-        return None if ends is None else _arange(entry, key, ends, findings)
-    num = _num(entry, key, form, findings)
-    if form == "geomspace" and ends and not _same_sign(*ends):
-        message = f"no logarithmic axis leads from {ends[0]:g} to {ends[1]:g}: both must have the "
-        message += "same sign and not be 0 (they are values, not exponents)"
-        findings.refuse(entry.value[form].origin, f"{key}.{form}", message)
-        return None
-    return None if ends is None or num is None else _spaced(entry, key, form, ends, num, findings)
+def _ends(node: Located, form: Form) -> tuple[float, ...] | None:
+    if not isinstance(node.value, list) or len(node.value) != form.ends:
+        got = f"{len(node.value)}" if isinstance(node.value, list) else quoted(node.value)
+        raise ValueError(f"must be a list of {form.ends} numbers, not {got}; write {form.example}")
+    return _numbers(node)
 
 
-def _refuse_other_keys(entry: Entry, key: str, form: str, findings: Findings) -> None:
-    known = {form} if form == "arange" else {form, "num"}
-    for name, child in entry.value.items():
-        if name not in known:
-            message = f"unknown key; write {_FORMS[form]}{did_you_mean(name, known)}"
-            findings.refuse(child.origin, f"{key}.{name}", message)
-
-
-def _ends(
-    entry: Entry, key: str, count: int, form: str, findings: Findings
-) -> tuple[float, ...] | None:
-    if entry.value is UNREADABLE:
-        return None
-    if not isinstance(entry.value, list) or len(entry.value) != count:
-        got = f"{len(entry.value)}" if isinstance(entry.value, list) else shown(entry.value)
-        message = f"must be a list of {count} numbers, not {got}; write {_FORMS[form]}"
-        findings.refuse(entry.origin, key, message)
-        return None
-    return _numbers(entry, key, findings)
-
-
-def _num(entry: Entry, key: str, form: str, findings: Findings) -> int | None:
-    if "num" not in entry.value:
-        findings.refuse(entry.origin, key, f"`num` is missing; write {_FORMS[form]}")
-        return None
-    child = entry.value["num"]
-    if child.value is UNREADABLE:
-        return None
-    try:
-        num = whole(child.value)
-    except ValueError as error:
-        findings.refuse(child.origin, f"{key}.num", str(error))
-        return None
-    if num < 1:
-        findings.refuse(child.origin, f"{key}.num", f"must be at least 1, not {num}")
-        return None
-    return num
+def _at_least_one(value: object) -> int:
+    number = whole(value)
+    if number < 1:
+        raise ValueError(f"must be at least 1, not {number}")
+    return number
 
 
 def _same_sign(first: float, last: float) -> bool:
     return first != 0 and last != 0 and (first < 0) == (last < 0)
 
 
-def _spaced(
-    entry: Entry, key: str, form: str, ends: tuple[float, ...], num: int, findings: Findings
-) -> Axis | None:
-    values = _evenly if form == "linspace" else _geometrically
-    return _axis(entry, key, findings, num, lambda: values(ends[0], ends[1], num))
+def _spaced(form: str, ends: tuple[float, ...], num: int | None) -> Axis | None:
+    first, last = ends
+    if form == "geomspace" and not _same_sign(first, last):
+        raise ValueError(
+            f"no logarithmic axis leads from {first:g} to {last:g}: both must have the "
+            "same sign and not be 0 (they are values, not exponents)"
+        )
+    values = _geometrically if form == "geomspace" else _evenly
+    return None if num is None else Axis(num, lambda: values(first, last, num))
 
 
 def _evenly(first: float, last: float, num: int) -> tuple[float, ...]:
@@ -176,30 +160,15 @@ def _steps(start: Fraction, step: Fraction, count: int) -> tuple[float, ...]:
     return tuple((first + each * i) / common for i in range(count))
 
 
-def _arange(entry: Entry, key: str, ends: tuple[float, ...], findings: Findings) -> Axis | None:
-    start, stop, step = ends
+def _arange(start: float, stop: float, step: float) -> Axis:
     steps = (stop - start) / step if step else math.nan
     if math.isnan(steps) or steps < -_STOP_TOLERANCE:
-        message = f"no steps of {step:g} lead from {start:g} to {stop:g}; write {_FORMS['arange']}"
-        findings.refuse(entry.value["arange"].origin, f"{key}.arange", message)
-        return None
+        form = FORMS["arange"].example
+        raise ValueError(f"no steps of {step:g} lead from {start:g} to {stop:g}; write {form}")
     size = math.floor(steps + _STOP_TOLERANCE) + 1 if steps < MAX_VALUES else MAX_VALUES + 1
 
     def values() -> tuple[float, ...]:
         made = _steps(_as_written(start), _as_written(step), size)
         return (*made[:-1], stop) if abs(size - 1 - steps) <= _STOP_TOLERANCE else made
 
-    return _axis(entry, key, findings, size, values)
-
-
-def _axis(
-    entry: Entry,
-    key: str,
-    findings: Findings,
-    size: int,
-    values: Callable[[], tuple[float, ...]],
-) -> Axis | None:
-    if size <= MAX_VALUES:
-        return Axis(size, values)
-    findings.refuse(entry.origin, key, f"has more than {MAX_VALUES} values; take fewer")
-    return None
+    return Axis(size, values)

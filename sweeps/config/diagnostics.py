@@ -1,13 +1,20 @@
-"""What is wrong with a config, and where: collected first, reported together."""
+"""What is wrong with a config, and where: values that know their place in the text, and the report.
+
+Everything is collected first and reported together, so that no problem hides another.
+"""
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Any, TypeVar
 
 # Longer quotations of the user's text make a line of the report unreadable.
 _QUOTED = 60
+# The deepest valid config has four levels; far below what would strain Python's recursion.
+MAX_DEPTH = 12
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +51,8 @@ class ConfigError(ValueError):
 
 
 @dataclass
-class Findings:
-    """Collects problems and warnings while a config is read, so that none hides another."""
+class Diagnostics:
+    """The problems and warnings of one config, collected while it is read."""
 
     problems: list[Problem] = field(default_factory=list)
     warnings: list[Problem] = field(default_factory=list)
@@ -65,7 +72,93 @@ class Findings:
             raise ConfigError(sorted(unique, key=lambda p: (p.line is None, p.line or 0)))
 
 
-def shown(value: object) -> str:
+class _Unreadable:
+    """Stands for a value that was refused already, so that it is not refused again."""
+
+    def __repr__(self) -> str:
+        return "something unreadable"
+
+
+UNREADABLE = _Unreadable()
+
+
+@dataclass(slots=True)
+class Located:
+    """A value, where it was written, and its path of keys; children are located values again.
+
+    The origin of a value in a mapping is that of its key.
+    """
+
+    value: Any
+    origin: Origin
+    key: str
+    diagnostics: Diagnostics
+
+    def refuse(self, message: str, *below: str | int) -> None:
+        """Note why this value, or what should stand at the path `below` it, cannot be used."""
+        self.diagnostics.refuse(self._nearest(below).origin, _path(self.key, *below), message)
+
+    def warn(self, message: str) -> None:
+        """Note that this value is allowed, but probably not what was meant."""
+        self.diagnostics.warn(self.origin, self.key, message)
+
+    def read(self, convert: Callable[[Any], T]) -> T | None:
+        """The value as `convert` understands it; None where it raises a ValueError, noted."""
+        if self.value is UNREADABLE:
+            return None
+        try:
+            return convert(self.value)
+        except ValueError as error:
+            self.refuse(str(error))
+            return None
+
+    def children(self) -> dict[str, Located]:
+        """What a mapping holds; nothing where it is none."""
+        return self.value if isinstance(self.value, dict) else {}
+
+    def plain(self) -> Any:
+        """The value without the places."""
+        if isinstance(self.value, dict):
+            return {key: child.plain() for key, child in self.value.items()}
+        if isinstance(self.value, list):
+            return [child.plain() for child in self.value]
+        return self.value
+
+    def _nearest(self, below: Iterable[str | int]) -> Located:
+        """What stands at a path, or its nearest ancestor that does."""
+        node = self
+        for step in below:
+            try:
+                node = node.value[step]
+            except (KeyError, IndexError, TypeError):
+                break
+        return node
+
+
+def located(
+    value: Any, origin: Origin, diagnostics: Diagnostics, key: str = "", depth: int = 0
+) -> Located:
+    """A Python value at one place; arrays and tuples count as lists."""
+    node = Located(value, origin, key, diagnostics)
+
+    def child(value: Any, step: str | int) -> Located:
+        return located(value, origin, diagnostics, _path(key, step), depth + 1)
+
+    if depth > MAX_DEPTH:
+        diagnostics.refuse(origin, shortened(key), "is nested too deeply")
+        node.value = UNREADABLE
+    elif isinstance(value, Mapping):
+        for name in value:
+            if not isinstance(name, str):
+                node.refuse(f"keys must be text, not {quoted(name)}")
+        node.value = {n: child(v, n) for n, v in value.items() if isinstance(n, str)}
+    elif isinstance(value, (list, tuple)) or getattr(value, "ndim", 0) > 0:
+        items = value if isinstance(value, (list, tuple)) else value.tolist()
+        node.value = [child(item, i) for i, item in enumerate(items)]
+    return node
+
+
+def quoted(value: object) -> str:
     """The user's value as it is quoted in a message."""
     if value is None:
         return "nothing"
@@ -88,11 +181,11 @@ def shortened(text: str) -> str:
     return text if len(text) <= _QUOTED else text[: _QUOTED - 1] + "…"
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """` (did you mean 'temperature'?)` where a known name is close to `name`, else nothing."""
-    names = {candidate.lower(): candidate for candidate in known}
-    close = difflib.get_close_matches(name[:_QUOTED].lower(), names, n=1)
-    return f" (did you mean {names[close[0]]!r}?)" if close else ""
+def _path(key: str, *below: str | int) -> str:
+    """A path as people write it: `sweep.temperature[2]`."""
+    for step in below:
+        key += f"[{step}]" if isinstance(step, int) else f".{step}" if key else step
+    return key
 
 
 def _one_line(text: str) -> str:

@@ -8,46 +8,50 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
-from pydantic.json_schema import models_json_schema
+from annotated_types import Len
+from pydantic import BaseModel, ConfigDict, Field, RootModel, create_model
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core.core_schema import FloatSchema
 
 from stickslip.variables import PARAMETERS, ParameterVariable
-from sweeps.config.axes import MAX_VALUES
+from sweeps.config.axes import FORMS, MAX_VALUES, Form
 from sweeps.config.numbers import RATIONAL_PATTERN
 from sweeps.config.schema import SECTIONS
 
-Schema = dict[str, Any]
-
-_RATIONAL = {"type": "string", "pattern": RATIONAL_PATTERN}
-_NUMBER = {"anyOf": [{"type": "number"}, _RATIONAL]}
-_NUM = {"type": "integer", "minimum": 1, "maximum": MAX_VALUES}
+# What pydantic makes models of: types, and pairs of a type and a field.
+_Type: TypeAlias = Any
 
 
-def json_schema() -> Schema:
+class _Generator(GenerateJsonSchema):
+    """Pydantic's schema, where a fraction may stand for any number, without a title per key."""
+
+    def float_schema(self, schema: FloatSchema) -> JsonSchemaValue:
+        rational = {"type": "string", "pattern": RATIONAL_PATTERN}
+        return {"anyOf": [super().float_schema(schema), rational]}
+
+    def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ARG002 - pydantic's signature
+        return False
+
+
+def json_schema() -> dict[str, Any]:
     """The schema, draft 2020-12, as a mapping ready for JSON."""
-    sections = {name: _nullable({"$ref": f"#/$defs/{name}"}) for name in SECTIONS}
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "stickslip config",
-        "description": "What to compute, how, and where to write it.",
-        "type": "object",
-        "additionalProperties": False,
-        "properties": {
-            "title": {"type": ["string", "null"], "description": "one line about the result"},
-            "model": _parameters("fixed parameters; the rest keep the paper's values", _fixed),
-            "sweep": _parameters("full product of these axes, in this order", _swept),
-            "cases": _parameters(
-                "linked values: the first of each, the second of each ...", _swept
-            ),
-            **sections,
-            "output": {
-                "type": ["string", "null"],
-                "description": "result file; default results/<name of the config>.nc",
-            },
-        },
-        "$defs": _definitions(),
-    }
+    values = {name: _value(variable) for name, variable in PARAMETERS.items()}
+    forms = [_form(name, form) for name, form in FORMS.items()]
+    axes = {name: _axis(name, value, forms) for name, value in values.items()}
+    config = _model(
+        "stickslip config",
+        "What to compute, how, and where to write it.",
+        title=_key(str | None, "One line about the result."),
+        model=_parameters("model", "Fixed parameters; the rest keep the paper's values.", values),
+        sweep=_parameters("sweep", "Full product of these axes, in this order.", axes),
+        cases=_parameters("cases", "Linked values: the first of each, the second ...", axes),
+        **{name: (section | None, None) for name, section in SECTIONS.items()},
+        output=_key(str | None, "Result file; left out, NAME.yaml writes results/NAME.nc."),
+    )
+    dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return dialect | config.model_json_schema(schema_generator=_Generator)
 
 
 def json_schema_text() -> str:
@@ -55,106 +59,51 @@ def json_schema_text() -> str:
     return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
 
 
-def _definitions() -> Schema:
-    values = {f"value_{name}": _value(variable) for name, variable in PARAMETERS.items()}
-    axes = {f"axis_{name}": _axis(name) for name in PARAMETERS}
-    return {**values, **axes, **_forms(), **_sections()}
+def _model(name: str, description: str, **fields: _Type) -> type[BaseModel]:
+    return create_model(name, __config__=ConfigDict(extra="forbid"), __doc__=description, **fields)
 
 
-def _parameters(description: str, kind: Any) -> Schema:
+def _key(kind: _Type, description: str) -> _Type:
+    # A factory makes the key optional without a default in the schema.
+    return kind, Field(default_factory=lambda: None, description=description)
+
+
+def _parameters(section: str, description: str, kinds: dict[str, _Type]) -> _Type:
     """A section of parameters, by name and by symbol."""
-    properties = {}
+    fields = {}
     for name, variable in PARAMETERS.items():
-        properties[name] = kind(variable)
-        properties[variable.symbol] = kind(variable)
-    return {
-        "description": description,
-        "type": ["object", "null"],
-        "additionalProperties": False,
-        "properties": properties,
-    }
+        text = f"{variable.meaning} ({variable.symbol}) [{variable.units}]"
+        text += f": {variable.comment}" if variable.comment else ""
+        key = _key(kinds[name], text)
+        if section == "model":
+            key = kinds[name], Field(variable.default, description=text)
+        fields[name] = fields[variable.symbol] = key
+    return _model(section, description, **fields) | None, None
 
 
-def _fixed(variable: ParameterVariable) -> Schema:
-    return {
-        "$ref": f"#/$defs/value_{variable.name}",
-        "description": _description(variable),
-        "default": variable.default,
-    }
+def _value(variable: ParameterVariable) -> _Type:
+    """The value of a parameter; a model, so that the schema defines it once."""
+    lower, upper = variable.lower, variable.upper
+    bounds = Field(
+        gt=lower if variable.lower_open else None,
+        ge=None if variable.lower_open or math.isinf(lower) else lower,
+        le=None if math.isinf(upper) else upper,
+        json_schema_extra={"not": {"const": 0}} if variable.nonzero else None,
+    )
+    kind: _Type = RootModel[Annotated[float, bounds]]
+    return create_model(f"value_{variable.name}", __base__=kind)
 
 
-def _swept(variable: ParameterVariable) -> Schema:
-    return {"$ref": f"#/$defs/axis_{variable.name}", "description": _description(variable)}
+def _axis(name: str, value: _Type, forms: list[_Type]) -> _Type:
+    kind: _Type = Annotated[list[value], Len(1, MAX_VALUES)]
+    for form in forms:
+        kind |= form
+    return create_model(f"axis_{name}", __base__=RootModel[kind])
 
 
-def _description(variable: ParameterVariable) -> str:
-    text = f"{variable.meaning} ({variable.symbol}) [{variable.units}]"
-    return f"{text}: {variable.comment}" if variable.comment else text
-
-
-def _value(variable: ParameterVariable) -> Schema:
-    bounds: Schema = {}
-    if math.isfinite(variable.lower):
-        bounds["exclusiveMinimum" if variable.lower_open else "minimum"] = variable.lower
-    if math.isfinite(variable.upper):
-        bounds["maximum"] = variable.upper
-    if variable.nonzero:
-        bounds["not"] = {"const": 0}
-    return {"anyOf": [{"type": "number", **bounds}, _RATIONAL]}
-
-
-def _axis(name: str) -> Schema:
-    listed = {
-        "type": "array",
-        "minItems": 1,
-        "maxItems": MAX_VALUES,
-        "items": {"$ref": f"#/$defs/value_{name}"},
-    }
-    return {"anyOf": [listed, *({"$ref": f"#/$defs/{form}"} for form in _forms())]}
-
-
-def _forms() -> Schema:
-    return {
-        "linspace": _form("linspace", "[first, last]: `num` evenly spaced values", 2, num=True),
-        "geomspace": _form(
-            "geomspace", "[first, last]: `num` values of constant ratio; not exponents", 2, num=True
-        ),
-        "arange": _form("arange", "[start, stop, step]: the stop is included", 3, num=False),
-    }
-
-
-def _form(name: str, description: str, count: int, *, num: bool) -> Schema:
-    ends = {"type": "array", "items": _NUMBER, "minItems": count, "maxItems": count}
-    properties = {name: {**ends, "description": description}} | ({"num": _NUM} if num else {})
-    return {
-        "type": "object",
-        "additionalProperties": False,
-        "required": list(properties),
-        "properties": properties,
-    }
-
-
-def _sections() -> Schema:
-    """Pydantic's schemas of the sections, under the names that they have in a config."""
-    models = [(model, "validation") for model in SECTIONS.values()]
-    _, schema = models_json_schema(models)  # type: ignore[arg-type]  # a list is a Sequence
-    definitions = schema["$defs"]
-    return {name: _with_rationals(definitions[m.__name__]) for name, m in SECTIONS.items()}
-
-
-def _with_rationals(schema: Any) -> Any:
-    """The same schema, where a fraction may stand for any number, without pydantic's titles."""
-    if isinstance(schema, list):
-        return [_with_rationals(item) for item in schema]
-    if not isinstance(schema, dict):
-        return schema
-    schema = {key: value for key, value in schema.items() if key != "title"}
-    if schema.get("type") == "number":
-        outer = {key: schema[key] for key in ("description", "default") if key in schema}
-        inner = {key: value for key, value in schema.items() if key not in outer}
-        return outer | {"anyOf": [inner, _RATIONAL]}
-    return {key: _with_rationals(value) for key, value in schema.items()}
-
-
-def _nullable(schema: Schema) -> Schema:
-    return {"anyOf": [schema, {"type": "null"}]}
+def _form(name: str, form: Form) -> _Type:
+    ends = Annotated[list[float], Len(form.ends, form.ends)]
+    fields: dict[str, _Type] = {name: (ends, Field(description=form.meaning))}
+    if form.counted:
+        fields["num"] = (Annotated[int, Field(ge=1, le=MAX_VALUES)], Field())
+    return _model(name, form.example, **fields)

@@ -15,23 +15,38 @@ from pydantic import BaseModel, ConfigDict
 
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, canonical_name
-from sweeps.config.diagnostics import ConfigError, Findings, Origin, Problem, did_you_mean, shown
-from sweeps.config.located import UNREADABLE, Entry, entry_of
+from sweeps.config.diagnostics import (
+    ConfigError,
+    Diagnostics,
+    Located,
+    Origin,
+    Problem,
+    located,
+    quoted,
+)
 from sweeps.config.numbers import text
 from sweeps.config.overrides import apply_overrides
-from sweeps.config.parameter_space import read_space, refuse_frozen_start
+from sweeps.config.parameter_space import (
+    PARAMETER_SECTIONS,
+    read_parameter_space,
+    refuse_frozen_start,
+)
 from sweeps.config.schema import (
+    DEFINING,
     SECTIONS,
     Execution,
+    Film,
     Integrator,
     Noise,
     Plot,
+    Section,
     Simulation,
     Stationary,
     read_section,
 )
 from sweeps.config.yaml_reader import read_file, read_text
 from sweeps.config.yaml_writer import block_yaml
+from sweeps.human import did_you_mean
 
 __all__ = ["Check", "Config", "ConfigError", "Problem", "from_mapping", "from_yaml", "load"]
 
@@ -39,7 +54,7 @@ KEYS = ("title", "model", "sweep", "cases", *SECTIONS, "output")
 
 
 class Config(BaseModel):
-    """A config without problems, every setting resolved; made by `load` and `from_mapping`.
+    """A config without problems, every key resolved; made by `load` and `from_mapping`.
 
     Parameters go by their full names. `model` holds the fixed ones that were given; `parameters`
     adds the paper's values for the rest. `sweep` keeps the order of its axes. Two configs are
@@ -55,6 +70,7 @@ class Config(BaseModel):
     integrator: Integrator = Integrator()
     stationary: Stationary = Stationary()
     noise: Noise = Noise()
+    film: Film = Film()
     output: str
     execution: Execution = Execution()
     plot: Plot = Plot()
@@ -65,6 +81,10 @@ class Config(BaseModel):
         """The fixed parameters, with the paper's values for those that are not given."""
         return Parameters(**self.model)
 
+    def defining(self) -> dict[str, Section]:
+        """The sections that, besides the parameters, make the numbers of a point."""
+        return {name: getattr(self, name) for name in DEFINING}
+
     def resolved(self) -> dict[str, Any]:
         """Everything that defines the result, without `execution` and `output`, ready for JSON."""
         varied = {*self.sweep, *self.cases}
@@ -74,9 +94,7 @@ class Config(BaseModel):
             "model": {name: value for name, value in fixed.items() if name not in varied},
             "sweep": {name: list(values) for name, values in self.sweep.items()},
             "cases": {name: list(values) for name, values in self.cases.items()},
-            "integrator": self.integrator.settings(),
-            "stationary": self.stationary.model_dump(),
-            "noise": self.noise.model_dump(exclude_none=True),
+            **{name: section.used() for name, section in self.defining().items()},
             "plot": self.plot.model_dump(),
             "simulation": self.simulation.model_dump(),
         }
@@ -86,10 +104,15 @@ class Config(BaseModel):
         return block_yaml(self.resolved())
 
     def sha256(self) -> str:
-        """Hash of what defines the numbers of a sweep: title, plot and simulation do not enter."""
-        parts = self.resolved()
-        for key in ("title", "plot", "simulation"):
-            parts.pop(key, None)
+        """Hash of what defines the numbers of a sweep: title, plot and simulation do not enter.
+
+        Nor does what stands at its neutral value, so that it stays the hash of older files.
+        """
+        resolved = self.resolved()
+        parts: dict[str, Any] = {key: resolved[key] for key in PARAMETER_SECTIONS}
+        parts["model"] = {k: v for k, v in parts["model"].items() if v != PARAMETERS[k].neutral}
+        sections = {name: section.identity() for name, section in self.defining().items()}
+        parts |= {name: identity for name, identity in sections.items() if identity}
         # As pairs, because the order of the axes is the order of the dimensions.
         parts["sweep"] = list(parts["sweep"].items())
         canonical = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
@@ -130,9 +153,9 @@ def load(
     ConfigError
         The file cannot be used; all problems are reported at once.
     """
-    path, findings = Path(path), Findings()
-    root = read_file(path, findings)
-    return _config(root, findings, overrides, f"results/{path.stem}.nc", checks)
+    path, diagnostics = Path(path), Diagnostics()
+    root = read_file(path, diagnostics)
+    return _config(root, diagnostics, overrides, f"results/{path.stem}.nc", checks)
 
 
 def from_mapping(
@@ -141,68 +164,70 @@ def from_mapping(
     overrides: Sequence[str] = (),
     *,
     checks: Sequence[Check] = (),
+    older: bool = False,
 ) -> Config:
     """The config in a dict of the same shape as a file; see `load`.
 
-    The default output is `results/sweep.nc`; `source` stands for the file in messages.
+    The default output is `results/sweep.nc`; `source` stands for the file in messages. `older`
+    says that the dict comes from a result: what it leaves out did not exist when it was written,
+    and takes the neutral value, under which the result stays true, instead of today's default.
     """
-    findings = Findings()
-    root = entry_of(mapping, source, findings)
-    return _config(root, findings, overrides, "results/sweep.nc", checks)
+    diagnostics = Diagnostics()
+    root = located(mapping, Origin(source), diagnostics)
+    return _config(root, diagnostics, overrides, "results/sweep.nc", checks, older=older)
 
 
 def from_yaml(yaml: str, source: str = "<text>", overrides: Sequence[str] = ()) -> Config:
     """The config in a YAML text, such as the one that a result file carries; see `load`."""
-    findings = Findings()
-    root = read_text(yaml, source, findings)
-    return _config(root, findings, overrides, "results/sweep.nc", ())
+    diagnostics = Diagnostics()
+    root = read_text(yaml, source, diagnostics)
+    return _config(root, diagnostics, overrides, "results/sweep.nc", ())
 
 
 def _config(
-    root: Entry | None,
-    findings: Findings,
+    root: Located | None,
+    diagnostics: Diagnostics,
     overrides: Sequence[str],
     output: str,
     checks: Sequence[Check],
+    *,
+    older: bool = False,
 ) -> Config:
     if root is not None and not isinstance(root.value, dict):
-        message = f"must hold lines `key: value`, not {shown(root.value)}"
-        findings.refuse(root.origin, "", message)
+        root.refuse(f"must hold lines `key: value`, not {quoted(root.value)}")
         root = None
-    case = apply_overrides(root or Entry({}, Origin("")), overrides, findings)
-    if root is None:
-        findings.raise_problems()
-        raise AssertionError("an unreadable config leaves a problem behind")
-    fields = _fields(root, case, output, findings)
-    findings.raise_problems()
-    config = Config(**fields, warnings=tuple(map(str, findings.warnings)))
-    _run(checks, config, root, findings)
+    # Overrides of an unreadable config are judged all the same, on an empty one.
+    base = root or located({}, Origin(""), diagnostics)
+    case = apply_overrides(base, overrides, diagnostics)
+    fields = _fields(base, case, output, older) if root else {}
+    diagnostics.raise_problems()
+    config = Config(**fields, warnings=tuple(map(str, diagnostics.warnings)))
+    for check in checks:
+        for key, message in check(config):
+            base.refuse(message, *key.split("."))
+    diagnostics.raise_problems()
     return config
 
 
-def _fields(root: Entry, case: Entry | None, output: str, findings: Findings) -> dict[str, Any]:
-    _refuse_unknown_keys(root, findings)
-    space = read_space(root, case, findings)
-    sections = {name: read_section(root, name, findings) for name in SECTIONS}
+def _fields(root: Located, case: Located | None, output: str, older: bool) -> dict[str, Any]:
+    for key in root.value:
+        if key not in KEYS:
+            root.refuse(f"unknown key{_place_or_name(key)}", key)
+    space = read_parameter_space(root, case)
+    if older:
+        space = space.with_neutral_values()
+    sections = {name: read_section(root, name, older=older) for name in SECTIONS}
     noise = sections["noise"]
     if isinstance(noise, Noise):
-        where = root.origin_at(("noise", "treatment"))
-        refuse_frozen_start(root, space, noise.treatment, where, findings)
+        refuse_frozen_start(root, space, noise.treatment)
     return {
-        "title": _text(root, "title", None, findings),
+        "title": _text(root, "title", None),
         "model": space.model,
         "sweep": space.sweep,
         "cases": space.cases,
-        "output": _text(root, "output", output, findings),
+        "output": _text(root, "output", output),
         **sections,
     }
-
-
-def _refuse_unknown_keys(root: Entry, findings: Findings) -> None:
-    for key, entry in root.value.items():
-        if key in KEYS:
-            continue
-        findings.refuse(entry.origin, key, f"unknown key{_place_or_name(key)}")
 
 
 def _place_or_name(key: str) -> str:
@@ -215,22 +240,9 @@ def _place_or_name(key: str) -> str:
     return did_you_mean(key, [*KEYS, *PARAMETERS]) or f"; known are {', '.join(KEYS)}"
 
 
-def _text(root: Entry, key: str, default: str | None, findings: Findings) -> str | None:
-    entry = root.value.get(key)
-    if entry is None or entry.value is None or entry.value is UNREADABLE:
-        return default
-    try:
-        value = text(entry.value)
-    except ValueError as error:
-        findings.refuse(entry.origin, key, str(error))
-        return default
-    if not value.strip():
-        findings.refuse(entry.origin, key, "must not be empty; leave it out instead")
-    return value
-
-
-def _run(checks: Sequence[Check], config: Config, root: Entry, findings: Findings) -> None:
-    for check in checks:
-        for key, message in check(config):
-            findings.refuse(root.origin_at(tuple(key.split("."))), key, message)
-    findings.raise_problems()
+def _text(root: Located, key: str, default: str | None) -> str | None:
+    node = root.value.get(key)
+    value = node.read(text) if node and node.value is not None else None
+    if value is not None and not value.strip():
+        node.refuse("must not be empty; leave it out instead")
+    return default if value is None else value

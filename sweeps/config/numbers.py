@@ -6,7 +6,7 @@ import math
 import re
 from numbers import Real
 
-from sweeps.config.diagnostics import shown
+from sweeps.config.diagnostics import quoted
 
 # Digits beyond this are beyond a float; a bound keeps int() and the division quick.
 _RATIONAL = re.compile(r"\s*([+-]?\d{1,300})\s*/\s*(\d{1,300})\s*")
@@ -37,11 +37,25 @@ def number(value: object) -> float:
     if isinstance(value, str):
         return _rational(value)
     if isinstance(value, bool) or not isinstance(value, Real):
-        raise ValueError(f"must be a number, not {shown(value)}")
+        raise ValueError(f"must be a number, not {quoted(value)}")
     try:
         return float(value) + 0.0
     except OverflowError:
         return math.inf
+
+
+def finite(value: object) -> float:
+    """`value` as a finite float; see `number`.
+
+    Raises
+    ------
+    ValueError
+        It is no number, NaN or infinite.
+    """
+    real = number(value)
+    if not math.isfinite(real):
+        raise ValueError(f"must be a finite number, not {quoted(value)}")
+    return real
 
 
 def whole(value: object) -> int:
@@ -56,7 +70,7 @@ def whole(value: object) -> int:
         return value
     real = number(value)
     if isinstance(value, str) or not real.is_integer():
-        raise ValueError(f"must be a whole number, not {shown(value)}")
+        raise ValueError(f"must be a whole number, not {quoted(value)}")
     return int(real)
 
 
@@ -70,7 +84,7 @@ def text(value: object) -> str:
     """
     if not isinstance(value, str):
         hint = "; put it in quotes" if isinstance(value, (bool, int, float)) else ""
-        raise ValueError(f"must be a text, not {shown(value)}{hint}")
+        raise ValueError(f"must be a text, not {quoted(value)}{hint}")
     if re.search(r"[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]", value):
         raise ValueError("must not contain control characters")
     return value
@@ -79,10 +93,10 @@ def text(value: object) -> str:
 def _rational(value: str) -> float:
     match = _RATIONAL.fullmatch(value)
     if not match:
-        raise ValueError(f"must be a number, not {shown(value)}{_remedy(value)}")
+        raise ValueError(f"must be a number, not {quoted(value)}{_remedy(value)}")
     numerator, denominator = map(int, match.groups())
     if denominator == 0:
-        raise ValueError(f"must be a number, but {shown(value)} divides by zero")
+        raise ValueError(f"must be a number, but {quoted(value)} divides by zero")
     try:
         return numerator / denominator + 0.0
     except OverflowError:

@@ -12,17 +12,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stickslip.variables import canonical_name
-from sweeps.config.diagnostics import Findings, Origin, shortened, shown
-from sweeps.config.located import MAX_DEPTH, Entry
+from sweeps.config.diagnostics import (
+    MAX_DEPTH,
+    Diagnostics,
+    Located,
+    Origin,
+    located,
+    quoted,
+    shortened,
+)
 from sweeps.config.yaml_reader import read_text
 
 CASE = "case"
 
 
-def apply_overrides(root: Entry, overrides: Sequence[str], findings: Findings) -> Entry | None:
-    """Change `root` as the overrides say; the entry of `case=INDEX` is returned, if there is one.
+def apply_overrides(
+    root: Located, overrides: Sequence[str], diagnostics: Diagnostics
+) -> Located | None:
+    """Change `root` as the overrides say; the value of `case=INDEX` is returned, if there is one.
 
-    Problems are noted in `findings` with the override as their source.
+    Problems are noted with the override as their source.
     """
     done: dict[str, str] = {}
     case = None
@@ -31,68 +40,63 @@ def apply_overrides(root: Entry, overrides: Sequence[str], findings: Findings) -
         key, origin = key.strip(), Origin(f"--set {shortened(override)}")
         target = canonical_name(key) or key
         if not key or not equals:
-            findings.refuse(origin, "", "must be KEY=VALUE, for example temperature=250")
+            message = "must be KEY=VALUE, for example temperature=250"
+            diagnostics.refuse(origin, "", message)
             continue
         if target in done:
-            findings.refuse(origin, key, f"is set twice, first by --set {done[target]}")
+            diagnostics.refuse(origin, key, f"is set twice, first by --set {done[target]}")
             continue
         done[target] = override
-        entry = read_text(text, origin.source, findings, numbered=False)
-        if entry is not None:
-            entry.origin = origin
-            case = entry if key == CASE else case
-            _apply(root, key, entry, findings)
+        read = read_text(text, origin.source, diagnostics, numbered=False)
+        if read is not None:
+            # Anew, because what was read knows neither its key nor the override.
+            value = located(read.plain(), origin, diagnostics, key)
+            case = value if key == CASE else case
+            _apply(root, key, value)
     return case
 
 
-def _apply(root: Entry, key: str, entry: Entry, findings: Findings) -> None:
+def _apply(root: Located, key: str, value: Located) -> None:
     name = canonical_name(key)
     if name:
-        _set_parameter(root, name, key, entry, findings)
+        _set_parameter(root, name, value)
     elif key != CASE:
-        _set_path(root, key.split("."), entry, findings)
+        _set_path(root, key.split("."), value)
 
 
-def _set_parameter(root: Entry, name: str, key: str, entry: Entry, findings: Findings) -> None:
-    is_axis = isinstance(entry.value, (list, dict))
+def _set_parameter(root: Located, name: str, value: Located) -> None:
+    is_axis = isinstance(value.value, (list, dict))
     if _alias(root, "cases", name):
         if is_axis:
-            _set_path(root, ["cases", name], entry, findings)
+            _set_path(root, ["cases", name], value)
         else:
-            message = "is linked in `cases`; pick one case with --set case=0, or give a list"
-            findings.refuse(entry.origin, key, message)
+            value.refuse("is linked in `cases`; pick one case with --set case=0, or give a list")
         return
-    _take(root, "model" if is_axis else "sweep", name)
-    _set_path(root, ["sweep" if is_axis else "model", name], entry, findings)
+    gone, section = ("model", "sweep") if is_axis else ("sweep", "model")
+    while key := _alias(root, gone, name):
+        del root.value[gone].value[key]
+    _set_path(root, [section, name], value)
 
 
-def _set_path(root: Entry, path: list[str], entry: Entry, findings: Findings) -> None:
+def _set_path(root: Located, path: list[str], value: Located) -> None:
     *sections, last = path[:MAX_DEPTH]
     target = root
     for section in sections:
         children = target.value
         if section not in children or children[section].value is None:
-            children[section] = Entry({}, entry.origin)
+            children[section] = located({}, value.origin, value.diagnostics, section)
         target = children[section]
         if not isinstance(target.value, dict):
-            message = f"there are no keys below {section}: it is {shown(target.value)}"
-            findings.refuse(entry.origin, ".".join(path), message)
+            message = f"there are no keys below {section}: it is {quoted(target.value)}"
+            value.diagnostics.refuse(value.origin, ".".join(path), message)
             return
-    old = _alias(root, path[0], canonical_name(last)) if len(path) == 2 else None
-    target.value[old or last] = entry
+    key = _alias(root, path[0], canonical_name(last)) if len(path) == 2 else None
+    key = key or last
+    place = f"{target.key}.{key}" if target.key else key
+    target.value[key] = located(value.plain(), value.origin, value.diagnostics, place)
 
 
-def _children(root: Entry, section: str) -> dict[str, Entry]:
-    entry = root.value.get(section)
-    return entry.value if entry and isinstance(entry.value, dict) else {}
-
-
-def _alias(root: Entry, section: str, name: str | None) -> str | None:
+def _alias(root: Located, section: str, name: str | None) -> str | None:
     """The key by which a section gives a parameter: its full name or its symbol."""
-    keys = _children(root, section)
+    keys = root.value[section].children() if section in root.value else ()
     return next((key for key in keys if name and canonical_name(key) == name), None)
-
-
-def _take(root: Entry, section: str, name: str) -> None:
-    while key := _alias(root, section, name):
-        del _children(root, section)[key]

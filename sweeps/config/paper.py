@@ -1,8 +1,11 @@
-"""How the figures of the paper are made: the shipped config, its changes and the picture."""
+"""The shipped configs, and how the figures of the paper are made of them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
+
+_PACKAGE = Path(__file__).parents[1]
 
 
 @dataclass(frozen=True)
@@ -22,3 +25,15 @@ PAPER: dict[int, PaperFigure] = {
     8: PaperFigure("fig8", "amplitudes"),
     9: PaperFigure("fig9", "amplitudes"),
 }
+
+
+def shipped_config(name: str) -> Path:
+    """The path of a shipped config such as `fig7`; raises FileNotFoundError if there is none.
+
+    In a checkout the configs lie beside the package, in an installed wheel inside it.
+    """
+    for folder in (_PACKAGE / "configs", _PACKAGE.parent / "configs"):
+        path = folder / f"{name}.yaml"
+        if path.is_file():
+            return path
+    raise FileNotFoundError(f"no shipped config is called {name}")

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import re
-from typing import Annotated, Any, Literal
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pydantic import (
     BaseModel,
@@ -17,28 +20,61 @@ from pydantic import (
 from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import ValidationInfo
 
-from sweeps.config.diagnostics import Findings, did_you_mean, shown
-from sweeps.config.located import UNREADABLE, Entry
+from stickslip.options import DEFAULTS, FRICTION_LAWS, METHODS, NOISE_TREATMENTS, OPTIONS
+from sweeps.config.diagnostics import UNREADABLE, Located, quoted
 from sweeps.config.numbers import number, text, whole
+from sweeps.figure_table import FIGURES
+from sweeps.human import did_you_mean
 
-# Kernels count in 64-bit integers.
-_MAX_COUNT = 2**63 - 1
 # Ten variables of 8 bytes: a trajectory of this many samples takes 8 GB.
 _MAX_SAMPLES = 100_000_000
 
-_BOUNDS = {
-    "greater_than": "greater than",
-    "greater_than_equal": "at least",
-    "less_than": "less than",
-    "less_than_equal": "at most",
+# Pydantic's words and ours.
+_WORDS = {
+    "Input should be": "must be",
+    "greater than or equal to": "at least",
+    "less than or equal to": "at most",
 }
+
+if TYPE_CHECKING:  # the names of the tables are known at run time only
+    MethodName: TypeAlias = str
+    TreatmentName: TypeAlias = str
+    LawName: TypeAlias = str
+    FigureName: TypeAlias = str
+else:
+    MethodName = Literal[tuple(METHODS)]
+    TreatmentName = Literal[(*NOISE_TREATMENTS, "stochastic")]
+    LawName = Literal[tuple(FRICTION_LAWS)]
+    FigureName = Literal[tuple(FIGURES)]
+
+
+def _range(option: str) -> Any:
+    """The valid values of an option of the integrators."""
+    lower, upper, lower_open = OPTIONS[option].range
+    return Field(
+        gt=lower if lower_open else None,
+        ge=None if lower_open else lower,
+        le=None if math.isinf(upper) else upper,
+    )
+
+
+def _option(option: str) -> Any:
+    """The field of an option of the integrators."""
+    return Field(OPTIONS[option].default, description=OPTIONS[option].meaning)
+
+
+def _require(key: str, owners: list[str], info: ValidationInfo) -> None:
+    """Refuse a value that only some values of another key of its section make sense of."""
+    given = info.data.get(key, owners[0])  # refused itself: of no consequence here
+    if given not in owners:
+        raise ValueError(f"belongs to `{key}: {' or '.join(owners)}`, but the {key} is {given}")
+
 
 # The bounds come first: behind the validator they would be missing in the JSON Schema.
 Text = Annotated[str, BeforeValidator(text)]
-# Below 1e-13 rounding decides, above 1e-2 the answer means nothing.
-Tolerance = Annotated[float, Field(gt=1e-13, le=1e-2), BeforeValidator(number)]
-Step = Annotated[float, Field(gt=0), BeforeValidator(number)]
-Count = Annotated[int, Field(ge=1, le=_MAX_COUNT), BeforeValidator(whole)]
+Tolerance = Annotated[float, _range("rtol"), BeforeValidator(number)]
+Step = Annotated[float, _range("dt"), BeforeValidator(number)]
+Count = Annotated[int, _range("max_periods"), BeforeValidator(whole)]
 Seed = Annotated[int, Field(ge=0, lt=2**64), BeforeValidator(whole)]
 Workers = Annotated[int, Field(ge=1, le=4096), BeforeValidator(whole)]
 Switch = Annotated[bool, Strict()]
@@ -46,88 +82,131 @@ Periods = Annotated[int, Field(ge=1, le=_MAX_SAMPLES), BeforeValidator(whole)]
 Samples = Annotated[int, Field(ge=2, le=_MAX_SAMPLES), BeforeValidator(whole)]
 
 
+@dataclass(frozen=True)
+class Neutral:
+    """The value of a key under which files from before the key existed stay true.
+
+    At that value the key enters no identity, and a file without the key is read with it, whatever
+    the default is today.
+    """
+
+    value: object
+
+
 class Section(BaseModel):
-    """A group of settings; all of them have defaults, unknown ones are refused."""
+    """A group of keys; all of them have defaults, unknown ones are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    @classmethod
+    def neutral(cls) -> dict[str, object]:
+        """The keys that name a neutral value, with that value."""
+        fields = cls.model_fields.items()
+        return {k: m.value for k, f in fields for m in f.metadata if isinstance(m, Neutral)}
+
+    def used(self) -> dict[str, Any]:
+        """The keys that have an effect, with their values."""
+        return self.model_dump(exclude_none=True)
+
+    def identity(self) -> dict[str, Any]:
+        """The keys that make results others than those of older files: `used`, none neutral."""
+        neutral = self.neutral()
+        return {k: v for k, v in self.used().items() if k not in neutral or v != neutral[k]}
 
 
 class Integrator(Section):
     """How the equations are integrated; `rtol` counts for adaptive, `dt` for euler-cromer."""
 
-    method: Literal["adaptive", "euler-cromer"] = "adaptive"
-    rtol: Tolerance = Field(1e-6, description="relative tolerance of a step (adaptive)")
-    dt: Step = Field(1e-10, description="time step in s (euler-cromer)")
-    max_steps: Count | None = Field(
-        None, description="budget of steps for one point; left out, the method's own"
+    method: MethodName = Field(
+        DEFAULTS.method,
+        description="; ".join(f"{name}: {method.meaning}" for name, method in METHODS.items()),
     )
+    rtol: Tolerance = _option("rtol")
+    dt: Step = _option("dt")
+    max_steps: Count | None = _option("max_steps")
 
-    @field_validator("rtol", "dt")
+    @field_validator(*{method.own_option for method in METHODS.values()})
     @classmethod
     def _belongs_to_the_method(cls, value: float, info: ValidationInfo) -> float:
-        owner = {"rtol": "adaptive", "dt": "euler-cromer"}[info.field_name or ""]
-        method = info.data.get("method", owner)
-        if method != owner:
-            raise ValueError(f"belongs to `method: {owner}`, but the method is {method}")
+        owners = [name for name, m in METHODS.items() if m.own_option == info.field_name]
+        _require("method", owners, info)
         return value
 
-    def settings(self) -> dict[str, Any]:
+    def used(self) -> dict[str, Any]:
         """What the method uses: the tolerance or the step, never both."""
-        unused = "dt" if self.method == "adaptive" else "rtol"
-        return self.model_dump(exclude={unused}, exclude_none=True)
+        own = {method.own_option for method in METHODS.values()}
+        unused = own - {METHODS[self.method].own_option}
+        return self.model_dump(exclude=unused, exclude_none=True)
 
 
 class Stationary(Section):
     """When an orbit counts as stationary."""
 
-    rtol: Tolerance = Field(1e-6, description="remaining distance to the limit orbit")
-    max_periods: Count = Field(5000, description="drive periods after which a point is given up")
+    rtol: Tolerance = _option("stationary_rtol")
+    max_periods: Count = _option("max_periods")
     accelerate: Switch = Field(
-        True, description="extrapolate plainly contracting sequences (adaptive)"
+        DEFAULTS.accelerate,
+        description="extrapolate plainly contracting sequences (adaptive)",
     )
 
 
 class Noise(Section):
     """How the weak noise of the order parameter is treated."""
 
-    treatment: Literal["typical-path", "none", "stochastic"] = "typical-path"
-    seed: Seed | None = Field(None, description="stochastic")
-    realizations: Count | None = Field(None, description="stochastic")
+    treatment: TreatmentName = Field(
+        DEFAULTS.noise,
+        description="; ".join(f"{name}: {what}" for name, what in NOISE_TREATMENTS.items())
+        + "; stochastic: not available yet",
+    )
+    seed: Seed | None = Field(None, description="stochastic alone: where the random numbers start")
+    realizations: Count | None = Field(
+        None, description="stochastic alone: how many runs a mean is taken over"
+    )
 
     @field_validator("treatment")
     @classmethod
     def _is_available(cls, value: str) -> str:
-        if value == "stochastic":
-            raise ValueError("stochastic is not available yet; use typical-path or none")
+        if value not in NOISE_TREATMENTS:
+            available = " or ".join(NOISE_TREATMENTS)
+            raise ValueError(f"{value} is not available yet; use {available}")
         return value
 
     @field_validator("seed", "realizations")
     @classmethod
     def _belongs_to_stochastic(cls, value: int | None, info: ValidationInfo) -> int | None:
-        treatment = info.data.get("treatment", "stochastic")
-        if value is not None and treatment != "stochastic":
-            raise ValueError(
-                f"belongs to `treatment: stochastic`, but the treatment is {treatment}"
-            )
+        if value is not None:
+            _require("treatment", ["stochastic"], info)
         return value
+
+
+class Film(Section):
+    """How the lubricant film is modelled."""
+
+    friction: Annotated[LawName, Neutral("power-law")] = Field(
+        DEFAULTS.friction, description="law of the viscous stress"
+    )
 
 
 class Execution(Section):
     """How the work is spread; never part of the identity of a result."""
 
-    workers: Workers = 2
-    backend: Literal["threads", "loky", "dask"] = "threads"
-    scheduler: Text | None = Field(None, description="address of a dask scheduler, tcp://...")
+    workers: Workers = Field(2, description="threads, or processes, that compute at once")
+    backend: Literal["threads", "loky", "dask"] = Field(
+        "threads",
+        description="threads of this process, processes of this machine (loky), or the workers "
+        "of a dask cluster",
+    )
+    scheduler: Text | None = Field(None, description="address of a dask scheduler")
     block_points: Count | None = Field(
-        None, description="points handed out at once; left out, about a second's work"
+        None,
+        description="points handed out at once; left out, about a second's work",
     )
 
     @field_validator("scheduler")
     @classmethod
     def _belongs_to_dask(cls, value: str | None, info: ValidationInfo) -> str | None:
-        backend = info.data.get("backend", "dask")
-        if value is not None and backend != "dask":
-            raise ValueError(f"belongs to `backend: dask`, but the backend is {backend}")
+        if value is not None:
+            _require("backend", ["dask"], info)
         if value is not None and "://" not in value:
             raise ValueError(f"must be an address such as tcp://host:8786, not {value!r}")
         return value
@@ -136,8 +215,9 @@ class Execution(Section):
 class Plot(Section):
     """Which picture shows the result."""
 
-    figure: Literal["amplitudes", "time_courses", "relative_motion", "phase_portraits"] = (
-        "amplitudes"
+    figure: FigureName = Field(
+        next(iter(FIGURES)),
+        description="; ".join(f"{name}: of a {figure.data}" for name, figure in FIGURES.items()),
     )
 
 
@@ -148,7 +228,9 @@ class Simulation(Section):
     start: Literal["initial", "stationary"] = Field(
         "initial", description="the initial values, or the settled orbit"
     )
-    samples_per_period: Samples = 2000
+    samples_per_period: Samples = Field(
+        2000, description="instants of a period that are kept, evenly spaced"
+    )
 
     @field_validator("samples_per_period")
     @classmethod
@@ -158,55 +240,59 @@ class Simulation(Section):
         return value
 
 
-SECTIONS: dict[str, type[Section]] = {
+# The sections that, besides the parameters, make the numbers of a point.
+DEFINING: Mapping[str, type[Section]] = {
     "integrator": Integrator,
     "stationary": Stationary,
     "noise": Noise,
+    "film": Film,
+}
+SECTIONS: Mapping[str, type[Section]] = {
+    **DEFINING,
     "execution": Execution,
     "plot": Plot,
     "simulation": Simulation,
 }
 
 
-def read_section(root: Entry, name: str, findings: Findings) -> Section | None:
-    """The section with what the config leaves out at its defaults; None where it is refused."""
+def read_section(root: Located, name: str, *, older: bool = False) -> Section | None:
+    """The section of a config; None where it is refused.
+
+    What is left out has its default, or, in the config of an `older` file, its neutral value.
+    """
     kind = SECTIONS[name]
-    entry = root.value.get(name)
-    if entry is None or entry.value is None:
-        return kind()
-    if entry.value is UNREADABLE:
+    left_out = kind.neutral() if older else {}
+    node = root.value.get(name)
+    if node is None or node.value is None:
+        return kind(**left_out)
+    if node.value is UNREADABLE:
         return None
-    if not isinstance(entry.value, dict):
+    if not isinstance(node.value, dict):
         keys = ", ".join(kind.model_fields)
-        message = f"must hold lines `key: value` with the keys {keys}, not {shown(entry.value)}"
-        findings.refuse(entry.origin, name, message)
+        node.refuse(f"must hold lines `key: value` with the keys {keys}, not {quoted(node.value)}")
         return None
     try:
-        return kind.model_validate(entry.plain())
+        return kind.model_validate(left_out | node.plain())
     except ValidationError as error:
         for details in error.errors(include_url=False):
             if details["input"] is not UNREADABLE:
-                path = details["loc"]
-                key = ".".join(map(str, (name, *path[:1])))
-                findings.refuse(entry.origin_at(path), key, _message(details, kind))
+                node.refuse(_message(details, kind), *details["loc"])
     return None
 
 
 def _message(details: ErrorDetails, kind: type[Section]) -> str:
     """Pydantic's finding in the words of this project."""
-    value, known = details["input"], kind.model_fields
-    match details["type"]:
-        case "extra_forbidden":
-            hint = did_you_mean(str(details["loc"][-1]), known)
-            return "unknown key" + (hint or f"; known are {', '.join(known)}")
-        case "value_error":
-            return str(details["ctx"]["error"])
-        case "greater_than" | "greater_than_equal" | "less_than" | "less_than_equal" as bound:
-            ((_, limit),) = details["ctx"].items()
-            return f"must be {_BOUNDS[bound]} {limit:g}, not {shown(value)}"
-        case "literal_error":
-            expected = details["ctx"]["expected"]
-            names = re.findall("'(.*?)'", expected)
-            hint = did_you_mean(value, names) if isinstance(value, str) else ""
-            return f"must be {expected}, not {shown(value)}{hint}"
-    return f"{details['msg'].replace('Input should be', 'must be')}, not {shown(value)}"
+    if details["type"] == "value_error":
+        return str(details["ctx"]["error"])
+    if details["type"] == "extra_forbidden":
+        known = kind.model_fields
+        hint = did_you_mean(str(details["loc"][-1]), known)
+        return "unknown key" + (hint or f"; known are {', '.join(known)}")
+    message, value = details["msg"], details["input"]
+    for theirs, ours in _WORDS.items():
+        message = message.replace(theirs, ours)
+    for limit in details.get("ctx", {}).values():
+        if isinstance(limit, float):
+            message = re.sub(r"[\d.]+$", f"{limit:g}", message)
+    names = re.findall("'(.*?)'", message) if isinstance(value, str) else ()
+    return f"{message}, not {quoted(value)}{did_you_mean(value, names) if names else ''}"

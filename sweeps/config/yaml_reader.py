@@ -24,8 +24,15 @@ from ruamel.yaml.events import (
     SequenceStartEvent,
 )
 
-from sweeps.config.diagnostics import Findings, Origin, shortened
-from sweeps.config.located import MAX_DEPTH, UNREADABLE, Entry
+from sweeps.config.diagnostics import (
+    MAX_DEPTH,
+    UNREADABLE,
+    Diagnostics,
+    Located,
+    Origin,
+    shortened,
+)
+from sweeps.human import reason
 
 MAX_BYTES = 1 << 20
 
@@ -65,8 +72,8 @@ class _GivenUpError(Exception):
     """Reading on makes no sense; the reason has been noted."""
 
 
-def read_file(path: Path, findings: Findings) -> Entry | None:
-    """The entry of a whole file; None, with the reason in `findings`, where it is unreadable.
+def read_file(path: Path, diagnostics: Diagnostics) -> Located | None:
+    """What a whole file holds; None, with the reason in `diagnostics`, where it is unreadable.
 
     A UTF-8 byte order mark, as some editors write it, is accepted.
     """
@@ -74,28 +81,30 @@ def read_file(path: Path, findings: Findings) -> Entry | None:
     try:
         content = _content(path)
     except (OSError, ValueError) as error:  # ValueError: NUL in the name
-        reason = getattr(error, "strerror", None) or error
-        findings.refuse(origin, "", f"cannot be read: {reason}")
+        diagnostics.refuse(origin, "", f"cannot be read: {reason(error)}")
         return None
     if len(content) > MAX_BYTES:
-        findings.refuse(origin, "", "is larger than 1 MiB: this is no config")
+        diagnostics.refuse(origin, "", "is larger than 1 MiB: this is no config")
         return None
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         place = Origin(origin.source, content.count(b"\n", 0, error.start) + 1)
-        findings.refuse(place, "", "is not UTF-8 text; save the file in the encoding UTF-8")
+        diagnostics.refuse(place, "", "is not UTF-8 text; save the file in the encoding UTF-8")
         return None
-    root = read_text(text, origin.source, findings)
+    root = read_text(text, origin.source, diagnostics)
     if root is not None and root.value is None:
-        findings.refuse(origin, "", "is empty; `{}` alone is the paper's Fig. 3 as a single point")
+        message = "is empty; `{}` alone is the paper's Fig. 3 as a single point"
+        diagnostics.refuse(origin, "", message)
         return None
     return root
 
 
-def read_text(text: str, source: str, findings: Findings, *, numbered: bool = True) -> Entry | None:
-    """The entry of a YAML text; None, with the reason in `findings`, where it is unreadable."""
-    reader = _Reader(text, source, findings, numbered)
+def read_text(
+    text: str, source: str, diagnostics: Diagnostics, *, numbered: bool = True
+) -> Located | None:
+    """What a YAML text holds; None, with the reason in `diagnostics`, where it is unreadable."""
+    reader = _Reader(text, source, diagnostics, numbered)
     try:
         reader.check_characters()
         return reader.document()
@@ -104,11 +113,21 @@ def read_text(text: str, source: str, findings: Findings, *, numbered: bool = Tr
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         message = _syntax_message(error)
-        findings.refuse(reader.origin(mark.line + 1 if mark else None), "", message)
+        diagnostics.refuse(reader.origin(mark.line + 1 if mark else None), "", message)
     except (YAMLError, ValueError, OverflowError) as error:
         # Escapes beyond Unicode such as "\UFFFFFFFF" end in chr(), which raises the latter two.
-        findings.refuse(reader.origin(None), "", f"is not valid YAML: {error}")
+        diagnostics.refuse(reader.origin(None), "", f"is not valid YAML: {error}")
     return None
+
+
+def read_mapping(text: str, source: str) -> dict[str, Any]:
+    """The mapping that a YAML text holds, without the places; raises ConfigError."""
+    diagnostics = Diagnostics()
+    root = read_text(text, source, diagnostics)
+    if root is not None and not isinstance(root.value, dict):
+        root.refuse("is no mapping")
+    diagnostics.raise_problems()
+    return {} if root is None else {key: child.plain() for key, child in root.children().items()}
 
 
 def _content(path: Path) -> bytes:
@@ -137,12 +156,12 @@ def _scalar(text: str) -> object:
 
 
 class _Reader:
-    """One pass over the parser's events, building entries and noting what is refused."""
+    """One pass over the parser's events, placing values and noting what is refused."""
 
-    def __init__(self, text: str, source: str, findings: Findings, numbered: bool) -> None:
+    def __init__(self, text: str, source: str, diagnostics: Diagnostics, numbered: bool) -> None:
         self._text = text
         self._source = source
-        self._findings = findings
+        self._diagnostics = diagnostics
         self._numbered = numbered
         # Any: the base class of ruamel's events declares none of their attributes.
         self._events: Iterator[Any] = iter(())
@@ -155,87 +174,83 @@ class _Reader:
         self._refuse_first(_TAB_INDENT, "is indented with a tab; YAML wants spaces")
         self._refuse_first(_DIRECTIVE, "a line must not start with '%': directives are refused")
 
-    def document(self) -> Entry:
+    def document(self) -> Located:
         self._events = YAML(typ="safe", pure=True).parse(self._text)
-        root = Entry(None, self.origin(1))
-        documents = 0
+        root = None
         for event in self._events:
             if isinstance(event, DocumentStartEvent):
-                documents += 1
-                if documents > 1:
-                    self._refuse(event, "", "a second document starts here; a config is one")
+                if root is not None:
+                    self._at(event, "").refuse("a second document starts here; a config is one")
                     raise _GivenUpError
-                root = self._entry(next(self._events), "", 0)
-        return root
+                root = self._node(next(self._events), "", 0)
+        return root or Located(None, self.origin(1), "", self._diagnostics)
 
     def _refuse_first(self, pattern: re.Pattern[str], message: str) -> None:
         match = pattern.search(self._text)
         if match:
             line = self._text.count("\n", 0, match.end() - 1) + 1
-            self._findings.refuse(self.origin(line), "", message)
+            self._diagnostics.refuse(self.origin(line), "", message)
             raise _GivenUpError
 
-    def _refuse(self, event: Any, key: str, message: str) -> None:
-        self._findings.refuse(self._at(event), key, message)
+    def _at(self, event: Any, key: str, value: object = None) -> Located:
+        return Located(value, self.origin(event.start_mark.line + 1), key, self._diagnostics)
 
-    def _at(self, event: Any) -> Origin:
-        return self.origin(event.start_mark.line + 1)
-
-    def _entry(self, event: Any, key: str, depth: int) -> Entry:
+    def _node(self, event: Any, key: str, depth: int) -> Located:
         if depth > MAX_DEPTH:
-            self._refuse(event, shortened(key), "is nested too deeply")
+            self._at(event, shortened(key)).refuse("is nested too deeply")
             raise _GivenUpError
+        node = self._at(event, key, UNREADABLE)
         if isinstance(event, AliasEvent):
-            self._refuse(event, key, f"the alias *{event.anchor} is refused; write the value out")
-            return Entry(UNREADABLE, self._at(event))
-        self._refuse_decoration(event, key)
+            node.refuse(f"the alias *{event.anchor} is refused; write the value out")
+            return node
+        _refuse_decoration(event, node)
         if isinstance(event, MappingStartEvent):
-            return self._mapping(event, key, depth)
-        if isinstance(event, SequenceStartEvent):
-            return self._sequence(event, key, depth)
-        value = _scalar(event.value) if event.style is None else event.value
-        return Entry(value, self._at(event))
+            node.value = self._mapping(key, depth)
+        elif isinstance(event, SequenceStartEvent):
+            node.value = self._sequence(key, depth)
+        else:
+            node.value = _scalar(event.value) if event.style is None else event.value
+        return node
 
-    def _refuse_decoration(self, event: Any, key: str) -> None:
-        if event.anchor is not None:
-            self._refuse(event, key, f"the anchor &{event.anchor} is refused; leave it out")
-        if event.tag is not None:
-            self._refuse(event, key, "a tag ('!') is refused; leave it out")
-
-    def _sequence(self, start: Any, key: str, depth: int) -> Entry:
-        items: list[Entry] = []
+    def _sequence(self, key: str, depth: int) -> list[Located]:
+        items: list[Located] = []
         while not isinstance(event := next(self._events), SequenceEndEvent):
             self._warn_of_thousands(event, key)
-            items.append(self._entry(event, f"{key}[{len(items)}]", depth + 1))
-        return Entry(items, self._at(start))
+            items.append(self._node(event, f"{key}[{len(items)}]", depth + 1))
+        return items
 
     def _warn_of_thousands(self, event: Any, key: str) -> None:
         before = self._text[event.start_mark.index - 1]
         if isinstance(event, ScalarEvent) and before == "," and _THOUSANDS.fullmatch(event.value):
             message = f"',{event.value}' starts a new number in a list; 3,000 is written 3000"
-            self._findings.warn(self._at(event), key, message)
+            self._at(event, key).warn(message)
 
-    def _mapping(self, start: Any, key: str, depth: int) -> Entry:
-        children: dict[str, Entry] = {}
+    def _mapping(self, key: str, depth: int) -> dict[str, Located]:
+        children: dict[str, Located] = {}
         while not isinstance(event := next(self._events), MappingEndEvent):
             name = self._key(event, key, depth)
-            path = f"{key}.{name}" if key else name
-            child = self._entry(next(self._events), path, depth + 1)
-            child.origin = self._at(event)
+            child = self._node(next(self._events), f"{key}.{name}" if key else name, depth + 1)
+            child.origin = self.origin(event.start_mark.line + 1)
             if name in children:
                 first = children[name].origin.line
-                where = f" (first in line {first})" if first and self._numbered else ""
-                self._refuse(event, path, f"is given twice{where}")
+                child.refuse("is given twice" + (f" (first in line {first})" if first else ""))
             elif name == "<<":
-                self._refuse(event, path, "merge keys are refused; write the keys out")
+                child.refuse("merge keys are refused; write the keys out")
             elif name:
                 children[name] = child
-        return Entry(children, self._at(start))
+        return children
 
     def _key(self, event: Any, key: str, depth: int) -> str:
         if isinstance(event, ScalarEvent) and event.value:
-            self._refuse_decoration(event, key)
+            _refuse_decoration(event, self._at(event, key))
             return str(event.value)
-        self._entry(event, key, depth + 1)
-        self._refuse(event, key, "a key must be a name")
+        self._node(event, key, depth + 1)
+        self._at(event, key).refuse("a key must be a name")
         return ""
+
+
+def _refuse_decoration(event: Any, node: Located) -> None:
+    if event.anchor is not None:
+        node.refuse(f"the anchor &{event.anchor} is refused; leave it out")
+    if event.tag is not None:
+        node.refuse("a tag ('!') is refused; leave it out")

@@ -1,4 +1,4 @@
-"""Writes settings as YAML that every reader, of YAML 1.1 or 1.2, sees alike and floats survive."""
+"""Writes a config as YAML that every reader, of YAML 1.1 or 1.2, sees alike and floats survive."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ _SPECIAL = re.compile(r"[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
 
 
 def block_yaml(mapping: Mapping[str, object]) -> str:
-    """One setting a line, indented below its section; lists stay in one line."""
+    """One key a line, indented below its section; lists stay in one line."""
     lines: list[str] = []
     for key, value in mapping.items():
         if isinstance(value, Mapping) and value:
             lines.append(f"{key}:")
-            lines += [f"  {name}: {_flow(setting)}" for name, setting in value.items()]
+            lines += [f"  {name}: {_flow(child)}" for name, child in value.items()]
         else:
             lines.append(f"{key}: {_flow(value)}")
     return "\n".join(lines) + "\n"

@@ -1,4 +1,4 @@
-"""Which points are computed together, and in which order."""
+"""Which points are computed together, in which order, and what they cost."""
 
 from __future__ import annotations
 
@@ -94,6 +94,29 @@ class Blocks:
         wanted = _FIRST_BLOCK if cost is None else int(self._seconds / max(cost, 1e-9))
         fair = self.left // (2 * self._slots)
         return max(_SMALLEST_BLOCK, min(wanted, fair, _LARGEST_BLOCK))
+
+
+class Costs:
+    """What finished blocks have cost, and so what others will.
+
+    The cost of a point is a ratio of totals, so that large and small, cheap and dear blocks count
+    as they should. It knows nothing of blocks in flight, which a rate over the time since the
+    start takes for idleness, nor of how many workers there were.
+    """
+
+    def __init__(self) -> None:
+        self.blocks = self.points = 0
+        self.seconds = 0.0
+
+    def learn(self, points: int, seconds: float) -> None:
+        """Take in a finished block, which took its worker so many seconds."""
+        self.blocks += 1
+        self.points += points
+        self.seconds += seconds
+
+    def estimate(self, points: int, slots: int) -> float:
+        """The seconds that so many points take on so many workers; 0 while nothing is known."""
+        return self.seconds / max(self.points, 1) * points / slots
 
 
 def pilot_points(left: int) -> int:

@@ -1,27 +1,20 @@
-"""The points of a grid over the workers of a backend, whatever happens to the workers."""
+"""The points of a grid over the workers of an executor, whatever happens to the workers."""
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.options import Options
-from stickslip.variables import RESULT_COLUMNS
-from sweeps.config.schema import Execution
 from sweeps.engine.blocks import Blocks
-from sweeps.engine.executors.backends import Backend, WorkersLostError, make_backend
+from sweeps.engine.executors.base import Executor, WorkersLostError
 from sweeps.engine.signals import Stop
 from sweeps.engine.worker import Block, Task, failed_block, task_of
 from sweeps.grid import Grid
-
-log = logging.getLogger(__name__)
-
-_DEFAULT = Execution()
 
 # A worker may die for reasons of its own, such as a machine that is taken away.
 _DEATHS_OF_A_POINT = 3
@@ -31,7 +24,7 @@ def finished_blocks(
     grid: Grid,
     options: Options,
     done: NDArray[np.bool_],
-    backend: Backend,
+    executor: Executor,
     stop: Stop,
     *,
     block_points: int | None = None,
@@ -45,18 +38,18 @@ def finished_blocks(
     """
     blocks = Blocks(
         done,
-        backend.slots,
-        seconds=backend.block_seconds,
+        executor.slots,
+        seconds=executor.block_seconds,
         block_points=block_points,
         pilot=pilot,
     )
     tasks = _Tasks(grid, options, blocks, stop)
     suspects: list[Task] | None = []
     while suspects is not None:
-        yield from _one_at_a_time(suspects, backend, stop)
+        yield from _one_at_a_time(suspects, executor, stop)
         suspects = None
         try:
-            for block in backend.blocks(tasks, stop):
+            for block in executor.blocks(tasks, stop):
                 tasks.finished(block)
                 yield block
         except WorkersLostError:
@@ -95,12 +88,12 @@ class _Tasks:
         return flying
 
 
-def _one_at_a_time(suspects: list[Task], backend: Backend, stop: Stop) -> Iterator[Block]:
+def _one_at_a_time(suspects: list[Task], executor: Executor, stop: Stop) -> Iterator[Block]:
     waiting, deaths = deque(suspects), 0
     while waiting and not stop.requested:
         task = waiting.popleft()
         try:
-            yield from backend.blocks(iter([task]), stop)
+            yield from executor.blocks(iter([task]), stop)
             deaths = 0
         except WorkersLostError as error:
             if len(task.indices) > 1:
@@ -118,50 +111,3 @@ def _halves(task: Task) -> list[Task]:
     middle = len(task.indices) // 2
     parts = (slice(None, middle), slice(middle, None))
     return [Task(task.indices[part], task.points[part], task.options, task.code) for part in parts]
-
-
-def compute(
-    grid: Grid,
-    options: Options,
-    *,
-    execution: Execution = _DEFAULT,
-    on_block: Callable[[Block], None] | None = None,
-) -> NDArray[np.float64]:
-    """The result rows of all points of a grid, in memory.
-
-    Parameters
-    ----------
-    grid, options
-        What to compute, and how.
-    execution
-        Workers, backend, size of the blocks.
-    on_block
-        Called, in the calling thread, with each block as it is finished, in any order.
-
-    Returns
-    -------
-    array
-        (grid.size, 13), columns as `kernels.RESULT_COLUMNS`; a point whose computation raised
-        has the status `failed`.
-
-    Raises
-    ------
-    BackendError
-        The workers cannot be had.
-    RuntimeError
-        Points were lost on the way.
-    """
-    results = np.full((grid.size, len(RESULT_COLUMNS)), np.nan)
-    done = np.zeros(grid.size, dtype=bool)
-    with make_backend(execution) as backend:
-        for block in finished_blocks(
-            grid, options, done, backend, Stop(), block_points=execution.block_points
-        ):
-            results[block.indices], done[block.indices] = block.results, True
-            for message in block.messages:
-                log.error(message)
-            if on_block is not None:
-                on_block(block)
-    if not done.all():
-        raise RuntimeError(f"only {done.sum()} of {grid.size} points came back from the workers")
-    return results

@@ -1,10 +1,10 @@
-"""What is there already: the points of a result file and of a journal, and whether they count."""
+"""Existing results: the points of a result file and of a journal, and whether they count."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,60 +14,78 @@ from numpy.typing import NDArray
 
 from stickslip.parameters import Parameters
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS, RESULT_COLUMNS
-from sweeps.config.diagnostics import Findings, Problem
+from stickslip.variables import PARAMETERS
 from sweeps.config.load import Config, ConfigError, from_mapping
-from sweeps.config.yaml_reader import read_text
-from sweeps.files.chunks import Slabs
-from sweeps.files.datasets import StorageError
-from sweeps.files.journal import Journal, read_manifest
+from sweeps.config.parameter_space import PARAMETER_SECTIONS
+from sweeps.config.yaml_reader import read_mapping
+from sweeps.files.atomic import StorageError
+from sweeps.files.chunks import Chunks
+from sweeps.files.columns import STATUS, Rows, conformed, lacking
+from sweeps.files.journal import Journal, columns_of, read_manifest
 from sweeps.files.results import read_rows, seal_of, whole_chunks
+from sweeps.files.versions import unknown_keys, unknown_variables
 from sweeps.grid import CASE, Grid
 from sweeps.identity import Settings, differences, key_of, near_duplicates, seal_key, settings_of
 
-Points = Iterator[tuple[NDArray[np.int64], NDArray[np.float64]]]
+Points = Iterator[tuple[NDArray[np.int64], Rows]]
 
 # What reading a damaged file has raised.
 _DAMAGE = (OSError, RuntimeError, AttributeError, LookupError, TypeError, ValueError)
 
 _NAMED = 5  # differences that a message lists
 
+_WAYS_OUT = "--overwrite replaces it, -o writes elsewhere"
+
 
 class RefusalError(Exception):
-    """What is there does not fit what is asked for; the message says which option decides."""
+    """Existing results do not fit what is asked for; the message says which option decides."""
 
 
 @dataclass(frozen=True)
-class Wanted:
+class Target:
     """What a sweep is to compute: the config and what follows from it."""
 
     config: Config
     grid: Grid
     settings: Settings
     key: bytes
-    slabs: Slabs
+    chunks: Chunks
 
     @classmethod
-    def by(cls, config: Config) -> Wanted:
+    def of(cls, config: Config) -> Target:
         """What this config asks for."""
         grid, settings = Grid.from_config(config), settings_of(config)
-        return cls(config, grid, settings, key_of(settings, grid), Slabs(grid.shape))
+        return cls(config, grid, settings, key_of(settings, grid), Chunks(grid.shape))
 
 
 @dataclass(frozen=True)
-class Found:
-    """Finished points that are there already, in the grid that they were computed in."""
+class ExistingPoints:
+    """Finished points, in the grid that they were computed in.
+
+    `points` gives their numbers (n,) and result rows (n, columns) with the columns of today;
+    `lacking` names those that an older version did not compute.
+    """
 
     name: str
     config: Config
     grid: Grid
     settings: Settings
     points: Callable[[], Points]
+    lacking: tuple[str, ...] = ()
     mixed: tuple[str, ...] = ()
     processors: frozenset[str] = frozenset()
     history: str = ""
 
-    def carried(self, grid: Grid, keep: Callable[[NDArray[np.float64]], Any] | None) -> Points:
+    def fits(self, target: Target) -> bool:
+        """Whether the points are what the target would compute again."""
+        return self.settings == target.settings and not self.lacking
+
+    def differences(self, target: Target) -> list[str]:
+        """One line for each thing in which the points differ from what is asked for."""
+        lacks = [f"variables: lacks {', '.join(self.lacking)}"] if self.lacking else []
+        return differences(self.settings, target.settings) + lacks
+
+    def carried(self, grid: Grid, keep: Callable[[Rows], Any] | None) -> Points:
         """The points that a grid has too, by their numbers there."""
         for indices, rows in self.points():
             numbers = grid.locate(self.grid.rows(indices))
@@ -94,91 +112,94 @@ class Found:
                 "afresh and drops them, -o writes elsewhere"
             )
 
-    def refuse_other_settings(self, settings: Settings) -> None:
-        """Raise RefusalError where the points were computed with other settings."""
-        lines = differences(self.settings, settings)
-        if lines:
-            listed = "\n".join(f"  {line}" for line in lines)
+    def refuse_differences(self, target: Target) -> None:
+        """Raise RefusalError where the points are not what the target would compute again."""
+        if self.settings != target.settings:
+            listed = "\n".join(f"  {line}" for line in self.differences(target))
             raise RefusalError(
                 f"{self.name} was computed with other settings:\n{listed}\n"
                 "--recompute computes all points anew, --accept-mixed keeps the old ones and "
                 "computes only the missing, -o writes elsewhere"
             )
+        if self.lacking:
+            count = sum(len(indices) for indices, _ in self.points())
+            raise RefusalError(
+                f"{self.name} was written by an older version and lacks the variables "
+                f"{', '.join(self.lacking)}: its {count} points would have to be computed again. "
+                "--recompute does so, --accept-mixed keeps them (the new variables stay missing "
+                "in them), -o writes elsewhere"
+            )
 
 
-@dataclass
-class Stock:
-    """The journal to go on with, where its points come from, and what looks odd about them."""
-
-    journal: Journal
-    found: list[str] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
+# --- where they are ---
 
 
-def found_in_file(path: Path) -> Found:
+def found_in_file(path: Path) -> ExistingPoints:
     """The finished points of a result file.
 
-    Raises RefusalError where the file is no result of a sweep, StorageError where it cannot be
-    read.
+    Raises RefusalError where the file is no result of a sweep or that of a newer version,
+    StorageError where it cannot be read.
     """
     try:
         with netCDF4.Dataset(path) as file:
             attributes = {name: str(file.getncattr(name)) for name in file.ncattrs()}
-            known = set(RESULT_COLUMNS) <= set(file.variables) and "config" in attributes
-            config = _config_of(lambda: _described(file), path) if known else None
+            _refuse_other_file(file, path)
+            lacks = lacking(file.variables)
+            config = _config_of(lambda: _described(file), path)
     except _DAMAGE as error:
         raise StorageError(
-            f"{path} exists, but is not a readable NetCDF file ({error}); "
-            "--overwrite replaces it, -o writes elsewhere"
+            f"{path} exists, but is not a readable NetCDF file ({error}); {_WAYS_OUT}"
         ) from error
-    if config is None:
-        raise RefusalError(
-            f"{path} exists and is no result of a sweep; --overwrite replaces it, "
-            "-o writes elsewhere"
-        )
     grid = Grid.from_config(config)
     settings = settings_of(config, attributes.get("numerics_version", "0"))
-    key, slabs = seal_key(settings, grid), Slabs(grid.shape)
-    _check_seal(path, attributes.get("data_sha256"), key, slabs)
-    return Found(
+    key, chunks = seal_key(settings, grid), Chunks(grid.shape)
+    _check_seal(path, attributes.get("data_sha256"), key, chunks)
+    return ExistingPoints(
         name=str(path),
         config=config,
         grid=grid,
         settings=settings,
-        points=lambda: _points_of_file(path, grid),
+        points=lambda: _points_of_file(path, chunks),
+        lacking=lacks,
         mixed=tuple(filter(None, attributes.get("mixed_with", "").split("\n"))),
         processors=_listed(attributes.get("processor", "")),
         history=attributes.get("history", ""),
     )
 
 
-def found_in_journal(path: Path, manifest: dict[str, Any]) -> Found:
-    """The finished points of the journal of an unfinished sweep; raises StorageError."""
+def found_in_journal(path: Path, manifest: dict[str, Any]) -> ExistingPoints:
+    """The finished points of the journal of an unfinished sweep.
+
+    Raises RefusalError where a newer version wrote it, StorageError where it cannot be read.
+    """
+    columns = columns_of(manifest)
+    _refuse_newer(path, unknown_variables(columns))
     config = _config_of(lambda: manifest["config"], path)
     grid = Grid.from_config(config)
-    key, slabs = bytes.fromhex(manifest["key"]), Slabs(grid.shape)
 
     def points() -> Points:
-        journal = Journal.open(path, key, slabs, grid.size, readonly=True)
+        journal = Journal.of(path, manifest, Chunks(grid.shape), grid.size)
         try:
-            yield from journal.records()
+            for indices, rows in journal.records():
+                yield indices, conformed(rows, columns)
         finally:
             journal.close()
 
-    return Found(
+    return ExistingPoints(
         name=f"the journal in {path.parent}",
         config=config,
         grid=grid,
         settings=settings_of(config, manifest["numerics_version"]),
         points=points,
+        lacking=lacking(columns),
         mixed=tuple(manifest["mixed"]),
         processors=frozenset(manifest["processors"]),
         history=manifest["history"],
     )
 
 
-def found_beside(output: Path, journal: Path) -> list[Found]:
-    """All finished points that are there for an output; raises RefusalError and StorageError."""
+def found_beside(output: Path, journal: Path) -> list[ExistingPoints]:
+    """All finished points for an output; raises RefusalError and StorageError."""
     manifest = readable_manifest(journal)
     found = [found_in_journal(journal, manifest)] if manifest else []
     if output.exists() and not (manifest and manifest["afresh"]):
@@ -197,15 +218,15 @@ def readable_manifest(path: Path) -> dict[str, Any] | None:
         return None
     if manifest is None:
         raise StorageError(
-            f"the beginning of {path} is damaged, so that its points cannot be told; move the file "
-            "away to keep it, or take --overwrite to start afresh"
+            f"the beginning of {path} is damaged, so it is unknown which points it holds; move "
+            "the file away to keep it, or use --overwrite to start afresh"
         )
     return manifest
 
 
-def warnings_of_near_duplicates(found: Found, wanted: Wanted) -> list[str]:
+def warnings_of_near_duplicates(found: ExistingPoints, target: Target) -> list[str]:
     """One line where values of the new grid nearly are values of the old one."""
-    near = near_duplicates(found.grid, wanted.grid)
+    near = near_duplicates(found.grid, target.grid)
     if not near:
         return []
     listed = "; ".join(near[:_NAMED]) + ("; ..." if len(near) > _NAMED else "")
@@ -215,21 +236,39 @@ def warnings_of_near_duplicates(found: Found, wanted: Wanted) -> list[str]:
     ]
 
 
-def not_ok(rows: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which rows are finished, but failed."""
-    return np.asarray(rows[:, -1] != Status.OK)
+def not_ok(rows: Rows) -> NDArray[np.bool_]:
+    """Which rows (n, columns) are finished, but failed."""
+    return np.asarray(rows[:, STATUS] != Status.OK)
 
 
-def _check_seal(path: Path, seal: str | None, key: bytes, slabs: Slabs) -> None:
+# --- whether they can be read ---
+
+
+def _refuse_other_file(file: netCDF4.Dataset, path: Path) -> None:
+    """Raise RefusalError where a file is no result of a sweep, or that of a newer version."""
+    if "config" not in file.ncattrs() or "status" not in file.variables:
+        raise RefusalError(f"{path} exists and is not a result of a sweep; {_WAYS_OUT}")
+    _refuse_newer(path, unknown_variables(file.variables))
+
+
+def _refuse_newer(path: Path, unknown: list[str]) -> None:
+    if unknown:
+        raise RefusalError(
+            f"{path} was written by a newer version of stickslip: this one does not know "
+            f"{', '.join(unknown)}. Update stickslip to use its points; {_WAYS_OUT}"
+        )
+
+
+def _check_seal(path: Path, seal: str | None, key: bytes, chunks: Chunks) -> None:
     """Raise StorageError where the numbers of a file are not those that were written."""
     try:
-        sound = seal is None or seal_of(path, key, slabs) == seal  # None: of an earlier version
+        sound = seal is None or seal_of(path, key, chunks) == seal  # None: of an earlier version
     except _DAMAGE:  # found by a checksum within the file
         sound = False
     if not sound:
         raise StorageError(
-            f"{path} is damaged, or was changed after stickslip wrote it, and cannot be gone on "
-            "with; --overwrite replaces it, -o writes elsewhere"
+            f"{path} is damaged, or was changed after stickslip wrote it, and cannot be resumed; "
+            f"{_WAYS_OUT}"
         )
 
 
@@ -239,23 +278,23 @@ def _described(file: netCDF4.Dataset) -> dict[str, Any]:
     They are many numbers where the YAML parser would take long, and what the file really holds.
     """
     axes = re.compile(r"^(sweep|cases):.*\n(  .*\n)*", re.MULTILINE)
-    findings = Findings()
-    root = read_text(axes.sub("", file.config), "config", findings)
-    findings.raise_problems()
-    dims = file["status"].dimensions
-    tied = [name for name in PARAMETERS if file[name].dimensions == (CASE,)]
-    settings = root.plain() if root else None
-    if not isinstance(settings, dict):
-        raise ConfigError([Problem("config", None, "", "is no mapping")])
-    return settings | {
-        "sweep": {dim: file[dim][:].tolist() for dim in dims if dim != CASE},
-        "cases": {name: file[name][:].tolist() for name in file.variables if name in tied},
+    written = read_mapping(axes.sub("", file.config), "config")
+    axes_of_file = [dim for dim in file["status"].dimensions if dim != CASE]
+    parameters = [name for name in file.variables if name in PARAMETERS]
+    tied = [name for name in parameters if file[name].dimensions == (CASE,)]
+    return written | {
+        "sweep": {name: file[name][:].tolist() for name in axes_of_file},
+        "cases": {name: file[name][:].tolist() for name in tied},
     }
 
 
 def _config_of(described: Callable[[], dict[str, Any]], path: Path) -> Config:
+    """The config of an existing result, of this version or an older one; raises RefusalError."""
     try:
-        return from_mapping(described(), source=f"{path} (its config)")
+        written = described()
+        _refuse_newer(path, unknown_keys(written))
+        _refuse_unknown_values(path, written)
+        return from_mapping(written, source=f"{path} (its config)", older=True)
     except ConfigError as error:
         raise RefusalError(
             f"{path} carries a config that this version cannot read:\n{error}\n"
@@ -263,14 +302,24 @@ def _config_of(described: Callable[[], dict[str, Any]], path: Path) -> Config:
         ) from error
 
 
-def _points_of_file(path: Path, grid: Grid) -> Points:
-    slabs = Slabs(grid.shape)
+def _refuse_unknown_values(path: Path, written: dict[str, Any]) -> None:
+    """Raise RefusalError where a file says nothing of a parameter that has no neutral value."""
+    given = {name for part in PARAMETER_SECTIONS for name in written.get(part) or {}}
+    added = PARAMETERS.keys() - given
+    if unknown := sorted(name for name in added if PARAMETERS[name].neutral is None):
+        raise RefusalError(
+            f"{path} was written by an older version and lacks the parameters "
+            f"{', '.join(unknown)}, whose values for its points are not known; {_WAYS_OUT}"
+        )
+
+
+def _points_of_file(path: Path, chunks: Chunks) -> Points:
     with netCDF4.Dataset(path) as file:
         whole_chunks(file)
-        for number in range(len(slabs)):
-            rows = read_rows(file, slabs, number)
-            there = np.flatnonzero(~np.isnan(rows[:, -1]))
-            yield slabs.range(number)[0] + there, rows[there]
+        for number in range(len(chunks)):
+            rows = read_rows(file, chunks, number)
+            there = np.flatnonzero(~np.isnan(rows[:, STATUS]))
+            yield chunks.range(number)[0] + there, rows[there]
 
 
 def _listed(text: str) -> frozenset[str]:

@@ -2,19 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import logging
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.options import Options
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping, load
-from sweeps.engine.dispatch import compute
+from sweeps.config.schema import Execution
+from sweeps.engine.blocks import Blocks
+from sweeps.engine.dispatch import finished_blocks
+from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.options import options_of, unstable_step
-from sweeps.engine.worker import Block
+from sweeps.engine.signals import Stop
+from sweeps.engine.worker import Block, compile_kernels, compute_block, task_of
 from sweeps.files.attributes import result_dataset
 from sweeps.grid import Grid
 
 if TYPE_CHECKING:
     import xarray as xr
+
+log = logging.getLogger(__name__)
+
+_DEFAULT = Execution()
 
 
 def read_config(source: str | Path | Mapping[str, Any], overrides: Sequence[str] = ()) -> Config:
@@ -35,12 +50,16 @@ def run(
     Nothing is written: for a grid that does not fit into memory, or takes long enough to be
     interrupted, use `sweeps.engine.sweep`, which is the command line's.
 
+    Where it is computed is decided by `joblib.parallel_config(backend=..., n_jobs=...)`, as for
+    other packages that use joblib, then by `execution` in the config, by default threads.
+
     Parameters
     ----------
     source
         A YAML file, a dict of the same shape, or a Config.
     workers
-        Threads or processes; by default what the config says.
+        Threads or processes, counted as joblib's `n_jobs` (-1: all cores); by default what
+        `parallel_config` says, then what the config says.
     on_block
         Called, in the calling thread, with each block of points as it is finished, in any order.
 
@@ -48,15 +67,96 @@ def run(
     ------
     ConfigError
         The config cannot be used; all problems are reported at once.
-    BackendError
+    ExecutorError
         The workers that the config asks for cannot be had.
     RuntimeError
         Points were lost on the way.
     """
     config = source if isinstance(source, Config) else read_config(source)
     grid = Grid.from_config(config)
-    execution = config.execution
-    if workers is not None:
-        execution = execution.model_copy(update={"workers": workers})
-    results = compute(grid, options_of(config), execution=execution, on_block=on_block)
+    results = compute(
+        grid, options_of(config), execution=config.execution, workers=workers, on_block=on_block
+    )
     return result_dataset(config, grid, results)
+
+
+def compute(
+    grid: Grid,
+    options: Options,
+    *,
+    execution: Execution = _DEFAULT,
+    workers: int | None = None,
+    on_block: Callable[[Block], None] | None = None,
+) -> NDArray[np.float64]:
+    """The result rows of all points of a grid: (grid.size, columns of `RESULT_COLUMNS`).
+
+    A point whose computation raised has the status `failed`. Arguments and errors are those of
+    `run`.
+    """
+    results = np.full((grid.size, len(RESULT_COLUMNS)), np.nan)
+    done = np.zeros(grid.size, dtype=bool)
+    lost: BaseException | None = None
+    try:
+        for block in _blocks(grid, options, execution, workers):
+            results[block.indices], done[block.indices] = block.results, True
+            for message in block.messages:
+                log.error(message)
+            if on_block is not None:
+                on_block(block)
+    except BrokenProcessPool as error:  # joblib gives up all blocks in flight
+        lost = error
+    if not done.all():
+        raise RuntimeError(
+            f"only {done.sum()} of {grid.size} points came back from the workers"
+        ) from lost
+    return results
+
+
+def _blocks(
+    grid: Grid, options: Options, execution: Execution, workers: int | None
+) -> Iterator[Block]:
+    """The finished blocks, in any order, from where the person or the config wants them."""
+    import joblib
+    from joblib.parallel import get_active_backend
+
+    wanted = (workers, get_active_backend()[1], execution.workers)
+    jobs = next(number for number in wanted if number is not None)
+    if execution.backend == "threads" or _joblib_has_a_backend():
+        return _by_joblib(grid, options, jobs, execution.block_points)
+    counted = execution.model_copy(update={"workers": joblib.effective_n_jobs(jobs)})
+    return _by_executor(grid, options, counted)
+
+
+def _joblib_has_a_backend() -> bool:
+    """Whether `parallel_config` names one: then a preference of ours does not change it."""
+    from joblib.parallel import get_active_backend
+
+    threads, processes = (get_active_backend(prefer=kind)[0] for kind in ("threads", "processes"))
+    return threads is processes
+
+
+def _by_joblib(
+    grid: Grid, options: Options, jobs: int, block_points: int | None
+) -> Iterator[Block]:
+    import joblib
+
+    compile_kernels(options, grid)  # once, before several workers would begin to
+    nothing = np.zeros(grid.size, dtype=bool)
+    blocks = Blocks(nothing, joblib.effective_n_jobs(jobs), block_points=block_points)
+    # Blocks are small and read once, so that mapping them into memory as files gains nothing.
+    parallel = joblib.Parallel(
+        jobs, prefer="threads", return_as="generator_unordered", batch_size=1, max_nbytes=None
+    )
+    tasks = (joblib.delayed(compute_block)(task_of(grid, cut, options)) for cut in blocks)
+    for block in parallel(tasks):
+        blocks.learn(len(block.indices), block.seconds)
+        yield block
+
+
+def _by_executor(grid: Grid, options: Options, execution: Execution) -> Iterator[Block]:
+    """As a sweep to a file does it, which survives the death of workers."""
+    nothing = np.zeros(grid.size, dtype=bool)
+    with make_executor(execution) as executor:
+        yield from finished_blocks(
+            grid, options, nothing, executor, Stop(), block_points=execution.block_points
+        )

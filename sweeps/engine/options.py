@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+from numpy.typing import NDArray
+
 from stickslip import stability
-from stickslip.options import Options
+from stickslip.options import METHODS, Options
 from sweeps.config.load import Config
 from sweeps.grid import Grid
 
@@ -24,36 +27,35 @@ def options_of(config: Config) -> Options:
         max_periods=config.stationary.max_periods,
         accelerate=config.stationary.accelerate,
         noise=config.noise.treatment,  # stochastic is refused on reading
+        friction=config.film.friction,
     )
 
 
 def coarse_step(config: Config) -> Iterator[str]:
     """Warnings of a fixed step that is unstable for some points, or inaccurate."""
-    if config.integrator.method != "euler-cromer":
+    if not _has_fixed_step(config):
         return
-    grid = Grid.from_config(config)
-    largest = stability.largest_stable_step(grid.points(0, min(_CHUNK, grid.size)))
-    refused = int((config.integrator.dt > largest).sum())
+    dt, largest = config.integrator.dt, _largest_steps(config, Grid.from_config(config), 0)
+    refused = int((dt > largest).sum())
     if refused:
         yield (
-            f"integrator.dt: the step of {config.integrator.dt:g} s is unstable for {refused} of "
+            f"integrator.dt: the step of {dt:g} s is unstable for {refused} of "
             f"the {len(largest)} points looked at; they will be refused"
         )
-    elif (config.integrator.dt > stability.ACCURATE_PART * largest).any():
+    elif (dt > stability.ACCURATE_PART * largest).any():
         yield (
-            f"integrator.dt: the step of {config.integrator.dt:g} s is stable, but coarse: errors "
+            f"integrator.dt: the step of {dt:g} s is stable, but coarse: errors "
             f"are proportional to it; take {stability.step_as_text(largest.min() / 4)} s or less"
         )
 
 
 def unstable_step(config: Config) -> Iterator[tuple[str, str]]:
     """A fixed step that is unstable for every point of the config."""
-    if config.integrator.method != "euler-cromer":
+    if not _has_fixed_step(config):
         return
     grid, largest = Grid.from_config(config), 0.0
     for start in range(0, grid.size, _CHUNK):
-        points = grid.points(start, min(start + _CHUNK, grid.size))
-        largest = max(largest, float(stability.largest_stable_step(points).max()))
+        largest = max(largest, float(_largest_steps(config, grid, start).max()))
         if config.integrator.dt <= largest:
             return
     allowed = stability.step_as_text(largest)
@@ -62,3 +64,14 @@ def unstable_step(config: Config) -> Iterator[tuple[str, str]]:
         f"the step of {config.integrator.dt:g} s is unstable for every point and would give "
         f"finite but wrong amplitudes; the largest allowed step is {allowed} s",
     )
+
+
+def _has_fixed_step(config: Config) -> bool:
+    return METHODS[config.integrator.method].own_option == "dt"
+
+
+def _largest_steps(config: Config, grid: Grid, start: int) -> NDArray[np.float64]:
+    """The largest stable step [s] of each point of the chunk that begins with `start`."""
+    points = grid.points(start, min(start + _CHUNK, grid.size))
+    kernels = METHODS[config.integrator.method].kernels
+    return np.asarray(kernels.largest_step(points, options_of(config)))

@@ -1,4 +1,4 @@
-"""What a sweep says: to the terminal on its way, and to its caller in the end."""
+"""How a sweep ends: its result file, and what its caller is told."""
 
 from __future__ import annotations
 
@@ -9,14 +9,25 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.status import Status
+from sweeps.engine.existing import Target
+from sweeps.exits import Exit
+from sweeps.files.attributes import global_attributes
+from sweeps.files.journal import Journal
+from sweeps.files.results import Written, try_writing, write_result
+from sweeps.files.run_folder import RunFolder
+from sweeps.identity import seal_key
+
+# Bytes a point: 8 for each float and 4 for each count, less what compression gains.
+RESULT_BYTES_PER_POINT = 90
 
 
 @dataclass(frozen=True)
 class Outcome:
     """How a sweep ended.
 
-    `statuses` counts the points of each status, `computed` those that this run added. `stopped` is
-    the exit code where it ended early, with `reason`.
+    `statuses` (128,) counts the points of each status, `computed` those that this run added.
+    `suspicious` counts points whose power balance, and whose stress, looks wrong without being
+    impossible. `stopped` is the exit code where it ended early, with `reason`.
     """
 
     output: Path
@@ -25,8 +36,8 @@ class Outcome:
     computed: int = 0
     seconds: float = 0.0
     kernel_seconds: float = 0.0
-    doubts: tuple[int, int] = (0, 0)
-    stopped: int | None = None
+    suspicious: tuple[int, int] = (0, 0)
+    stopped: Exit | None = None
     reason: str = ""
 
     @property
@@ -42,17 +53,48 @@ class Outcome:
 
 @dataclass
 class Console:
-    """Where a sweep speaks: a line for each `say`; `confirm` asks, None where nobody can answer."""
+    """How a sweep prints a line, and asks; `confirm` is None where nobody can answer."""
 
     say: Callable[[str], None]
     confirm: Callable[[str], bool] | None = None
     progress: bool = True
 
 
-def size_text(count: float) -> str:
-    """A number of bytes as people say it."""
-    for unit in ("bytes", "KiB", "MiB", "GiB"):
-        if count < 1024 or unit == "GiB":
-            break
-        count /= 1024
-    return f"{count:.0f} {unit}" if unit == "bytes" else f"{count:.1f} {unit}"
+@dataclass(frozen=True)
+class JournaledResult:
+    """The result file that a journal makes; its methods raise StorageError."""
+
+    target: Target
+    journal: Journal
+    folder: RunFolder
+    output: Path
+
+    def try_writing(self) -> None:
+        """Write it without its numbers, and take it away: better to fail before the sweep."""
+        grid, chunks = self.target.grid, self.target.chunks
+        try_writing(grid, chunks, self.attributes(), self.folder.result)
+
+    def write(self) -> Written:
+        """Write it with what the journal holds, the rest `pending`."""
+        return write_result(
+            self.target.grid,
+            seal_key(self.target.settings, self.target.grid),
+            self.target.chunks,
+            self.journal.chunk,
+            self.attributes(),
+            self.folder.result,
+            self.output,
+        )
+
+    def attributes(self) -> dict[str, str]:
+        """The global attributes."""
+        manifest = self.journal.manifest or {}
+        attributes = global_attributes(self.target.config)
+        earlier = manifest.get("history", "")
+        if earlier:
+            attributes["history"] += "\n" + earlier
+        if manifest.get("processors"):
+            attributes["processor"] = ", ".join(manifest["processors"])
+        if manifest.get("mixed"):
+            attributes["mixed_with"] = "\n".join(manifest["mixed"])
+        return attributes

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from stickslip.options import Options
 from sweeps.config.load import Config
 from sweeps.config.schema import Execution
-from sweeps.engine.blocks import PILOT_BLOCKS, pilot_blocks, pilot_points
-from sweeps.engine.cost import Costs, Estimate
-from sweeps.engine.executors.backends import Backend, make_backend
-from sweeps.engine.existing import Wanted, found_beside
+from sweeps.engine.blocks import PILOT_BLOCKS, Costs, pilot_blocks, pilot_points
+from sweeps.engine.executors.base import Executor
+from sweeps.engine.executors.choose import make_executor
+from sweeps.engine.existing import Target, found_beside
 from sweeps.engine.options import options_of
+from sweeps.engine.outcome import RESULT_BYTES_PER_POINT
 from sweeps.engine.signals import Stop
-from sweeps.engine.sweep import RESULT_BYTES_PER_POINT
 from sweeps.engine.worker import Task, compile_kernels, task_of
 from sweeps.files.journal import BYTES_PER_POINT
 from sweeps.files.run_folder import RunFolder
@@ -33,7 +33,7 @@ _MOMENT = 3.0  # seconds that the second one may take
 class Plan:
     """What a sweep would take.
 
-    `there` of the `points` are computed already; `time` is that of the rest on the given workers,
+    `there` of the `points` are computed already; the rest takes `seconds` on the given workers,
     compiling left aside.
     """
 
@@ -42,7 +42,7 @@ class Plan:
     blocks: int
     journal_bytes: int
     result_bytes: int
-    time: Estimate
+    seconds: float
     pilot_points: int
 
 
@@ -53,59 +53,61 @@ def plan(config: Config, output: Path, execution: Execution | None = None) -> Pl
     ------
     RefusalError, StorageError
         What is at the output cannot be read.
-    BackendError
+    ExecutorError
         The workers cannot be had.
     """
-    wanted, execution = Wanted.by(config), execution or config.execution
-    done = _done(wanted, output)
+    target, execution = Target.of(config), execution or config.execution
+    done = _done(target, output)
     left = len(done) - int(np.count_nonzero(done))
-    costs, seconds = Costs(), 1.0
-    estimate = Estimate(0.0, 0.0, 0.0)
+    costs, seconds, block_seconds = Costs(), 0.0, 1.0
     if left:
         options = options_of(config)
-        compile_kernels(options, wanted.grid)
-        with make_backend(execution) as backend:
-            costs = _pilot(wanted.grid, options, done, backend)
-            estimate, seconds = costs.estimate(left, backend.slots), backend.block_seconds
-    block = execution.block_points or max(1, int(seconds * costs.points / max(costs.seconds, 1e-9)))
+        compile_kernels(options, target.grid)
+        with make_executor(execution) as executor:
+            costs = _pilot(target.grid, options, done, executor)
+            seconds = costs.estimate(left, executor.slots)
+            block_seconds = executor.block_seconds
+    block = execution.block_points or max(
+        1, int(block_seconds * costs.points / max(costs.seconds, 1e-9))
+    )
     return Plan(
         points=len(done),
         there=len(done) - left,
         blocks=math.ceil(left / block),
         journal_bytes=left * BYTES_PER_POINT,
         result_bytes=len(done) * RESULT_BYTES_PER_POINT,
-        time=estimate,
+        seconds=seconds,
         pilot_points=costs.points,
     )
 
 
-def _done(wanted: Wanted, output: Path) -> NDArray[np.bool_]:
+def _done(target: Target, output: Path) -> NDArray[np.bool_]:
     """Which points are there already and would not be computed."""
-    done = np.zeros(wanted.grid.size, dtype=bool)
+    done = np.zeros(target.grid.size, dtype=bool)
     for found in found_beside(output, RunFolder(output).journal):
-        if found.settings == wanted.settings:
-            for numbers, _ in found.carried(wanted.grid, None):
+        if found.fits(target):
+            for numbers, _ in found.carried(target.grid, None):
                 done[numbers] = True
     return done
 
 
-def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], backend: Backend) -> Costs:
+def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Executor) -> Costs:
     """The costs of few points and, where that takes a moment only, of blocks as a sweep has them.
 
     Few points do not keep the lanes of a kernel busy, and seem to cost more.
     """
-    costs = _costs(_sample(grid, options, done, _FEW), backend)
-    affordable = _MOMENT * backend.slots / PILOT_BLOCKS * costs.points / max(costs.seconds, 1e-9)
+    costs = _costs(_sample(grid, options, done, _FEW), executor)
+    affordable = _MOMENT * executor.slots / PILOT_BLOCKS * costs.points / max(costs.seconds, 1e-9)
     many = min(int(affordable), pilot_points(len(done)))
-    return _costs(_sample(grid, options, done, many), backend) if many > 2 * _FEW else costs
+    return _costs(_sample(grid, options, done, many), executor) if many > 2 * _FEW else costs
 
 
 def _sample(grid: Grid, options: Options, done: NDArray[np.bool_], points: int) -> Iterator[Task]:
     return (task_of(grid, block, options) for block in pilot_blocks(done, points))
 
 
-def _costs(tasks: Iterator[Task], backend: Backend) -> Costs:
+def _costs(tasks: Iterator[Task], executor: Executor) -> Costs:
     costs = Costs()
-    for block in backend.blocks(tasks, Stop()):
+    for block in executor.blocks(tasks, Stop()):
         costs.learn(len(block.indices), block.seconds)
     return costs

@@ -1,37 +1,54 @@
-"""Progress of a sweep: a bar on a terminal, a plain line every few seconds in a log."""
+"""How far a sweep is and how long the rest takes; a bar on a terminal, lines in a log."""
 
 from __future__ import annotations
 
 import sys
 import threading
 import time
-from typing import Any, Protocol, Self
+from collections.abc import Callable
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.status import Status
+from sweeps.engine.blocks import Costs
+from sweeps.human import duration
 
 _SECONDS_BETWEEN_LINES = 5.0
 
 
-class Tally:
-    """How far a sweep is: points found and computed, by status, and how fast that goes."""
+class Counts:
+    """How far a sweep is: points found and computed, by status, and how long the rest takes.
+
+    Parameters
+    ----------
+    total
+        Points of the sweep.
+    statuses
+        (128,) points with each status, finished before; the journal's own, which counts along.
+    """
 
     def __init__(self, total: int, statuses: NDArray[np.int64]) -> None:
         self.total = total
         self.found = int(statuses.sum())
-        self.computed = 0
-        self._statuses = statuses  # the journal's own: it counts along
+        self.costs = Costs()
+        self._statuses = statuses
         self._begun = time.monotonic()
+        self._slots: Callable[[], int] = lambda: 1
 
-    def begin(self) -> None:
-        """Compiling is over: the clock of the rate starts."""
-        self._begun = time.monotonic()
+    def begin(self, slots: Callable[[], int]) -> None:
+        """Start the clock, after compiling; `slots` tells how many workers there are now."""
+        self._begun, self._slots = time.monotonic(), slots
 
-    def advance(self, points: int) -> None:
-        """Take in that so many more points are done."""
-        self.computed += points
+    def advance(self, points: int, seconds: float) -> None:
+        """Take in a finished block, which took its worker so many seconds."""
+        self.costs.learn(points, seconds)
+
+    @property
+    def computed(self) -> int:
+        """Points that this run has finished."""
+        return self.costs.points
 
     @property
     def done(self) -> int:
@@ -46,7 +63,7 @@ class Tally:
     @property
     def failed(self) -> int:
         """Finished points that are not ok."""
-        return int(self._statuses[1:].sum())
+        return int(self._statuses.sum() - self._statuses[Status.OK])
 
     @property
     def seconds(self) -> float:
@@ -60,8 +77,8 @@ class Tally:
 
     @property
     def seconds_left(self) -> float | None:
-        """The time for the rest at this rate; None while nothing is known."""
-        return self.left / self.rate if self.computed else None
+        """The time for the rest on the workers of now; None while nothing is known."""
+        return self.costs.estimate(self.left, self._slots()) if self.computed else None
 
     def as_dict(self) -> dict[str, Any]:
         """The same for a heartbeat."""
@@ -77,6 +94,7 @@ class Tally:
             "seconds": round(self.seconds, 3),
             "points_per_second": round(self.rate, 3),
             "seconds_left": None if left is None else round(left, 1),
+            "slots": self._slots(),
         }
 
     def __str__(self) -> str:
@@ -87,12 +105,14 @@ class Tally:
         return f"{done}, {self.rate:.1f} points/s{ahead}"
 
 
-class Progress(Protocol):
-    """What shows how far a sweep is; used as a context manager."""
+class Progress:
+    """Shows how far a sweep is, as a context manager; this one shows nothing."""
 
-    def __enter__(self) -> Self: ...
+    def __enter__(self) -> Self:
+        return self
 
-    def __exit__(self, *exception: object) -> None: ...
+    def __exit__(self, *_: object) -> None:
+        self.stop()
 
     def refresh(self) -> None:
         """Something is done: show it."""
@@ -110,36 +130,18 @@ class Progress(Protocol):
         """Give the terminal back for good: the last state stays, the cursor shows again."""
 
 
-def make_progress(tally: Tally, *, wanted: bool = True) -> Progress:
+def make_progress(counts: Counts, *, wanted: bool = True) -> Progress:
     """The kind of progress that suits where the messages go (the standard error)."""
     if not wanted:
-        return _Silent()
-    return _Bar(tally) if sys.stderr.isatty() else _Lines(tally)
+        return Progress()
+    return _Bar(counts) if sys.stderr.isatty() else _Lines(counts)
 
 
-class _Silent:
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.stop()
-
-    def refresh(self) -> None: ...
-
-    def say(self, line: str) -> None: ...
-
-    def pause(self) -> None: ...
-
-    def resume(self) -> None: ...
-
-    def stop(self) -> None: ...
-
-
-class _Lines(_Silent):
+class _Lines(Progress):
     """One line every few seconds, without control characters, whether something is done or not."""
 
-    def __init__(self, tally: Tally) -> None:
-        self._tally = tally
+    def __init__(self, counts: Counts) -> None:
+        self._counts = counts
         self._over = threading.Event()
         self._clock = threading.Thread(target=self._keep_saying, daemon=True)
 
@@ -156,19 +158,19 @@ class _Lines(_Silent):
 
     def _keep_saying(self) -> None:
         while not self._over.wait(_SECONDS_BETWEEN_LINES):
-            self.say(str(self._tally))
+            self.say(str(self._counts))
 
 
-class _Bar(_Silent):
+class _Bar(Progress):
     """Rich's bar with points done, failures, rate and the time left."""
 
-    def __init__(self, tally: Tally) -> None:
+    def __init__(self, counts: Counts) -> None:
         from rich.console import Console
         from rich.progress import BarColumn, TextColumn
         from rich.progress import Progress as RichProgress
         from rich.table import Column
 
-        self._tally = tally
+        self._counts = counts
         self._progress = RichProgress(
             BarColumn(bar_width=None, table_column=Column(ratio=1)),
             TextColumn(
@@ -180,7 +182,12 @@ class _Bar(_Silent):
             expand=True,
         )
         self._task = self._progress.add_task(
-            "points", total=tally.total, completed=tally.done, failed=tally.failed, rate="", left=""
+            "points",
+            total=counts.total,
+            completed=counts.done,
+            failed=counts.failed,
+            rate="",
+            left="",
         )
 
     def __enter__(self) -> Self:
@@ -188,12 +195,12 @@ class _Bar(_Silent):
         return self
 
     def refresh(self) -> None:
-        tally, left = self._tally, self._tally.seconds_left
+        counts, left = self._counts, self._counts.seconds_left
         self._progress.update(
             self._task,
-            completed=tally.done,
-            failed=tally.failed,
-            rate=f"{tally.rate:.1f} points/s",
+            completed=counts.done,
+            failed=counts.failed,
+            rate=f"{counts.rate:.1f} points/s",
             left="" if left is None else f", {duration(left)} left",
         )
 
@@ -208,13 +215,3 @@ class _Bar(_Silent):
 
     def stop(self) -> None:
         self._progress.stop()
-
-
-def duration(seconds: float) -> str:
-    """A duration as people say it: `8.4 s`, `3 min 20 s`, `2 h 5 min`."""
-    if seconds < 59.95:  # what is said is rounded
-        return f"{seconds:.1f} s"
-    minutes, rest = divmod(round(seconds), 60)
-    if minutes < 60:
-        return f"{minutes} min {rest} s"
-    return f"{minutes // 60} h {minutes % 60} min"

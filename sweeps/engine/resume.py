@@ -3,37 +3,33 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.status import Status
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.engine.existing import (
-    Found,
-    Stock,
-    Wanted,
+    ExistingPoints,
+    Target,
     found_beside,
     found_in_file,
     not_ok,
     readable_manifest,
     warnings_of_near_duplicates,
 )
-from sweeps.files.datasets import StorageError
-from sweeps.files.journal import Journal
+from sweeps.files.atomic import StorageError, storage_errors
+from sweeps.files.journal import Journal, Manifest, columns_of
 from sweeps.files.results import Written, contents
 from sweeps.files.run_folder import RunFolder
-from sweeps.identity import differences
-
-Manifest = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Choices:
-    """What the user decided about what is there already; see the options of `stickslip sweep`."""
+class ExistingPolicy:
+    """What the user decided about existing results; see the options of `stickslip sweep`."""
 
     overwrite: bool = False
     recompute: bool = False
@@ -42,60 +38,67 @@ class Choices:
 
     @property
     def afresh(self) -> bool:
-        """Whether nothing that is there counts."""
+        """Whether no existing point counts."""
         return self.overwrite or self.recompute
 
 
-def take_stock(wanted: Wanted, output: Path, folder: RunFolder, choices: Choices) -> Stock:
+@dataclass
+class PreparedJournal:
+    """The journal to write into, what its points come from, and what looks odd about them."""
+
+    journal: Journal
+    found: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+
+def prepare_journal(
+    target: Target, output: Path, folder: RunFolder, policy: ExistingPolicy
+) -> PreparedJournal:
     """The journal of this computation, with every point that is there already.
 
-    An interrupted sweep that was begun afresh goes on when it is asked for afresh once more: the
+    An interrupted sweep that was begun afresh is resumed when it is asked for afresh once more: the
     same command always leads to the end.
 
     Raises
     ------
     RefusalError
-        What is there was computed with other settings, or holds points that would be lost.
+        Existing points were computed with other settings or by an older version, or would be lost.
     StorageError
-        It cannot be read, or the journal cannot be written.
+        They cannot be read, or the journal cannot be written.
     """
-    manifest = _manifest(folder, choices)
-    if choices.afresh:
-        unfinished = manifest and manifest["afresh"] and not manifest["finished"]
-        if manifest and unfinished and manifest["key"] == wanted.key.hex():
-            return _resumed(wanted, folder, manifest, choices)
-        if not choices.overwrite:
+    manifest = _manifest(folder, policy)
+    if manifest and _belongs_to(manifest, target) and _continues(manifest, output, policy):
+        return _resumed(target, folder, manifest, policy)
+    if policy.afresh:
+        if not policy.overwrite:
             for found in found_beside(output, folder.journal):
-                found.refuse_lost_points(wanted.grid)
-        return _created(wanted, output, folder, [], choices, afresh=True)
-    mine = manifest is not None and manifest["key"] == wanted.key.hex()
-    if manifest and mine and (manifest["afresh"] or manifest["output"] == fingerprint(output)):
-        return _resumed(wanted, folder, manifest, choices)
+                found.refuse_lost_points(target.grid)
+        return _created(target, output, folder, [], policy, afresh=True)
     sources = found_beside(output, folder.journal)
     for found in sources:
-        if not choices.accept_mixed:
-            found.refuse_other_settings(wanted.settings)
-        found.refuse_lost_points(wanted.grid)
+        if not policy.accept_mixed:
+            found.refuse_differences(target)
+        found.refuse_lost_points(target.grid)
     afresh = bool(manifest and manifest["afresh"])  # it stays so when its config grows
-    return _created(wanted, output, folder, sources, choices, afresh=afresh)
+    return _created(target, output, folder, sources, policy, afresh=afresh)
 
 
 def complete_already(
-    wanted: Wanted, output: Path, folder: RunFolder, choices: Choices
+    target: Target, output: Path, folder: RunFolder, policy: ExistingPolicy
 ) -> Written | None:
     """What the output holds, if it is exactly what is asked for; it need not be touched then.
 
-    Raises StorageError where it cannot be read; where it does not fit, `take_stock` says so.
+    Raises StorageError where it cannot be read; where it does not fit, `prepare_journal` says so.
     """
-    if choices.afresh or choices.accept_mixed or folder.journal.exists() or not output.exists():
+    if policy.afresh or policy.accept_mixed or folder.journal.exists() or not output.exists():
         return None
     found = found_in_file(output)
-    same = found.config.resolved_yaml() == wanted.config.resolved_yaml()
-    if not same or found.settings != wanted.settings:
+    same = found.config.resolved_yaml() == target.config.resolved_yaml()
+    if not same or not found.fits(target):
         return None
-    written = contents(output, wanted.slabs)
-    pending, failed = written.statuses[Status.PENDING], written.statuses[1:].sum()
-    return None if pending or (failed and choices.retry_failed) else written
+    written = contents(output, target.chunks)
+    pending = written.statuses[Status.PENDING]
+    return None if pending or (policy.retry_failed and _any_failed(written.statuses)) else written
 
 
 def fingerprint(output: Path) -> list[int] | None:
@@ -107,78 +110,96 @@ def fingerprint(output: Path) -> list[int] | None:
     return [found.st_size, found.st_mtime_ns]
 
 
-def _resumed(wanted: Wanted, folder: RunFolder, manifest: Manifest, choices: Choices) -> Stock:
-    slabs, size = wanted.slabs, wanted.grid.size
-    journal = Journal.open(folder.journal, wanted.key, slabs, size)
+def _belongs_to(manifest: Manifest, target: Target) -> bool:
+    """Whether a journal holds just the points of this computation, with the columns of today."""
+    return manifest["key"] == target.key.hex() and columns_of(manifest) == RESULT_COLUMNS
+
+
+def _continues(manifest: Manifest, output: Path, policy: ExistingPolicy) -> bool:
+    """Whether a journal is where this command, given again, left off."""
+    if policy.afresh:
+        return bool(manifest["afresh"] and not manifest["finished"])
+    return bool(manifest["afresh"]) or manifest["output"] == fingerprint(output)
+
+
+def _resumed(
+    target: Target, folder: RunFolder, manifest: Manifest, policy: ExistingPolicy
+) -> PreparedJournal:
+    journal = Journal.open(folder.journal, target.key, target.chunks, target.grid.size)
     damaged = journal.damaged
-    if choices.retry_failed and journal.statuses[1:].any():
-        again = Journal.create(
-            folder.journal,
-            wanted.key,
-            journal.manifest or manifest,
-            slabs,
-            size,
-            ((indices[~not_ok(rows)], rows[~not_ok(rows)]) for indices, rows in journal.records()),
-        )
-        journal.close()
-        journal = again
+    if policy.retry_failed and _any_failed(journal.statuses):
+        journal = _without_failures(journal, target, folder, manifest)
     found = [f"{journal.done.sum()} in its journal"] if journal.done.any() else []
     passed = f"{damaged} damaged bytes of {folder.journal} were passed over"
-    return Stock(journal, found, [passed] if damaged else [])
+    return PreparedJournal(journal, found, [passed] if damaged else [])
+
+
+def _without_failures(
+    old: Journal, target: Target, folder: RunFolder, manifest: Manifest
+) -> Journal:
+    kept = ((indices[~not_ok(rows)], rows[~not_ok(rows)]) for indices, rows in old.records())
+    manifest = old.manifest or manifest
+    try:
+        return Journal.create(
+            folder.journal, target.key, manifest, target.chunks, target.grid.size, kept
+        )
+    finally:
+        old.close()
 
 
 def _created(
-    wanted: Wanted,
+    target: Target,
     output: Path,
     folder: RunFolder,
-    sources: list[Found],
-    choices: Choices,
+    sources: list[ExistingPoints],
+    policy: ExistingPolicy,
     *,
     afresh: bool,
-) -> Stock:
+) -> PreparedJournal:
+    """A new journal with the points of the sources that the target has too."""
+    manifest = _manifest_of(target, output, sources, afresh=afresh)
+    keep = (lambda rows: ~not_ok(rows)) if policy.retry_failed else None
+    carried = itertools.chain(*(found.carried(target.grid, keep) for found in sources))
+    with storage_errors(f"cannot write into {folder.path}"):
+        journal = Journal.create(
+            folder.journal, target.key, manifest, target.chunks, target.grid.size, carried
+        )
+    count, names = int(np.count_nonzero(journal.done)), " and ".join(s.name for s in sources)
+    return PreparedJournal(
+        journal,
+        [f"{count} in {names}"] if count else [],
+        [line for found in sources for line in warnings_of_near_duplicates(found, target)],
+    )
+
+
+def _manifest_of(
+    target: Target, output: Path, sources: list[ExistingPoints], *, afresh: bool
+) -> Manifest:
     mixed = [line for found in sources for line in found.mixed]
-    for found in sources:
-        lines = differences_told(found, wanted)
-        mixed += [line for line in lines if line not in mixed]
-    manifest = {
-        "key": wanted.key.hex(),
-        "config": wanted.config.resolved(),
+    mixed += [line for found in sources if (line := "; ".join(found.differences(target)))]
+    return {
+        "key": target.key.hex(),
+        "config": target.config.resolved(),
+        "columns": list(RESULT_COLUMNS),
         "numerics_version": NUMERICS_VERSION,
         "afresh": afresh,
         "finished": False,
         "output": fingerprint(output),
-        "mixed": mixed,
+        "mixed": list(dict.fromkeys(mixed)),
         "processors": sorted({name for found in sources for name in found.processors}),
         "history": next((found.history for found in sources if found.history), ""),
         "created": datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
     }
-    keep = (lambda rows: ~not_ok(rows)) if choices.retry_failed else None
-    carried = itertools.chain(*(found.carried(wanted.grid, keep) for found in sources))
-    try:
-        journal = Journal.create(
-            folder.journal, wanted.key, manifest, wanted.slabs, wanted.grid.size, carried
-        )
-    except OSError as error:
-        reason = getattr(error, "strerror", None) or error
-        raise StorageError(f"cannot write into {folder.path}: {reason}") from error
-    count, names = int(np.count_nonzero(journal.done)), " and ".join(s.name for s in sources)
-    return Stock(
-        journal,
-        [f"{count} in {names}"] if count else [],
-        [line for found in sources for line in warnings_of_near_duplicates(found, wanted)],
-    )
 
 
-def differences_told(found: Found, wanted: Wanted) -> list[str]:
-    """One line for the points of a source that were computed with other settings."""
-    lines = differences(found.settings, wanted.settings)
-    return ["; ".join(lines)] if lines else []
-
-
-def _manifest(folder: RunFolder, choices: Choices) -> Manifest | None:
+def _manifest(folder: RunFolder, policy: ExistingPolicy) -> Manifest | None:
     try:
         return readable_manifest(folder.journal)
     except StorageError:
-        if choices.overwrite:  # a damaged journal is dropped
+        if policy.overwrite:  # a damaged journal is dropped
             return None
         raise
+
+
+def _any_failed(statuses: np.ndarray) -> bool:
+    return bool(statuses.sum() > statuses[Status.OK] + statuses[Status.PENDING])

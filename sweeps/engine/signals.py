@@ -1,4 +1,8 @@
-"""Ending early: Ctrl-C, a signal of the batch system, the end of the time that was granted."""
+"""Ending early: Ctrl-C, a signal of the batch system, the end of the time that was granted.
+
+Compiled code does not look for signals and cannot be stopped: it runs in a thread, while the main
+thread listens.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +14,15 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, wait
 from types import FrameType
+from typing import NoReturn, TypeVar
 
-from sweeps.engine.interrupt import INTERRUPTED, InThread
+from sweeps.exits import Exit
 
-STOPPED = 4
+_T = TypeVar("_T")
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 _SECONDS = {"": 1.0, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
 _PART = re.compile(r"(\d+(?:\.\d+)?)\s*(s|min|m|h|d|)\s*")
@@ -41,7 +49,7 @@ class Stop:
     def __init__(self, max_runtime: float | None = None) -> None:
         self._deadline = None if max_runtime is None else time.monotonic() + max_runtime
         self.reason = ""
-        self.code = STOPPED
+        self.code = Exit.STOPPED
         self.at_once: list[Callable[[], None]] = []
 
     @property
@@ -51,7 +59,7 @@ class Stop:
             self.request("the time of --max-runtime is over")
         return bool(self.reason)
 
-    def request(self, reason: str, code: int = STOPPED) -> None:
+    def request(self, reason: str, code: Exit = Exit.STOPPED) -> None:
         """End when the blocks in flight are finished; the first reason counts."""
         if not self.reason:
             self.reason, self.code = reason, code
@@ -61,34 +69,21 @@ class Stop:
 def listening(stop: Stop) -> Iterator[None]:
     """Signals request a stop while this lasts; the second one ends the process.
 
-    What stands in `stop.at_once` is called before that, the last first. Outside the main thread,
-    where signals do not arrive, nothing is changed.
+    What stands in `stop.at_once` is called before that, the last first. Signals that are ignored,
+    as under nohup, stay ignored; outside the main thread, where signals do not arrive, nothing is
+    changed.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
 
-    def heard(number: int, _: FrameType | None) -> None:
-        name = signal.Signals(number).name
-        code = INTERRUPTED if number == signal.SIGINT else STOPPED
+    def hear(number: int, _: FrameType | None) -> None:
         if stop.reason:
-            for tidy in reversed(stop.at_once):
-                tidy()
-            sys.stderr.write("\nEnded at once; what was journaled is kept.\n")
-            sys.stderr.flush()
-            os._exit(code)
-        stop.request("Ctrl-C" if number == signal.SIGINT else name, code)
-        sys.stderr.write(
-            f"\n{stop.reason}: finishing the blocks in flight; a second signal ends at once\n"
-        )
-        sys.stderr.flush()
+            _end_at_once(stop, number)
+        _request(stop, number)
 
-    signals = [
-        number
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-        if signal.getsignal(number) is not signal.SIG_IGN  # as under nohup
-    ]
-    before = {number: signal.signal(number, heard) for number in signals}
+    heeded = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
+    before = {number: signal.signal(number, hear) for number in heeded}
     try:
         yield
     finally:
@@ -96,15 +91,77 @@ def listening(stop: Stop) -> Iterator[None]:
             signal.signal(number, handler)
 
 
+def _request(stop: Stop, number: int) -> None:
+    stop.request(
+        "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name, _exit_code(number)
+    )
+    _write(f"{stop.reason}: finishing the blocks in flight; a second signal ends at once")
+
+
+def _end_at_once(stop: Stop, number: int) -> NoReturn:
+    for tidy in reversed(stop.at_once):
+        tidy()
+    _write("Ended at once; what was journaled is kept.")
+    os._exit(_exit_code(number))
+
+
+def _exit_code(number: int) -> Exit:
+    return Exit.INTERRUPTED if number == signal.SIGINT else Exit.STOPPED
+
+
+def _write(message: str) -> None:
+    sys.stderr.write(f"\n{message}\n")  # the terminal has written ^C, or the bar a line
+    sys.stderr.flush()
+
+
+# --- work that does not look for signals ---
+
+
+def interruptible(work: Callable[[], _T], message: str) -> _T:
+    """The result of `work`, computed in a thread while the main thread listens for Ctrl-C.
+
+    On Ctrl-C `message` is printed and the process ends at once with exit code 130: nothing that
+    would have to be tidied up may happen inside `work`. What `work` raises is raised here.
+    """
+    try:
+        outcome = _in_thread(work)
+        while not _is_over(outcome):
+            pass
+    except KeyboardInterrupt:
+        _write(message)
+        sys.stdout.flush()
+        os._exit(Exit.INTERRUPTED)
+    return outcome.result()
+
+
 def wait_for(work: Callable[[], None], stop: Stop) -> bool:
     """Do `work` in a thread; returns False, without waiting for it, when a stop is requested.
 
-    For what compiled code or a compiler does for long without looking for signals. What `work`
-    raises is raised here.
+    What `work` raises is raised here.
     """
-    working = InThread(work)
-    while not working.wait():
+    outcome = _in_thread(work)
+    while not _is_over(outcome):
         if stop.requested:
             return False
-    working.result  # noqa: B018 - raises what the work raised
+    outcome.result()
     return True
+
+
+def _in_thread(work: Callable[[], _T]) -> Future[_T]:
+    """The outcome of `work`, begun in a thread that does not keep the process alive."""
+    outcome: Future[_T] = Future()
+
+    def attempt() -> None:
+        try:
+            outcome.set_result(work())
+        except BaseException as error:  # noqa: BLE001 - raised in the main thread
+            outcome.set_exception(error)
+
+    threading.Thread(target=attempt, daemon=True).start()
+    return outcome
+
+
+def _is_over(outcome: Future[_T]) -> bool:
+    """Whether work is over after a moment, in which signals are heard."""
+    wait([outcome], timeout=0.1)
+    return outcome.done()

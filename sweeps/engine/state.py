@@ -9,8 +9,8 @@ import numpy as np
 
 from stickslip.status import Status
 from sweeps.engine.existing import found_in_file, found_in_journal, readable_manifest
-from sweeps.files.chunks import Slabs
-from sweeps.files.datasets import refuse_odd_output
+from sweeps.files.atomic import refuse_odd_output
+from sweeps.files.chunks import Chunks
 from sweeps.files.journal import Journal
 from sweeps.files.results import contents
 from sweeps.files.run_folder import RunFolder
@@ -21,7 +21,7 @@ State = dict[str, Any]
 def state_of(output: Path) -> State:
     """How the sweep to this output stands; nothing is changed, a running sweep is not disturbed.
 
-    `state` is running, stopping, interrupted (the journal waits to be gone on with), partial (a
+    `state` is running, stopping, interrupted (its journal can be resumed), partial (a
     file with pending points), complete or absent; the counts are `points`, `done`, `failed`,
     `pending` and, by name, `statuses`. A running sweep adds what its heartbeat says: rate, time
     left, process, host.
@@ -35,15 +35,14 @@ def state_of(output: Path) -> State:
     manifest = readable_manifest(folder.journal)
     if manifest is not None:
         grid = found_in_journal(folder.journal, manifest).grid
-        key = bytes.fromhex(manifest["key"])
-        journal = Journal.open(folder.journal, key, Slabs(grid.shape), grid.size, readonly=True)
+        journal = Journal.of(folder.journal, manifest, Chunks(grid.shape), grid.size)
         statuses = journal.statuses.copy()
         journal.close()
         statuses[Status.PENDING] = grid.size - statuses.sum()
         whole = statuses[Status.PENDING] == 0 and output.exists()
         return _counted(output, "complete" if whole else "interrupted", statuses)
     if output.exists():
-        statuses = contents(output, Slabs(found_in_file(output).grid.shape)).statuses
+        statuses = contents(output, Chunks(found_in_file(output).grid.shape)).statuses
         return _counted(output, "partial" if statuses[Status.PENDING] else "complete", statuses)
     return {"output": str(output), "state": "absent"}
 

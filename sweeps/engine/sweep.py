@@ -1,249 +1,38 @@
-"""A sweep on disk: finished work is kept, and the same command always goes on from there."""
+"""A sweep on disk: finished work is kept, and the same command always resumes it."""
 
 from __future__ import annotations
 
 import contextlib
+import math
 import shutil
 from collections.abc import Iterator
-from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from stickslip.status import Status
 from sweeps.config.load import Config
 from sweeps.config.schema import Execution
-from sweeps.engine.blocks import PILOT_BLOCKS, pilot_points
-from sweeps.engine.cost import Costs
-from sweeps.engine.dispatch import finished_blocks
-from sweeps.engine.executors.backends import Backend, make_backend
-from sweeps.engine.existing import RefusalError, Stock, Wanted, readable_manifest
-from sweeps.engine.options import options_of
-from sweeps.engine.outcome import Console, Outcome, size_text
-from sweeps.engine.progress import Progress, Tally, make_progress
-from sweeps.engine.resume import Choices, complete_already, take_stock
-from sweeps.engine.signals import Stop, listening, wait_for
-from sweeps.engine.worker import Block, compile_kernels
-from sweeps.files.attributes import global_attributes
-from sweeps.files.datasets import StorageError, refuse_odd_output
-from sweeps.files.journal import BYTES_PER_POINT, Journal
-from sweeps.files.results import Written, try_writing, write_result
+from sweeps.engine.existing import RefusalError, Target, readable_manifest
+from sweeps.engine.outcome import (
+    RESULT_BYTES_PER_POINT,
+    Console,
+    JournaledResult,
+    Outcome,
+)
+from sweeps.engine.progress import Counts
+from sweeps.engine.recording import Recorder
+from sweeps.engine.resume import (
+    ExistingPolicy,
+    PreparedJournal,
+    complete_already,
+    prepare_journal,
+)
+from sweeps.engine.signals import Stop, listening
+from sweeps.files.atomic import StorageError, refuse_odd_output
+from sweeps.files.journal import BYTES_PER_POINT
 from sweeps.files.run_folder import RunFolder
-from sweeps.identity import seal_key
-
-# A float a result variable, less what compression gains.
-RESULT_BYTES_PER_POINT = 90
-
-# From so many points on, the first blocks are a pilot that tells the cost of the rest.
-_PILOT_FROM = 20_000
-
-_BLOCKS_TO_JUDGE = 3  # ... and of a small sweep so many
-
-_TELL_ABOVE, _ASK_ABOVE = 10.0, 3600.0  # seconds that are left
-
-
-@dataclass
-class _Sweep:
-    """A sweep that holds its output: everything between the lock and the result."""
-
-    wanted: Wanted
-    output: Path
-    folder: RunFolder
-    stop: Stop
-    console: Console
-    execution: Execution
-    stock: Stock
-    tally: Tally
-    doubts: np.ndarray = field(default_factory=lambda: np.zeros(2, dtype=np.int64))
-    costs: Costs = field(default_factory=Costs)
-
-    @property
-    def journal(self) -> Journal:
-        return self.stock.journal
-
-    # --- before ---
-
-    def prove_writable(self) -> None:
-        """Raise StorageError now rather than after the computation."""
-        missing = self.tally.left
-        needed = missing * BYTES_PER_POINT + self.tally.total * RESULT_BYTES_PER_POINT
-        free = shutil.disk_usage(self.folder.path).free
-        if free < needed:
-            raise StorageError(
-                f"{self.folder.path.parent} has {size_text(free)} left, but the sweep may need "
-                f"{size_text(needed)}; make room, or write elsewhere with -o"
-            )
-        attributes = self.attributes()
-        try_writing(self.wanted.grid, self.wanted.slabs, attributes, self.folder.result)
-
-    def announce(self) -> None:
-        """Say what is found and what is to be done."""
-        for warning in self.stock.warnings:
-            self.console.say(f"warning: {warning}")
-        shape = self.wanted.grid.shape
-        product = f" ({' x '.join(map(str, shape))})" if len(shape) > 1 else ""
-        found = f": {', '.join(self.stock.found)}" if self.stock.found else ""
-        self.console.say(f"{self.tally.total} points{product}{found}; {self.tally.left} to compute")
-
-    # --- computing ---
-
-    def compute(self) -> None:
-        """Compute what is missing, until it is done or a stop is requested."""
-        options = options_of(self.wanted.config)
-        remote = self.execution.backend == "dask" and self.execution.scheduler
-        if not remote and not wait_for(
-            lambda: compile_kernels(options, self.wanted.grid), self.stop
-        ):
-            return
-        large = self.tally.left >= _PILOT_FROM
-        pilot = pilot_points(self.tally.left) if large else 0
-        with ExitStack() as stack:
-            backend = stack.enter_context(make_backend(self.execution))
-            progress = stack.enter_context(make_progress(self.tally, wanted=self.console.progress))
-            self.stop.at_once += [backend.kill, progress.stop]
-            self.tally.begin()
-            stack.enter_context(self.folder.beating(lambda: self.beat(backend)))
-            blocks = finished_blocks(
-                self.wanted.grid,
-                options,
-                self.journal.done,
-                backend,
-                self.stop,
-                block_points=self.execution.block_points,
-                pilot=pilot,
-            )
-            try:
-                self._record(blocks, backend, progress, pilot)
-            except StorageError:
-                self.stop.request("the journal could not be written")
-                for _ in blocks:  # what is in flight cannot be kept any more
-                    pass
-                raise
-
-    def _record(
-        self, blocks: Iterator[Block], backend: Backend, progress: Progress, pilot: int
-    ) -> None:
-        for number, block in enumerate(blocks):
-            self._keep(block)
-            self.costs.learn(len(block.indices), block.seconds)
-            self.doubts += block.doubts
-            for message in block.messages:
-                self.console.say(f"warning: {message}")
-            self.tally.advance(len(block.indices))
-            progress.refresh()
-            if number == 0:
-                self._stop_if_all_fail(block)
-            if self.costs.blocks == (PILOT_BLOCKS if pilot else _BLOCKS_TO_JUDGE):
-                self._estimate(backend, progress)
-
-        self._keep(None)
-
-    def _keep(self, block: Block | None) -> None:
-        """Journal a block; in the end, have all of them on the disk."""
-        try:
-            if block is None:
-                self.journal.flush()
-            else:
-                self._meet(block)
-                self.journal.append(block.indices, block.results)
-        except OSError as error:
-            raise StorageError(self._not_written(error)) from error
-
-    def _meet(self, block: Block) -> None:
-        """Take note of a kind of processor that has not computed anything of this sweep yet."""
-        manifest = self.journal.manifest or {}
-        known = list(manifest.get("processors", []))
-        if not block.processor or block.processor in known:
-            return
-        self.journal.note(manifest | {"processors": sorted([*known, block.processor])})
-        if known:
-            self.console.say(
-                f"warning: a {block.processor} processor joins points computed on "
-                f"{', '.join(known)}: the last digits may differ between them"
-            )
-
-    def _stop_if_all_fail(self, block: Block) -> None:
-        alone = self.tally.found == 0 and self.tally.left > 0
-        if alone and block.failures == len(block.indices):
-            self.stop.request(
-                f"all {block.failures} points of the first block failed; if that is meant, the "
-                "same command goes on",
-                code=3,
-            )
-
-    def _estimate(self, backend: Backend, progress: Progress) -> None:
-        estimate = self.costs.estimate(self.tally.left, backend.slots)
-        if estimate.seconds < _TELL_ABOVE:
-            return
-        progress.say(f"time left: {estimate}")
-        if estimate.seconds > _ASK_ABOVE and self.console.confirm is not None:
-            progress.pause()
-            if not self.console.confirm("Go on?"):
-                self.stop.request("not wanted to go on")
-            progress.resume()
-
-    # --- after ---
-
-    def write(self, path: Path) -> Written:
-        """The result file from the journal."""
-        return write_result(
-            self.wanted.grid,
-            seal_key(self.wanted.settings, self.wanted.grid),
-            self.wanted.slabs,
-            self.journal.slab,
-            self.attributes(),
-            self.folder.result,
-            path,
-        )
-
-    def attributes(self) -> dict[str, str]:
-        """The global attributes of the result."""
-        manifest, attributes = self.journal.manifest or {}, global_attributes(self.wanted.config)
-        earlier = manifest.get("history", "")
-        if earlier:
-            attributes["history"] += "\n" + earlier
-        if manifest.get("processors"):
-            attributes["processor"] = ", ".join(manifest["processors"])
-        if manifest.get("mixed"):
-            attributes["mixed_with"] = "\n".join(manifest["mixed"])
-        return attributes
-
-    def outcome(self, statuses: np.ndarray, worst: float, **ended: Any) -> Outcome:
-        """What this run did."""
-        return Outcome(
-            self.output,
-            statuses,
-            worst,
-            computed=self.tally.computed,
-            seconds=self.tally.seconds,
-            kernel_seconds=self.costs.seconds,
-            doubts=(int(self.doubts[0]), int(self.doubts[1])),
-            **ended,
-        )
-
-    def stopped(self) -> Outcome:
-        """The outcome of a sweep that ended early."""
-        statuses = self.journal.statuses.copy()
-        statuses[Status.PENDING] = self.tally.left
-        return self.outcome(statuses, np.nan, stopped=self.stop.code, reason=self.stop.reason)
-
-    def beat(self, backend: Backend) -> dict[str, Any]:
-        """What the heartbeat says."""
-        state = "stopping" if self.stop.reason else "running"
-        return self.tally.as_dict() | {
-            "state": state,
-            "backend": self.execution.backend,
-            "slots": backend.slots,
-        }
-
-    def _not_written(self, error: OSError) -> str:
-        return (
-            f"cannot write {self.folder.journal}: {error.strerror or error}. "
-            f"{self.tally.done} of {self.tally.total} points are kept there; make room and give "
-            "the same command again"
-        )
+from sweeps.human import reason, size_text
 
 
 def sweep(
@@ -252,15 +41,15 @@ def sweep(
     *,
     console: Console,
     execution: Execution | None = None,
-    choices: Choices = Choices(),  # noqa: B008 - immutable
+    policy: ExistingPolicy = ExistingPolicy(),  # noqa: B008 - immutable
     stop: Stop | None = None,
     partial: bool = False,
     keep_journal: bool = False,
 ) -> Outcome:
     """Compute the points of a config that are not there yet, and write the result.
 
-    Finished blocks are kept in `<output>.run/` until the result is complete; a sweep that ends
-    early, for whatever reason, goes on from there. A finished result gets the points that a grown
+    Finished blocks are kept in `<output>.run/` until the result is complete; the same call resumes
+    a sweep that ended early, for whatever reason. A finished result gets the points that a grown
     config adds.
 
     Parameters
@@ -270,10 +59,10 @@ def sweep(
     output
         The result file.
     console
-        Where to speak, and whom to ask.
+        Prints, and asks.
     execution
         Workers and backend; by default those of the config.
-    choices
+    policy
         What to do with results that are there and do not fit.
     stop
         Ends the sweep early; signals request it too.
@@ -290,38 +79,33 @@ def sweep(
         Another run holds the output.
     StorageError
         Something cannot be read or written; what is finished is kept.
-    BackendError
+    ExecutorError
         The workers cannot be had, or were lost; what is finished is kept.
     """
     refuse_odd_output(output)
-    wanted, folder = Wanted.by(config), RunFolder(output)
-    stop = stop or Stop()
+    target, folder, stop = Target.of(config), RunFolder(output), stop or Stop()
     with folder.held(), listening(stop), _named_after(output):
         folder.discard_leftovers()
-        complete = None if partial else complete_already(wanted, output, folder, choices)
-        if complete is not None:
-            console.say(
-                f"{output} is complete: {int(complete.statuses.sum())} points, nothing to do"
-            )
-            return Outcome(output, complete.statuses, complete.worst_error)
         if partial:
-            _refuse_partial(output, folder, choices)
-            choices = replace(choices, overwrite=False, recompute=False)
-        stock = take_stock(wanted, output, folder, choices)
-        try:
-            run = _Sweep(
-                wanted,
-                output,
-                folder,
-                stop,
-                console,
-                execution or config.execution,
-                stock,
-                Tally(wanted.grid.size, stock.journal.statuses),
-            )
-            return _export(run) if partial else _finish(run, keep_journal)
-        finally:
-            stock.journal.close()
+            return _export(target, output, folder, policy)
+        complete = complete_already(target, output, folder, policy)
+        if complete is not None:
+            points = int(complete.statuses.sum())
+            console.say(f"{output} is complete: {points} points, nothing to do")
+            return Outcome(output, complete.statuses, complete.worst_error)
+        prepared = prepare_journal(target, output, folder, policy)
+        with closing(prepared.journal) as journal:
+            result = JournaledResult(target, journal, folder, output)
+            counts = Counts(target.grid.size, journal.statuses)
+            recorder = Recorder(journal, folder, counts, console, stop)
+            _announce(target, prepared, counts, console)
+            _require_room(folder, counts)
+            result.try_writing()
+            if counts.left:
+                recorder.compute(target, execution or config.execution)
+            if counts.left:
+                return _stopped(result, recorder, stop)
+            return _finished(result, recorder, keep_journal=keep_journal)
 
 
 @contextlib.contextmanager
@@ -332,43 +116,78 @@ def _named_after(output: Path) -> Iterator[None]:
     except StorageError:
         raise
     except OSError as error:
-        reason = error.strerror or error
         raise StorageError(
-            f"cannot read or write what belongs to {output}: {reason}; what is finished is kept"
+            f"cannot read or write what belongs to {output}: {reason(error)}; what is finished is "
+            "kept"
         ) from error
 
 
-def _finish(run: _Sweep, keep_journal: bool) -> Outcome:
-    run.announce()
-    run.prove_writable()
-    if run.tally.left:
-        run.compute()
-    if run.tally.left:
-        if not run.stop.reason:
-            raise RuntimeError(f"{run.tally.left} points did not come back from the workers")
-        return run.stopped()
-    written = run.write(run.output)
+# --- before ---
+
+
+def _announce(target: Target, prepared: PreparedJournal, counts: Counts, console: Console) -> None:
+    """Say what exists already and what is to be computed."""
+    for warning in prepared.warnings:
+        console.say(f"warning: {warning}")
+    shape = target.grid.shape
+    product = f" ({' x '.join(map(str, shape))})" if len(shape) > 1 else ""
+    found = f": {', '.join(prepared.found)}" if prepared.found else ""
+    console.say(f"{counts.total} points{product}{found}; {counts.left} to compute")
+
+
+def _require_room(folder: RunFolder, counts: Counts) -> None:
+    """Raise StorageError now rather than after the computation."""
+    needed = counts.left * BYTES_PER_POINT + counts.total * RESULT_BYTES_PER_POINT
+    free = shutil.disk_usage(folder.path).free
+    if free < needed:
+        raise StorageError(
+            f"{folder.path.parent} has {size_text(free)} left, but the sweep may need "
+            f"{size_text(needed)}; make room, or write elsewhere with -o"
+        )
+
+
+# --- after ---
+
+
+def _finished(result: JournaledResult, recorder: Recorder, *, keep_journal: bool) -> Outcome:
+    written, journal = result.write(), result.journal
     if keep_journal:
-        run.journal.note((run.journal.manifest or {}) | {"finished": True})
-    run.folder.remove(keep_journal=keep_journal)
-    return run.outcome(written.statuses, written.worst_error)
+        journal.note((journal.manifest or {}) | {"finished": True})
+    result.folder.remove(keep_journal=keep_journal)
+    return recorder.outcome(Outcome(result.output, written.statuses, written.worst_error))
 
 
-def _refuse_partial(output: Path, folder: RunFolder, choices: Choices) -> None:
+def _stopped(result: JournaledResult, recorder: Recorder, stop: Stop) -> Outcome:
+    statuses = result.journal.statuses.copy()
+    missing = len(result.journal.done) - int(statuses.sum())
+    if not stop.reason:
+        raise RuntimeError(f"{missing} points did not come back from the workers")
+    statuses[Status.PENDING] = missing
+    ended = Outcome(result.output, statuses, math.nan, stopped=stop.code, reason=stop.reason)
+    return recorder.outcome(ended)
+
+
+# --- without computing ---
+
+
+def _export(target: Target, output: Path, folder: RunFolder, policy: ExistingPolicy) -> Outcome:
+    """Write what is there, and leave the journal for the rest."""
+    _refuse_partial(output, folder, policy)
+    policy = replace(policy, overwrite=False, recompute=False)
+    with closing(prepare_journal(target, output, folder, policy).journal) as journal:
+        written = JournaledResult(target, journal, folder, output).write()
+        if journal.done.all():
+            folder.remove()
+    return Outcome(output, written.statuses, written.worst_error)
+
+
+def _refuse_partial(output: Path, folder: RunFolder, policy: ExistingPolicy) -> None:
     """Raise RefusalError where an export would write nothing, or less than there is."""
     manifest = readable_manifest(folder.journal)
     if manifest is None and not output.exists():
         raise RefusalError(f"nothing is there yet of {output}; leave out --partial to compute it")
-    if manifest and manifest["afresh"] and output.exists() and not choices.overwrite:
+    if manifest and manifest["afresh"] and output.exists() and not policy.overwrite:
         raise RefusalError(
-            f"{output} would lose its points to an unfinished sweep that was begun afresh; "
+            f"{output} would lose its points to an unfinished sweep that started from scratch; "
             "--overwrite does so, or finish the sweep first"
         )
-
-
-def _export(run: _Sweep) -> Outcome:
-    """Write what is there, and leave the journal for the rest."""
-    written = run.write(run.output)
-    if not run.tally.left:
-        run.folder.remove()
-    return run.outcome(written.statuses, written.worst_error)

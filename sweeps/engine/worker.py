@@ -34,13 +34,17 @@ class Task:
 
 @dataclass(frozen=True)
 class Block:
-    """Computed points: their numbers, result rows (n, 13) and what is to be told of them."""
+    """Computed points: their numbers (n,), result rows (n, columns) and what happened to them.
+
+    `suspicious` counts the points whose power balance, and whose stress, looks wrong without being
+    impossible; `messages` name the points that failed.
+    """
 
     indices: NDArray[np.int64]
     results: NDArray[np.float64]
     seconds: float = 0.0
     processor: str = ""
-    doubts: tuple[int, int] = (0, 0)
+    suspicious: tuple[int, int] = (0, 0)
     messages: tuple[str, ...] = ()
 
     @property
@@ -78,13 +82,13 @@ def compute_block(task: Task) -> Block:
         alone = [_alone(point, task.options, messages) for point in task.points]
         results = np.array(alone)
     seconds = time.monotonic() - begun
-    doubts = suspicious_balance(results), suspicious_stress(task.points, results)
+    suspicious = suspicious_balance(results), suspicious_stress(task.points, results)
     return Block(
         task.indices,
         results,
         seconds,
         processor(),
-        (int(doubts[0].sum()), int(doubts[1].sum())),
+        (int(suspicious[0].sum()), int(suspicious[1].sum())),
         tuple(messages),
     )
 
@@ -92,8 +96,8 @@ def compute_block(task: Task) -> Block:
 def failed_block(task: Task, reason: str) -> Block:
     """The block of points that no worker survives."""
     rows = np.tile(failed_row(), (len(task.indices), 1))
-    told = tuple(f"point {point.tolist()} failed: {reason}" for point in task.points)
-    return Block(task.indices, rows, messages=told)
+    messages = tuple(f"point {point.tolist()} failed: {reason}" for point in task.points)
+    return Block(task.indices, rows, messages=messages)
 
 
 def _alone(

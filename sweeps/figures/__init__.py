@@ -1,34 +1,24 @@
 """Pictures of result and trajectory files: they draw what a Dataset holds and compute nothing.
 
-`draw` chooses the picture, `save` writes it. The units of an axis come from the registry through
-the scale table of `labels`: the one place that converts Pa to MPa or m to µm.
+`draw` chooses the picture, `save` writes it. The figures stand in `sweeps.figure_table`; the units
+of an axis come from the registry through the scale table of `labels`, the one place that converts
+Pa to MPa or m to µm.
 """
 
 from __future__ import annotations
 
-import difflib
+import importlib
 from collections.abc import Callable
 
 import xarray as xr
 from matplotlib.figure import Figure
 
-from sweeps.figures.amplitudes import amplitudes, is_sweep
+from sweeps.figure_table import FIGURES, Data
 from sweeps.figures.save import save
 from sweeps.figures.segments import is_trajectory
-from sweeps.figures.trajectories import (
-    phase_portraits,
-    relative_motion,
-    time_courses,
-)
+from sweeps.human import did_you_mean
 
-__all__ = ["FIGURES", "default_figure", "draw", "save"]
-
-FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
-    "amplitudes": amplitudes,
-    "time_courses": time_courses,
-    "relative_motion": relative_motion,
-    "phase_portraits": phase_portraits,
-}
+__all__ = ["data_of", "default_figure", "draw", "obstacle", "save"]
 
 
 def draw(ds: xr.Dataset, figure: str | None = None) -> Figure:
@@ -48,27 +38,37 @@ def draw(ds: xr.Dataset, figure: str | None = None) -> Figure:
         For an unknown name, and for a figure that the dataset has no data for.
     """
     name = default_figure(ds) if figure is None else figure
-    if name not in FIGURES:
-        raise ValueError(_unknown(name))
-    _require_data(ds, name)
-    picture = FIGURES[name](ds)
+    if refused := obstacle(ds, name):
+        raise ValueError(refused)
+    module, function = FIGURES[name].function.split(".")
+    drawn: Callable[[xr.Dataset], Figure] = getattr(
+        importlib.import_module(f"{__name__}.{module}"), function
+    )
+    picture = drawn(ds)
     picture.set_label(str(ds.attrs.get("title", "")))
     return picture
 
 
+def data_of(ds: xr.Dataset) -> Data:
+    """What a dataset holds; whatever is no motion in time counts as a sweep."""
+    return "trajectory" if is_trajectory(ds) else "sweep"
+
+
 def default_figure(ds: xr.Dataset) -> str:
     """The name of the figure that fits the dataset best."""
-    return "time_courses" if is_trajectory(ds) else "amplitudes"
+    data = data_of(ds)
+    return next(name for name, entry in FIGURES.items() if entry.data == data)
 
 
-def _require_data(ds: xr.Dataset, name: str) -> None:
-    if name == "amplitudes" and not is_sweep(ds):
-        raise ValueError("the figure 'amplitudes' needs a sweep result: no amplitudes here")
-    if name != "amplitudes" and not is_trajectory(ds):
-        raise ValueError(f"the figure '{name}' needs a trajectory: no displacements in time here")
-
-
-def _unknown(name: str) -> str:
-    close = difflib.get_close_matches(name, FIGURES, n=1)
-    hint = f"; did you mean '{close[0]}'?" if close else f"; there are {', '.join(FIGURES)}"
-    return f"unknown figure '{name}'{hint}"
+def obstacle(ds: xr.Dataset, name: str) -> str:
+    """Why a figure cannot be drawn of a dataset, as a sentence; empty where it can."""
+    if name not in FIGURES:
+        hint = did_you_mean(name, FIGURES) or f"; there are {', '.join(FIGURES)}"
+        return f"unknown figure '{name}'{hint}"
+    entry, data = FIGURES[name], data_of(ds)
+    lacking = [needed for needed in entry.variables if needed not in ds.variables]
+    if entry.data != data:
+        return f"the figure '{name}' draws a {entry.data}, and this file holds none"
+    if lacking:
+        return f"the figure '{name}' needs {', '.join(lacking)}, which this file lacks"
+    return ""

@@ -8,13 +8,7 @@ from matplotlib.figure import Figure
 from sweeps.figures.curves import draw_curves
 from sweeps.figures.layout import layout_of
 from sweeps.figures.maps import draw_maps
-from sweeps.figures.missing import AMPLITUDES
-from sweeps.figures.table import draw_table
-
-
-def is_sweep(ds: xr.Dataset) -> bool:
-    """Whether the dataset holds amplitudes to draw."""
-    return all(name in ds for name in AMPLITUDES)
+from sweeps.figures.single_point import draw_point
 
 
 def amplitudes(ds: xr.Dataset) -> Figure:
@@ -22,5 +16,5 @@ def amplitudes(ds: xr.Dataset) -> Figure:
     ds = ds.squeeze()
     layout = layout_of(ds)
     if not layout.axes:
-        return draw_table(ds)
+        return draw_point(ds)
     return draw_curves(ds, layout) if len(layout.axes) == 1 else draw_maps(ds, layout)

@@ -107,7 +107,7 @@ def is_geometric(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> bool:
 def selections(ds: xr.Dataset, dims: tuple[str, ...], most: int) -> tuple[list[Selection], str]:
     """The slices over `dims`, at most `most` of them, and a note where that leaves some out."""
     indices = list(itertools.product(*(range(ds.sizes[dim]) for dim in dims)))
-    kept = _spread(len(indices), most)
+    kept = _evenly(len(indices), most)
     chosen = [_selection(ds, dict(zip(dims, indices[i], strict=True))) for i in kept]
     if len(kept) == len(indices):
         return chosen, ""
@@ -115,7 +115,7 @@ def selections(ds: xr.Dataset, dims: tuple[str, ...], most: int) -> tuple[list[S
     return chosen, f"{len(kept)} of {len(indices)} values of {names} are drawn."
 
 
-def _spread(count: int, most: int) -> list[int]:
+def _evenly(count: int, most: int) -> list[int]:
     """At most `most` indices below `count`, evenly spread, with both ends."""
     if count <= most:
         return list(range(count))

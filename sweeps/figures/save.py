@@ -9,6 +9,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from sweeps.files.atomic import replacing
+
 _DPI = 200
 # What changes between two runs, the date, or between two installations, the writer, is left out.
 _ANONYMOUS: dict[str, dict[str, str | None]] = {
@@ -40,7 +42,9 @@ def save(figure: Figure, paths: str | os.PathLike[str] | Iterable[str | Path]) -
     figure.set_layout_engine("none")
     pictures = [_render(figure, path.suffix.lower()) for path in targets]
     for path, picture in zip(targets, pictures, strict=True):
-        _replace(path, picture)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(path, fsync=False) as temporary:
+            temporary.write_bytes(picture)
     return targets
 
 
@@ -62,14 +66,3 @@ def _render(figure: Figure, suffix: str) -> bytes:
     metadata = {**_ANONYMOUS[suffix], "Title": str(figure.get_label()) or None}
     figure.savefig(picture, format=suffix[1:], dpi=_DPI, metadata=metadata)
     return picture.getvalue()
-
-
-def _replace(path: Path, content: bytes) -> None:
-    """Put a file in place at once, so that a full disk leaves the older one as it was."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        temporary.write_bytes(content)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)

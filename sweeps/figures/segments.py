@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 
 import numpy as np
 import xarray as xr
@@ -11,12 +10,10 @@ import xarray as xr
 from stickslip.variables import PARAMETERS
 from sweeps.figures.layout import Selection, point_label, selections
 
-NEEDED = ("time", "upper_displacement", "lower_displacement", "upper_velocity", "lower_velocity")
-
 
 def is_trajectory(ds: xr.Dataset) -> bool:
     """Whether the dataset holds motion in time."""
-    return all(name in ds.variables for name in NEEDED) and ds["time"].ndim > 0
+    return "time" in ds.variables and ds["time"].ndim > 0
 
 
 def runs(ds: xr.Dataset, most: int) -> tuple[list[Selection], str]:
@@ -27,24 +24,9 @@ def runs(ds: xr.Dataset, most: int) -> tuple[list[Selection], str]:
 
 
 def columns(ds: xr.Dataset, most: int) -> tuple[list[list[Selection]], str]:
-    """The trajectories by column: those that continue one another in time share one."""
-    everything, _ = runs(ds, most=_count(ds))
-    if _continue(everything):
-        return [everything], ""
+    """The trajectories, at most `most`, each as its sections; and a note of those left out."""
     kept, note = runs(ds, most)
     return [_sections(run) for run in kept], note
-
-
-def _count(ds: xr.Dataset) -> int:
-    return math.prod(ds["lower_displacement"].shape) // ds["time"].sizes[ds["time"].dims[-1]]
-
-
-def _continue(sections: list[Selection]) -> bool:
-    """Whether each trajectory starts where the one before ends, or one of its steps later."""
-    times = [section.dataset["time"].values for section in sections]
-    times = [time[np.isfinite(time)] for time in times]
-    pairs = itertools.pairwise(times)
-    return len(times) > 1 and all(0 <= b[0] - a[-1] < 1.5 * (a[-1] - a[-2]) for a, b in pairs)
 
 
 def _sections(run: Selection) -> list[Selection]:

@@ -19,6 +19,7 @@ from stickslip.status import Status
 from stickslip.trajectory import attributes
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps.config.load import Config
+from sweeps.files.columns import result_values
 from sweeps.grid import CASE, Grid
 from sweeps.identity import seal_key, settings_of
 
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Coordinate = tuple[tuple[str, ...], NDArray[np.generic], dict[str, str]]
-
-COUNTS = ("orbit_periods", "melting_count", "periods_integrated")
 
 _PACKAGES = ("stickslip", "numpy", "numba", "llvmlite", "xarray", "netCDF4", "joblib")
 
@@ -45,21 +44,18 @@ def result_dataset(config: Config, grid: Grid, results: NDArray[np.float64]) -> 
     config, grid
         What was computed.
     results
-        (grid.size, 13), columns as `kernels.RESULT_COLUMNS`; NaN rows, not yet computed, get the
-        status `pending`.
+        (grid.size, columns) as `RESULT_COLUMNS`; NaN rows, not yet computed, get the status
+        `pending`.
     """
     import xarray as xr
 
+    columns = zip(RESULT_COLUMNS, results.T, strict=True)
+    values = {name: result_values(name, column) for name, column in columns}
     data = {
-        name: xr.Variable(
-            grid.dims,
-            result_values(name, results[:, i]).reshape(grid.shape),
-            variable_attributes(name),
-        )
-        for i, name in enumerate(RESULT_COLUMNS)
+        name: xr.Variable(grid.dims, column.reshape(grid.shape), variable_attributes(name))
+        for name, column in values.items()
     }
-    values = (result_values(name, results[:, i]) for i, name in enumerate(RESULT_COLUMNS))
-    digests = [hashlib.sha256(column.tobytes()).hexdigest() for column in values]
+    digests = [hashlib.sha256(column.tobytes()).hexdigest() for column in values.values()]
     seal = {"data_sha256": data_sha256(seal_key(settings_of(config), grid), digests)}
     along = {name: xr.Variable(*described) for name, described in coordinates(grid).items()}
     return xr.Dataset(data, along, global_attributes(config) | seal)
@@ -73,19 +69,9 @@ def data_sha256(key: bytes, digests: Sequence[str]) -> str:
     key
         `identity.seal_key` of the settings and the grid.
     digests
-        SHA-256 of each result variable, in the order of `kernels.RESULT_COLUMNS`.
+        SHA-256 of each result variable, in the order of `RESULT_COLUMNS`.
     """
     return hashlib.sha256(key + "".join(digests).encode()).hexdigest()
-
-
-def result_values(name: str, column: NDArray[np.float64]) -> NDArray[np.generic]:
-    """A column of result rows as the variable of that name holds it; NaN, not computed, is told."""
-    if name == "status":
-        pending = np.isnan(column)
-        return np.where(pending, Status.PENDING, np.nan_to_num(column)).astype(np.int8)
-    if name in COUNTS:
-        return np.nan_to_num(column, nan=-1.0).astype(np.int32)
-    return column.astype(np.float64)
 
 
 def variable_attributes(name: str) -> dict[str, object]:

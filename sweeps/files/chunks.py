@@ -8,17 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 # A megabyte of each variable: what is read, filled, written and compressed at once.
-SLAB_POINTS = 131_072
+CHUNK_POINTS = 131_072
 
 
-class Slabs:
-    """Cuts the points 0 ... size - 1 of a grid into slabs, numbered in order.
+class Chunks:
+    """Cuts the points 0 ... size - 1 of a grid into chunks, numbered in order.
 
-    A slab is a range of points without a gap and a box of the array, so that a file can be written
-    and read slab by slab with the memory for one of them.
+    A chunk is a range of points without a gap and a box of the array, so that a file can be written
+    and read chunk by chunk with the memory for one of them.
     """
 
-    def __init__(self, shape: tuple[int, ...], most: int = SLAB_POINTS) -> None:
+    def __init__(self, shape: tuple[int, ...], most: int = CHUNK_POINTS) -> None:
         self._shape = shape
         inner, split = 1, len(shape) - 1
         while split > 0 and inner * shape[split] <= most:
@@ -34,19 +34,19 @@ class Slabs:
         return self._outer * self._per_length
 
     @property
-    def chunk(self) -> tuple[int, ...]:
-        """The box of a slab: a file that is chunked so is written a chunk at a time."""
+    def extent(self) -> tuple[int, ...]:
+        """The shape of a whole chunk; those at the end of an axis may be smaller."""
         if not self._shape:
             return ()
         return (1,) * self._split + (self._thickness, *self._shape[self._split + 1 :])
 
     def of(self, indices: NDArray[np.int64]) -> NDArray[np.int64]:
-        """The number of the slab in which each point lies."""
+        """The number of the chunk in which each point lies."""
         outer, within = np.divmod(indices, self._length * self._inner)
         return np.asarray(outer * self._per_length + within // (self._inner * self._thickness))
 
     def range(self, number: int) -> tuple[int, int]:
-        """The first point of a slab, and the one after its last."""
+        """The first point of a chunk, and the one after its last."""
         outer, part = divmod(number, self._per_length)
         begin = part * self._thickness
         end = min(begin + self._thickness, self._length)
@@ -54,7 +54,7 @@ class Slabs:
         return (offset + begin) * self._inner, (offset + end) * self._inner
 
     def box(self, number: int) -> tuple[slice, ...]:
-        """The slab as an index into the array."""
+        """The chunk as an index into the array."""
         if not self._shape:
             return ()
         outer, part = divmod(number, self._per_length)
@@ -66,7 +66,7 @@ class Slabs:
             *(slice(None) for _ in self._shape[self._split + 1 :]),
         )
 
-    def extent(self, number: int) -> tuple[int, ...]:
-        """The shape of the slab."""
+    def shape(self, number: int) -> tuple[int, ...]:
+        """The shape of this chunk."""
         lengths = zip(self.box(number), self._shape, strict=True)
         return tuple(len(range(*part.indices(length))) for part, length in lengths)

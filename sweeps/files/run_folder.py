@@ -14,8 +14,9 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
+from sweeps.files.atomic import StorageError, remove, replacing
 from sweeps.files.attributes import command_line
-from sweeps.files.datasets import StorageError
+from sweeps.human import reason
 
 _BEATS_EVERY = 1.0  # seconds
 # Long enough for a run that is just ending to take its lock away.
@@ -55,17 +56,17 @@ class RunFolder:
             lock.acquire()
         except Timeout:
             raise InUseError(self._in_use()) from None
-        except FileNotFoundError:  # the other run took the folder away under our feet
+        except FileNotFoundError:  # the other run removed the folder between these two lines
             raise InUseError(f"{self.path.with_suffix('')} is just being finished") from None
         except (OSError, RuntimeError) as error:
-            raise StorageError(f"cannot write into {self.path}: {_reason(error)}") from error
+            raise StorageError(f"cannot write into {self.path}: {reason(error)}") from error
         try:
             self._beat({"state": "starting"})  # over the last one of a run that was killed
             yield
         finally:
             if not self.journal.exists():
                 self.remove()
-            lock.release()  # last: what another run takes hold of is not ours to remove
+            lock.release()  # last: from here on the folder may belong to another run
 
     def is_held(self) -> bool:
         """Whether a run holds the output now."""
@@ -76,7 +77,7 @@ class RunFolder:
             lock.acquire()
         except Timeout:
             return True
-        except (OSError, RuntimeError):  # not ours to lock: the heartbeat tells the rest
+        except (OSError, RuntimeError):  # the lock of another user: only the heartbeat tells
             return bool(self.last_beat())
         lock.release()
         return False
@@ -92,8 +93,7 @@ class RunFolder:
     def discard_leftovers(self) -> None:
         """Take away what a killed run left half made; the journal stays."""
         for path in (self.result, self.journal.with_name("journal.new"), self._next_beat):
-            with contextlib.suppress(OSError):
-                path.unlink()
+            remove(path)
 
     def remove(self, *, keep_journal: bool = False) -> None:
         """Take away what is not needed any more; whatever is not ours stays, with the folder."""
@@ -127,9 +127,11 @@ class RunFolder:
     def _beat(self, said: dict[str, Any]) -> None:
         now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
         text = json.dumps(said | self._who | {"updated": now}) + "\n"
-        with contextlib.suppress(OSError):  # a sweep must not end for want of a heartbeat
-            self._next_beat.write_text(text)
-            self._next_beat.replace(self.heartbeat)
+        with (
+            contextlib.suppress(OSError),  # the sweep goes on without a heartbeat
+            replacing(self.heartbeat, self._next_beat, fsync=False) as new,
+        ):
+            new.write_text(text)
 
     @property
     def _next_beat(self) -> Path:
@@ -144,7 +146,3 @@ class RunFolder:
             else "a process that has not said its name yet"
         )
         return f"{self.path.with_suffix('')} is being written by another run ({holder})"
-
-
-def _reason(error: BaseException) -> str:
-    return str(getattr(error, "strerror", None) or error)

@@ -8,20 +8,19 @@ import re
 import resource
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from test_bad_configs import ALL
+from support.bad_configs import ALL
+from support.commands import Command, entries
 
 from stickslip.orbit import compute_orbits
-from sweeps.cli import app
-from sweeps.cli.app import main
+from sweeps.cli import inspect
 from sweeps.engine import worker
-from sweeps.files import datasets
+from sweeps.files import atomic
 from sweeps.files.datasets import open_result, write_dataset
 
 SWEEP = """\
@@ -29,38 +28,6 @@ sweep: {temperature: [200, 250]}
 integrator: {rtol: 1e-4}
 stationary: {rtol: 1e-4}
 """
-
-
-class Result(NamedTuple):
-    code: int
-    out: str
-    err: str
-
-
-Command = Callable[..., Result]
-
-
-@pytest.fixture
-def command(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Command:
-    """The real entry point, in this process and an empty folder that holds `a.yaml`."""
-    monkeypatch.chdir(tmp_path)
-    Path("a.yaml").write_text(SWEEP)
-
-    def call(*arguments: str) -> Result:
-        monkeypatch.setattr(sys, "argv", ["stickslip", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        out, err = capsys.readouterr()
-        assert "Traceback" not in out + err
-        return Result(int(ended.value.code or 0), out, err)
-
-    return call
-
-
-def entries(folder: Path | str = ".") -> list[str]:
-    return sorted(path.name for path in Path(folder).iterdir())
 
 
 # --- 2: usage and configs ---
@@ -189,10 +156,10 @@ def test_an_output_that_is_no_ordinary_file(
     code, out, err = command(verb, "a.yaml", *pick, "-o", "folder")
     assert (code, out, err) == (5, "", "folder is a folder; -o names a file\n")
     code, out, err = command(verb, "a.yaml", *pick, "-o", "pipe")
-    assert (code, out, err) == (5, "", "pipe is no ordinary file; -o names one\n")
+    assert (code, out, err) == (5, "", "pipe is not an ordinary file; -o names one\n")
     code, out, err = command(verb, "a.yaml", *pick, "-o", "a.yaml/b.nc")
     assert (code, out) == (5, "")
-    assert err == "cannot write a.yaml/b.nc: a.yaml is no folder\n"
+    assert err == "cannot write a.yaml/b.nc: a.yaml is not a folder\n"
     assert Path("a.yaml").read_text() == SWEEP
     assert entries() == ["a.yaml", "folder", "pipe"]
 
@@ -227,11 +194,15 @@ def test_a_write_that_fails_at_the_end_keeps_the_old_file(
     before = {path: path.read_bytes() for path in Path().iterdir()}
     again = ("sweep", "a.yaml", "--set", "T=[300]", "-o", "a.nc")
 
+    flush = atomic.flush
+
     def full(path: Path) -> None:
-        raise OSError(28, "No space left on device")
+        if path.name == "result.nc":
+            raise OSError(28, "No space left on device")
+        flush(path)
 
     with monkeypatch.context() as patch:
-        patch.setattr(datasets, "_flush", full)
+        patch.setattr(atomic, "flush", full)
         code, out, err = command(*again, *overwrite)
     assert (code, out) == (5, "")
     assert "cannot write a.nc: No space left on device" in err
@@ -302,7 +273,7 @@ def test_a_file_without_anything_to_draw(command: Command) -> None:
     write_dataset(xr.Dataset({"a": ("x", np.array([1.0, 2.0]))}), Path("a.nc"))
     code, out, err = command("plot", "a.nc")
     assert (code, out) == (2, "")
-    assert "needs a sweep result" in err
+    assert "needs elastic_stress_amplitude, friction_force_amplitude, which this file lacks" in err
     code, out, err = command("info", "a.nc")
     assert (code, err) == (0, "")
     assert "source: unknown" in out
@@ -344,7 +315,7 @@ def test_what_nobody_foresaw_is_one_line(
     def broken(*args: Any) -> None:
         raise error
 
-    monkeypatch.setattr(app, "read_settings", broken)
+    monkeypatch.setattr(inspect, "checked_config", broken)
     with caplog.at_level(logging.DEBUG):
         assert command("check", "a.yaml") == (code, "", message)
     if isinstance(error, ValueError):

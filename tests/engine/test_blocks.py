@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweeps.engine.blocks import PILOT_BLOCKS, Blocks, pilot_blocks
+from sweeps.engine.blocks import PILOT_BLOCKS, Blocks, Costs, pilot_blocks
 
 costs = st.lists(st.tuples(st.integers(1, 500), st.floats(0.0, 1e4)), max_size=20)
 
@@ -204,3 +204,28 @@ def test_a_pilot_comes_first_and_leaves_the_size_of_the_others_alone() -> None:
         np.testing.assert_array_equal(block, expected)
         blocks.learn(len(block), 0.01 * len(block))
     assert len(next(cut)) in (99, 100)
+
+
+# --- what they cost ---
+
+
+@given(
+    blocks=st.lists(st.tuples(st.integers(1, 1000), st.floats(1e-3, 1e3)), min_size=1, max_size=40),
+    points=st.integers(0, 10**7),
+    slots=st.integers(1, 64),
+)
+def test_the_time_is_that_of_the_ratio_of_totals(
+    blocks: list[tuple[int, float]], points: int, slots: int
+) -> None:
+    costs = Costs()
+    for block in blocks:
+        costs.learn(*block)
+    sizes, seconds = zip(*blocks, strict=True)
+    assert (costs.blocks, costs.points) == (len(blocks), sum(sizes))
+    assert costs.seconds == pytest.approx(sum(seconds))
+    expected = sum(seconds) / sum(sizes) * points / slots
+    assert costs.estimate(points, slots) == pytest.approx(expected)
+
+
+def test_no_block_gives_no_time() -> None:
+    assert Costs().estimate(1000, 4) == 0.0

@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from workers import (
+from support.processes import wait_until
+from support.workers import (
+    FREE,
     IMPATIENT,
     POINTS,
     ROOT,
@@ -22,13 +24,13 @@ from workers import (
     hash_without_backend,
     move_to,
     needs_dask,
-    next_line,
+    number_of_tasks,
+    open_gate,
     wait_for_blocks,
-    wait_until,
 )
 
-from sweeps.engine.executors import backends
-from sweeps.engine.executors.backends import WorkersLostError
+from sweeps.engine.executors.base import WorkersLostError
+from sweeps.engine.executors.dask import ClusterExecutor
 from sweeps.engine.in_memory import read_config, run
 from sweeps.engine.state import state_of
 from sweeps.files.datasets import content_hash
@@ -74,19 +76,16 @@ def test_a_cluster_gives_the_same_content_and_is_left_empty(
         wait_until(lambda: tasks() == 0)
 
 
-def number_of_tasks(dask_scheduler: Any) -> int:
-    return len(dask_scheduler.tasks)
-
-
 # --- workers and schedulers that die ---
 
 
 @pytest.mark.slow
 def test_a_sweep_survives_the_death_of_a_worker(cluster: Cluster, expected: str) -> None:
     victim, _ = cluster.worker(), cluster.worker()
-    sweep = command("--scheduler", cluster.address, hook=doing("traced_block"))
-    wait_for_blocks(6)
+    sweep = command("--scheduler", cluster.address, hook=doing("gated_block"))
+    wait_for_blocks(FREE)
     victim.kill()
+    open_gate()
     assert ended(sweep) == (0, "")
     assert hash_of_result() == expected
 
@@ -96,13 +95,14 @@ def test_a_sweep_without_workers_waits_for_new_ones(cluster: Cluster, expected: 
     hook = f"{IMPATIENT}; {doing('traced_block')}"
     sweep = command("--scheduler", cluster.address, hook=hook)
     waiting = f"WARNING: no worker is connected to {cluster.address}; waiting for one\n"
-    assert next_line(sweep) == waiting  # there were none from the start
+    sweep.says(waiting)  # there were none from the start
     victim = cluster.worker()
-    wait_for_blocks(6)
+    wait_for_blocks(FREE)
     victim.kill()
-    assert next_line(sweep) == waiting
+    sweep.says(waiting, times=2)
+    open_gate()
     cluster.worker()
-    assert ended(sweep) == (0, "")
+    assert ended(sweep) == (0, 2 * waiting)
     assert hash_of_result() == expected
 
 
@@ -111,7 +111,7 @@ def test_the_time_is_over_without_workers_too(cluster: Cluster) -> None:
     sweep = command("--scheduler", cluster.address, "--max-runtime", "2s", hook=IMPATIENT)
     code, err = ended(sweep)
     assert code == 4
-    assert "Stopped (the time of --max-runtime is over). 0 of 24 points are kept" in err
+    assert "Stopped: the time of --max-runtime is over. 0 of 24 points are kept" in err
 
 
 @pytest.mark.slow
@@ -119,8 +119,8 @@ def test_what_is_finished_survives_the_death_of_the_scheduler(
     cluster: Cluster, expected: str
 ) -> None:
     cluster.worker(), cluster.worker()
-    sweep = command("--scheduler", cluster.address, hook=doing("traced_block"))
-    wait_for_blocks(10)
+    sweep = command("--scheduler", cluster.address, hook=doing("gated_block"))
+    wait_for_blocks(FREE)
     cluster.processes[0].kill()
     code, err = ended(sweep)
     assert code == 4
@@ -181,5 +181,5 @@ def test_a_killed_task_tells_how_many_workers_it_has_cost() -> None:
     future: Future[Any] = Future()
     future.set_exception(KilledWorker("task", None, 3))
     with pytest.raises(WorkersLostError) as caught:
-        backends._Cluster("tcp://127.0.0.1:1")._result(future)
+        ClusterExecutor("tcp://127.0.0.1:1").result(future)
     assert caught.value.deaths == 4

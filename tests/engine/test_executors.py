@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import signal
-import subprocess
 import sys
 import threading
 import time
@@ -17,8 +16,9 @@ from typing import Any
 import numpy as np
 import psutil
 import pytest
-from workers import (
-    ENDED,
+from support.processes import HANGS, Running
+from support.workers import (
+    FREE,
     POINTS,
     POISON,
     command,
@@ -28,15 +28,16 @@ from workers import (
     hash_without_backend,
     move_to,
     needs_dask,
-    next_line,
+    open_gate,
     poisoned_block,
     wait_for_blocks,
 )
 
 from stickslip.status import Status
 from sweeps.config.schema import Execution
-from sweeps.engine.executors import backends
-from sweeps.engine.executors.backends import BackendError, WorkersLostError, make_backend
+from sweeps.engine.executors import cluster_task, dask, processes
+from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError
+from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.in_memory import read_config, run
 from sweeps.engine.options import options_of
 from sweeps.engine.signals import Stop
@@ -77,8 +78,8 @@ def test_processes_give_the_same_content_and_say_nothing_else(backend: str, expe
 def test_dask_that_is_missing_is_asked_for(missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, missing, None)
     with (
-        pytest.raises(BackendError, match=r"try: pip install 'stickslip\[dask\]'"),
-        make_backend(Execution(backend="dask")),
+        pytest.raises(ExecutorError, match=r"try: pip install 'stickslip\[dask\]'"),
+        make_executor(Execution(backend="dask")),
     ):
         pass
 
@@ -90,8 +91,8 @@ def test_a_point_that_kills_its_worker_costs_itself_alone(
 ) -> None:
     changes = ["gamma=0", "execution.block_points=2"]
     sound = run(read_config("a.yaml", changes)).squeeze()
-    monkeypatch.setattr(backends, "compute_block", poisoned_block)
-    monkeypatch.setattr(backends, "_compute_on_cluster", poisoned_block)
+    monkeypatch.setattr(processes, "compute_block", poisoned_block)
+    monkeypatch.setattr(dask, "compute_on_cluster", poisoned_block)
     found = run(read_config("a.yaml", [*changes, f"execution.backend={backend}"])).squeeze()
     poison = found.temperature == POISON
     assert found.status.where(poison, drop=True) == Status.FAILED
@@ -102,33 +103,35 @@ def test_a_point_that_kills_its_worker_costs_itself_alone(
 # --- the command is ended ---
 
 
-def begun(backend: str, hook: str) -> tuple[subprocess.Popen[str], list[Any]]:
+def begun(backend: str, hook: str) -> tuple[Running, list[Any]]:
     """A sweep with workers at work, and its processes."""
     sweep = command("--backend", backend, "--workers", "2", hook=hook)
-    wait_for_blocks(4)
+    wait_for_blocks(FREE)
     return sweep, psutil.Process(sweep.pid).children(recursive=True)
 
 
 def all_gone(processes: list[Any]) -> bool:
     assert len(processes) >= 2
-    return not psutil.wait_procs(processes, timeout=ENDED)[1]
+    return not psutil.wait_procs(processes, timeout=HANGS)[1]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("backend", PROCESSES)
 def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process(backend: str) -> None:
-    sweep, processes = begun(backend, doing("traced_block"))
+    sweep, processes = begun(backend, doing("gated_block"))
     os.killpg(sweep.pid, signal.SIGINT)  # as a terminal does
+    sweep.says("finishing the blocks in flight")
+    open_gate()
     code, err = ended(sweep)
     assert code == 130
     assert all_gone(processes)
     said = re.fullmatch(
         r"\nCtrl-C: finishing the blocks in flight; a second signal ends at once\n"
-        r"Stopped \(Ctrl-C\)\. (\d+) of 24 points are kept in a\.nc\.run\. To go on:\n.*\n",
+        r"Stopped: Ctrl-C\. (\d+) of 24 points are kept in a\.nc\.run\. To resume:\n.*\n",
         err,
     )
     assert said
-    assert 4 <= int(said[1]) < POINTS  # those in flight too
+    assert FREE <= int(said[1]) <= FREE + 2 * 2 < POINTS  # those in flight too
 
 
 @pytest.mark.slow
@@ -136,7 +139,7 @@ def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process(backend: str) -> No
 def test_a_second_ctrl_c_waits_for_nobody(backend: str) -> None:
     sweep, processes = begun(backend, doing("stuck_block"))
     os.killpg(sweep.pid, signal.SIGINT)
-    assert next_line(sweep) == "\n"
+    sweep.says("finishing the blocks in flight")
     os.killpg(sweep.pid, signal.SIGINT)
     code, err = ended(sweep)
     assert code == 130
@@ -148,9 +151,8 @@ def test_a_second_ctrl_c_waits_for_nobody(backend: str) -> None:
 @pytest.mark.parametrize("backend", PROCESSES)
 def test_processes_do_not_outlive_the_command(backend: str) -> None:
     sweep, processes = begun(backend, doing("stuck_block"))
-    sweep.kill()
+    sweep.process.kill()
     assert all_gone(processes)
-    sweep.communicate()
 
 
 # --- the pool by itself ---
@@ -163,14 +165,16 @@ def tasks() -> list[Task]:
     return [task_of(grid, np.array([i]), options_of(config)) for i in range(6)]
 
 
-class Scripted(backends._Pool):
-    """A pool in which tasks end as the test wants, one after another."""
+class Scripted(Executor):
+    """An executor in which tasks end as the test wants, one after another."""
 
     def __init__(self, slots: int, ends: list[Any]) -> None:
-        super().__init__("loky", slots)
+        super().__init__(slots)
         self._ends, self.taken = ends, 0
 
-    def _submit(self, _: Task) -> Future[Any]:
+    def __exit__(self, *_: object) -> None: ...
+
+    def submit(self, _: Task) -> Future[Any]:
         future: Future[Any] = Future()
         end = self._ends[self.taken]
         future.set_exception(end) if isinstance(end, Exception) else future.set_result(end)
@@ -206,10 +210,10 @@ def test_one_process_of_a_machine_compiles_at_a_time(
         time.sleep(0.1)
         inside -= 1
 
-    monkeypatch.setattr(backends, "prepare_kernels", prepare)
-    monkeypatch.setattr(backends, "compute_block", lambda _: None)
+    monkeypatch.setattr(cluster_task, "prepare_kernels", prepare)
+    monkeypatch.setattr(cluster_task, "compute_block", lambda _: None)
     threads = [
-        threading.Thread(target=backends._compute_on_cluster, args=(task,)) for task in tasks
+        threading.Thread(target=cluster_task.compute_on_cluster, args=(task,)) for task in tasks
     ]
     for thread in threads:
         thread.start()

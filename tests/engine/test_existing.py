@@ -8,7 +8,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import pytest
-from sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
+from support.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
 
 from stickslip.kernels.version import NUMERICS_VERSION
 from sweeps.files.datasets import open_result
@@ -260,7 +260,7 @@ def test_a_sweep_whose_first_block_fails_asks_before_it_goes_on(shell: Shell) ->
     shell.disturb = fail
     code, out, err = shell("sweep", config, "-o", "b.nc")
     assert (code, out) == (3, "")
-    assert "Stopped (all 1 points of the first block failed" in err
+    assert "Stopped: all 1 points of the first block failed" in err
     assert "  stickslip sweep b.yaml -o b.nc\n" in err
     assert not Path("b.nc").exists()
     code, out, _ = shell("sweep", config, "-o", "b.nc")
@@ -333,7 +333,7 @@ def test_the_end_of_the_granted_time_prints_the_command_to_go_on(shell: Shell) -
     config = write("b b.yaml", FOUR, LOOSE, ONE_BY_ONE)
     code, out, err = shell("sweep", config, "-o", "b.nc", "--max-runtime", "0.001s")
     assert (code, out) == (4, "")
-    assert "Stopped (the time of --max-runtime is over)." in err
+    assert "Stopped: the time of --max-runtime is over." in err
     assert err.endswith("\n  stickslip sweep 'b b.yaml' -o b.nc --max-runtime 0.001s\n")
     assert shell("sweep", config, "-o", "b.nc", "--max-runtime", "1h").code == 0
     assert hash_of("b.nc") == hash_of("a.nc")

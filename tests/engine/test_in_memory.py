@@ -5,11 +5,13 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
+import joblib
 import numpy as np
 import pytest
 import xarray as xr
+from support.workers import HERE, needs_dask, poisoned_block
 
 from stickslip import Parameters, Status, stationary_orbit
 from stickslip.orbit import compute_orbits, failed_row
@@ -70,24 +72,142 @@ def test_a_point_is_the_stationary_orbit_of_its_parameters(reference: xr.Dataset
         assert {name: point[name].item() for name in orbit} == orbit
 
 
-@pytest.mark.parametrize("first", ["", "import sweeps.pipeline; "])
+@pytest.mark.parametrize("first", ["", "import sweeps.engine.in_memory; "])
 def test_the_documented_import_is_a_function(first: str) -> None:
     code = f"{first}from sweeps import run; assert callable(run), run"
     subprocess.run([sys.executable, "-c", code], check=True, stderr=subprocess.DEVNULL)
 
 
-def test_workers_are_those_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
+# --- where it is computed ---
 
-    def observed(*args: Any, execution: Execution, **kwargs: Any) -> None:
-        asked.append((execution.workers, execution.block_points))
-        raise InterruptedError
 
-    monkeypatch.setattr(in_memory, "compute", observed)
-    for workers in (None, 5):
-        with pytest.raises(InterruptedError):
-            run(executed(workers=3, block_points=2), workers=workers)
-    assert asked == [(3, 2), (5, 2)]
+class Watched(joblib.Parallel):
+    """A joblib.Parallel that notes with how many workers and which backend it was made."""
+
+    made: ClassVar[list[tuple[int, str]]] = []
+
+    def __init__(self, n_jobs: int, **settings: Any) -> None:
+        super().__init__(n_jobs, **settings)
+        self.made.append((n_jobs, type(self._backend).__name__))
+
+
+class ChosenError(Exception):
+    """The executor of the config was asked for."""
+
+
+@pytest.fixture
+def watched(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Notes of each joblib.Parallel, and of the execution for which an executor was made."""
+
+    def refused(execution: Execution) -> None:
+        Watched.made.append(execution)
+        raise ChosenError
+
+    Watched.made.clear()
+    monkeypatch.setattr(joblib, "Parallel", Watched)
+    monkeypatch.setattr(in_memory, "make_executor", refused)
+    return Watched.made
+
+
+def test_by_default_it_is_the_threads_of_the_config(watched: list[Any]) -> None:
+    run(executed(workers=3))
+    assert watched == [(3, "ThreadingBackend")]
+
+
+@pytest.mark.parametrize("asked", ["threads", "loky"])
+def test_what_parallel_config_says_wins_over_the_config(watched: list[Any], asked: str) -> None:
+    with joblib.parallel_config("sequential", n_jobs=5):
+        run(executed(workers=3, backend=asked))
+    assert watched == [(5, "SequentialBackend")]
+
+
+def test_workers_win_over_all(watched: list[Any]) -> None:
+    with joblib.parallel_config("threading", n_jobs=5):
+        run(executed(workers=3), workers=4)
+    assert watched == [(4, "ThreadingBackend")]
+
+
+@pytest.mark.parametrize("backend", ["loky", "dask"])
+@pytest.mark.parametrize(("jobs", "workers"), [(None, 3), (5, 5), (-1, joblib.cpu_count())])
+def test_a_config_that_asks_for_processes_or_dask_gets_them(
+    watched: list[Any], backend: str, jobs: int | None, workers: int
+) -> None:
+    number = {} if jobs is None else {"n_jobs": jobs}
+    with joblib.parallel_config(**number), pytest.raises(ChosenError):
+        run(executed(workers=3, backend=backend))
+    assert [(made.backend, made.workers) for made in watched] == [(backend, workers)]
+
+
+def test_no_workers_are_refused() -> None:
+    with pytest.raises(ValueError, match="n_jobs == 0"):
+        run(CONFIG, workers=0)
+
+
+@pytest.mark.slow
+def test_the_content_is_the_same_on_the_processes_of_joblib(reference: xr.Dataset) -> None:
+    with joblib.parallel_config("loky", n_jobs=2):
+        assert content_hash(run(executed(block_points=2))) == content_hash(reference)
+
+
+@needs_dask
+@pytest.mark.slow
+def test_the_content_is_the_same_on_a_cluster_of_the_person(
+    reference: xr.Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from distributed import Client
+
+    with (
+        Client(n_workers=2, threads_per_worker=1, dashboard_address=":0") as client,
+        joblib.parallel_config("dask"),
+    ):
+        assert content_hash(run(executed(block_points=2))) == content_hash(reference)
+        assert len(client.ncores()) == 2
+
+
+@pytest.mark.slow
+def test_a_process_of_joblib_that_dies_is_told_with_what_came_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PYTHONPATH", HERE)
+    monkeypatch.setattr(in_memory, "compute_block", poisoned_block)
+    with (
+        joblib.parallel_config("loky", n_jobs=2),
+        pytest.raises(RuntimeError, match=r"only \d of 9 points came back from the workers"),
+    ):
+        run(executed(block_points=1))
+
+
+class Careless(joblib.Parallel):
+    """Loses a result."""
+
+    def __call__(self, tasks: Any) -> Any:
+        results = super().__call__(tasks)
+        next(results)
+        return results
+
+
+def test_lost_blocks_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(joblib, "Parallel", Careless)
+    with pytest.raises(RuntimeError, match="only 7 of 9 points"):
+        run(executed(workers=1, block_points=2))
+
+
+def test_the_kernels_are_compiled_before_the_workers_begin(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    order: list[str] = []
+
+    def watched(name: str) -> Any:
+        function = getattr(in_memory, name)
+        return lambda *arguments: (order.append(name), function(*arguments))[1]
+
+    for name in ("compile_kernels", "compute_block"):
+        monkeypatch.setattr(in_memory, name, watched(name))
+    run(executed(workers=2, block_points=5))
+    assert order == ["compile_kernels", "compute_block", "compute_block"]
+
+
+# --- on the way ---
 
 
 def test_progress_is_told_block_by_block() -> None:

@@ -12,7 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip import Options, Parameters, stability
+from stickslip.options import OptionError
 from sweeps.config.load import Config, from_mapping
+from sweeps.config.schema import Film
 from sweeps.engine import options
 from sweeps.engine.options import coarse_step, options_of, unstable_step
 
@@ -51,6 +53,13 @@ def test_each_setting_changes_its_own_option_alone(
     found = options_of(from_mapping(config))
     expected = {field.name: getattr(Options(), field.name) for field in fields(Options)}
     assert {name: getattr(found, name) for name in expected} == expected | changes
+
+
+def test_the_friction_law_reaches_the_integrators() -> None:
+    film = Film.model_construct(friction="another")
+    config = from_mapping({}).model_copy(update={"film": film})
+    with pytest.raises(OptionError, match="friction must be one of"):
+        options_of(config)
 
 
 def test_an_adaptive_config_has_no_unstable_step() -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from stickslip import Status
 from sweeps.engine import progress
-from sweeps.engine.progress import Tally, duration, make_progress
+from sweeps.engine.progress import Counts, make_progress
 
 
 class Clock:
@@ -51,47 +51,50 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     return clock
 
 
-def counts(**by_status: int) -> np.ndarray:
-    found = np.zeros(128, dtype=np.int64)
+def found(**by_status: int) -> np.ndarray:
+    statuses = np.zeros(128, dtype=np.int64)
     for name, count in by_status.items():
-        found[Status[name.upper()]] = count
-    return found
+        statuses[Status[name.upper()]] = count
+    return statuses
 
 
-def advanced(tally: Tally, statuses: np.ndarray, **by_status: int) -> None:
-    """As a sweep does it: the journal counts in the statuses, the tally the points."""
-    statuses += counts(**by_status)
-    tally.advance(sum(by_status.values()))
+def advanced(counts: Counts, statuses: np.ndarray, seconds: float = 0.0, **by_status: int) -> None:
+    """As a sweep does it: the journal counts in the statuses, then a block is told."""
+    statuses += found(**by_status)
+    counts.advance(sum(by_status.values()), seconds)
 
 
 # --- the numbers ---
 
 
-def test_a_tally_counts_what_was_found_and_what_this_run_adds(clock: Clock) -> None:
-    statuses = counts(ok=30, diverged=2)
-    tally = Tally(100, statuses)
+def test_what_was_found_and_what_this_run_adds_is_counted(clock: Clock) -> None:
+    statuses = found(ok=30, diverged=2)
+    counts = Counts(100, statuses)
     clock.now += 77.0  # compiling
-    tally.begin()
-    assert (tally.total, tally.found, tally.computed) == (100, 32, 0)
-    assert (tally.done, tally.left, tally.failed) == (32, 68, 2)
-    assert (tally.seconds, tally.rate, tally.seconds_left) == (0.0, 0.0, None)
+    workers = 1
+    counts.begin(lambda: workers)
+    assert (counts.total, counts.found, counts.computed) == (100, 32, 0)
+    assert (counts.done, counts.left, counts.failed) == (32, 68, 2)
+    assert (counts.seconds, counts.rate, counts.seconds_left) == (0.0, 0.0, None)
     clock.now += 2.0
-    advanced(tally, statuses, ok=13, not_stationary=4)
-    assert (tally.found, tally.computed, tally.done, tally.left) == (32, 17, 49, 51)
-    assert (tally.failed, tally.seconds, tally.rate) == (6, 2.0, 8.5)
-    assert tally.seconds_left == 6.0
-    assert str(tally) == "49/100 points, 6 failed, 8.5 points/s, about 6.0 s left"
-    advanced(tally, statuses, ok=51)
-    assert (tally.left, tally.seconds_left) == (0, 0.0)
+    advanced(counts, statuses, 3.4, ok=13, not_stationary=4)
+    assert (counts.found, counts.computed, counts.done, counts.left) == (32, 17, 49, 51)
+    assert (counts.failed, counts.seconds, counts.rate) == (6, 2.0, 8.5)
+    assert counts.seconds_left == pytest.approx(51 * 3.4 / 17)
+    workers = 2  # one more has come
+    assert counts.seconds_left == pytest.approx(51 * 3.4 / 17 / 2)
+    assert str(counts) == "49/100 points, 6 failed, 8.5 points/s, about 5.1 s left"
+    advanced(counts, statuses, ok=51)
+    assert (counts.left, counts.seconds_left) == (0, 0.0)
 
 
 def test_a_heartbeat_tells_the_same_numbers(clock: Clock) -> None:
-    statuses = counts(ok=1)
-    tally = Tally(10, statuses)
-    assert tally.as_dict()["seconds_left"] is None
+    statuses = found(ok=1)
+    counts = Counts(10, statuses)
+    assert counts.as_dict()["seconds_left"] is None
     clock.now += 4.0
-    advanced(tally, statuses, ok=1, step_limit=1)
-    assert tally.as_dict() == {
+    advanced(counts, statuses, 4.0, ok=1, step_limit=1)
+    assert counts.as_dict() == {
         "points": 10,
         "done": 3,
         "failed": 1,
@@ -101,11 +104,12 @@ def test_a_heartbeat_tells_the_same_numbers(clock: Clock) -> None:
         "seconds": 4.0,
         "points_per_second": 0.5,
         "seconds_left": 14.0,
+        "slots": 1,
     }
 
 
 def test_without_a_computed_point_no_time_is_promised(clock: Clock) -> None:
-    assert str(Tally(10, counts(ok=4))) == "4/10 points, 0 failed, 0.0 points/s"
+    assert str(Counts(10, found(ok=4))) == "4/10 points, 0 failed, 0.0 points/s"
 
 
 # --- lines in a log ---
@@ -117,11 +121,11 @@ def test_lines_come_every_few_seconds_whether_a_point_is_done_or_not(
     log = Log(3)
     monkeypatch.setattr(sys, "stderr", log)
     monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.005)
-    statuses = counts()
-    tally = Tally(100, statuses)
+    statuses = found()
+    counts = Counts(100, statuses)
     clock.now += 2.0
-    advanced(tally, statuses, ok=9, failed=1)
-    with make_progress(tally):
+    advanced(counts, statuses, 2.0, ok=9, failed=1)
+    with make_progress(counts):
         assert log.there.wait(60.0)
     lines = log.getvalue().splitlines()
     assert len(lines) >= 3
@@ -135,7 +139,7 @@ def test_after_the_end_no_line_comes(monkeypatch: pytest.MonkeyPatch, early: boo
     monkeypatch.setattr(sys, "stderr", log)
     monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.001)
     before = set(threading.enumerate())
-    with make_progress(Tally(10, counts())) as shown:
+    with make_progress(Counts(10, found())) as shown:
         (clockwork,) = set(threading.enumerate()) - before
         assert log.there.wait(60.0)
         if early:
@@ -146,7 +150,7 @@ def test_after_the_end_no_line_comes(monkeypatch: pytest.MonkeyPatch, early: boo
 
 def test_a_short_sweep_needs_no_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert progress._SECONDS_BETWEEN_LINES >= 2.0
-    with make_progress(Tally(10, counts())) as shown:
+    with make_progress(Counts(10, found())) as shown:
         shown.refresh()
         shown.pause()
         shown.resume()
@@ -155,7 +159,7 @@ def test_a_short_sweep_needs_no_line(capsys: pytest.CaptureFixture[str]) -> None
 
 
 def test_what_is_said_is_a_line(capsys: pytest.CaptureFixture[str]) -> None:
-    with make_progress(Tally(10, counts())) as shown:
+    with make_progress(Counts(10, found())) as shown:
         shown.say("time left: [about] 3 min")
     assert capsys.readouterr() == ("", "time left: [about] 3 min\n")
 
@@ -167,7 +171,7 @@ def test_nothing_where_nothing_is_wanted(
     monkeypatch.setattr(sys, "stderr", stream())
     monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.001)
     before = threading.active_count()
-    with make_progress(Tally(10, counts()), wanted=False) as shown:
+    with make_progress(Counts(10, found()), wanted=False) as shown:
         assert threading.active_count() == before
         shown.refresh()
         shown.say("a line")
@@ -208,11 +212,11 @@ def last_line(text: str) -> str:
 def test_a_terminal_gets_a_bar_that_fits_and_gives_the_cursor_back(
     clock: Clock, monkeypatch: pytest.MonkeyPatch, total: int, seconds: float, expected: str
 ) -> None:
-    terminal, statuses = terminal_of(monkeypatch), counts()
-    tally = Tally(total, statuses)
-    with make_progress(tally) as shown:
+    terminal, statuses = terminal_of(monkeypatch), found()
+    counts = Counts(total, statuses)
+    with make_progress(counts) as shown:
         clock.now += seconds
-        advanced(tally, statuses, ok=2497, diverged=3)
+        advanced(counts, statuses, seconds, ok=2497, diverged=3)
         shown.refresh()
     text = terminal.getvalue()
     assert text.count(HIDDEN) == text.count(VISIBLE) == 1
@@ -223,14 +227,14 @@ def test_a_terminal_gets_a_bar_that_fits_and_gives_the_cursor_back(
 
 def test_the_bar_begins_with_what_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = terminal_of(monkeypatch)
-    with make_progress(Tally(100, counts(ok=30, failed=2))):
+    with make_progress(Counts(100, found(ok=30, failed=2))):
         pass
     assert "32/100 points, 2 failed," in last_line(terminal.getvalue())
 
 
 def test_stopping_gives_the_terminal_back_once(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = terminal_of(monkeypatch)
-    with make_progress(Tally(10, counts())) as shown:
+    with make_progress(Counts(10, found())) as shown:
         shown.stop()
         stopped = terminal.getvalue()
         assert stopped.endswith("\n" + VISIBLE)
@@ -239,7 +243,7 @@ def test_stopping_gives_the_terminal_back_once(monkeypatch: pytest.MonkeyPatch) 
 
 def test_a_question_has_the_terminal_for_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = terminal_of(monkeypatch)
-    with make_progress(Tally(10, counts())) as shown:
+    with make_progress(Counts(10, found())) as shown:
         shown.pause()
         asked = terminal.getvalue()
         assert asked.endswith("\n" + VISIBLE)
@@ -252,26 +256,8 @@ def test_a_question_has_the_terminal_for_itself(monkeypatch: pytest.MonkeyPatch)
 
 def test_what_is_said_stands_above_the_bar_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = terminal_of(monkeypatch)
-    with make_progress(Tally(10, counts())) as shown:
+    with make_progress(Counts(10, found())) as shown:
         shown.say("time left: [red] 3 min")
     plain = re.sub(r"\x1b\[[\d;?]*\w", "", terminal.getvalue())
     assert "time left: [red] 3 min\n" in plain
     assert "0/10 points" in last_line(terminal.getvalue())
-
-
-@pytest.mark.parametrize(
-    ("seconds", "text"),
-    [
-        (0.04, "0.0 s"),
-        (8.42, "8.4 s"),
-        (59.9, "59.9 s"),
-        (59.96, "1 min 0 s"),
-        (60.0, "1 min 0 s"),
-        (200.4, "3 min 20 s"),
-        (3599.4, "59 min 59 s"),
-        (3600.0, "1 h 0 min"),
-        (7530.0, "2 h 5 min"),
-    ],
-)
-def test_durations_read_as_they_are_said(seconds: float, text: str) -> None:
-    assert duration(seconds) == text

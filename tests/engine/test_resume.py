@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
+from support.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
 
 from sweeps.engine import worker
 from sweeps.files.datasets import open_result
@@ -190,7 +190,7 @@ def test_an_interrupted_sweep_computes_what_is_missing_and_gives_the_same_bits(
     first = shell.values("temperature")
     assert (code, out) == (4, "")
     assert 2 <= len(first) < 4
-    assert f"{len(first)} of 4 points are kept in results/a.nc.run. To go on:\n" in err
+    assert f"{len(first)} of 4 points are kept in results/a.nc.run. To resume:\n" in err
     assert err.endswith("\n  stickslip sweep a.yaml\n")
     code, _, err = shell("sweep", config)
     assert (code, err) == (

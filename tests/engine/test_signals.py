@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import os
+import pty
+import re
+import select
 import signal
+import sys
 import threading
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
+from support.processes import HANGS, Running, default_signals
 
 from sweeps.engine import signals
-from sweeps.engine.signals import INTERRUPTED, STOPPED, Stop, listening, parse_duration, wait_for
+from sweeps.engine.signals import Stop, interruptible, listening, parse_duration, wait_for
+from sweeps.exits import Exit
 
 
 class Clock:
@@ -93,18 +100,18 @@ def test_the_time_that_was_granted_ends(clock: Clock) -> None:
     clock.now += 0.1
     assert stop.requested
     assert stop.reason == "the time of --max-runtime is over"
-    assert stop.code == STOPPED == 4
+    assert stop.code == Exit.STOPPED
     clock.now -= 5.0
     assert stop.requested  # once and for all
 
 
 def test_the_first_reason_counts(clock: Clock) -> None:
     stop = Stop(10.0)
-    stop.request("all points fail", code=3)
-    stop.request("Ctrl-C", code=INTERRUPTED)
+    stop.request("all points fail", code=Exit.FAILED_POINTS)
+    stop.request("Ctrl-C", code=Exit.INTERRUPTED)
     clock.now += 20.0
     assert stop.requested
-    assert (stop.reason, stop.code) == ("all points fail", 3)
+    assert (stop.reason, stop.code) == ("all points fail", Exit.FAILED_POINTS)
 
 
 # --- signals ---
@@ -113,9 +120,9 @@ def test_the_first_reason_counts(clock: Clock) -> None:
 @pytest.mark.parametrize(
     ("number", "reason", "code"),
     [
-        (signal.SIGINT, "Ctrl-C", INTERRUPTED),
-        (signal.SIGTERM, "SIGTERM", STOPPED),
-        (signal.SIGHUP, "SIGHUP", STOPPED),
+        (signal.SIGINT, "Ctrl-C", Exit.INTERRUPTED),
+        (signal.SIGTERM, "SIGTERM", Exit.STOPPED),
+        (signal.SIGHUP, "SIGHUP", Exit.STOPPED),
     ],
 )
 def test_a_signal_requests_a_stop_and_the_next_one_ends_at_once(
@@ -130,7 +137,7 @@ def test_a_signal_requests_a_stop_and_the_next_one_ends_at_once(
     before = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
     stop = Stop()
     stop.at_once += [lambda: ended.append("first"), lambda: ended.append("second")]
-    with listening(stop):
+    with default_signals(), listening(stop):
         assert not stop.requested
         signal.raise_signal(number)
         assert (stop.requested, stop.reason, stop.code) == (True, reason, code)
@@ -190,3 +197,127 @@ def test_what_work_raises_is_raised_here(error: BaseException) -> None:
     with pytest.raises(type(error)) as caught:
         wait_for(raising(error), Stop())
     assert caught.value is error
+
+
+# --- Ctrl-C during work that does not look for signals ---
+
+# Minutes of work in blocks of one point: whatever the machine, the signal comes while it runs.
+LONG = """\
+sweep:
+  temperature: {linspace: [150, 320], num: 2000}
+integrator: {rtol: 1e-10}
+stationary: {rtol: 1e-10}
+execution: {block_points: 1}
+"""
+
+
+def test_work_is_done_in_another_thread_and_its_result_comes_back() -> None:
+    assert interruptible(lambda: 42, "never said") == 42
+    assert interruptible(lambda: None, "never said") is None
+    assert interruptible(threading.current_thread, "never said") is not threading.main_thread()
+
+
+@pytest.mark.parametrize("error", [ValueError("mine"), SystemExit(4), KeyboardInterrupt()])
+def test_what_interruptible_work_raises_is_raised(error: BaseException) -> None:
+    with pytest.raises(type(error)) as caught:
+        interruptible(raising(error), "never said")
+    assert caught.value is error
+
+
+@pytest.mark.parametrize("stubborn", ["time.sleep(1000)", "while_true()"])
+def test_ctrl_c_does_not_wait_for_the_work(stubborn: str) -> None:
+    code = (
+        "import sys, time\n"
+        "from sweeps.engine.signals import interruptible\n"
+        "def while_true():\n"
+        "    while True: pass\n"
+        f"def work(): print('ready', flush=True); {stubborn}\n"
+        "try: interruptible(work, 'the message')\n"
+        "finally: print('too late')\n"
+    )
+    child = Running("-c", code)
+    child.says("ready\n")
+    child.signal(signal.SIGINT)
+    assert child.ended() == (130, "ready\n", "\nthe message\n")
+
+
+def left_over(folder: Path) -> list[str]:
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+
+def in_run_folder(output: str) -> list[str]:
+    return [f"{output}.run/{name}" for name in ("heartbeat.json", "journal", "lock")]
+
+
+@pytest.mark.slow
+def test_ctrl_c_during_a_sweep(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text(LONG)
+    child = Running("-m", "sweeps.cli", "sweep", "a.yaml", cwd=tmp_path)
+    child.says("/2000 points, 0 failed, ")  # compiled and under way
+    assert child.err.startswith("2000 points; 2000 to compute\n")
+    child.signal(signal.SIGINT)
+    code, out, err = child.ended()
+    assert (code, out) == (130, "")
+    heard, kept, again = err[err.index("\nCtrl-C") :].strip().splitlines()
+    assert heard == "Ctrl-C: finishing the blocks in flight; a second signal ends at once"
+    assert re.fullmatch(
+        r"Stopped: Ctrl-C\. \d+ of 2000 points are kept in results/a\.nc\.run\. To resume:", kept
+    )
+    assert again == "  stickslip sweep a.yaml"
+    assert left_over(tmp_path) == ["a.yaml", *in_run_folder("results/a.nc")]
+
+
+@pytest.mark.slow
+def test_ctrl_c_on_a_terminal_shows_the_cursor_again(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text(LONG)
+    old = tmp_path / "a.nc"
+    old.write_bytes(b"an older result")
+    with default_signals():
+        child, terminal = pty.fork()
+    if child == 0:
+        os.chdir(tmp_path)
+        os.environ["TERM"] = "xterm"
+        os.execv(
+            sys.executable,
+            [sys.executable, "-m", "sweeps.cli", "sweep", "a.yaml", "-o", "a.nc", "--overwrite"],
+        )
+    seen, sent = b"", False
+    while select.select([terminal], [], [], HANGS)[0]:
+        try:
+            seen += os.read(terminal, 65536)
+        except OSError:  # the other end has closed
+            break
+        if not sent and b"points/s" in seen:
+            os.write(terminal, b"\x03")
+            sent = True
+    os.close(terminal)  # which ends a child that hangs
+    assert sent
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 130
+    tail = seen[seen.rindex(b"\x1b[?25l") :].decode()
+    bar, message = tail.split("\x1b[?25h")
+    assert "/2000" in bar
+    assert "Ctrl-C: finishing the blocks in flight" in bar
+    assert message.strip().startswith("Stopped: Ctrl-C. ")
+    assert message.strip().endswith("To resume:\r\n  stickslip sweep a.yaml -o a.nc")
+    assert old.read_bytes() == b"an older result"
+    assert left_over(tmp_path) == ["a.nc", *in_run_folder("a.nc"), "a.yaml"]
+
+
+@pytest.mark.slow
+def test_ctrl_c_during_a_trajectory(tmp_path: Path) -> None:
+    arguments = ["--periods", "1000", "--set", "integrator.rtol=1e-12", "-o", "a.nc"]
+    code = (
+        "from sweeps.engine import trajectories\n"
+        "from sweeps.cli import main\n"
+        "simulate = trajectories.simulate\n"
+        "def announced(*a, **k):\n"
+        "    print('ready', flush=True)\n"
+        "    return simulate(*a, **k)\n"
+        "trajectories.simulate = announced\n"
+        "main()\n"
+    )
+    child = Running("-c", code, "simulate", *arguments, cwd=tmp_path)
+    child.says("ready\n")
+    child.signal(signal.SIGINT)
+    assert child.ended() == (130, "ready\n", "\nInterrupted; nothing was kept.\n")
+    assert left_over(tmp_path) == []

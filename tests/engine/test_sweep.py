@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import sys
 from collections import namedtuple
 from pathlib import Path
 from typing import Any
@@ -12,8 +11,8 @@ import pytest
 
 from stickslip import Status
 from sweeps.config.load import from_mapping
-from sweeps.engine import worker
-from sweeps.engine.outcome import Console, Outcome, size_text
+from sweeps.engine import recording, worker
+from sweeps.engine.outcome import Console, Outcome
 from sweeps.engine.sweep import sweep
 from sweeps.files.datasets import StorageError, open_result
 from sweeps.files.run_folder import RunFolder
@@ -49,8 +48,8 @@ def swept(path: Path, heard: Heard, **options: Any) -> Outcome:
 @pytest.fixture
 def hours(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever is left is worth telling and asking."""
-    monkeypatch.setattr(sys.modules["sweeps.engine.sweep"], "_TELL_ABOVE", 0.0)
-    monkeypatch.setattr(sys.modules["sweeps.engine.sweep"], "_ASK_ABOVE", 0.0)
+    monkeypatch.setattr(recording, "_TELL_ABOVE", 0.0)
+    monkeypatch.setattr(recording, "_ASK_ABOVE", 0.0)
 
 
 def test_a_long_sweep_asks_and_goes_on(tmp_path: Path, hours: None) -> None:
@@ -132,17 +131,3 @@ def test_a_file_that_is_not_ours_stays_in_the_folder(tmp_path: Path) -> None:
     (folder.path / "notes.txt").write_text("mine")
     swept(path, Heard())
     assert [entry.name for entry in folder.path.iterdir()] == ["notes.txt"]
-
-
-@pytest.mark.parametrize(
-    ("count", "text"),
-    [
-        (5, "5 bytes"),
-        (1023, "1023 bytes"),
-        (2048, "2.0 KiB"),
-        (5e6, "4.8 MiB"),
-        (5e12, "4656.6 GiB"),
-    ],
-)
-def test_sizes_read_as_they_are_said(count: float, text: str) -> None:
-    assert size_text(count) == text

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
-from stickslip import Options, Status, kernels, orbit
+from stickslip import Options, Status
 from stickslip.compiled.cache import processor
 from stickslip.orbit import compute_orbits, failed_row
 from stickslip.plausibility import suspicious_balance, suspicious_stress
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import from_mapping
 from sweeps.config.schema import Execution
-from sweeps.engine import dispatch, worker
-from sweeps.engine.dispatch import compute
+from sweeps.engine import worker
+from sweeps.engine.in_memory import compute
 from sweeps.engine.worker import (
     Block,
     Task,
@@ -119,9 +119,9 @@ def test_a_block_counts_the_results_that_look_wrong(monkeypatch: pytest.MonkeyPa
         return results, finals
 
     task = task_of(GRID, EVERYTHING, OPTIONS)
-    assert compute_block(task).doubts == (0, 0)
+    assert compute_block(task).suspicious == (0, 0)
     monkeypatch.setattr(worker, "compute_orbits", odd)
-    assert compute_block(task).doubts == (5, 3)
+    assert compute_block(task).suspicious == (5, 3)
 
 
 # --- exceptions ---
@@ -189,28 +189,6 @@ def test_ctrl_c_is_no_failed_point(monkeypatch: pytest.MonkeyPatch, workers: int
         computed(workers)
 
 
-class Careless:
-    """A backend that loses a block."""
-
-    slots, block_seconds = 1, 1.0
-
-    def __enter__(self) -> Careless:
-        return self
-
-    def __exit__(self, *_: object) -> None: ...
-
-    def blocks(self, tasks: Iterator[Task], *_: object) -> Iterator[Block]:
-        for number, task in enumerate(tasks):
-            if number != 1:
-                yield compute_block(task)
-
-
-def test_lost_blocks_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(dispatch, "make_backend", lambda _: Careless())
-    with pytest.raises(RuntimeError, match="only 7 of 12 points"):
-        computed(1, 5)
-
-
 # --- before ---
 
 
@@ -219,21 +197,9 @@ def test_kernels_are_made_ready_for_the_fluids_of_the_grid(
 ) -> None:
     asked = []
 
-    def observed(gammas: np.ndarray, settings: kernels.Settings) -> None:
-        asked.append((set(np.ravel(gammas).tolist()), settings.rtol))
+    def observed(options: Options, gammas: np.ndarray) -> None:
+        asked.append((options, gammas.tolist()))
 
-    monkeypatch.setattr(kernels, "compile_lanes", observed)
+    monkeypatch.setattr(worker, "prepare_kernels", observed)
     compile_kernels(OPTIONS, GRID)
-    assert asked == [({-2 / 3, 0.0, 2 / 3}, OPTIONS.rtol)]
-
-
-def test_the_fixed_step_is_made_ready_without_a_point(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
-
-    def observed(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
-        asked.append((points.shape, options.method))
-        return compute_orbits(points, options)
-
-    monkeypatch.setattr(orbit, "compute_orbits", observed)
-    compile_kernels(Options(method="euler-cromer"), GRID)
-    assert asked == [((0, 20), "euler-cromer")]
+    assert asked == [(OPTIONS, [-2 / 3, 0.0, 2 / 3])]

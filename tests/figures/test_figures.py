@@ -15,7 +15,8 @@ from matplotlib.colors import to_hex
 
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULTS, TRAJECTORY
-from sweeps.figures import default_figure, draw, save
+from sweeps.figure_table import FIGURES
+from sweeps.figures import default_figure, draw, obstacle, save
 from sweeps.figures.labels import shown, typeset_units
 from sweeps.figures.layout import is_geometric, layout_of
 from sweeps.figures.style import CURVES
@@ -400,20 +401,6 @@ def test_several_trajectories_get_a_column_each():
     assert panels(figure)[2].get_title() == r"$\omega = 32$ rad/s"
 
 
-def test_a_run_in_sections_shares_the_axes_with_borders_between():
-    first = motion()
-    second = motion(start=first["time"][-1])
-    ds = trajectories("temperature", (200.0, 220.0), [first, second])
-    figure = draw(ds)
-    assert len(panels(figure)) == 4
-    stress = panels(figure)[2]
-    (border,) = (line for line in stress.get_lines() if line.get_gid() == "border")
-    assert border.get_xdata()[0] == pytest.approx(first["time"][-1])
-    assert len(curves(stress)) == 2
-    names = [text.get_text() for text in panels(figure)[0].texts]
-    assert names == ["$T = 200$ K", "$T = 220$ K"]
-
-
 def test_a_parameter_that_steps_along_time_makes_sections():
     ds = trajectory()
     temperature = np.where(ds.time < ds.time[150], 200.0, 250.0)
@@ -421,12 +408,8 @@ def test_a_parameter_that_steps_along_time_makes_sections():
     figure = draw(ds)
     assert [text.get_text() for text in panels(figure)[0].texts] == ["$T = 200$ K", "$T = 250$ K"]
     assert [line.get_xdata().size for line in curves(panels(figure)[3])] == [150, 250]
-
-
-def test_trajectories_with_a_gap_between_them_are_not_one_run():
-    columns = [motion(), motion(start=5.0)]
-    figure = draw(trajectories("temperature", (200.0, 220.0), columns))
-    assert len(panels(figure)) == 8
+    (border,) = (line for line in panels(figure)[2].get_lines() if line.get_gid() == "border")
+    assert border.get_xdata()[0] == pytest.approx(float(ds.time[150]))
 
 
 # --- choosing, labels, units --------------------------------------------------------------------
@@ -443,9 +426,13 @@ def test_the_figure_is_chosen_from_the_dataset():
     [
         (trajectory(), "time_course", "did you mean 'time_courses'"),
         (trajectory(), "pie", "there are amplitudes, time_courses"),
-        (trajectory(), "amplitudes", "needs a sweep result"),
-        (sweep(temperature=TEMPERATURES), "phase_portraits", "needs a trajectory"),
-        (xr.Dataset(), None, "needs a sweep result"),
+        (trajectory(), "amplitudes", "draws a sweep, and this file holds none"),
+        (
+            sweep(temperature=TEMPERATURES),
+            "phase_portraits",
+            "draws a trajectory, and this file holds none",
+        ),
+        (xr.Dataset(), None, "needs elastic_stress_amplitude, friction_force_amplitude"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused_by_name(ds, figure, words):
@@ -587,3 +574,20 @@ def test_importing_figures_needs_no_compiler_and_no_pyplot():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_every_figure_of_the_table_is_drawn_by_a_function_that_has_its_data():
+    for name, entry in FIGURES.items():
+        ds = trajectory() if entry.data == "trajectory" else sweep(temperature=TEMPERATURES)
+        assert obstacle(ds, name) == ""
+        assert panels(draw(ds, name))
+        lacking = ds.drop_vars(entry.variables[0])
+        assert obstacle(lacking, name) == (
+            f"the figure '{name}' needs {entry.variables[0]}, which this file lacks"
+        )
+
+
+def test_the_table_of_figures_needs_no_matplotlib():
+    code = "import sys, sweeps.figure_table; print('matplotlib' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

@@ -11,9 +11,8 @@ import pytest
 from sweeps.cli.app import main
 from sweeps.config import paper
 from sweeps.config.load import load
-from sweeps.config.paper import PAPER, PaperFigure
-from sweeps.config.shipped import shipped_config
-from sweeps.figures import FIGURES
+from sweeps.config.paper import PAPER, PaperFigure, shipped_config
+from sweeps.figure_table import FIGURES
 from sweeps.files.datasets import open_result
 
 Command = Callable[..., tuple[int, str, str]]
@@ -139,5 +138,5 @@ def test_a_file_in_place_of_the_folder(command: Command, monkeypatch: pytest.Mon
     for number in ("7", "3"):
         code, out, err = command(number, "--no-progress")
         assert (code, out) == (5, "")
-        assert err == f"cannot write results/fig{number}.nc: results is no folder\n"
+        assert err == f"cannot write results/fig{number}.nc: results is not a folder\n"
     assert Path("results").read_text() == "mine"

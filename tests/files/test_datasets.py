@@ -13,8 +13,8 @@ import pytest
 import xarray as xr
 
 from sweeps.files import datasets
+from sweeps.files.atomic import StorageError
 from sweeps.files.datasets import (
-    StorageError,
     content_hash,
     open_result,
     require_writable,
@@ -191,7 +191,7 @@ def test_ctrl_c_while_writing_leaves_the_old_file_and_no_other(
 @pytest.mark.parametrize("write", [write_dataset, require_writable])
 def test_a_file_in_place_of_the_folder_is_told(tmp_path: Path, write: Any) -> None:
     (tmp_path / "file").write_text("mine")
-    with pytest.raises(StorageError, match=r"cannot write .*a\.nc: .*file is no folder$"):
+    with pytest.raises(StorageError, match=r"cannot write .*a\.nc: .*file is not a folder$"):
         write(dataset(), tmp_path / "file" / "a.nc")
     with pytest.raises(StorageError, match=r"cannot write .*a\.nc: Not a directory$"):
         write(dataset(), tmp_path / "file" / "deeper" / "a.nc")

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from journals import (
+from support.journals import (
+    CHUNKS,
     COLUMNS,
     KEY,
     MANIFEST,
     OTHER,
     ROWS,
     SIZE,
-    SLABS,
     assert_file,
     assert_sound,
     blocks,
@@ -48,15 +48,15 @@ def test_what_is_appended_comes_back_bit_for_bit_in_any_order(
 
 def test_an_appended_point_is_there_at_once(path: Path) -> None:
     first, second = blocks(2)
-    journal = Journal.create(path, KEY, MANIFEST, SLABS, SIZE)
+    journal = Journal.create(path, KEY, MANIFEST, CHUNKS, SIZE)
     assert_sound(journal, only())
     journal.append(first, ROWS[first])
     assert_sound(journal, only(first))
     shuffled = np.random.default_rng(4).permutation(second)
     journal.append(shuffled, ROWS[shuffled])
     assert_sound(journal, only(first, second))
-    slabs = [np.unique(SLABS.of(indices)).tolist() for indices, _ in journal.records()]
-    assert slabs == [[number] for part in (first, second) for number in np.unique(SLABS.of(part))]
+    chunks = [np.unique(CHUNKS.of(indices)).tolist() for indices, _ in journal.records()]
+    assert chunks == [[number] for part in (first, second) for number in np.unique(CHUNKS.of(part))]
     journal.append(second[:0], ROWS[:0])
     journal.close()
     assert_file(path, only(first, second))

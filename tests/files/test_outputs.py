@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sweeping import (
+from support.sweeping import (
     LOOSE,
     ONE_BY_ONE,
     Mishap,
@@ -67,8 +67,8 @@ def test_an_output_that_can_be_no_file_is_told_at_once(shell: Shell, option: lis
     before = entries()
     for output, message in {
         "folder": "folder is a folder; -o names a file",
-        "pipe": "pipe is no ordinary file; -o names one",
-        "full": "full is no ordinary file; -o names one",
+        "pipe": "pipe is not an ordinary file; -o names one",
+        "full": "full is not an ordinary file; -o names one",
         "loop": "cannot write loop: .*[Ll]oop|cannot write loop: Too many levels",
         "nowhere": "cannot write nowhere: No such file or directory",
     }.items():

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from stickslip.numerics.extrema import BOOLE_WEIGHTS, COUNT, NODES, make_extremum, vertex
 
 from stickslip.compiled.decorators import inline
-from stickslip.numerics.extrema import BOOLE_WEIGHTS, COUNT, NODES, make_extremum, vertex
 
 
 @inline

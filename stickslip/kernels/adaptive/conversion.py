@@ -18,8 +18,8 @@ from stickslip.measure.results import (
     RecordUnits,
     relative_difference,
     write_failure,
-    write_in_si_units,
     write_result,
+    write_whole_orbit,
 )
 from stickslip.model.laws import friction_law
 from stickslip.model.rhs import starting_state
@@ -84,12 +84,17 @@ def scale_states(points: np.ndarray, states: np.ndarray) -> None:
 
 
 @kernel
-def write_records(points: np.ndarray, measured: np.ndarray, records: np.ndarray) -> None:
-    """Write the records `measured` (n, RECORD) of points in SI units into `records`."""
+def write_records(
+    points: np.ndarray, cycles: np.ndarray, measured: np.ndarray, records: np.ndarray
+) -> None:
+    """Write what `measured` (n, RECORD) says of whole orbits, in SI units, into `records`.
+
+    `points` (n, parameters); `cycles` (n,) half periods that were measured.
+    """
     for i in range(points.shape[0]):
         units = units_of(parameters_of(points[i]))
         own = RecordUnits(units.length, units.stress, units.force, 1.0)
-        write_in_si_units(measured[i], own, records[i])
+        write_whole_orbit(measured[i], own, cycles[i], records[i])
 
 
 @cache
@@ -119,12 +124,12 @@ def result_kernel(law: str) -> Any:
             p, begin, end = parameters_of(points[i]), begins[i], queue.states[i]
             units = units_of(p)
             own = RecordUnits(units.length, units.stress, units.force, 1.0)
-            write_in_si_units(queue.measured[i], own, record)
-            write_in_si_units(coarse[i], own, other)
+            write_whole_orbit(queue.measured[i], own, cycle, record)
+            write_whole_orbit(coarse[i], own, cycle, other)
             miss = max(abs(end[0] - begin[0]), abs(end[1] - begin[1]))
             farther = max(1.0, abs(queue.ratios[i]) / (1.0 - queue.ratios[i]))
             least = _LEAST_SHEAR_THICKENING if thickens(p) else _LEAST
-            difference = relative_difference(p, other, record, cycle)
+            difference = relative_difference(p, other, record)
             measured = Measured(
                 record,
                 cycle,

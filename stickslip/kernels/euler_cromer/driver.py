@@ -157,7 +157,7 @@ class _Search:
         adaptive.work_through(queue, task, self.options.friction)
         self.status[:] = queue.counts[:, OUTCOME]
         records = np.empty((len(self.points), RECORD))
-        conversion.write_records(self.points, queue.measured, records)
+        conversion.write_records(self.points, 2 * cycles, queue.measured, records)
         return records
 
 
@@ -239,7 +239,7 @@ def write_results(
             cycle,
             (begins[i, 0], begins[i, 1]),
             (ends[i, 0], ends[i, 1]),
-            _AMPLITUDE_PART * relative_difference(p, records[i], better[i], cycle),
+            _AMPLITUDE_PART * relative_difference(p, records[i], better[i]),
             periods[i],
         )
         write_result(p, measured, results[i])

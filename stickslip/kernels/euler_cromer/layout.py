@@ -19,7 +19,7 @@ from stickslip.kernels.euler_cromer.scaling import (
 )
 from stickslip.kernels.points import parameters_of
 from stickslip.measure.accumulate import RECORD, accumulator
-from stickslip.measure.results import write_in_si_units
+from stickslip.measure.results import write_whole_orbit
 from stickslip.model import drive
 from stickslip.model.rhs import starting_state
 from stickslip.numerics.euler_cromer_lanes import CHANGE, DRIVE, FREE, TURN, V, W, X
@@ -49,7 +49,7 @@ class RowKernels(NamedTuple):
     """(points, steps, rows, states): write the states."""
 
     read_records: Any
-    """(points, steps, rows, records): write the records in SI units (n, RECORD)."""
+    """(points, steps, rows, records): write the records of orbits in SI units (n, RECORD)."""
 
 
 @kernel
@@ -105,7 +105,7 @@ def row_kernels(law: str) -> RowKernels:
     ) -> None:
         for i in range(points.shape[0]):
             units = record_units(step_units(parameters_of(points[i]), steps[i]))
-            write_in_si_units(rows[i, RECORD_BEGIN:], units, records[i])
+            write_whole_orbit(rows[i, RECORD_BEGIN:], units, 2, records[i])  # whole periods
 
     return RowKernels(
         named_kernel(f"fill_rows[{law}]", fill),

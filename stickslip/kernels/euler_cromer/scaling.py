@@ -94,6 +94,7 @@ _BY_UNIT: Mapping[str, str] = {
     "1": "q.{name}",
     "J m-3": "q.{name} * s.angle / s.phi**{phi_power}",
     "Pa": "q.{name} * s.stress",
+    "Pa s": "q.{name} * s.stress / s.angle",
     "N m-1": "q.{name} * (s.angle * s.angle)",
     "s-1": "q.{name} * s.angle",
     "m s-1": "q.{name} * s.angle",

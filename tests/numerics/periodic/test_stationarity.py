@@ -5,9 +5,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-
-from stickslip.compiled.decorators import inline
-from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
 from stickslip.numerics.periodic.stationarity import (
     LONGEST_CYCLE,
     NOT_STATIONARY,
@@ -15,6 +12,9 @@ from stickslip.numerics.periodic.stationarity import (
     make_settle,
     remaining_distance,
 )
+
+from stickslip.compiled.decorators import inline
+from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
 
 TOL = 1e-6
 RING = 257

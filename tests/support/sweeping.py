@@ -8,7 +8,7 @@ import multiprocessing
 import os
 import signal
 import sys
-import time
+import threading
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -19,12 +19,16 @@ import pytest
 
 from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
+from support.processes import HANGS, default_signals
 from sweeps.cli.app import main
 from sweeps.engine import worker
 from sweeps.engine.in_memory import run
+from sweeps.engine.signals import Stop
 from sweeps.files.datasets import content_hash, open_result
 
 LOOSE = "integrator: {rtol: 1e-4}\nstationary: {rtol: 1e-4}\n"
+_REQUEST = Stop.request
+
 ONE_BY_ONE = "execution: {workers: 1, block_points: 1}\n"
 
 
@@ -49,7 +53,9 @@ class Shell:
         self._monkeypatch, self._capsys = monkeypatch, capsys
         self.computed: list[Parameters] = []
         self.disturb: Callable[[np.ndarray], None] | None = None
+        self._heard = threading.Event()
         monkeypatch.chdir(folder)
+        monkeypatch.setattr(Stop, "request", lambda *a, **k: self._requested(*a, **k))
         monkeypatch.setattr(worker, "compute_orbits", self._watched)
         monkeypatch.setattr(os, "_exit", sys.exit)  # the end of a sweep that is stopped early
 
@@ -71,17 +77,23 @@ class Shell:
             begun += 1
             if begun == after:
                 os.kill(os.getpid(), by)
-                time.sleep(0.3)  # the main thread hears it before this block is finished
+                assert self._heard.wait(HANGS)  # the main thread, before this block is finished
 
+        self._heard.clear()
         self.disturb = send
         try:
-            return self(*arguments)
+            with default_signals():
+                return self(*arguments)
         finally:
             self.disturb = None
 
     def values(self, name: str) -> list[float]:
         """The values of a parameter over the points that were computed, in increasing order."""
         return sorted(getattr(point, name) for point in self.computed)
+
+    def _requested(self, stop: Stop, *arguments: Any, **settings: Any) -> None:
+        _REQUEST(stop, *arguments, **settings)
+        self._heard.set()
 
     def _watched(self, points: np.ndarray, options: Any) -> Any:
         rows = np.atleast_2d(points)
@@ -121,8 +133,9 @@ _CHILDREN.set_forkserver_preload(["sweeps.cli.app", "sweeps.engine.sweep", "swee
 class Mishap(NamedTuple):
     """What befalls a process at a call of a function: before it, after it or half way.
 
-    Calls count from 1; with `of`, those that have this text in their arguments. The process is
-    killed, or else the disk of its folder is filled. Half way is for `os.pwrite` alone.
+    Calls count from 1; with `of`, those that have this text in their arguments; with `within`,
+    those from inside that call (of an owner, a name, a number). The process is killed, or else the
+    disk of its folder is filled. Half way is for `os.pwrite` alone.
     """
 
     owner: str
@@ -131,18 +144,27 @@ class Mishap(NamedTuple):
     when: str = "before"
     of: str = ""
     kills: bool = True
+    within: tuple[str, str, int] | None = None
 
 
 def child(
-    arguments: list[str], *mishaps: Mishap, log: str = "messages"
+    arguments: list[str], *mishaps: Mishap, log: str = "messages", begun: str = ""
 ) -> multiprocessing.process.BaseProcess:
-    """The command in a new process and this folder, begun; `log` gets all that it prints."""
-    process = _CHILDREN.Process(target=_live, args=(arguments, mishaps, log))
+    """The command in a new process and this folder, begun; `log` gets all that it prints.
+
+    A file called `begun` is there from the moment that its first block is computed.
+    """
+    process = _CHILDREN.Process(target=_live, args=(arguments, mishaps, log, begun), daemon=True)
     process.start()
     return process
 
 
-def _live(arguments: list[str], mishaps: tuple[Mishap, ...], log: str) -> None:
+def _live(arguments: list[str], mishaps: tuple[Mishap, ...], log: str, begun: str) -> None:
+    for number in (signal.SIGTERM, signal.SIGHUP):  # which the suite may ignore
+        signal.signal(number, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    if begun:
+        _announce(begun)
     handle = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     os.dup2(handle, 1)
     os.dup2(handle, 2)
@@ -157,16 +179,23 @@ def _live(arguments: list[str], mishaps: tuple[Mishap, ...], log: str) -> None:
         sys.stderr.flush()
 
 
+def _announce(begun: str) -> None:
+    def announced(points: np.ndarray, options: Any) -> Any:
+        Path(begun).touch()
+        return compute_orbits(points, options)
+
+    worker.compute_orbits = announced
+
+
 def _arrange(mishap: Mishap) -> None:
-    module, *inside = mishap.owner.split(":")
-    owner = importlib.import_module(module)
-    for name in inside:
-        owner = getattr(owner, name)
+    owner = _owner(mishap.owner)
     function, calls = getattr(owner, mishap.name), itertools.count(1)
     strike = _die if mishap.kills else fill_the_disk
+    is_within = _watch(mishap.within) if mishap.within else lambda: True
 
     def befallen(*args: Any, **kwargs: Any) -> Any:
-        due = mishap.of in repr((args, kwargs)) and next(calls) == mishap.number
+        counts = mishap.of in repr((args, kwargs)) and is_within()
+        due = counts and next(calls) == mishap.number
         if due and mishap.when == "half":
             handle, data, position = args
             function(handle, bytes(data)[: len(data) // 2], position)
@@ -178,6 +207,32 @@ def _arrange(mishap: Mishap) -> None:
         return result
 
     setattr(owner, mishap.name, befallen)
+
+
+def _watch(call: tuple[str, str, int]) -> Callable[[], bool]:
+    """Whether a function is in its call of that number, from now on."""
+    path, name, number = call
+    owner, begun, inside = _owner(path), itertools.count(1), False
+    function = getattr(owner, name)
+
+    def watched(*args: Any, **kwargs: Any) -> Any:
+        nonlocal inside
+        inside = next(begun) == number
+        try:
+            return function(*args, **kwargs)
+        finally:
+            inside = False
+
+    setattr(owner, name, watched)
+    return lambda: inside
+
+
+def _owner(path: str) -> Any:
+    module, *inside = path.split(":")
+    owner = importlib.import_module(module)
+    for name in inside:
+        owner = getattr(owner, name)
+    return owner
 
 
 def _die() -> None:

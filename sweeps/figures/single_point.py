@@ -20,7 +20,7 @@ _MARGIN = 0.12  # inches
 _LETTERS = 58  # of SMALL size in a column
 
 
-def draw_table(ds: xr.Dataset) -> Figure:
+def draw_point(ds: xr.Dataset) -> Figure:
     """The results on the left, the parameters on the right, how the point ended above."""
     head = textwrap.wrap(_ending(ds), _LETTERS)
     results = _equations(ds, RESULTS, left_out="status")

@@ -7,12 +7,6 @@ with a warning; `valid`: accepted without one.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
-
-import pytest
-
-from stickslip.variables import PARAMETERS
-from sweeps.config.load import Config, ConfigError, from_yaml, load
 
 
 @dataclass(frozen=True)
@@ -327,67 +321,3 @@ def bounds() -> list[tuple[str, str | bytes, Outcome]]:
 
 
 ALL = [*SYNTAX, *SEMANTICS, *SCHEMA, *SWEEPS, *bounds()]
-
-
-@pytest.mark.parametrize(
-    ("content", "outcome"), [row[1:] for row in ALL], ids=[row[0] for row in ALL]
-)
-def test_each_config_has_the_expected_outcome(
-    tmp_path: Path, content: str | bytes, outcome: Outcome
-) -> None:
-    path = tmp_path / "bad.yaml"
-    path.write_bytes(content.encode() if isinstance(content, str) else content)
-    if outcome.kind == "refused":
-        with pytest.raises(ConfigError) as caught:
-            load(path)
-        problems = caught.value.problems
-        assert any(p.line == outcome.line and outcome.part in str(p) for p in problems), problems
-        assert str(caught.value).count("\n") == len(problems) - 1
-    else:
-        config = load(path)
-        assert isinstance(config, Config)
-        expected = [f"{path}:{outcome.line}: "] if outcome.kind == "warned" else []
-        assert len(config.warnings) == len(expected)
-        for warning, start in zip(config.warnings, expected, strict=True):
-            assert warning.startswith(start)
-            assert outcome.part in warning
-
-
-def test_the_table_is_long_enough_and_names_are_unique() -> None:
-    assert sum(row[2].kind != "valid" for row in ALL) >= 72
-    assert len({row[0] for row in ALL}) == len(ALL)
-
-
-@pytest.mark.parametrize("section", ["model: {%s: %s}", "sweep: {%s: [%s]}", "cases: {%s: [%s]}"])
-@pytest.mark.parametrize("value", [".nan", ".inf", "-.inf", "1e400", "true", "abc", "[]", "{}"])
-def test_what_is_no_finite_number_is_refused_for_every_parameter(section: str, value: str) -> None:
-    for name in PARAMETERS:
-        with pytest.raises(ConfigError) as caught:
-            from_yaml(section % (name, value))
-        assert {p.line for p in caught.value.problems} == {1}
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "[" + "1," * 20_000 + "]",
-        "a\n" * 100_000,
-        "title: [" + "a " * 100_000,
-        '"' + "\\n" * 100_000,
-        "? " * 5_000 + "a",
-        "x" * 500_000 + ": 1",
-        "".join(f"k{i}: 1\n" for i in range(10_000)),
-        "model: {" + "K: 1, " * 10_000 + "}",
-        "*a " * 10_000,
-        ":" * 100_000,
-        "model:\n  T: " + "1" * 200_000 + "x\n",
-        "model:\n  T: " + "1," * 100_000 + "\n",
-    ],
-    ids=range(12),
-)
-def test_large_nonsense_is_refused_in_readable_lines(tmp_path: Path, text: str) -> None:
-    path = tmp_path / "large.yaml"
-    path.write_text(text)
-    with pytest.raises(ConfigError) as caught:
-        load(path)
-    assert all(len(problem.message) < 500 for problem in caught.value.problems)

@@ -1,23 +1,23 @@
-"""What the tests of backends share: the command in a process of its own, and what workers do."""
+"""What the tests of executors share: the command in a process of its own, and what workers do."""
 
 from __future__ import annotations
 
 import json
 import os
-import select
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import sweeps
 from stickslip.orbit import compute_orbits
+from support.processes import HANGS, Running, default_signals, wait_until
 from sweeps.config.load import Config
 from sweeps.engine.options import options_of
 from sweeps.engine.worker import Block, Task, compute_block
@@ -34,9 +34,9 @@ stationary: {rtol: 1e-4}
 execution: {block_points: 1}
 """
 POINTS, POISON = 24, 250.0  # degrees
-ENDED = 120.0  # seconds: a hang, on any machine
+FREE = 8  # blocks that need not wait at the gate
 ROOT = Path(sweeps.__file__).parents[1]
-HERE = os.pathsep.join([str(Path(__file__).parent), str(ROOT)])
+HERE = os.pathsep.join([str(ROOT / "tests"), str(ROOT)])
 
 needs_dask = pytest.mark.skipif(find_spec("distributed") is None, reason="dask is not installed")
 
@@ -59,18 +59,27 @@ def move_to(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 # --- what workers do in place of `compute_block`; they find it in this module ---
 
 
-def traced_block(task: Task) -> Block:
-    """Take a while, and leave a trace."""
-    time.sleep(0.1)
-    with Path(os.environ["TRACE"]).open("ab") as trace:
+def gated_block(task: Task) -> Block:
+    """Leave a trace; but for the first `FREE` blocks, wait for `open_gate`."""
+    path = Path(os.environ["TRACE"])
+    with path.open("ab") as trace:
         trace.write(b".")
+        number = trace.tell()
+    latest = time.monotonic() + HANGS
+    while number > FREE and not path.with_name("gate").exists() and time.monotonic() < latest:
+        time.sleep(0.02)
     return compute_block(task)
+
+
+def open_gate() -> None:
+    """Let all blocks come to their end."""
+    Path("gate").touch()
 
 
 def stuck_block(task: Task) -> Block:
     """Never come back."""
-    Path(os.environ["TRACE"]).write_bytes(b"." * 10)
-    time.sleep(10 * ENDED)
+    Path(os.environ["TRACE"]).write_bytes(b"." * FREE)
+    time.sleep(10 * HANGS)
     return compute_block(task)
 
 
@@ -84,58 +93,44 @@ def poisoned_block(task: Task) -> Block:
 # --- the command, and a cluster that is started by hand ---
 
 
-def command(*arguments: str, hook: str = "") -> subprocess.Popen[str]:
+_MODULES = "from support import workers; from sweeps.engine.executors import base, dask, processes"
+
+
+def command(*arguments: str, hook: str = "") -> Running:
     """`stickslip sweep a.yaml` in a session of its own, after the statements of the hook."""
-    code = (
-        "import workers; from sweeps.engine.executors import backends\n"
-        f"{hook}\nfrom sweeps.cli import main; main()"
-    )
-    return subprocess.Popen(
-        [sys.executable, "-c", code, "sweep", "a.yaml", "-o", "a.nc", "--no-progress", *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
+    code = f"{_MODULES}\n{hook}\nfrom sweeps.cli import main; main()"
+    sweep = ["sweep", "a.yaml", "-o", "a.nc", "--no-progress"]
+    return Running("-c", code, *sweep, *arguments, session=True)
 
 
 def doing(function: str) -> str:
     """A hook: workers call this function of this module."""
-    return f"backends.compute_block = backends._compute_on_cluster = workers.{function}"
+    return f"processes.compute_block = dask.compute_on_cluster = workers.{function}"
 
 
-IMPATIENT = "backends._ANSWER_SECONDS = backends._SILENCE_SECONDS = 1.0"
+IMPATIENT = "dask._ANSWER_SECONDS = base._SILENCE_SECONDS = 1.0"
 
 
-def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
+def ended(process: Running) -> tuple[int, str]:
     """The exit code and what was said on the standard error."""
-    _, err = process.communicate(timeout=ENDED)
+    code, _, err = process.ended()
     assert "Traceback" not in err
-    return process.returncode, err
-
-
-def next_line(process: subprocess.Popen[str]) -> str:
-    """What is said next on the standard error."""
-    assert process.stderr is not None
-    assert select.select([process.stderr], [], [], ENDED)[0]
-    return process.stderr.readline()
+    return code, err
 
 
 def hash_of_result() -> str:
     return content_hash(open_result(Path("a.nc")))
 
 
-def wait_until(condition: Callable[[], object]) -> None:
-    deadline = time.monotonic() + ENDED
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
-
-
 def wait_for_blocks(count: int) -> None:
-    """Wait until workers have begun so many blocks."""
+    """Wait until workers have begun so many blocks, at most `FREE`."""
     trace = Path("trace")
     wait_until(lambda: trace.exists() and trace.stat().st_size >= count)
+
+
+def number_of_tasks(dask_scheduler: Any) -> int:
+    """What a scheduler knows of; called there."""
+    return len(dask_scheduler.tasks)
 
 
 _LOCAL = ["--host", "127.0.0.1", "--no-dashboard"]
@@ -155,17 +150,18 @@ class Cluster:
         return self._start("worker", self.address, "--nthreads", "1", "--no-nanny", path=path)
 
     def _start(self, kind: str, *arguments: str, path: str = HERE) -> subprocess.Popen[bytes]:
-        process = subprocess.Popen(
-            [sys.executable, "-m", f"distributed.cli.dask_{kind}", *arguments, *_LOCAL],
-            env=os.environ | {"PYTHONPATH": path},
-            stdout=self._log,
-            stderr=self._log,
-        )
+        with default_signals():
+            process = subprocess.Popen(
+                [sys.executable, "-m", f"distributed.cli.dask_{kind}", *arguments, *_LOCAL],
+                env=os.environ | {"PYTHONPATH": path},
+                stdout=self._log,
+                stderr=self._log,
+            )
         self.processes.append(process)
         return process
 
     def close(self) -> None:
         for process in self.processes:
             process.kill()
-            process.wait(ENDED)
+            process.wait(HANGS)
         self._log.close()

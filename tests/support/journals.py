@@ -7,20 +7,23 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.orbit import failed_row
-from sweeps.files.chunks import Slabs
-from sweeps.files.journal import COLUMNS, Journal
+from stickslip.variables import RESULT_COLUMNS
+from sweeps.files.chunks import Chunks
+from sweeps.files.columns import STATUS
+from sweeps.files.journal import Journal
 
+COLUMNS = len(RESULT_COLUMNS)
 KEY, OTHER = b"k" * 16, b"o" * 16
 SHAPE = (3, 5, 2)
 SIZE = 30
-SLABS = Slabs(SHAPE, most=4)  # several slabs, the last along the second axis a thin one
+CHUNKS = Chunks(SHAPE, most=4)  # several chunks, the last along the second axis a thin one
 MANIFEST = {"config": "sweep", "number": 1}
 
 
 def result_rows() -> np.ndarray:
     """Rows that tell every point and column apart; some points ended without amplitudes."""
     rows = np.random.default_rng(1).normal(size=(SIZE, COLUMNS))
-    rows[:, -1] = np.arange(SIZE) % 4 // 3
+    rows[:, STATUS] = np.arange(SIZE) % 4 // 3
     rows[5::7] = failed_row()
     rows[2, 0], rows[3, 1] = np.copysign(np.nan, -1.0), -0.0
     return rows
@@ -37,7 +40,7 @@ def blocks(count: int = 20, seed: int = 2) -> list[np.ndarray]:
 
 def created(path: Path, parts: list[np.ndarray], key: bytes = KEY) -> None:
     """A journal with these points, each part a block."""
-    journal = Journal.create(path, key, MANIFEST, SLABS, SIZE)
+    journal = Journal.create(path, key, MANIFEST, CHUNKS, SIZE)
     for part in parts:
         journal.append(part, ROWS[part])
     journal.close()
@@ -45,7 +48,7 @@ def created(path: Path, parts: list[np.ndarray], key: bytes = KEY) -> None:
 
 def opened(path: Path, key: bytes = KEY, *, readonly: bool = True) -> Journal:
     """The journal in a file."""
-    return Journal.open(path, key, SLABS, SIZE, readonly=readonly)
+    return Journal.open(path, key, CHUNKS, SIZE, readonly=readonly)
 
 
 def recorded(journal: Journal) -> np.ndarray:
@@ -62,13 +65,13 @@ def assert_sound(journal: Journal, expected: np.ndarray) -> None:
     """These points are there, bit for bit, and no others."""
     np.testing.assert_array_equal(journal.done, expected)
     assert recorded(journal)[expected].tobytes() == ROWS[expected].tobytes()
-    statuses = ROWS[expected, -1].astype(int)
+    statuses = ROWS[expected, STATUS].astype(int)
     np.testing.assert_array_equal(journal.statuses, np.bincount(statuses, minlength=128))
-    for number in range(len(SLABS)):
-        within = slice(*SLABS.range(number))
-        slab, there = journal.slab(number), expected[within]
-        assert slab[there].tobytes() == ROWS[within][there].tobytes()
-        assert np.isnan(slab[~there]).all()
+    for number in range(len(CHUNKS)):
+        within = slice(*CHUNKS.range(number))
+        chunk, there = journal.chunk(number), expected[within]
+        assert chunk[there].tobytes() == ROWS[within][there].tobytes()
+        assert np.isnan(chunk[~there]).all()
 
 
 def assert_file(path: Path, expected: np.ndarray, key: bytes = KEY) -> None:

@@ -1,0 +1,237 @@
+"""What the results of each benchmark say in a few lines: `headline(name, results)`.
+
+Lines are made from the records whenever they are shown, never stored: so the table of all results
+cannot be older than they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+Lines = dict[str, str]
+Results = dict[str, Any]
+
+
+def headline(name: str, results: Results) -> Lines:
+    """The lines of a benchmark, by what they measure; KeyError for one without lines here."""
+    return HEADLINES[name](results)
+
+
+def shown(value: float) -> str:
+    """A number with three digits."""
+    return f"{value:.3g}"
+
+
+def listed(values: list[float]) -> str:
+    """Numbers with three digits."""
+    return ", ".join(shown(value) for value in values)
+
+
+def _cube(results: Results) -> Lines:
+    statuses = ", ".join(f"{count} {name}" for name, count in results["statuses"].items())
+    what = f"{results['points']} points at rtol {results['rtol']:.0e}"
+    return {
+        f"{what} on {results['workers']} workers": (
+            f"{results['seconds']:.0f} s, {results['points_per_second']:.0f} points/s"
+        ),
+        "statuses": statuses,
+        "peak memory, file": f"{results['peak_mib']:.0f} MiB, {results['file_mib']:.0f} MiB",
+    }
+
+
+def _engine(results: Results) -> Lines:
+    lines: Lines = {}
+    for row in results["sweeps"]:
+        lines[f"{row['points']} points, {row['scene']}, {results['workers']} threads"] = (
+            f"{row['command_seconds']:.3g} s, {row['points_per_second']:.0f} points/s, "
+            f"peak {row['peak_mib']:.0f} MiB, file {row['file_mib']:.3g} MiB"
+        )
+        lines[f"... a point: kernel, engine on top ({row['points']}, {row['scene']})"] = (
+            f"{row['kernel_us_per_point']:.3g} us, {row['overhead_us_per_point']:.2g} us "
+            f"({100 * row['overhead_part']:.2g} % of all cores)"
+        )
+    huge = results["huge"]
+    peak = max(huge[step]["peak_mib"] for step in ("plan", "part", "resumed", "export"))
+    what = f"{huge['points']} points planned, run in part, resumed, exported: peak"
+    return lines | {what: f"{peak:.0f} MiB"}
+
+
+def _figures(results: Results) -> Lines:
+    rows = {name: row for name, row in results.items() if name.startswith("fig")}
+    total = sum(row["seconds_median"] for row in rows.values())
+    lines = {f"{len(rows)} figures on {results['workers']} threads": f"{total:.3g} s"}
+    for name, row in rows.items():
+        lines[f"{name}: {row['points']} points"] = (
+            f"{row['seconds_median']:.3g} s; error: median {row['error_median']:.1e}, "
+            f"max {row['error_max']:.1e}; {row['failed']} failed"
+        )
+    return lines
+
+
+def _fixed_lanes(results: Results) -> Lines:
+    peak = results["peak_vector_operations_per_ns"]
+    lines = {"peak of the machine": f"{peak:.3g} vector operations per ns"}
+    for gamma, plain in results["plain"].items():
+        rows = [row for row in results["lanes"] if f"{row['gamma']:.2f}" == gamma]
+        steps = [row["ns_per_step"] for row in rows]
+        times = [row["times_faster_than_plain"] for row in rows]
+        lines[f"gamma = {gamma}: a step in lanes, in a plain loop"] = (
+            f"{min(steps):.2g} to {max(steps):.2g} ns, {plain:.3g} ns: "
+            f"{min(times):.0f} to {max(times):.0f} times faster"
+        )
+        parts = [row["part_of_peak"] for row in rows if "part_of_peak" in row]
+        if parts:
+            lines[f"gamma = {gamma}: part of the peak"] = f"{min(parts):.0%} to {max(parts):.0%}"
+    if "full_period" in results:
+        full = results["full_period"]
+        lines["a whole period, 64 temperatures: a step, largest error of x"] = (
+            f"{full['ns_per_step']:.2g} ns, {full['largest_error_x']:.1e}"
+        )
+    return lines
+
+
+def _methods(results: Results) -> Lines:
+    return {
+        f"steps against {results['own']}'s at equal error: {name}": ", ".join(
+            f"{ratio:.2f} ({scene})" for scene, ratio in ratios.items()
+        )
+        for name, ratios in results["compared"].items()
+    }
+
+
+def _random(results: Results) -> Lines:
+    periods, errors = results["periods"]["all"], results["errors"]
+    plain, attempts = results["plain_iteration"], results["attempts"]["parts"]
+    lines = {
+        "points (not ok)": f"{results['points']} ({len(results['not_ok'])})",
+        "periods integrated: median, 95 %, max": listed(list(periods.values())),
+        "same orbit as plain iteration": (
+            f"{plain['same_orbit']} of {results['points']} ({plain['settled']} settle plainly)"
+        ),
+    }
+    for name, values in errors["at_default"].items():
+        what = f"error of {name} at default: median, max"
+        lines[what] = f"{values['median']:.1e}, {values['max']:.1e}"
+    lines["slope of error against tolerance: median, 95 %"] = (
+        f"{errors['slope_median']:.2f}, {errors['slope_95']:.2f}"
+    )
+    for row in results["estimate"]:
+        lines[f"amplitude_error at rtol {row['rtol']:.0e}: bounds, overestimates by"] = (
+            f"{row['bounded']:.1%}, {row['overestimate_median']:.2g}"
+        )
+    part = attempts.get("measurement", 0.0)
+    return (
+        lines
+        | {"part of the attempts for the error estimate": f"{part:.1%}"}
+        | _random_times(results["time"])
+    )
+
+
+def _random_times(taken: Results) -> Lines:
+    lines = {"all points on one core, ours": f"{taken['seconds']['all']:.3g} s"}
+    if "ratios" not in taken:
+        return lines
+    peer, loose = taken["numbalsoda"], taken["at_its_error"]
+    lines["median error, ours and numbalsoda"] = (
+        f"{taken['error_median']:.1e}, {peer['error_median']:.1e} (its rtol {peer['rtol']:.0e})"
+    )
+    failed = "numbalsoda with plain iteration: failed points, left out on both sides"
+    lines[failed] = str(peer["failed"])
+    lines["times faster at default: in total, gamma < 0"] = listed(list(taken["ratios"].values()))
+    lines[f"times faster at its error (our rtol {loose['rtol']:.0e}): in total, gamma < 0"] = (
+        listed(list(loose["ratios"].values()))
+    )
+    return lines
+
+
+def _skips(results: Results) -> Lines:
+    return {
+        row["skip"]: (
+            f"{row['times_faster']:.3g} times faster; "
+            f"changes {row.get('change_of', 'the amplitudes')} by {row['change']:.1e}"
+        )
+        for row in results["rows"]
+    }
+
+
+def _sweeps(results: Results) -> Lines:
+    figures, scaling, overhead = results["figures"], results["scaling"], results["overhead"]
+    sample, start = results["cube_sample"], results["start"]
+    chosen = next(row for row in sample["rows"] if row["rtol"] == sample["chosen"])
+    lines = {
+        "Figs. 7, 8, 9 by one command, warm": f"{figures['command_seconds']:.3g} s",
+        "their computations alone": (
+            f"{figures['computations_seconds']:.3g} s for {figures['points']} points"
+        ),
+        "their pictures alone": f"{figures['pictures_seconds']:.3g} s",
+        "two workers against one": (
+            f"{scaling['times_faster']:.3g} times faster; {scaling['points']} points in "
+            f"{scaling['one_worker_seconds']:.3g} s on one"
+        ),
+        "points per second on two workers": shown(scaling["points_per_second"]["2"]),
+        "a point in one call of the kernels": f"{overhead['one_call_us_per_point']:.3g} us",
+        "the engine adds to a point, cutting included": (
+            f"{overhead['with_cutting_us_per_point']:.3g} us"
+        ),
+        f"cube, errors on a sample at rtol {chosen['rtol']:.0e}: median, 95 %": (
+            f"{chosen['error_median']:.1e}, {chosen['error_95']:.1e}"
+        ),
+    }
+    for name, row in results["memory"].items():
+        lines[f"peak memory of {name} points"] = f"{row['peak_mib']:.0f} MiB"
+    for what in ("import stickslip", "stickslip --help", "warm first result", "cold first result"):
+        if what in start:
+            lines[what] = f"{start[what]:.3g} s"
+    return lines
+
+
+def _work_precision(results: Results) -> Lines:
+    """The ratios of each fluid, Euler-Cromer, and the failures."""
+    lines: Lines = {}
+    for name, regime in results["regimes"].items():
+        for row in regime["ratios"]["times_faster"]:
+            error = "its own error" if row["error"] is None else f"error {row['error']:.0e}"
+            value = "not reached" if row["ratio"] is None else f"{row['ratio']:.3g} times faster"
+            lines[f"{name}: {row['what']}, {error}"] = value
+        reference = regime["reference"]
+        if "tightest_peer" in reference:
+            peer = f"{reference['tightest_peer']} at {reference['its_rtol']:g}"
+            lines[f"{name}: reference against {peer}"] = f"{reference['disagreement']:.1e}"
+        for curve in regime["curves"]:
+            if curve["failures"]:
+                lines[f"{name}: {curve['solver']} fails"] = _failures(curve["failures"])
+    for row in results["random"]["rows"]:
+        lines[f"random points: {row['solver']}, rtol {row['rtol']:.0e}"] = _random_row(row)
+    return lines
+
+
+def _failures(failures: list[Results]) -> str:
+    reasons: dict[str, list[str]] = {}
+    for failure in failures:
+        reasons.setdefault(failure["reason"], []).append(f"{failure['rtol']:.0e}")
+    return "; ".join(f"rtol {', '.join(at)}: {why}" for why, at in reasons.items())
+
+
+def _random_row(row: Results) -> str:
+    parts = [f"{row['failed']} failed"] if row["failed"] else []
+    if "error_median" in row:
+        parts.append(f"error {row['error_median']:.1e} (95 %: {row['error_95']:.1e})")
+        parts.append(f"{1e3 * row['seconds_per_period_mean']:.3g} ms per period in the mean")
+    if "seconds_per_period_median" in row:
+        median, late = row["seconds_per_period_median"], row["seconds_per_period_95"]
+        parts.append(f"median {1e3 * median:.3g} ms (95 %: {1e3 * late:.3g} ms)")
+    return "; ".join(parts)
+
+
+HEADLINES: dict[str, Callable[[Results], Lines]] = {
+    "cube": _cube,
+    "engine": _engine,
+    "figures": _figures,
+    "fixed_lanes": _fixed_lanes,
+    "methods": _methods,
+    "random": _random,
+    "skips": _skips,
+    "sweeps": _sweeps,
+    "work_precision": _work_precision,
+}

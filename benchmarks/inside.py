@@ -1,0 +1,243 @@
+"""What benchmarks use of the inside of the package: all of it stands here.
+
+A benchmark that counts, times or replaces something below `stickslip.orbit` does so by this file
+alone, so that a change of the kernels touches no other benchmark.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+from unittest.mock import patch
+
+import numpy as np
+
+from stickslip.compiled.decorators import inline, jit
+from stickslip.compiled.fields import make_lane_reader, make_tuple_maker
+from stickslip.kernels.adaptive import conversion, driver, passes
+from stickslip.kernels.adaptive.driver import end_states, reduced_queue, work_through
+from stickslip.kernels.adaptive.recording import SLOTS, get
+from stickslip.kernels.euler_cromer.lanes import March
+from stickslip.kernels.euler_cromer.layout import write_starts, write_steps
+from stickslip.kernels.euler_cromer.march import march_kernel
+from stickslip.kernels.families import Family, families
+from stickslip.kernels.points import FIRST_STEP
+from stickslip.kernels.problem import ProblemFunctions, problem_functions, problem_of
+from stickslip.kernels.trajectories import write_start
+from stickslip.measure.accumulate import FORCE_MAX, FORCE_MIN, RECORD, STRESS_MAX, STRESS_MIN
+from stickslip.model.scaling import KEPT, LITERALS, Reduced
+from stickslip.model.state import WIDTH
+from stickslip.numerics import step_control
+from stickslip.numerics.adaptive import make_adaptive
+from stickslip.numerics.linear import algebra, larger
+from stickslip.numerics.tableaus import RosenbrockTableau
+from stickslip.options import DEFAULTS, METHODS, Options
+from stickslip.parameters import Parameters, ParameterValues
+
+__all__ = ["FIRST_STEP", "March", "end_states", "problem_of"]  # passed on, beside what is made here
+
+State = tuple[float, float, float]
+LAW = DEFAULTS.friction
+
+# --- one trajectory, scalar -----------------------------------------------------------------------
+
+
+def starting_state(row: np.ndarray) -> State:
+    """The state (x, v, ln phi) at the start of a row of parameters (20,)."""
+    state = np.empty(WIDTH)
+    write_start(row, state)
+    return float(state[0]), float(state[1]), float(state[2])
+
+
+def scalar_end(row: np.ndarray, options: Options, periods: int) -> tuple[float, int]:
+    """The displacement x [m] after some periods by the scalar drive of a method, and the status."""
+    samples, start = np.empty((periods + 1, WIDTH)), np.array(starting_state(row))
+    status = METHODS[options.method].kernels.trajectory(row, options, start, 1, samples)
+    return float(samples[-1, 0]), int(status)
+
+
+# --- passes of many points through the lanes of the adaptive method -------------------------------
+
+
+class Attempts(NamedTuple):
+    """Attempted steps of all points by what they were for.
+
+    The finer measurement is reported; the one at the tolerance itself is there for the error.
+    """
+
+    search: int
+    measurement: int
+    finer_measurement: int
+
+
+def search(points: np.ndarray, options: Options) -> passes.Queue:
+    """A queue of points after the search for their orbits."""
+    queue = reduced_queue(points, LAW)
+    work_through(queue, _search(options), LAW)
+    return queue
+
+
+def attempts_of(points: np.ndarray, options: Options) -> Attempts:
+    """What the three passes of `compute_orbits` take."""
+    queue, task = reduced_queue(points, LAW), _search(options)
+    measure = task._replace(mode=passes.MEASURE)
+    finer = measure._replace(rtol=passes.REFINEMENT * options.rtol)
+    counted = []
+    for each in (task, measure, finer):
+        before, begins = attempted(queue), queue.states.copy()
+        work_through(queue, each, LAW)
+        counted.append(attempted(queue) - before)
+        if each is measure:
+            queue.states[:] = begins
+    return Attempts(*counted)
+
+
+def attempted(queue: passes.Queue) -> int:
+    """Attempted steps of all points so far."""
+    return int(queue.counts[:, passes.ATTEMPTED].sum())
+
+
+def succeeded(queue: passes.Queue) -> np.ndarray:
+    """Which points are ok so far."""
+    return queue.counts[:, passes.OUTCOME] == 0
+
+
+def half_periods(queue: passes.Queue) -> np.ndarray:
+    """Half periods after which each orbit closes: a view, to be changed."""
+    return queue.counts[:, passes.CYCLE]
+
+
+def chosen(queue: passes.Queue, rows: np.ndarray) -> passes.Queue:
+    """A copy of some rows of a queue."""
+    return passes.Queue(*(array[rows] for array in queue))
+
+
+def measured(
+    queue: passes.Queue, points: np.ndarray, options: Options
+) -> tuple[np.ndarray, np.ndarray]:
+    """Amplitudes of stress [Pa] and force [N], (n, 2), by one measurement, and the states after it.
+
+    `queue` is left as it is.
+    """
+    fresh = passes.Queue(*(array.copy() for array in queue))
+    work_through(fresh, _search(options)._replace(mode=passes.MEASURE), LAW)
+    records = np.empty((len(points), RECORD))
+    conversion.write_records(points, half_periods(fresh), fresh.measured, records)
+    return _amplitudes(records), fresh.states
+
+
+def first_period(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
+    """States (x, v, phi) in SI units after a period from the start, (n, 3), and its amplitudes."""
+    queue = reduced_queue(points, LAW)
+    half_periods(queue)[:] = 2
+    amplitudes, states = measured(queue, points, options)
+    conversion.restore_states(points, states)
+    ends = states[:, :WIDTH].copy()
+    ends[:, 2] = np.exp(ends[:, 2])
+    return ends, amplitudes
+
+
+def _amplitudes(records: np.ndarray) -> np.ndarray:
+    """Amplitudes of stress and force (n, 2) of records of whole orbits (n, RECORD)."""
+    return 0.5 * (records[:, [STRESS_MAX, FORCE_MAX]] - records[:, [STRESS_MIN, FORCE_MIN]])
+
+
+def _search(options: Options) -> passes.Pass:
+    settings = options.settings()
+    return passes.Pass(
+        passes.SETTLE,
+        settings.rtol,
+        settings.stationary_rtol,
+        2 * settings.max_periods,
+        settings.max_steps,
+        settings.accelerate,
+    )
+
+
+# --- other kernels --------------------------------------------------------------------------------
+
+
+@contextmanager
+def general_kernels() -> Iterator[None]:
+    """Let the kernel for any rheological index do all points."""
+
+    def one_family(law: str, indices: np.ndarray) -> Iterator[tuple[Family, np.ndarray]]:
+        yield Family(law, None), np.arange(len(indices))
+
+    with patch.object(driver, "families", one_family):
+        yield
+
+
+@contextmanager
+def replaced_kernel(kernel: Any) -> Iterator[None]:
+    """Let this kernel do all points."""
+    with patch.object(driver, "pass_kernel", lambda _family: kernel):
+        yield
+
+
+def kernel_without_noise(gamma: float) -> Any:
+    """A compiled kernel for a rheological index, without the closure of the noise."""
+    fixed = dict(LITERALS) | {"rheological_index": gamma, "noise_intensity": 0.0}
+    values = make_tuple_maker(ParameterValues, "q", {n: f"q.{n}" for n in KEPT} | fixed, {})
+    reduced = make_lane_reader(Reduced, SLOTS.parameters, get)
+
+    @inline
+    def problem(lanes: np.ndarray, lane: int) -> Any:
+        return problem_of(values(reduced(lanes, lane)), get(lanes, SLOTS.rtol, lane))
+
+    kernel = jit(passes.make_pass(problem, LAW))
+    nobody = reduced_queue(np.empty((0, len(Parameters._fields))), LAW)
+    kernel(nobody, passes.new_lanes(), _search(Options()), 0)
+    return kernel
+
+
+# --- variants of the adaptive method --------------------------------------------------------------
+
+FUNCTIONS: ProblemFunctions = problem_functions(LAW)
+"""The right-hand side, the Jacobian and the error weights of the model."""
+
+
+def adaptive_drive(weight: Any, observe: Any, tableau: RosenbrockTableau) -> Any:
+    """The scalar adaptive drive with these error weights and this tableau."""
+    return make_adaptive(
+        FUNCTIONS.rhs, FUNCTIONS.jacobian, weight, observe, tableau, algebra(WIDTH)
+    )
+
+
+@inline
+def plain_after_success(error: float, remembered: float) -> tuple[float, float]:
+    """The plain controller, error^(-1/4), in place of the PI controller."""
+    return step_control.after_rejection(larger(error, 1e-10)), remembered
+
+
+# --- Euler-Cromer ---------------------------------------------------------------------------------
+
+
+def scalar_steps(row: np.ndarray, options: Options, steps: int) -> None:
+    """So many fixed steps by the scalar drive, from the start."""
+    limited = Options(**(vars(options) | {"max_steps": steps}))
+    scalar_end(row, limited, 1)
+
+
+def fixed_lanes(points: np.ndarray, dt: float, phi: float | None = None) -> March:
+    """Points at their start, or at another order parameter, ready for `start` and `march`."""
+    steps, states = np.empty(len(points), np.int64), np.empty((len(points), WIDTH))
+    write_steps(points, dt, steps)
+    write_starts(points, states)
+    if phi is not None:
+        states[:, 2] = phi
+    return March(points, steps, states, LAW)
+
+
+def march_assembly(gamma: float, lanes: March) -> str:
+    """The machine code of the kernel for a rheological index, compiled anew."""
+    ((family, _),) = families(LAW, np.array([gamma]))
+    fresh = jit(march_kernel(family).py_func)
+    fresh(lanes.tasks, np.arange(1), True, True, 1)
+    return str(fresh.inspect_asm(fresh.signatures[0]))
+
+
+def fixed_amplitudes(lanes: March) -> np.ndarray:
+    """Amplitudes of stress [Pa] and force [N] over what was marched with a record, (n, 2)."""
+    return _amplitudes(lanes.records())

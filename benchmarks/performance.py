@@ -1,0 +1,125 @@
+"""Fills the tables of docs/performance.md from the records in `results/*.json`.
+
+A table stands between `<!-- table: NAME -->` and `<!-- end -->`; what is around it is written by
+hand and names no measured number, so that a new record never contradicts it.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+from headlines import headline
+
+RESULTS = Path(__file__).parent / "results"
+PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
+
+FLUIDS = {"gamma=-2/3": "−2/3", "gamma=0": "0", "gamma=2/3": "2/3"}
+
+Results = dict[str, Any]
+
+
+def main() -> None:
+    PAGE.write_text(filled(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    print(PAGE)
+
+
+def filled(page: str) -> str:
+    """The page with the tables of today's records."""
+    return re.sub(
+        r"(<!-- table: (\w+) -->\n).*?(<!-- end -->)",
+        lambda found: found[1] + _table(found[2]) + found[3],
+        page,
+        flags=re.DOTALL,
+    )
+
+
+def _table(name: str) -> str:
+    script, make = _TABLES[name]
+    path = RESULTS / f"{script}.json"
+    source = "sweeps.py --full" if script == "cube" else f"{script}.py"
+    if not path.exists():
+        return f"\n(No record yet: `bench_{source}`.)\n\n"
+    content = json.loads(path.read_text(encoding="utf-8"))
+    where = content["environment"]
+    note = f"(`bench_{source}`, commit {where['commit']}, {where['processor']})"
+    return f"\n{make(content['results'])}\n{note}\n\n"
+
+
+def _rows(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    head = list(head)
+    lines = [head, ["---"] * len(head), *rows]
+    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+
+
+def _lines_of(script: str) -> Callable[[Results], str]:
+    """A table of two columns: the lines of a benchmark as they are."""
+    return lambda results: _rows(("what", "value"), headline(script, results).items())
+
+
+def _against_peers(results: Results) -> str:
+    """How many times faster the package is at equal error."""
+    columns = {
+        "ensemble against numbalsoda": "ensemble",
+        "one at a time against numbalsoda": "one at a time",
+        "single trajectory against numbalsoda": "single trajectory",
+        "single trajectory against the fastest peer": "single, fastest of all",
+    }
+    errors = (1e-4, 1e-6, 1e-8)
+    return _rows(
+        ("γ", "error", *columns.values()),
+        [
+            (shown, f"{error:.0e}", *(_ratio(results, fluid, what, error) for what in columns))
+            for fluid, shown in FLUIDS.items()
+            for error in errors
+        ],
+    )
+
+
+def _ratio(results: Results, fluid: str, what: str, error: float) -> str:
+    rows = results["regimes"][fluid]["ratios"]["times_faster"]
+    (found,) = (row["ratio"] for row in rows if (row["what"], row["error"]) == (what, error))
+    return "not reached" if found is None else f"{found:.3g}"
+
+
+def _against_paper(results: Results) -> str:
+    """The scheme of the paper at its step, which is too slow to be run to the end."""
+    rows = []
+    for fluid, shown in FLUIDS.items():
+        scheme = results["regimes"][fluid]["euler_cromer"]
+        seconds, error = f"{scheme['seconds_per_period']:.3g}", f"{scheme['error']:.0e}"
+        ratio = _ratio(results, fluid, "ensemble against Euler-Cromer (extrapolated)", 1e-6)
+        rows.append((shown, seconds, error, ratio))
+    head = ("γ", "Euler–Cromer [s a period]", "its error", "ensemble, times faster at error 1e-06")
+    return _rows(head, rows)
+
+
+def _fixed_steps(results: Results) -> str:
+    """A step of Euler-Cromer in lanes."""
+    rows = []
+    for gamma, plain in results["plain"].items():
+        lanes = [row for row in results["lanes"] if f"{row['gamma']:.2f}" == gamma]
+        best = min(lanes, key=lambda row: row["ns_per_step"])
+        least, most = best["ns_per_step"], max(row["ns_per_step"] for row in lanes)
+        faster = f"{best['times_faster_than_plain']:.0f}"
+        rows.append((gamma, f"{plain:.3g}", f"{least:.2g} to {most:.2g}", faster))
+    return _rows(
+        ("γ", "plain loop [ns a step]", "lanes [ns a step]", "times faster, at most"), rows
+    )
+
+
+_TABLES: dict[str, tuple[str, Callable[[Results], str]]] = {
+    "against_peers": ("work_precision", _against_peers),
+    "against_paper": ("work_precision", _against_paper),
+    "fixed_steps": ("fixed_lanes", _fixed_steps),
+} | {
+    name: (name, _lines_of(name))
+    for name in ("random", "figures", "sweeps", "engine", "cube", "skips", "methods")
+}
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,150 @@
+"""Makes the tables of docs/configuration.md: `python docs/configuration.py`.
+
+They come from the declarations of parameters and sections; the text between them is written by
+hand.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from stickslip.variables import PARAMETERS
+from sweeps.config.json_schema import json_schema
+from sweeps.config.load import KEYS, from_yaml
+from sweeps.config.schema import SECTIONS
+
+PAGE = Path(__file__).with_suffix(".md")
+
+_TABLE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+# A count is bounded by the integers of the kernels, which nobody reaches.
+_UNREACHED = 2**63 - 1
+
+_AXES = (
+    "[300, 200, 250]",
+    "{linspace: [0, 1], num: 5}",
+    "{geomspace: [1e4, 1e6], num: 3}",
+    "{arange: [200, 300, 25]}",
+    "{arange: [1, 0, -1/4]}",
+)
+
+
+def with_tables(page: str) -> str:
+    """The page with each of its tables made anew."""
+    tables = {"keys": _keys, "parameters": _parameters, "axes": _axes, "neutral": _neutral}
+
+    def made(match: re.Match[str]) -> str:
+        begin, name, end = match.groups()
+        table = tables[name]() if name in tables else _section(name)
+        return f"{begin}\n{table}\n\n{end}"
+
+    return _TABLE.sub(made, page)
+
+
+def _table(head: str, rows: Iterable[Iterable[str]]) -> str:
+    columns = head.count("|") - 1
+    return "\n".join([head, "|---" * columns + "|", *("| " + " | ".join(r) + " |" for r in rows)])
+
+
+def _keys() -> str:
+    schema = json_schema()
+    rows = []
+    for key in KEYS:
+        value = schema["properties"][key]
+        reference = value["anyOf"][0].get("$ref", "").removeprefix("#/$defs/")
+        meaning = value.get("description") or schema["$defs"][reference]["description"]
+        rows.append((f"[`{key}`](#{key})" if reference else f"`{key}`", meaning))
+    return _table("| key | holds |", rows)
+
+
+def _parameters() -> str:
+    definitions = json_schema()["$defs"]
+    rows = (
+        (
+            f"`{name}`",
+            f"`{variable.symbol}`",
+            re.sub(r"-?\d+", lambda m: m[0].translate(_SUPERSCRIPTS), variable.units)
+            if variable.units != "1"
+            else "",
+            _value(variable.default),
+            _valid(definitions[f"value_{name}"]),
+            variable.meaning + (f"; {variable.comment}" if variable.comment else ""),
+        )
+        for name, variable in PARAMETERS.items()
+    )
+    return _table("| parameter | symbol | unit | default | valid | meaning |", rows)
+
+
+def _axes() -> str:
+    rows = []
+    for axis in _AXES:
+        (values,) = from_yaml(f"sweep: {{temperature: {axis}}}").sweep.values()
+        rows.append((f"`{axis}`", ", ".join(map(_value, values))))
+    return _table("| written | values |", rows)
+
+
+def _neutral() -> str:
+    keys = {f"{n}.{k}": v for n, section in SECTIONS.items() for k, v in section.neutral().items()}
+    keys |= {f"model.{n}": v.neutral for n, v in PARAMETERS.items() if v.neutral is not None}
+    rows = ((f"`{key}`", _value(value)) for key, value in keys.items())
+    return _table("| key | neutral value |", rows)
+
+
+def _section(name: str) -> str:
+    schema = json_schema()["$defs"][SECTIONS[name].__name__]
+    rows = (
+        (f"`{key}`", _value(value["default"]), _valid(value), value["description"])
+        for key, value in schema["properties"].items()
+    )
+    return _table("| key | default | valid | meaning |", rows)
+
+
+def _valid(schema: Mapping[str, Any]) -> str:
+    """The valid values of a key in words, from its JSON Schema."""
+    kinds = [kind for kind in schema.get("anyOf", [schema]) if kind["type"] != "null"]
+    kind = kinds[0]
+    names = kind.get("enum") or [kind[k] for k in ("const",) if k in kind]
+    if names:
+        return ", ".join(f"`{name}`" for name in names)
+    bounds = [
+        f"{sign} {_value(kind[bound])}"
+        for bound, sign in (
+            ("exclusiveMinimum", ">"),
+            ("minimum", "≥"),
+            ("exclusiveMaximum", "<"),
+            ("maximum", "≤"),
+        )
+        if bound in kind and kind[bound] < _UNREACHED
+    ]
+    bounds += ["not 0"] if "not" in schema else []
+    words = {
+        "number": "",
+        "integer": "whole number",
+        "boolean": "`true`, `false`",
+        "string": "text",
+    }
+    return " ".join(filter(None, [words[kind["type"]], ", ".join(bounds)])) or "any number"
+
+
+def _value(value: object) -> str:
+    """A value as a person writes it: -2/3, 1e-9."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return f"`{str(value).lower()}`"
+    if isinstance(value, str):
+        return f"`{value}`"
+    number: float = value  # type: ignore[assignment]  # all else is told above
+    if number >= 1e4 and number % 1e4 == 0:
+        mantissa, _, exponent = f"{number:e}".partition("e")
+        return f"{float(mantissa):g}e{int(exponent)}"
+    short = f"{number:g}".replace("e-0", "e-")
+    return short if float(short) == number else str(Fraction(number).limit_denominator(99))
+
+
+if __name__ == "__main__":
+    PAGE.write_text(with_tables(PAGE.read_text()))

@@ -1,0 +1,55 @@
+"""The verbs that look without computing: check, schema, info."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sweeps.cli.shared import ConfigArgument, SetOption, checked_config, open_file, stop_with
+from sweeps.exits import Exit
+
+
+def check(file: ConfigArgument, set_: SetOption = None) -> None:
+    """Validate a config and say what it would compute."""
+    from sweeps.grid import Grid
+
+    config = checked_config(file, set_)
+    grid = Grid.from_config(config)
+    axes = [f"{dim} {length}" for dim, length in zip(grid.dims, grid.shape, strict=True)]
+    method = ", ".join(f"{key} {value}" for key, value in config.integrator.used().items())
+    print(f"{file}: valid")
+    print(f"points: {grid.size}" + (f" ({' x '.join(axes)})" if axes else ""))
+    print(f"integrator: {method}")
+    print(f"output: {config.output}")
+
+
+def schema() -> None:
+    """Print the JSON Schema of a config, for editors."""
+    from sweeps.config.json_schema import json_schema_text
+
+    print(json_schema_text(), end="")
+
+
+def info(
+    file: Annotated[Path | None, typer.Argument(help="Result file to describe.")] = None,
+    hash_: Annotated[
+        bool, typer.Option("--hash", help="Print only the SHA-256 of the file's content.")
+    ] = False,
+) -> None:
+    """Describe the installation, or a result file."""
+    from sweeps.cli.output import describe_file, describe_installation
+
+    if file is None:
+        if hash_:
+            stop_with("--hash needs a FILE", Exit.USAGE)
+        describe_installation()
+        return
+    ds = open_file(file, whole=False)
+    if hash_:
+        from sweeps.files.datasets import content_hash
+
+        print(content_hash(ds))
+        return
+    describe_file(ds)

@@ -1,0 +1,194 @@
+"""The verbs that make trajectories and pictures: simulate, figure, plot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sweeps.cli.shared import (
+    NoProgressOption,
+    SetOption,
+    WorkersOption,
+    checked_config,
+    execution_changes,
+    open_file,
+    stop_with,
+    storage_endings,
+)
+from sweeps.cli.sweeps import sweep_and_report
+from sweeps.exits import Exit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from sweeps.config.load import Config
+
+
+def simulate(
+    file: Annotated[
+        Path | None,
+        typer.Argument(metavar="[CONFIG]", help="YAML config; left out, the paper's Fig. 3."),
+    ] = None,
+    set_: SetOption = None,
+    periods: Annotated[int | None, typer.Option(min=1, help="Drive periods.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="NetCDF file.")] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace an existing output.")
+    ] = False,
+) -> None:
+    """Compute one trajectory; the default file is results/<name of the config>-trajectory.nc."""
+    import xarray as xr
+
+    from sweeps.files.datasets import require_writable
+
+    changes = [*(set_ or []), *([f"simulation.periods={periods}"] if periods else [])]
+    config = checked_config(file, changes)
+    path = output or Path("results") / f"{file.stem if file else 'paper'}-trajectory.nc"
+    _refuse_axes(config)
+    _refuse_existing(path, overwrite=overwrite)
+    with storage_endings():
+        require_writable(xr.Dataset(), path)
+    _write_trajectories(config, path)
+
+
+def figure(
+    numbers: Annotated[list[int], typer.Argument(help="Figures of the paper: 3 4 5 7 8 9.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Folder for figN.nc, figN.png, figN.pdf.")
+    ] = Path("results"),
+    workers: WorkersOption = None,
+    no_progress: NoProgressOption = False,
+) -> None:
+    """Compute and draw figures of the paper from scratch; older files of theirs are replaced."""
+    from sweeps.config.paper import PAPER
+
+    unknown = [str(number) for number in numbers if number not in PAPER]
+    if unknown:
+        known = ", ".join(map(str, PAPER))
+        stop_with(f"no figure {', '.join(unknown)}; there are {known}", Exit.USAGE)
+    failures = [
+        _paper_figure(number, output, workers, progress=not no_progress)
+        for number in dict.fromkeys(numbers)
+    ]
+    if any(failures):
+        raise typer.Exit(Exit.FAILED_POINTS)
+
+
+def plot(
+    file: Annotated[Path, typer.Argument(help="Result file of a sweep or a trajectory.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Picture, .png or .pdf; left out, both."),
+    ] = None,
+) -> None:
+    """Draw the standard picture of a result file."""
+    ds = open_file(file)
+    target = output or (file.with_suffix("") if file.suffix == ".nc" else file)
+    _refuse_picture_name(target)
+    _draw(ds, target, _asked_figure(ds))
+
+
+# --- what is computed -----------------------------------------------------------------------------
+
+
+def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: bool) -> int:
+    """Compute, write and draw one figure; returns the number of failed points."""
+    from sweeps.config.paper import PAPER, shipped_config
+    from sweeps.engine.resume import ExistingPolicy
+    from sweeps.engine.signals import Stop
+    from sweeps.figure_table import FIGURES
+
+    plan = PAPER[number]
+    changes = [*plan.changes, *execution_changes(workers, None, None)]
+    config, path = checked_config(shipped_config(plan.config), changes), folder / f"fig{number}.nc"
+    failures = 0
+    if FIGURES[plan.figure].data == "sweep":
+        afresh = ExistingPolicy(overwrite=True)
+        failures = sweep_and_report(config, path, afresh, Stop(), progress=progress, timing=False)
+    else:
+        _write_trajectories(config, path)
+    _draw(open_file(path), folder / f"fig{number}", plan.figure)
+    return failures
+
+
+def _write_trajectories(config: Config, path: Path) -> None:
+    from sweeps.files.datasets import write_dataset
+
+    with storage_endings():
+        write_dataset(_trajectories(config), path)
+    print(path)
+
+
+def _trajectories(config: Config) -> xr.Dataset:
+    """The trajectory of a config or, where it has an axis, one for each of its values."""
+    from stickslip import IntegrationError, NoiseError
+    from sweeps.engine.signals import interruptible
+    from sweeps.engine.trajectories import trajectories, trajectory
+
+    compute = trajectories if config.sweep else trajectory
+    try:
+        return interruptible(lambda: compute(config), "Interrupted; nothing was kept.")
+    except NoiseError as error:
+        stop_with(str(error), Exit.USAGE)
+    except IntegrationError as error:
+        stop_with(str(error), Exit.FAILED_POINTS)
+
+
+# --- what is drawn --------------------------------------------------------------------------------
+
+
+def _draw(ds: xr.Dataset, target: Path, name: str | None) -> None:
+    """Draw the named figure, or the one that suits the file, into one or two pictures."""
+    from sweeps.figures import draw, save
+    from sweeps.files.atomic import storage_errors
+
+    try:
+        with storage_endings(), storage_errors(f"cannot write {target}"):
+            pictures = save(draw(ds, name), target)
+    except ValueError as error:
+        stop_with(str(error), Exit.USAGE)
+    for picture in pictures:
+        print(picture)
+
+
+def _asked_figure(ds: xr.Dataset) -> str | None:
+    """The figure named in the config that a file carries, where the file holds data for it."""
+    from sweeps.config.load import ConfigError, from_yaml
+    from sweeps.figures import obstacle
+
+    try:
+        asked = from_yaml(str(ds.attrs.get("config", "{}"))).plot.figure
+    except ConfigError:  # a file of another version
+        return None
+    return None if obstacle(ds, asked) else asked
+
+
+# --- what is refused ------------------------------------------------------------------------------
+
+
+def _refuse_axes(config: Config) -> None:
+    from sweeps.engine.trajectories import AxisLeftError
+
+    if config.sweep or config.cases:
+        stop_with(str(AxisLeftError(config)), Exit.USAGE)
+
+
+def _refuse_existing(path: Path, *, overwrite: bool) -> None:
+    from sweeps.files.atomic import refuse_odd_output
+
+    with storage_endings():
+        refuse_odd_output(path)
+    if path.exists() and not overwrite:
+        stop_with(
+            f"{path} exists already; --overwrite replaces it, -o writes elsewhere", Exit.USAGE
+        )
+
+
+def _refuse_picture_name(path: Path) -> None:
+    if path.is_dir():
+        stop_with(f"{path} is a folder; -o names a picture", Exit.STORAGE)
+    ending = path.suffix.lower()
+    if ending[1:].isalpha() and ending not in (".png", ".pdf"):
+        stop_with(f"{path}: a picture ends in .png or .pdf, or in neither for both", Exit.USAGE)

@@ -1,0 +1,212 @@
+"""The verbs of sweeps: sweep, plan, status."""
+
+from __future__ import annotations
+
+import functools
+import os
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NoReturn
+
+import typer
+
+from sweeps.cli.shared import (
+    BackendOption,
+    ConfigArgument,
+    NoProgressOption,
+    OutputOption,
+    SchedulerOption,
+    SetOption,
+    WorkersOption,
+    checked_config,
+    endings,
+    execution_changes,
+    stop_with,
+)
+from sweeps.exits import Exit
+
+if TYPE_CHECKING:
+    from sweeps.config.load import Config
+    from sweeps.engine.outcome import Outcome
+    from sweeps.engine.resume import ExistingPolicy
+    from sweeps.engine.signals import Stop
+
+# Options that decide about existing results once, and not again when the sweep is resumed.
+_ONCE = ("--overwrite", "--recompute", "--accept-mixed", "--retry-failed")
+
+
+def sweep(
+    file: ConfigArgument,
+    output: OutputOption = None,
+    workers: WorkersOption = None,
+    backend: BackendOption = None,
+    scheduler: SchedulerOption = None,
+    max_runtime: Annotated[
+        str | None,
+        typer.Option(
+            metavar="DURATION", help="Stop before it is over, such as 2h or 90min; resumable."
+        ),
+    ] = None,
+    set_: SetOption = None,
+    no_progress: NoProgressOption = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Start afresh, whatever the output holds.")
+    ] = False,
+    recompute: Annotated[
+        bool, typer.Option("--recompute", help="Compute all points anew, not only missing ones.")
+    ] = False,
+    accept_mixed: Annotated[
+        bool,
+        typer.Option(
+            "--accept-mixed", help="Keep points of other settings or of an older version."
+        ),
+    ] = False,
+    retry_failed: Annotated[
+        bool, typer.Option("--retry-failed", help="Compute failed points once more.")
+    ] = False,
+    partial: Annotated[
+        bool, typer.Option("--partial", help="Compute nothing; write what is there so far.")
+    ] = False,
+    keep_journal: Annotated[
+        bool, typer.Option("--keep-journal", help="Leave the journal beside the result.")
+    ] = False,
+) -> None:
+    """Compute what a config asks for and is not there yet, and write it to NetCDF.
+
+    The same command runs, resumes and grows a sweep: after an interruption, with more values on an
+    axis or a finer grid, exactly the missing points are computed.
+    """
+    from sweeps.engine.resume import ExistingPolicy
+
+    changes = [*(set_ or []), *execution_changes(workers, backend, scheduler)]
+    stop = _stop_of(max_runtime)
+    config = checked_config(file, changes)
+    failures = sweep_and_report(
+        config,
+        output or Path(config.output),
+        ExistingPolicy(overwrite, recompute, accept_mixed, retry_failed),
+        stop,
+        progress=not no_progress,
+        partial=partial,
+        keep_journal=keep_journal,
+    )
+    if failures:
+        raise typer.Exit(Exit.FAILED_POINTS)
+
+
+def plan(
+    file: ConfigArgument,
+    output: OutputOption = None,
+    workers: WorkersOption = None,
+    backend: BackendOption = None,
+    scheduler: SchedulerOption = None,
+    set_: SetOption = None,
+) -> None:
+    """Say what a sweep would take: points, blocks, bytes, and the time, from a pilot sample."""
+    from sweeps.cli.output import print_plan
+
+    config = checked_config(file, [*(set_ or []), *execution_changes(workers, backend, scheduler)])
+    with endings():
+        from sweeps.engine.plan import plan as make_plan
+        from sweeps.engine.signals import interruptible
+
+        path = output or Path(config.output)
+        made = interruptible(lambda: make_plan(config, path), "Interrupted; nothing was kept.")
+    print_plan(made, f"{config.execution.workers} workers ({config.execution.backend})")
+
+
+def status(
+    target: Annotated[
+        Path, typer.Argument(metavar="FILE_OR_CONFIG", help="Result file, or config of the sweep.")
+    ],
+    json_: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
+) -> None:
+    """Say how a sweep stands, while it runs or after; it is not disturbed."""
+    from sweeps.cli.output import print_state
+    from sweeps.engine.state import state_of
+
+    is_config = target.suffix.lower() in (".yaml", ".yml")
+    path = Path(checked_config(target, None).output) if is_config else target
+    with endings():
+        state = state_of(path)
+    if json_:
+        import json
+
+        print(json.dumps(state))
+    elif state["state"] == "absent":
+        stop_with(
+            f"{path} does not exist, and no sweep to this file was ever started", Exit.STORAGE
+        )
+    else:
+        print_state(state)
+
+
+def sweep_and_report(
+    config: Config,
+    path: Path,
+    policy: ExistingPolicy,
+    stop: Stop,
+    *,
+    progress: bool = True,
+    partial: bool = False,
+    keep_journal: bool = False,
+    timing: bool = True,
+) -> int:
+    """Sweep, and say how it went; returns the number of failed points."""
+    from sweeps.cli.output import print_summary, write_timing
+    from sweeps.engine.outcome import Console
+    from sweeps.engine.sweep import sweep as run_sweep
+
+    def say(line: str) -> None:
+        if progress or line.startswith("warning"):
+            print(line, file=sys.stderr)
+
+    on_terminal = progress and sys.stdin.isatty() and sys.stderr.isatty()
+    confirm = functools.partial(typer.confirm, default=True, err=True) if on_terminal else None
+    with endings():
+        outcome = run_sweep(
+            config,
+            path,
+            console=Console(say, confirm, progress),
+            policy=policy,
+            stop=stop,
+            partial=partial,
+            keep_journal=keep_journal,
+        )
+    if outcome.stopped is not None:
+        _leave(outcome)
+    if outcome.computed and timing:
+        write_timing(outcome, config.execution.workers, config.execution.backend)
+    print_summary(outcome)
+    return outcome.failures
+
+
+def _stop_of(max_runtime: str | None) -> Stop:
+    """When a sweep is to end; ends with exit code 2 where the duration is none."""
+    from sweeps.engine.signals import Stop, parse_duration
+
+    try:
+        return Stop(parse_duration(max_runtime) if max_runtime is not None else None)
+    except ValueError as error:
+        stop_with(f"--max-runtime: {error}", Exit.USAGE)
+
+
+def _leave(outcome: Outcome) -> NoReturn:
+    """Say how to resume, and end: a compiler at work in a thread would keep the process alive."""
+    from stickslip.status import Status
+    from sweeps.cli.output import print_reasons
+
+    again = shlex.join(["stickslip", *(a for a in sys.argv[1:] if a not in _ONCE)])
+    kept = outcome.points - int(outcome.statuses[Status.PENDING])
+    print(
+        f"Stopped: {outcome.reason}. {kept} of {outcome.points} points are kept in "
+        f"{outcome.output}.run. To resume:\n  {again}",
+        file=sys.stderr,
+    )
+    failed = outcome.statuses.copy()
+    failed[Status.PENDING] = 0
+    print_reasons(failed)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(outcome.stopped or Exit.STOPPED)

@@ -1,0 +1,132 @@
+"""What all executors share: their errors, and the one loop that hands out tasks."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import queue
+import signal
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from concurrent.futures import Future
+from itertools import islice
+from typing import Self
+
+from sweeps.engine.signals import Stop
+from sweeps.engine.worker import Block, Task
+
+Tasks = Iterator[Task]
+Finished = queue.SimpleQueue[Future[Block]]
+
+_SILENCE_SECONDS = 5.0  # without a finished block, until the executor is asked for the reason
+
+
+class ExecutorError(RuntimeError):
+    """The workers cannot be had, or were lost; what is finished is kept."""
+
+
+class WorkersLostError(RuntimeError):
+    """Workers died; any of the blocks that have not come back may have killed them.
+
+    Each of those blocks has seen the end of `deaths` workers.
+    """
+
+    def __init__(self, reason: str, deaths: int = 1) -> None:
+        super().__init__(reason)
+        self.deaths = deaths
+
+
+class Executor(ABC):
+    """Computes tasks on workers; a context manager, from which blocks come in any order.
+
+    Attributes
+    ----------
+    slots
+        Tasks that are computed at the same time; it may change while workers come and go.
+    block_seconds
+        What a block should last, so that handing it over costs next to nothing.
+    """
+
+    block_seconds = 1.0
+
+    def __init__(self, slots: int) -> None:
+        self.slots = slots
+
+    def __enter__(self) -> Self:
+        return self
+
+    @abstractmethod
+    def __exit__(self, *exception: object) -> None: ...
+
+    @abstractmethod
+    def submit(self, task: Task) -> Future[Block]:
+        """Hand a task to a worker; raises WorkersLostError."""
+
+    def result(self, future: Future[Block]) -> Block:
+        """The block of a finished task; raises WorkersLostError and ExecutorError."""
+        return future.result()
+
+    def most_in_flight(self) -> int:
+        """How many tasks are handed out at most: one for each slot, and one that waits there."""
+        return 2 * self.slots
+
+    def is_deserted(self) -> bool:
+        """Whether there is no worker at present."""
+        return False
+
+    def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:
+        """The finished blocks of the tasks; a task is taken when it can be begun soon.
+
+        After a request to stop, blocks that no worker is there for do not come.
+
+        Raises WorkersLostError when nothing else can come: the tasks whose blocks have not come
+        are to be given again.
+        """
+        finished: Finished = queue.SimpleQueue()
+        in_flight: set[Future[Block]] = set()
+        lost = None
+        while True:
+            try:
+                if lost is None:
+                    self._hand_out(tasks, in_flight, finished)
+            except WorkersLostError as error:
+                lost = error
+            future = self._next(finished, stop) if in_flight else None
+            if future is None:
+                break
+            in_flight.remove(future)
+            try:
+                block = self.result(future)
+            except WorkersLostError as error:
+                lost = error  # some of the others in flight may still come
+            else:
+                yield block
+        if lost is not None:
+            raise lost
+
+    def kill(self) -> None:
+        """Leave no process behind, at once."""
+        # Called by a signal handler, which must not wait for a lock.
+        for child in multiprocessing.active_children():
+            with contextlib.suppress(OSError):
+                os.kill(child.pid or 0, signal.SIGKILL)
+
+    def _hand_out(self, tasks: Tasks, in_flight: set[Future[Block]], finished: Finished) -> None:
+        for task in islice(tasks, max(self.most_in_flight() - len(in_flight), 0)):
+            future = self.submit(task)
+            in_flight.add(future)
+            future.add_done_callback(finished.put)
+
+    def _next(self, finished: Finished, stop: Stop) -> Future[Block] | None:
+        """The next finished one; None where a stop is requested and no worker could finish one."""
+        while True:
+            with contextlib.suppress(queue.Empty):
+                return finished.get(timeout=_SILENCE_SECONDS)
+            if self.is_deserted() and stop.requested:
+                return None
+
+
+def first_line(error: BaseException) -> str:
+    """What an error says, in one line."""
+    return (str(error).splitlines() or [repr(error)])[0]

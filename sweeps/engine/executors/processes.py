@@ -1,0 +1,66 @@
+"""Processes of this machine."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any
+
+from sweeps.engine.executors.base import Executor, Tasks, WorkersLostError, first_line
+from sweeps.engine.executors.children import end_with_parent, terminal_signals_blocked
+from sweeps.engine.signals import Stop
+from sweeps.engine.worker import Block, Task, compute_block
+
+
+class ProcessExecutor(Executor):
+    """Computes tasks in processes that joblib's loky starts.
+
+    The pool of the standard library would run the user's `__main__` again in each of them.
+    """
+
+    def __init__(self, workers: int) -> None:
+        super().__init__(workers)
+        self._pool: Any = None
+
+    def __exit__(self, *exception: object) -> None:
+        self._shut_down(kill=exception[0] is not None)
+
+    def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:
+        """As for any executor; a pool that lost a process is given up, the next call makes one."""
+        try:
+            yield from super().blocks(tasks, stop)
+        except WorkersLostError:
+            self._shut_down(kill=True)
+            raise
+
+    def submit(self, task: Task) -> Future[Block]:
+        """Hand a task to a process; the first one starts them. Raises WorkersLostError."""
+        try:
+            with terminal_signals_blocked():
+                future: Future[Block] = self._started().submit(compute_block, task)
+        except BrokenProcessPool as error:
+            raise WorkersLostError(first_line(error)) from error
+        return future
+
+    def result(self, future: Future[Block]) -> Block:
+        """The block of a finished task; raises WorkersLostError."""
+        try:
+            return future.result()
+        except BrokenProcessPool as error:
+            raise WorkersLostError(first_line(error)) from error
+
+    def _started(self) -> Any:
+        from joblib.externals.loky import ProcessPoolExecutor
+
+        if self._pool is None:
+            self._pool = ProcessPoolExecutor(
+                self.slots, initializer=end_with_parent, initargs=(os.getpid(),)
+            )
+        return self._pool
+
+    def _shut_down(self, *, kill: bool) -> None:
+        if self._pool is not None:
+            self._pool.shutdown(wait=True, kill_workers=kill)
+            self._pool = None

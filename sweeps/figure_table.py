@@ -1,0 +1,54 @@
+"""The figures that a config can ask for, the function that draws each, and the data it needs.
+
+To add a figure, write the function and add a line here: the schema of configs takes its names from
+this table, and `plot` refuses a file that lacks the data. Drawing functions are named, not
+imported, so that reading a config needs no matplotlib.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal
+
+Data = Literal["sweep", "trajectory"]
+
+
+@dataclass(frozen=True)
+class FigureEntry:
+    """A figure: `module.function` within `sweeps.figures`, and what it is drawn from.
+
+    `variables` are those that the file must have. The first figure of each kind of data is drawn
+    where none is asked for.
+    """
+
+    function: str
+    data: Data
+    variables: tuple[str, ...]
+
+
+_POSITIONS = ("upper_displacement", "lower_displacement")
+_VELOCITIES = ("upper_velocity", "lower_velocity")
+_FORCES = ("elastic_stress", "friction_force")
+
+FIGURES: Mapping[str, FigureEntry] = MappingProxyType(
+    {
+        "amplitudes": FigureEntry(
+            "amplitudes.amplitudes",
+            "sweep",
+            ("elastic_stress_amplitude", "friction_force_amplitude"),
+        ),
+        "time_courses": FigureEntry(
+            "trajectories.time_courses", "trajectory", (*_POSITIONS, *_VELOCITIES, *_FORCES)
+        ),
+        "relative_motion": FigureEntry(
+            "trajectories.relative_motion", "trajectory", (*_POSITIONS, *_VELOCITIES)
+        ),
+        "phase_portraits": FigureEntry(
+            "trajectories.phase_portraits",
+            "trajectory",
+            ("lower_displacement", "lower_velocity"),
+        ),
+    }
+)

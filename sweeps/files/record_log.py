@@ -1,0 +1,150 @@
+"""An append-only file of records with checksums: a damaged one is passed over, the next is found.
+
+A torn write or a damaged byte costs the record that it lies in: it brings no wrong bytes in, and
+takes no sound record with it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+# Begins every record; the bytes above 127 and the line ends show a transfer as text.
+_MAGIC = b"\x9fslip\r\n\n"
+_HEADER = struct.Struct("<8sQ16sc7x16s")  # magic, length of the payload, key, kind, checksum
+_CHECKSUM_BYTES = 16
+_LONGEST = 1 << 31  # bytes of a payload: a longer one is a damaged length
+_WINDOW = 1 << 20  # bytes that are searched at once for the next record
+
+
+class Record(NamedTuple):
+    """A sound record: one letter for its kind, a key of 16 bytes, and where its payload begins."""
+
+    kind: bytes
+    key: bytes
+    payload: bytes
+    start: int
+
+
+class RecordLog:
+    """Records in a file, appended and read; `damaged` counts the bytes that reading passed over."""
+
+    def __init__(self, handle: int) -> None:
+        self._handle = handle
+        self._end = 0
+        self.damaged = 0
+
+    @classmethod
+    def create(cls, path: Path) -> Self:
+        """An empty file; raises OSError."""
+        return cls(os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666))
+
+    @classmethod
+    def open(cls, path: Path, *, readonly: bool = False) -> Self:
+        """An existing file, to be read by `scan` before anything is appended; raises OSError."""
+        return cls(os.open(path, os.O_RDONLY if readonly else os.O_RDWR))
+
+    def close(self) -> None:
+        """Close the file; the log must not be used any more."""
+        os.close(self._handle)
+
+    def flush(self) -> None:
+        """Have everything on the disk."""
+        os.fsync(self._handle)
+
+    def append(self, kind: bytes, key: bytes, *arrays: NDArray[Any]) -> int:
+        """Append one record; returns where its payload begins, raises OSError.
+
+        A record that cannot be written whole is cut off again.
+        """
+        payload = [array.data.cast("B") for array in map(np.ascontiguousarray, arrays)]
+        length, start = sum(map(len, payload)), self._end
+        header = _HEADER.pack(_MAGIC, length, key, kind, _checksum(kind, *payload))
+        try:
+            _write_all(self._handle, [memoryview(header), *payload], start)
+        except OSError:
+            with contextlib.suppress(OSError):
+                os.ftruncate(self._handle, start)
+            raise
+        self._end = start + len(header) + length
+        return start + len(header)
+
+    def read(self, start: int, length: int) -> bytes:
+        """The bytes of a payload, or as many as the file has."""
+        return _read(self._handle, length, start)
+
+    def scan(self) -> Iterator[Record]:
+        """The sound records of the file, in order; what is appended goes behind the last one."""
+        for record in self._records():
+            self.damaged += record.start - _HEADER.size - self._end
+            self._end = record.start + len(record.payload)
+            yield record
+        self.damaged += os.fstat(self._handle).st_size - self._end
+
+    def cut_torn_end(self) -> None:
+        """Cut away what follows the last sound record."""
+        os.ftruncate(self._handle, self._end)
+
+    def _records(self) -> Iterator[Record]:
+        position: int | None = 0
+        while position is not None:
+            record = self._record_at(position)
+            if record is not None:
+                yield record
+                position = record.start + len(record.payload)
+            else:
+                position = self._next_magic(position)
+
+    def _record_at(self, position: int) -> Record | None:
+        header = self.read(position, _HEADER.size)
+        if len(header) < _HEADER.size:
+            return None
+        magic, length, key, kind, checksum = _HEADER.unpack(header)
+        if magic != _MAGIC or length > _LONGEST:
+            return None
+        start = position + _HEADER.size
+        payload = self.read(start, length)
+        if len(payload) < length or _checksum(kind, payload) != checksum:
+            return None
+        return Record(kind, key, payload, start)
+
+    def _next_magic(self, position: int) -> int | None:
+        """Where the next record may begin, after a damaged one at `position`."""
+        position += 1
+        while piece := self.read(position, _WINDOW):
+            found = piece.find(_MAGIC)
+            if found >= 0:
+                return position + found
+            position += max(1, len(piece) - len(_MAGIC) + 1)
+        return None
+
+
+def _checksum(kind: bytes, *payload: bytes | memoryview) -> bytes:
+    digest = hashlib.sha256(kind)  # processors have instructions for it
+    for part in payload:
+        digest.update(part)
+    return digest.digest()[:_CHECKSUM_BYTES]
+
+
+def _read(handle: int, length: int, position: int) -> bytes:
+    pieces = []
+    while length > 0 and (piece := os.pread(handle, length, position)):
+        pieces.append(piece)
+        position += len(piece)
+        length -= len(piece)
+    return b"".join(pieces)
+
+
+def _write_all(handle: int, parts: list[memoryview], position: int) -> None:
+    for part in parts:
+        while part:
+            written = os.pwrite(handle, part, position)
+            part, position = part[written:], position + written

@@ -1,0 +1,39 @@
+"""Numbers, errors and near misses as people write them: durations, sizes, reasons, spellings."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+_LONGEST_NAME = 60  # letters that are compared: a pasted page would take difflib for ever
+
+
+def duration(seconds: float) -> str:
+    """A duration as people say it: `8.4 s`, `3 min 20 s`, `2 h 5 min`."""
+    if seconds < 59.95:  # below what would be rounded to 60.0 s
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    if minutes < 60:
+        return f"{minutes} min {rest} s"
+    return f"{minutes // 60} h {minutes % 60} min"
+
+
+def size_text(count: float) -> str:
+    """A number of bytes as people say it: `512 bytes`, `1.5 MiB`."""
+    for unit in ("bytes", "KiB", "MiB", "GiB"):
+        if count < 1024 or unit == "GiB":
+            break
+        count /= 1024
+    return f"{count:.0f} {unit}" if unit == "bytes" else f"{count:.1f} {unit}"
+
+
+def reason(error: BaseException) -> str:
+    """What went wrong, without the number and the path that the text of an OSError repeats."""
+    return str(getattr(error, "strerror", None) or error)
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """` (did you mean 'temperature'?)` where a known name is close to `name`, else nothing."""
+    names = {candidate.lower(): candidate for candidate in known}
+    close = difflib.get_close_matches(name[:_LONGEST_NAME].lower(), names, n=1)
+    return f" (did you mean {names[close[0]]!r}?)" if close else ""

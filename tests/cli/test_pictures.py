@@ -1,0 +1,97 @@
+"""`stickslip simulate` and `plot`; `figure` has its tests among the figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from support.commands import Command, entries
+
+import stickslip
+from stickslip import Parameters
+from sweeps.files.datasets import open_result
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+
+def test_simulate_computes_what_python_computes(command: Command) -> None:
+    code, out, err = command("simulate", "a.yaml", "--set", "T=250", "--set", "gamma=0")
+    assert (code, out, err) == (0, "results/a-trajectory.nc\n", "")
+    found = open_result(Path("results/a-trajectory.nc"))
+    p = Parameters(temperature=250.0, rheological_index=0.0)
+    expected = stickslip.simulate(p, periods=1, samples_per_period=50, rtol=1e-4)
+    xr.testing.assert_identical(found.drop_attrs(deep=False), expected)
+    assert found.attrs["title"] == "Four points"
+
+
+def test_simulate_needs_no_config(command: Command) -> None:
+    arguments = ("--periods", "1", "--set", "simulation.samples_per_period=20", "-o", "x/y.nc")
+    code, out, _ = command("simulate", *arguments)
+    assert (code, out) == (0, "x/y.nc\n")
+    ds = open_result(Path("x/y.nc"))
+    assert ds.sizes == {"time": 21}
+    expected = stickslip.simulate(periods=1, samples_per_period=20)
+    xr.testing.assert_identical(ds.drop_attrs(deep=False), expected)
+    code, _, err = command("simulate", *arguments)
+    assert code == 2
+    assert "x/y.nc exists already" in err
+    assert command("simulate", *arguments, "--overwrite").code == 0
+
+
+def test_simulate_of_an_axis_names_what_picks_a_point(command: Command) -> None:
+    code, out, err = command("simulate", "a.yaml")
+    assert (code, out) == (2, "")
+    assert "--set temperature=200.0 --set rheological_index=-0.6666666666666666" in err
+    assert entries() == ["a.yaml"]
+
+
+def test_simulate_tells_why_it_failed(command: Command) -> None:
+    pick = ("--set", "T=250", "--set", "gamma=0")
+    code, out, err = command("simulate", "a.yaml", *pick, "--set", "integrator.max_steps=10")
+    assert (code, out) == (3, "")
+    assert err == f"{stickslip.Status.STEP_LIMIT.sentence}\n"
+    assert not entries("results")
+
+
+@pytest.mark.slow
+def test_plot_draws_a_sweep_and_a_trajectory(command: Command) -> None:
+    command("sweep", "a.yaml")
+    command("simulate", "a.yaml", "--set", "T=250", "--set", "gamma=0")
+    for name in ("a", "a-trajectory"):
+        code, out, err = command("plot", f"results/{name}.nc")
+        assert (code, err) == (0, "")
+        assert out.splitlines() == [f"results/{name}.png", f"results/{name}.pdf"]
+        assert Path(f"results/{name}.png").read_bytes().startswith(b"\x89PNG")
+        assert Path(f"results/{name}.pdf").read_bytes().startswith(b"%PDF")
+    code, out, _ = command("plot", "results/a.nc", "-o", "new/one.png")
+    assert (code, out) == (0, "new/one.png\n")
+    assert entries("new") == ["one.png"]
+    assert Path("new/one.png").read_bytes() == Path("results/a.png").read_bytes()
+
+
+@pytest.mark.slow
+def test_plot_draws_what_the_config_asks_for(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from sweeps import figures
+
+    asked: list[str | None] = []
+    draw = figures.draw
+
+    def observed(ds: xr.Dataset, name: str | None = None) -> object:
+        asked.append(name)
+        return draw(ds, name)
+
+    monkeypatch.setattr(figures, "draw", observed)
+    pick = ("--set", "T=250", "--set", "gamma=0")
+    command("simulate", "a.yaml", *pick, "--set", "plot.figure=phase_portraits")
+    command("plot", "results/a-trajectory.nc", "-o", "t.png")
+    command("simulate", "a.yaml", *pick, "--overwrite")
+    command("plot", "results/a-trajectory.nc", "-o", "t.png")
+    command("sweep", "a.yaml", "--set", "plot.figure=phase_portraits")
+    command("plot", "results/a.nc", "-o", "a.png")
+    command("sweep", "a.yaml", "--overwrite")
+    command("plot", "results/a.nc", "-o", "a.png")
+    # A figure that the file holds no data for gives way to the standard one.
+    assert asked == ["phase_portraits", None, None, "amplitudes"]

@@ -1,0 +1,143 @@
+"""`stickslip sweep`: what it writes, where, and what it says."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from support.commands import FOUR_POINTS, Command, entries
+
+from sweeps.engine.in_memory import run
+from sweeps.files.datasets import content_hash, open_result
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+
+def test_sweep_writes_beside_the_config_s_name_and_says_so(command: Command) -> None:
+    code, out, err = command("sweep", "a.yaml")
+    assert code == 0
+    path, summary = out.splitlines()
+    assert path == "results/a.nc"
+    assert summary.startswith("4 points in ")
+    assert "points/s), 0 failed, largest amplitude error " in summary
+    assert err == "4 points (2 x 2); 4 to compute\n"
+    assert entries("results") == ["a.nc", "a.nc.timing.json"]
+    ds = open_result(Path(path))
+    assert f"{float(ds.amplitude_error.max()):.1e}" in summary
+    assert content_hash(ds) == content_hash(run("a.yaml"))
+    assert ds.attrs["history"].endswith(" stickslip sweep a.yaml")
+
+
+def test_sweep_notes_its_timing_beside_the_result(command: Command) -> None:
+    command("sweep", "a.yaml", "--workers", "3")
+    timing = json.loads(Path("results/a.nc.timing.json").read_text())
+    assert timing["points"] == 4
+    assert timing["workers"] == 3
+    assert timing["points_per_second"] == pytest.approx(4 / timing["seconds"], rel=0.5)
+    assert timing["code_sha256"] == open_result(Path("results/a.nc")).attrs["code_sha256"]
+
+
+def test_sweep_takes_its_output_from_option_or_config(command: Command) -> None:
+    Path("b.yaml").write_text(FOUR_POINTS + "output: deep/er/b.nc\n")
+    assert command("sweep", "b.yaml").out.startswith("deep/er/b.nc\n")
+    assert command("sweep", "b.yaml", "-o", "c.nc").out.startswith("c.nc\n")
+    assert command("sweep", "b.yaml", "--set", "output=d.nc").out.startswith("d.nc\n")
+    hashes = {content_hash(open_result(Path(p))) for p in ("deep/er/b.nc", "c.nc", "d.nc")}
+    assert len(hashes) == 1
+
+
+@pytest.mark.parametrize("workers", ["1", "2", "8"])
+def test_the_hash_is_the_same_for_any_number_of_workers_and_block_size(
+    command: Command, workers: str
+) -> None:
+    expected = content_hash(run("a.yaml", workers=1))
+    for points in ("1", "3", "null"):
+        block = f"execution.block_points={points}"
+        command("sweep", "a.yaml", "--workers", workers, "--set", block, "--overwrite")
+        code, out, err = command("info", "--hash", "results/a.nc")
+        assert (code, out, err) == (0, f"{expected}\n", "")
+
+
+def test_set_changes_the_config(command: Command) -> None:
+    code, out, _ = command("sweep", "a.yaml", "--set", "T=[210]", "--set", "gamma=1/3")
+    assert code == 0
+    assert "1 points" in out
+    ds = open_result(Path("results/a.nc"))
+    assert ds.sizes == {"temperature": 1}
+    assert (ds.temperature[0], ds.rheological_index) == (210.0, 1 / 3)
+
+
+def test_no_progress_says_nothing_on_the_way(command: Command) -> None:
+    assert command("sweep", "a.yaml", "--no-progress").err == ""
+
+
+def test_a_complete_output_is_recognised_untouched(command: Command) -> None:
+    first = command("sweep", "a.yaml").out.splitlines()
+    path = Path("results/a.nc")
+    old = path.read_bytes(), path.stat().st_mtime_ns
+    code, out, err = command("sweep", "a.yaml")
+    assert (code, err) == (0, "results/a.nc is complete: 4 points, nothing to do\n")
+    assert out.splitlines() == [first[0], re.sub(r" in .* points/s\)", "", first[1])]
+    assert (path.read_bytes(), path.stat().st_mtime_ns) == old
+    assert entries("results") == ["a.nc", "a.nc.timing.json"]
+
+
+def test_an_existing_output_with_other_points_is_refused_untouched(command: Command) -> None:
+    command("sweep", "a.yaml")
+    path = Path("results/a.nc")
+    old = path.read_bytes(), path.stat().st_mtime_ns
+    code, out, err = command("sweep", "a.yaml", "--set", "T=[300]")
+    assert (code, out) == (2, "")
+    assert err.startswith("results/a.nc has 4 finished points that the config no longer names")
+    assert err.endswith("--overwrite starts afresh and drops them, -o writes elsewhere\n")
+    assert (path.read_bytes(), path.stat().st_mtime_ns) == old
+    assert entries("results") == ["a.nc", "a.nc.timing.json"]
+    assert command("sweep", "a.yaml", "--set", "T=[300]", "--overwrite").code == 0
+    assert open_result(path).temperature == [300.0]
+
+
+def test_an_existing_file_that_is_no_result_is_refused_untouched(command: Command) -> None:
+    xr.Dataset({"mine": 1.0}).to_netcdf("mine.nc")
+    Path("text.nc").write_text("mine")
+    for name, expected in (("mine.nc", 2), ("text.nc", 5)):
+        old = Path(name).read_bytes()
+        code, out, err = command("sweep", "a.yaml", "-o", name)
+        assert (code, out) == (expected, "")
+        assert err.startswith(f"{name} exists")
+        assert err.endswith("--overwrite replaces it, -o writes elsewhere\n")
+        assert Path(name).read_bytes() == old
+        assert entries() == ["a.yaml", "mine.nc", "text.nc"]
+    for name in ("mine.nc", "text.nc"):
+        assert command("sweep", "a.yaml", "-o", name, "--overwrite").code == 0
+        assert "friction_force_amplitude" in open_result(Path(name))
+
+
+def test_points_that_fail_are_counted_and_explained(command: Command) -> None:
+    code, out, err = command("sweep", "a.yaml", "--set", "stationary.max_periods=2")
+    assert code == 3
+    assert "points/s), 4 failed\n" in out
+    assert "  4 not_stationary: The orbit did not become stationary within" in err
+    assert np.all(open_result(Path("results/a.nc")).status == 1)
+
+
+def test_a_step_unstable_for_some_points_refuses_those(command: Command) -> None:
+    Path("e.yaml").write_text(
+        "sweep: {omega: [3e5, 3e6]}\nmodel: {X_m: 1e-9}\nstationary: {max_periods: 2}\n"
+        "integrator: {method: euler-cromer, dt: 1e-10}\n"
+    )
+    code, out, err = command("sweep", "e.yaml")
+    assert code == 3
+    assert "2 failed" in out
+    assert "  1 not_stationary: " in err
+    assert "  1 refused: The fixed step is unstable" in err
+    assert open_result(Path("results/e.nc")).status.values.tolist() == [1, 4]
+
+
+def test_warnings_of_a_config_are_told(command: Command) -> None:
+    code, _, err = command("check", "a.yaml", "--set", "k=3000", "--set", "K=5e4")
+    assert code == 0
+    assert err.startswith("warning: ")

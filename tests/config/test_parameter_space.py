@@ -1,0 +1,59 @@
+"""The parameters of a config: names and symbols, and what looks exchanged."""
+
+from __future__ import annotations
+
+import pytest
+from support.configs import problems
+
+from stickslip.variables import PARAMETERS
+from sweeps.config.load import ConfigError, from_mapping, from_yaml
+
+
+def test_symbols_and_names_mean_the_same() -> None:
+    by_symbol = {v.symbol: v.default for v in PARAMETERS.values()}
+    by_name = {name: by_symbol[v.symbol] for name, v in PARAMETERS.items()}
+    assert from_mapping({"model": by_symbol}) == from_mapping({"model": by_name})
+    assert list(from_mapping({"model": by_symbol}).model) == list(PARAMETERS)
+
+
+def test_k_and_K_are_different_parameters() -> None:
+    config = from_yaml("model: {k: 1e4, K: 100}")
+    assert config.model == {"viscosity_coefficient": 1e4, "spring_stiffness": 100.0}
+
+
+@pytest.mark.parametrize(
+    ("key", "meant"),
+    [
+        ("temprature", "temperature"),
+        ("Temperature", "temperature"),
+        ("stiffness", "spring_stiffness"),
+        ("viscosity", "viscosity_coefficient"),
+        ("gama", "gamma"),
+        ("Tc", "T_c"),
+        ("phi0", "phi_0"),
+        ("Xm", "X_m"),
+    ],
+)
+def test_the_parameter_that_is_meant_is_guessed(key: str, meant: str) -> None:
+    (told,) = problems(f"model: {{{key}: 1}}")
+    assert told.endswith(f"(did you mean {meant!r}?)")
+
+
+@pytest.mark.parametrize(
+    ("k", "K", "exchanged"),
+    [(5e4, 3e3, 0), (3e3, 5e4, 1), (10, 1e6, 1), (1e4, 1e4, 0), (3e3, 3e3, 0), (1e5, 1e5, 0)],
+)
+def test_exchanged_k_and_K_are_noticed(k: float, K: float, exchanged: int) -> None:
+    assert len(from_mapping({"model": {"k": k, "K": K}}).warnings) == exchanged
+    assert (
+        len(from_mapping({"sweep": {"k": [k, k * 1.5]}, "model": {"K": K}}).warnings) == exchanged
+    )
+
+
+@pytest.mark.parametrize("section", ["model: {%s: %s}", "sweep: {%s: [%s]}", "cases: {%s: [%s]}"])
+@pytest.mark.parametrize("value", [".nan", ".inf", "-.inf", "1e400", "true", "abc", "[]", "{}"])
+def test_what_is_no_finite_number_is_refused_for_every_parameter(section: str, value: str) -> None:
+    for name in PARAMETERS:
+        with pytest.raises(ConfigError) as caught:
+            from_yaml(section % (name, value))
+        assert {p.line for p in caught.value.problems} == {1}

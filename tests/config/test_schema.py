@@ -1,0 +1,65 @@
+"""The sections of a config: defaults, and which options of the integrators they are."""
+
+from __future__ import annotations
+
+import pytest
+
+from stickslip.options import DEFAULTS, METHODS, OPTIONS
+from sweeps.config.json_schema import json_schema
+from sweeps.config.load import ConfigError, from_mapping
+from sweeps.config.schema import SECTIONS
+
+# The key of each option of the integrators.
+KEYS = {name: ("integrator", name) for name in ("rtol", "dt", "max_steps")} | {
+    "stationary_rtol": ("stationary", "rtol"),
+    "max_periods": ("stationary", "max_periods"),
+}
+
+
+def test_the_defaults_of_the_integrators_are_those_of_their_options() -> None:
+    config = from_mapping({})
+    assert KEYS.keys() == OPTIONS.keys()
+    for name, (section, key) in KEYS.items():
+        assert getattr(getattr(config, section), key) == OPTIONS[name].default
+    assert config.integrator.method == DEFAULTS.method
+    assert config.stationary.accelerate == DEFAULTS.accelerate
+    assert config.noise.treatment == DEFAULTS.noise
+    assert config.film.friction == DEFAULTS.friction
+
+
+def test_the_other_defaults() -> None:
+    config = from_mapping({})
+    assert (config.noise.seed, config.noise.realizations) == (None, None)
+    assert (config.execution.workers, config.execution.backend) == (2, "threads")
+    assert (config.execution.scheduler, config.execution.block_points) == (None, None)
+    assert config.plot.figure == "amplitudes"
+    simulation = config.simulation
+    assert (simulation.periods, simulation.start) == (6, "initial")
+    assert simulation.samples_per_period == 2000
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+def test_the_bounds_are_those_of_the_options(name: str) -> None:
+    (section, key), valid = KEYS[name], OPTIONS[name].range
+    method = {"method": next((m for m, d in METHODS.items() if d.own_option == name), "adaptive")}
+    others = method if section == "integrator" else {}
+
+    def accepts(value: float) -> bool:
+        try:
+            from_mapping({section: others | {key: value}})
+        except ConfigError:
+            return False
+        return True
+
+    lowest = valid.lower if not valid.lower_open else valid.lower * 1.0001 + 5e-324
+    below = valid.lower if valid.lower_open else valid.lower - 1
+    assert (accepts(lowest), accepts(below)) == (True, False)
+    if valid.upper < float("inf"):
+        assert (accepts(valid.upper), accepts(valid.upper * 2)) == (True, False)
+
+
+def test_every_key_has_a_description() -> None:
+    definitions = json_schema()["$defs"]
+    for kind in SECTIONS.values():
+        for key, value in definitions[kind.__name__]["properties"].items():
+            assert value.get("description"), key

@@ -1,0 +1,101 @@
+"""A file is the old one or the new one, whole, and nothing is left beside it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from sweeps.files.atomic import StorageError, flush, refuse_odd_output, replacing, storage_errors
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    (tmp_path / "a").write_text("old")
+    return tmp_path / "a"
+
+
+def test_the_body_writes_beside_the_file_which_is_then_replaced(path: Path) -> None:
+    with replacing(path) as temporary:
+        assert temporary.parent == path.parent
+        temporary.write_text("new")
+        assert path.read_text() == "old"
+    assert path.read_text() == "new"
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_body_that_raises_leaves_the_old_file_and_no_other(path: Path) -> None:
+    def body() -> None:
+        with replacing(path) as temporary:
+            temporary.write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        body()
+    assert path.read_text() == "old"
+    assert list(path.parent.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("fsync", [False, True])
+def test_the_file_is_flushed_before_it_has_its_name_and_the_folder_after(
+    path: Path, monkeypatch: pytest.MonkeyPatch, fsync: bool
+) -> None:
+    seen: list[tuple[bool, str]] = []
+
+    def noted(handle: int) -> None:
+        seen.append((Path(f"/proc/self/fd/{handle}").resolve().is_dir(), path.read_text()))
+
+    monkeypatch.setattr(os, "fsync", noted)
+    with replacing(path, path.with_name("new"), fsync=fsync) as temporary:
+        temporary.write_text("new")
+    assert seen == ([(False, "old"), (True, "new")] if fsync else [])
+    assert path.read_text() == "new"
+
+
+def test_a_missing_file_cannot_be_flushed(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError):
+        flush(tmp_path / "absent")
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (OSError(28, "No space left on device", "/a/b"), "cannot write a: No space left on device"),
+        (RuntimeError("NetCDF: HDF error"), "cannot write a: NetCDF: HDF error"),
+        (StorageError("told already"), "told already"),
+    ],
+)
+def test_failures_of_the_disk_say_what_could_not_be_done(error: Exception, text: str) -> None:
+    with pytest.raises(StorageError) as caught, storage_errors("cannot write a"):
+        raise error
+    assert str(caught.value) == text
+
+
+def test_other_errors_pass_through() -> None:
+    with pytest.raises(ValueError, match="a bug"), storage_errors("cannot write a"):
+        raise ValueError("a bug")
+
+
+def test_an_ordinary_or_a_new_file_may_be_replaced(path: Path) -> None:
+    refuse_odd_output(path)
+    refuse_odd_output(path.parent / "new" / "folder" / "b")
+    (path.parent / "link").symlink_to(path)
+    refuse_odd_output(path.parent / "link")
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("folder", "is a folder; -o names a file"),
+        ("pipe", "is not an ordinary file; -o names one"),
+        ("a/b", "a is not a folder"),
+        ("circle", "cannot write"),
+    ],
+)
+def test_what_a_file_must_not_replace_is_refused(path: Path, name: str, text: str) -> None:
+    (path.parent / "folder").mkdir()
+    os.mkfifo(path.parent / "pipe")
+    (path.parent / "circle").symlink_to(path.parent / "circle")
+    with pytest.raises(StorageError, match=text):
+        refuse_odd_output(path.parent / name)

@@ -1,0 +1,49 @@
+import pytest
+
+from sweeps.human import did_you_mean, duration, reason, size_text
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.04, "0.0 s"),
+        (8.44, "8.4 s"),
+        (59.94, "59.9 s"),
+        (59.96, "1 min 0 s"),
+        (200.4, "3 min 20 s"),
+        (3599.6, "1 h 0 min"),
+        (7500.0, "2 h 5 min"),
+    ],
+)
+def test_a_duration_never_says_sixty_seconds(seconds, text):
+    assert duration(seconds) == text
+
+
+@pytest.mark.parametrize(
+    ("count", "text"),
+    [(0, "0 bytes"), (1023, "1023 bytes"), (1536, "1.5 KiB"), (3 * 2**20, "3.0 MiB"),
+     (2**42, "4096.0 GiB")],
+)  # fmt: skip
+def test_a_size_is_in_the_unit_that_keeps_it_short(count, text):
+    assert size_text(count) == text
+
+
+def test_the_reason_of_a_system_error_is_its_text_alone(tmp_path):
+    with pytest.raises(OSError, match="No such file") as caught:
+        (tmp_path / "absent").read_text()
+    assert reason(caught.value) == "No such file or directory"
+
+
+def test_the_reason_of_another_error_is_what_it_says():
+    assert reason(RuntimeError("NetCDF: HDF error")) == "NetCDF: HDF error"
+    assert reason(OSError("the file does not read back")) == "the file does not read back"
+
+
+def test_a_near_miss_is_told_in_its_right_spelling():
+    assert did_you_mean("Temprature", ["temperature", "K"]) == " (did you mean 'temperature'?)"
+    assert did_you_mean("t_c", ["T_c", "K"]) == " (did you mean 'T_c'?)"
+
+
+def test_what_is_like_nothing_known_gets_no_hint():
+    assert did_you_mean("zzz", ["temperature", "K"]) == ""
+    assert did_you_mean("x" * 100_000, ["temperature"]) == ""
