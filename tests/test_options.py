@@ -137,7 +137,7 @@ def test_a_range_ends_where_it_says(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", OPTIONS)
-@pytest.mark.parametrize("value", ["1e-6", b"1", None, [1.0], {}, 1j])
+@pytest.mark.parametrize("value", ["1e-6", b"1", None, True, [1.0], {}, 1j])
 def test_what_is_no_number_is_refused_by_name(name: str, value: object) -> None:
     if value is None and OPTIONS[name].default is None:
         assert getattr(Options(**{name: value}), name) is None

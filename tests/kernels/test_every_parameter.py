@@ -69,7 +69,7 @@ def adaptive_lanes() -> tuple[np.ndarray, np.ndarray]:
         driver.work_through(queue, task, DEFAULTS.friction)
     assert np.all(queue.counts[:, OUTCOME] == Status.OK)
     records = np.empty((len(points), RECORD))
-    conversion.write_records(points, queue.measured, records)
+    conversion.write_records(points, queue.counts[:, CYCLE], queue.measured, records)
     conversion.restore_states(points, queue.states)
     states = queue.states[:, :WIDTH]
     return np.column_stack([states[:, :2], np.exp(states[:, 2])]), records

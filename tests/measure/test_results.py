@@ -29,18 +29,19 @@ from stickslip.measure.results import (
     STATUS,
     Measured,
     RecordUnits,
-    extrema,
     full_spring_force,
     relative_difference,
     write_failure,
-    write_in_si_units,
     write_result,
+    write_whole_orbit,
 )
 from stickslip.variables import RESULT_COLUMNS, RESULTS
 
 P = Parameters()
 SPRING = 2 * 3000.0 * 0.8e-6
 """Force of both springs at the amplitude of the drive [N]."""
+
+SI = RecordUnits(1.0, 1.0, 1.0, 1.0)
 
 LIMIT = 1e-2
 """Power balance error beyond which an orbit is not believed."""
@@ -74,9 +75,10 @@ def result_of(
     error: float = 1e-7,
     **slots: float,
 ) -> dict[str, float]:
-    """The result row of a record, by name."""
-    row = np.full(len(RESULT_COLUMNS), 77.0)
-    write_result(p, Measured(record_of(**slots), cycle, begin, end, error, 9), row)
+    """The result row of a record of `cycle` half periods, by name."""
+    row, whole = np.full(len(RESULT_COLUMNS), 77.0), np.empty(RECORD)
+    write_whole_orbit(record_of(**slots), SI, cycle, whole)
+    write_result(p, Measured(whole, cycle, begin, end, error, 9), row)
     return dict(zip(RESULT_COLUMNS, row.tolist(), strict=True))
 
 
@@ -127,8 +129,8 @@ def test_an_odd_cycle_repeats_with_the_signs_turned(cycle: int) -> None:
     assert found["asymmetry"] == 0.0
     low = result_of(cycle=cycle, STRESS_MAX=1e6, STRESS_MIN=-3e6)
     assert low["elastic_stress_max"] == 3e6
-    assert extrema(record_of(), STRESS_MAX, cycle) == (3e6, -3e6)
-    assert extrema(record_of(), STRESS_MAX, cycle + 1) == (3e6, -1e6)
+    even = result_of(cycle=cycle + 1)
+    assert (even["elastic_stress_max"], even["elastic_stress_min"]) == (3e6, -1e6)
 
 
 @pytest.mark.parametrize(
@@ -172,6 +174,15 @@ def test_a_power_balance_that_is_off_by_more_than_the_limit_is_not_believed() ->
     assert result_of(BLOCK_WORK=0.999 * LIMIT * work)["status"] == Status.OK
     for miss in (1.001 * LIMIT * work, -1.001 * LIMIT * work):
         assert_not_believed(result_of(BLOCK_WORK=miss), Status.INVARIANT_VIOLATED)
+
+
+@pytest.mark.parametrize("cycle", [1, 2])
+def test_both_halves_of_an_odd_cycle_balance_as_the_one_that_was_measured(cycle: int) -> None:
+    # Half a period gains energy here, and the mirror image as much again.
+    begin, end = (1e-7, 0.0), (3e-7, 0.0)
+    gained = 3000.0 * (end[0] ** 2 - begin[0] ** 2)
+    found = result_of(cycle=cycle, begin=begin, end=end, BLOCK_WORK=gained + 1e-12)
+    assert found["power_balance_error"] == pytest.approx(1e-4, rel=1e-6)
 
 
 @pytest.mark.parametrize("cycle", [1, 2, 6])
@@ -245,8 +256,12 @@ def test_a_failure_has_its_status_its_periods_and_nothing_else() -> None:
 # --- differences of records -----------------------------------------------------------------------
 
 
-def difference(cycle: int = 2, p: Parameters = P, **slots: float) -> float:
-    return relative_difference(p, record_of(**slots), record_of(), cycle)
+def difference(cycle: int = 2, **slots: float) -> float:
+    """That of two records of so many half periods."""
+    one, other = np.empty(RECORD), np.empty(RECORD)
+    write_whole_orbit(record_of(**slots), SI, cycle, one)
+    write_whole_orbit(record_of(), SI, cycle, other)
+    return relative_difference(P, one, other)
 
 
 def test_the_difference_of_a_record_from_itself_is_none() -> None:
@@ -279,15 +294,15 @@ def test_small_amplitudes_count_against_a_hundredth_of_the_springs() -> None:
     assert full_spring_force(P) == pytest.approx(SPRING, rel=1e-15)
     assert full_spring_force(Parameters(drive_amplitude=-0.8e-6)) == full_spring_force(P)
     none = {"STRESS_MAX": 0.0, "STRESS_MIN": 0.0, "FORCE_MAX": 0.0, "FORCE_MIN": 0.0}
-    stress = relative_difference(P, record_of(**none | {"STRESS_MAX": 8.0}), record_of(**none), 2)
+    stress = relative_difference(P, record_of(**none | {"STRESS_MAX": 8.0}), record_of(**none))
     assert stress == pytest.approx(8.0 / (0.01 * SPRING / 0.6e-9), rel=1e-12)
-    force = relative_difference(P, record_of(**none | {"FORCE_MAX": 1e-9}), record_of(**none), 2)
+    force = relative_difference(P, record_of(**none | {"FORCE_MAX": 1e-9}), record_of(**none))
     assert force == pytest.approx(1e-9 / (0.01 * SPRING), rel=1e-12)
 
 
 def test_without_springs_and_force_there_is_no_difference() -> None:
     none = record_of(STRESS_MAX=0.0, STRESS_MIN=0.0, FORCE_MAX=0.0, FORCE_MIN=0.0)
-    assert relative_difference(Parameters(spring_stiffness=0.0), none, none, 2) == 0.0
+    assert relative_difference(Parameters(spring_stiffness=0.0), none, none) == 0.0
 
 
 # --- units ----------------------------------------------------------------------------------------
@@ -295,7 +310,8 @@ def test_without_springs_and_force_there_is_no_difference() -> None:
 
 def test_a_record_is_written_in_si_units() -> None:
     units, target = RecordUnits(length=2.0, stress=10.0, force=0.5, phi=3.0), np.empty(RECORD)
-    write_in_si_units(record_of(MELTINGS=2.0, BLOCK_WORK=4.0, LAST_PHASE=SOLID), units, target)
+    record = record_of(MELTINGS=2.0, BLOCK_WORK=4.0, LAST_PHASE=SOLID)
+    write_whole_orbit(record, units, 2, target)
     expected = record_of(
         STRESS_MAX=3e7, STRESS_MIN=-1e7, FORCE_MAX=1e-3, FORCE_MIN=-5e-4, BLOCK_WORK=4.0,
         ABSOLUTE_WORK=1e-8, PHI_MAX=1.8, MELTINGS=2.0, LAST_PHASE=SOLID,
@@ -305,7 +321,21 @@ def test_a_record_is_written_in_si_units() -> None:
 
 def test_negative_units_exchange_maximum_and_minimum() -> None:
     units, target = RecordUnits(length=-2.0, stress=-10.0, force=-0.5, phi=1.0), np.empty(RECORD)
-    write_in_si_units(record_of(), units, target)
+    write_whole_orbit(record_of(), units, 2, target)
     assert target[[STRESS_MAX, STRESS_MIN]].tolist() == [1e7, -3e7]
     assert target[[FORCE_MAX, FORCE_MIN]].tolist() == [5e-4, -1e-3]
     assert target[ABSOLUTE_WORK] > 0.0
+
+
+def test_the_record_of_an_odd_cycle_is_made_that_of_the_whole_orbit() -> None:
+    target = np.empty(RECORD)
+    phases = {"MELTINGS": 2.0, "FIRST_PHASE": MELTED, "LAST_PHASE": SOLID}
+    write_whole_orbit(record_of(BLOCK_WORK=4.0, **phases), SI, 3, target)
+    assert target[[STRESS_MAX, STRESS_MIN, FORCE_MAX, FORCE_MIN]].tolist() == [
+        3e6,
+        -3e6,
+        2e-3,
+        -2e-3,
+    ]
+    assert target[[BLOCK_WORK, ABSOLUTE_WORK, PHI_MAX]].tolist() == [8.0, 2e-8, 0.6]
+    assert target[MELTINGS] == 6.0  # two and the one across the end, and their mirror images

@@ -14,8 +14,8 @@ from support.scalar_twins import adaptive_periods, cyclic_meltings
 from stickslip import Options, Parameters, Status, simulate
 from stickslip.compiled.simd import LANES
 from stickslip.kernels.adaptive.driver import end_states
-from stickslip.measure.accumulate import FORCE_MAX, STRESS_MAX
-from stickslip.measure.results import STATUS, extrema
+from stickslip.measure.accumulate import FORCE_MAX, FORCE_MIN, STRESS_MAX, STRESS_MIN
+from stickslip.measure.results import STATUS
 from stickslip.orbit import compute_orbits
 
 COUNTS = ("orbit_periods", "melting_count")
@@ -59,8 +59,9 @@ def by_twin(p: Parameters, final: np.ndarray, cycle: int) -> tuple[np.ndarray, f
     # First over the orbit until what the lanes were off it is forgotten, then once for the record.
     settled = adaptive_periods(p, final, 4 * cycle)[0][-1]
     states, record = adaptive_periods(p, settled, cycle)
-    (high, low), (force_high, force_low) = (extrema(record, s, 2) for s in (STRESS_MAX, FORCE_MAX))
-    return states, 0.5 * (high - low), 0.5 * (force_high - force_low), cyclic_meltings(record)
+    stress = 0.5 * (record[STRESS_MAX] - record[STRESS_MIN])
+    force = 0.5 * (record[FORCE_MAX] - record[FORCE_MIN])
+    return states, stress, force, cyclic_meltings(record)
 
 
 @pytest.mark.slow
