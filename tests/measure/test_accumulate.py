@@ -93,6 +93,12 @@ def test_the_first_value_is_both_maximum_and_minimum() -> None:
     assert record[[STRESS_MAX, STRESS_MIN]].tolist() == [-4.0, -4.0]
 
 
+def test_no_number_is_neither_a_maximum_nor_a_minimum() -> None:
+    record = fresh()
+    ALONE.see_extremum(record, 0, STRESS_MAX, math.nan, True)
+    assert record[[STRESS_MAX, STRESS_MIN]].tolist() == [-math.inf, math.inf]
+
+
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_a_rejected_step_that_is_not_finite_leaves_no_trace(value: float) -> None:
     record = fresh()

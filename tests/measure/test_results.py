@@ -231,10 +231,17 @@ def test_an_order_parameter_beyond_its_bound_is_not_believed(
 # --- what is not finite ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("value", [math.inf, -math.inf])  # no NaN is ever the larger or the smaller
 @pytest.mark.parametrize("slot", ["STRESS_MAX", "STRESS_MIN", "FORCE_MAX", "FORCE_MIN"])
 def test_an_amplitude_that_is_not_finite_has_diverged(slot: str, value: float) -> None:
     assert_not_believed(result_of(**{slot: value}), Status.DIVERGED)
+
+
+@pytest.mark.parametrize("name", ["STRESS", "FORCE"])
+@pytest.mark.parametrize("cycle", [1, 2])
+def test_an_orbit_of_which_nothing_finite_was_seen_has_diverged(name: str, cycle: int) -> None:
+    nothing = {f"{name}_MAX": -math.inf, f"{name}_MIN": math.inf}
+    assert_not_believed(result_of(cycle=cycle, **nothing), Status.DIVERGED)
 
 
 def test_an_error_that_is_not_finite_has_diverged() -> None:
