@@ -11,8 +11,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from pydantic import BaseModel, ConfigDict
-
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, canonical_name
 from sweeps.config.diagnostics import (
@@ -35,13 +33,9 @@ from sweeps.config.schema import (
     DEFINING,
     SECTIONS,
     Execution,
-    Film,
-    Integrator,
     Noise,
-    Plot,
     Section,
-    Simulation,
-    Stationary,
+    Sections,
     read_section,
 )
 from sweeps.config.yaml_reader import read_file, read_text
@@ -53,7 +47,7 @@ __all__ = ["Check", "Config", "ConfigError", "Problem", "from_mapping", "from_ya
 KEYS = ("title", "model", "sweep", "cases", *SECTIONS, "output")
 
 
-class Config(BaseModel):
+class Config(Sections):
     """A config without problems, every key resolved; made by `load` and `from_mapping`.
 
     Parameters go by their full names. `model` holds the fixed ones that were given; `parameters`
@@ -61,20 +55,11 @@ class Config(BaseModel):
     equal if they ask for the same computation, executed in the same way into the same file.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    title: str | None = None
-    model: dict[str, float] = {}
-    sweep: dict[str, tuple[float, ...]] = {}
-    cases: dict[str, tuple[float, ...]] = {}
-    integrator: Integrator = Integrator()
-    stationary: Stationary = Stationary()
-    noise: Noise = Noise()
-    film: Film = Film()
+    title: str | None
+    model: dict[str, float]
+    sweep: dict[str, tuple[float, ...]]
+    cases: dict[str, tuple[float, ...]]
     output: str
-    execution: Execution = Execution()
-    plot: Plot = Plot()
-    simulation: Simulation = Simulation()
     warnings: tuple[str, ...] = ()
 
     def parameters(self) -> Parameters:
