@@ -5,6 +5,7 @@ Everything is collected first and reported together, so that no problem hides an
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -96,7 +97,11 @@ class Located:
 
     def refuse(self, message: str, *below: str | int) -> None:
         """Note why this value, or what should stand at the path `below` it, cannot be used."""
-        self.diagnostics.refuse(self._nearest(below).origin, _path(self.key, *below), message)
+        nearest = self
+        with contextlib.suppress(KeyError, IndexError, TypeError):
+            for step in below:
+                nearest = nearest.value[step]
+        self.diagnostics.refuse(nearest.origin, _path(self.key, *below), message)
 
     def warn(self, message: str) -> None:
         """Note that this value is allowed, but probably not what was meant."""
@@ -123,16 +128,6 @@ class Located:
         if isinstance(self.value, list):
             return [child.plain() for child in self.value]
         return self.value
-
-    def _nearest(self, below: Iterable[str | int]) -> Located:
-        """What stands at a path, or its nearest ancestor that does."""
-        node = self
-        for step in below:
-            try:
-                node = node.value[step]
-            except (KeyError, IndexError, TypeError):
-                break
-        return node
 
 
 def located(
