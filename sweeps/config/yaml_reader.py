@@ -34,7 +34,7 @@ from sweeps.config.diagnostics import (
 )
 from sweeps.human import reason
 
-MAX_BYTES = 1 << 20
+_MAX_BYTES = 1 << 20
 
 # YAML 1.2.2, section 10.3.2 (core schema).
 _INTEGER = re.compile(r"[-+]?[0-9]+")
@@ -51,9 +51,13 @@ _WORDS: dict[str, object] = {
 # More digits than this are beyond a float; int() itself gives up at 4300.
 _LONGEST_INTEGER = 400
 
-_UNPRINTABLE = re.compile(r"[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-_TAB_INDENT = re.compile(r"^ *\t[ \t]*[^\s#]", re.MULTILINE)
-_DIRECTIVE = re.compile(r"^%", re.MULTILINE)
+_REFUSED = {
+    r"[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]": (
+        "contains a control character, which no text has"
+    ),
+    r"^ *\t[ \t]*[^\s#]": "is indented with a tab; YAML wants spaces",
+    r"^%": "a line must not start with '%': directives are refused",
+}
 # `[3,000]` is a list of 3 and 0: valid, and hardly ever meant.
 _THOUSANDS = re.compile(r"0\d\d")
 
@@ -79,18 +83,13 @@ def read_file(path: Path, diagnostics: Diagnostics) -> Located | None:
     """
     origin = Origin(str(path))
     try:
-        content = _content(path)
+        text = _content(path).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        place = Origin(origin.source, error.object.count(b"\n", 0, error.start) + 1)
+        diagnostics.refuse(place, "", "is not UTF-8 text; save the file in the encoding UTF-8")
+        return None
     except (OSError, ValueError) as error:  # ValueError: NUL in the name
         diagnostics.refuse(origin, "", f"cannot be read: {reason(error)}")
-        return None
-    if len(content) > MAX_BYTES:
-        diagnostics.refuse(origin, "", "is larger than 1 MiB: this is no config")
-        return None
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        place = Origin(origin.source, content.count(b"\n", 0, error.start) + 1)
-        diagnostics.refuse(place, "", "is not UTF-8 text; save the file in the encoding UTF-8")
         return None
     root = read_text(text, origin.source, diagnostics)
     if root is not None and root.value is None:
@@ -135,7 +134,10 @@ def _content(path: Path) -> bytes:
         # Opening a FIFO would wait for its writer for ever.
         raise OSError(None, "it is not a regular file")
     with path.open("rb") as file:
-        return file.read(MAX_BYTES + 1)
+        content = file.read(_MAX_BYTES + 1)
+    if len(content) > _MAX_BYTES:
+        raise OSError(None, "it is larger than 1 MiB, which no config is")
+    return content
 
 
 def _syntax_message(error: MarkedYAMLError) -> str:
@@ -170,9 +172,11 @@ class _Reader:
         return Origin(self._source, line if self._numbered else None)
 
     def check_characters(self) -> None:
-        self._refuse_first(_UNPRINTABLE, "contains a control character, which no text has")
-        self._refuse_first(_TAB_INDENT, "is indented with a tab; YAML wants spaces")
-        self._refuse_first(_DIRECTIVE, "a line must not start with '%': directives are refused")
+        for pattern, message in _REFUSED.items():
+            if match := re.search(pattern, self._text, re.MULTILINE):
+                line = self._text.count("\n", 0, match.end() - 1) + 1
+                self._diagnostics.refuse(self.origin(line), "", message)
+                raise _GivenUpError
 
     def document(self) -> Located:
         self._events = YAML(typ="safe", pure=True).parse(self._text)
@@ -184,13 +188,6 @@ class _Reader:
                     raise _GivenUpError
                 root = self._node(next(self._events), "", 0)
         return root or Located(None, self.origin(1), "", self._diagnostics)
-
-    def _refuse_first(self, pattern: re.Pattern[str], message: str) -> None:
-        match = pattern.search(self._text)
-        if match:
-            line = self._text.count("\n", 0, match.end() - 1) + 1
-            self._diagnostics.refuse(self.origin(line), "", message)
-            raise _GivenUpError
 
     def _at(self, event: Any, key: str, value: object = None) -> Located:
         return Located(value, self.origin(event.start_mark.line + 1), key, self._diagnostics)
