@@ -123,8 +123,9 @@ class Grid:
 
 
 def _position(pairs: list[tuple[NDArray[Any], NDArray[np.float64]]]) -> NDArray[np.int64]:
-    """Where wanted values stand side by side in lists, -1 where they do not: (list, wanted) each."""
-    codes, length = np.int64(0), len(pairs[0][0])
+    """Where the wanted values stand side by side, -1 where they do not; pairs (listed, wanted)."""
+    length = len(pairs[0][0])
+    codes = np.zeros(length + len(pairs[0][1]), dtype=np.int64)
     for values, wanted in pairs:
         distinct, ranks = np.unique(np.concatenate([values, wanted]), return_inverse=True)
         # Renumbered after each list, so that many long lists stay within an integer.
