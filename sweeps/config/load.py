@@ -17,7 +17,6 @@ from sweeps.config.diagnostics import (
     ConfigError,
     Diagnostics,
     Located,
-    Origin,
     Problem,
     located,
     quoted,
@@ -158,7 +157,7 @@ def from_mapping(
     and takes the neutral value, under which the result stays true, instead of today's default.
     """
     diagnostics = Diagnostics()
-    root = located(mapping, Origin(source), diagnostics)
+    root = located(mapping, source, diagnostics)
     return _config(root, diagnostics, overrides, "results/sweep.nc", checks, older=older)
 
 
@@ -182,7 +181,7 @@ def _config(
         root.refuse(f"must hold lines `key: value`, not {quoted(root.value)}")
         root = None
     # Overrides of an unreadable config are judged all the same, on an empty one.
-    base = root or located({}, Origin(""), diagnostics)
+    base = root or located({}, "", diagnostics)
     case = apply_overrides(base, overrides, diagnostics)
     fields = _fields(base, case, output, older) if root else {}
     diagnostics.raise_problems()

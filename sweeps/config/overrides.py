@@ -16,7 +16,6 @@ from sweeps.config.diagnostics import (
     MAX_DEPTH,
     Diagnostics,
     Located,
-    Origin,
     located,
     quoted,
     shortened,
@@ -38,16 +37,18 @@ def apply_overrides(
     case = None
     for override in overrides:
         key, equals, text = override.partition("=")
-        key, origin = key.strip(), Origin(f"--set {shortened(override)}")
+        key = key.strip()
         name = canonical_name(key)
+        here = Located(None, f"--set {shortened(override)}", None, key, diagnostics)
         if not key or not equals:
-            diagnostics.refuse(origin, "", "must be KEY=VALUE, for example temperature=250")
+            here.key = ""
+            here.refuse("must be KEY=VALUE, for example temperature=250")
             continue
         if (name or key) in done:
-            diagnostics.refuse(origin, key, f"is set twice, first by --set {done[name or key]}")
+            here.refuse(f"is set twice, first by --set {done[name or key]}")
             continue
         done[name or key] = override
-        value = read_text(text, origin.source, diagnostics, numbered=False)
+        value = read_text(text, here.source, diagnostics, numbered=False)
         if value is None:
             continue
         value.key = key
@@ -80,13 +81,14 @@ def _set_path(root: Located, path: list[str], value: Located) -> None:
     for section in sections:
         children = target.value
         if section not in children or children[section].value is None:
-            children[section] = located({}, value.origin, value.diagnostics, section)
+            children[section] = located({}, value.source, value.diagnostics, section)
         target = children[section]
         if not isinstance(target.value, dict):
             message = f"there are no keys below {section}: it is {quoted(target.value)}"
-            value.diagnostics.refuse(value.origin, ".".join(path), message)
+            value.key = ".".join(path)
+            value.refuse(message)
             return
     name = canonical_name(last) if len(path) == 2 else None
     key = (key_of(root, path[0], name) if name else None) or last
     place = ".".join([*sections, key])
-    target.value[key] = located(value.plain(), value.origin, value.diagnostics, place)
+    target.value[key] = located(value.plain(), value.source, value.diagnostics, place)

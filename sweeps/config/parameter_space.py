@@ -121,7 +121,7 @@ def _refuse_repeats(given: Iterable[tuple[str, Located]]) -> None:
     for name, node in given:
         other = first.setdefault(name, node)
         if other is not node:
-            where = f" in line {other.origin.line}" if other.origin.line else ""
+            where = f" in line {other.line}" if other.line else ""
             node.refuse(f"gives {name} a second time, after {other.key}{where}; keep one")
 
 

@@ -29,7 +29,6 @@ from sweeps.config.diagnostics import (
     UNREADABLE,
     Diagnostics,
     Located,
-    Origin,
     shortened,
 )
 from sweeps.human import reason
@@ -81,20 +80,19 @@ def read_file(path: Path, diagnostics: Diagnostics) -> Located | None:
 
     A UTF-8 byte order mark, as some editors write it, is accepted.
     """
-    origin = Origin(str(path))
+    here = Located(None, str(path), None, "", diagnostics)
     try:
         text = _content(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        place = Origin(origin.source, error.object.count(b"\n", 0, error.start) + 1)
-        diagnostics.refuse(place, "", "is not UTF-8 text; save the file in the encoding UTF-8")
+        here.line = error.object.count(b"\n", 0, error.start) + 1
+        here.refuse("is not UTF-8 text; save the file in the encoding UTF-8")
         return None
     except (OSError, ValueError) as error:  # ValueError: NUL in the name
-        diagnostics.refuse(origin, "", f"cannot be read: {reason(error)}")
+        here.refuse(f"cannot be read: {reason(error)}")
         return None
-    root = read_text(text, origin.source, diagnostics)
+    root = read_text(text, here.source, diagnostics)
     if root is not None and root.value is None:
-        message = "is empty; `{}` alone is the paper's Fig. 3 as a single point"
-        diagnostics.refuse(origin, "", message)
+        here.refuse("is empty; `{}` alone is the paper's Fig. 3 as a single point")
         return None
     return root
 
@@ -111,11 +109,10 @@ def read_text(
         return None
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        message = _syntax_message(error)
-        diagnostics.refuse(reader.origin(mark.line + 1 if mark else None), "", message)
+        reader.at(mark.line + 1 if mark else None).refuse(_syntax_message(error))
     except (YAMLError, ValueError, OverflowError) as error:
         # Escapes beyond Unicode such as "\UFFFFFFFF" end in chr(), which raises the latter two.
-        diagnostics.refuse(reader.origin(None), "", f"is not valid YAML: {error}")
+        reader.at(None).refuse(f"is not valid YAML: {error}")
     return None
 
 
@@ -161,21 +158,20 @@ class _Reader:
     """One pass over the parser's events, placing values and noting what is refused."""
 
     def __init__(self, text: str, source: str, diagnostics: Diagnostics, numbered: bool) -> None:
-        self._text = text
-        self._source = source
+        self._text, self._source, self._numbered = text, source, numbered
         self._diagnostics = diagnostics
-        self._numbered = numbered
         # Any: the base class of ruamel's events declares none of their attributes.
         self._events: Iterator[Any] = iter(())
 
-    def origin(self, line: int | None) -> Origin:
-        return Origin(self._source, line if self._numbered else None)
+    def at(self, line: int | None, key: str = "", value: object = None) -> Located:
+        line = line if self._numbered else None
+        return Located(value, self._source, line, key, self._diagnostics)
 
     def check_characters(self) -> None:
         for pattern, message in _REFUSED.items():
             if match := re.search(pattern, self._text, re.MULTILINE):
                 line = self._text.count("\n", 0, match.end() - 1) + 1
-                self._diagnostics.refuse(self.origin(line), "", message)
+                self.at(line).refuse(message)
                 raise _GivenUpError
 
     def document(self) -> Located:
@@ -187,10 +183,10 @@ class _Reader:
                     self._at(event, "").refuse("a second document starts here; a config is one")
                     raise _GivenUpError
                 root = self._node(next(self._events), "", 0)
-        return root or Located(None, self.origin(1), "", self._diagnostics)
+        return root or self.at(1)
 
     def _at(self, event: Any, key: str, value: object = None) -> Located:
-        return Located(value, self.origin(event.start_mark.line + 1), key, self._diagnostics)
+        return self.at(event.start_mark.line + 1, key, value)
 
     def _node(self, event: Any, key: str, depth: int) -> Located:
         if depth > MAX_DEPTH:
@@ -227,9 +223,9 @@ class _Reader:
         while not isinstance(event := next(self._events), MappingEndEvent):
             name = self._key(event, key, depth)
             child = self._node(next(self._events), f"{key}.{name}" if key else name, depth + 1)
-            child.origin = self.origin(event.start_mark.line + 1)
+            child.line = self._at(event, key).line
             if name in children:
-                first = children[name].origin.line
+                first = children[name].line
                 child.refuse("is given twice" + (f" (first in line {first})" if first else ""))
             elif name == "<<":
                 child.refuse("merge keys are refused; write the keys out")
