@@ -63,12 +63,5 @@ def trajectories(config: Config) -> xr.Dataset:
 
 def _simulated(config: Config, parameters: Parameters) -> xr.Dataset:
     options = asdict(options_of(config))
-    for key in ("stationary_rtol", "accelerate"):
-        options.pop(key)
-    return simulate(
-        parameters,
-        periods=config.simulation.periods,
-        start=config.simulation.start,
-        samples_per_period=config.simulation.samples_per_period,
-        **options,
-    )
+    del options["stationary_rtol"], options["accelerate"]
+    return simulate(parameters, **config.simulation.model_dump(), **options)
