@@ -18,6 +18,7 @@ from stickslip.variables import PARAMETERS
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.parameter_space import PARAMETER_SECTIONS
 from sweeps.config.yaml_reader import read_mapping
+from sweeps.exits import ExpectedError
 from sweeps.files.atomic import StorageError
 from sweeps.files.chunks import Chunks
 from sweeps.files.columns import STATUS, Rows, conformed, lacking
@@ -37,7 +38,7 @@ _NAMED = 5  # differences that a message lists
 _WAYS_OUT = "--overwrite replaces it, -o writes elsewhere"
 
 
-class RefusalError(Exception):
+class RefusalError(ExpectedError):
     """Existing results do not fit what is asked for; the message says which option decides."""
 
 
@@ -139,7 +140,8 @@ class ExistingPoints:
             else:
                 how = "\n  ".join(["with other settings:", *told])
             raise RefusalError(
-                f"{self.name} was computed {how}\n--recompute computes all points anew, --accept-mixed keeps the old ones and "
+                f"{self.name} was computed {how}\n"
+                "--recompute computes all points anew, --accept-mixed keeps the old ones and "
                 "computes only the missing, -o writes elsewhere"
             )
         if self.lacking:

@@ -27,10 +27,9 @@ def is_newer(attributes: Mapping[str, Any]) -> bool:
     A variable that this version does not know is then one of that version, else one of the user.
     """
     here = f"stickslip {metadata.version('stickslip')}"
-    return (
-        int(attributes.get("numerics_version", 0)) > NUMERICS_VERSION
-        or _release(attributes.get("source", "")) > _release(here)
-    )
+    return int(attributes.get("numerics_version", 0)) > NUMERICS_VERSION or _release(
+        attributes.get("source", "")
+    ) > _release(here)
 
 
 def _release(source: str) -> list[int]:
