@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
+from sweeps.exits import ExpectedError
+
 # Longer quotations of the user's text make a line of the report unreadable.
 _QUOTED = 60
 # The deepest valid config has four levels; far below what would strain Python's recursion.
@@ -32,7 +34,7 @@ class Problem:
         return ": ".join(_one_line(part) for part in (place, self.key, self.message) if part)
 
 
-class ConfigError(ValueError):
+class ConfigError(ExpectedError, ValueError):
     """A config cannot be used; `problems` lists every reason, `str()` gives a line for each."""
 
     def __init__(self, problems: Iterable[Problem]) -> None:

@@ -9,6 +9,7 @@ from stickslip.parameters import Parameters
 from stickslip.trajectory import simulate
 from sweeps.config.load import Config
 from sweeps.engine.options import options_of
+from sweeps.exits import ExpectedError
 from sweeps.files.attributes import add_provenance
 from sweeps.grid import Grid
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-class AxisLeftError(ValueError):
+class AxisLeftError(ExpectedError, ValueError):
     """A trajectory was asked of a config that still has an axis; the message says which `--set`."""
 
     def __init__(self, config: Config) -> None:
