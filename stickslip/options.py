@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
+from numbers import Real
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -75,10 +76,14 @@ class Range(NamedTuple):
     upper: float = math.inf
     lower_open: bool = False
 
-    def holds(self, value: float) -> bool:
-        """Whether `value` lies in the range."""
+    def holds(self, value: Any) -> bool:
+        """Whether `value` is a number that lies in the range."""
+        number = isinstance(value, Real) and not isinstance(value, bool)
+        return number and self._inside(value)
+
+    def _inside(self, value: float) -> bool:
         above = value > self.lower if self.lower_open else value >= self.lower
-        return above and value <= self.upper and math.isfinite(value)
+        return bool(above and value <= self.upper and math.isfinite(value))
 
     def __str__(self) -> str:
         if self.upper < math.inf:

@@ -1,37 +1,21 @@
-"""The door to orbits: what comes back, every way to end, and that points do not meet."""
+"""Orbits: what comes back, every way to end, and that points do not meet."""
 
 from __future__ import annotations
 
 import math
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import orbits, row, rows
+from support.points import orbits, row, rows
 
-from stickslip import (
-    NoiseError,
-    OptionError,
-    Options,
-    Parameters,
-    Status,
-    kernels,
-    simulate,
-    stationary_orbit,
-)
-from stickslip.kernels.adaptive import passes, results
-from stickslip.measure import accumulate
-from stickslip.options import METHODS
-from stickslip.orbit import (
-    compute_orbits,
-    failed_row,
-    prepared_points,
-    refused_row,
-)
-from stickslip.variables import RESULTS
+from stickslip import NoiseError, OptionError, Options, Parameters, Status, simulate
+from stickslip.kernels.adaptive import conversion
+from stickslip.kernels.adaptive.passes import pass_kernel
+from stickslip.kernels.families import Family
+from stickslip.kernels.points import FINAL_COLUMNS
+from stickslip.options import DEFAULTS, METHODS
+from stickslip.orbit import Orbit, compute_orbits, failed_row, prepared_points, stationary_orbit
+from stickslip.variables import RESULT_COLUMNS, RESULTS
 
 COUNTS = {"orbit_periods", "melting_count", "periods_integrated"}
 
@@ -42,22 +26,19 @@ VISCOUS = {"elastic_coefficient": 0.0}
 # --- what comes back ------------------------------------------------------------------------------
 
 
-def test_the_columns_are_the_variables_of_the_registry() -> None:
-    assert list(kernels.RESULT_COLUMNS) == list(RESULTS)
-
-
 def test_an_orbit_holds_the_result_columns_by_name() -> None:
     orbit = stationary_orbit(Parameters(temperature=250.0))
     found = orbits(row(temperature=250.0))
-    assert orbit._fields == (*kernels.RESULT_COLUMNS, "state")
-    for name in kernels.RESULT_COLUMNS:
+    assert type(orbit) is Orbit
+    assert orbit._fields == (*RESULT_COLUMNS, "state")
+    for name in RESULT_COLUMNS:
         assert getattr(orbit, name) == getattr(found, name)[0]
     assert orbit.state == tuple(found.final[0, :3])
 
 
 def test_counts_are_integers_and_the_status_is_a_status() -> None:
     orbit = stationary_orbit()
-    for name in kernels.RESULT_COLUMNS[:-1]:
+    for name in set(RESULT_COLUMNS) - {"status"}:
         assert type(getattr(orbit, name)) is (int if name in COUNTS else float)
     assert orbit.status is Status.OK
 
@@ -117,27 +98,6 @@ def test_the_state_is_as_close_to_the_limit_as_asked(changes: dict[str, float]) 
     assert (near.status, limit.status) == (Status.OK, Status.OK)
     assert distance < 1.2e-4
     assert near.periods_integrated < 1000
-
-
-@pytest.mark.parametrize(
-    ("phases", "count"),
-    [
-        ([0.6, 0.1, 0.01, 0.1, 0.6], 1),
-        ([0.05, 0.01, 0.1, 0.6, 0.05], 1),  # the melting goes on across the end of the orbit
-        ([0.01, 0.6, 0.01, 0.6, 0.01], 2),
-        ([0.6, 0.02, 0.6, 0.1, 0.6], 0),  # not far enough for a melting
-        ([0.01, 0.1, 0.01], 0),  # ... nor for a solidification before one
-        ([0.05, 0.1, 0.05], 0),
-    ],
-)
-def test_meltings_are_counted_cyclically_and_with_hysteresis(
-    phases: list[float], count: int
-) -> None:
-    record = np.empty(accumulate.LENGTH)
-    accumulate.start(record)
-    for phi in phases:
-        accumulate.see_phase(Parameters(), phi, record)
-    assert accumulate.meltings(record) == count
 
 
 def test_asymmetry_of_no_stress_is_zero() -> None:
@@ -212,55 +172,19 @@ def test_points_are_left_as_they_are() -> None:
 def test_one_compiled_version_serves_all() -> None:
     compute_orbits(row(), Options(max_periods=1))
     compute_orbits(rows("temperature", [200, 210]), Options(rtol=np.float32(1e-3), max_steps=5))
-    for door in (passes.pseudoplastic_pass, results.reduce_points, results.write_results):
-        assert len(door.signatures) == 1
+    law = DEFAULTS.friction
+    kernels = pass_kernel(Family(law, -2 / 3)), conversion.reduction_kernel(law)
+    for kernel in (*kernels, conversion.result_kernel(law)):
+        assert len(kernel.signatures) == 1
 
 
 def test_no_points_give_no_results() -> None:
-    results, finals = compute_orbits(np.empty((0, 20)), Options())
-    assert results.shape == (0, 13)
-    assert finals.shape == (0, 4)
+    results, finals = compute_orbits(np.empty((0, len(Parameters._fields))), Options())
+    assert results.shape == (0, len(RESULT_COLUMNS))
+    assert finals.shape == (0, len(FINAL_COLUMNS))
 
 
-# --- the ways to end ------------------------------------------------------------------------------
-
-
-def assert_nothing_but(found: np.ndarray, status: Status) -> None:
-    named = dict(zip(kernels.RESULT_COLUMNS, found.tolist(), strict=True))
-    assert Status(int(named.pop("status"))) is status
-    periods = named.pop("periods_integrated")
-    assert periods >= -1
-    assert (named.pop("orbit_periods"), named.pop("melting_count")) == (-1, -1)
-    assert np.all(np.isnan(list(named.values())))
-
-
-@pytest.mark.parametrize(
-    ("changes", "options", "status"),
-    [
-        ({}, {"max_periods": 1}, Status.NOT_STATIONARY),
-        ({"rheological_index": 2 / 3}, {"max_periods": 3}, Status.NOT_STATIONARY),
-        ({}, {"max_steps": 1}, Status.STEP_LIMIT),
-        ({}, {"max_steps": 2000}, Status.STEP_LIMIT),
-        ({"initial_velocity": 1e200}, {}, Status.DIVERGED),
-        ({"initial_displacement": 1e300}, {}, Status.DIVERGED),
-        ({}, {"method": "euler-cromer", "dt": 1e-6}, Status.REFUSED),
-        (VISCOUS, {"method": "euler-cromer", "dt": 2e-5, "max_periods": 1}, Status.NOT_STATIONARY),
-        (VISCOUS, {"method": "euler-cromer", "dt": 2e-5, "max_steps": 99}, Status.STEP_LIMIT),
-    ],
-)
-def test_every_way_to_end(
-    changes: dict[str, float], options: dict[str, float], status: Status
-) -> None:
-    assert_nothing_but(orbits(row(**changes), **options).row[0], status)
-
-
-def test_orbits_of_an_unstable_step_break_an_invariant() -> None:
-    # Past the refusal, straight through the compiled door: 8 times too much force and no NaN.
-    settings = Options(method="euler-cromer", dt=2.6e-5, stationary_rtol=1e-2).settings()
-    results, finals = np.empty((1, 13)), np.empty((1, 4))
-    point = row(rheological_index=0.0)[None]
-    kernels.fixed_orbits(point, settings, results, finals)
-    assert_nothing_but(results[0], Status.INVARIANT_VIOLATED)
+# --- budgets, refusals, noise ---------------------------------------------------------------------
 
 
 def test_a_step_budget_that_is_just_enough() -> None:
@@ -291,9 +215,13 @@ def orbits_within(max_periods: int, **changes: float) -> int:
     return int(orbits(row(**changes), max_periods=max_periods).status[0])
 
 
-def test_refused_and_failed_rows_hold_nothing() -> None:
-    assert_nothing_but(refused_row(), Status.REFUSED)
-    assert_nothing_but(failed_row(), Status.FAILED)
+@pytest.mark.parametrize("status", [Status.REFUSED, Status.FAILED])
+def test_the_row_of_a_point_that_was_not_computed_holds_what_is_missing(status: Status) -> None:
+    found = dict(zip(RESULT_COLUMNS, failed_row(status).tolist(), strict=True))
+    assert found.pop("status") == status
+    for name, value in found.items():
+        np.testing.assert_equal(value, RESULTS[name].missing)
+    assert failed_row()[RESULT_COLUMNS.index("status")] == Status.FAILED
 
 
 def test_only_the_unstable_points_of_a_batch_are_refused() -> None:
@@ -304,7 +232,7 @@ def test_only_the_unstable_points_of_a_batch_are_refused() -> None:
     np.testing.assert_array_equal(found.row[1], alone.row[0])
 
 
-@pytest.mark.parametrize("method", ["adaptive", "euler-cromer"])
+@pytest.mark.parametrize("method", METHODS)
 def test_a_film_that_could_never_solidify_is_an_error(method: str) -> None:
     for scene, noise in (({}, "none"), ({"noise_intensity": 0.0}, "typical-path")):
         with pytest.raises(NoiseError, match="could never solidify"):
@@ -340,16 +268,6 @@ def test_the_noise_intensity_shows_where_solidification_decides() -> None:
     )
 
 
-def test_options_have_the_defaults_of_a_config() -> None:
-    settings = Options().settings()
-    assert settings == kernels.Settings(
-        1e-6, 1e-10, METHODS["adaptive"].max_steps, 1e-6, 5000, True
-    )
-    assert all(type(value) in (int, float, bool) for value in settings)
-    assert not Options(method="euler-cromer").settings().accelerate
-    assert Options(method="euler-cromer").settings().max_steps > 6.3e9 * 5000
-
-
 # --- the two methods in one process ---------------------------------------------------------------
 
 
@@ -361,59 +279,12 @@ def test_each_method_answers_for_itself() -> None:
     assert fixed.friction_force_amplitude != finer.friction_force_amplitude
 
 
-_TWINS = """
-import sys
-from stickslip.compiled.decorators import door, jit
-
-def make_sum(step):
-    @jit
-    def total(n):
-        if n > 1:
-            return step(n) + total(n - 1)  # recursion: it cannot vanish into its caller
-        return step(n)
-    return total
-
-@jit
-def one(n): return 1.0
-
-@jit
-def two(n): return 2.0
-
-ones, twos = make_sum(one), make_sum(two)
-
-@door
-def single(n): return ones(n)
-
-@door
-def double(n): return twos(n)
-
-print(*[{"single": single, "double": double}[name](5) for name in sys.argv[1:]])
-"""
-
-
-def test_doors_that_were_cached_by_different_processes_are_kept_apart(tmp_path: Path) -> None:
-    # A factory makes functions of one name. Numba tells them apart by a counter that starts anew
-    # in each process, so two cached doors can hold different code under one and the same symbol.
-    script = tmp_path / "twins.py"
-    script.write_text(_TWINS, encoding="utf-8")
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-
-    def answers(*doors: str) -> list[float]:
-        command = [sys.executable, str(script), *doors]
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-        return [float(word) for word in done.stdout.split()]
-
-    assert answers("single") == [5.0]
-    assert answers("double") == [10.0]
-    assert answers("single", "double") == [5.0, 10.0]
-    assert answers("double", "single") == [10.0, 5.0]
-
-
 @pytest.mark.parametrize(
     ("options", "name"),
     [
         ({"method": "euler"}, "method"),
         ({"noise": "stochastic"}, "noise"),
+        ({"friction": "coulomb"}, "friction"),
         ({"rtol": 0.0}, "rtol"),
         ({"rtol": float("nan")}, "rtol"),
         ({"rtol": 2.0}, "rtol"),

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.parameters import ParameterError, Parameters
+from stickslip.parameters import ParameterError, Parameters, ParameterValues
 from stickslip.variables import PARAMETERS
 
 TINY = 5e-324  # the smallest positive float
@@ -143,6 +143,22 @@ def test_unknown_name_is_refused():
         Parameters(temprature=250)
 
 
+@pytest.mark.parametrize(
+    ("wrong", "meant"),
+    [("temprature", "temperature"), ("T", "temperature"), ("K", "spring_stiffness")],
+)
+def test_an_unknown_name_is_refused_with_the_one_that_is_meant(wrong: str, meant: str):
+    with pytest.raises(TypeError, match=rf"no parameter '{wrong}'; did you mean '{meant}'\?"):
+        Parameters(**{wrong: 250})
+
+
+def test_bare_values_have_no_defaults():
+    # Compiled code that forgets a parameter must not compile.
+    with pytest.raises(TypeError, match="missing"):
+        ParameterValues(200.0)
+    assert ParameterValues._fields == tuple(PARAMETERS)
+
+
 def test_replace_coerces_and_checks():
     p = Parameters()._replace(temperature=250)
     assert type(p) is Parameters
@@ -161,7 +177,7 @@ def test_make_coerces_and_checks():
 
 
 def test_make_wants_every_field():
-    with pytest.raises(TypeError, match="expected 20 values, not 3"):
+    with pytest.raises(TypeError, match=f"expected {len(PARAMETERS)} values, not 3"):
         Parameters._make([1, 2, 3])
 
 

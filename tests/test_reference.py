@@ -5,7 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from stickslip import kernels, reference
+from stickslip import reference
+from stickslip.kernels.adaptive import driver
+from stickslip.kernels.trajectories import write_start
 from stickslip.options import Options
 from stickslip.parameters import Parameters
 from stickslip.status import Status
@@ -15,14 +17,14 @@ PER_PERIOD = 20
 
 def start_of(p: Parameters) -> np.ndarray:
     state = np.empty(3)
-    kernels.starting_log_state(np.array(p), state)
+    write_start(np.array(p), state)
     return state
 
 
 def compiled_trajectory(p: Parameters, rtol: float = 1e-9) -> np.ndarray:
     samples = np.empty((PER_PERIOD + 1, 3))
-    settings = Options(rtol=rtol).settings()
-    status = kernels.adaptive_trajectory(np.array(p), settings, start_of(p), PER_PERIOD, samples)
+    options = Options(rtol=rtol)
+    status = driver.trajectory(np.array(p), options, start_of(p), PER_PERIOD, samples)
     assert status == Status.OK
     return samples
 

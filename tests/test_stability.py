@@ -1,12 +1,18 @@
 """The stability of a fixed step: what gives finite and wrong numbers is refused."""
 
 import math
+import re
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from stickslip.kernels.stability import REFUSE_ABOVE, fastest_rate
+from stickslip.model.laws import friction_law
+from stickslip.options import DEFAULTS, FRICTION_LAWS
 from stickslip.parameters import Parameters
-from stickslip.stability import ACCURATE_PART, REFUSE_ABOVE, fastest_rate, largest_stable_step
+from stickslip.stability import ACCURATE_PART, largest_stable_step, static_strength, step_as_text
 
 
 def limit(**changes: float) -> float:
@@ -44,7 +50,7 @@ def test_the_largest_step_at_fig_3_is_set_by_the_melting_in_the_slip() -> None:
 
 
 def test_the_largest_step_is_the_limit_over_the_fastest_rate() -> None:
-    rate = float(fastest_rate(np.array(Parameters()))[0])
+    rate = float(fastest_rate(np.array(Parameters()), DEFAULTS.friction)[0])
     assert limit() == pytest.approx(REFUSE_ABOVE / rate, rel=1e-15)
     assert REFUSE_ABOVE == 2.0
 
@@ -155,3 +161,64 @@ def test_a_step_that_does_not_resolve_the_drive_is_refused() -> None:
         "viscosity_coefficient": 1e3,
     }
     assert limit(**calm) <= 2 * np.pi / 1e5 / 60
+
+
+# --- what is said of it ---------------------------------------------------------------------------
+
+
+@given(st.floats(1e-12, 1e-1))
+def test_a_step_is_written_in_two_digits_so_that_it_is_allowed(step: float) -> None:
+    text = step_as_text(step)
+    assert 0.9 * step < float(text) <= step
+    assert len(re.sub(r"e.*|[.]|^0[.]0*", "", text)) <= 2
+
+
+# --- the static strength --------------------------------------------------------------------------
+
+
+def strength_by_hand(p: Parameters) -> float:
+    """The largest of many strains up to melting: Eqs. 13, 16 and 19 written out again."""
+    half = p.cubic_coefficient / (2 * p.quartic_coefficient)
+    heating = 2 * p.thermal_coefficient * (p.temperature - p.critical_temperature)
+    most = (half**2 * p.quartic_coefficient - heating) / p.elastic_coefficient
+    eps = np.linspace(0.0, math.sqrt(max(most, 0.0)), 100_001)
+    B = p.elastic_coefficient * eps**2 + heating
+    phi = half + np.sqrt(np.maximum(half**2 - B / p.quartic_coefficient, 0.0))
+    return float(np.max(p.elastic_coefficient * phi**2 * eps))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"temperature": 285.0}, {"temperature": 100.0}, {"cubic_coefficient": 0.0}],
+    ids=str,
+)
+def test_the_static_strength_is_the_largest_stress_of_a_solid_film(
+    changes: dict[str, float],
+) -> None:
+    p = Parameters(**changes)
+    assert static_strength(np.array(p))[0] == pytest.approx(strength_by_hand(p), rel=1e-4)
+
+
+def test_fewer_strains_give_less_and_never_more() -> None:
+    temperatures = np.linspace(150.0, 295.0, 30)
+    points = np.array([Parameters(temperature=T) for T in temperatures])
+    fine, coarse = static_strength(points, 2000), static_strength(points, 12)
+    assert np.all(coarse <= fine)
+    assert np.all(coarse >= 0.98 * fine)
+
+
+def test_a_film_that_is_liquid_or_not_elastic_has_no_strength() -> None:
+    liquid = Parameters(temperature=400.0)
+    assert static_strength(np.array(liquid))[0] == 0.0
+    assert static_strength(np.array(Parameters(elastic_coefficient=0.0)))[0] == 0.0
+
+
+@pytest.mark.parametrize("law", FRICTION_LAWS)
+@pytest.mark.parametrize("gamma", [-0.9, -2 / 3, 0.0, 0.5, 2 / 3, 2.0])
+def test_the_slope_of_a_law_up_to_a_speed_is_bounded_by_the_one_that_limits_a_step(
+    law: str, gamma: float
+) -> None:
+    known, p = friction_law(law), Parameters(rheological_index=gamma)
+    if not known.has_cusp(p):
+        most = known.stable_slope(p, 1e-5)
+        assert all(known.slope(p, u) <= most * (1 + 1e-12) for u in np.linspace(0.0, 1e-5, 50))

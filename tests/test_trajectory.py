@@ -1,4 +1,4 @@
-"""The door to trajectories: the Dataset, its sampling, its starts and its errors."""
+"""Trajectories: the Dataset, its sampling, its starts and its errors."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from stickslip import (
     simulate,
     stationary_orbit,
 )
+from stickslip.options import METHODS
 from stickslip.variables import PARAMETERS, TRAJECTORY
 
 X_M = 0.8e-6
@@ -103,7 +104,7 @@ def test_samples_are_equidistant_and_hold_both_ends(periods: int, per_period: in
     assert np.all(np.isfinite(ds.to_dataframe()[list(TRAJECTORY)[1:]]))
 
 
-@pytest.mark.parametrize("method", ["adaptive", "euler-cromer"])
+@pytest.mark.parametrize("method", METHODS)
 def test_sampling_does_not_touch_the_motion(method: str) -> None:
     p = Parameters(elastic_coefficient=0.0)
     options = {"periods": 3, "method": method, "dt": 2e-5}
@@ -198,7 +199,7 @@ def test_an_unstable_step_is_refused_with_the_largest_stable_one() -> None:
     assert Status.REFUSED.sentence in str(caught.value)
 
 
-@pytest.mark.parametrize("method", ["adaptive", "euler-cromer"])
+@pytest.mark.parametrize("method", METHODS)
 def test_a_spent_budget_is_an_error(method: str) -> None:
     with pytest.raises(IntegrationError) as caught:
         simulate(Parameters(elastic_coefficient=0.0), method=method, dt=2e-5, max_steps=10)
@@ -231,3 +232,8 @@ def test_a_film_that_could_never_solidify_is_an_error() -> None:
 def test_nothing_to_sample_is_an_error(wrong: dict[str, int]) -> None:
     with pytest.raises(ValueError, match="at least 1"):
         simulate(**wrong)
+
+
+def test_an_unknown_start_is_an_error() -> None:
+    with pytest.raises(ValueError, match="start must be one of"):
+        simulate(start="somewhere")

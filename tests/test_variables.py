@@ -3,13 +3,17 @@
 import math
 
 import matplotlib.mathtext
+import numpy as np
 import pytest
 
+from stickslip.status import Status
 from stickslip.variables import (
     BY_SYMBOL,
     PARAMETERS,
+    RESULT_COLUMNS,
     RESULTS,
     TRAJECTORY,
+    ResultVariable,
     Variable,
     canonical_name,
 )
@@ -143,3 +147,54 @@ def test_anything_else_is_no_parameter(name: str):
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_no_parameter_may_be_infinite_or_nan(variable: Variable, value: float):
     assert "finite" in variable.complaint(value)
+
+
+# --- what a parameter declares --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("variable", PARAMETERS.values(), ids=lambda v: v.name)
+def test_a_default_is_a_valid_float(variable: Variable):
+    assert type(variable.default) is float
+    assert variable.complaint(variable.default) is None
+
+
+def test_the_parameters_of_the_first_version_have_no_neutral_value():
+    # Every file names them: there is none in which one of them could be missing.
+    assert {name for name in PARAMETER_SYMBOLS if PARAMETERS[name].neutral is not None} == set()
+
+
+@pytest.mark.parametrize("variable", PARAMETERS.values(), ids=lambda v: v.name)
+def test_a_neutral_value_is_a_valid_one(variable: Variable):
+    assert variable.neutral is None or variable.complaint(variable.neutral) is None
+
+
+def test_powers_of_the_order_parameter_are_those_of_the_free_energy():
+    # The force on ln(phi) is 2 alpha (T - T_c) - b phi + c phi^2.
+    powers = {v.name: v.phi_power for v in PARAMETERS.values() if v.phi_power}
+    assert powers == {"cubic_coefficient": 1, "quartic_coefficient": 2}
+
+
+# --- what a result declares -----------------------------------------------------------------------
+
+COUNTS = {"orbit_periods", "melting_count", "periods_integrated"}
+
+
+def test_columns_are_in_the_order_of_the_registry():
+    assert tuple(RESULTS) == RESULT_COLUMNS
+
+
+@pytest.mark.parametrize("variable", RESULTS.values(), ids=lambda v: v.name)
+def test_a_result_says_how_it_is_stored_and_what_stands_for_none(variable: ResultVariable):
+    if variable.name == "status":
+        assert (variable.dtype, variable.missing) == ("i1", Status.PENDING)
+    elif variable.name in COUNTS:
+        assert (variable.dtype, variable.missing) == ("i4", -1)
+    else:
+        assert variable.dtype == "f8"
+        assert math.isnan(variable.missing)
+
+
+@pytest.mark.parametrize("variable", RESULTS.values(), ids=lambda v: v.name)
+def test_what_stands_for_none_can_be_stored(variable: ResultVariable):
+    stored = np.array(variable.missing, dtype=variable.dtype)
+    np.testing.assert_equal(float(stored), float(variable.missing))

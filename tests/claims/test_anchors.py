@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import amplitude_errors, orbits, row
+from support.points import amplitude_errors, orbits, row
 
 from stickslip import Parameters, Status, simulate
 from stickslip.variables import BY_SYMBOL

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
-from scenes import FIG_7, FIG_8, FIG_9, GAMMAS, LOCKED, curve, orbits, row, rows
+from support.points import FIG_7, FIG_8, FIG_9, GAMMAS, LOCKED, curve, orbits, row, rows
 
 from stickslip import Parameters, Status, simulate, stationary_orbit
 

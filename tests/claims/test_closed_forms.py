@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes import LOCKED, orbits, row, rows
+from support.points import LOCKED, orbits, row, rows
 
 from stickslip import Parameters, Status, simulate
 

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import FIG_7, FIG_8, FIG_9, GAMMAS, curve, orbits, row, rows
+from support.points import FIG_7, FIG_8, FIG_9, GAMMAS, curve, orbits, row, rows
 
 from stickslip import Parameters, Status, simulate
 from stickslip.variables import RESULT_COLUMNS

@@ -6,68 +6,17 @@ the yardsticks of the step control to the acceleration, may know an absolute siz
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.symmetries import SYMMETRIES, Symmetry, expected, transformed
 
-from stickslip import Parameters, Status, kernels
-from stickslip.options import Options
+from stickslip import Parameters, Status
+from stickslip.kernels.trajectories import write_start
+from stickslip.measure.results import STATUS
+from stickslip.options import METHODS, Options
 from stickslip.orbit import compute_orbits
-from stickslip.variables import RESULT_COLUMNS
-
-
-class Symmetry(NamedTuple):
-    """Factors of parameters, and what becomes of stress and force, and of x and v."""
-
-    factors: dict[str, float]
-    stress: float
-    force: float
-    motion: float
-
-
-SYMMETRIES = {
-    "mirror": Symmetry(
-        {"drive_amplitude": -1.0, "initial_displacement": -1.0, "initial_velocity": -1.0},
-        stress=-1.0,
-        force=-1.0,
-        motion=-1.0,
-    ),
-    "length": Symmetry(
-        {
-            "drive_amplitude": 2.0,
-            "initial_displacement": 2.0,
-            "initial_velocity": 2.0,
-            "film_thickness": 2.0,
-            "contact_area": 2.0,
-        },
-        stress=1.0,
-        force=2.0,
-        motion=2.0,
-    ),
-    "mass": Symmetry(
-        {"block_mass": 2.0, "spring_stiffness": 2.0, "contact_area": 2.0},
-        stress=1.0,
-        force=2.0,
-        motion=1.0,
-    ),
-    "stress": Symmetry(
-        {
-            "thermal_coefficient": 2.0,
-            "elastic_coefficient": 2.0,
-            "cubic_coefficient": 2.0,
-            "quartic_coefficient": 2.0,
-            "viscosity_coefficient": 2.0,
-            "contact_area": 0.5,
-            "kinetic_coefficient": 0.5,
-        },
-        stress=2.0,
-        force=1.0,
-        motion=1.0,
-    ),
-}
 
 SCENES: dict[str, dict[str, float]] = {
     "fig3": {},
@@ -89,29 +38,13 @@ SCENES: dict[str, dict[str, float]] = {
 }
 
 
-def transformed(p: Parameters, symmetry: Symmetry) -> Parameters:
-    return p._replace(
-        **{name: factor * getattr(p, name) for name, factor in symmetry.factors.items()}
-    )
-
-
-def expected(row: np.ndarray, symmetry: Symmetry) -> np.ndarray:
-    """The result row of the transformed point."""
-    named = dict(zip(RESULT_COLUMNS, row.tolist(), strict=True))
-    for name, factor in (("elastic_stress", symmetry.stress), ("friction_force", symmetry.force)):
-        high, low = factor * named[f"{name}_max"], factor * named[f"{name}_min"]
-        named[f"{name}_max"], named[f"{name}_min"] = (high, low) if factor > 0 else (low, high)
-        named[f"{name}_amplitude"] *= abs(factor)
-    return np.array(list(named.values()))
-
-
 def assert_symmetric(p: Parameters, symmetry: Symmetry, options: Options) -> int:
     points = np.array([p, transformed(p, symmetry)])
     (row, other), (final, other_final) = compute_orbits(points, options)
     np.testing.assert_array_equal(other, expected(row, symmetry), strict=True)
     motion = symmetry.motion
     np.testing.assert_array_equal(other_final, final * [motion, motion, 1.0, 1.0], strict=True)
-    return int(row[-1])
+    return int(row[STATUS])
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -148,7 +81,7 @@ def test_orbits_by_euler_cromer(name: str, scene: str) -> None:
     assert_symmetric(Parameters(**changes), SYMMETRIES[name], options)
 
 
-@pytest.mark.parametrize("method", ["adaptive", "euler-cromer"])
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", SYMMETRIES)
 def test_trajectories(name: str, method: str) -> None:
     # A short and fast drive: few fixed steps of a stable size make a period of the solid film.
@@ -156,14 +89,13 @@ def test_trajectories(name: str, method: str) -> None:
     p = Parameters(
         angular_frequency=2e3, drive_amplitude=8e-9, initial_order_parameter=0.6, temperature=250.0
     )
-    fixed = method == "euler-cromer"
-    door = kernels.fixed_trajectory if fixed else kernels.adaptive_trajectory
-    options = Options(method="euler-cromer" if fixed else "adaptive", dt=5e-9).settings()
+    options = Options(method=method, dt=5e-9)
     sampled = []
     for point in (p, transformed(p, symmetry)):
         start, samples = np.empty(3), np.empty((17, 3))
-        kernels.starting_log_state(np.array(point), start)
-        assert door(np.array(point), options, start, 8, samples) == Status.OK
+        write_start(np.array(point), start)
+        status = METHODS[method].kernels.trajectory(np.array(point), options, start, 8, samples)
+        assert status == Status.OK
         sampled.append(samples)
     ours, other = sampled
     motion = symmetry.motion

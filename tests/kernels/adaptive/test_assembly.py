@@ -10,14 +10,22 @@ import re
 from typing import Any
 
 import llvmlite.binding as llvm
+import numpy as np
 import pytest
 from numba import types
-from scenes import GAMMAS
+from support.points import GAMMAS
 
-from stickslip.kernels.adaptive import passes, recording
-from stickslip.kernels.problem import error_weight, scene_jacobian, scene_rhs
+from stickslip.compiled.decorators import inline
+from stickslip.compiled.fields import make_lane_reader
+from stickslip.kernels.adaptive import recording
+from stickslip.kernels.adaptive.recording import SLOTS, get
+from stickslip.kernels.problem import Problem, problem_functions, problem_of
+from stickslip.model.scaling import Reduced, model_values
+from stickslip.model.state import WIDTH
 from stickslip.numerics.adaptive_lanes import make_attempt
+from stickslip.numerics.linear import algebra
 from stickslip.numerics.tableaus import RODAS4P2
+from stickslip.options import DEFAULTS
 
 pytestmark = pytest.mark.skipif(
     platform.machine().lower() not in ("x86_64", "amd64")
@@ -54,18 +62,34 @@ def assert_vectors(text: str, least: int) -> None:
     assert "\tcall" not in found
 
 
+FUNCTIONS = problem_functions(DEFAULTS.friction)
+_reduced_of = make_lane_reader(Reduced, SLOTS.parameters, get)
+
+
+def problems_of(gamma: float | None) -> Any:
+    """The problem of a lane, for fluids of one family."""
+    values_of = model_values(gamma)
+
+    @inline
+    def problems(lanes: np.ndarray, lane: int) -> Problem:
+        return problem_of(values_of(_reduced_of(lanes, lane)), get(lanes, SLOTS.rtol, lane))
+
+    return problems
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("gamma", [*GAMMAS, None])
 def test_an_attempt_in_lanes_is_packed(gamma: float | None) -> None:
-    scenes = passes._make_scenes(gamma)
-    attempt = make_attempt(scene_rhs, scene_jacobian, error_weight, scenes, RODAS4P2)
+    rhs, jacobian, weight = FUNCTIONS.rhs, FUNCTIONS.jacobian, FUNCTIONS.error_weight
+    problems = problems_of(gamma)
+    attempt = make_attempt(rhs, jacobian, weight, problems, RODAS4P2, algebra(WIDTH))
     assert_vectors(assembly(attempt), 500)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("gamma", [*GAMMAS, None])
 def test_a_measurement_in_lanes_is_packed(gamma: float | None) -> None:
-    assert_vectors(assembly(recording.make_see(passes._make_scenes(gamma))), 200)
+    assert_vectors(assembly(recording.make_see(problems_of(gamma), FUNCTIONS)), 200)
 
 
 def test_scalar_code_and_calls_would_be_seen() -> None:

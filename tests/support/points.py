@@ -26,7 +26,7 @@ FIG_9 = ("spring_stiffness", tuple(np.linspace(100.0, 1e4, 100).tolist()))
 
 
 def row(**changes: float) -> np.ndarray:
-    """The parameters of Fig. 3 with some changes, as the doors take them."""
+    """The parameters of Fig. 3 with some changes, as kernels take them."""
     return np.array(Parameters(**changes))
 
 
@@ -40,6 +40,11 @@ def orbits(points: np.ndarray, **options: Any) -> SimpleNamespace:
     results, finals = compute_orbits(points, Options(**options))
     columns = dict(zip(RESULT_COLUMNS, results.T, strict=True))
     return SimpleNamespace(**columns, row=results, final=finals)
+
+
+def refuse_nothing(points: np.ndarray, options: Options) -> np.ndarray:
+    """What to put in the place of a driver's `largest_step` to get past its refusal."""
+    return np.full(len(points), np.inf)
 
 
 @cache

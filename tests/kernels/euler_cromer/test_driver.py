@@ -1,0 +1,181 @@
+"""The paper's own method: first order, refused where unstable, and in agreement with the other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.points import error_scales, orbits, refuse_nothing, row
+from support.scalar_twins import cyclic_meltings, euler_cromer_period
+from support.symmetries import SYMMETRIES, expected, transformed
+
+from stickslip import IntegrationError, Parameters, Status, simulate, stability
+from stickslip.kernels.euler_cromer import driver
+from stickslip.measure.accumulate import ABSOLUTE_WORK, BLOCK_WORK, FORCE_MAX, STRESS_MAX
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
+
+# Steps that gave finite, plausible and wrong amplitudes, up to 17 times too high, without any NaN.
+FINITE_BUT_WRONG = [
+    ({"angular_frequency": 38.0}, 8e-8),
+    ({"rheological_index": 0.0}, 2.6e-5),
+    ({"rheological_index": 2 / 3}, 2e-6),
+    ({"block_mass": 1e-3}, 2e-6),
+    ({"strain_relaxation_time": 1e-6}, 2e-6),
+]
+
+
+@pytest.mark.parametrize(("changes", "dt"), FINITE_BUT_WRONG, ids=str)
+def test_finite_but_wrong_steps_are_refused(changes: dict[str, float], dt: float) -> None:
+    assert orbits(row(**changes), method="euler-cromer", dt=dt).status == Status.REFUSED
+    with pytest.raises(IntegrationError) as caught:
+        simulate(Parameters(**changes), method="euler-cromer", dt=dt)
+    assert caught.value.status is Status.REFUSED
+
+
+@pytest.mark.parametrize("changes", [{}, {"angular_frequency": 38.0}, {"temperature": 300.0}])
+def test_refusal_begins_at_the_largest_stable_step(changes: dict[str, float]) -> None:
+    limit = float(stability.largest_stable_step(row(**changes))[0])
+    options = {"method": "euler-cromer", "max_steps": 1}
+    assert orbits(row(**changes), dt=limit, **options).status == Status.STEP_LIMIT
+    assert orbits(row(**changes), dt=limit * (1 + 1e-12), **options).status == Status.REFUSED
+
+
+def test_the_step_of_the_paper_is_stable_at_its_parameters() -> None:
+    for omega in (10.0, 15.0, 32.0, 38.0):
+        assert stability.largest_stable_step(row(angular_frequency=omega))[0] > 10 * 1e-10
+
+
+# Points whose largest stable step is long: a liquid film, a slow one, and one without elasticity.
+STABLE = [
+    ({"elastic_coefficient": 0.0}, 2e-5),
+    ({"elastic_coefficient": 0.0, "rheological_index": -0.5}, 2e-5),
+    ({"temperature": 300.0}, 7e-7),
+    ({"temperature": 300.0, "rheological_index": 0.0, "viscosity_coefficient": 1e4}, 7e-7),
+    (
+        {
+            "temperature": 250.0,
+            "rheological_index": 0.0,
+            "viscosity_coefficient": 1e4,
+            "kinetic_coefficient": 1.0,
+        },
+        2e-6,
+    ),
+]
+
+
+@pytest.mark.parametrize(("changes", "dt"), STABLE, ids=str)
+def test_orbits_agree_with_the_adaptive_ones_within_the_stated_error(
+    changes: dict[str, float], dt: float
+) -> None:
+    point = row(**changes)
+    fixed = orbits(point, method="euler-cromer", dt=dt)
+    exact = orbits(point, rtol=1e-9, stationary_rtol=1e-9)
+    assert (fixed.status, exact.status) == (Status.OK, Status.OK)
+    stress_scale, force_scale = error_scales(point)
+    true = max(
+        *abs(fixed.elastic_stress_amplitude - exact.elastic_stress_amplitude) / stress_scale,
+        *abs(fixed.friction_force_amplitude - exact.friction_force_amplitude)
+        / np.maximum(exact.friction_force_amplitude, force_scale),
+    )
+    # 1e-6 for the distance to the limit that `stationary_rtol` leaves to both.
+    assert true <= fixed.amplitude_error[0] + 1e-6
+    assert fixed.amplitude_error[0] < 1e-4
+    assert fixed.power_balance_error[0] < 1e-4
+    assert fixed.melting_count == exact.melting_count
+    assert fixed.orbit_periods == exact.orbit_periods == 1
+
+
+def test_the_stated_error_falls_in_proportion_to_the_step() -> None:
+    errors = [
+        orbits(row(elastic_coefficient=0.0), method="euler-cromer", dt=dt).amplitude_error[0]
+        for dt in (4e-5, 2e-5, 1e-5)
+    ]
+    np.testing.assert_allclose(np.array(errors[:-1]) / errors[1:], 2.0, rtol=0.1)
+
+
+ORBITS: list[dict[str, float]] = [
+    {"elastic_coefficient": 0.0},
+    {"elastic_coefficient": 0.0, "rheological_index": -0.5},
+    {"elastic_coefficient": 0.0, "spring_stiffness": 2500.0, "drive_amplitude": -0.8e-6},
+    {"elastic_coefficient": 0.0, "angular_frequency": 17.0, "noise_intensity": 0.0,
+     "initial_order_parameter": 0.1},
+]  # fmt: skip
+
+
+def energy(p: Parameters, state: np.ndarray) -> float:
+    """Energy of the lower block and its springs [J]."""
+    return 0.5 * p.block_mass * state[1] ** 2 + p.spring_stiffness * state[0] ** 2
+
+
+COARSE = {"method": "euler-cromer", "dt": 2e-5}
+
+
+def test_orbits_are_those_of_plain_iteration_by_the_scalar_drive() -> None:
+    points = [Parameters(**changes) for changes in ORBITS]
+    found = orbits(np.array(points), **COARSE, stationary_rtol=1e-5, max_periods=300)
+    assert np.all(found.status == Status.OK)
+    for i, p in enumerate(points):
+        cycle = int(found.orbit_periods[i])
+        before = int(found.periods_integrated[i]) - cycle
+        begin, _, _ = euler_cromer_period(p, 2e-5, before - 1, 1)
+        np.testing.assert_allclose(found.final[i, :2], begin[:2], rtol=1e-8)
+        np.testing.assert_allclose(np.exp(found.final[i, 2]), begin[2], rtol=1e-8)
+        end, record, _ = euler_cromer_period(p, 2e-5, before, cycle)
+        for slot, name in ((STRESS_MAX, "elastic_stress"), (FORCE_MAX, "friction_force")):
+            high, low = getattr(found, f"{name}_max")[i], getattr(found, f"{name}_min")[i]
+            np.testing.assert_allclose([high, low], record[slot : slot + 2], rtol=1e-10, atol=1e-9)
+        energy = [
+            0.5 * p.block_mass * v**2 + p.spring_stiffness * x**2 for x, v in (begin[:2], end[:2])
+        ]
+        miss = abs(record[BLOCK_WORK] - (energy[1] - energy[0])) / record[ABSOLUTE_WORK]
+        assert found.power_balance_error[i] == pytest.approx(miss, abs=1e-8)
+        assert found.melting_count[i] == cyclic_meltings(record)
+
+
+@pytest.mark.parametrize("budget", [10_000, 31_416, 100_000])
+def test_a_step_budget_ends_a_search_where_it_runs_out(budget: int) -> None:
+    # A period of 0.628 s takes 31416 steps of 2e-5 s.
+    found = orbits(row(**ORBITS[0]), **COARSE, max_steps=budget)
+    assert found.status == Status.STEP_LIMIT
+    assert found.periods_integrated == budget // 31_416 + 1
+
+
+def test_a_step_budget_covers_the_measurement() -> None:
+    enough = orbits(row(**ORBITS[0]), **COARSE, stationary_rtol=1e-4)
+    steps = 31_416 * int(enough.periods_integrated[0])
+    same = orbits(row(**ORBITS[0]), **COARSE, stationary_rtol=1e-4, max_steps=steps)
+    np.testing.assert_array_equal(same.row, enough.row)
+    short = orbits(row(**ORBITS[0]), **COARSE, stationary_rtol=1e-4, max_steps=steps - 1)
+    assert short.status == Status.STEP_LIMIT
+
+
+def test_a_block_of_points_at_a_time_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    points = np.array([Parameters(**changes) for changes in ORBITS])
+    whole = compute_orbits(points, Options(**COARSE, stationary_rtol=1e-4))
+    monkeypatch.setattr(driver, "_BLOCK", 3)
+    parts = compute_orbits(points, Options(**COARSE, stationary_rtol=1e-4))
+    for ours, theirs in zip(parts, whole, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+
+
+def test_an_orbit_that_diverges_leaves_the_others_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Past the refusal: a step that is twice too long for the first point.
+    points = np.array([row(angular_frequency=2e3), row(elastic_coefficient=0.0)])
+    options = {**COARSE, "stationary_rtol": 1e-3}
+    alone = orbits(points[1], **options)
+    monkeypatch.setattr(driver, "largest_step", refuse_nothing)
+    found = orbits(points, **options)
+    assert found.status.tolist() == [Status.DIVERGED, Status.OK]
+    np.testing.assert_array_equal(found.row[1], alone.row[0])
+
+
+@pytest.mark.parametrize("name", SYMMETRIES)
+def test_symmetries_of_orbits_hold_bit_for_bit(name: str) -> None:
+    symmetry = SYMMETRIES[name]
+    p = Parameters(elastic_coefficient=0.0, initial_displacement=1e-7)
+    points = np.array([p, transformed(p, symmetry)])
+    found = orbits(points, **COARSE, stationary_rtol=1e-4)
+    assert found.status[0] == Status.OK
+    np.testing.assert_array_equal(found.row[1], expected(found.row[0], symmetry))
+    signs = [symmetry.motion, symmetry.motion, 1, 1]
+    np.testing.assert_array_equal(found.final[1], found.final[0] * signs)

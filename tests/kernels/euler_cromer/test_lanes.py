@@ -1,0 +1,191 @@
+"""Euler-Cromer in lanes against the scalar drive: the same numbers, alone and in company."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.marches import FAST_DT, fast, march_of, period
+from support.scalar_twins import euler_cromer_period
+from support.symmetries import SYMMETRIES, Symmetry, transformed
+
+from stickslip import Parameters, Status
+from stickslip.measure.accumulate import (
+    ABSOLUTE_WORK,
+    BLOCK_WORK,
+    FIRST_PHASE,
+    FORCE_MAX,
+    FORCE_MIN,
+    LAST_PHASE,
+    MELTINGS,
+    PHI_MAX,
+    STRESS_MAX,
+    STRESS_MIN,
+)
+from stickslip.numerics.euler_cromer_lanes import STEPS_BETWEEN_CHECKS
+
+GAMMAS = (-2 / 3, 0.0, 2 / 3, -0.5, 0.4)
+LIQUID = {"temperature": 320.0, "initial_order_parameter": 0.3}
+STICK_SLIP = {"drive_amplitude": 1.5e-8, "temperature": 150.0}
+POINTS: dict[str, dict[str, float]] = {
+    **{f"gamma={gamma:.2f}": {"rheological_index": gamma} for gamma in GAMMAS},
+    **{f"gamma={gamma:.2f} quiet": {"rheological_index": gamma, "noise_intensity": 0.0}
+       for gamma in GAMMAS},
+    "liquid": LIQUID,
+    "solidifying": {"temperature": 150.0, "initial_order_parameter": 0.0},
+    "melting": STICK_SLIP,
+    "strong noise": {"noise_intensity": 1.0, "temperature": 289.0},
+    "no elasticity": {"elastic_coefficient": 0.0},
+    "no viscosity": {"viscosity_coefficient": 0.0},
+    "no springs": {"spring_stiffness": 0.0},
+    "second order": {"cubic_coefficient": 0.0},
+    "second order, liquid": {"cubic_coefficient": 0.0, **LIQUID},
+    "mirrored": {"drive_amplitude": -8e-9},
+}  # fmt: skip
+
+
+def assert_close(
+    p: Parameters,
+    found: tuple[np.ndarray, np.ndarray],
+    exact: tuple[np.ndarray, np.ndarray],
+    rtol: float = 1e-12,
+) -> None:
+    """Agreement to `rtol` of the sizes that tolerances refer to."""
+    X_m = abs(p.drive_amplitude)
+    sizes = np.array([X_m, X_m * p.angular_frequency])
+    np.testing.assert_array_less(np.abs(found[0] - exact[0])[:2] / sizes, rtol)
+    np.testing.assert_allclose(found[0][2], exact[0][2], rtol=rtol, atol=1e-300)
+    record, other = found[1], exact[1]
+    stress = np.max(np.abs(other[[STRESS_MAX, STRESS_MIN]]))
+    force = np.max(np.abs(other[[FORCE_MAX, FORCE_MIN]]))
+    work = other[ABSOLUTE_WORK]
+    scales = np.array([stress, stress, force, force, work, work, other[PHI_MAX]])
+    np.testing.assert_array_less(
+        np.abs(record - other)[: PHI_MAX + 1], rtol * np.where(scales > 0, scales, 1.0)
+    )
+    np.testing.assert_array_equal(record[MELTINGS:], other[MELTINGS:])
+
+
+@pytest.mark.parametrize("name", POINTS)
+def test_a_period_is_that_of_the_scalar_drive(name: str) -> None:
+    p = fast(**POINTS[name])
+    states, records, statuses = period([p], FAST_DT)
+    state, record, status = euler_cromer_period(p, FAST_DT)
+    assert statuses[0] == status == Status.OK
+    assert_close(p, (states[0], records[0]), (state, record))
+
+
+def test_the_points_see_all_there_is_to_be_measured() -> None:
+    records = period([fast(**changes) for changes in POINTS.values()], FAST_DT)[1]
+    assert set(records[:, FIRST_PHASE]) == {1.0, 2.0}
+    assert set(records[:, LAST_PHASE]) == {1.0, 2.0}
+    assert records[:, MELTINGS].max() >= 1
+    solid = records[list(POINTS).index("melting")]
+    assert np.abs(solid[[STRESS_MAX, STRESS_MIN]]).max() > 1e6
+
+
+@pytest.mark.slow
+def test_a_stick_slip_period_at_a_fine_step_is_that_of_the_scalar_drive() -> None:
+    p = Parameters(angular_frequency=38.0, initial_order_parameter=0.6)
+    states, records, _ = period([p], 1e-8)
+    state, record, _ = euler_cromer_period(p, 1e-8)
+    assert record[MELTINGS] >= 1
+    # The work is a sum of 16 million terms, whose roundings add up.
+    assert_close(p, (states[0], records[0]), (state, record), rtol=1e-10)
+
+
+def test_travelling_and_measuring_lead_to_the_same_state() -> None:
+    points = [fast(**changes) for changes in POINTS.values()]
+    march = march_of(points, FAST_DT)
+    march.start(np.arange(len(points)))
+    march.march(measured=False)
+    np.testing.assert_allclose(march.states(), period(points, FAST_DT)[0], rtol=1e-9)
+
+
+# --- company -------------------------------------------------------------------------------------
+
+
+def varied(count: int) -> tuple[list[Parameters], np.ndarray]:
+    """Points of all fluids with periods and steps of their own."""
+    rng = np.random.default_rng(3)
+    points = [
+        fast(
+            temperature=rng.uniform(200.0, 300.0),
+            rheological_index=GAMMAS[i % len(GAMMAS)],
+            angular_frequency=omega,
+            drive_amplitude=1.6e-5 / omega,
+            noise_intensity=[1e-18, 0.0][i % 2],
+        )
+        for i, omega in enumerate(rng.uniform(2e4, 2e5, count).tolist())
+    ]
+    return points, rng.uniform(0.5 * FAST_DT, FAST_DT, count)
+
+
+def test_a_point_does_not_know_who_shares_the_lanes() -> None:
+    points, steps = varied(150)
+    together = period(points, steps)
+    order = np.random.default_rng(5).permutation(len(points))
+    shuffled = period([points[i] for i in order], steps[order])
+    for ours, theirs in zip(together, shuffled, strict=True):
+        np.testing.assert_array_equal(theirs, ours[order])
+    for i in (0, 71, 149):
+        alone = period([points[i]], steps[i])
+        for ours, theirs in zip(together, alone, strict=True):
+            np.testing.assert_array_equal(theirs[0], ours[i])
+
+
+def test_where_a_budget_ends_makes_no_difference() -> None:
+    points, steps = varied(30)
+    for ours, theirs in zip(period(points, steps), period(points, steps, 1000), strict=True):
+        np.testing.assert_array_equal(theirs, ours)
+
+
+def test_a_point_that_diverges_is_noticed_and_leaves_the_others_alone() -> None:
+    points, steps = varied(30)
+    steps[13] = 5e-5  # far beyond the largest stable one
+    bad = points[13]._replace(angular_frequency=10.0)
+    march = march_of([*points[:13], bad, *points[14:]], steps)
+    march.start(np.arange(30))
+    march.march(measured=True)
+    others = np.delete(np.arange(30), 13)
+    alone = period([points[i] for i in others], steps[others])
+    assert march.tasks.status[13] == Status.DIVERGED
+    assert march.tasks.done[13] <= STEPS_BETWEEN_CHECKS
+    np.testing.assert_array_equal(march.tasks.status[others], Status.OK)
+    np.testing.assert_array_equal(march.states()[others], alone[0])
+    np.testing.assert_array_equal(march.records()[others], alone[1])
+
+
+# --- symmetries ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", SYMMETRIES)
+def test_symmetries_hold_bit_for_bit(name: str) -> None:
+    symmetry = SYMMETRIES[name]
+    points = [fast(**changes) for changes in POINTS.values()]
+    states, records, _ = period(points, FAST_DT)
+    other, other_records, _ = period([transformed(p, symmetry) for p in points], FAST_DT)
+    motion = symmetry.motion
+    np.testing.assert_array_equal(other, states * [motion, motion, 1.0])
+    np.testing.assert_array_equal(other_records, transformed_records(records, symmetry))
+
+
+def transformed_records(records: np.ndarray, symmetry: Symmetry) -> np.ndarray:
+    found = records.copy()
+    for slot, factor in ((STRESS_MAX, symmetry.stress), (FORCE_MAX, symmetry.force)):
+        pair = records[:, [slot, slot + 1]] * factor
+        found[:, [slot, slot + 1]] = pair if factor > 0 else pair[:, ::-1]
+    found[:, [BLOCK_WORK, ABSOLUTE_WORK]] *= symmetry.force * symmetry.motion
+    return found
+
+
+# --- order ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("gamma", GAMMAS)
+def test_errors_fall_in_proportion_to_the_step(gamma: float) -> None:
+    p = fast(rheological_index=gamma, initial_displacement=4e-9)
+    steps = FAST_DT * np.array([1.0, 0.5, 0.25, 0.125, 1 / 64])
+    states = period([p] * len(steps), steps)[0][:, 0]
+    errors = np.abs(states[:-1] - states[-1]) / (1.0 - steps[-1] / steps[:-1])
+    slopes = np.diff(np.log(errors)) / np.diff(np.log(steps[:-1]))
+    np.testing.assert_allclose(slopes, 1.0, atol=0.2)

@@ -1,0 +1,102 @@
+"""The loops of the march: its arithmetic, and what LLVM made of it."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numba.core import config as numba_config
+from support.marches import FAST_DT, fast, march_of
+from support.points import GAMMAS
+
+from stickslip.compiled.decorators import jit
+from stickslip.compiled.elementary import reciprocal
+from stickslip.kernels.euler_cromer import march
+from stickslip.kernels.euler_cromer.scaling import step_reduction, step_units_of
+from stickslip.kernels.families import Family
+from stickslip.model import noise
+from stickslip.options import DEFAULTS
+
+LAW = DEFAULTS.friction
+
+# --- arithmetic ----------------------------------------------------------------------------------
+
+
+@given(st.floats(1e-300, 1e300))
+def test_a_reciprocal_is_exact_to_two_ulp(x: float) -> None:
+    assert reciprocal(x) == pytest.approx(1.0 / x, rel=3e-16)
+
+
+def test_a_kick_is_that_of_the_typical_path() -> None:
+    # Above and below the noise of a single step.
+    for phi in (1e-12, 1e-10, 1e-5, 0.3):
+        p = fast(noise_intensity=1e-12)
+        own, units = step_reduction(LAW)(p, 1000), step_units_of(LAW)(p, 1000)
+        dt = 2 * np.pi / 2e3 / 1000
+        kick = march._kick(phi / units.phi, own) * units.phi
+        assert kick == pytest.approx(noise.typical_kick(p, phi, dt), rel=1e-14)
+
+
+# --- machine code --------------------------------------------------------------------------------
+
+FAMILIES = [Family(LAW, gamma) for gamma in (*GAMMAS, None)]
+_ARITHMETIC = re.compile(r"\bv(?:mul|add|sub|fn?m(?:add|sub)\d+)(pd|sd)\b")
+_DIVISION = re.compile(r"\bv(?:div|sqrt)[ps]d\b")
+LOOPS = 4  # with noise and without, travelling and measuring
+
+
+def hot_loops(assembly: str) -> list[str]:
+    """Innermost loops with 12 vector operations or more."""
+    lines, labels, loops = assembly.splitlines(), {}, []
+    for i, line in enumerate(lines):
+        if label := re.match(r"(\.LBB\w+):", line):
+            labels[label[1]] = i
+        elif jump := re.match(r"\s+j\w+\s+(\.LBB\w+)", line):
+            begin = labels.get(jump[1], i)
+            body = "\n".join(lines[begin + 1 : i])
+            vectors = _ARITHMETIC.findall(body).count("pd")
+            if not re.search(r"^\.LBB", body, re.MULTILINE) and vectors >= 12:
+                loops.append(body)
+    return loops
+
+
+def assembly_of(family: Family) -> str:
+    """A march compiled anew, not run: the code of a cached one cannot be looked at."""
+    kernel = march.march_kernel(family)
+    kernel(march_of([fast()], FAST_DT).tasks, np.arange(0), True, True, 1)
+    (signature,) = kernel.signatures
+    fresh = jit(kernel.py_func)
+    fresh.compile(signature)
+    return fresh.inspect_asm(signature)
+
+
+def test_a_loop_with_a_division_or_scalar_code_would_be_seen() -> None:
+    lines = [".LBB0_1:", *["vmulpd %zmm1"] * 30, "vdivpd %zmm2", "vmulsd %xmm1", "callq sin"]
+    (loop,) = hot_loops("\n".join([*lines, "\tjne .LBB0_1"]))
+    assert _DIVISION.search(loop)
+    assert "sd" in _ARITHMETIC.findall(loop)
+    assert "call" in loop
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", FAMILIES, ids=str)
+def test_the_hot_loops_are_vectors_without_calls_and_divisions(family: Family) -> None:
+    if not {"+avx2", "+avx512f"} & set((numba_config.CPU_FEATURES or host_features()).split(",")):
+        pytest.skip("this machine has no AVX2: its vectors are too short to tell")
+    loops = hot_loops(assembly_of(family))
+    assert len(loops) >= LOOPS
+    for loop in loops:
+        assert set(_ARITHMETIC.findall(loop)) == {"pd"}
+        assert "call" not in loop
+        assert "ymm" in loop or "zmm" in loop
+        # The logarithm of a general power divides.
+        assert len(_DIVISION.findall(loop)) <= (2 if family.gamma is None else 0)
+
+
+def host_features() -> str:
+    from llvmlite import binding
+
+    return binding.get_host_cpu_features().flatten()

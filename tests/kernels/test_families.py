@@ -1,0 +1,77 @@
+"""Fluids with kernels of their own: which point goes where, and that it makes no difference."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.marches import FAST_DT, fast, period
+from support.points import GAMMAS, rows
+
+from stickslip import Options, Status
+from stickslip.kernels.families import Family, families
+from stickslip.measure.results import STATUS
+from stickslip.model.laws import friction_law
+from stickslip.options import FRICTION_LAWS
+from stickslip.orbit import compute_orbits
+from stickslip.variables import RESULT_COLUMNS
+
+LAW = "power-law"
+EXTREMA = [i for i, name in enumerate(RESULT_COLUMNS) if name.endswith(("_max", "_min"))]
+COUNTS = [RESULT_COLUMNS.index(name) for name in ("orbit_periods", "melting_count")]
+
+
+def members(indices: list[float]) -> dict[float | None, list[int]]:
+    found = families(LAW, np.array(indices))
+    return {family.gamma: positions.tolist() for family, positions in found}
+
+
+def test_the_lubricants_of_the_paper_have_kernels_of_their_own() -> None:
+    assert friction_law(LAW).special_indices == GAMMAS
+
+
+def test_every_point_goes_to_the_kernel_of_its_fluid() -> None:
+    found = members([0.0, -2 / 3, 0.4, 2 / 3, -2 / 3, -0.5, 0.0, 0.4])
+    assert found == {-2 / 3: [1, 4], 0.0: [0, 6], 2 / 3: [3], None: [2, 5, 7]}
+
+
+def test_only_the_very_index_is_special() -> None:
+    # A kernel has its index as a literal: a neighbour would be computed as another fluid.
+    for gamma in GAMMAS:
+        beside = [float(np.nextafter(gamma, direction)) for direction in (-1.0, 1.0)]
+        assert members(beside) == {None: [0, 1]}
+    assert members([-0.0]) == {0.0: [0]}
+
+
+def test_families_that_do_not_occur_are_not_compiled() -> None:
+    assert members([]) == {}
+    assert members([0.0]) == {0.0: [0]}
+    assert members([0.1]) == {None: [0]}
+
+
+@pytest.mark.parametrize("law", FRICTION_LAWS)
+def test_names_tell_families_apart(law: str) -> None:
+    # The name of a family names its kernels, and their entries in the cache.
+    gammas = [*friction_law(law).special_indices, None]
+    assert len({str(Family(law, gamma)) for gamma in gammas}) == len(gammas)
+    assert str(Family(law, 0.1)) == f"{law},gamma=0.10000000000000001"
+
+
+@pytest.mark.parametrize("gamma", GAMMAS)
+def test_orbits_of_the_general_kernel_are_those_of_the_special_one(gamma: float) -> None:
+    # The first point is of the special fluid, the second so close to it that only its kernel tells.
+    points = rows("rheological_index", [gamma, gamma + 1e-12], temperature=230.0)
+    special, general = compute_orbits(points, Options(rtol=1e-7, stationary_rtol=1e-7))[0]
+    assert special[STATUS] == general[STATUS] == Status.OK
+    np.testing.assert_array_equal(general[COUNTS], special[COUNTS])
+    assert special[0] != general[0]
+    np.testing.assert_allclose(general[EXTREMA], special[EXTREMA], rtol=1e-7)
+
+
+@pytest.mark.parametrize("gamma", GAMMAS)
+def test_periods_of_the_general_march_are_those_of_the_special_one(gamma: float) -> None:
+    points = [fast(rheological_index=index) for index in (gamma, gamma + 1e-12)]
+    states, records, statuses = period(points, FAST_DT)
+    assert statuses.tolist() == [Status.OK, Status.OK]
+    assert np.all(states[0] != states[1])
+    np.testing.assert_allclose(states[1], states[0], rtol=1e-8)
+    np.testing.assert_allclose(records[1], records[0], rtol=1e-8)

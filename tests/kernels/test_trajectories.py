@@ -1,0 +1,87 @@
+"""Trajectories by either method: the paper's scheme by hand, its order, and what overflows."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from stickslip import Parameters, Status, simulate
+from stickslip.kernels.trajectories import write_start
+from stickslip.options import METHODS, Options
+
+X_M = 0.8e-6
+OMEGA = 38.0
+
+
+def sampled(p: Parameters, options: Options, per_period: int = 1) -> tuple[np.ndarray, int]:
+    """The states (x, v, phi) of a period from the start, past any refusal, and the Status."""
+    start, samples = np.empty(3), np.empty((per_period + 1, 3))
+    write_start(np.array(p), start)
+    kernels = METHODS[options.method].kernels
+    return samples, kernels.trajectory(np.array(p), options, start, per_period, samples)
+
+
+def end_of_a_period(p: Parameters, options: Options) -> np.ndarray:
+    """(x/X_m, v/(X_m omega)) after one period from the start."""
+    samples, status = sampled(p, options)
+    assert status == Status.OK
+    return samples[-1, :2] / [X_M, X_M * p.angular_frequency]
+
+
+@pytest.mark.slow
+def test_errors_fall_in_proportion_to_the_step() -> None:
+    # Through a slip at 38 rad/s, where the order parameter has its fastest rates, and from rest:
+    # on the cusp of the viscous force, which the adaptive method must not freeze on either.
+    p = Parameters(angular_frequency=OMEGA)
+    exact = end_of_a_period(p, Options(rtol=1e-10))
+    steps = np.array([4e-9, 2e-9, 1e-9])
+    found = [end_of_a_period(p, Options(method="euler-cromer", dt=dt)) for dt in steps.tolist()]
+    errors = np.abs(np.array(found) - exact)
+    slopes = np.diff(np.log(errors), axis=0) / np.diff(np.log(steps))[:, None]
+    assert np.all(np.abs(slopes - 1) < 0.1), (slopes, errors)
+    assert errors[-1, 0] < 1e-7
+
+
+def test_a_step_that_overflows_is_seen() -> None:
+    # Twice the stable step at 38 rad/s.
+    p = Parameters(angular_frequency=OMEGA)
+    assert sampled(p, Options(method="euler-cromer", dt=1.6e-8))[1] == Status.DIVERGED
+
+
+def test_a_period_is_divided_evenly() -> None:
+    # dt does not divide the period: the last sample is at its end all the same.
+    p = Parameters(elastic_coefficient=0.0, initial_displacement=1e-7)
+    period = 2 * math.pi / 10
+    found = simulate(p, method="euler-cromer", dt=period / 20_000.5, periods=1)
+    even = simulate(p, method="euler-cromer", dt=period / 20_001, periods=1)
+    np.testing.assert_array_equal(found.lower_displacement, even.lower_displacement)
+
+
+def test_the_first_steps_are_those_of_the_method() -> None:
+    # By hand: v from the old state, x with the new v, phi from the old state and not negative.
+    # From x = 0, so that the new v (1e-4 beside the old one in a step) shows in x.
+    p = Parameters(
+        angular_frequency=2e5,
+        drive_amplitude=8e-11,
+        initial_velocity=3e-7,
+        initial_order_parameter=0.5,
+        noise_intensity=0.0,
+    )
+    dt = 2 * math.pi / 2e5 / 4000
+    x, v, phi = 0.0, 3e-7, 0.5
+    by_hand = [(x, v, phi)]
+    for n in range(3):
+        u = -8e-11 * 2e5 * math.sin(2e5 * n * dt) - v
+        eps = u * 10.0
+        viscous = math.copysign(5e4 * abs(u / 1e-9) ** (1 / 3), u)
+        force = 0.6e-9 * (4e12 * phi**2 * eps + viscous)
+        rate = -100 * phi * (4e12 * eps**2 + 1.9 * (200 - 290) - 230 * phi + 850 * phi**2)
+        v += dt * (force - 6000 * x) / 0.4
+        x += dt * v
+        phi = abs(phi + dt * rate)
+        by_hand.append((x, v, phi))
+    found, status = sampled(p, Options(method="euler-cromer", dt=dt * (1 + 1e-9)), 4000)
+    assert status == Status.OK
+    np.testing.assert_allclose(found[:4], by_hand, rtol=1e-9)

@@ -1,0 +1,160 @@
+"""The record of an orbit: extrema, work and phases, in one of many lanes and nowhere else."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from stickslip.measure.accumulate import (
+    ABSOLUTE_WORK,
+    BLOCK_WORK,
+    FIRST_PHASE,
+    FORCE_MAX,
+    FORCE_MIN,
+    LAST_PHASE,
+    MELTED,
+    MELTINGS,
+    PHI_MAX,
+    RECORD,
+    SOLID,
+    STRESS_MAX,
+    STRESS_MIN,
+    UNSEEN,
+    accumulator,
+)
+
+LANES, LANE, FIRST = 4, 2, 3
+ALONE = accumulator(1, 0)
+"""A record that is an array by itself."""
+
+THRESHOLD, MELTING = 0.135, 0.0135
+
+
+def fresh() -> np.ndarray:
+    record = np.full(RECORD, 7.0)
+    ALONE.clear(record, 0)
+    return record
+
+
+# --- lanes ----------------------------------------------------------------------------------------
+
+
+def test_slots_follow_each_other_and_a_minimum_lies_behind_its_maximum() -> None:
+    assert (STRESS_MIN, FORCE_MIN) == (STRESS_MAX + 1, FORCE_MAX + 1)
+    assert LAST_PHASE == RECORD - 1
+
+
+def test_a_lane_touches_only_its_own_slots() -> None:
+    lanes = np.full((FIRST + RECORD + 2) * LANES, -99.0)
+    own = np.zeros_like(lanes, dtype=bool).reshape(-1, LANES)
+    own[FIRST : FIRST + RECORD, LANE] = True
+    record = accumulator(LANES, FIRST)
+    record.clear(lanes, LANE)
+    record.see_extremum(lanes, LANE, STRESS_MAX, 5.0, True)
+    record.see_phase(lanes, LANE, 0.6, THRESHOLD, MELTING, True)
+    record.see_work(lanes, LANE, 1.0, 2.0, True)
+    record.mirror(lanes, LANE)
+    values = lanes.reshape(-1, LANES)
+    np.testing.assert_array_equal(values[~own], -99.0)
+    alone = fresh()
+    ALONE.see_extremum(alone, 0, STRESS_MAX, 5.0, True)
+    ALONE.see_phase(alone, 0, 0.6, THRESHOLD, MELTING, True)
+    ALONE.see_work(alone, 0, 1.0, 2.0, True)
+    ALONE.mirror(alone, 0)
+    np.testing.assert_array_equal(values[own], alone)
+
+
+def test_a_cleared_record_holds_nothing() -> None:
+    record = fresh()
+    assert record[[STRESS_MAX, FORCE_MAX]].tolist() == [-math.inf, -math.inf]
+    assert record[[STRESS_MIN, FORCE_MIN]].tolist() == [math.inf, math.inf]
+    np.testing.assert_array_equal(record[FORCE_MIN + 1 :], 0.0)
+    assert record[FIRST_PHASE] == record[LAST_PHASE] == UNSEEN
+
+
+# --- extrema and work -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("slot", [STRESS_MAX, FORCE_MAX])
+def test_extrema_are_those_of_what_was_seen(slot: int) -> None:
+    record = fresh()
+    for value, seen in ((3.0, True), (9.0, False), (-2.0, True), (-8.0, False), (1.0, True)):
+        ALONE.see_extremum(record, 0, slot, value, seen)
+    assert record[slot : slot + 2].tolist() == [3.0, -2.0]
+    other = STRESS_MAX + FORCE_MAX - slot
+    assert record[other : other + 2].tolist() == [-math.inf, math.inf]
+
+
+def test_the_first_value_is_both_maximum_and_minimum() -> None:
+    record = fresh()
+    ALONE.see_extremum(record, 0, STRESS_MAX, -4.0, True)
+    assert record[[STRESS_MAX, STRESS_MIN]].tolist() == [-4.0, -4.0]
+
+
+def test_no_number_is_neither_a_maximum_nor_a_minimum() -> None:
+    record = fresh()
+    ALONE.see_extremum(record, 0, STRESS_MAX, math.nan, True)
+    assert record[[STRESS_MAX, STRESS_MIN]].tolist() == [-math.inf, math.inf]
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_a_rejected_step_that_is_not_finite_leaves_no_trace(value: float) -> None:
+    record = fresh()
+    ALONE.see_extremum(record, 0, STRESS_MAX, 1.0, True)
+    ALONE.see_phase(record, 0, 0.6, THRESHOLD, MELTING, True)
+    ALONE.see_work(record, 0, 1.0, 2.0, True)
+    before = record.copy()
+    for slot in (STRESS_MAX, FORCE_MAX):
+        ALONE.see_extremum(record, 0, slot, value, False)
+    ALONE.see_phase(record, 0, value, THRESHOLD, MELTING, False)
+    ALONE.see_work(record, 0, value, value, False)
+    np.testing.assert_array_equal(record, before)
+
+
+def test_work_adds_up() -> None:
+    record = fresh()
+    for block, absolute, seen in ((1.0, 2.0, True), (-3.0, 4.0, True), (100.0, 100.0, False)):
+        ALONE.see_work(record, 0, block, absolute, seen)
+    assert record[[BLOCK_WORK, ABSOLUTE_WORK]].tolist() == [-2.0, 6.0]
+
+
+def test_the_mirror_image_exchanges_maxima_and_minima_and_keeps_the_rest() -> None:
+    record = fresh()
+    record[:] = np.arange(1.0, RECORD + 1)
+    before = record.copy()
+    ALONE.mirror(record, 0)
+    assert record[[STRESS_MAX, STRESS_MIN]].tolist() == [-before[STRESS_MIN], -before[STRESS_MAX]]
+    assert record[[FORCE_MAX, FORCE_MIN]].tolist() == [-before[FORCE_MIN], -before[FORCE_MAX]]
+    np.testing.assert_array_equal(record[FORCE_MIN + 1 :], before[FORCE_MIN + 1 :])
+    ALONE.mirror(record, 0)
+    np.testing.assert_array_equal(record, before)
+
+
+# --- phases ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("course", "meltings", "ends"),
+    [
+        ([0.6, 0.1, 0.01, 0.1, 0.6], 1, (SOLID, SOLID)),
+        ([0.05, 0.01, 0.1, 0.6, 0.05], 0, (MELTED, SOLID)),  # the melting comes after the end
+        ([0.01, 0.6, 0.01, 0.6, 0.01], 2, (MELTED, MELTED)),
+        ([0.6, 0.02, 0.6, 0.1, 0.6], 0, (SOLID, SOLID)),  # not far enough for a melting
+        ([0.01, 0.1, 0.01], 0, (MELTED, MELTED)),  # ... nor for a solidification before one
+        ([0.05, 0.1, 0.05], 0, (UNSEEN, UNSEEN)),
+        ([THRESHOLD, MELTING], 1, (SOLID, MELTED)),  # the thresholds belong to the phases
+        ([0.6, 0.05, 0.01], 1, (SOLID, MELTED)),  # in between it keeps the phase that it had
+    ],
+)
+def test_meltings_are_counted_with_hysteresis(
+    course: list[float], meltings: int, ends: tuple[float, float]
+) -> None:
+    record = fresh()
+    for phi in course:
+        ALONE.see_phase(record, 0, phi, THRESHOLD, MELTING, True)
+        ALONE.see_phase(record, 0, 0.6 if phi < 0.1 else 0.0, THRESHOLD, MELTING, False)
+    assert record[MELTINGS] == meltings
+    assert (record[FIRST_PHASE], record[LAST_PHASE]) == ends
+    assert record[PHI_MAX] == max(course)

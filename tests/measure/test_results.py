@@ -1,0 +1,348 @@
+"""From a record to a result row: extrema of odd cycles, counts, and what is not believed."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stickslip import Parameters, Status
+from stickslip.measure.accumulate import (
+    ABSOLUTE_WORK,
+    BLOCK_WORK,
+    FIRST_PHASE,
+    FORCE_MAX,
+    FORCE_MIN,
+    LAST_PHASE,
+    MELTED,
+    MELTINGS,
+    PHI_MAX,
+    RECORD,
+    SOLID,
+    STRESS_MAX,
+    STRESS_MIN,
+    UNSEEN,
+)
+from stickslip.measure.results import (
+    STATUS,
+    Measured,
+    RecordUnits,
+    full_spring_force,
+    relative_difference,
+    write_failure,
+    write_result,
+    write_whole_orbit,
+)
+from stickslip.variables import RESULT_COLUMNS, RESULTS
+
+P = Parameters()
+SPRING = 2 * 3000.0 * 0.8e-6
+"""Force of both springs at the amplitude of the drive [N]."""
+
+SI = RecordUnits(1.0, 1.0, 1.0, 1.0)
+
+LIMIT = 1e-2
+"""Power balance error beyond which an orbit is not believed."""
+
+
+def record_of(**slots: float) -> np.ndarray:
+    """A record of an orbit that breaks nothing, with some slots changed."""
+    found = {
+        "STRESS_MAX": 3e6, "STRESS_MIN": -1e6, "FORCE_MAX": 2e-3, "FORCE_MIN": -1e-3,
+        "BLOCK_WORK": 0.0, "ABSOLUTE_WORK": 1e-8, "PHI_MAX": 0.6,
+        "MELTINGS": 0.0, "FIRST_PHASE": UNSEEN, "LAST_PHASE": UNSEEN,
+    } | slots  # fmt: skip
+    record = np.empty(RECORD)
+    for name, value in found.items():
+        record[SLOTS[name]] = value
+    return record
+
+
+SLOTS = {
+    "STRESS_MAX": STRESS_MAX, "STRESS_MIN": STRESS_MIN, "FORCE_MAX": FORCE_MAX,
+    "FORCE_MIN": FORCE_MIN, "BLOCK_WORK": BLOCK_WORK, "ABSOLUTE_WORK": ABSOLUTE_WORK,
+    "PHI_MAX": PHI_MAX, "MELTINGS": MELTINGS, "FIRST_PHASE": FIRST_PHASE, "LAST_PHASE": LAST_PHASE,
+}  # fmt: skip
+
+
+def result_of(
+    p: Parameters = P,
+    cycle: int = 2,
+    begin: tuple[float, float] = (0.0, 0.0),
+    end: tuple[float, float] = (0.0, 0.0),
+    error: float = 1e-7,
+    **slots: float,
+) -> dict[str, float]:
+    """The result row of a record of `cycle` half periods, by name."""
+    row, whole = np.full(len(RESULT_COLUMNS), 77.0), np.empty(RECORD)
+    write_whole_orbit(record_of(**slots), SI, cycle, whole)
+    write_result(p, Measured(whole, cycle, begin, end, error, 9), row)
+    return dict(zip(RESULT_COLUMNS, row.tolist(), strict=True))
+
+
+def assert_not_believed(found: dict[str, float], status: Status) -> None:
+    found = dict(found)
+    assert (found.pop("status"), found.pop("periods_integrated")) == (status, 9)
+    for name, value in found.items():
+        np.testing.assert_equal(value, RESULTS[name].missing, err_msg=name)
+
+
+# --- the row --------------------------------------------------------------------------------------
+
+
+def test_a_row_holds_what_was_measured_under_its_name() -> None:
+    found = result_of()
+    expected: dict[str, Any] = {
+        "elastic_stress_amplitude": 2e6,
+        "friction_force_amplitude": 1.5e-3,
+        "elastic_stress_max": 3e6,
+        "elastic_stress_min": -1e6,
+        "friction_force_max": 2e-3,
+        "friction_force_min": -1e-3,
+        "amplitude_error": 1e-7,
+        "power_balance_error": 0.0,
+        "orbit_periods": 1,
+        "melting_count": 0,
+        "asymmetry": 0.5,
+        "periods_integrated": 9,
+        "status": Status.OK,
+    }
+    assert set(found) == set(expected)
+    for name, value in expected.items():
+        assert found[name] == pytest.approx(value, rel=1e-15), name
+
+
+@pytest.mark.parametrize(("cycle", "periods"), [(1, 1), (2, 1), (3, 3), (4, 2), (10, 5), (16, 8)])
+def test_an_orbit_of_an_odd_number_of_half_periods_closes_after_as_many_periods(
+    cycle: int, periods: int
+) -> None:
+    assert result_of(cycle=cycle)["orbit_periods"] == periods
+
+
+@pytest.mark.parametrize("cycle", [1, 3])
+def test_an_odd_cycle_repeats_with_the_signs_turned(cycle: int) -> None:
+    found = result_of(cycle=cycle)
+    assert (found["elastic_stress_max"], found["elastic_stress_min"]) == (3e6, -3e6)
+    assert (found["friction_force_max"], found["friction_force_min"]) == (2e-3, -2e-3)
+    assert found["asymmetry"] == 0.0
+    low = result_of(cycle=cycle, STRESS_MAX=1e6, STRESS_MIN=-3e6)
+    assert low["elastic_stress_max"] == 3e6
+    even = result_of(cycle=cycle + 1)
+    assert (even["elastic_stress_max"], even["elastic_stress_min"]) == (3e6, -1e6)
+
+
+@pytest.mark.parametrize(
+    ("meltings", "first", "last", "count"),
+    [
+        (0, UNSEEN, UNSEEN, 0),
+        (2, SOLID, SOLID, 2),
+        (2, MELTED, MELTED, 2),
+        (2, SOLID, MELTED, 2),
+        (2, MELTED, SOLID, 3),  # it melts across the end of the orbit
+        (0, MELTED, SOLID, 1),
+    ],
+)
+def test_meltings_are_counted_cyclically(
+    meltings: int, first: float, last: float, count: int
+) -> None:
+    phases = {"MELTINGS": meltings, "FIRST_PHASE": first, "LAST_PHASE": last}
+    assert result_of(cycle=2, **phases)["melting_count"] == count
+    assert result_of(cycle=3, **phases)["melting_count"] == 2 * count  # ... in the mirror image too
+
+
+@pytest.mark.parametrize(("height", "asymmetry"), [(0.999, 0.0), (1.0, 1.0)])
+def test_asymmetry_is_that_of_at_least_a_pascal(height: float, asymmetry: float) -> None:
+    assert result_of(STRESS_MAX=height, STRESS_MIN=0.0)["asymmetry"] == asymmetry
+
+
+# --- the power balance ----------------------------------------------------------------------------
+
+
+def test_the_power_balance_counts_the_energy_gained() -> None:
+    begin, end = (1e-7, 2e-6), (3e-7, -1e-6)
+    gained = 0.5 * 0.4 * (end[1] ** 2 - begin[1] ** 2) + 3000.0 * (end[0] ** 2 - begin[0] ** 2)
+    missing = result_of(begin=begin, end=end, BLOCK_WORK=gained + 3e-12, ABSOLUTE_WORK=1e-8)
+    assert missing["power_balance_error"] == pytest.approx(3e-4, rel=1e-6)
+    turned = result_of(begin=begin, end=end, BLOCK_WORK=gained - 3e-12, ABSOLUTE_WORK=1e-8)
+    assert turned["power_balance_error"] == pytest.approx(3e-4, rel=1e-6)
+
+
+def test_a_power_balance_that_is_off_by_more_than_the_limit_is_not_believed() -> None:
+    work = 1e-8  # above the floor, so that the limit is a part of it
+    assert result_of(BLOCK_WORK=0.999 * LIMIT * work)["status"] == Status.OK
+    for miss in (1.001 * LIMIT * work, -1.001 * LIMIT * work):
+        assert_not_believed(result_of(BLOCK_WORK=miss), Status.INVARIANT_VIOLATED)
+
+
+@pytest.mark.parametrize("cycle", [1, 2])
+def test_both_halves_of_an_odd_cycle_balance_as_the_one_that_was_measured(cycle: int) -> None:
+    # Half a period gains energy here, and the mirror image as much again.
+    begin, end = (1e-7, 0.0), (3e-7, 0.0)
+    gained = 3000.0 * (end[0] ** 2 - begin[0] ** 2)
+    found = result_of(cycle=cycle, begin=begin, end=end, BLOCK_WORK=gained + 1e-12)
+    assert found["power_balance_error"] == pytest.approx(1e-4, rel=1e-6)
+
+
+@pytest.mark.parametrize("cycle", [1, 2, 6])
+@pytest.mark.parametrize("changes", [{}, {"drive_amplitude": -0.8e-6}, {"spring_stiffness": 50.0}])
+def test_where_the_force_vanishes_the_balance_counts_against_a_hundredth_of_the_springs(
+    changes: dict[str, float], cycle: int
+) -> None:
+    # One floor for all methods: 1 % of the full spring force, over the way of the drive.
+    p = Parameters(**changes)
+    floor = 0.01 * 2 * p.spring_stiffness * 0.8e-6 * (2 * 0.8e-6 * cycle)
+    small = {"ABSOLUTE_WORK": 1e-3 * floor}
+    kept = result_of(p, cycle=cycle, BLOCK_WORK=0.999 * LIMIT * floor, **small)
+    assert kept["status"] == Status.OK
+    assert kept["power_balance_error"] == pytest.approx(0.999 * LIMIT / 1e-3)
+    broken = result_of(p, cycle=cycle, BLOCK_WORK=1.001 * LIMIT * floor, **small)
+    assert_not_believed(broken, Status.INVARIANT_VIOLATED)
+
+
+def test_an_orbit_without_any_work_balances() -> None:
+    assert result_of(ABSOLUTE_WORK=0.0)["power_balance_error"] == 0.0
+    assert result_of(ABSOLUTE_WORK=0.0)["status"] == Status.OK
+
+
+# --- the bound of the order parameter -------------------------------------------------------------
+
+BOUND = 0.603782
+"""phi_plus at 200 K and no strain."""
+
+BOUNDS = [
+    ({}, BOUND),
+    ({"temperature": 400.0}, 230.0 / 1700.0),  # liquid only: b/2c
+    ({"initial_order_parameter": 0.9}, 0.9),  # a start beyond it
+    ({"initial_order_parameter": 0.1}, BOUND),
+]
+
+
+@pytest.mark.parametrize(("changes", "bound"), BOUNDS, ids=str)
+def test_an_order_parameter_beyond_its_bound_is_not_believed(
+    changes: dict[str, float], bound: float
+) -> None:
+    p = Parameters(**changes)
+    assert result_of(p, PHI_MAX=1.0009 * bound)["status"] == Status.OK
+    assert_not_believed(result_of(p, PHI_MAX=1.0011 * bound), Status.INVARIANT_VIOLATED)
+
+
+# --- what is not finite ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("value", [math.inf, -math.inf])  # no NaN is ever the larger or the smaller
+@pytest.mark.parametrize("slot", ["STRESS_MAX", "STRESS_MIN", "FORCE_MAX", "FORCE_MIN"])
+def test_an_amplitude_that_is_not_finite_has_diverged(slot: str, value: float) -> None:
+    assert_not_believed(result_of(**{slot: value}), Status.DIVERGED)
+
+
+@pytest.mark.parametrize("name", ["STRESS", "FORCE"])
+@pytest.mark.parametrize("cycle", [1, 2])
+def test_an_orbit_of_which_nothing_finite_was_seen_has_diverged(name: str, cycle: int) -> None:
+    nothing = {f"{name}_MAX": -math.inf, f"{name}_MIN": math.inf}
+    assert_not_believed(result_of(cycle=cycle, **nothing), Status.DIVERGED)
+
+
+def test_an_error_that_is_not_finite_has_diverged() -> None:
+    assert_not_believed(result_of(error=math.nan), Status.DIVERGED)
+
+
+@pytest.mark.parametrize("slot", ["BLOCK_WORK", "PHI_MAX"])
+def test_an_invariant_that_is_not_a_number_is_violated(slot: str) -> None:
+    assert_not_believed(result_of(**{slot: math.nan}), Status.INVARIANT_VIOLATED)
+
+
+def test_a_failure_has_its_status_its_periods_and_nothing_else() -> None:
+    row = np.full(len(RESULT_COLUMNS), 77.0)
+    write_failure(row, 9, int(Status.STEP_LIMIT))
+    assert row[STATUS] == Status.STEP_LIMIT
+    assert_not_believed(dict(zip(RESULT_COLUMNS, row.tolist(), strict=True)), Status.STEP_LIMIT)
+
+
+# --- differences of records -----------------------------------------------------------------------
+
+
+def difference(cycle: int = 2, **slots: float) -> float:
+    """That of two records of so many half periods."""
+    one, other = np.empty(RECORD), np.empty(RECORD)
+    write_whole_orbit(record_of(**slots), SI, cycle, one)
+    write_whole_orbit(record_of(), SI, cycle, other)
+    return relative_difference(P, one, other)
+
+
+def test_the_difference_of_a_record_from_itself_is_none() -> None:
+    assert difference() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("slots", "expected"),
+    [
+        ({"STRESS_MAX": 3e6 + 20.0}, 20.0 / 2e6),
+        ({"STRESS_MAX": 3e6 + 20.0, "STRESS_MIN": -1e6 + 20.0}, 40.0 / 2e6),  # nothing cancels
+        ({"FORCE_MIN": -1e-3 - 3e-9}, 3e-9 / 1.5e-3),
+        ({"FORCE_MIN": -1e-3 - 3e-9, "STRESS_MAX": 3e6 + 20.0}, 20.0 / 2e6),  # the worse of the two
+    ],
+    ids=str,
+)
+def test_a_difference_is_relative_to_the_amplitude(
+    slots: dict[str, float], expected: float
+) -> None:
+    assert difference(**slots) == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_difference_of_an_odd_cycle_is_that_of_the_whole_orbit() -> None:
+    # The minimum of the half that was measured plays no part: the mirror image goes lower.
+    assert difference(cycle=1, STRESS_MIN=-2e6) == 0.0
+    assert difference(cycle=1, STRESS_MAX=3e6 + 30.0) == pytest.approx(2 * 30.0 / 3e6, rel=1e-6)
+
+
+def test_small_amplitudes_count_against_a_hundredth_of_the_springs() -> None:
+    assert full_spring_force(P) == pytest.approx(SPRING, rel=1e-15)
+    assert full_spring_force(Parameters(drive_amplitude=-0.8e-6)) == full_spring_force(P)
+    none = {"STRESS_MAX": 0.0, "STRESS_MIN": 0.0, "FORCE_MAX": 0.0, "FORCE_MIN": 0.0}
+    stress = relative_difference(P, record_of(**none | {"STRESS_MAX": 8.0}), record_of(**none))
+    assert stress == pytest.approx(8.0 / (0.01 * SPRING / 0.6e-9), rel=1e-12)
+    force = relative_difference(P, record_of(**none | {"FORCE_MAX": 1e-9}), record_of(**none))
+    assert force == pytest.approx(1e-9 / (0.01 * SPRING), rel=1e-12)
+
+
+def test_without_springs_and_force_there_is_no_difference() -> None:
+    none = record_of(STRESS_MAX=0.0, STRESS_MIN=0.0, FORCE_MAX=0.0, FORCE_MIN=0.0)
+    assert relative_difference(Parameters(spring_stiffness=0.0), none, none) == 0.0
+
+
+# --- units ----------------------------------------------------------------------------------------
+
+
+def test_a_record_is_written_in_si_units() -> None:
+    units, target = RecordUnits(length=2.0, stress=10.0, force=0.5, phi=3.0), np.empty(RECORD)
+    record = record_of(MELTINGS=2.0, BLOCK_WORK=4.0, LAST_PHASE=SOLID)
+    write_whole_orbit(record, units, 2, target)
+    expected = record_of(
+        STRESS_MAX=3e7, STRESS_MIN=-1e7, FORCE_MAX=1e-3, FORCE_MIN=-5e-4, BLOCK_WORK=4.0,
+        ABSOLUTE_WORK=1e-8, PHI_MAX=1.8, MELTINGS=2.0, LAST_PHASE=SOLID,
+    )  # fmt: skip
+    np.testing.assert_allclose(target, expected, rtol=1e-15)
+
+
+def test_negative_units_exchange_maximum_and_minimum() -> None:
+    units, target = RecordUnits(length=-2.0, stress=-10.0, force=-0.5, phi=1.0), np.empty(RECORD)
+    write_whole_orbit(record_of(), units, 2, target)
+    assert target[[STRESS_MAX, STRESS_MIN]].tolist() == [1e7, -3e7]
+    assert target[[FORCE_MAX, FORCE_MIN]].tolist() == [5e-4, -1e-3]
+    assert target[ABSOLUTE_WORK] > 0.0
+
+
+def test_the_record_of_an_odd_cycle_is_made_that_of_the_whole_orbit() -> None:
+    target = np.empty(RECORD)
+    phases = {"MELTINGS": 2.0, "FIRST_PHASE": MELTED, "LAST_PHASE": SOLID}
+    write_whole_orbit(record_of(BLOCK_WORK=4.0, **phases), SI, 3, target)
+    assert target[[STRESS_MAX, STRESS_MIN, FORCE_MAX, FORCE_MIN]].tolist() == [
+        3e6,
+        -3e6,
+        2e-3,
+        -2e-3,
+    ]
+    assert target[[BLOCK_WORK, ABSOLUTE_WORK, PHI_MAX]].tolist() == [8.0, 2e-8, 0.6]
+    assert target[MELTINGS] == 6.0  # two and the one across the end, and their mirror images

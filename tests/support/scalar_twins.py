@@ -1,0 +1,163 @@
+"""One trajectory at a time by the scalar drives: what lanes are compared with.
+
+They share the equations and the record with the lanes, and nothing of the layout, the units, the
+half periods, the order in which a lane does things, or the places where a step is looked at.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from stickslip import Parameters, Status
+from stickslip.compiled.decorators import inline, jit
+from stickslip.kernels.euler_cromer.layout import write_starts, write_steps
+from stickslip.kernels.points import FIRST_STEP, parameters_of
+from stickslip.kernels.problem import problem_functions, problem_of
+from stickslip.measure.accumulate import (
+    FIRST_PHASE,
+    FORCE_MAX,
+    LAST_PHASE,
+    MELTED,
+    MELTINGS,
+    RECORD,
+    SOLID,
+    STRESS_MAX,
+    accumulator,
+)
+from stickslip.model import drive, film, noise
+from stickslip.model.rhs import (
+    block_acceleration,
+    equations,
+    film_melting_function,
+    relative_velocity,
+)
+from stickslip.numerics.adaptive import make_adaptive
+from stickslip.numerics.euler_cromer import make_euler_cromer
+from stickslip.numerics.linear import algebra
+from stickslip.numerics.tableaus import RODAS4P2
+from stickslip.options import DEFAULTS
+
+_record = accumulator(1, 0)
+_clear = _record.clear
+_see_extremum, _see_phase, _see_work = _record.see_extremum, _record.see_phase, _record.see_work
+_stress_and_force = equations(DEFAULTS.friction).stress_and_force
+_interpolate = algebra(3).interpolate
+
+# Looks at a step: enough that between two of them nothing is 1e-8 higher.
+_LOOKS = 32
+
+
+@inline
+def _see(p, t, dt, v, phi, record):
+    """Take in a state that stands for the interval `dt`."""
+    u = relative_velocity(p, t, v)
+    sigma, F = _stress_and_force(p, u, phi)
+    solid = film.solid_threshold(p)
+    melted = film.MELTED_PART * solid if solid > 0.0 else -1.0
+    _see_extremum(record, 0, STRESS_MAX, sigma, True)
+    _see_extremum(record, 0, FORCE_MAX, F, True)
+    _see_phase(record, 0, phi, solid, melted, True)
+    V = drive.upper_velocity(p, t)
+    _see_work(record, 0, dt * (F * v), dt * abs(F * V), True)
+
+
+def cyclic_meltings(record: np.ndarray) -> int:
+    """Meltings of a closed orbit of whole periods."""
+    wrapped = record[FIRST_PHASE] == MELTED and record[LAST_PHASE] == SOLID
+    return int(record[MELTINGS]) + int(wrapped)
+
+
+# --- Euler-Cromer ---------------------------------------------------------------------------------
+
+
+@inline
+def _increments(p, t, dt, y):
+    x, v, phi = y
+    u = relative_velocity(p, t, v)
+    _, F = _stress_and_force(p, u, phi)
+    rate = film.order_parameter_rate(p, phi, film_melting_function(p, u))
+    return dt * block_acceleration(p, x, F), dt * rate + noise.typical_kick(p, phi, dt)
+
+
+@inline
+def _see_begin(p, t, dt, y0, y1, record):
+    _see(p, t, dt, y0[1], y0[2], record)
+
+
+_march = make_euler_cromer(_increments, _see_begin)
+
+
+@jit
+def _marched(point, steps, y, before, cycle, record):
+    p, status = parameters_of(point), 0
+    for n in range(before + cycle):
+        if n <= before:
+            _clear(record, 0)
+        y, _, status = _march(p, 0.0, drive.period(p), steps, y, steps, record)
+        if status != 0:
+            break
+    return y, status
+
+
+def euler_cromer_period(
+    p: Parameters, dt: float, before: int = 0, cycle: int = 1
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """State (x, v, phi) and record in SI units after periods from the start, and the Status.
+
+    The record is that of the last `cycle` of them, `before` go before it.
+    """
+    points, steps = np.array(p)[None], np.empty(1, np.int64)
+    start, record = np.empty((1, 3)), np.empty(RECORD)
+    write_steps(points, dt, steps)
+    write_starts(points, start)
+    y, status = _marched(points[0], steps[0], tuple(start[0].tolist()), before, cycle, record)
+    return np.array(y), record, status
+
+
+# --- adaptive -------------------------------------------------------------------------------------
+
+
+@inline
+def _see_inside(problem, t, h, y0, y1, d1, d2, record):
+    for i in range(_LOOKS):
+        theta = (i + 0.5) / _LOOKS
+        _, v, psi = _interpolate(theta, y0, y1, d1, d2)
+        _see(problem.p, t + theta * h, h / _LOOKS, v, math.exp(psi), record)
+    _see(problem.p, t + h, 0.0, y1[1], math.exp(y1[2]), record)
+
+
+@cache
+def _adaptive() -> Any:
+    functions = problem_functions(DEFAULTS.friction)
+    travel = make_adaptive(
+        functions.rhs, functions.jacobian, functions.error_weight, _see_inside, RODAS4P2, algebra(3)
+    )
+
+    @jit
+    def periods(point, rtol, y, number, states, record):
+        p = parameters_of(point)
+        problem, h = problem_of(p, rtol), FIRST_STEP * drive.period(p)
+        _clear(record, 0)
+        for n in range(number):
+            y, h, _, status = travel(problem, rtol, 0.0, drive.period(p), y, h, 10**7, record)
+            if status != 0:
+                return status
+            for i in range(3):
+                states[n, i] = y[i]
+        return 0
+
+    return periods
+
+
+def adaptive_periods(
+    p: Parameters, start: np.ndarray, number: int, rtol: float = 1e-10
+) -> tuple[np.ndarray, np.ndarray]:
+    """States (x, v, ln phi) after each of a number of periods from `start`, and the record."""
+    states, record = np.empty((number, 3)), np.empty(RECORD)
+    y = tuple(start.tolist())
+    assert _adaptive()(np.array(p), rtol, y, number, states, record) == Status.OK
+    return states, record

@@ -1,0 +1,182 @@
+"""Every status on the way that a sweep takes: `compute_orbits`, with either method."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pytest
+from support import broken_law
+from support.points import orbits, refuse_nothing, row, rows
+
+from stickslip import Parameters, Status
+from stickslip import options as options_module
+from stickslip.compiled.cache import source_hash
+from stickslip.kernels.adaptive import driver as adaptive
+from stickslip.kernels.euler_cromer import driver as euler_cromer
+from stickslip.model import laws
+from stickslip.options import METHODS, Options
+from stickslip.orbit import compute_orbits
+from stickslip.variables import RESULT_COLUMNS, RESULTS
+from sweeps.engine.worker import Task, compute_block
+
+VISCOUS = {"elastic_coefficient": 0.0}
+COARSE = {"method": "euler-cromer", "dt": 2e-5}
+
+# A solid film under fixed steps: a light block under a small film, few and short periods.
+SOLID = {
+    "angular_frequency": 2e4,
+    "drive_amplitude": 1e-11,
+    "contact_area": 6e-13,
+    "block_mass": 1e-5,
+    "spring_stiffness": 6e4,
+    "initial_order_parameter": 0.6,
+}
+SHORT = {"method": "euler-cromer", "dt": 5e-9, "stationary_rtol": 1e-4}
+
+
+def assert_nothing_but(found: np.ndarray, status: Status) -> None:
+    named = dict(zip(RESULT_COLUMNS, found.tolist(), strict=True))
+    assert Status(int(named.pop("status"))) is status
+    assert named.pop("periods_integrated") >= -1
+    for name, value in named.items():
+        np.testing.assert_equal(value, RESULTS[name].missing, err_msg=name)
+
+
+# --- budgets, refusals, overflows -----------------------------------------------------------------
+
+ENDINGS: list[tuple[dict[str, float], dict[str, Any], Status]] = [
+    ({}, {"max_periods": 1}, Status.NOT_STATIONARY),
+    ({"rheological_index": 2 / 3}, {"max_periods": 3}, Status.NOT_STATIONARY),
+    ({}, {"max_steps": 1}, Status.STEP_LIMIT),
+    ({}, {"max_steps": 2000}, Status.STEP_LIMIT),
+    ({"initial_velocity": 1e200}, {}, Status.DIVERGED),
+    ({"initial_displacement": 1e300}, {}, Status.DIVERGED),
+    ({}, {"method": "euler-cromer", "dt": 1e-6}, Status.REFUSED),
+    ({"initial_velocity": 1e200}, {"method": "euler-cromer"}, Status.REFUSED),
+    (VISCOUS, {**COARSE, "max_periods": 1}, Status.NOT_STATIONARY),
+    (VISCOUS, {**COARSE, "max_steps": 99}, Status.STEP_LIMIT),
+]
+
+
+@pytest.mark.parametrize(("changes", "options", "status"), ENDINGS, ids=str)
+def test_every_way_to_end(
+    changes: dict[str, float], options: dict[str, Any], status: Status
+) -> None:
+    assert_nothing_but(orbits(row(**changes), **options).row[0], status)
+
+
+@pytest.mark.parametrize("options", [{}, SHORT], ids=["adaptive", "euler-cromer"])
+def test_a_good_orbit_is_ok(options: dict[str, Any]) -> None:
+    found = orbits(row(**SOLID), **options)
+    assert found.status == Status.OK
+    assert found.elastic_stress_amplitude > 1e6
+    assert np.all(np.isfinite(found.row))
+    assert np.all(np.isfinite(found.final))
+
+
+def test_a_fixed_step_that_overflows_has_diverged(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Past the refusal, which would keep it from being tried.
+    monkeypatch.setattr(euler_cromer, "largest_step", refuse_nothing)
+    found = orbits(row(angular_frequency=2e3), **COARSE)
+    assert_nothing_but(found.row[0], Status.DIVERGED)
+
+
+# --- invariants -----------------------------------------------------------------------------------
+
+
+def test_orbits_of_an_unstable_step_break_the_power_balance(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # Past the refusal: 8 times too much force and no NaN.
+    monkeypatch.setattr(euler_cromer, "largest_step", refuse_nothing)
+    options = {**COARSE, "dt": 2.6e-5, "stationary_rtol": 1e-2}
+    found = orbits(row(rheological_index=0.0), **options)
+    assert_nothing_but(found.row[0], Status.INVARIANT_VIOLATED)
+
+
+@pytest.mark.slow
+def test_an_orbit_of_another_law_than_the_measured_one_breaks_the_power_balance(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # Blocks that slip: while they do, the viscous force does work on them that the elastic force
+    # does not take back.
+    points = rows("viscosity_coefficient", [5e3, 1e3], rheological_index=0.0)
+    right = orbits(points)
+    assert np.all(right.status == Status.OK)
+    assert np.all(right.melting_count > 0)
+    known = MappingProxyType({broken_law.NAME: broken_law.__name__})
+    for module in (options_module, laws):
+        monkeypatch.setattr(module, "FRICTION_LAWS", known)
+    for found in orbits(points, friction=broken_law.NAME).row:
+        assert_nothing_but(found, Status.INVARIANT_VIOLATED)
+
+
+def colder(points: np.ndarray) -> np.ndarray:
+    """Films that become more solid than the ones they are judged as: phi_plus is 2 % larger."""
+    other = points.copy()
+    other[:, Parameters._fields.index("temperature")] -= 20.0
+    return other
+
+
+def adaptive_of_colder_films(monkeypatch: pytest.MonkeyPatch) -> None:
+    reduced = adaptive.reduced_queue
+    monkeypatch.setattr(adaptive, "reduced_queue", lambda points, law: reduced(colder(points), law))
+
+
+def euler_cromer_of_colder_films(monkeypatch: pytest.MonkeyPatch) -> None:
+    march = euler_cromer.March
+    monkeypatch.setattr(
+        euler_cromer, "March", lambda points, *others: march(colder(points), *others)
+    )
+
+
+@pytest.mark.parametrize(
+    ("break_it", "options"),
+    [(adaptive_of_colder_films, {}), (euler_cromer_of_colder_films, SHORT)],
+    ids=["adaptive", "euler-cromer"],
+)
+def test_an_order_parameter_beyond_its_bound_is_not_believed(
+    break_it: Callable[[pytest.MonkeyPatch], None],
+    options: dict[str, Any],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert orbits(row(**SOLID), **options).status == Status.OK
+    break_it(monkeypatch)
+    found = orbits(row(**SOLID), **options)
+    assert_nothing_but(found.row[0], Status.INVARIANT_VIOLATED)
+
+
+# --- exceptions -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_an_exception_fails_the_point_and_not_its_neighbours(
+    method: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    points = np.array([row(**SOLID), row(**SOLID, temperature=210.0), row(**SOLID)])
+    options = Options(**SHORT | {"method": method})
+    expected, _ = compute_orbits(points, options)
+    kernels = METHODS[method].kernels
+    compute = kernels.orbits
+
+    def broken(points: np.ndarray, *others: Any) -> None:
+        if np.any(points == 210.0):
+            raise ZeroDivisionError
+        compute(points, *others)
+
+    monkeypatch.setattr(kernels, "orbits", broken)
+    with pytest.raises(ZeroDivisionError):
+        compute_orbits(points, options)
+    block = compute_block(Task(np.arange(3), points, options, source_hash()))
+    assert_nothing_but(block.results[1], Status.FAILED)
+    np.testing.assert_array_equal(block.results[[0, 2]], expected[[0, 2]])
+    assert "ZeroDivisionError" in block.messages[0]
+
+
+def test_every_status_is_provoked_here() -> None:
+    provoked = {status for _, _, status in ENDINGS}
+    provoked |= {Status.OK, Status.INVARIANT_VIOLATED, Status.FAILED}
+    assert provoked == set(Status) - {Status.PENDING}  # which means that nothing was computed
