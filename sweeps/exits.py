@@ -1,4 +1,4 @@
-"""The exit codes of the command line."""
+"""The exit codes of the command line, and the failures that end with one."""
 
 from __future__ import annotations
 
@@ -15,3 +15,9 @@ class Exit(IntEnum):
     STOPPED = 4
     STORAGE = 5
     INTERRUPTED = 130  # 128 + SIGINT, as shells count
+
+
+class ExpectedError(Exception):
+    """A failure whose message says what to do; the command line prints it and ends with `code`."""
+
+    code = Exit.USAGE

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,10 +108,7 @@ class Grid:
         numbers = np.zeros(len(rows), dtype=np.int64)
         for dim, length in zip(self.dims, self.shape, strict=True):
             tied = [name for name in columns if name in self.coords and dim in self.coords[name][0]]
-            position = _position(
-                [np.asarray(self.coords[name][1], dtype=float) for name in tied],
-                [columns[name] for name in tied],
-            )
+            position = _position([(self.coords[name][1], columns[name]) for name in tied])
             found &= position >= 0
             numbers = numbers * length + position
         return np.where(found, numbers, -1)
@@ -125,23 +122,17 @@ class Grid:
         return along
 
 
-def _position(
-    lists: list[NDArray[np.float64]], wanted: list[NDArray[np.float64]]
-) -> NDArray[np.int64]:
-    """Where the wanted values stand side by side in the lists, -1 where they do not."""
-    codes = np.zeros(len(lists[0]), dtype=np.int64)
-    sought = np.zeros(len(wanted[0]), dtype=np.int64)
-    for values, column in zip(lists, wanted, strict=True):
-        distinct, ranks = np.unique(values, return_inverse=True)
-        rank = np.minimum(np.searchsorted(distinct, column), len(distinct) - 1)
-        sought = np.where(distinct[rank] == column, sought * len(distinct) + rank, -1)
+def _position(pairs: list[tuple[NDArray[Any], NDArray[np.float64]]]) -> NDArray[np.int64]:
+    """Where the wanted values stand side by side, -1 where they do not; pairs (listed, wanted)."""
+    length = len(pairs[0][0])
+    codes = np.zeros(length + len(pairs[0][1]), dtype=np.int64)
+    for values, wanted in pairs:
+        distinct, ranks = np.unique(np.concatenate([values, wanted]), return_inverse=True)
         # Renumbered after each list, so that many long lists stay within an integer.
-        known, codes = np.unique(codes * len(distinct) + ranks, return_inverse=True)
-        place = np.minimum(np.searchsorted(known, sought), len(known) - 1)
-        sought = np.where(known[place] == sought, place, -1)
-    order = np.argsort(codes)
-    place = np.minimum(np.searchsorted(codes, sought, sorter=order), len(codes) - 1)
-    return np.where(codes[order[place]] == sought, order[place], -1)
+        _, codes = np.unique(codes * len(distinct) + ranks, return_inverse=True)
+    position = np.full(len(codes), -1)
+    position[codes[:length]] = np.arange(length)
+    return position[codes[length:]]
 
 
 def _frozen(values: object, dtype: type[np.generic]) -> NDArray[np.generic]:

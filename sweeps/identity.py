@@ -18,7 +18,7 @@ import numpy as np
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.variables import PARAMETERS
 from sweeps.config.load import Config
-from sweeps.config.schema import DEFINING
+from sweeps.config.schema import SECTIONS
 from sweeps.grid import Grid
 
 Settings = Mapping[str, Any]
@@ -46,7 +46,7 @@ def differences(old: Settings, new: Settings) -> list[str]:
 def _value(name: str, settings: Settings) -> Any:
     """The value of a setting, the neutral one where it did not enter."""
     section, _, key = name.partition(".")
-    neutral = DEFINING[section].neutral() if section in DEFINING else {}
+    neutral = SECTIONS[section].neutral() if section in SECTIONS else {}
     return settings.get(name, neutral.get(key, "not set"))
 
 

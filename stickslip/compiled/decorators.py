@@ -7,7 +7,9 @@ threads. Never `fastmath=True`: it lets NaN pass `err <= 1` (docs/decisions/comp
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
+from functools import wraps
 from typing import Any
 
 import numba
@@ -17,6 +19,7 @@ from stickslip.compiled.cache import CacheFolder, SealedCompiler, SteadyCache, w
 _FLAGS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 
 _kernels: set[str] = set()
+_factories = threading.RLock()
 
 # a*b + c in one rounding, and one reciprocal for several divisions by the same number: both keep
 # NaN and are exact under the model's scalings by powers of two. Never to be added: `reassoc`, which
@@ -42,6 +45,20 @@ def kernel(function: Callable[..., Any]) -> Any:
     another file would go unnoticed; the cache folder is therefore named by a hash of all sources.
     """
     return named_kernel(f"{function.__module__}.{function.__qualname__}", function)
+
+
+def kernel_factory(make: Callable[..., Any]) -> Callable[..., Any]:
+    """A function that makes kernels, and gives the same ones to who asks again, in any thread."""
+    made: dict[tuple[Any, ...], Any] = {}
+
+    @wraps(make)
+    def kernel_of(*arguments: Any) -> Any:
+        with _factories:
+            if arguments not in made:
+                made[arguments] = make(*arguments)
+            return made[arguments]
+
+    return kernel_of
 
 
 def named_kernel(name: str, function: Callable[..., Any]) -> Any:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from typing import Any
 
 import numpy as np
 
-from stickslip.compiled.decorators import inline, jit, kernel, named_kernel
+from stickslip.compiled.decorators import inline, jit, kernel, kernel_factory, named_kernel
 from stickslip.kernels.points import parameters_of
 from stickslip.model import film, friction
 from stickslip.model.laws import friction_law
@@ -58,7 +57,7 @@ def _film_rate(p: Parameters, phi: float, slip: float) -> float:
     return p.kinetic_coefficient * max(abs(B), abs(solid))
 
 
-@cache
+@kernel_factory
 def rates_kernel(law_name: str) -> Any:
     """The kernel that bounds the fastest rate of points: (points, rates).
 

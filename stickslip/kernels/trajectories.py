@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.compiled.decorators import inline, jit, kernel, named_kernel
+from stickslip.compiled.decorators import inline, jit, kernel, kernel_factory, named_kernel
 from stickslip.compiled.fields import make_map
 from stickslip.kernels.points import FIRST_STEP, parameters_of
 from stickslip.kernels.problem import Problem, problem_functions, problem_of
@@ -114,7 +113,7 @@ def _exp(psi: float) -> float:
     return math.exp(psi)
 
 
-@cache
+@kernel_factory
 def adaptive_trajectory(law: str) -> Any:
     """The kernel of a trajectory by the adaptive method.
 
@@ -144,7 +143,7 @@ def adaptive_trajectory(law: str) -> Any:
     return named_kernel(f"adaptive_trajectory[{law}]", trajectory)
 
 
-@cache
+@kernel_factory
 def euler_cromer_trajectory(law: str) -> Any:
     """The kernel of a trajectory by Euler-Cromer; as `adaptive_trajectory`.
 
@@ -180,7 +179,7 @@ def euler_cromer_trajectory(law: str) -> Any:
     return named_kernel(f"euler_cromer_trajectory[{law}]", trajectory)
 
 
-@cache
+@kernel_factory
 def observables_kernel(law: str) -> Any:
     """The kernel of what follows from the states (x, v, phi) of a trajectory.
 

@@ -16,7 +16,7 @@ from sweeps.cli.inspect import check, info, schema
 from sweeps.cli.pictures import figure, plot, simulate
 from sweeps.cli.shared import stop_with
 from sweeps.cli.sweeps import plan, status, sweep
-from sweeps.exits import Exit
+from sweeps.exits import Exit, ExpectedError
 
 app = typer.Typer(
     name="stickslip",
@@ -40,6 +40,8 @@ def main() -> None:
         if end.code == Exit.INTERRUPTED:  # typer's silent answer to Ctrl-C
             print("Interrupted; only files named above were kept.", file=sys.stderr)
         raise
+    except ExpectedError as error:
+        stop_with(str(error), error.code)
     except BrokenPipeError:
         sys.stderr.close()  # the reader of our output has gone: no further words
         sys.exit(Exit.DONE)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sweeps.cli.shared import ConfigArgument, SetOption, checked_config, open_file, stop_with
+from sweeps.cli.shared import ConfigArgument, SetOption, checked_config, stop_with
 from sweeps.exits import Exit
 
 
@@ -40,16 +40,15 @@ def info(
 ) -> None:
     """Describe the installation, or a result file."""
     from sweeps.cli.output import describe_file, describe_installation
+    from sweeps.files.datasets import content_hash, open_result
 
     if file is None:
         if hash_:
             stop_with("--hash needs a FILE", Exit.USAGE)
         describe_installation()
         return
-    ds = open_file(file, whole=False)
+    ds = open_result(file, whole=False)
     if hash_:
-        from sweeps.files.datasets import content_hash
-
         print(content_hash(ds))
-        return
-    describe_file(ds)
+    else:
+        describe_file(ds)

@@ -144,7 +144,7 @@ def describe_file(ds: xr.Dataset) -> None:
     print("dimensions: " + (", ".join(f"{d} {n}" for d, n in ds.sizes.items()) or "none"))
     print(f"variables: {', '.join(map(str, ds.data_vars))}")
     if "status" in ds:
-        if note := version_note(map(str, ds.variables)):
+        if note := version_note(map(str, ds.variables), ds.attrs):
             print(note)
         meanings = str(ds.status.attrs["flag_meanings"]).split()
         for flag, meaning in zip(ds.status.attrs["flag_values"], meanings, strict=True):

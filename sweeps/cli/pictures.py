@@ -13,9 +13,7 @@ from sweeps.cli.shared import (
     WorkersOption,
     checked_config,
     execution_changes,
-    open_file,
     stop_with,
-    storage_endings,
 )
 from sweeps.cli.sweeps import sweep_and_report
 from sweeps.exits import Exit
@@ -41,15 +39,21 @@ def simulate(
     """Compute one trajectory; the default file is results/<name of the config>-trajectory.nc."""
     import xarray as xr
 
+    from sweeps.engine.trajectories import AxisLeftError
+    from sweeps.files.atomic import refuse_odd_output
     from sweeps.files.datasets import require_writable
 
     changes = [*(set_ or []), *([f"simulation.periods={periods}"] if periods else [])]
     config = checked_config(file, changes)
     path = output or Path("results") / f"{file.stem if file else 'paper'}-trajectory.nc"
-    _refuse_axes(config)
-    _refuse_existing(path, overwrite=overwrite)
-    with storage_endings():
-        require_writable(xr.Dataset(), path)
+    if config.sweep or config.cases:
+        raise AxisLeftError(config)
+    refuse_odd_output(path)
+    if path.exists() and not overwrite:
+        stop_with(
+            f"{path} exists already; --overwrite replaces it, -o writes elsewhere", Exit.USAGE
+        )
+    require_writable(xr.Dataset(), path)
     _write_trajectories(config, path)
 
 
@@ -84,7 +88,9 @@ def plot(
     ] = None,
 ) -> None:
     """Draw the standard picture of a result file."""
-    ds = open_file(file)
+    from sweeps.files.datasets import open_result
+
+    ds = open_result(file)
     target = output or (file.with_suffix("") if file.suffix == ".nc" else file)
     _refuse_picture_name(target)
     _draw(ds, target, _asked_figure(ds))
@@ -99,6 +105,7 @@ def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: b
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop
     from sweeps.figure_table import FIGURES
+    from sweeps.files.datasets import open_result
 
     plan = PAPER[number]
     changes = [*plan.changes, *execution_changes(workers, None, None)]
@@ -109,15 +116,14 @@ def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: b
         failures = sweep_and_report(config, path, afresh, Stop(), progress=progress, timing=False)
     else:
         _write_trajectories(config, path)
-    _draw(open_file(path), folder / f"fig{number}", plan.figure)
+    _draw(open_result(path), folder / f"fig{number}", plan.figure)
     return failures
 
 
 def _write_trajectories(config: Config, path: Path) -> None:
     from sweeps.files.datasets import write_dataset
 
-    with storage_endings():
-        write_dataset(_trajectories(config), path)
+    write_dataset(_trajectories(config), path)
     print(path)
 
 
@@ -145,7 +151,7 @@ def _draw(ds: xr.Dataset, target: Path, name: str | None) -> None:
     from sweeps.files.atomic import storage_errors
 
     try:
-        with storage_endings(), storage_errors(f"cannot write {target}"):
+        with storage_errors(f"cannot write {target}"):
             pictures = save(draw(ds, name), target)
     except ValueError as error:
         stop_with(str(error), Exit.USAGE)
@@ -163,27 +169,6 @@ def _asked_figure(ds: xr.Dataset) -> str | None:
     except ConfigError:  # a file of another version
         return None
     return None if obstacle(ds, asked) else asked
-
-
-# --- what is refused ------------------------------------------------------------------------------
-
-
-def _refuse_axes(config: Config) -> None:
-    from sweeps.engine.trajectories import AxisLeftError
-
-    if config.sweep or config.cases:
-        stop_with(str(AxisLeftError(config)), Exit.USAGE)
-
-
-def _refuse_existing(path: Path, *, overwrite: bool) -> None:
-    from sweeps.files.atomic import refuse_odd_output
-
-    with storage_endings():
-        refuse_odd_output(path)
-    if path.exists() and not overwrite:
-        stop_with(
-            f"{path} exists already; --overwrite replaces it, -o writes elsewhere", Exit.USAGE
-        )
 
 
 def _refuse_picture_name(path: Path) -> None:

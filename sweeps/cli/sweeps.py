@@ -20,7 +20,6 @@ from sweeps.cli.shared import (
     SetOption,
     WorkersOption,
     checked_config,
-    endings,
     execution_changes,
     stop_with,
 )
@@ -105,14 +104,12 @@ def plan(
 ) -> None:
     """Say what a sweep would take: points, blocks, bytes, and the time, from a pilot sample."""
     from sweeps.cli.output import print_plan
+    from sweeps.engine.plan import plan as make_plan
+    from sweeps.engine.signals import interruptible
 
     config = checked_config(file, [*(set_ or []), *execution_changes(workers, backend, scheduler)])
-    with endings():
-        from sweeps.engine.plan import plan as make_plan
-        from sweeps.engine.signals import interruptible
-
-        path = output or Path(config.output)
-        made = interruptible(lambda: make_plan(config, path), "Interrupted; nothing was kept.")
+    path = output or Path(config.output)
+    made = interruptible(lambda: make_plan(config, path), "Interrupted; nothing was kept.")
     print_plan(made, f"{config.execution.workers} workers ({config.execution.backend})")
 
 
@@ -128,8 +125,7 @@ def status(
 
     is_config = target.suffix.lower() in (".yaml", ".yml")
     path = Path(checked_config(target, None).output) if is_config else target
-    with endings():
-        state = state_of(path)
+    state = state_of(path)
     if json_:
         import json
 
@@ -164,16 +160,15 @@ def sweep_and_report(
 
     on_terminal = progress and sys.stdin.isatty() and sys.stderr.isatty()
     confirm = functools.partial(typer.confirm, default=True, err=True) if on_terminal else None
-    with endings():
-        outcome = run_sweep(
-            config,
-            path,
-            console=Console(say, confirm, progress),
-            policy=policy,
-            stop=stop,
-            partial=partial,
-            keep_journal=keep_journal,
-        )
+    outcome = run_sweep(
+        config,
+        path,
+        console=Console(say, confirm, progress),
+        policy=policy,
+        stop=stop,
+        partial=partial,
+        keep_journal=keep_journal,
+    )
     if outcome.stopped is not None:
         _leave(outcome)
     if outcome.computed and timing:

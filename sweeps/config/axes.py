@@ -115,13 +115,9 @@ def _at_least_one(value: object) -> int:
     return number
 
 
-def _same_sign(first: float, last: float) -> bool:
-    return first != 0 and last != 0 and (first < 0) == (last < 0)
-
-
 def _spaced(form: str, ends: tuple[float, ...], num: int | None) -> Axis | None:
     first, last = ends
-    if form == "geomspace" and not _same_sign(first, last):
+    if form == "geomspace" and (0 in ends or (first < 0) != (last < 0)):
         raise ValueError(
             f"no logarithmic axis leads from {first:g} to {last:g}: both must have the "
             "same sign and not be 0 (they are values, not exponents)"

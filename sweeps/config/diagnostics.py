@@ -5,9 +5,12 @@ Everything is collected first and reported together, so that no problem hides an
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
+
+from sweeps.exits import ExpectedError
 
 # Longer quotations of the user's text make a line of the report unreadable.
 _QUOTED = 60
@@ -15,14 +18,6 @@ _QUOTED = 60
 MAX_DEPTH = 12
 
 T = TypeVar("T")
-
-
-@dataclass(frozen=True, slots=True)
-class Origin:
-    """Where a value was written: a file and a line, `--set KEY=VALUE`, or a dict."""
-
-    source: str
-    line: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +34,7 @@ class Problem:
         return ": ".join(_one_line(part) for part in (place, self.key, self.message) if part)
 
 
-class ConfigError(ValueError):
+class ConfigError(ExpectedError, ValueError):
     """A config cannot be used; `problems` lists every reason, `str()` gives a line for each."""
 
     def __init__(self, problems: Iterable[Problem]) -> None:
@@ -56,14 +51,6 @@ class Diagnostics:
 
     problems: list[Problem] = field(default_factory=list)
     warnings: list[Problem] = field(default_factory=list)
-
-    def refuse(self, origin: Origin, key: str, message: str) -> None:
-        """Note a reason why the config cannot be used."""
-        self.problems.append(Problem(origin.source, origin.line, key, message))
-
-    def warn(self, origin: Origin, key: str, message: str) -> None:
-        """Note something that is allowed, but probably not what was meant."""
-        self.warnings.append(Problem(origin.source, origin.line, key, message))
 
     def raise_problems(self) -> None:
         """Raise a ConfigError with all problems, in the order of the lines, if there is any."""
@@ -86,21 +73,28 @@ UNREADABLE = _Unreadable()
 class Located:
     """A value, where it was written, and its path of keys; children are located values again.
 
-    The origin of a value in a mapping is that of its key.
+    `source` is a file, `--set KEY=VALUE` or a dict. The line of a value in a mapping is that of
+    its key.
     """
 
     value: Any
-    origin: Origin
+    source: str
+    line: int | None
     key: str
     diagnostics: Diagnostics
 
     def refuse(self, message: str, *below: str | int) -> None:
         """Note why this value, or what should stand at the path `below` it, cannot be used."""
-        self.diagnostics.refuse(self._nearest(below).origin, _path(self.key, *below), message)
+        nearest = self
+        with contextlib.suppress(KeyError, IndexError, TypeError):
+            for step in below:
+                nearest = nearest.value[step]
+        problem = Problem(nearest.source, nearest.line, _path(self.key, *below), message)
+        self.diagnostics.problems.append(problem)
 
     def warn(self, message: str) -> None:
         """Note that this value is allowed, but probably not what was meant."""
-        self.diagnostics.warn(self.origin, self.key, message)
+        self.diagnostics.warnings.append(Problem(self.source, self.line, self.key, message))
 
     def read(self, convert: Callable[[Any], T]) -> T | None:
         """The value as `convert` understands it; None where it raises a ValueError, noted."""
@@ -124,29 +118,19 @@ class Located:
             return [child.plain() for child in self.value]
         return self.value
 
-    def _nearest(self, below: Iterable[str | int]) -> Located:
-        """What stands at a path, or its nearest ancestor that does."""
-        node = self
-        for step in below:
-            try:
-                node = node.value[step]
-            except (KeyError, IndexError, TypeError):
-                break
-        return node
-
 
 def located(
-    value: Any, origin: Origin, diagnostics: Diagnostics, key: str = "", depth: int = 0
+    value: Any, source: str, diagnostics: Diagnostics, key: str = "", depth: int = 0
 ) -> Located:
-    """A Python value at one place; arrays and tuples count as lists."""
-    node = Located(value, origin, key, diagnostics)
+    """A Python value, which has no lines; arrays and tuples count as lists."""
+    node = Located(value, source, None, key, diagnostics)
 
     def child(value: Any, step: str | int) -> Located:
-        return located(value, origin, diagnostics, _path(key, step), depth + 1)
+        return located(value, source, diagnostics, _path(key, step), depth + 1)
 
     if depth > MAX_DEPTH:
-        diagnostics.refuse(origin, shortened(key), "is nested too deeply")
-        node.value = UNREADABLE
+        node.key, node.value = shortened(key), UNREADABLE
+        node.refuse("is nested too deeply")
     elif isinstance(value, Mapping):
         for name in value:
             if not isinstance(name, str):

@@ -11,15 +11,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from pydantic import BaseModel, ConfigDict
-
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, canonical_name
 from sweeps.config.diagnostics import (
     ConfigError,
     Diagnostics,
     Located,
-    Origin,
     Problem,
     located,
     quoted,
@@ -35,13 +32,9 @@ from sweeps.config.schema import (
     DEFINING,
     SECTIONS,
     Execution,
-    Film,
-    Integrator,
     Noise,
-    Plot,
     Section,
-    Simulation,
-    Stationary,
+    Sections,
     read_section,
 )
 from sweeps.config.yaml_reader import read_file, read_text
@@ -53,7 +46,7 @@ __all__ = ["Check", "Config", "ConfigError", "Problem", "from_mapping", "from_ya
 KEYS = ("title", "model", "sweep", "cases", *SECTIONS, "output")
 
 
-class Config(BaseModel):
+class Config(Sections):
     """A config without problems, every key resolved; made by `load` and `from_mapping`.
 
     Parameters go by their full names. `model` holds the fixed ones that were given; `parameters`
@@ -61,20 +54,11 @@ class Config(BaseModel):
     equal if they ask for the same computation, executed in the same way into the same file.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    title: str | None = None
-    model: dict[str, float] = {}
-    sweep: dict[str, tuple[float, ...]] = {}
-    cases: dict[str, tuple[float, ...]] = {}
-    integrator: Integrator = Integrator()
-    stationary: Stationary = Stationary()
-    noise: Noise = Noise()
-    film: Film = Film()
+    title: str | None
+    model: dict[str, float]
+    sweep: dict[str, tuple[float, ...]]
+    cases: dict[str, tuple[float, ...]]
     output: str
-    execution: Execution = Execution()
-    plot: Plot = Plot()
-    simulation: Simulation = Simulation()
     warnings: tuple[str, ...] = ()
 
     def parameters(self) -> Parameters:
@@ -173,7 +157,7 @@ def from_mapping(
     and takes the neutral value, under which the result stays true, instead of today's default.
     """
     diagnostics = Diagnostics()
-    root = located(mapping, Origin(source), diagnostics)
+    root = located(mapping, source, diagnostics)
     return _config(root, diagnostics, overrides, "results/sweep.nc", checks, older=older)
 
 
@@ -197,7 +181,7 @@ def _config(
         root.refuse(f"must hold lines `key: value`, not {quoted(root.value)}")
         root = None
     # Overrides of an unreadable config are judged all the same, on an empty one.
-    base = root or located({}, Origin(""), diagnostics)
+    base = root or located({}, "", diagnostics)
     case = apply_overrides(base, overrides, diagnostics)
     fields = _fields(base, case, output, older) if root else {}
     diagnostics.raise_problems()

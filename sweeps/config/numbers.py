@@ -27,12 +27,8 @@ _REMEDIES = (
 def number(value: object) -> float:
     """`value` as a float: a number, or a fraction of two integers such as the text `-2/3`.
 
-    NaN and infinities pass; -0 becomes 0, so that equal numbers have one spelling.
-
-    Raises
-    ------
-    ValueError
-        It is no number; booleans and quoted numbers are none. The message names the remedy.
+    NaN and infinities pass; -0 becomes 0, so that equal numbers have one spelling. Raises
+    ValueError, naming the remedy, for anything else; booleans and quoted numbers are no numbers.
     """
     if isinstance(value, str):
         return _rational(value)
@@ -45,13 +41,7 @@ def number(value: object) -> float:
 
 
 def finite(value: object) -> float:
-    """`value` as a finite float; see `number`.
-
-    Raises
-    ------
-    ValueError
-        It is no number, NaN or infinite.
-    """
+    """`value` as a finite float, see `number`; raises ValueError for NaN and infinities too."""
     real = number(value)
     if not math.isfinite(real):
         raise ValueError(f"must be a finite number, not {quoted(value)}")
@@ -59,13 +49,7 @@ def finite(value: object) -> float:
 
 
 def whole(value: object) -> int:
-    """`value` as an int; 1e3 counts as 1000.
-
-    Raises
-    ------
-    ValueError
-        It is no whole number.
-    """
+    """`value` as an int, 1e3 as 1000; raises ValueError where it is no whole number."""
     if isinstance(value, int) and not isinstance(value, bool):
         return value
     real = number(value)
@@ -75,13 +59,7 @@ def whole(value: object) -> int:
 
 
 def text(value: object) -> str:
-    """`value` if it is a text that a file can hold.
-
-    Raises
-    ------
-    ValueError
-        It is no text, or contains control characters.
-    """
+    """`value` if it is a text without control characters, else raises ValueError."""
     if not isinstance(value, str):
         hint = "; put it in quotes" if isinstance(value, (bool, int, float)) else ""
         raise ValueError(f"must be a text, not {quoted(value)}{hint}")

@@ -16,11 +16,11 @@ from sweeps.config.diagnostics import (
     MAX_DEPTH,
     Diagnostics,
     Located,
-    Origin,
     located,
     quoted,
     shortened,
 )
+from sweeps.config.parameter_space import key_of
 from sweeps.config.yaml_reader import read_text
 
 CASE = "case"
@@ -37,43 +37,40 @@ def apply_overrides(
     case = None
     for override in overrides:
         key, equals, text = override.partition("=")
-        key, origin = key.strip(), Origin(f"--set {shortened(override)}")
-        target = canonical_name(key) or key
+        key = key.strip()
+        name = canonical_name(key)
+        here = Located(None, f"--set {shortened(override)}", None, key, diagnostics)
         if not key or not equals:
-            message = "must be KEY=VALUE, for example temperature=250"
-            diagnostics.refuse(origin, "", message)
+            here.key = ""
+            here.refuse("must be KEY=VALUE, for example temperature=250")
             continue
-        if target in done:
-            diagnostics.refuse(origin, key, f"is set twice, first by --set {done[target]}")
+        if (name or key) in done:
+            here.refuse(f"is set twice, first by --set {done[name or key]}")
             continue
-        done[target] = override
-        read = read_text(text, origin.source, diagnostics, numbered=False)
-        if read is not None:
-            # Anew, because what was read knows neither its key nor the override.
-            value = located(read.plain(), origin, diagnostics, key)
-            case = value if key == CASE else case
-            _apply(root, key, value)
+        done[name or key] = override
+        value = read_text(text, here.source, diagnostics, numbered=False)
+        if value is None:
+            continue
+        value.key = key
+        if name:
+            _set_parameter(root, name, value)
+        elif key == CASE:
+            case = value
+        else:
+            _set_path(root, key.split("."), value)
     return case
-
-
-def _apply(root: Located, key: str, value: Located) -> None:
-    name = canonical_name(key)
-    if name:
-        _set_parameter(root, name, value)
-    elif key != CASE:
-        _set_path(root, key.split("."), value)
 
 
 def _set_parameter(root: Located, name: str, value: Located) -> None:
     is_axis = isinstance(value.value, (list, dict))
-    if _alias(root, "cases", name):
+    if key_of(root, "cases", name):
         if is_axis:
             _set_path(root, ["cases", name], value)
         else:
             value.refuse("is linked in `cases`; pick one case with --set case=0, or give a list")
         return
     gone, section = ("model", "sweep") if is_axis else ("sweep", "model")
-    while key := _alias(root, gone, name):
+    while key := key_of(root, gone, name):
         del root.value[gone].value[key]
     _set_path(root, [section, name], value)
 
@@ -84,19 +81,14 @@ def _set_path(root: Located, path: list[str], value: Located) -> None:
     for section in sections:
         children = target.value
         if section not in children or children[section].value is None:
-            children[section] = located({}, value.origin, value.diagnostics, section)
+            children[section] = located({}, value.source, value.diagnostics, section)
         target = children[section]
         if not isinstance(target.value, dict):
             message = f"there are no keys below {section}: it is {quoted(target.value)}"
-            value.diagnostics.refuse(value.origin, ".".join(path), message)
+            value.key = ".".join(path)
+            value.refuse(message)
             return
-    key = _alias(root, path[0], canonical_name(last)) if len(path) == 2 else None
-    key = key or last
-    place = f"{target.key}.{key}" if target.key else key
-    target.value[key] = located(value.plain(), value.origin, value.diagnostics, place)
-
-
-def _alias(root: Located, section: str, name: str | None) -> str | None:
-    """The key by which a section gives a parameter: its full name or its symbol."""
-    keys = root.value[section].children() if section in root.value else ()
-    return next((key for key in keys if name and canonical_name(key) == name), None)
+    name = canonical_name(last) if len(path) == 2 else None
+    key = (key_of(root, path[0], name) if name else None) or last
+    place = ".".join([*sections, key])
+    target.value[key] = located(value.plain(), value.source, value.diagnostics, place)

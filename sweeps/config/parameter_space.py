@@ -28,16 +28,16 @@ _Given: TypeAlias = list[tuple[str, Located]]
 
 @dataclass(frozen=True)
 class ParameterSpace:
-    """Parameters by full name: fixed values, axes of the product, and values linked in cases.
-
-    `refused` names the parameters that the config gives, but whose values are not known because
-    they were refused.
-    """
+    """Parameters by full name: fixed values, axes of the product, and values linked in cases."""
 
     model: dict[str, float]
     sweep: dict[str, tuple[float, ...]]
     cases: dict[str, tuple[float, ...]]
-    refused: frozenset[str] = frozenset()
+
+    @property
+    def names(self) -> set[str]:
+        """The parameters with a value of their own."""
+        return {*self.model, *self.sweep, *self.cases}
 
     def values(self, name: str) -> tuple[float, ...]:
         """All values that the parameter takes."""
@@ -46,9 +46,9 @@ class ParameterSpace:
 
     def with_neutral_values(self) -> ParameterSpace:
         """The space of an older file: parameters that it does not name have their neutral value."""
-        given = {*self.model, *self.sweep, *self.cases, *self.refused}
-        neutral = {n: v.neutral for n, v in PARAMETERS.items() if v.neutral is not None}
-        return replace(self, model=self.model | {n: neutral[n] for n in neutral.keys() - given})
+        left_out = [v for name, v in PARAMETERS.items() if name not in self.names]
+        neutral = {v.name: v.neutral for v in left_out if v.neutral is not None}
+        return replace(self, model=self.model | neutral)
 
 
 def read_parameter_space(root: Located, case: Located | None) -> ParameterSpace:
@@ -60,25 +60,24 @@ def read_parameter_space(root: Located, case: Located | None) -> ParameterSpace:
     _refuse_repeats([*model, *sweep, *cases])
     axes = {name: parse_axis(node) for name, node in sweep}
     linked = {name: parse_axis(node) for name, node in cases}
-    if not _sizes_fit(root, axes, linked):
-        axes, linked = dict.fromkeys(axes), dict.fromkeys(linked)
-    fixed = {name: _fixed(name, node) for name, node in model}
-    swept = {name: _swept(name, node, axes[name]) for name, node in sweep}
-    tied = {name: _valid_values(name, node, linked[name]) for name, node in cases}
+    fit = _sizes_fit(root, axes, linked)
+    values = {n: axis.values() if axis and fit else () for n, axis in {**linked, **axes}.items()}
+    for name, node in sweep:
+        _judge_neighbours(node, values[name])
     space = ParameterSpace(
-        model={name: value for name, value in fixed.items() if value is not None},
-        sweep={name: values for name, values in swept.items() if values},
-        cases={name: values for name, values in tied.items() if values},
+        model={name: v[0] for name, node in model if (v := _valid(name, node, _fixed(name, node)))},
+        sweep={name: v for name, node in sweep if (v := _valid(name, node, values[name]))},
+        cases={name: v for name, node in cases if (v := _valid(name, node, values[name]))},
     )
     _refuse_repeated_cases(root, space)
     _warn_of_exchange(root, space)
-    return _one_case(replace(space, refused=_refused(root, space)), case)
+    return _one_case(space, case)
 
 
 def refuse_frozen_start(root: Located, space: ParameterSpace, treatment: str) -> None:
     """Refuse a point that starts at phi = 0 without noise: its film would stay liquid for ever."""
     start, noise = "initial_order_parameter", "noise_intensity"
-    if start in space.refused or not _starts_at_zero(space, treatment, start, noise):
+    if _is_refused(root, space, start) or not _starts_at_zero(space, treatment, start, noise):
         return
     message = (
         "initial_order_parameter (phi_0) is 0 without noise: phi = 0 is an exact zero of the "
@@ -122,20 +121,20 @@ def _refuse_repeats(given: Iterable[tuple[str, Located]]) -> None:
     for name, node in given:
         other = first.setdefault(name, node)
         if other is not node:
-            where = f" in line {other.origin.line}" if other.origin.line else ""
+            where = f" in line {other.line}" if other.line else ""
             node.refuse(f"gives {name} a second time, after {other.key}{where}; keep one")
 
 
-def _fixed(name: str, node: Located) -> float | None:
+def _fixed(name: str, node: Located) -> tuple[float, ...]:
     if isinstance(node.value, (list, dict)):
         node.refuse(f"must be a single number; an axis belongs under `sweep`: sweep.{name}")
-        return None
+        return ()
     value = node.read(finite)
-    return value if value is not None and _valid(name, node, (value,)) else None
+    return () if value is None else (value,)
 
 
-def _valid(name: str, node: Located, values: tuple[float, ...]) -> bool:
-    """Whether all values lie in the parameter's range; each that was written out is judged."""
+def _valid(name: str, node: Located, values: tuple[float, ...]) -> tuple[float, ...]:
+    """The values if all lie in the parameter's range; each that was written out is judged."""
     judge = PARAMETERS[name].complaint
     complaints = {i: c for i, value in enumerate(values) if (c := judge(value))}
     if isinstance(node.value, list):
@@ -144,13 +143,7 @@ def _valid(name: str, node: Located, values: tuple[float, ...]) -> bool:
     elif complaints:
         more = f" (and {len(complaints) - 1} more of its values)" if len(complaints) > 1 else ""
         node.refuse(next(iter(complaints.values())) + more)
-    return not complaints
-
-
-def _swept(name: str, node: Located, axis: Axis | None) -> tuple[float, ...] | None:
-    if axis:
-        _judge_neighbours(node, axis.values())
-    return _valid_values(name, node, axis)
+    return () if complaints else values
 
 
 def _judge_neighbours(node: Located, values: tuple[float, ...]) -> None:
@@ -163,11 +156,6 @@ def _judge_neighbours(node: Located, values: tuple[float, ...]) -> None:
     elif near:
         message = "has neighbours that differ by less than 1e-9 of their value: {!r} and {!r}"
         node.warn(message.format(*near[0]))
-
-
-def _valid_values(name: str, node: Located, axis: Axis | None) -> tuple[float, ...] | None:
-    values = axis.values() if axis else ()
-    return values if _valid(name, node, values) else None
 
 
 def _sizes_fit(root: Located, axes: dict[str, Axis | None], linked: dict[str, Axis | None]) -> bool:
@@ -203,17 +191,13 @@ def _warn_of_exchange(root: Located, space: ParameterSpace) -> None:
         )
 
 
-def _refused(root: Located, space: ParameterSpace) -> frozenset[str]:
-    """The parameters without a known value: all of them where a whole section is unreadable."""
-    known = {*space.model, *space.sweep, *space.cases}
-    names: set[str] = set()
-    for section in PARAMETER_SECTIONS:
-        value = root.value[section].value if section in root.value else None
-        if isinstance(value, dict):
-            names |= {name for key in value if (name := canonical_name(key))}
-        elif value is not None:
-            names |= set(PARAMETERS)
-    return frozenset(names - known)
+def _is_refused(root: Located, space: ParameterSpace, name: str) -> bool:
+    """Whether the values of a parameter are unknown, because it or a whole section is refused."""
+    sections = [
+        root.value[section].value for section in PARAMETER_SECTIONS if section in root.value
+    ]
+    readable = all(value is None or isinstance(value, dict) for value in sections)
+    return name not in space.names and not (readable and _where_given(root, name) is None)
 
 
 def _one_case(space: ParameterSpace, case: Located | None) -> ParameterSpace:
@@ -231,8 +215,13 @@ def _one_case(space: ParameterSpace, case: Located | None) -> ParameterSpace:
 
 def _where_given(root: Located, name: str) -> Located | None:
     for section in PARAMETER_SECTIONS:
-        if section in root.value:
-            for key, node in root.value[section].children().items():
-                if canonical_name(key) == name:
-                    return node  # type: ignore[no-any-return]
+        if key := key_of(root, section, name):
+            node: Located = root.value[section].value[key]
+            return node
     return None
+
+
+def key_of(root: Located, section: str, name: str) -> str | None:
+    """The key by which a section gives a parameter: its full name or its symbol."""
+    keys = root.value[section].children() if section in root.value else ()
+    return next((key for key in keys if canonical_name(key) == name), None)

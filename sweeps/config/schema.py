@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
     Field,
+    GetPydanticSchema,
     Strict,
     ValidationError,
     field_validator,
 )
 from pydantic_core import ErrorDetails
-from pydantic_core.core_schema import ValidationInfo
+from pydantic_core.core_schema import ValidationInfo, literal_schema
 
 from stickslip.options import DEFAULTS, FRICTION_LAWS, METHODS, NOISE_TREATMENTS, OPTIONS
 from sweeps.config.diagnostics import UNREADABLE, Located, quoted
@@ -36,16 +38,10 @@ _WORDS = {
     "less than or equal to": "at most",
 }
 
-if TYPE_CHECKING:  # the names of the tables are known at run time only
-    MethodName: TypeAlias = str
-    TreatmentName: TypeAlias = str
-    LawName: TypeAlias = str
-    FigureName: TypeAlias = str
-else:
-    MethodName = Literal[tuple(METHODS)]
-    TreatmentName = Literal[(*NOISE_TREATMENTS, "stochastic")]
-    LawName = Literal[tuple(FRICTION_LAWS)]
-    FigureName = Literal[tuple(FIGURES)]
+
+def _one_of(names: Iterable[str]) -> GetPydanticSchema:
+    """A text that is one of these names, which tables tell at run time only."""
+    return GetPydanticSchema(lambda *_: literal_schema([*names]))
 
 
 def _range(option: str) -> Any:
@@ -63,11 +59,27 @@ def _option(option: str) -> Any:
     return Field(OPTIONS[option].default, description=OPTIONS[option].meaning)
 
 
-def _require(key: str, owners: list[str], info: ValidationInfo) -> None:
+def _belongs_to(key: str, *owners: str) -> AfterValidator:
     """Refuse a value that only some values of another key of its section make sense of."""
-    given = info.data.get(key, owners[0])  # refused itself: of no consequence here
-    if given not in owners:
-        raise ValueError(f"belongs to `{key}: {' or '.join(owners)}`, but the {key} is {given}")
+
+    def check(value: Any, info: ValidationInfo) -> Any:
+        given = info.data.get(key, owners[0])  # refused itself: of no consequence here
+        if value is not None and given not in owners:
+            raise ValueError(f"belongs to `{key}: {' or '.join(owners)}`, but the {key} is {given}")
+        return value
+
+    return AfterValidator(check)
+
+
+def _of_method(option: str) -> AfterValidator:
+    """Refuse an option that the method does not have."""
+    return _belongs_to("method", *(n for n, m in METHODS.items() if m.own_option == option))
+
+
+def _address(value: str | None) -> str | None:
+    if value is not None and "://" not in value:
+        raise ValueError(f"must be an address such as tcp://host:8786, not {value!r}")
+    return value
 
 
 # The bounds come first: behind the validator they would be missing in the JSON Schema.
@@ -117,20 +129,13 @@ class Section(BaseModel):
 class Integrator(Section):
     """How the equations are integrated; `rtol` counts for adaptive, `dt` for euler-cromer."""
 
-    method: MethodName = Field(
+    method: Annotated[str, _one_of(METHODS)] = Field(
         DEFAULTS.method,
         description="; ".join(f"{name}: {method.meaning}" for name, method in METHODS.items()),
     )
-    rtol: Tolerance = _option("rtol")
-    dt: Step = _option("dt")
+    rtol: Annotated[Tolerance, _of_method("rtol")] = _option("rtol")
+    dt: Annotated[Step, _of_method("dt")] = _option("dt")
     max_steps: Count | None = _option("max_steps")
-
-    @field_validator(*{method.own_option for method in METHODS.values()})
-    @classmethod
-    def _belongs_to_the_method(cls, value: float, info: ValidationInfo) -> float:
-        owners = [name for name, m in METHODS.items() if m.own_option == info.field_name]
-        _require("method", owners, info)
-        return value
 
     def used(self) -> dict[str, Any]:
         """What the method uses: the tolerance or the step, never both."""
@@ -153,13 +158,15 @@ class Stationary(Section):
 class Noise(Section):
     """How the weak noise of the order parameter is treated."""
 
-    treatment: TreatmentName = Field(
+    treatment: Annotated[str, _one_of([*NOISE_TREATMENTS, "stochastic"])] = Field(
         DEFAULTS.noise,
         description="; ".join(f"{name}: {what}" for name, what in NOISE_TREATMENTS.items())
         + "; stochastic: not available yet",
     )
-    seed: Seed | None = Field(None, description="stochastic alone: where the random numbers start")
-    realizations: Count | None = Field(
+    seed: Annotated[Seed | None, _belongs_to("treatment", "stochastic")] = Field(
+        None, description="stochastic alone: where the random numbers start"
+    )
+    realizations: Annotated[Count | None, _belongs_to("treatment", "stochastic")] = Field(
         None, description="stochastic alone: how many runs a mean is taken over"
     )
 
@@ -171,18 +178,11 @@ class Noise(Section):
             raise ValueError(f"{value} is not available yet; use {available}")
         return value
 
-    @field_validator("seed", "realizations")
-    @classmethod
-    def _belongs_to_stochastic(cls, value: int | None, info: ValidationInfo) -> int | None:
-        if value is not None:
-            _require("treatment", ["stochastic"], info)
-        return value
-
 
 class Film(Section):
     """How the lubricant film is modelled."""
 
-    friction: Annotated[LawName, Neutral("power-law")] = Field(
+    friction: Annotated[str, _one_of(FRICTION_LAWS), Neutral("power-law")] = Field(
         DEFAULTS.friction, description="law of the viscous stress"
     )
 
@@ -196,26 +196,18 @@ class Execution(Section):
         description="threads of this process, processes of this machine (loky), or the workers "
         "of a dask cluster",
     )
-    scheduler: Text | None = Field(None, description="address of a dask scheduler")
-    block_points: Count | None = Field(
-        None,
-        description="points handed out at once; left out, about a second's work",
+    scheduler: Annotated[Text | None, _belongs_to("backend", "dask"), AfterValidator(_address)] = (
+        Field(None, description="address of a dask scheduler")
     )
-
-    @field_validator("scheduler")
-    @classmethod
-    def _belongs_to_dask(cls, value: str | None, info: ValidationInfo) -> str | None:
-        if value is not None:
-            _require("backend", ["dask"], info)
-        if value is not None and "://" not in value:
-            raise ValueError(f"must be an address such as tcp://host:8786, not {value!r}")
-        return value
+    block_points: Count | None = Field(
+        None, description="points handed out at once; left out, about a second's work"
+    )
 
 
 class Plot(Section):
     """Which picture shows the result."""
 
-    figure: FigureName = Field(
+    figure: Annotated[str, _one_of(FIGURES)] = Field(
         next(iter(FIGURES)),
         description="; ".join(f"{name}: of a {figure.data}" for name, figure in FIGURES.items()),
     )
@@ -240,19 +232,23 @@ class Simulation(Section):
         return value
 
 
-# The sections that, besides the parameters, make the numbers of a point.
-DEFINING: Mapping[str, type[Section]] = {
-    "integrator": Integrator,
-    "stationary": Stationary,
-    "noise": Noise,
-    "film": Film,
-}
-SECTIONS: Mapping[str, type[Section]] = {
-    **DEFINING,
-    "execution": Execution,
-    "plot": Plot,
-    "simulation": Simulation,
-}
+class Sections(BaseModel):
+    """The sections of a config."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    integrator: Integrator = Integrator()
+    stationary: Stationary = Stationary()
+    noise: Noise = Noise()
+    film: Film = Film()
+    execution: Execution = Execution()
+    plot: Plot = Plot()
+    simulation: Simulation = Simulation()
+
+
+SECTIONS: dict[str, Any] = {name: f.annotation for name, f in Sections.model_fields.items()}
+DEFINING = ("integrator", "stationary", "noise", "film")
+"""The sections that, besides the parameters, make the numbers of a point."""
 
 
 def read_section(root: Located, name: str, *, older: bool = False) -> Section | None:
@@ -260,7 +256,7 @@ def read_section(root: Located, name: str, *, older: bool = False) -> Section | 
 
     What is left out has its default, or, in the config of an `older` file, its neutral value.
     """
-    kind = SECTIONS[name]
+    kind: type[Section] = SECTIONS[name]
     left_out = kind.neutral() if older else {}
     node = root.value.get(name)
     if node is None or node.value is None:

@@ -29,12 +29,11 @@ from sweeps.config.diagnostics import (
     UNREADABLE,
     Diagnostics,
     Located,
-    Origin,
     shortened,
 )
 from sweeps.human import reason
 
-MAX_BYTES = 1 << 20
+_MAX_BYTES = 1 << 20
 
 # YAML 1.2.2, section 10.3.2 (core schema).
 _INTEGER = re.compile(r"[-+]?[0-9]+")
@@ -51,9 +50,13 @@ _WORDS: dict[str, object] = {
 # More digits than this are beyond a float; int() itself gives up at 4300.
 _LONGEST_INTEGER = 400
 
-_UNPRINTABLE = re.compile(r"[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-_TAB_INDENT = re.compile(r"^ *\t[ \t]*[^\s#]", re.MULTILINE)
-_DIRECTIVE = re.compile(r"^%", re.MULTILINE)
+_REFUSED = {
+    r"[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]": (
+        "contains a control character, which no text has"
+    ),
+    r"^ *\t[ \t]*[^\s#]": "is indented with a tab; YAML wants spaces",
+    r"^%": "a line must not start with '%': directives are refused",
+}
 # `[3,000]` is a list of 3 and 0: valid, and hardly ever meant.
 _THOUSANDS = re.compile(r"0\d\d")
 
@@ -77,25 +80,19 @@ def read_file(path: Path, diagnostics: Diagnostics) -> Located | None:
 
     A UTF-8 byte order mark, as some editors write it, is accepted.
     """
-    origin = Origin(str(path))
+    here = Located(None, str(path), None, "", diagnostics)
     try:
-        content = _content(path)
-    except (OSError, ValueError) as error:  # ValueError: NUL in the name
-        diagnostics.refuse(origin, "", f"cannot be read: {reason(error)}")
-        return None
-    if len(content) > MAX_BYTES:
-        diagnostics.refuse(origin, "", "is larger than 1 MiB: this is no config")
-        return None
-    try:
-        text = content.decode("utf-8-sig")
+        text = _content(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        place = Origin(origin.source, content.count(b"\n", 0, error.start) + 1)
-        diagnostics.refuse(place, "", "is not UTF-8 text; save the file in the encoding UTF-8")
+        here.line = error.object.count(b"\n", 0, error.start) + 1
+        here.refuse("is not UTF-8 text; save the file in the encoding UTF-8")
         return None
-    root = read_text(text, origin.source, diagnostics)
+    except (OSError, ValueError) as error:  # ValueError: NUL in the name
+        here.refuse(f"cannot be read: {reason(error)}")
+        return None
+    root = read_text(text, here.source, diagnostics)
     if root is not None and root.value is None:
-        message = "is empty; `{}` alone is the paper's Fig. 3 as a single point"
-        diagnostics.refuse(origin, "", message)
+        here.refuse("is empty; `{}` alone is the paper's Fig. 3 as a single point")
         return None
     return root
 
@@ -112,11 +109,10 @@ def read_text(
         return None
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        message = _syntax_message(error)
-        diagnostics.refuse(reader.origin(mark.line + 1 if mark else None), "", message)
+        reader.at(mark.line + 1 if mark else None).refuse(_syntax_message(error))
     except (YAMLError, ValueError, OverflowError) as error:
         # Escapes beyond Unicode such as "\UFFFFFFFF" end in chr(), which raises the latter two.
-        diagnostics.refuse(reader.origin(None), "", f"is not valid YAML: {error}")
+        reader.at(None).refuse(f"is not valid YAML: {error}")
     return None
 
 
@@ -135,7 +131,10 @@ def _content(path: Path) -> bytes:
         # Opening a FIFO would wait for its writer for ever.
         raise OSError(None, "it is not a regular file")
     with path.open("rb") as file:
-        return file.read(MAX_BYTES + 1)
+        content = file.read(_MAX_BYTES + 1)
+    if len(content) > _MAX_BYTES:
+        raise OSError(None, "it is larger than 1 MiB, which no config is")
+    return content
 
 
 def _syntax_message(error: MarkedYAMLError) -> str:
@@ -159,20 +158,21 @@ class _Reader:
     """One pass over the parser's events, placing values and noting what is refused."""
 
     def __init__(self, text: str, source: str, diagnostics: Diagnostics, numbered: bool) -> None:
-        self._text = text
-        self._source = source
+        self._text, self._source, self._numbered = text, source, numbered
         self._diagnostics = diagnostics
-        self._numbered = numbered
         # Any: the base class of ruamel's events declares none of their attributes.
         self._events: Iterator[Any] = iter(())
 
-    def origin(self, line: int | None) -> Origin:
-        return Origin(self._source, line if self._numbered else None)
+    def at(self, line: int | None, key: str = "", value: object = None) -> Located:
+        line = line if self._numbered else None
+        return Located(value, self._source, line, key, self._diagnostics)
 
     def check_characters(self) -> None:
-        self._refuse_first(_UNPRINTABLE, "contains a control character, which no text has")
-        self._refuse_first(_TAB_INDENT, "is indented with a tab; YAML wants spaces")
-        self._refuse_first(_DIRECTIVE, "a line must not start with '%': directives are refused")
+        for pattern, message in _REFUSED.items():
+            if match := re.search(pattern, self._text, re.MULTILINE):
+                line = self._text.count("\n", 0, match.end() - 1) + 1
+                self.at(line).refuse(message)
+                raise _GivenUpError
 
     def document(self) -> Located:
         self._events = YAML(typ="safe", pure=True).parse(self._text)
@@ -183,17 +183,10 @@ class _Reader:
                     self._at(event, "").refuse("a second document starts here; a config is one")
                     raise _GivenUpError
                 root = self._node(next(self._events), "", 0)
-        return root or Located(None, self.origin(1), "", self._diagnostics)
-
-    def _refuse_first(self, pattern: re.Pattern[str], message: str) -> None:
-        match = pattern.search(self._text)
-        if match:
-            line = self._text.count("\n", 0, match.end() - 1) + 1
-            self._diagnostics.refuse(self.origin(line), "", message)
-            raise _GivenUpError
+        return root or self.at(1)
 
     def _at(self, event: Any, key: str, value: object = None) -> Located:
-        return Located(value, self.origin(event.start_mark.line + 1), key, self._diagnostics)
+        return self.at(event.start_mark.line + 1, key, value)
 
     def _node(self, event: Any, key: str, depth: int) -> Located:
         if depth > MAX_DEPTH:
@@ -230,9 +223,9 @@ class _Reader:
         while not isinstance(event := next(self._events), MappingEndEvent):
             name = self._key(event, key, depth)
             child = self._node(next(self._events), f"{key}.{name}" if key else name, depth + 1)
-            child.origin = self.origin(event.start_mark.line + 1)
+            child.line = self._at(event, key).line
             if name in children:
-                first = children[name].origin.line
+                first = children[name].line
                 child.refuse("is given twice" + (f" (first in line {first})" if first else ""))
             elif name == "<<":
                 child.refuse("merge keys are refused; write the keys out")

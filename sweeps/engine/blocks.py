@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
 
 import numpy as np
@@ -59,7 +58,6 @@ class Blocks:
         self._slots, self._seconds, self._fixed = slots, seconds, block_points
         self._pilot = pilot
         self._seconds_per_point: float | None = None
-        self._lock = threading.Lock()
 
     def __iter__(self) -> Iterator[Indices]:
         if self._pilot:
@@ -77,10 +75,8 @@ class Blocks:
 
     def learn(self, points: int, seconds: float) -> None:
         """Take in what a finished block cost."""
-        cost = seconds / points
-        with self._lock:
-            known = self._seconds_per_point
-            self._seconds_per_point = cost if known is None else 0.5 * (known + cost)
+        cost, known = seconds / points, self._seconds_per_point
+        self._seconds_per_point = cost if known is None else 0.5 * (known + cost)
 
     def _take(self, block: Indices) -> None:
         self._taken[block] = True
@@ -89,8 +85,7 @@ class Blocks:
     def _next(self) -> int:
         if self._fixed is not None:
             return self._fixed
-        with self._lock:
-            cost = self._seconds_per_point
+        cost = self._seconds_per_point
         wanted = _FIRST_BLOCK if cost is None else int(self._seconds / max(cost, 1e-9))
         fair = self.left // (2 * self._slots)
         return max(_SMALLEST_BLOCK, min(wanted, fair, _LARGEST_BLOCK))
@@ -105,18 +100,20 @@ class Costs:
     """
 
     def __init__(self) -> None:
-        self.blocks = self.points = 0
-        self.seconds = 0.0
+        self.points, self.seconds = 0, 0.0
 
     def learn(self, points: int, seconds: float) -> None:
         """Take in a finished block, which took its worker so many seconds."""
-        self.blocks += 1
         self.points += points
         self.seconds += seconds
 
     def estimate(self, points: int, slots: int) -> float:
         """The seconds that so many points take on so many workers; 0 while nothing is known."""
         return self.seconds / max(self.points, 1) * points / slots
+
+    def points_in(self, seconds: float) -> int:
+        """How many points one worker computes in this time; 0 while nothing is known."""
+        return int(seconds * self.points / max(self.seconds, 1e-9))
 
 
 def pilot_points(left: int) -> int:

@@ -18,12 +18,13 @@ from stickslip.variables import PARAMETERS
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.parameter_space import PARAMETER_SECTIONS
 from sweeps.config.yaml_reader import read_mapping
+from sweeps.exits import ExpectedError
 from sweeps.files.atomic import StorageError
 from sweeps.files.chunks import Chunks
 from sweeps.files.columns import STATUS, Rows, conformed, lacking
 from sweeps.files.journal import Journal, columns_of, read_manifest
 from sweeps.files.results import read_rows, seal_of, whole_chunks
-from sweeps.files.versions import unknown_keys, unknown_variables
+from sweeps.files.versions import is_newer, unknown_keys, unknown_variables
 from sweeps.grid import CASE, Grid
 from sweeps.identity import Settings, differences, key_of, near_duplicates, seal_key, settings_of
 
@@ -37,7 +38,7 @@ _NAMED = 5  # differences that a message lists
 _WAYS_OUT = "--overwrite replaces it, -o writes elsewhere"
 
 
-class RefusalError(Exception):
+class RefusalError(ExpectedError):
     """Existing results do not fit what is asked for; the message says which option decides."""
 
 
@@ -63,7 +64,7 @@ class ExistingPoints:
     """Finished points, in the grid that they were computed in.
 
     `points` gives their numbers (n,) and result rows (n, columns) with the columns of today;
-    `lacking` names those that an older version did not compute.
+    `lacking` names those that an older version did not compute, `foreign` what a user added.
     """
 
     name: str
@@ -72,6 +73,7 @@ class ExistingPoints:
     settings: Settings
     points: Callable[[], Points]
     lacking: tuple[str, ...] = ()
+    foreign: tuple[str, ...] = ()
     mixed: tuple[str, ...] = ()
     processors: frozenset[str] = frozenset()
     history: str = ""
@@ -84,6 +86,22 @@ class ExistingPoints:
         """One line for each thing in which the points differ from what is asked for."""
         lacks = [f"variables: lacks {', '.join(self.lacking)}"] if self.lacking else []
         return differences(self.settings, target.settings) + lacks
+
+    def warnings(self, target: Target) -> list[str]:
+        """One line where values of the new grid nearly are old ones, and one for what is lost."""
+        told = []
+        if near := near_duplicates(self.grid, target.grid):
+            listed = "; ".join(near[:_NAMED]) + ("; ..." if len(near) > _NAMED else "")
+            told.append(
+                f"values that differ by less than 1e-9 from those of {self.name} are other "
+                f"points: {listed}"
+            )
+        if self.foreign:
+            told.append(
+                f"{self.name} has variables that stickslip did not write and that are not carried "
+                f"over: {', '.join(self.foreign)}"
+            )
+        return told
 
     def carried(self, grid: Grid, keep: Callable[[Rows], Any] | None) -> Points:
         """The points that a grid has too, by their numbers there."""
@@ -115,9 +133,14 @@ class ExistingPoints:
     def refuse_differences(self, target: Target) -> None:
         """Raise RefusalError where the points are not what the target would compute again."""
         if self.settings != target.settings:
-            listed = "\n".join(f"  {line}" for line in self.differences(target))
+            told = self.differences(target)
+            was, now = (s["numerics_version"] for s in (self.settings, target.settings))
+            if len(told) == 1 and was != now:
+                how = f"by numerics version {was}, this is {now}"
+            else:
+                how = "\n  ".join(["with other settings:", *told])
             raise RefusalError(
-                f"{self.name} was computed with other settings:\n{listed}\n"
+                f"{self.name} was computed {how}\n"
                 "--recompute computes all points anew, --accept-mixed keeps the old ones and "
                 "computes only the missing, -o writes elsewhere"
             )
@@ -143,8 +166,8 @@ def found_in_file(path: Path) -> ExistingPoints:
     try:
         with netCDF4.Dataset(path) as file:
             attributes = {name: str(file.getncattr(name)) for name in file.ncattrs()}
-            _refuse_other_file(file, path)
-            lacks = lacking(file.variables)
+            _refuse_other_file(file, path, attributes)
+            lacks, foreign = lacking(file.variables), unknown_variables(file.variables)
             config = _config_of(lambda: _described(file), path)
     except _DAMAGE as error:
         raise StorageError(
@@ -161,6 +184,7 @@ def found_in_file(path: Path) -> ExistingPoints:
         settings=settings,
         points=lambda: _points_of_file(path, chunks),
         lacking=lacks,
+        foreign=tuple(foreign),
         mixed=tuple(filter(None, attributes.get("mixed_with", "").split("\n"))),
         processors=_listed(attributes.get("processor", "")),
         history=attributes.get("history", ""),
@@ -224,18 +248,6 @@ def readable_manifest(path: Path) -> dict[str, Any] | None:
     return manifest
 
 
-def warnings_of_near_duplicates(found: ExistingPoints, target: Target) -> list[str]:
-    """One line where values of the new grid nearly are values of the old one."""
-    near = near_duplicates(found.grid, target.grid)
-    if not near:
-        return []
-    listed = "; ".join(near[:_NAMED]) + ("; ..." if len(near) > _NAMED else "")
-    return [
-        f"values that differ by less than 1e-9 from those of {found.name} are other "
-        f"points: {listed}"
-    ]
-
-
 def not_ok(rows: Rows) -> NDArray[np.bool_]:
     """Which rows (n, columns) are finished, but failed."""
     return np.asarray(rows[:, STATUS] != Status.OK)
@@ -244,11 +256,12 @@ def not_ok(rows: Rows) -> NDArray[np.bool_]:
 # --- whether they can be read ---
 
 
-def _refuse_other_file(file: netCDF4.Dataset, path: Path) -> None:
+def _refuse_other_file(file: netCDF4.Dataset, path: Path, attributes: dict[str, str]) -> None:
     """Raise RefusalError where a file is no result of a sweep, or that of a newer version."""
     if "config" not in file.ncattrs() or "status" not in file.variables:
         raise RefusalError(f"{path} exists and is not a result of a sweep; {_WAYS_OUT}")
-    _refuse_newer(path, unknown_variables(file.variables))
+    if is_newer(attributes):
+        _refuse_newer(path, unknown_variables(file.variables))
 
 
 def _refuse_newer(path: Path, unknown: list[str]) -> None:

@@ -19,10 +19,7 @@ _CHUNK = 100_000
 def options_of(config: Config) -> Options:
     """The options of a config for `compute_orbits`."""
     return Options(
-        method=config.integrator.method,
-        rtol=config.integrator.rtol,
-        dt=config.integrator.dt,
-        max_steps=config.integrator.max_steps,
+        **config.integrator.model_dump(),
         stationary_rtol=config.stationary.rtol,
         max_periods=config.stationary.max_periods,
         accelerate=config.stationary.accelerate,

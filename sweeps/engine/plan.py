@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,7 +19,7 @@ from sweeps.engine.existing import Target, found_beside
 from sweeps.engine.options import options_of
 from sweeps.engine.outcome import RESULT_BYTES_PER_POINT
 from sweeps.engine.signals import Stop
-from sweeps.engine.worker import Task, compile_kernels, task_of
+from sweeps.engine.worker import compile_kernels, task_of
 from sweeps.files.journal import BYTES_PER_POINT
 from sweeps.files.run_folder import RunFolder
 from sweeps.grid import Grid
@@ -67,9 +66,7 @@ def plan(config: Config, output: Path, execution: Execution | None = None) -> Pl
             costs = _pilot(target.grid, options, done, executor)
             seconds = costs.estimate(left, executor.slots)
             block_seconds = executor.block_seconds
-    block = execution.block_points or max(
-        1, int(block_seconds * costs.points / max(costs.seconds, 1e-9))
-    )
+    block = execution.block_points or max(1, costs.points_in(block_seconds))
     return Plan(
         points=len(done),
         there=len(done) - left,
@@ -96,18 +93,15 @@ def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Exec
 
     Few points do not keep the lanes of a kernel busy, and seem to cost more.
     """
-    costs = _costs(_sample(grid, options, done, _FEW), executor)
-    affordable = _MOMENT * executor.slots / PILOT_BLOCKS * costs.points / max(costs.seconds, 1e-9)
-    many = min(int(affordable), pilot_points(len(done)))
-    return _costs(_sample(grid, options, done, many), executor) if many > 2 * _FEW else costs
 
+    def costs_in_blocks_of(points: int) -> Costs:
+        costs = Costs()
+        tasks = (task_of(grid, block, options) for block in pilot_blocks(done, points))
+        for block in executor.blocks(tasks, Stop()):
+            costs.learn(len(block.indices), block.seconds)
+        return costs
 
-def _sample(grid: Grid, options: Options, done: NDArray[np.bool_], points: int) -> Iterator[Task]:
-    return (task_of(grid, block, options) for block in pilot_blocks(done, points))
-
-
-def _costs(tasks: Iterator[Task], executor: Executor) -> Costs:
-    costs = Costs()
-    for block in executor.blocks(tasks, Stop()):
-        costs.learn(len(block.indices), block.seconds)
-    return costs
+    costs = costs_in_blocks_of(_FEW)
+    affordable = costs.points_in(_MOMENT * executor.slots / PILOT_BLOCKS)
+    many = min(affordable, pilot_points(len(done)))
+    return costs_in_blocks_of(many) if many > 2 * _FEW else costs

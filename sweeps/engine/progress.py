@@ -41,10 +41,6 @@ class Counts:
         """Start the clock, after compiling; `slots` tells how many workers there are now."""
         self._begun, self._slots = time.monotonic(), slots
 
-    def advance(self, points: int, seconds: float) -> None:
-        """Take in a finished block, which took its worker so many seconds."""
-        self.costs.learn(points, seconds)
-
     @property
     def computed(self) -> int:
         """Points that this run has finished."""
@@ -82,15 +78,10 @@ class Counts:
 
     def as_dict(self) -> dict[str, Any]:
         """The same for a heartbeat."""
-        named = {s.name.lower(): int(self._statuses[s]) for s in Status if s != Status.PENDING}
-        left = self.seconds_left
-        return {
-            "points": self.total,
-            "done": self.done,
-            "failed": self.failed,
-            "pending": self.left,
+        statuses, left = self._statuses.copy(), self.seconds_left
+        statuses[Status.PENDING] = self.total - statuses.sum()
+        return tally(statuses) | {
             "computed": self.computed,
-            "statuses": {name: count for name, count in named.items() if count},
             "seconds": round(self.seconds, 3),
             "points_per_second": round(self.rate, 3),
             "seconds_left": None if left is None else round(left, 1),
@@ -103,6 +94,19 @@ class Counts:
         ahead = "" if left is None else f", about {duration(left)} left"
         done = f"{self.done}/{self.total} points, {self.failed} failed"
         return f"{done}, {self.rate:.1f} points/s{ahead}"
+
+
+def tally(statuses: NDArray[np.int64]) -> dict[str, Any]:
+    """How many points of which status there are, by name; `statuses` (128,) counts them."""
+    named = {s.name.lower(): int(statuses[s]) for s in Status if statuses[s]}
+    pending, points = named.pop("pending", 0), int(statuses.sum())
+    return {
+        "points": points,
+        "done": points - pending,
+        "failed": points - pending - named.get("ok", 0),
+        "pending": pending,
+        "statuses": named,
+    }
 
 
 class Progress:
@@ -173,36 +177,20 @@ class _Bar(Progress):
         self._counts = counts
         self._progress = RichProgress(
             BarColumn(bar_width=None, table_column=Column(ratio=1)),
-            TextColumn(
-                "{task.completed}/{task.total} points, {task.fields[failed]} failed, "
-                "{task.fields[rate]}{task.fields[left]}",
-                table_column=Column(no_wrap=True),
-            ),
+            TextColumn("{task.description}", table_column=Column(no_wrap=True)),
             console=Console(stderr=True),
             expand=True,
         )
-        self._task = self._progress.add_task(
-            "points",
-            total=counts.total,
-            completed=counts.done,
-            failed=counts.failed,
-            rate="",
-            left="",
-        )
+        self._task = self._progress.add_task("", total=counts.total)
+        self.refresh()
 
     def __enter__(self) -> Self:
         self._progress.start()
         return self
 
     def refresh(self) -> None:
-        counts, left = self._counts, self._counts.seconds_left
-        self._progress.update(
-            self._task,
-            completed=counts.done,
-            failed=counts.failed,
-            rate=f"{counts.rate:.1f} points/s",
-            left="" if left is None else f", {duration(left)} left",
-        )
+        line = str(self._counts).replace("about ", "")  # room for the bar in 80 columns
+        self._progress.update(self._task, completed=self._counts.done, description=line)
 
     def say(self, line: str) -> None:
         self._progress.console.print(line, highlight=False, markup=False)

@@ -110,7 +110,7 @@ class Recorder:
         with self._journaling():
             self._note_processor(block.processor)
             self._journal.append(block.indices, block.results)
-        self._counts.advance(len(block.indices), block.seconds)
+        self._counts.costs.learn(len(block.indices), block.seconds)
         self._suspicious += block.suspicious
         for message in block.messages:
             self._console.say(f"warning: {message}")

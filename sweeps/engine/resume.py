@@ -19,7 +19,6 @@ from sweeps.engine.existing import (
     found_in_file,
     not_ok,
     readable_manifest,
-    warnings_of_near_duplicates,
 )
 from sweeps.files.atomic import StorageError, storage_errors
 from sweeps.files.journal import Journal, Manifest, columns_of
@@ -168,7 +167,7 @@ def _created(
     return PreparedJournal(
         journal,
         [f"{count} in {names}"] if count else [],
-        [line for found in sources for line in warnings_of_near_duplicates(found, target)],
+        [line for found in sources for line in found.warnings(target)],
     )
 
 

@@ -5,20 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from stickslip.status import Status
 from sweeps.engine.existing import found_in_file, found_in_journal, readable_manifest
+from sweeps.engine.progress import tally
 from sweeps.files.atomic import refuse_odd_output
 from sweeps.files.chunks import Chunks
 from sweeps.files.journal import Journal
 from sweeps.files.results import contents
 from sweeps.files.run_folder import RunFolder
 
-State = dict[str, Any]
 
-
-def state_of(output: Path) -> State:
+def state_of(output: Path) -> dict[str, Any]:
     """How the sweep to this output stands; nothing is changed, a running sweep is not disturbed.
 
     `state` is running, stopping, interrupted (its journal can be resumed), partial (a
@@ -29,9 +26,9 @@ def state_of(output: Path) -> State:
     Raises StorageError and RefusalError where what is there cannot be read.
     """
     refuse_odd_output(output)
-    folder = RunFolder(output)
+    folder, told = RunFolder(output), {"output": str(output)}
     if folder.is_held():
-        return {"output": str(output), "state": "running"} | folder.last_beat()
+        return told | {"state": "running"} | folder.last_beat()
     manifest = readable_manifest(folder.journal)
     if manifest is not None:
         grid = found_in_journal(folder.journal, manifest).grid
@@ -40,22 +37,9 @@ def state_of(output: Path) -> State:
         journal.close()
         statuses[Status.PENDING] = grid.size - statuses.sum()
         whole = statuses[Status.PENDING] == 0 and output.exists()
-        return _counted(output, "complete" if whole else "interrupted", statuses)
+        return told | {"state": "complete" if whole else "interrupted"} | tally(statuses)
     if output.exists():
         statuses = contents(output, Chunks(found_in_file(output).grid.shape)).statuses
-        return _counted(output, "partial" if statuses[Status.PENDING] else "complete", statuses)
-    return {"output": str(output), "state": "absent"}
-
-
-def _counted(output: Path, state: str, statuses: np.ndarray) -> State:
-    named = {status.name.lower(): int(statuses[status]) for status in Status}
-    pending, points = named.pop("pending"), int(statuses.sum())
-    return {
-        "output": str(output),
-        "state": state,
-        "points": points,
-        "done": points - pending,
-        "failed": points - pending - named["ok"],
-        "pending": pending,
-        "statuses": {name: count for name, count in named.items() if count},
-    }
+        state = "partial" if statuses[Status.PENDING] else "complete"
+        return told | {"state": state} | tally(statuses)
+    return told | {"state": "absent"}

@@ -9,6 +9,7 @@ from stickslip.parameters import Parameters
 from stickslip.trajectory import simulate
 from sweeps.config.load import Config
 from sweeps.engine.options import options_of
+from sweeps.exits import ExpectedError
 from sweeps.files.attributes import add_provenance
 from sweeps.grid import Grid
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-class AxisLeftError(ValueError):
+class AxisLeftError(ExpectedError, ValueError):
     """A trajectory was asked of a config that still has an axis; the message says which `--set`."""
 
     def __init__(self, config: Config) -> None:
@@ -63,12 +64,5 @@ def trajectories(config: Config) -> xr.Dataset:
 
 def _simulated(config: Config, parameters: Parameters) -> xr.Dataset:
     options = asdict(options_of(config))
-    for key in ("stationary_rtol", "accelerate"):
-        options.pop(key)
-    return simulate(
-        parameters,
-        periods=config.simulation.periods,
-        start=config.simulation.start,
-        samples_per_period=config.simulation.samples_per_period,
-        **options,
-    )
+    del options["stationary_rtol"], options["accelerate"]
+    return simulate(parameters, **config.simulation.model_dump(), **options)

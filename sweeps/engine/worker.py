@@ -13,13 +13,16 @@ from stickslip.compiled.cache import processor, source_hash
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits, failed_row, prepare_kernels
 from stickslip.plausibility import suspicious_balance, suspicious_stress
+from sweeps.exits import Exit, ExpectedError
 from sweeps.grid import Grid
 
 log = logging.getLogger(__name__)
 
 
-class WorkerMismatchError(RuntimeError):
+class WorkerMismatchError(ExpectedError, RuntimeError):
     """A worker runs other sources than the sweep: its numbers would not be those of the sweep."""
+
+    code = Exit.STOPPED
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,14 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+from sweeps.exits import Exit, ExpectedError
 from sweeps.human import reason
 
 
-class StorageError(OSError):
+class StorageError(ExpectedError, OSError):
     """A file that cannot be read or written, or was not written as it was meant."""
+
+    code = Exit.STORAGE
 
 
 @contextlib.contextmanager

@@ -14,6 +14,7 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
+from sweeps.exits import Exit, ExpectedError
 from sweeps.files.atomic import StorageError, remove, replacing
 from sweeps.files.attributes import command_line
 from sweeps.human import reason
@@ -23,8 +24,10 @@ _BEATS_EVERY = 1.0  # seconds
 _PATIENCE = 0.3
 
 
-class InUseError(RuntimeError):
+class InUseError(ExpectedError, RuntimeError):
     """Another run holds the output."""
+
+    code = Exit.STOPPED
 
 
 class RunFolder:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import importlib.util
 import os
 import pickle
 import shutil
 import subprocess
-import sys
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 import pytest
 from numba.core import config as numba_config
-from test_decorators import LOG_PHI, PACKAGE, SMALL_DOOR
+from support.package import copy_of_package, start_python
+from support.small_kernel import LOG_PHI, SMALL_KERNEL, run_small_kernel
 
 from stickslip.compiled import cache as compiled_cache
 from stickslip.compiled import decorators
@@ -27,24 +28,31 @@ ENDED = 300.0  # seconds: a hang, on any machine
 
 @pytest.fixture(autouse=True)
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """An empty cache, for doors that are declared in this process."""
+    """An empty cache, for kernels that are declared in this process."""
     monkeypatch.setattr(numba_config, "CACHE_DIR", str(tmp_path / "cache"))
     compiled_cache.warn_once.cache_clear()
     yield tmp_path / "cache"
     compiled_cache.warn_once.cache_clear()
 
 
-def tiny(x: float) -> float:
-    return 3.0 * x + 1.0
+def new_kernel() -> Any:
+    """x -> 3 x + 1, declared as in a process that has not done so yet."""
+
+    def tiny(x: float) -> float:
+        return 3.0 * x + 1.0
+
+    with pytest.MonkeyPatch.context() as fresh:
+        fresh.setattr(decorators, "_kernels", set())
+        return decorators.named_kernel("tests: tiny", tiny)
 
 
 def use() -> tuple[float, int, list[str]]:
-    """tiny(2) by a new door, how often it came from the cache, and what was warned."""
+    """The answer of a new kernel to 2, how often it came from the cache, and what was warned."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        door = decorators.door(tiny)
-        value = door(2.0)
-    return value, sum(door.stats.cache_hits.values()), [str(w.message) for w in caught]
+        kernel = new_kernel()
+        value = kernel(2.0)
+    return value, sum(kernel.stats.cache_hits.values()), [str(w.message) for w in caught]
 
 
 def the(cache: Path, suffix: str) -> Path:
@@ -52,7 +60,130 @@ def the(cache: Path, suffix: str) -> Path:
     return path
 
 
-# --- damage ---
+def hash_of(package: Path) -> str:
+    """The source hash that a package computes of itself, from its own cache.py."""
+    spec = importlib.util.spec_from_file_location(
+        "compiled_copy", package / "compiled" / "cache.py"
+    )
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.source_hash()
+
+
+# --- the hash ------------------------------------------------------------------------------------
+
+
+def test_a_copy_of_the_sources_has_the_same_hash(tmp_path: Path) -> None:
+    assert hash_of(copy_of_package(tmp_path)) == compiled_cache.source_hash()
+    assert len(compiled_cache.source_hash()) == 64
+
+
+@pytest.mark.parametrize("name", ["variables.py", "kernels/families.py", "model/laws/power_law.py"])
+def test_the_hash_changes_with_any_source(tmp_path: Path, name: str) -> None:
+    package = copy_of_package(tmp_path)
+    source = package / name
+    source.write_text(source.read_text() + "\n")
+    assert hash_of(package) != compiled_cache.source_hash()
+
+
+def test_the_hash_changes_with_the_name_of_a_source(tmp_path: Path) -> None:
+    package = copy_of_package(tmp_path)
+    (package / "model" / "film.py").rename(package / "model" / "film2.py")
+    assert hash_of(package) != compiled_cache.source_hash()
+
+
+def test_the_cache_folder_is_named_by_the_hash() -> None:
+    assert compiled_cache.cache_folder().name == f"stickslip-{compiled_cache.source_hash()[:16]}"
+
+
+# --- edits and damage, seen by new processes -----------------------------------------------------
+
+
+@pytest.mark.slow
+def test_the_second_process_finds_the_code_of_the_first(tmp_path: Path) -> None:
+    first = run_small_kernel(tmp_path)
+    second = run_small_kernel(tmp_path)
+    assert first[:3] == (pytest.approx(LOG_PHI, abs=1e-6), 0, 1)
+    assert second == (first[0], 1, 0, "")
+
+
+@pytest.mark.slow
+def test_an_edit_of_the_physics_is_compiled_even_with_a_warm_cache(tmp_path: Path) -> None:
+    package = copy_of_package(tmp_path)
+    cache = tmp_path / "cache"
+    before = run_small_kernel(cache, package)
+    noise = package / "model" / "noise.py"
+    old = noise.read_text()
+    noise.write_text(old.replace("0.5 * math.exp(", "0.5 * math.e**2 * math.exp("))
+    assert noise.read_text() != old
+    after = run_small_kernel(cache, package)
+    # The limiting term is linear: phi goes with the root of the intensity.
+    assert after[0] == pytest.approx(before[0] + 1.0, rel=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+@pytest.mark.parametrize("kept", [0.0, 0.5])
+def test_a_truncated_cache_is_made_anew_with_a_warning(
+    tmp_path: Path, suffix: str, kept: float
+) -> None:
+    value = run_small_kernel(tmp_path)[0]
+    damaged = list(tmp_path.rglob(f"*.{suffix}"))
+    assert damaged
+    for path in damaged:
+        data = path.read_bytes()
+        path.write_bytes(data[: int(kept * len(data))])
+    again = run_small_kernel(tmp_path)
+    assert again[0] == value
+    assert "RuntimeWarning: the cache of compiled code is damaged" in again[3]
+    assert "Traceback" not in again[3]
+    assert run_small_kernel(tmp_path) == (value, 1, 0, "")
+
+
+@pytest.mark.slow
+def test_a_cache_of_random_bytes_is_made_anew(tmp_path: Path) -> None:
+    value = run_small_kernel(tmp_path)[0]
+    rng = np.random.default_rng(0)
+    for path in [*tmp_path.rglob("*.nbi"), *tmp_path.rglob("*.nbc")]:
+        path.write_bytes(rng.bytes(len(path.read_bytes())))
+    assert run_small_kernel(tmp_path)[0] == value
+    assert run_small_kernel(tmp_path)[1:] == (1, 0, "")
+
+
+@pytest.mark.slow
+def test_a_cache_folder_that_cannot_be_made_does_not_stop_the_work(tmp_path: Path) -> None:
+    package = copy_of_package(tmp_path)
+    obstacle = tmp_path / "file"
+    obstacle.write_text("not a folder")
+    assert run_small_kernel(obstacle, package)[0] == pytest.approx(LOG_PHI, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_a_cache_folder_that_is_read_only_does_not_stop_the_work(tmp_path: Path) -> None:
+    folder = tmp_path / "cache"
+    folder.mkdir()
+    folder.chmod(0o500)
+    if os.access(folder, os.W_OK):
+        pytest.skip("this user can write to a read-only folder")
+    package = copy_of_package(tmp_path)
+    assert run_small_kernel(folder, package)[0] == pytest.approx(LOG_PHI, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_without_a_cache_folder_an_edit_of_the_physics_is_compiled(tmp_path: Path) -> None:
+    package = copy_of_package(tmp_path)
+    obstacle = tmp_path / "file"
+    obstacle.write_text("not a folder")
+    before = run_small_kernel(obstacle, package)
+    noise = package / "model" / "noise.py"
+    noise.write_text(noise.read_text().replace("0.5 * math.exp(", "0.5 * math.e**2 * math.exp("))
+    after = run_small_kernel(obstacle, package)
+    assert after[0] == pytest.approx(before[0] + 1.0, rel=1e-12)
+
+
+# --- damage --------------------------------------------------------------------------------------
 
 Damage = Callable[[bytes], bytes]
 
@@ -121,13 +252,13 @@ def test_a_cache_of_another_numba_is_not_used(cache: Path, monkeypatch: pytest.M
     assert use() == (7.0, 1, [])
 
 
-# --- folders ---
+# --- folders -------------------------------------------------------------------------------------
 
 
 def test_a_folder_that_vanishes_is_made_again(cache: Path) -> None:
-    door = decorators.door(tiny)
+    kernel = new_kernel()
     shutil.rmtree(cache)  # whoever tidies up, between the start and the first call
-    assert door(2.0) == 7.0
+    assert kernel(2.0) == 7.0
     assert use() == (7.0, 1, [])
 
 
@@ -187,19 +318,12 @@ def test_a_damaged_cache_on_a_full_disk_costs_warnings(
     assert 1 <= len(told) <= 2  # one of reading, one of writing
 
 
-# --- several processes at once ---
+# --- several processes at once -------------------------------------------------------------------
 
 
 def start(cache: Path) -> subprocess.Popen[str]:
-    """The smallest door of the package, in a fresh interpreter."""
-    return subprocess.Popen(
-        [sys.executable, "-W", "default", "-c", SMALL_DOOR],
-        env=os.environ | {"NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(PACKAGE.parent)},
-        cwd=PACKAGE.parent,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    """The smallest kernel of the package, in a fresh interpreter."""
+    return start_python(SMALL_KERNEL, cache)
 
 
 def ended(process: subprocess.Popen[str]) -> tuple[int, float, int, str]:

@@ -1,178 +1,39 @@
-"""Compiled code: one signature a door, a cache that follows the sources and survives damage."""
+"""The house decorators: their flags, one signature a kernel, one name a kernel."""
 
-import importlib.util
-import os
-import shutil
-import subprocess
-import sys
+from __future__ import annotations
+
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.package import run_python
 
-import stickslip
-from stickslip import kernels
-from stickslip.compiled import cache, decorators
-from stickslip.options import Options
+from stickslip.compiled import decorators
+from stickslip.kernels.points import parameters_of
+from stickslip.kernels.trajectories import write_start
+from stickslip.model import drive
+from stickslip.options import Options, Settings
 from stickslip.parameters import Parameters
 
-PACKAGE = Path(stickslip.__file__).parent
-
-# The smallest door: it is compiled in half a second. Its ln(phi) comes from model/noise.py.
-SMALL_DOOR = """
-import numpy as np
-from stickslip import kernels
-from stickslip.parameters import Parameters
-state = np.empty(3)
-kernels.starting_log_state(np.array(Parameters()), state)
-stats = kernels.starting_log_state.stats
-print(state[2], sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
-"""
-LOG_PHI = -26.2318641
+# --- flags ---------------------------------------------------------------------------------------
 
 
-def copy_of_package(folder: Path) -> Path:
-    ignore = shutil.ignore_patterns("__pycache__")
-    return Path(shutil.copytree(PACKAGE, folder / "stickslip", ignore=ignore))
+def test_nothing_is_compiled_with_the_flags_that_let_nan_pass() -> None:
+    for compiler in (decorators.jit, decorators.inline):
+        function = compiler(lambda error: error <= 1.0)
+        assert not function(float("nan"))
+        assert set(function.targetoptions["fastmath"]) <= {"contract", "arcp"}
+    options = write_start.targetoptions
+    assert set(options["fastmath"]) <= {"contract", "arcp"}
+    assert options["error_model"] == "numpy"
+    assert options["nogil"]
 
 
-def run_small_door(cache: Path, package: Path = PACKAGE) -> tuple[float, int, int, str]:
-    """ln(phi), hits and misses of the cache, and what was warned, in a fresh interpreter."""
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(package.parent)}
-    done = subprocess.run(
-        [sys.executable, "-W", "default", "-c", SMALL_DOOR],
-        env=environment,
-        cwd=package.parent,  # an interpreter started with -c looks there first
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=300,
-    )
-    value, hits, misses = done.stdout.split()
-    return float(value), int(hits), int(misses), done.stderr
-
-
-def hash_of(package: Path) -> str:
-    """The source hash that a package computes of itself, from its own cache.py."""
-    spec = importlib.util.spec_from_file_location(
-        "compiled_copy", package / "compiled" / "cache.py"
-    )
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.source_hash()
-
-
-# --- the hash ------------------------------------------------------------------------------------
-
-
-def test_a_copy_of_the_sources_has_the_same_hash(tmp_path: Path) -> None:
-    assert hash_of(copy_of_package(tmp_path)) == cache.source_hash()
-    assert len(cache.source_hash()) == 64
-
-
-@pytest.mark.parametrize("name", ["kernels/orbits.py", "model/friction.py", "numerics/tableaus.py"])
-def test_the_hash_changes_with_any_source(tmp_path: Path, name: str) -> None:
-    package = copy_of_package(tmp_path)
-    source = package / name
-    source.write_text(source.read_text() + "\n")
-    assert hash_of(package) != cache.source_hash()
-
-
-def test_the_hash_changes_with_the_name_of_a_source(tmp_path: Path) -> None:
-    package = copy_of_package(tmp_path)
-    (package / "model" / "film.py").rename(package / "model" / "film2.py")
-    assert hash_of(package) != cache.source_hash()
-
-
-def test_the_cache_folder_is_named_by_the_hash() -> None:
-    assert cache.cache_folder().name == f"stickslip-{cache.source_hash()[:16]}"
-
-
-# --- the cache -----------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_the_second_process_finds_the_code_of_the_first(tmp_path: Path) -> None:
-    first = run_small_door(tmp_path)
-    second = run_small_door(tmp_path)
-    assert first[:3] == (pytest.approx(LOG_PHI, abs=1e-6), 0, 1)
-    assert second == (first[0], 1, 0, "")
-
-
-@pytest.mark.slow
-def test_an_edit_of_the_physics_is_compiled_even_with_a_warm_cache(tmp_path: Path) -> None:
-    package = copy_of_package(tmp_path)
-    cache = tmp_path / "cache"
-    before = run_small_door(cache, package)
-    noise = package / "model" / "noise.py"
-    old = noise.read_text()
-    noise.write_text(old.replace("0.5 * math.exp(", "0.5 * math.e**2 * math.exp("))
-    assert noise.read_text() != old
-    after = run_small_door(cache, package)
-    # The limiting term is linear: phi goes with the root of the intensity.
-    assert after[0] == pytest.approx(before[0] + 1.0, rel=1e-12)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
-@pytest.mark.parametrize("kept", [0.0, 0.5])
-def test_a_truncated_cache_is_made_anew_with_a_warning(
-    tmp_path: Path, suffix: str, kept: float
-) -> None:
-    value = run_small_door(tmp_path)[0]
-    damaged = list(tmp_path.rglob(f"*.{suffix}"))
-    assert damaged
-    for path in damaged:
-        data = path.read_bytes()
-        path.write_bytes(data[: int(kept * len(data))])
-    again = run_small_door(tmp_path)
-    assert again[0] == value
-    assert "RuntimeWarning: the cache of compiled code is damaged" in again[3]
-    assert "Traceback" not in again[3]
-    assert run_small_door(tmp_path) == (value, 1, 0, "")
-
-
-@pytest.mark.slow
-def test_a_cache_of_random_bytes_is_made_anew(tmp_path: Path) -> None:
-    value = run_small_door(tmp_path)[0]
-    rng = np.random.default_rng(0)
-    for path in [*tmp_path.rglob("*.nbi"), *tmp_path.rglob("*.nbc")]:
-        path.write_bytes(rng.bytes(len(path.read_bytes())))
-    assert run_small_door(tmp_path)[0] == value
-    assert run_small_door(tmp_path)[1:] == (1, 0, "")
-
-
-@pytest.mark.slow
-def test_a_cache_folder_that_cannot_be_made_does_not_stop_the_work(tmp_path: Path) -> None:
-    package = copy_of_package(tmp_path)
-    obstacle = tmp_path / "file"
-    obstacle.write_text("not a folder")
-    assert run_small_door(obstacle, package)[0] == pytest.approx(LOG_PHI, abs=1e-6)
-
-
-@pytest.mark.slow
-def test_a_cache_folder_that_is_read_only_does_not_stop_the_work(tmp_path: Path) -> None:
-    folder = tmp_path / "cache"
-    folder.mkdir()
-    folder.chmod(0o500)
-    if os.access(folder, os.W_OK):
-        pytest.skip("this user can write to a read-only folder")
-    package = copy_of_package(tmp_path)
-    assert run_small_door(folder, package)[0] == pytest.approx(LOG_PHI, abs=1e-6)
-
-
-@pytest.mark.slow
-def test_without_a_cache_folder_an_edit_of_the_physics_is_compiled(tmp_path: Path) -> None:
-    package = copy_of_package(tmp_path)
-    obstacle = tmp_path / "file"
-    obstacle.write_text("not a folder")
-    before = run_small_door(obstacle, package)
-    noise = package / "model" / "noise.py"
-    noise.write_text(noise.read_text().replace("0.5 * math.exp(", "0.5 * math.e**2 * math.exp("))
-    after = run_small_door(obstacle, package)
-    assert after[0] == pytest.approx(before[0] + 1.0, rel=1e-12)
+def test_a_division_by_zero_is_infinite_and_raises_nothing() -> None:
+    for compiler in (decorators.jit, decorators.inline):
+        assert compiler(lambda x: 1.0 / x)(0.0) == np.inf
 
 
 # --- signatures ----------------------------------------------------------------------------------
@@ -191,27 +52,115 @@ def test_settings_are_of_one_type_whatever_numbers_made_them() -> None:
     assert types == {(float, float, int, float, int, bool)}
 
 
-def test_a_door_has_one_signature_for_all_parameters_and_settings() -> None:
-    start, samples = np.zeros(3), np.empty((3, 3))
+@decorators.kernel
+def smallest(point: np.ndarray, settings: Settings) -> float:
+    return drive.period(parameters_of(point)) * settings.rtol * settings.max_steps
+
+
+def test_a_kernel_has_one_signature_for_all_parameters_and_settings() -> None:
+    start = np.zeros(3)
     for parameters in (Parameters(), Parameters(rheological_index=0, temperature=310)):
         point = np.array(parameters)
-        kernels.starting_log_state(point, start)
+        write_start(point, start)
         for options in (
             Options(rtol=1e-3),
             Options(rtol=np.float32(1e-3), max_steps=1e6, stationary_rtol=np.float32(1e-3)),
             Options(rtol=1e-2, max_steps=np.int64(10**6), accelerate=False),
         ):
-            kernels.adaptive_trajectory(point, options.settings(), start, 2, samples)
-    assert len(kernels.starting_log_state.signatures) == 1
-    assert len(kernels.adaptive_trajectory.signatures) == 1
+            smallest(point, options.settings())
+    assert len(smallest.signatures) == 1
+    assert len(write_start.signatures) == 1
 
 
-def test_a_door_is_compiled_without_the_flags_that_let_nan_pass() -> None:
-    for compiler in (decorators.jit, decorators.inline):
-        function = compiler(lambda error: error <= 1.0)
-        assert not function(float("nan"))
-        assert set(function.targetoptions["fastmath"]) <= {"contract", "nsz", "arcp", "afn"}
-    options = kernels.starting_log_state.targetoptions
-    assert set(options["fastmath"]) <= {"contract", "nsz", "arcp", "afn"}
-    assert options["error_model"] == "numpy"
-    assert options["nogil"]
+# --- names ---------------------------------------------------------------------------------------
+
+
+def make_constant(value: float):
+    def constant() -> float:
+        return value
+
+    return constant
+
+
+def test_a_kernel_is_called_by_its_module_and_name_or_as_its_factory_says() -> None:
+    assert smallest.py_func.__qualname__ == f"{__name__}.smallest"
+    named = decorators.named_kernel("tests: constant[1]", make_constant(1.0))
+    assert named.py_func.__qualname__ == "tests: constant[1]"
+
+
+def test_a_name_is_refused_the_second_time() -> None:
+    decorators.named_kernel("tests: constant[2]", make_constant(2.0))
+    with pytest.raises(ValueError, match=r"called tests: constant\[2\] already"):
+        decorators.named_kernel("tests: constant[2]", make_constant(3.0))
+
+
+def test_kernels_of_one_factory_do_what_their_names_say() -> None:
+    kernels = [decorators.named_kernel(f"tests: value {i}", make_constant(i)) for i in (3.0, 4.0)]
+    assert [kernel() for kernel in kernels] == [3.0, 4.0]
+
+
+def test_threads_that_ask_a_factory_at_once_get_one_kernel() -> None:
+    made: list[float] = []
+
+    @decorators.kernel_factory
+    def constant_kernel(value: float):
+        time.sleep(0.05)  # so that the others ask meanwhile
+        made.append(value)
+        return decorators.named_kernel(f"tests: asked[{value}]", make_constant(value))
+
+    with ThreadPoolExecutor(8) as threads:
+        kernels = list(threads.map(constant_kernel, [5.0] * 8 + [6.0] * 8))
+    assert sorted(made) == [5.0, 6.0]
+    assert {id(kernel) for kernel in kernels} == {id(kernels[0]), id(kernels[-1])}
+    assert (kernels[0](), kernels[-1]()) == (5.0, 6.0)
+
+
+# A factory makes functions of one name. Numba tells them apart by a counter that starts anew in
+# each process, so two cached kernels could hold different code under one and the same symbol.
+TWINS = """
+import sys
+from stickslip.compiled.decorators import jit, named_kernel
+
+def make_sum(step):
+    @jit
+    def total(n):
+        if n > 1:
+            return step(n) + total(n - 1)  # recursion: it cannot vanish into its caller
+        return step(n)
+    return total
+
+@jit
+def one(n): return 1.0
+
+@jit
+def two(n): return 2.0
+
+def make_kernel(name, step):
+    total = make_sum(step)
+    def work(n):
+        return total(n)
+    return named_kernel(name, work)
+
+steps = {"single": one, "double": two}
+made = {name: make_kernel(f"sum[{name}]", steps[name]) for name in sys.argv[1:]}
+print(*[made[name](5) for name in sys.argv[1:]], *[sum(made[name].stats.cache_hits.values())
+                                                   for name in sys.argv[1:]])
+"""
+
+
+@pytest.mark.slow
+def test_kernels_of_one_factory_are_told_apart_whatever_process_compiled_them(
+    tmp_path: Path,
+) -> None:
+    script = tmp_path / "twins.py"  # a file of its own: Numba caches no code of `python -c`
+    script.write_text(TWINS, encoding="utf-8")
+
+    def answers(*kernels: str) -> list[float]:
+        run = f"import runpy, sys; sys.argv[1:] = {kernels!r}; runpy.run_path({str(script)!r})"
+        out, _ = run_python(run, tmp_path / "cache")
+        return [float(word) for word in out.split()]
+
+    assert answers("single") == [5.0, 0]
+    assert answers("double") == [10.0, 0]
+    assert answers("single", "double") == [5.0, 10.0, 1, 1]
+    assert answers("double", "single") == [10.0, 5.0, 1, 1]

@@ -374,6 +374,7 @@ def test_a_file_with_a_variable_of_a_newer_version_is_told_and_still_described_a
 ) -> None:
     with netCDF4.Dataset("a.nc", "a") as file:
         file.createVariable("regime", "i1", ("temperature",))[...] = 2
+        file.source = "stickslip 99.0.0, method adaptive"
     before = everything()
     for command in ("sweep", "plan"):
         code, _, err = shell(command, "a.yaml", "-o", "a.nc")
@@ -387,6 +388,25 @@ def test_a_file_with_a_variable_of_a_newer_version_is_told_and_still_described_a
         "written by a newer version: this one does not know regime\n" in shell("info", "a.nc").out
     )
     assert shell("plot", "a.nc", "-o", "a.png").code == 0
+
+
+def test_a_variable_that_a_user_added_is_no_newer_version_and_is_not_carried_over(
+    shell: Shell,
+) -> None:
+    shell("sweep", "a.yaml", "-o", "a.nc", "--recompute")
+    with netCDF4.Dataset("a.nc", "a") as file:
+        file.createVariable("regime", "i1", ("temperature",))[...] = 2
+    assert "version:" not in shell("info", "a.nc").out
+    assert shell("sweep", "a.yaml", "-o", "a.nc").err == (
+        "a.nc is complete: 4 points, nothing to do\n"
+    )
+    code, _, err = shell("sweep", write("b.yaml", FIVE, LOOSE), "-o", "a.nc")
+    assert code == 0
+    assert err == (
+        "warning: a.nc has variables that stickslip did not write and that are not carried over: "
+        "regime\n5 points: 4 in a.nc; 1 to compute\n"
+    )
+    assert "regime" not in open_result(Path("a.nc"))
 
 
 @pytest.mark.parametrize(

@@ -61,7 +61,7 @@ def found(**by_status: int) -> np.ndarray:
 def advanced(counts: Counts, statuses: np.ndarray, seconds: float = 0.0, **by_status: int) -> None:
     """As a sweep does it: the journal counts in the statuses, then a block is told."""
     statuses += found(**by_status)
-    counts.advance(sum(by_status.values()), seconds)
+    counts.costs.learn(sum(by_status.values()), seconds)
 
 
 # --- the numbers ---

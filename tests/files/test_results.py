@@ -15,9 +15,8 @@ from stickslip import Status
 from stickslip.orbit import failed_row
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping
-from sweeps.engine.dispatch import compute
 from sweeps.engine.existing import RefusalError, found_in_file
-from sweeps.engine.in_memory import run
+from sweeps.engine.in_memory import compute, run
 from sweeps.engine.options import options_of
 from sweeps.files import results
 from sweeps.files.atomic import StorageError

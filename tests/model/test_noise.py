@@ -9,14 +9,25 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
 from stickslip.model import noise
+from stickslip.parameters import Parameters
 
-D = 1e-18
-ALPHA, T_C, B_CUBIC, C_QUARTIC, DELTA = 0.95, 290.0, 230.0, 850.0, 100.0
+PAPER = Parameters()
+D = PAPER.noise_intensity
+ALPHA, T_C = PAPER.thermal_coefficient, PAPER.critical_temperature
+B_CUBIC, C_QUARTIC = PAPER.cubic_coefficient, PAPER.quartic_coefficient
+DELTA = PAPER.kinetic_coefficient
+D_EFF = noise.TYPICAL_FRACTION * D
+
+
+def with_noise(D: float) -> Parameters:
+    return PAPER._replace(noise_intensity=D)
 
 
 def start(phi_0: float = 0.0, D: float = D, T: float = 200.0, b: float = B_CUBIC) -> float:
-    D_eff = noise.effective_intensity(D)
-    return noise.starting_order_parameter(phi_0, D_eff, T, ALPHA, T_C, b, C_QUARTIC, DELTA)
+    p = PAPER._replace(
+        initial_order_parameter=phi_0, noise_intensity=D, temperature=T, cubic_coefficient=b
+    )
+    return noise.starting_order_parameter(p)
 
 
 # --- the constant --------------------------------------------------------------------------------
@@ -31,12 +42,12 @@ def test_the_typical_fraction_is_the_geometric_mean_of_chi_squared() -> None:
         return math.log(z * z) * math.exp(-0.5 * z * z) * math.sqrt(2 / math.pi)
 
     mean_log = quad(integrand, 0, 1)[0] + quad(integrand, 1, 40)[0]
-    assert math.exp(mean_log) == pytest.approx(noise.TYPICAL_FRACTION, rel=1e-9)
+    assert math.exp(mean_log) == pytest.approx(noise.TYPICAL_FRACTION, rel=1e-9, abs=0)
 
 
 def test_the_effective_intensity_is_that_part_of_the_intensity() -> None:
-    assert noise.effective_intensity(D) == noise.TYPICAL_FRACTION * D
-    assert noise.effective_intensity(0.0) == 0.0
+    assert noise.effective_intensity(PAPER) == D_EFF
+    assert noise.effective_intensity(with_noise(0.0)) == 0.0
 
 
 # --- the closure is exact while the dynamics are linear ------------------------------------------
@@ -46,14 +57,14 @@ def test_the_effective_intensity_is_that_part_of_the_intensity() -> None:
 def test_the_closure_follows_the_geometric_mean_of_the_linear_process(rate: float) -> None:
     # dphi = rate phi dt + sqrt(2 D) dW from N(0, s_0): the variance obeys s' = 2 rate s + 2 D,
     # and exp(E ln|phi|) = sqrt(s exp(E ln chi^2_1)).
-    D_eff, s_0 = noise.effective_intensity(D), 1e-22
+    s_0 = 1e-22
     times = np.linspace(0.0, 6.0 / (abs(rate) or 40.0), 25)
     if rate == 0.0:
         variance = s_0 + 2 * D * times
     else:
         variance = (s_0 + D / rate) * np.exp(2 * rate * times) - D / rate
     closure = solve_ivp(
-        lambda _, psi: [rate + noise.typical_path(math.exp(-psi[0]), D_eff)],
+        lambda _, psi: [rate + noise.typical_path(PAPER, math.exp(-psi[0]))],
         (0.0, times[-1]),
         [0.5 * math.log(noise.TYPICAL_FRACTION * s_0)],
         method="LSODA",
@@ -66,35 +77,37 @@ def test_the_closure_follows_the_geometric_mean_of_the_linear_process(rate: floa
 
 
 def test_the_closure_is_still_at_phi_zero_without_noise() -> None:
-    assert noise.typical_path(1e150, 0.0) == 0.0
-    assert noise.typical_kick(0.0, 0.0, 1e-9) == 0.0
+    assert noise.typical_path(with_noise(0.0), 1e150) == 0.0
+    assert noise.typical_kick(with_noise(0.0), 0.0, 1e-9) == 0.0
 
 
 def test_the_closure_vanishes_in_the_solid() -> None:
-    assert noise.typical_path(1 / 0.6, noise.effective_intensity(D)) < 1e-18
+    assert noise.typical_path(PAPER, 1 / 0.6) < 1e-18
 
 
 # --- the kick of a fixed step --------------------------------------------------------------------
 
 
 def test_the_kick_of_a_fixed_step_is_the_closure_times_phi_and_the_step() -> None:
-    D_eff, phi, dt = noise.effective_intensity(D), 1e-9, 1e-10
-    expected = noise.typical_path(phi, D_eff) * phi * dt
-    assert noise.typical_kick(phi, D_eff, dt) == pytest.approx(expected, rel=1e-13)
+    phi, dt = 1e-9, 1e-10
+    expected = noise.typical_path(PAPER, 1 / phi) * phi * dt
+    assert noise.typical_kick(PAPER, phi, dt) == pytest.approx(expected, rel=1e-13, abs=0)
 
 
 @given(phi=st.floats(0.0, 1.0), dt=st.floats(1e-13, 1e-5), exponent=st.floats(-30.0, -6.0))
 def test_the_kick_of_a_fixed_step_never_exceeds_the_noise_of_that_step(
     phi: float, dt: float, exponent: float
 ) -> None:
-    D_eff = noise.effective_intensity(10.0**exponent)
-    kick = noise.typical_kick(phi, D_eff, dt)
-    assert 0.0 < kick <= math.sqrt(D_eff * dt) * (1 + 1e-15)
+    p = with_noise(10.0**exponent)
+    kick = noise.typical_kick(p, phi, dt)
+    assert 0.0 < kick <= math.sqrt(noise.effective_intensity(p) * dt) * (1 + 1e-15)
 
 
 def test_the_kick_at_phi_zero_is_the_noise_of_the_step() -> None:
-    D_eff, dt = noise.effective_intensity(D), 1e-10
-    assert noise.typical_kick(0.0, D_eff, dt) == pytest.approx(math.sqrt(D_eff * dt), rel=1e-14)
+    dt = 1e-10
+    assert noise.typical_kick(PAPER, 0.0, dt) == pytest.approx(
+        math.sqrt(D_EFF * dt), rel=1e-14, abs=0
+    )
 
 
 # --- the start -----------------------------------------------------------------------------------
@@ -102,30 +115,30 @@ def test_the_kick_at_phi_zero_is_the_noise_of_the_step() -> None:
 
 def test_far_from_the_critical_temperature_the_linear_term_sets_the_start() -> None:
     level = math.sqrt(noise.TYPICAL_FRACTION * D / (2 * ALPHA * DELTA * 90.0))
-    assert start() == pytest.approx(level, rel=1e-14)
-    assert start(T=380.0) == pytest.approx(level, rel=1e-14)
+    assert start() == pytest.approx(level, rel=1e-14, abs=0)
+    assert start(T=380.0) == pytest.approx(level, rel=1e-14, abs=0)
 
 
 def test_at_the_critical_temperature_the_quadratic_term_sets_the_start() -> None:
     level = (noise.TYPICAL_FRACTION * D / (B_CUBIC * DELTA)) ** (1 / 3)
-    assert start(T=T_C) == pytest.approx(level, rel=1e-14)
-    assert start(T=math.nextafter(T_C, 300.0)) == pytest.approx(level, rel=1e-14)
+    assert start(T=T_C) == pytest.approx(level, rel=1e-14, abs=0)
+    assert start(T=math.nextafter(T_C, 300.0)) == pytest.approx(level, rel=1e-14, abs=0)
 
 
 def test_at_the_critical_temperature_without_cubic_coefficient_the_cubic_term_does() -> None:
     level = (noise.TYPICAL_FRACTION * D / (C_QUARTIC * DELTA)) ** 0.25
-    assert start(T=T_C, b=0.0) == pytest.approx(level, rel=1e-14)
+    assert start(T=T_C, b=0.0) == pytest.approx(level, rel=1e-14, abs=0)
 
 
 def test_a_strong_noise_is_limited_by_the_steepest_term() -> None:
-    D_eff = noise.effective_intensity(1e9)
+    D_eff = noise.effective_intensity(with_noise(1e9))
     levels = [
         math.sqrt(D_eff / (2 * ALPHA * DELTA * 90.0)),
         (D_eff / (B_CUBIC * DELTA)) ** (1 / 3),
         (D_eff / (C_QUARTIC * DELTA)) ** 0.25,
     ]
     assert min(levels) == levels[2]
-    assert start(D=1e9) == pytest.approx(levels[2], rel=1e-14)
+    assert start(D=1e9) == pytest.approx(levels[2], rel=1e-14, abs=0)
 
 
 @given(T=st.floats(0.0, 1e4), b=st.floats(0.0, 1e3), exponent=st.floats(-40.0, 0.0))
@@ -134,8 +147,8 @@ def test_at_the_start_the_noise_balances_its_limiting_term(
 ) -> None:
     phi = start(D=10.0**exponent, T=T, b=b)
     terms = DELTA * np.array([2 * ALPHA * abs(T - T_C) * phi, b * phi**2, C_QUARTIC * phi**3])
-    kick = noise.effective_intensity(10.0**exponent) / phi
-    assert terms.max() == pytest.approx(kick, rel=1e-9)
+    kick = noise.TYPICAL_FRACTION * 10.0**exponent / phi
+    assert terms.max() == pytest.approx(kick, rel=1e-9, abs=0)
 
 
 def test_a_start_above_the_noise_is_kept() -> None:
@@ -150,15 +163,13 @@ def test_without_noise_the_start_is_not_lifted(T: float, b: float) -> None:
     assert start(phi_0=0.3, D=0.0, T=T, b=b) == 0.3
 
 
-def test_compiled_and_plain_python_agree() -> None:
-    D_eff = noise.effective_intensity(D)
-    for phi in (0.0, 1e-12, 1e-3, 0.6):
-        for function, args in (
-            (noise.typical_path, (phi, D_eff)),
-            (noise.typical_kick, (phi, D_eff, 1e-10)),
-            (
-                noise.starting_order_parameter,
-                (phi, D_eff, 250.0, ALPHA, T_C, B_CUBIC, C_QUARTIC, DELTA),
-            ),
-        ):
-            assert function(*args) == pytest.approx(function.py_func(*args), rel=1e-14)
+@pytest.mark.parametrize("phi", [0.0, 1e-12, 1e-3, 0.6])
+def test_compiled_and_plain_python_agree(phi: float) -> None:
+    p = PAPER._replace(initial_order_parameter=phi, temperature=250.0)
+    for function, args in (
+        (noise.effective_intensity, ()),
+        (noise.typical_path, (phi,)),
+        (noise.typical_kick, (phi, 1e-10)),
+        (noise.starting_order_parameter, ()),
+    ):
+        assert function(p, *args) == pytest.approx(function.py_func(p, *args), rel=1e-14, abs=0)

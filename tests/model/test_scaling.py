@@ -3,54 +3,45 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+from support.extra_parameters import UNITS, VALUE, extra_values
+from support.parameters import random_parameters
 
-from stickslip.model import rhs as model
 from stickslip.model import scaling
+from stickslip.model.rhs import Equations, equations
+from stickslip.options import FRICTION_LAWS
 from stickslip.parameters import Parameters, ParameterValues
+from stickslip.variables import PARAMETERS
 
 INDICES = [-2 / 3, -0.5, 0.0, 0.3, 2 / 3]
 
 
-def random_parameters(rng: np.random.Generator, gamma: float) -> Parameters:
-    def around(value: float) -> float:
-        return value * 10.0 ** rng.uniform(-1, 1)
-
-    return Parameters(
-        temperature=rng.uniform(100.0, 350.0),
-        viscosity_coefficient=around(5e4),
-        spring_stiffness=around(3e3),
-        rheological_index=gamma,
-        angular_frequency=around(10.0),
-        drive_amplitude=around(0.8e-6) * rng.choice([-1.0, 1.0]),
-        block_mass=around(0.4),
-        film_thickness=around(1e-9),
-        strain_relaxation_time=around(1e-8),
-        contact_area=around(0.6e-9),
-        kinetic_coefficient=around(100.0),
-        thermal_coefficient=around(0.95),
-        critical_temperature=rng.uniform(200.0, 350.0),
-        elastic_coefficient=around(4e12),
-        cubic_coefficient=around(230.0),
-        quartic_coefficient=around(850.0),
-        noise_intensity=10.0 ** rng.uniform(-24, -12),
-    )
+@pytest.fixture(scope="module", params=FRICTION_LAWS)
+def law(request: pytest.FixtureRequest) -> str:
+    return request.param
 
 
-def own(p: ParameterValues) -> ParameterValues:
+@pytest.fixture
+def model(law: str) -> Equations:
+    return equations(law)
+
+
+def own(law: str, p: ParameterValues) -> ParameterValues:
     """The parameters in their own units, as the model's functions take them."""
-    q = scaling.reduced(p)
-    return scaling.with_gamma(q, q.gamma)
+    return scaling.model_values(None)(scaling.reduction(law)(p))
 
 
 @pytest.mark.parametrize("gamma", INDICES)
-def test_the_reduced_right_hand_side_is_the_original_in_other_units(gamma: float) -> None:
+def test_the_reduced_right_hand_side_is_the_original_in_other_units(
+    law: str, model: Equations, gamma: float
+) -> None:
     rng = np.random.default_rng(5)
     for _ in range(200):
         p = random_parameters(rng, gamma)
-        unit, q, omega = scaling.units_of(p), own(p), p.angular_frequency
+        unit, q, omega = scaling.units_of(p), own(law, p), p.angular_frequency
         y = rng.uniform(-1.5, 1.5), rng.uniform(-1.5, 1.5), rng.uniform(-30.0, 0.5)
         t, u_s = rng.uniform(0.0, 2 * math.pi), rng.choice([0.0, 1e-6, 1e-3])
         reduced = np.array(model.rhs(q, t, y, u_s))
@@ -76,11 +67,13 @@ def test_the_reduced_right_hand_side_is_the_original_in_other_units(gamma: float
 
 
 @pytest.mark.parametrize("gamma", INDICES)
-def test_the_reduced_jacobian_is_the_original_in_other_units(gamma: float) -> None:
+def test_the_reduced_jacobian_is_the_original_in_other_units(
+    law: str, model: Equations, gamma: float
+) -> None:
     rng = np.random.default_rng(6)
     for _ in range(50):
         p = random_parameters(rng, gamma)
-        unit, q, omega = scaling.units_of(p), own(p), p.angular_frequency
+        unit, q, omega = scaling.units_of(p), own(law, p), p.angular_frequency
         y = rng.uniform(-1.5, 1.5), rng.uniform(-1.5, 1.5), rng.uniform(-30.0, 0.5)
         t = rng.uniform(0.0, 2 * math.pi)
         if abs(math.sin(t) + y[1]) < 0.1:
@@ -94,22 +87,27 @@ def test_the_reduced_jacobian_is_the_original_in_other_units(gamma: float) -> No
         np.testing.assert_allclose(reduced, original, rtol=1e-11, atol=1e-300)
 
 
-def test_stress_and_force_come_back_from_their_units() -> None:
+def test_stress_and_force_come_back_from_their_units(law: str, model: Equations) -> None:
     rng = np.random.default_rng(7)
     for gamma in INDICES:
         p = random_parameters(rng, gamma)
         unit, u, phi = scaling.units_of(p), rng.uniform(0.1, 1.0), 0.4
-        stress, force = model.stress_and_force(own(p), u, phi)
+        stress, force = model.stress_and_force(own(law, p), u, phi)
         expected = model.stress_and_force(p, u * unit.speed, phi)
-        assert (stress * unit.stress, force * unit.force) == pytest.approx(expected, rel=1e-13)
+        assert (stress * unit.stress, force * unit.force) == pytest.approx(
+            expected, rel=1e-13, abs=0
+        )
 
 
-def test_a_mirrored_drive_has_mirrored_units_and_the_same_reduced_parameters() -> None:
+def test_a_mirrored_drive_has_mirrored_units_and_the_same_reduced_parameters(law: str) -> None:
     for gamma in INDICES:
         p = random_parameters(np.random.default_rng(8), gamma)
         other = p._replace(drive_amplitude=-p.drive_amplitude)
-        assert scaling.reduced(other) == scaling.reduced(p)
-        assert scaling.units_of(other) == tuple(-unit for unit in scaling.units_of(p))
+        assert scaling.reduction(law)(other) == scaling.reduction(law)(p)
+        assert scaling.units_of(other) == (
+            *(-unit for unit in scaling.units_of(p)[:4]),
+            1 / p.angular_frequency,
+        )
 
 
 SCALINGS = [
@@ -121,18 +119,18 @@ SCALINGS = [
 @pytest.mark.parametrize("names", SCALINGS, ids=str)
 @pytest.mark.parametrize("gamma", INDICES)
 def test_scalings_by_two_leave_the_reduced_parameters_bit_for_bit(
-    gamma: float, names: tuple[str, ...]
+    law: str, gamma: float, names: tuple[str, ...]
 ) -> None:
     rng = np.random.default_rng(9)
     for _ in range(50):
         p = random_parameters(rng, gamma)
         scaled = p._replace(**{name: 2.0 * getattr(p, name) for name in names})
-        assert scaling.reduced(scaled) == scaling.reduced(p)
+        assert scaling.reduction(law)(scaled) == scaling.reduction(law)(p)
 
 
 @pytest.mark.parametrize("gamma", INDICES)
 def test_a_scaling_of_energy_by_two_leaves_the_reduced_parameters_bit_for_bit(
-    gamma: float,
+    law: str, gamma: float
 ) -> None:
     rng = np.random.default_rng(10)
     doubled = ("thermal", "elastic", "cubic", "quartic", "viscosity")
@@ -145,10 +143,12 @@ def test_a_scaling_of_energy_by_two_leaves_the_reduced_parameters_bit_for_bit(
             "contact_area": 0.5 * p.contact_area,
             "kinetic_coefficient": 0.5 * p.kinetic_coefficient,
         }
-        assert scaling.reduced(p._replace(**changes)) == scaling.reduced(p)
+        assert scaling.reduction(law)(p._replace(**changes)) == scaling.reduction(law)(p)
 
 
-def test_a_scaling_of_time_by_two_leaves_the_reduced_parameters_but_for_the_fluids_power() -> None:
+def test_a_scaling_of_time_by_two_leaves_the_reduced_parameters_but_for_the_fluids_power(
+    law: str,
+) -> None:
     rng = np.random.default_rng(11)
     for _ in range(50):
         p = random_parameters(rng, 0.0)
@@ -161,11 +161,70 @@ def test_a_scaling_of_time_by_two_leaves_the_reduced_parameters_but_for_the_flui
             contact_area=4.0 * p.contact_area,
             viscosity_coefficient=0.5 * p.viscosity_coefficient,
         )
-        assert scaling.reduced(faster) == scaling.reduced(p)
+        assert scaling.reduction(law)(faster) == scaling.reduction(law)(p)
 
 
-def test_the_fixed_ones_are_ones() -> None:
-    q = own(Parameters())
+def test_the_fixed_ones_are_ones(law: str) -> None:
+    q = own(law, Parameters())
     assert q.drive_amplitude == q.angular_frequency == q.block_mass == 1.0
     assert q.film_thickness == q.kinetic_coefficient == 1.0
     assert len(scaling.Reduced._fields) == 10
+
+
+# --- what the tables say -------------------------------------------------------------------------
+
+
+def test_every_parameter_is_kept_or_has_one_value() -> None:
+    assert {*scaling.KEPT, *scaling.LITERALS} == set(PARAMETERS)
+    assert scaling.Reduced._fields == scaling.KEPT
+    assert not set(scaling.KEPT) & set(scaling.LITERALS)
+
+
+def test_parameters_with_one_value_are_literals_whatever_the_point(law: str) -> None:
+    for gamma in INDICES:
+        values = own(law, random_parameters(np.random.default_rng(3), gamma))._asdict()
+        assert {name: values[name] for name in scaling.LITERALS} == scaling.LITERALS
+        assert values["rheological_index"] == gamma
+
+
+def test_the_rheological_index_can_be_a_literal_too(law: str) -> None:
+    q = scaling.reduction(law)(Parameters(rheological_index=0.3))
+    assert scaling.model_values(-2 / 3)(q).rheological_index == -2 / 3
+    assert scaling.model_values(-2 / 3)(q)[:3] == scaling.model_values(None)(q)[:3]
+
+
+def test_the_temperature_counts_as_the_heating(law: str) -> None:
+    p = Parameters(temperature=250.0)
+    expected = 2 * 0.95 * (250.0 - 290.0) * 100.0 / 10.0  # 2 alpha (T - T_c) delta/omega
+    assert scaling.reduction(law)(p).temperature == pytest.approx(expected, rel=1e-14, abs=0)
+
+
+P = random_parameters(np.random.default_rng(12), -2 / 3)._replace(drive_amplitude=-3e-7)
+SPEED = abs(P.drive_amplitude) * P.angular_frequency
+EXPECTED = {
+    "1": VALUE,
+    "Pa": VALUE * P.kinetic_coefficient / P.angular_frequency,
+    "J m-3": VALUE * P.kinetic_coefficient / P.angular_frequency,
+    "N m-1": VALUE / (P.block_mass * P.angular_frequency**2),
+    "s-1": VALUE / P.angular_frequency,
+    "m s-1": VALUE / SPEED,
+    "m": VALUE / abs(P.drive_amplitude),
+    "s": VALUE * P.angular_frequency,
+}
+
+
+@pytest.mark.slow
+def test_an_extra_parameter_of_any_unit_of_the_table_is_scaled_by_its_unit(tmp_path: Path) -> None:
+    imports = "from stickslip.model.scaling import model_values, reduction"
+    expression = 'model_values(-0.5)(reduction("power-law")(p))'
+    assert set(EXPECTED) == set(UNITS)
+    assert extra_values(tmp_path, imports, expression, P) == pytest.approx(
+        EXPECTED, rel=1e-14, abs=0
+    )
+
+
+@pytest.mark.slow
+def test_an_extra_parameter_of_another_unit_must_say_how_it_is_scaled(tmp_path: Path) -> None:
+    imports = "from stickslip.model.scaling import reduction"
+    with pytest.raises(AssertionError, match="KeyError: 'K s-1'"):
+        extra_values(tmp_path, imports, 'reduction("power-law")(p)', P, ("K s-1",))

@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 
 from stickslip.compiled.decorators import inline
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT, make_adaptive
+from stickslip.numerics.linear import algebra
 from stickslip.numerics.tableaus import RODAS4, RODAS4P, RODAS4P2
 
 # A cusp that is rounded below the speed u_s is the problem -u_s.
@@ -30,7 +31,7 @@ def rhs(p, t, y):
         )
     if p == STIFF:
         return -1e9 * a, -1e6 * (b - math.cos(t)), a - c
-    if p <= CUSP:  # model.md's scalar test: the viscous force of a pseudoplastic fluid
+    if p <= CUSP:  # the viscous force of a pseudoplastic fluid
         return 1.0 - a * max(a * a + p * p, 1e-180) ** (-1.0 / 3.0), 0.0, 0.0
     if p in (BECOMES_NAN, UNANNOUNCED):
         return math.sqrt(0.5 - t), -b, -c
@@ -85,7 +86,7 @@ def write_down(p, t, h, y0, y1, d1, d2, record):
 
 def make_drive(tableau: Any) -> Any:
     """The compiled drive as a function of problem, tolerance, end and, by name, the rest."""
-    compiled = make_adaptive(rhs, jacobian, unit_weight, write_down, tableau)
+    compiled = make_adaptive(rhs, jacobian, unit_weight, write_down, tableau, algebra(3))
 
     def drive(p, rtol, end, y=START, h=1e-3, begin=0.0, budget=PLENTY, record=None):
         rows = np.zeros((1, 3)) if record is None else record

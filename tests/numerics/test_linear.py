@@ -1,18 +1,26 @@
-"""Vectors of three and their linear systems against NumPy; NaN and infinity are not lost."""
+"""Vectors of any width and their linear systems against NumPy; NaN and infinity are not lost."""
 
 import math
 
 import numpy as np
 import pytest
 
+from stickslip.compiled.decorators import inline, jit
 from stickslip.numerics import linear
+from stickslip.numerics.linear import Algebra, algebra
 
+WIDTHS = [2, 3, 4]
 BAD = [math.nan, math.inf, -math.inf]
 
 
-def random_system(rng: np.random.Generator) -> tuple[np.ndarray, float]:
+@pytest.fixture(scope="module", params=WIDTHS, ids="width {}".format)
+def of_width(request: pytest.FixtureRequest) -> Algebra:
+    return algebra(request.param)
+
+
+def random_system(rng: np.random.Generator, width: int) -> tuple[np.ndarray, float]:
     """A Jacobian with entries of very different size, and a shift that dominates its diagonal."""
-    J = rng.normal(size=(3, 3)) * 10.0 ** rng.uniform(-2, 2, size=(3, 3))
+    J = rng.normal(size=(width, width)) * 10.0 ** rng.uniform(-2, 2, size=(width, width))
     return J, 4.0 * float(np.abs(J).sum())
 
 
@@ -20,67 +28,199 @@ def rows(matrix: np.ndarray) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(row) for row in matrix.tolist())
 
 
-def test_factor_and_solve_solve_the_shifted_system() -> None:
-    rng = np.random.default_rng(7)
-    for _ in range(300):
-        J, shift = random_system(rng)
-        r = rng.normal(size=3)
-        z = linear.solve(linear.factor(rows(J), shift), tuple(r.tolist()))
+def vectors(rng: np.random.Generator, width: int, count: int) -> list[tuple[float, ...]]:
+    return [tuple(row) for row in rng.normal(size=(count, width)).tolist()]
+
+
+def with_one(width: int, where: int, value: float, others: float = 1.0) -> tuple[float, ...]:
+    """A vector of `others`, but for one component."""
+    return tuple(value if i == where else others for i in range(width))
+
+
+# --- linear systems ------------------------------------------------------------------------------
+
+
+def test_factor_and_solve_solve_the_shifted_system(of_width: Algebra) -> None:
+    rng, width = np.random.default_rng(7), of_width.width
+    for _ in range(200):
+        J, shift = random_system(rng, width)
+        r = rng.normal(size=width)
+        z = of_width.solve(of_width.factor(rows(J), shift), tuple(r.tolist()))
         assert np.array(z) == pytest.approx(
-            np.linalg.solve(shift * np.eye(3) - J, r), rel=1e-12, abs=1e-15 / shift
+            np.linalg.solve(shift * np.eye(width) - J, r), rel=1e-12, abs=1e-15 / shift
         )
 
 
-def test_every_entry_of_the_matrix_counts() -> None:
+def test_every_entry_of_the_matrix_counts(of_width: Algebra) -> None:
     # A shift close to the entries, so that none of them is a small correction.
-    J = np.array([[0.3, -0.7, 0.4], [0.9, -0.2, 0.6], [-0.5, 0.8, 0.1]])
-    r = (1.0, -2.0, 3.0)
-    z = linear.solve(linear.factor(rows(J), 2.0), r)
-    assert np.array(z) == pytest.approx(np.linalg.solve(2.0 * np.eye(3) - J, r), rel=1e-13)
+    J = np.array(
+        [
+            [0.3, -0.7, 0.4, 0.2],
+            [0.9, -0.2, 0.6, -0.3],
+            [-0.5, 0.8, 0.1, 0.7],
+            [0.4, -0.6, 0.5, 0.2],
+        ]
+    )
+    width = of_width.width
+    J, r = J[:width, :width], (1.0, -2.0, 3.0, -4.0)[:width]
+    z = of_width.solve(of_width.factor(rows(J), 2.0), r)
+    assert np.array(z) == pytest.approx(np.linalg.solve(2.0 * np.eye(width) - J, r), rel=1e-13)
+
+
+def test_the_factors_are_those_of_the_matrix(of_width: Algebra) -> None:
+    width = of_width.width
+    J, shift = random_system(np.random.default_rng(9), width)
+    LU = np.array(of_width.factor(rows(J), shift))
+    lower = np.tril(LU, -1) + np.eye(width)
+    upper = np.triu(LU, 1) + np.diag(1.0 / np.diag(LU))  # reciprocal pivots
+    np.testing.assert_allclose(lower @ upper, shift * np.eye(width) - J, rtol=1e-12, atol=1e-12)
 
 
 def test_a_nearly_infinite_slope_freezes_its_component_and_leaves_the_others() -> None:
-    J = ((0.0, 1.0, 0.0), (-1.0, -1e80, 1.0), (0.0, 1.0, -1.0))
-    x, y, z = linear.solve(linear.factor(J, 2.0), (1.0, 1.0, 1.0))
+    of_three, J = algebra(3), ((0.0, 1.0, 0.0), (-1.0, -1e80, 1.0), (0.0, 1.0, -1.0))
+    x, y, z = of_three.solve(of_three.factor(J, 2.0), (1.0, 1.0, 1.0))
     assert abs(y) < 1e-79
     assert (x, z) == pytest.approx((0.5, 1 / 3), rel=1e-14)
 
 
-def test_plain_python_solves_the_same_system() -> None:
-    J, shift = random_system(np.random.default_rng(8))
-    LU = linear.factor(rows(J), shift)
-    plain = linear.factor.py_func(rows(J), shift)
+def test_plain_python_solves_the_same_system(of_width: Algebra) -> None:
+    J, shift = random_system(np.random.default_rng(8), of_width.width)
+    LU = of_width.factor(rows(J), shift)
+    plain = of_width.factor.py_func(rows(J), shift)
     assert np.array(LU) == pytest.approx(np.array(plain), rel=1e-13)
-    r = (1.0, 2.0, 3.0)
-    assert linear.solve(LU, r) == pytest.approx(linear.solve.py_func(LU, r), rel=1e-13)
+    r = (1.0, 2.0, 3.0, 4.0)[: of_width.width]
+    assert of_width.solve(LU, r) == pytest.approx(of_width.solve.py_func(LU, r), rel=1e-13)
+
+
+# --- the bits of width 3 -------------------------------------------------------------------------
+
+
+@inline
+def factor_by_hand(J, shift):
+    """The factors of three components as they stood here before they were written for any width."""
+    (a, b, c), (d, e, f), (g, h, i) = J
+    p0 = 1.0 / (shift - a)
+    l10, l20 = -d * p0, -g * p0
+    p1 = 1.0 / (shift - e + l10 * b)
+    u12 = -f + l10 * c
+    l21 = (-h + l20 * b) * p1
+    p2 = 1.0 / (shift - i + l20 * c - l21 * u12)
+    return (p0, -b, -c), (l10, p1, u12), (l20, l21, p2)
+
+
+@inline
+def solve_by_hand(LU, r):
+    (p0, u01, u02), (l10, p1, u12), (l20, l21, p2) = LU
+    r1 = r[1] - l10 * r[0]
+    r2 = r[2] - l20 * r[0] - l21 * r1
+    z = r2 * p2
+    y = (r1 - u12 * z) * p1
+    x = (r[0] - u01 * y - u02 * z) * p0
+    return x, y, z
+
+
+@inline
+def interpolate_by_hand(theta, y0, y1, d1, d2):
+    rest = 1.0 - theta
+    return (
+        rest * y0[0] + theta * (y1[0] + rest * (d1[0] + theta * d2[0])),
+        rest * y0[1] + theta * (y1[1] + rest * (d1[1] + theta * d2[1])),
+        rest * y0[2] + theta * (y1[2] + rest * (d1[2] + theta * d2[2])),
+    )
+
+
+def both(factor, solve):
+    @jit
+    def solved(J, shift, r):
+        LU = factor(J, shift)
+        return LU, solve(LU, r)
+
+    return solved
+
+
+def test_three_components_have_the_bits_of_the_formulas_written_by_hand() -> None:
+    of_three, rng = algebra(3), np.random.default_rng(10)
+    written, by_hand = both(of_three.factor, of_three.solve), both(factor_by_hand, solve_by_hand)
+    for _ in range(300):
+        J = rows(rng.normal(size=(3, 3)) * 10.0 ** rng.uniform(-12, 12, size=(3, 3)))
+        (r,) = vectors(rng, 3, 1)
+        shift = 10.0 ** rng.uniform(-6, 12)
+        assert written(J, shift, r) == by_hand(J, shift, r)
+        assert of_three.factor.py_func(J, shift) == factor_by_hand.py_func(J, shift)
+
+
+def test_three_interpolated_components_have_the_bits_of_the_formulas_written_by_hand() -> None:
+    of_three, rng = algebra(3), np.random.default_rng(11)
+    for _ in range(300):
+        theta, args = rng.uniform(), vectors(rng, 3, 4)
+        assert of_three.interpolate(theta, *args) == interpolate_by_hand(theta, *args)
+
+
+# --- vectors -------------------------------------------------------------------------------------
+
+
+def test_operations_on_vectors_are_those_of_numpy(of_width: Algebra) -> None:
+    rng, width = np.random.default_rng(12), of_width.width
+    for _ in range(50):
+        y0, y1, d1, d2, f1 = vectors(rng, width, 5)
+        s, h = rng.normal(), rng.uniform(0.1, 1.0)
+        assert of_width.add(y0, s, y1) == pytest.approx(np.add(y0, np.multiply(s, y1)), abs=1e-15)
+        between = (1 - h) * np.array(y0)
+        between += h * (np.array(y1) + (1 - h) * (np.array(d1) + h * np.array(d2)))
+        assert of_width.interpolate(h, y0, y1, d1, d2) == pytest.approx(between, abs=1e-14)
+        slope = (np.array(y1) - y0 - d1 - d2) / h
+        assert of_width.end_slope(f1, y0, y1, d1, d2, h) == pytest.approx(f1 - slope, abs=1e-13)
+        assert of_width.choose(True, y0, y1) == y0
+        assert of_width.choose(False, y0, y1) == y1
+        weight = tuple(abs(x) for x in d1)
+        largest = np.abs(np.multiply(y0, weight)).max()
+        assert of_width.largest(y0, weight) == pytest.approx(largest, rel=1e-15)
+    assert of_width.zero() == (0.0,) * width
+
+
+def test_the_slope_at_the_end_is_that_of_the_interpolant(of_width: Algebra) -> None:
+    rng, h, step = np.random.default_rng(13), 0.3, 1e-6
+    y0, y1, d1, d2 = vectors(rng, of_width.width, 4)
+    # A cubic: its one-sided difference to third order is exact.
+    values = [np.array(of_width.interpolate(1.0 - i * step, y0, y1, d1, d2)) for i in range(4)]
+    slope = np.dot([11 / 6, -3, 3 / 2, -1 / 3], values) / step / h
+    assert of_width.end_slope(tuple(slope.tolist()), y0, y1, d1, d2, h) == pytest.approx(
+        np.zeros(of_width.width), abs=1e-7
+    )
 
 
 def test_add_adds_a_multiple() -> None:
-    assert linear.add((1.0, 2.0, 3.0), 2.0, (0.5, -1.0, 4.0)) == (2.0, 0.0, 11.0)
+    assert algebra(3).add((1.0, 2.0, 3.0), 2.0, (0.5, -1.0, 4.0)) == (2.0, 0.0, 11.0)
 
 
-@pytest.mark.parametrize("where", range(3))
-def test_the_largest_error_looks_at_every_component_and_its_weight(where: int) -> None:
-    error = [1e-3, 1e-3, 1e-3]
-    error[where] = -6.0
-    weight = [1.0, 1.0, 1.0]
-    weight[where] = 0.5
-    assert linear.largest(tuple(error), tuple(weight)) == 3.0
+def test_the_algebra_of_a_width_is_made_once() -> None:
+    assert algebra(3) is algebra(3)
+    assert algebra(3).width == 3
 
 
-@pytest.mark.parametrize("in_weight", [False, True])
-@pytest.mark.parametrize("where", range(3))
-def test_an_error_that_is_nan_is_never_dropped(where: int, in_weight: bool) -> None:
-    error, weight = [1.0, 1.0, 1.0], [1.0, 1.0, 1.0]
-    (weight if in_weight else error)[where] = math.nan
-    assert math.isnan(linear.largest(tuple(error), tuple(weight)))
+# --- what must not be lost -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("where", range(3))
-def test_an_infinite_error_is_never_small(where: int) -> None:
-    error = [1.0, 1.0, 1.0]
-    error[where] = math.inf
-    assert not linear.largest(tuple(error), (1.0, 1.0, 1.0)) <= 1.0
+def test_the_largest_error_looks_at_every_component_and_its_weight(of_width: Algebra) -> None:
+    width = of_width.width
+    for where in range(width):
+        error, weight = with_one(width, where, -6.0, others=1e-3), with_one(width, where, 0.5)
+        assert of_width.largest(error, weight) == 3.0
+
+
+def test_an_error_that_is_nan_is_never_dropped(of_width: Algebra) -> None:
+    width = of_width.width
+    ones = (1.0,) * width
+    for where in range(width):
+        wrong = with_one(width, where, math.nan)
+        assert math.isnan(of_width.largest(wrong, ones))
+        assert math.isnan(of_width.largest(ones, wrong))
+
+
+def test_an_infinite_error_is_never_small(of_width: Algebra) -> None:
+    width = of_width.width
+    for where in range(width):
+        assert not of_width.largest(with_one(width, where, math.inf), (1.0,) * width) <= 1.0
 
 
 def test_the_larger_of_two() -> None:
@@ -90,13 +230,12 @@ def test_the_larger_of_two() -> None:
 
 
 @pytest.mark.parametrize("value", BAD)
-@pytest.mark.parametrize("where", range(3))
-def test_a_component_that_is_not_finite_is_seen(where: int, value: float) -> None:
-    y = [1.0, -2.0, 3.0]
-    assert linear.finite(tuple(y))
-    y[where] = value
-    assert not linear.finite(tuple(y))
+def test_a_component_that_is_not_finite_is_seen(of_width: Algebra, value: float) -> None:
+    width = of_width.width
+    assert of_width.finite((1.0, -2.0, 3.0, -4.0)[:width])
+    for where in range(width):
+        assert not of_width.finite(with_one(width, where, value))
 
 
-def test_opposite_infinities_do_not_cancel() -> None:
-    assert not linear.finite((math.inf, -math.inf, 0.0))
+def test_opposite_infinities_do_not_cancel(of_width: Algebra) -> None:
+    assert not of_width.finite((math.inf, -math.inf, 0.0, 0.0)[: of_width.width])

@@ -9,8 +9,12 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from stickslip.compiled.decorators import inline, jit
-from stickslip.numerics.rosenbrock import defect_error, interpolate, make_step
+from stickslip.numerics.linear import algebra
+from stickslip.numerics.rosenbrock import make_defect_error, make_step
 from stickslip.numerics.tableaus import RODAS4, RODAS4P, RODAS4P2, RosenbrockTableau
+
+ALGEBRA = algebra(3)
+defect_error, interpolate = make_defect_error(ALGEBRA), ALGEBRA.interpolate
 
 START = (0.4, 1.0, 0.7)
 END = 2.0
@@ -21,7 +25,7 @@ CUSP, SMOOTH, STIFF = -0.0, 1.0, 2.0
 
 @inline
 def rhs(p, t, y):
-    if p <= CUSP:  # model.md's scalar test: the viscous force of a pseudoplastic fluid
+    if p <= CUSP:  # the viscous force of a pseudoplastic fluid
         u = y[0]
         return 1.0 - u * (u * u + p * p) ** (-1.0 / 3.0), 0.0, 0.0
     if p == STIFF:
@@ -69,7 +73,7 @@ class Step(NamedTuple):
 
 
 def make_method(tableau: RosenbrockTableau) -> Method:
-    step = make_step(rhs, tableau)
+    step = make_step(rhs, tableau, ALGEBRA)
 
     @jit
     def one(p, t, h, y):

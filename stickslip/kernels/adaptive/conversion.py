@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from typing import Any
 
 import numpy as np
 
-from stickslip.compiled.decorators import kernel, named_kernel
+from stickslip.compiled.decorators import kernel, kernel_factory, named_kernel
 from stickslip.compiled.fields import make_map
 from stickslip.kernels.adaptive.passes import CYCLE, HALVES, OUTCOME, Queue
 from stickslip.kernels.points import FIRST_STEP, parameters_of
@@ -39,7 +38,7 @@ state_units = make_map(
 """Inline: the units of the components of the state."""
 
 
-@cache
+@kernel_factory
 def reduction_kernel(law: str) -> Any:
     """The kernel that turns points into their own units.
 
@@ -97,7 +96,7 @@ def write_records(
         write_whole_orbit(measured[i], own, cycles[i], records[i])
 
 
-@cache
+@kernel_factory
 def result_kernel(law: str) -> Any:
     """The kernel that writes the result rows of points that were settled and measured twice.
 

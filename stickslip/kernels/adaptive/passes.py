@@ -9,12 +9,11 @@ everything it needs to go on in the arrays that it was given.
 from __future__ import annotations
 
 import math
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.compiled.decorators import inline, jit, named_kernel
+from stickslip.compiled.decorators import inline, jit, kernel_factory, named_kernel
 from stickslip.compiled.fields import make_lane_reader, make_map
 from stickslip.compiled.simd import LANES
 from stickslip.kernels.adaptive import recording
@@ -298,7 +297,7 @@ def make_pass(problems: Any, law: str) -> Any:
     return work
 
 
-@cache
+@kernel_factory
 def pass_kernel(family: Family) -> Any:
     """The kernel of a family of fluids: what `make_pass` describes."""
     return named_kernel(f"adaptive_pass[{family}]", make_pass(_make_problems(family), family.law))

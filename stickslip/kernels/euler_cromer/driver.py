@@ -16,7 +16,9 @@ from stickslip.kernels.adaptive import driver as adaptive
 from stickslip.kernels.adaptive.passes import CYCLE, MEASURE, OUTCOME, Pass, judged
 from stickslip.kernels.euler_cromer.lanes import March
 from stickslip.kernels.euler_cromer.layout import write_starts, write_steps
-from stickslip.kernels.points import FIRST_STEP, parameters_of
+from stickslip.kernels.euler_cromer.march import march_kernel
+from stickslip.kernels.families import families
+from stickslip.kernels.points import FINAL_COLUMNS, FIRST_STEP, parameters_of
 from stickslip.kernels.stability import largest_stable_step
 from stickslip.kernels.trajectories import euler_cromer_trajectory
 from stickslip.measure.accumulate import RECORD
@@ -34,6 +36,7 @@ from stickslip.numerics.periodic import search
 from stickslip.options import Options
 from stickslip.parameters import Parameters
 from stickslip.status import Status
+from stickslip.variables import RESULT_COLUMNS
 
 NOT_STATIONARY = int(Status.NOT_STATIONARY)
 
@@ -54,7 +57,11 @@ def compile_for(indices: np.ndarray, options: Options) -> None:
     """Compile or load what points with these rheological indices (n,) need."""
     nobody = np.empty((0, len(Parameters._fields)))
     adaptive.compile_for(indices, options)  # of the reference orbit
-    _Search(nobody, options).run(np.empty((0, 0)), np.empty((0, 0)))
+    columns = (len(RESULT_COLUMNS), len(FINAL_COLUMNS))
+    orbits(nobody, options, *(np.empty((0, count)) for count in columns))
+    tasks = March(nobody, np.empty(0, np.int64), np.empty((0, 3)), options.friction).tasks
+    for family, _ in families(options.friction, indices):
+        march_kernel(family)(tasks, np.empty(0, np.int64), False, False, 0)
 
 
 def largest_step(points: np.ndarray, options: Options) -> np.ndarray:
@@ -75,7 +82,7 @@ def orbits(points: np.ndarray, options: Options, results: np.ndarray, finals: np
 
     The error estimate compares with the adaptive method from the same stroboscopic state.
     """
-    for first in range(0, len(points), _BLOCK):
+    for first in range(0, max(len(points), 1), _BLOCK):  # an empty one compiles
         part = slice(first, first + _BLOCK)
         _Search(np.ascontiguousarray(points[part]), options).run(results[part], finals[part])
 

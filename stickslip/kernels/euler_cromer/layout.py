@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.compiled.decorators import kernel, named_kernel
+from stickslip.compiled.decorators import kernel, kernel_factory, named_kernel
 from stickslip.kernels.euler_cromer.scaling import (
     StepParameters,
     from_lane,
@@ -74,7 +73,7 @@ def clear_records(rows: np.ndarray, which: np.ndarray) -> None:
         _clear_record(rows[i], 0)
 
 
-@cache
+@kernel_factory
 def row_kernels(law: str) -> RowKernels:
     """The kernels for rows of points with this law of friction."""
     step_parameters, step_units = step_reduction(law), step_units_of(law)

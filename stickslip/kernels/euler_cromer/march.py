@@ -8,12 +8,11 @@ on in the arrays that it was given. The numbers are those of the scalar drive bu
 from __future__ import annotations
 
 import math
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.compiled.decorators import inline, named_kernel
+from stickslip.compiled.decorators import inline, kernel_factory, named_kernel
 from stickslip.compiled.elementary import reciprocal
 from stickslip.compiled.fields import make_lane_reader
 from stickslip.kernels.euler_cromer.layout import RECORD_BEGIN, SLOTS
@@ -120,7 +119,7 @@ def make_march(family: Family, *, noisy: bool, measured: bool) -> Any:
     )
 
 
-@cache
+@kernel_factory
 def march_kernel(family: Family) -> Any:
     """The kernel that marches fluids of one family.
 

@@ -15,6 +15,7 @@ from typing import Self
 
 from sweeps.engine.signals import Stop
 from sweeps.engine.worker import Block, Task
+from sweeps.exits import Exit, ExpectedError
 
 Tasks = Iterator[Task]
 Finished = queue.SimpleQueue[Future[Block]]
@@ -22,8 +23,10 @@ Finished = queue.SimpleQueue[Future[Block]]
 _SILENCE_SECONDS = 5.0  # without a finished block, until the executor is asked for the reason
 
 
-class ExecutorError(RuntimeError):
+class ExecutorError(ExpectedError, RuntimeError):
     """The workers cannot be had, or were lost; what is finished is kept."""
+
+    code = Exit.STOPPED
 
 
 class WorkersLostError(RuntimeError):

@@ -10,12 +10,18 @@ import pytest
 
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.simd import LANES
-from stickslip.numerics import adaptive_lanes as lanes
 from stickslip.numerics import step_control
 from stickslip.numerics.adaptive import OK, make_adaptive
+from stickslip.numerics.adaptive_lanes import Slots, make_attempt, slots_for
+from stickslip.numerics.lane_array import lane_array
+from stickslip.numerics.linear import algebra
 from stickslip.numerics.tableaus import RODAS4P2
 
 START = (0.4, 1.0, 0.7)
+SLOTS = slots_for(3)
+STATE, OLD = (list(range(first, first + 3)) for first in (SLOTS.state, SLOTS.old))
+
+_get = lane_array(LANES).get
 
 
 @inline
@@ -50,20 +56,20 @@ def count(p, t, h, y0, y1, d1, d2, record):
 
 @inline
 def speed(values, lane):
-    return lanes.at(values, lanes.PARAMETERS, lane)
+    return _get(values, SLOTS.parameters, lane)
 
 
-attempt = lanes.make_attempt(rhs, jacobian, unit_weight, speed, RODAS4P2)
-scalar = make_adaptive(rhs, jacobian, unit_weight, count, RODAS4P2)
+attempt = make_attempt(rhs, jacobian, unit_weight, speed, RODAS4P2, algebra(3))
+scalar = make_adaptive(rhs, jacobian, unit_weight, count, RODAS4P2, algebra(3))
 
 
 def loaded(speeds: np.ndarray, rtols: np.ndarray, ends: np.ndarray, h: float = 1e-3) -> np.ndarray:
     """Lanes at the start, one problem in each."""
-    table = np.zeros((lanes.PARAMETERS + 1, LANES))
+    table = np.zeros((SLOTS.parameters + 1, LANES))
     for slot, value in (
-        (lanes.END, ends), (lanes.STEP, h), (lanes.RTOL, rtols), (lanes.GROWS, 1.0),
-        (lanes.REMEMBERED, step_control.START), (lanes.LIMIT, np.inf), (lanes.PARAMETERS, speeds),
-        (lanes.Y0, START[0]), (lanes.Y1, START[1]), (lanes.Y2, START[2]),
+        (SLOTS.end, ends), (SLOTS.step, h), (SLOTS.rtol, rtols), (SLOTS.grows, 1.0),
+        (SLOTS.remembered, step_control.START), (SLOTS.limit, np.inf), (SLOTS.parameters, speeds),
+        *zip(STATE, START, strict=True),
     ):  # fmt: skip
         table[slot] = value
     return table.ravel()
@@ -84,9 +90,9 @@ def attempts_to_the_end(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for number in range(1, 5000):
         attempt(values)
         table = table_of(values)
-        there = (table[lanes.TIME] >= table[lanes.END]) & (used == 0)
+        there = (table[SLOTS.time] >= table[SLOTS.end]) & (used == 0)
         used[there] = number
-        states[there] = table[[lanes.Y0, lanes.Y1, lanes.Y2]].T[there]
+        states[there] = table[STATE].T[there]
         if np.all(used > 0):
             return used, states
     raise AssertionError("a lane does not arrive")
@@ -111,8 +117,8 @@ def test_a_lane_that_has_arrived_stays_there() -> None:
     table = table_of(values)
     for _ in range(20):
         attempt(values)
-    np.testing.assert_array_equal(table[[lanes.Y0, lanes.Y1, lanes.Y2]].T, states)
-    np.testing.assert_array_equal(table[lanes.TIME], ENDS)
+    np.testing.assert_array_equal(table[STATE].T, states)
+    np.testing.assert_array_equal(table[SLOTS.time], ENDS)
 
 
 def test_lanes_do_not_feel_each_other() -> None:
@@ -127,40 +133,40 @@ def test_lanes_do_not_feel_each_other() -> None:
 def test_events_are_arrival_limit_and_rounding() -> None:
     values = loaded(SPEEDS, RTOLS, ENDS)
     table = table_of(values)
-    table[lanes.LIMIT, 2] = 4.0
-    table[lanes.Y0, 7] = math.nan
+    table[SLOTS.limit, 2] = 4.0
+    table[SLOTS.state, 7] = math.nan
     seen: dict[int, int] = {}
     for number in range(1, 2000):
         attempt(values)
-        for lane in np.flatnonzero(table[lanes.EVENT] > 0).tolist():
+        for lane in np.flatnonzero(table[SLOTS.event] > 0).tolist():
             seen.setdefault(lane, number)
         if len(seen) == LANES:
             break
     assert seen[2] == 4
-    assert table[lanes.STUCK, 7] == 1.0
-    assert table[lanes.TIME, 7] == 0.0
-    assert table[lanes.ATTEMPTS, 7] >= 100.0 / math.log2(10.0)  # a quarter each time, to rounding
+    assert table[SLOTS.stuck, 7] == 1.0
+    assert table[SLOTS.time, 7] == 0.0
+    assert table[SLOTS.attempts, 7] >= 100.0 / math.log2(10.0)  # a quarter each time, to rounding
     others = [lane for lane in range(LANES) if lane not in (2, 7)]
-    assert np.all(table[lanes.TIME][others] == ENDS[others])
-    assert np.all(table[lanes.STUCK][others] == 0.0)
+    assert np.all(table[SLOTS.time][others] == ENDS[others])
+    assert np.all(table[SLOTS.stuck][others] == 0.0)
 
 
 def test_the_step_tried_last_is_there_for_its_continuous_extension() -> None:
     values = loaded(SPEEDS, RTOLS, ENDS)
     table: Any = table_of(values)
     for _ in range(12):
-        before = table[[lanes.TIME, lanes.Y0, lanes.Y1, lanes.Y2]].copy()
+        before = table[[SLOTS.time, *STATE]].copy()
         attempt(values)
         np.testing.assert_array_equal(
-            table[[lanes.FROM, lanes.OLD0, lanes.OLD1, lanes.OLD2]],
+            table[[SLOTS.begin, *OLD]],
             before,
         )
-        accepted = table[lanes.ACCEPTED] > 0
-        moved = table[lanes.TIME] > before[0]
+        accepted = table[SLOTS.accepted] > 0
+        moved = table[SLOTS.time] > before[0]
         np.testing.assert_array_equal(accepted, moved)
         np.testing.assert_allclose(
-            (table[lanes.FROM] + table[lanes.USED])[accepted],
-            table[lanes.TIME][accepted],
+            (table[SLOTS.begin] + table[SLOTS.used])[accepted],
+            table[SLOTS.time][accepted],
             rtol=1e-15,
         )
 
@@ -168,9 +174,69 @@ def test_the_step_tried_last_is_there_for_its_continuous_extension() -> None:
 def test_after_a_rejection_an_accepted_step_does_not_grow() -> None:
     values = loaded(SPEEDS, RTOLS, ENDS, 1e-5)
     table = table_of(values)
-    table[lanes.GROWS, ::2] = 0.0  # as a rejection leaves it
+    table[SLOTS.grows, ::2] = 0.0  # as a rejection leaves it
     attempt(values)
-    assert np.all(table[lanes.ACCEPTED] == 1.0)
-    assert np.all(table[lanes.GROWS] == 1.0)
-    assert np.all(table[lanes.STEP, ::2] == 1e-5)
-    assert np.all(table[lanes.STEP, 1::2] > 1.1e-5)
+    assert np.all(table[SLOTS.accepted] == 1.0)
+    assert np.all(table[SLOTS.grows] == 1.0)
+    assert np.all(table[SLOTS.step, ::2] == 1e-5)
+    assert np.all(table[SLOTS.step, 1::2] > 1.1e-5)
+
+
+# --- the layout ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("width", [1, 2, 3, 4])
+def test_the_slots_of_a_lane_do_not_overlap(width: int) -> None:
+    slots = slots_for(width)
+    vectors = ("state", "old", "d1", "d2")
+    taken = [
+        getattr(slots, name) + i
+        for name in Slots._fields
+        for i in range(width if name in vectors else 1)
+    ]
+    assert taken == list(range(slots.parameters + 1))  # no gap either
+
+
+# --- another width -------------------------------------------------------------------------------
+
+
+TWO = slots_for(2)
+
+
+@inline
+def oscillation(p, t, y):
+    return y[1], -p * y[0]
+
+
+@inline
+def oscillation_jacobian(p, t, y):
+    return (0.0, 1.0), (-p, 0.0), (0.0, 0.0)
+
+
+@inline
+def two_weights(p, y, J):
+    return 1.0, 1.0
+
+
+@inline
+def stiffness(values, lane):
+    return _get(values, TWO.parameters, lane)
+
+
+def test_a_state_of_two_variables_is_integrated_as_well() -> None:
+    attempt = make_attempt(
+        oscillation, oscillation_jacobian, two_weights, stiffness, RODAS4P2, algebra(2)
+    )
+    table = np.zeros((TWO.parameters + 1, LANES))
+    for slot, value in (
+        (TWO.end, 2.0), (TWO.step, 1e-3), (TWO.rtol, 1e-8), (TWO.grows, 1.0),
+        (TWO.remembered, step_control.START), (TWO.limit, np.inf),
+        (TWO.parameters, SPEEDS**2), (TWO.state, 1.0),
+    ):  # fmt: skip
+        table[slot] = value
+    values = table.ravel()
+    for _ in range(1000):
+        attempt(values)
+    np.testing.assert_allclose(table[TWO.time], 2.0)
+    np.testing.assert_allclose(table[TWO.state], np.cos(2.0 * SPEEDS), atol=1e-6)
+    np.testing.assert_allclose(table[TWO.state + 1], -SPEEDS * np.sin(2.0 * SPEEDS), atol=1e-6)

@@ -8,7 +8,6 @@ import pytest
 
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.elementary import sine_and_cosine
-from stickslip.numerics import euler_cromer_lanes
 from stickslip.numerics.adaptive import DIVERGED, OK
 from stickslip.numerics.euler_cromer_lanes import (
     CHANGE,
@@ -22,8 +21,8 @@ from stickslip.numerics.euler_cromer_lanes import (
     V,
     W,
     X,
-    at,
-    make_fixed_lanes,
+    get,
+    make_euler_cromer_lanes,
     put,
 )
 
@@ -39,7 +38,7 @@ class System(NamedTuple):
 
 @inline
 def parameters(lanes, lane):
-    return System(at(lanes, SPRING, lane), at(lanes, LOSS, lane), at(lanes, ANGLE, lane))
+    return System(get(lanes, SPRING, lane), get(lanes, LOSS, lane), get(lanes, ANGLE, lane))
 
 
 @inline
@@ -50,8 +49,8 @@ def increments(p, drive, y):
 
 @inline
 def write_down(p, drive, y, lanes, lane):
-    put(lanes, SEEN, lane, at(lanes, SEEN, lane) + 1.0)
-    largest = at(lanes, LARGEST, lane)
+    put(lanes, SEEN, lane, get(lanes, SEEN, lane) + 1.0)
+    largest = get(lanes, LARGEST, lane)
     put(lanes, LARGEST, lane, max(y[0], largest))
 
 
@@ -61,7 +60,7 @@ def sine(p, n):
     return sine_and_cosine(p.angle * n)[0], 2.0 * math.sin(0.5 * p.angle) * slope
 
 
-march = make_fixed_lanes(parameters, increments, write_down, sine, SLOTS)
+march = make_euler_cromer_lanes(parameters, increments, write_down, sine, SLOTS)
 
 
 def tasks_of(systems, steps, start=(1.0, 2.0**-10, 0.5)) -> Tasks:
@@ -207,10 +206,3 @@ def test_the_change_of_the_drive_belongs_to_the_last_step() -> None:
     tasks = run(tasks_of([(1e-3, 1e-3, 0.1)], 9))
     expected = math.sin(0.9) - math.sin(0.8)
     assert tasks.rows[0, CHANGE] == pytest.approx(expected, rel=1e-13)
-
-
-def test_lanes_begin_with_a_cache_line() -> None:
-    for size in (64, 1000):
-        lanes = euler_cromer_lanes.aligned(size)
-        assert lanes.ctypes.data % 64 == 0
-        assert np.array_equal(lanes, np.zeros(size))

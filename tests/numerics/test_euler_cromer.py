@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from stickslip.compiled.decorators import inline
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
-from stickslip.numerics.euler_cromer import make_fixed
+from stickslip.numerics.euler_cromer import make_euler_cromer
 
 OSCILLATOR, FORCED, EXPLODES, NAN_FROM_HALF, NEGATIVE = map(float, range(5))
 START = (1.0, 0.25, 0.5)
@@ -42,7 +42,7 @@ def write_down(p, t, dt, y0, y1, record):
         row[5], row[6], row[7] = y1[0], y1[1], y1[2]
 
 
-compiled = make_fixed(increments, write_down)
+compiled = make_euler_cromer(increments, write_down)
 
 
 def march(p: float, end: float, steps: int, y=START, begin=0.0, budget=PLENTY, rows=0) -> Any:

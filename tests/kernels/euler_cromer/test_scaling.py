@@ -1,0 +1,187 @@
+"""The units of the fixed-step lanes: the same equations with the step for the unit of time."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from support.extra_parameters import UNITS, VALUE, extra_values
+from support.parameters import random_parameters
+
+from stickslip.kernels.euler_cromer.scaling import (
+    StepParameters,
+    StepUnits,
+    from_lane,
+    step_reduction,
+    step_units_of,
+    step_values,
+    to_lane,
+)
+from stickslip.model import drive, film, noise
+from stickslip.model.rhs import (
+    block_acceleration,
+    equations,
+    film_melting_function,
+    relative_velocity,
+)
+from stickslip.options import FRICTION_LAWS
+from stickslip.parameters import Parameters, ParameterValues
+
+INDICES = [-2 / 3, -0.5, 0.0, 0.3, 2 / 3]
+
+
+class Lane(NamedTuple):
+    """A point in its own units and in those of a lane with so many steps a period."""
+
+    p: Parameters
+    dt: float
+    values: ParameterValues
+    own: StepParameters
+    units: StepUnits
+
+
+@pytest.fixture(scope="module", params=FRICTION_LAWS)
+def law(request: pytest.FixtureRequest) -> str:
+    return request.param
+
+
+def lane_of(law: str, p: Parameters, steps: int) -> Lane:
+    own = step_reduction(law)(p, steps)
+    values, units = step_values(None)(own), step_units_of(law)(p, steps)
+    return Lane(p, drive.period(p) / steps, values, own, units)
+
+
+def lanes(law: str, count: int = 40) -> list[Lane]:
+    rng = np.random.default_rng(20130720)
+    return [
+        lane_of(law, random_parameters(rng, gamma), int(10.0 ** rng.uniform(2.0, 8.0)))
+        for gamma in INDICES
+        for _ in range(count)
+    ]
+
+
+def test_a_step_of_a_lane_is_a_step_of_the_original_in_other_units(law: str) -> None:
+    stress_and_force, rng = equations(law).stress_and_force, np.random.default_rng(1)
+    for p, dt, values, own, units in lanes(law):
+        n, phi = rng.uniform(0.0, 2 * math.pi) / own.angle, 10.0 ** rng.uniform(-9.0, 0.2)
+        V = drive.upper_velocity(p, n * dt)
+        speed = abs(p.drive_amplitude) * p.angular_frequency
+        u = speed * 10.0 ** rng.uniform(-3.0, 0.5) * rng.choice([-1.0, 1.0])
+        y = p.drive_amplitude * rng.uniform(-1.5, 1.5), V - u, phi
+        x_lane, v_lane, phi_lane = to_lane(units, y)
+        u_lane = relative_velocity(values, n, v_lane)
+        assert u_lane * units.speed == pytest.approx(u, rel=1e-12 * (1 + speed / abs(u)), abs=0)
+        # The slip is the same to the last bits from here on: a thin film amplifies them.
+        u = u_lane * units.speed
+        stress, F = stress_and_force(p, u, phi)
+        stress_lane, F_lane = stress_and_force(values, u_lane, phi_lane)
+        assert stress_lane * units.stress == pytest.approx(stress, rel=1e-12, abs=0)
+        assert F_lane * units.force == pytest.approx(F, rel=1e-12, abs=0)
+        gain = block_acceleration(values, x_lane, F_lane) * units.speed
+        largest = (abs(F) + 2 * p.spring_stiffness * abs(y[0])) / p.block_mass * dt
+        assert gain == pytest.approx(block_acceleration(p, y[0], F) * dt, abs=1e-12 * largest)
+        B = film_melting_function(p, u)
+        rate_lane = film.order_parameter_rate(
+            values, phi_lane, film_melting_function(values, u_lane)
+        )
+        strain = u * p.strain_relaxation_time / p.film_thickness
+        terms = abs(film.heating(p)) + p.elastic_coefficient * strain**2
+        terms += p.cubic_coefficient * phi + p.quartic_coefficient * phi**2
+        largest = p.kinetic_coefficient * phi * terms * dt
+        rate = film.order_parameter_rate(p, phi, B) * dt
+        assert rate_lane * units.phi == pytest.approx(rate, abs=1e-12 * largest)
+
+
+def test_the_kick_of_the_noise_is_the_original_in_other_units(law: str) -> None:
+    for p, dt, _, own, units in lanes(law, 10):
+        least = own.least_phi * units.phi
+        assert least == pytest.approx(
+            math.sqrt(noise.effective_intensity(p) * dt), rel=1e-12, abs=0
+        )
+        for phi in (0.1 * least, 3.0 * least, 0.5):
+            kick = own.D_eff / max(phi / units.phi, own.least_phi) * units.phi
+            assert kick == pytest.approx(noise.typical_kick(p, phi, dt), rel=1e-12, abs=0)
+
+
+def test_the_thresholds_of_the_film_are_the_original_in_other_units(law: str) -> None:
+    for p, _, values, own, units in lanes(law, 10):
+        solid = film.solid_threshold(p)
+        assert own.solid * units.phi == pytest.approx(solid, rel=1e-12, abs=0)
+        assert own.melted * units.phi == pytest.approx(film.MELTED_PART * solid, rel=1e-12, abs=0)
+        assert film.solid_threshold(values) == pytest.approx(own.solid, rel=1e-12, abs=0)
+
+
+def test_a_film_that_is_always_solid_never_melts(law: str) -> None:
+    p = Parameters(cubic_coefficient=0.0, temperature=300.0)
+    assert lane_of(law, p, 1000).own.solid == 0.0
+    assert lane_of(law, p, 1000).own.melted < 0.0
+
+
+def test_states_come_back_from_their_units(law: str) -> None:
+    for lane in lanes(law, 5):
+        y = 1e-7, -3e-6, 0.2
+        assert from_lane(lane.units, to_lane(lane.units, y)) == pytest.approx(y, rel=1e-14, abs=0)
+
+
+def test_a_lane_without_elasticity_has_finite_units_and_no_elastic_stress(law: str) -> None:
+    lane = lane_of(law, Parameters(elastic_coefficient=0.0), 1000)
+    assert np.all(np.isfinite(lane.own))
+    assert np.all(np.isfinite(lane.units))
+    stress, _ = equations(law).stress_and_force(lane.values, 0.3, 0.5 / lane.units.phi)
+    assert stress == 0.0
+    B = film_melting_function(lane.values, 0.3)
+    heating = film.heating(lane.p) * lane.p.kinetic_coefficient / lane.p.angular_frequency
+    assert pytest.approx(heating * lane.own.angle, rel=1e-12, abs=0) == B
+
+
+def test_a_mirrored_drive_has_the_same_lane(law: str) -> None:
+    for lane in lanes(law, 5):
+        mirrored = lane.p._replace(drive_amplitude=-lane.p.drive_amplitude)
+        other = lane_of(law, mirrored, round(2 * math.pi / lane.own.angle))
+        assert other.own == lane.own
+        signs = StepUnits(length=-1, speed=-1, phi=1, stress=-1, force=-1)
+        np.testing.assert_array_equal(other.units, np.multiply(signs, lane.units))
+
+
+def test_the_rheological_index_can_be_a_literal(law: str) -> None:
+    own = step_reduction(law)(Parameters(rheological_index=0.3), 1000)
+    general, literal = step_values(None)(own), step_values(-2 / 3)(own)
+    assert literal.rheological_index == -2 / 3
+    assert general.rheological_index == 0.3
+    assert literal._replace(rheological_index=0.3) == general
+    assert literal.angular_frequency == own.angle
+
+
+STEPS = 5000
+P = random_parameters(np.random.default_rng(12), -2 / 3)._replace(drive_amplitude=-3e-7)
+
+
+PHI_POWER = 3
+
+
+def expected_extra() -> dict[str, float]:
+    """An extra parameter of each unit in the units of a lane: length X_m, time a step."""
+    units = step_units_of("power-law")(P, STEPS)
+    dt = 2 * math.pi / P.angular_frequency / STEPS
+    return {
+        "1": VALUE,
+        "Pa": VALUE / abs(units.stress),
+        "J m-3": VALUE * P.kinetic_coefficient * dt * units.phi**PHI_POWER,  # a rate of ln(phi)
+        "N m-1": VALUE / P.block_mass * dt**2,
+        "s-1": VALUE * dt,
+        "m s-1": VALUE / abs(units.speed),
+        "m": VALUE / abs(units.length),
+        "s": VALUE / dt,
+    }
+
+
+@pytest.mark.slow
+def test_an_extra_parameter_of_any_unit_of_the_table_is_scaled_by_its_unit(tmp_path: Path) -> None:
+    imports = "from stickslip.kernels.euler_cromer.scaling import step_reduction, step_values"
+    expression = f'step_values(-0.5)(step_reduction("power-law")(p, {STEPS}))'
+    found = extra_values(tmp_path, imports, expression, P, phi_power=PHI_POWER)
+    assert set(found) == set(UNITS)
+    assert found == pytest.approx(expected_extra(), rel=1e-12, abs=0)

@@ -1,0 +1,219 @@
+"""What every law of the viscous stress promises: odd, rising, its slope, its rounding, its bounds.
+
+A new law in `options.FRICTION_LAWS` is tested by being there; fluids with other parameters than
+these belong into FLUIDS.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from stickslip.model import scaling
+from stickslip.model.laws import FrictionLaw, friction_law
+from stickslip.options import FRICTION_LAWS
+from stickslip.parameters import Parameters
+from stickslip.variables import PARAMETERS
+
+FLUIDS = [
+    Parameters(rheological_index=gamma) for gamma in (-0.9, -2 / 3, -0.5, 0.0, 1 / 3, 2 / 3, 2.0)
+] + [Parameters(viscosity_coefficient=1.0, film_thickness=1e-8)]
+
+SPEEDS = np.geomspace(1e-15, 1.0, 61).tolist()
+U_S = 8e-12
+"""A tolerance of 1e-6 of the drive's largest speed."""
+
+
+class Fluid(NamedTuple):
+    law: FrictionLaw
+    p: Parameters
+
+
+@pytest.fixture(
+    scope="module",
+    params=[(law, p) for law in FRICTION_LAWS for p in FLUIDS],
+    ids=lambda param: f"{param[0]},{param[1].rheological_index:.2g},{param[1].film_thickness:g}",
+)
+def fluid(request: pytest.FixtureRequest) -> Fluid:
+    law, p = request.param
+    return Fluid(friction_law(law), p)
+
+
+@pytest.fixture(scope="module", params=FRICTION_LAWS)
+def law(request: pytest.FixtureRequest) -> FrictionLaw:
+    return friction_law(request.param)
+
+
+def slope_of(function: Callable[[float], float], u: float, step: float) -> float:
+    """Derivative by central differences of fourth order."""
+    values = [function(u + times * step) for times in (-2, -1, 1, 2)]
+    return float(np.dot([1, -8, 8, -1], values)) / (12 * step)
+
+
+# --- what is declared ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", FRICTION_LAWS)
+def test_a_law_is_called_as_its_declaration_says(name: str) -> None:
+    assert friction_law(name).name == name
+
+
+def test_an_unknown_law_is_refused() -> None:
+    with pytest.raises(KeyError, match="no-such-law"):
+        friction_law("no-such-law")
+
+
+def test_a_law_uses_parameters_of_the_registry(law: FrictionLaw) -> None:
+    assert set(law.parameters) <= set(PARAMETERS)
+    assert set(law.scaled) <= set(PARAMETERS)
+
+
+def test_a_laws_own_parameters_change_its_stress(law: FrictionLaw) -> None:
+    p = Parameters()
+    for name in law.parameters:
+        changed = p._replace(**{name: 0.9 * getattr(p, name)})
+        assert law.stress(changed, 3e-6) != law.stress(p, 3e-6)
+
+
+def test_every_field_but_the_optional_ones_is_given(law: FrictionLaw) -> None:
+    fields = {field.name for field in dataclasses.fields(law)}
+    for name in fields - {"name", "scaled", "parameters", "special_indices"}:
+        assert callable(getattr(law, name))
+
+
+# --- the exact law -------------------------------------------------------------------------------
+
+
+def test_the_stress_is_odd_bit_for_bit_and_has_the_sign_of_the_slip(fluid: Fluid) -> None:
+    for u in SPEEDS:
+        stress = fluid.law.stress(fluid.p, u)
+        assert stress > 0
+        assert fluid.law.stress(fluid.p, -u) == -stress
+
+
+def test_the_slope_is_even_bit_for_bit(fluid: Fluid) -> None:
+    for u in SPEEDS:
+        assert fluid.law.slope(fluid.p, -u) == fluid.law.slope(fluid.p, u)
+
+
+def test_the_stress_does_not_fall_with_the_slip(fluid: Fluid) -> None:
+    speeds = [-u for u in reversed(SPEEDS)] + [0.0, *SPEEDS]
+    stresses = [fluid.law.stress(fluid.p, u) for u in speeds]
+    assert np.all(np.diff(stresses) >= 0)
+    assert min(fluid.law.slope(fluid.p, u) for u in speeds) >= 0
+
+
+def test_the_slope_is_the_derivative_of_the_stress(fluid: Fluid) -> None:
+    def stress(u: float) -> float:
+        return fluid.law.stress(fluid.p, u)
+
+    for u in [*SPEEDS, *(-u for u in SPEEDS)]:
+        # Where the stress is nearly constant the differences lose digits.
+        noise = 1e-11 * abs(stress(u) / u)
+        difference = slope_of(stress, u, 1e-3 * u)
+        assert fluid.law.slope(fluid.p, u) == pytest.approx(difference, rel=1e-9, abs=noise)
+
+
+@pytest.mark.parametrize("u", [0.0, -0.0, 5e-324, -5e-324, 1e-300])
+def test_all_is_finite_where_the_blocks_move_together(fluid: Fluid, u: float) -> None:
+    for u_s in (0.0, U_S):
+        stress, slope = fluid.law.rounded(fluid.p, u, u_s)
+        assert math.isfinite(stress)
+        assert math.isfinite(slope)
+        assert slope >= 0
+    assert math.isfinite(fluid.law.stress(fluid.p, u))
+    assert 0 <= fluid.law.slope(fluid.p, u) < math.inf
+
+
+def test_the_stress_vanishes_where_the_blocks_move_together(fluid: Fluid) -> None:
+    assert fluid.law.stress(fluid.p, 0.0) == 0.0
+    assert fluid.law.rounded(fluid.p, 0.0, U_S)[0] == 0.0
+
+
+def test_nan_goes_through(fluid: Fluid) -> None:
+    assert math.isnan(fluid.law.stress(fluid.p, math.nan))
+    assert math.isnan(fluid.law.rounded(fluid.p, math.nan, U_S)[0])
+
+
+# --- the rounded law -----------------------------------------------------------------------------
+
+
+def test_the_rounded_law_is_the_exact_one_away_from_the_cusp(fluid: Fluid) -> None:
+    for u in [*SPEEDS, *(-u for u in SPEEDS)]:
+        for part in (1e-3, 1e-5, 1e-7):
+            exact = fluid.law.stress(fluid.p, u), fluid.law.slope(fluid.p, u)
+            rounded = fluid.law.rounded(fluid.p, u, part * abs(u))
+            # The distance falls with the square; a general power is exact to its logarithm.
+            assert rounded == pytest.approx(exact, rel=20 * part**2 + 1e-13, abs=0)
+
+
+def test_without_a_cusp_there_is_nothing_to_round(fluid: Fluid) -> None:
+    if not fluid.law.has_cusp(fluid.p):
+        for u in SPEEDS:
+            exact = fluid.law.stress(fluid.p, u), fluid.law.slope(fluid.p, u)
+            assert fluid.law.rounded(fluid.p, u, 10 * u) == pytest.approx(exact, rel=1e-13, abs=0)
+
+
+def test_the_rounded_stress_is_odd_and_its_slope_even_bit_for_bit(fluid: Fluid) -> None:
+    for u in SPEEDS:
+        stress, slope = fluid.law.rounded(fluid.p, u, U_S)
+        assert fluid.law.rounded(fluid.p, -u, U_S) == (-stress, slope)
+
+
+def test_the_rounded_slope_is_the_derivative_of_the_rounded_stress(fluid: Fluid) -> None:
+    def stress(u: float) -> float:
+        return fluid.law.rounded(fluid.p, u, U_S)[0]
+
+    for u in [way * size * U_S for size in np.geomspace(0.1, 30.0, 30) for way in (1, -1)]:
+        step = 1e-3 * abs(u)
+        noise = 1e-14 * 40 * max(abs(stress(u - 2 * step)), abs(stress(u + 2 * step))) / step
+        slope = fluid.law.rounded(fluid.p, u, U_S)[1]
+        assert slope == pytest.approx(slope_of(stress, u, step), rel=1e-9, abs=noise)
+
+
+# --- what a law says about itself ----------------------------------------------------------------
+
+
+def test_a_cusp_is_where_the_slope_has_no_bound(fluid: Fluid) -> None:
+    at_rest, near = (fluid.law.slope(fluid.p, u) for u in (0.0, 1e-15))
+    if fluid.law.has_cusp(fluid.p):
+        assert at_rest > 10 * near > 10 * fluid.law.slope(fluid.p, 1e-6)
+        assert fluid.law.rounded(fluid.p, 0.0, U_S)[1] < at_rest
+    else:
+        assert at_rest <= near * (1 + 1e-6)
+
+
+def test_a_fluid_thickens_where_the_slope_grows_with_the_slip(fluid: Fluid) -> None:
+    slow, fast = (fluid.law.slope(fluid.p, u) for u in (1e-9, 1e-5))
+    assert bool(fluid.law.thickens(fluid.p)) == (fast > slow * (1 + 1e-9))
+
+
+def test_the_stable_slope_bounds_the_slopes_of_a_law_without_a_cusp(fluid: Fluid) -> None:
+    for u in SPEEDS:
+        stable = fluid.law.stable_slope(fluid.p, u)
+        assert 0 <= stable < math.inf
+        if not fluid.law.has_cusp(fluid.p):
+            slopes = [fluid.law.slope(fluid.p, part * u) for part in (0.0, 0.1, 0.5, 1.0)]
+            assert stable >= max(slopes) * (1 - 1e-12)
+
+
+def test_the_nondimensional_stress_is_the_original_in_other_units(fluid: Fluid) -> None:
+    unit = scaling.units_of(fluid.p)
+    q = scaling.model_values(None)(scaling.reduction(fluid.law.name)(fluid.p))
+    for u in (-2.0, 1e-3, 1.0, 30.0):
+        expected = fluid.law.stress(fluid.p, u * unit.speed) / unit.stress
+        assert fluid.law.stress(q, u) == pytest.approx(expected, rel=1e-12, abs=0)
+
+
+@pytest.mark.parametrize("u", [-1e-5, -1e-18, 0.0, 3e-9, 8e-6])
+def test_compiled_and_plain_python_agree(fluid: Fluid, u: float) -> None:
+    for function in (fluid.law.stress, fluid.law.slope, fluid.law.stable_slope):
+        assert function(fluid.p, u) == pytest.approx(function.py_func(fluid.p, u), rel=1e-14, abs=0)
+    rounded = fluid.law.rounded
+    plain = rounded.py_func(fluid.p, u, U_S)
+    assert rounded(fluid.p, u, U_S) == pytest.approx(plain, rel=1e-14, abs=0)

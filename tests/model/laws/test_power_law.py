@@ -1,0 +1,220 @@
+"""The paper's power law: Eqs. 6-11, its special indices, and how far its rounding reaches."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stickslip.model.laws.power_law import (
+    LAW,
+    rounded_viscous_stress,
+    viscous_stress,
+    viscous_stress_slope,
+)
+from stickslip.parameters import Parameters
+
+PAPER = Parameters()
+H, K_VISCOUS = PAPER.film_thickness, PAPER.viscosity_coefficient
+INDICES = [-0.999, -0.9, -2 / 3, -0.5, 0.0, 1 / 3, 2 / 3, 2.0, 5.0]
+SPECIAL = [-2 / 3, 0.0, 2 / 3]
+
+speeds = st.floats(1e-20, 1.0)
+signed_speeds = speeds | speeds.map(lambda u: -u)
+indices = st.floats(-0.999, 2.0) | st.sampled_from(INDICES)
+
+
+def fluid(gamma: float) -> Parameters:
+    return PAPER._replace(rheological_index=gamma)
+
+
+def test_the_law_declares_the_indices_that_have_kernels_of_their_own() -> None:
+    assert LAW.special_indices == tuple(SPECIAL)
+    assert set(LAW.parameters) == {"viscosity_coefficient", "rheological_index"}
+
+
+@pytest.mark.parametrize("gamma", INDICES)
+def test_the_viscosity_coefficient_is_the_effective_viscosity_at_unit_rate(gamma: float) -> None:
+    assert viscous_stress(fluid(gamma), H) == K_VISCOUS
+
+
+@given(u=signed_speeds, gamma=indices)
+def test_the_viscous_stress_is_the_effective_viscosity_times_the_strain_rate(
+    u: float, gamma: float
+) -> None:
+    rate = abs(u) / H
+    effective_viscosity = K_VISCOUS * rate**gamma
+    stress = viscous_stress(fluid(gamma), u)
+    assert abs(stress) == pytest.approx(effective_viscosity * rate, rel=1e-12, abs=0)
+
+
+def test_the_pseudoplastic_stress_at_the_speed_of_the_drive_is_a_megapascal() -> None:
+    # k (8e-6/1e-9)^(1/3) = 20 k
+    assert viscous_stress(fluid(-2 / 3), 8e-6) == pytest.approx(1e6, rel=1e-14, abs=0)
+
+
+@given(u=signed_speeds, gamma=indices)
+def test_the_viscous_stress_has_the_sign_of_the_relative_velocity(u: float, gamma: float) -> None:
+    assert viscous_stress(fluid(gamma), u) * u > 0
+
+
+@given(u=speeds, gamma=indices)
+def test_stress_odd_and_slope_even_bit_for_bit(u: float, gamma: float) -> None:
+    p = fluid(gamma)
+    assert viscous_stress(p, -u) == -viscous_stress(p, u)
+    assert viscous_stress_slope(p, -u) == viscous_stress_slope(p, u)
+
+
+@given(u=signed_speeds, gamma=indices)
+def test_the_viscous_slope_is_the_derivative_of_the_viscous_stress(u: float, gamma: float) -> None:
+    step, p = 1e-3 * u, fluid(gamma)
+
+    def stress(times: int) -> float:
+        return viscous_stress(p, u + times * step)
+
+    difference = (stress(-2) - 8 * stress(-1) + 8 * stress(1) - stress(2)) / (12 * step)
+    # Where the stress is nearly constant (gamma near -1) the differences lose digits.
+    noise = 1e-11 * abs(stress(0) / u)
+    assert viscous_stress_slope(p, u) == pytest.approx(difference, rel=1e-9, abs=noise)
+
+
+@pytest.mark.parametrize("gamma", SPECIAL)
+@given(u=signed_speeds)
+def test_the_special_indices_agree_with_the_general_power(gamma: float, u: float) -> None:
+    rate = abs(u) / H
+    # (gamma + 1) is rounded, which the power amplifies by ln(rate): count that out.
+    power = math.copysign(K_VISCOUS * rate ** (gamma + 1.0), u)
+    rounding = 2.3e-16 * abs(math.log(rate)) if rate > 0 else 0.0
+    assert viscous_stress(fluid(gamma), u) == pytest.approx(power, rel=1e-14 + rounding, abs=0)
+
+
+@pytest.mark.parametrize("gamma", SPECIAL)
+def test_the_stress_is_continuous_in_the_index_at_the_special_ones(gamma: float) -> None:
+    special = viscous_stress(fluid(gamma), 3e-6)
+    for neighbour in (math.nextafter(gamma, -1.0), math.nextafter(gamma, 1.0)):
+        assert viscous_stress(fluid(neighbour), 3e-6) == pytest.approx(special, rel=1e-14, abs=0)
+
+
+@pytest.mark.parametrize("gamma", INDICES)
+@pytest.mark.parametrize("u", [0.0, -0.0, 5e-324, -5e-324, 1e-300])
+def test_stress_and_slope_are_finite_where_the_blocks_move_together(gamma: float, u: float) -> None:
+    p = fluid(gamma)
+    assert math.isfinite(viscous_stress(p, u))
+    assert 0 <= viscous_stress_slope(p, u) < math.inf
+
+
+@pytest.mark.parametrize("gamma", INDICES)
+def test_the_stress_vanishes_where_the_blocks_move_together(gamma: float) -> None:
+    assert viscous_stress(fluid(gamma), 0.0) == 0.0
+
+
+def test_the_slope_at_rest_is_infinite_for_a_pseudoplastic_fluid_as_far_as_floats_go() -> None:
+    assert viscous_stress_slope(fluid(-2 / 3), 0.0) > 1e60
+    newtonian = viscous_stress_slope(fluid(0.0), 0.0)
+    assert newtonian == pytest.approx(K_VISCOUS / H, rel=1e-15, abs=0)
+
+
+@pytest.mark.parametrize("gamma", INDICES)
+def test_only_a_pseudoplastic_fluid_has_a_cusp_and_only_a_dilatant_one_thickens(
+    gamma: float,
+) -> None:
+    assert bool(LAW.has_cusp(fluid(gamma))) == (gamma < 0)
+    assert bool(LAW.thickens(fluid(gamma))) == (gamma > 0)
+
+
+@pytest.mark.parametrize("gamma", INDICES)
+def test_the_stable_slope_is_that_of_the_fastest_slip_and_leaves_out_the_cusp(gamma: float) -> None:
+    p = fluid(gamma)
+    expected = 0.0 if gamma < 0 else viscous_stress_slope(p, 3e-6)
+    assert LAW.stable_slope(p, 3e-6) == expected
+
+
+# --- the rounded cusp ----------------------------------------------------------------------------
+
+THINNING = [-0.999, -0.9, -2 / 3, -0.5, -0.1]
+U_S = 8e-12
+"""A tolerance of 1e-6 of the drive's largest speed."""
+
+
+def rounded(u: float, gamma: float, u_s: float = U_S) -> tuple[float, float]:
+    return rounded_viscous_stress(fluid(gamma), u, u_s)
+
+
+@given(u=signed_speeds, gamma=indices, u_s=st.sampled_from([0.0, 8e-15, U_S, 8e-9]))
+def test_rounding_changes_the_stress_by_no_more_than_stated(
+    u: float, gamma: float, u_s: float
+) -> None:
+    exact = viscous_stress(fluid(gamma), u)
+    stress, _ = rounded(u, gamma, u_s)
+    bound = 0.5 * abs(gamma) * (u_s / u) ** 2 if gamma < 0 else 0.0
+    # The general power has an error in proportion to its logarithm.
+    power = 1e-15 * (5 + (1 + abs(gamma)) * abs(math.log(abs(u) / H)))
+    assert abs(stress - exact) <= (bound + power) * abs(exact)
+
+
+@pytest.mark.parametrize("gamma", THINNING)
+def test_the_stated_change_is_no_exaggeration(gamma: float) -> None:
+    u = 30 * U_S
+    bound = 0.5 * abs(gamma) * (U_S / u) ** 2
+    change = 1 - rounded(u, gamma)[0] / viscous_stress(fluid(gamma), u)
+    assert change == pytest.approx(bound, rel=2e-3, abs=0)
+
+
+@given(u=speeds, gamma=indices)
+def test_the_rounded_stress_is_odd_and_its_slope_even_bit_for_bit(u: float, gamma: float) -> None:
+    stress, slope = rounded(u, gamma)
+    assert rounded(-u, gamma) == (-stress, slope)
+
+
+@given(u=st.floats(-100.0, 100.0), gamma=st.floats(-0.999, 0.0) | st.sampled_from(THINNING))
+def test_the_rounded_slope_is_the_derivative_of_the_rounded_stress(u: float, gamma: float) -> None:
+    u *= U_S
+    step = 1e-3 * math.hypot(u, U_S)
+
+    def stress(times: int) -> float:
+        return rounded(u + times * step, gamma)[0]
+
+    difference = (stress(-2) - 8 * stress(-1) + 8 * stress(1) - stress(2)) / (12 * step)
+    noise = 1e-14 * 40 * max(abs(stress(-2)), abs(stress(2))) / step
+    assert rounded(u, gamma)[1] == pytest.approx(difference, rel=1e-9, abs=noise)
+
+
+@pytest.mark.parametrize("gamma", THINNING)
+def test_the_rounded_slope_at_rest_is_finite_and_the_largest(gamma: float) -> None:
+    stress, slope = rounded(0.0, gamma)
+    assert stress == 0.0
+    assert slope == pytest.approx(K_VISCOUS / H * (U_S / H) ** gamma, rel=1e-13, abs=0)
+    assert all(0 < rounded(u, gamma)[1] < slope for u in (0.1 * U_S, U_S, 10 * U_S))
+
+
+@pytest.mark.parametrize("gamma", INDICES)
+@pytest.mark.parametrize("u", [0.0, -0.0, 5e-324, -5e-324, 1e-300])
+def test_without_a_rounding_stress_and_slope_are_finite_all_the_same(
+    gamma: float, u: float
+) -> None:
+    stress, slope = rounded(u, gamma, 0.0)
+    assert math.isfinite(stress)
+    assert 0 <= slope < math.inf
+
+
+@pytest.mark.parametrize("gamma", INDICES)
+def test_stress_and_rounded_stress_let_nan_through(gamma: float) -> None:
+    assert math.isnan(viscous_stress(fluid(gamma), math.nan))
+    assert math.isnan(rounded(math.nan, gamma)[0])
+
+
+@pytest.mark.parametrize("gamma", SPECIAL)
+@pytest.mark.parametrize("u", [1e-18, -U_S, 3e-9, 8e-6])
+def test_the_rounded_stress_is_continuous_in_the_index(gamma: float, u: float) -> None:
+    neighbour = math.nextafter(gamma, 1.0)
+    if gamma == 0.0 and u == 1e-18:
+        return  # just below 0 the rounding sets in
+    assert rounded(u, neighbour) == pytest.approx(rounded(u, gamma), rel=3e-14, abs=0)
+
+
+@pytest.mark.parametrize("gamma", INDICES)
+@pytest.mark.parametrize("u", [-1e-5, -1e-18, 0.0, 3e-9, 8e-6])
+def test_compiled_and_plain_python_agree(gamma: float, u: float) -> None:
+    p = fluid(gamma)
+    for function in (viscous_stress, viscous_stress_slope):
+        assert function(p, u) == pytest.approx(function.py_func(p, u), rel=1e-14, abs=0)

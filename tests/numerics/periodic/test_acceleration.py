@@ -1,0 +1,206 @@
+"""Jumps towards the limit: worth their while, undone where they fail, never the wrong limit."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from support.maps import LIMIT, START, TOL, Map, State, find, linear, new_memory, pitchfork
+
+from stickslip.numerics.periodic import acceleration, search
+from stickslip.numerics.periodic.convergence import LONGEST_CYCLE, UNKNOWN
+
+NOISE = 1e-9
+
+
+def after(S: Map, applications: int, z: State = START, per_period: int = 2):
+    """What a search remembers after so many applications, without a judgement."""
+    memory = new_memory(z, per_period)
+    for n in range(1, applications + 1):
+        z = S(z, 0.0)
+        memory["states"][n], memory["newest"] = z, n
+        acceleration.note_ratios(memory, NOISE)
+    return memory
+
+
+def newest(memory) -> np.ndarray:
+    return memory["states"][memory["newest"]]
+
+
+# --- ratios --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ratio", [-0.97, -0.5, 0.5, 0.9])
+def test_the_ratio_of_each_cycle_is_a_power_of_that_of_one_application(ratio: float) -> None:
+    memory = after(linear(ratio, fast=0.0), 12)
+    for cycle in range(1, 6):
+        assert memory["ratios"][cycle - 1] == pytest.approx(ratio**cycle, rel=1e-3)
+    assert np.all(memory["ratios"][6:] == UNKNOWN)  # too few displacements
+
+
+def test_a_growth_is_measured_too() -> None:
+    assert after(linear(-1.2, fast=0.0), 4)["ratios"][0] == pytest.approx(-1.2, rel=1e-9)
+
+
+def test_a_ratio_that_noise_could_have_made_is_not_noted() -> None:
+    still = START[0] + 1e-8, START[1], START[2]
+    memory = new_memory()
+    for n, z in enumerate((START, still, START), 0):
+        memory["states"][n] = z
+    memory["newest"] = 2
+    acceleration.note_ratios(memory, 1e-6)
+    assert np.all(memory["ratios"] == UNKNOWN)
+    assert len(memory["ratios"]) == LONGEST_CYCLE
+
+
+# --- a jump --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ratio", [-0.97, -0.5, 0.6, 0.9])
+def test_the_first_jump_stops_a_hundredth_short_of_the_limit(ratio: float) -> None:
+    memory = after(linear(ratio, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
+    way = acceleration.jump(memory, TOL, NOISE)
+    assert way == pytest.approx(0.99 * (LIMIT - newest(memory))[:2], rel=1e-6)
+    assert (memory["jumps"], memory["aim"]) == (1, 1)
+    np.testing.assert_array_equal(memory["stored"], newest(memory))
+
+
+def test_a_later_jump_goes_all_the_way() -> None:
+    memory = after(linear(-0.9, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
+    memory["jumps"] = 1
+    way = acceleration.jump(memory, TOL, NOISE)
+    assert way == pytest.approx((LIMIT - newest(memory))[:2], rel=1e-6)
+
+
+def test_where_what_a_jump_does_not_move_still_moves_it_goes_half_the_way() -> None:
+    memory = after(linear(-0.9, fast=0.0, film=0.95), 4, (0.9, 0.04, 0.5))
+    way = acceleration.jump(memory, TOL, NOISE)
+    assert way == pytest.approx(0.5 * (LIMIT - newest(memory))[:2], rel=1e-6)
+
+
+def turning(z: State, noise: float) -> State:
+    """A spiral: no displacement is parallel to the one before."""
+    x, v = z[0] - LIMIT[0], z[1] - LIMIT[1]
+    c, s = 0.9 * math.cos(1.0), 0.9 * math.sin(1.0)
+    return LIMIT[0] + c * x - s * v, LIMIT[1] + s * x + c * v, LIMIT[2]
+
+
+@pytest.mark.parametrize(
+    ("S", "applications"),
+    [
+        (turning, 6),  # not along a line
+        (linear(-0.05, fast=0.0), 4),  # fast enough
+        (linear(0.995, fast=0.0), 4),  # an extrapolation too far
+        (linear(-1.1, fast=0.0), 4),  # it grows
+        (linear(-0.9, fast=0.0), 2),  # too few displacements
+    ],
+    ids=["turning", "fast", "slow", "growing", "short"],
+)
+def test_where_the_sequence_does_not_plainly_lead_to_a_limit_there_is_no_jump(
+    S: Map, applications: int
+) -> None:
+    memory = after(S, applications, (0.9, 0.04, LIMIT[2]))
+    assert acceleration.jump(memory, TOL, NOISE) == (0.0, 0.0)
+    assert memory["jumps"] == 0
+
+
+def test_a_jump_shorter_than_the_tolerance_is_not_worth_it() -> None:
+    memory = after(linear(-0.9, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
+    assert acceleration.jump(memory, 10.0, NOISE) == (0.0, 0.0)
+
+
+def test_a_jump_has_failed_where_the_next_displacement_is_no_shorter() -> None:
+    for moved, failed in ((0.1, False), (0.9, True), (math.nan, True)):
+        memory = after(linear(-0.9, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
+        shift = abs(memory["states"][4, 0] - memory["states"][3, 0])
+        acceleration.jump(memory, TOL, NOISE)
+        memory["newest"] = memory["aim"]
+        memory["states"][0] = newest(memory) - [moved * shift, 0.0, 0.0]
+        assert acceleration.jump_failed(memory, NOISE) == failed
+
+
+def test_the_ratio_between_two_landings_is_noted() -> None:
+    memory = after(linear(-0.9, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
+    acceleration.jump(memory, TOL, NOISE)
+    memory["ratios"][0] = UNKNOWN
+    S, z = linear(-0.7, fast=0.0), (0.31, -0.196, LIMIT[2])
+    memory["landing"], memory["image"] = (0.9, 0.04), S((0.9, 0.04, 0.0), 0.0)[:2]
+    memory["states"][0], memory["states"][1], memory["newest"] = z, S(z, 0.0), 1
+    acceleration.compare_landing(memory, NOISE)
+    assert memory["ratios"][0] == pytest.approx(-0.7, rel=1e-9)
+
+
+def test_a_sequence_nearly_repeats_where_a_hundred_tolerances_remain() -> None:
+    far, near = (after(linear(-0.9, fast=0.0), count) for count in (20, 160))
+    assert not acceleration.nearly_repeats(far, 20, TOL)
+    assert acceleration.nearly_repeats(near, 160, TOL)
+    near["ratios"][:] = UNKNOWN
+    assert not acceleration.nearly_repeats(near, 160, TOL)
+
+
+# --- jumps in a search ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("ratio", "most"), [(-0.998, 20), (-0.99, 20), (-0.9, 20), (0.8, 40)])
+def test_jumps_save_most_of_the_way(ratio: float, most: int) -> None:
+    plain, quick = find(linear(ratio), accelerate=False), find(linear(ratio))
+    assert quick.applications <= most
+    assert quick.applications < 0.7 * plain.applications
+    assert quick.count(search.RESTORE) == 0
+
+
+def test_ratios_near_1_are_left_to_plain_iteration() -> None:
+    plain, quick = find(linear(0.995), accelerate=False), find(linear(0.995))
+    assert quick.count(search.JUMP) == 0
+    assert quick.applications <= plain.applications
+
+
+def test_a_long_jump_is_not_risked() -> None:
+    near, far = linear(0.8), linear(0.8)
+    assert search.JUMP in find(near, (1.0, 0.0, 0.0)).verdicts[:5]
+    assert search.JUMP not in find(far, (100.0, 0.0, 0.0)).verdicts[:5]
+
+
+@pytest.mark.parametrize("film", [0.9, 0.97, -0.97])
+def test_where_the_film_is_the_slow_part_the_limit_is_the_same(film: float) -> None:
+    start = (0.9, -0.3, 0.5)
+    plain, quick = (find(linear(-0.9, film=film), start, a) for a in (False, True))
+    assert quick.cycle == plain.cycle == 1
+    assert quick.z[:2] == pytest.approx(LIMIT[:2], abs=1.01 * TOL)
+    assert quick.applications <= 1.1 * plain.applications + 10
+
+
+@pytest.mark.xfail(reason="only the contraction of x and v is measured", strict=True)
+@pytest.mark.parametrize("film", [0.9, 0.97])
+def test_where_the_film_is_the_slow_part_it_comes_to_its_limit_too(film: float) -> None:
+    found = find(linear(-0.9, film=film), (0.9, -0.3, 0.5))
+    assert found.z[2] == pytest.approx(LIMIT[2], abs=2 * TOL)
+
+
+@pytest.mark.parametrize("growth", [1.02, 1.05, 1.1, 1.2, 1.4])
+@pytest.mark.parametrize("x", [1.0, -1.0, 0.6, -0.3, 0.02])
+def test_jumps_towards_an_unstable_symmetric_orbit_are_undone(growth: float, x: float) -> None:
+    plain, quick = (find(pitchfork(growth), (x, 0.0, 0.0), a) for a in (False, True))
+    arm = math.copysign(math.sqrt(growth - 1), x)
+    assert plain.z[0] == pytest.approx(arm, abs=3 * TOL)
+    assert quick.cycle == plain.cycle == 2
+    assert quick.z == pytest.approx(plain.z, abs=3 * TOL)
+
+
+def test_there_are_jumps_to_be_undone() -> None:
+    found = [find(pitchfork(growth), (1.0, 0.0, 0.0)) for growth in (1.02, 1.05, 1.1)]
+    assert sum(one.count(search.RESTORE) for one in found) > 0
+    assert sum(one.count(search.JUMP) + one.count(search.FINER) for one in found) > 0
+
+
+def test_a_jump_across_a_border_of_basins_is_not_taken() -> None:
+    # Slow along the start's side, with another attractor behind the limit of the slow motion.
+    def S(z: State, noise: float) -> State:
+        x, v, w = z
+        rate = 0.95 if x > 0.5 else 0.4
+        limit = 0.4 if x > 0.5 else 0.1
+        return limit + rate * (x - limit), 0.02 * v, w
+
+    plain, quick = (find(S, (1.2, 0.0, 0.0), a) for a in (False, True))
+    assert quick.z == pytest.approx(plain.z, abs=3 * TOL)
