@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from stickslip.status import Status
-from sweeps.engine.existing import found_in_file, found_in_journal, readable_manifest
+from sweeps.engine.existing import found_in_file, found_in_journal
 from sweeps.files.atomic import refuse_odd_output
 from sweeps.files.chunks import Chunks
-from sweeps.files.journal import Journal
+from sweeps.files.journal import Journal, readable_manifest
 from sweeps.files.results import contents
 from sweeps.files.run_folder import RunFolder
 
@@ -35,9 +36,11 @@ def state_of(output: Path) -> State:
     manifest = readable_manifest(folder.journal)
     if manifest is not None:
         grid = found_in_journal(folder.journal, manifest).grid
-        journal = Journal.of(folder.journal, manifest, Chunks(grid.shape), grid.size)
-        statuses = journal.statuses.copy()
-        journal.close()
+        chunks = Chunks(grid.shape)
+        with closing(
+            Journal.open(folder.journal, manifest, chunks, grid.size, readonly=True)
+        ) as journal:
+            statuses = journal.statuses.copy()
         statuses[Status.PENDING] = grid.size - statuses.sum()
         whole = statuses[Status.PENDING] == 0 and output.exists()
         return _counted(output, "complete" if whole else "interrupted", statuses)
