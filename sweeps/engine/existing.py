@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from sweeps.exits import ExpectedError
 from sweeps.files.atomic import StorageError
 from sweeps.files.chunks import Chunks
 from sweeps.files.columns import STATUS, Rows, conformed, lacking
-from sweeps.files.journal import Journal, columns_of, read_manifest
+from sweeps.files.journal import Journal, columns_of, readable_manifest
 from sweeps.files.results import read_rows, seal_of, whole_chunks
 from sweeps.files.versions import is_newer, unknown_keys, unknown_variables
 from sweeps.grid import CASE, Grid
@@ -202,12 +203,10 @@ def found_in_journal(path: Path, manifest: dict[str, Any]) -> ExistingPoints:
     grid = Grid.from_config(config)
 
     def points() -> Points:
-        journal = Journal.of(path, manifest, Chunks(grid.shape), grid.size)
-        try:
+        journal = Journal.open(path, manifest, Chunks(grid.shape), grid.size, readonly=True)
+        with closing(journal):
             for indices, rows in journal.records():
                 yield indices, conformed(rows, columns)
-        finally:
-            journal.close()
 
     return ExistingPoints(
         name=f"the journal in {path.parent}",
@@ -229,23 +228,6 @@ def found_beside(output: Path, journal: Path) -> list[ExistingPoints]:
     if output.exists() and not (manifest and manifest["afresh"]):
         found.append(found_in_file(output))
     return found
-
-
-def readable_manifest(path: Path) -> dict[str, Any] | None:
-    """The manifest of a journal, None where there is no journal.
-
-    Raises StorageError where it cannot be read.
-    """
-    try:
-        manifest = read_manifest(path)
-    except FileNotFoundError:
-        return None
-    if manifest is None:
-        raise StorageError(
-            f"the beginning of {path} is damaged, so it is unknown which points it holds; move "
-            "the file away to keep it, or use --overwrite to start afresh"
-        )
-    return manifest
 
 
 def not_ok(rows: Rows) -> NDArray[np.bool_]:

@@ -88,7 +88,7 @@ class JournaledResult:
 
     def attributes(self) -> dict[str, str]:
         """The global attributes."""
-        manifest = self.journal.manifest or {}
+        manifest = self.journal.manifest
         attributes = global_attributes(self.target.config)
         earlier = manifest.get("history", "")
         if earlier:

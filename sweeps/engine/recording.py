@@ -128,7 +128,7 @@ class Recorder:
 
     def _note_processor(self, processor: str) -> None:
         """Note a kind of processor that has not computed anything of this sweep before."""
-        manifest = self._journal.manifest or {}
+        manifest = self._journal.manifest
         known = list(manifest.get("processors", []))
         if not processor or processor in known:
             return

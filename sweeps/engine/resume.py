@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from contextlib import closing
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -18,10 +19,9 @@ from sweeps.engine.existing import (
     found_beside,
     found_in_file,
     not_ok,
-    readable_manifest,
 )
 from sweeps.files.atomic import StorageError, storage_errors
-from sweeps.files.journal import Journal, Manifest, columns_of
+from sweeps.files.journal import Journal, Manifest, columns_of, readable_manifest
 from sweeps.files.results import Written, contents
 from sweeps.files.run_folder import RunFolder
 
@@ -124,26 +124,19 @@ def _continues(manifest: Manifest, output: Path, policy: ExistingPolicy) -> bool
 def _resumed(
     target: Target, folder: RunFolder, manifest: Manifest, policy: ExistingPolicy
 ) -> PreparedJournal:
-    journal = Journal.open(folder.journal, target.key, target.chunks, target.grid.size)
+    journal = Journal.open(folder.journal, manifest, target.chunks, target.grid.size)
     damaged = journal.damaged
     if policy.retry_failed and _any_failed(journal.statuses):
-        journal = _without_failures(journal, target, folder, manifest)
+        journal = _without_failures(journal, target, folder)
     found = [f"{journal.done.sum()} in its journal"] if journal.done.any() else []
     passed = f"{damaged} damaged bytes of {folder.journal} were passed over"
     return PreparedJournal(journal, found, [passed] if damaged else [])
 
 
-def _without_failures(
-    old: Journal, target: Target, folder: RunFolder, manifest: Manifest
-) -> Journal:
+def _without_failures(old: Journal, target: Target, folder: RunFolder) -> Journal:
     kept = ((indices[~not_ok(rows)], rows[~not_ok(rows)]) for indices, rows in old.records())
-    manifest = old.manifest or manifest
-    try:
-        return Journal.create(
-            folder.journal, target.key, manifest, target.chunks, target.grid.size, kept
-        )
-    finally:
-        old.close()
+    with closing(old):
+        return Journal.create(folder.journal, old.manifest, target.chunks, target.grid.size, kept)
 
 
 def _created(
@@ -160,9 +153,7 @@ def _created(
     keep = (lambda rows: ~not_ok(rows)) if policy.retry_failed else None
     carried = itertools.chain(*(found.carried(target.grid, keep) for found in sources))
     with storage_errors(f"cannot write into {folder.path}"):
-        journal = Journal.create(
-            folder.journal, target.key, manifest, target.chunks, target.grid.size, carried
-        )
+        journal = Journal.create(folder.journal, manifest, target.chunks, target.grid.size, carried)
     count, names = int(np.count_nonzero(journal.done)), " and ".join(s.name for s in sources)
     return PreparedJournal(
         journal,

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 from stickslip.status import Status
-from sweeps.engine.existing import found_in_file, found_in_journal, readable_manifest
+from sweeps.engine.existing import found_in_file, found_in_journal
 from sweeps.engine.progress import tally
 from sweeps.files.atomic import refuse_odd_output
 from sweeps.files.chunks import Chunks
-from sweeps.files.journal import Journal
+from sweeps.files.journal import Journal, readable_manifest
 from sweeps.files.results import contents
 from sweeps.files.run_folder import RunFolder
 
@@ -32,9 +33,11 @@ def state_of(output: Path) -> dict[str, Any]:
     manifest = readable_manifest(folder.journal)
     if manifest is not None:
         grid = found_in_journal(folder.journal, manifest).grid
-        journal = Journal.of(folder.journal, manifest, Chunks(grid.shape), grid.size)
-        statuses = journal.statuses.copy()
-        journal.close()
+        chunks = Chunks(grid.shape)
+        with closing(
+            Journal.open(folder.journal, manifest, chunks, grid.size, readonly=True)
+        ) as journal:
+            statuses = journal.statuses.copy()
         statuses[Status.PENDING] = grid.size - statuses.sum()
         whole = statuses[Status.PENDING] == 0 and output.exists()
         return told | {"state": "complete" if whole else "interrupted"} | tally(statuses)

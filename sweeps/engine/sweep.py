@@ -13,7 +13,7 @@ from pathlib import Path
 from stickslip.status import Status
 from sweeps.config.load import Config
 from sweeps.config.schema import Execution
-from sweeps.engine.existing import RefusalError, Target, readable_manifest
+from sweeps.engine.existing import RefusalError, Target
 from sweeps.engine.outcome import (
     RESULT_BYTES_PER_POINT,
     Console,
@@ -30,7 +30,7 @@ from sweeps.engine.resume import (
 )
 from sweeps.engine.signals import Stop, listening
 from sweeps.files.atomic import StorageError, refuse_odd_output
-from sweeps.files.journal import BYTES_PER_POINT
+from sweeps.files.journal import BYTES_PER_POINT, readable_manifest
 from sweeps.files.run_folder import RunFolder
 from sweeps.human import reason, size_text
 
@@ -152,7 +152,7 @@ def _require_room(folder: RunFolder, counts: Counts) -> None:
 def _finished(result: JournaledResult, recorder: Recorder, *, keep_journal: bool) -> Outcome:
     written, journal = result.write(), result.journal
     if keep_journal:
-        journal.note((journal.manifest or {}) | {"finished": True})
+        journal.note(journal.manifest | {"finished": True})
     result.folder.remove(keep_journal=keep_journal)
     return recorder.outcome(Outcome(result.output, written.statuses, written.worst_error))
 

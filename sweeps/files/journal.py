@@ -10,22 +10,21 @@ from __future__ import annotations
 import json
 import time
 from array import array
-from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
+from contextlib import closing
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.variables import RESULT_COLUMNS
-from sweeps.files.atomic import replacing
+from sweeps.files.atomic import StorageError, replacing
 from sweeps.files.chunks import Chunks
-from sweeps.files.columns import FIRST_COLUMNS, STATUS_CODES, status_counts
+from sweeps.files.columns import FIRST_COLUMNS, STATUS_CODES, Rows, status_counts
 from sweeps.files.record_log import RecordLog
 
 Indices = NDArray[np.int64]
-Rows = NDArray[np.float64]
 Manifest = dict[str, Any]
 
 BYTES_PER_POINT = 8 * (1 + len(RESULT_COLUMNS))
@@ -40,24 +39,15 @@ class Journal:
     """The finished points of one computation on a grid of `size` points.
 
     `done` (size,) tells which points are there, `statuses` (128,) how many have each status,
-    `manifest` what the file says it belongs to (None where that is unreadable). `columns` are those
-    of its rows.
+    `manifest` what they belong to; its key is that of the records, its columns those of the rows.
     """
 
-    def __init__(
-        self,
-        log: RecordLog,
-        key: bytes,
-        chunks: Chunks,
-        size: int,
-        columns: Sequence[str] = RESULT_COLUMNS,
-    ) -> None:
-        self._log, self._key, self._chunks = log, key, chunks
-        self.columns = tuple(columns)
+    def __init__(self, log: RecordLog, manifest: Manifest, chunks: Chunks, size: int) -> None:
+        self._log, self._key, self._chunks = log, bytes.fromhex(manifest["key"]), chunks
+        self.manifest, self.columns = manifest, columns_of(manifest)
         self._status = self.columns.index("status")
         self.done = np.zeros(size, dtype=bool)
         self.statuses = np.zeros(STATUS_CODES, dtype=np.int64)
-        self.manifest: Manifest | None = None
         self._chunk, self._offset, self._count = array("q"), array("q"), array("q")
         self._room: Rows | None = None
         self._flushed = time.monotonic()
@@ -68,7 +58,6 @@ class Journal:
     def create(
         cls,
         path: Path,
-        key: bytes,
         manifest: Manifest,
         chunks: Chunks,
         size: int,
@@ -79,7 +68,7 @@ class Journal:
         Raises OSError; then the older one is as it was, or the new one is whole.
         """
         new = path.with_name(path.name + ".new")
-        journal = cls(RecordLog.create(new), key, chunks, size)
+        journal = cls(RecordLog.create(new), manifest, chunks, size)
         try:
             with replacing(path, new):
                 journal.note(manifest)
@@ -92,23 +81,16 @@ class Journal:
 
     @classmethod
     def open(
-        cls,
-        path: Path,
-        key: bytes,
-        chunks: Chunks,
-        size: int,
-        *,
-        columns: Sequence[str] = RESULT_COLUMNS,
-        readonly: bool = False,
+        cls, path: Path, manifest: Manifest, chunks: Chunks, size: int, *, readonly: bool = False
     ) -> Self:
         """The journal in a file; to be continued, what is torn off at its end is cut away.
 
-        Only records with this key count: those of another computation are as good as not there.
-        Raises OSError.
+        Only records with the key of the manifest count: those of another computation are as good as
+        not there. Raises OSError.
         """
         log = RecordLog.open(path, readonly=readonly)
         try:
-            journal = cls(log, key, chunks, size, columns)
+            journal = cls(log, manifest, chunks, size)
             journal._scan()
             if not readonly:
                 log.cut_torn_end()
@@ -116,12 +98,6 @@ class Journal:
             log.close()
             raise
         return journal
-
-    @classmethod
-    def of(cls, path: Path, manifest: Manifest, chunks: Chunks, size: int) -> Self:
-        """The journal of a computation of whatever version, to be read only; raises OSError."""
-        key, columns = bytes.fromhex(manifest["key"]), columns_of(manifest)
-        return cls.open(path, key, chunks, size, columns=columns, readonly=True)
 
     def close(self) -> None:
         """Close the file; the journal must not be used any more."""
@@ -202,14 +178,10 @@ class Journal:
             yield self._points(start, count)
 
     def _points(self, start: int, count: int) -> tuple[Indices, Rows]:
-        return self._split(self._log.read(start, count * self._bytes_per_point))
-
-    @property
-    def _bytes_per_point(self) -> int:
-        return 8 * (1 + len(self.columns))
+        return self._split(self._log.read(start, count * 8 * (1 + len(self.columns))))
 
     def _split(self, payload: bytes) -> tuple[Indices, Rows]:
-        count = len(payload) // self._bytes_per_point
+        count = len(payload) // (8 * (1 + len(self.columns)))
         indices = np.frombuffer(payload, "<i8", count)
         rows = np.frombuffer(payload, "<f8", offset=8 * count)
         return indices, rows.reshape(count, len(self.columns))
@@ -224,18 +196,23 @@ class Journal:
                     self._count_in(record.start, indices, rows)
 
 
-def read_manifest(path: Path) -> Manifest | None:
-    """What a journal says that it belongs to; None where no manifest is sound.
+def readable_manifest(path: Path) -> Manifest | None:
+    """What a journal says that it belongs to; None where there is no journal.
 
-    Raises OSError where there is no such file or it cannot be read.
+    Raises StorageError where it is damaged, OSError where it cannot be read.
     """
-    log = RecordLog.open(path, readonly=True)
     try:
-        payloads = (record.payload for record in log.scan() if record.kind == _MANIFEST)
-        last = deque(payloads, maxlen=1)
-        return json.loads(last[0]) if last else None
-    finally:
-        log.close()
+        log = RecordLog.open(path, readonly=True)
+    except FileNotFoundError:
+        return None
+    with closing(log):
+        payloads = [record.payload for record in log.scan() if record.kind == _MANIFEST]
+    if not payloads:
+        raise StorageError(
+            f"the beginning of {path} is damaged, so it is unknown which points it holds; move "
+            "the file away to keep it, or use --overwrite to start afresh"
+        )
+    return cast(Manifest, json.loads(payloads[-1]))
 
 
 def columns_of(manifest: Manifest) -> tuple[str, ...]:

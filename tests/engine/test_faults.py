@@ -25,7 +25,8 @@ from support.sweeping import (
     write,
 )
 
-from sweeps.engine.existing import found_in_journal, readable_manifest
+from sweeps.engine.existing import found_in_journal
+from sweeps.files.journal import readable_manifest
 from sweeps.files.run_folder import RunFolder
 
 SMALL = "sweep: {temperature: [200, 250]}\n"

@@ -16,13 +16,13 @@ from support.sweeping import LOOSE, ONE_BY_ONE, Shell, hash_at_once, hash_of, wr
 
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.load import Config
-from sweeps.engine.existing import Target, found_in_file, found_in_journal, readable_manifest
+from sweeps.engine.existing import Target, found_in_file, found_in_journal
 from sweeps.engine.in_memory import read_config
 from sweeps.files.attributes import data_sha256
 from sweeps.files.chunks import Chunks
 from sweeps.files.columns import FIRST_COLUMNS
 from sweeps.files.datasets import open_result, write_dataset
-from sweeps.files.journal import Journal
+from sweeps.files.journal import Journal, readable_manifest
 from sweeps.files.record_log import RecordLog
 from sweeps.files.run_folder import RunFolder
 from sweeps.grid import Grid
@@ -53,11 +53,11 @@ def make_older_journal(path: Path, config: str) -> int:
     target, manifest = Target.of(read_config(config)), readable_manifest(path)
     assert manifest is not None
     size, there = target.grid.size, [RESULT_COLUMNS.index(name) for name in KNOWN]
-    new = Journal.of(path, manifest, target.chunks, size)
+    new = Journal.open(path, manifest, target.chunks, size, readonly=True)
     rows = [(indices, results[:, there]) for indices, results in new.records()]
     new.close()
-    old = Journal(RecordLog.create(path), target.key, target.chunks, size, KNOWN)
-    old.note(manifest | {"columns": KNOWN})
+    old = Journal(RecordLog.create(path), manifest | {"columns": KNOWN}, target.chunks, size)
+    old.note(old.manifest)
     for indices, results in rows:
         old.append(indices, results)
     old.close()
@@ -290,7 +290,7 @@ def forget_parameter_of_journal(path: Path) -> None:
     points = list(found.points())
     del manifest["config"]["model"][ADDED_PARAMETER]
     manifest |= {"key": key.hex()}
-    Journal.create(path, key, manifest, Chunks(found.grid.shape), size, points).close()
+    Journal.create(path, manifest, Chunks(found.grid.shape), size, points).close()
 
 
 def test_a_file_from_before_a_parameter_is_complete_described_and_drawn(

@@ -15,9 +15,8 @@ import numpy as np
 import pytest
 from support.journals import (
     CHUNKS,
-    KEY,
     MANIFEST,
-    OTHER,
+    OTHERS,
     ROWS,
     SIZE,
     assert_file,
@@ -111,7 +110,7 @@ def test_a_new_journal_takes_the_place_of_the_old_one_whole_or_not_at_all(
             broken.setattr(owner, name, failing(number, getattr(owner, name)))
             try:
                 journal = Journal.create(
-                    path, OTHER, MANIFEST, CHUNKS, SIZE, carried(np.array_split(np.arange(20), 4))
+                    path, OTHERS, CHUNKS, SIZE, carried(np.array_split(np.arange(20), 4))
                 )
             except OSError as error:
                 assert error.errno == errno.ENOSPC  # noqa: PT017 - the last round must not raise
@@ -121,18 +120,18 @@ def test_a_new_journal_takes_the_place_of_the_old_one_whole_or_not_at_all(
         replaced = path.read_bytes() != before
         # Only the last step, having the folder on the disk, comes after the new one is in place.
         assert not replaced or (name, number) in (("fsync", 1), ("open", 2))
-        assert_file(path, new if replaced else old, OTHER if replaced else KEY)
+        assert_file(path, new if replaced else old, OTHERS if replaced else MANIFEST)
     assert 0 < number < 1000
     assert_sound(journal, new)
     journal.close()
-    assert_file(path, new, OTHER)
+    assert_file(path, new, OTHERS)
 
 
 def test_a_source_that_fails_leaves_the_old_journal(path: Path) -> None:
     created(path, [np.arange(7)])
     before = path.read_bytes()
     with pytest.raises(Died):
-        Journal.create(path, OTHER, {}, CHUNKS, SIZE, carried(blocks(3), die=True))
+        Journal.create(path, OTHERS, CHUNKS, SIZE, carried(blocks(3), die=True))
     assert list(path.parent.iterdir()) == [path]
     assert path.read_bytes() == before
 
@@ -142,7 +141,7 @@ def test_a_source_that_fails_leaves_the_old_journal(path: Path) -> None:
 
 def numbered_blocks(path: Path) -> tuple[bytes, np.ndarray, list[np.ndarray]]:
     """A journal of 20 records, where each of them ends, and its points; first the manifest's."""
-    journal = Journal.create(path, KEY, MANIFEST, Chunks((SIZE,)), SIZE)
+    journal = Journal.create(path, MANIFEST, Chunks((SIZE,)), SIZE)
     ends, parts = [path.stat().st_size], blocks(20)
     for part in parts:
         journal.append(part, ROWS[part])
@@ -156,7 +155,7 @@ def assert_healed(path: Path, journal: Journal) -> None:
     missing = ~journal.done
     journal.append(np.flatnonzero(missing), ROWS[missing])
     journal.close()
-    journal = Journal.open(path, KEY, Chunks((SIZE,)), SIZE, readonly=True)
+    journal = Journal.open(path, MANIFEST, Chunks((SIZE,)), SIZE, readonly=True)
     assert recorded(journal).tobytes() == ROWS.tobytes()
     assert journal.chunk(0).tobytes() == ROWS.tobytes()
     journal.close()
@@ -170,13 +169,13 @@ def test_no_damaged_byte_brings_in_a_wrong_number_or_takes_a_sound_record_away(p
         damaged = bytearray(content)
         damaged[offset] ^= flip
         path.write_bytes(damaged)
-        journal = Journal.open(path, KEY, Chunks((SIZE,)), SIZE)
+        journal = Journal.open(path, MANIFEST, Chunks((SIZE,)), SIZE)
         hit = int(np.searchsorted(ends, offset, side="right"))
         there = journal.done.copy()
         assert recorded(journal)[there].tobytes() == ROWS[there].tobytes()
         there[parts[hit]] = True
         assert there.all()
-        assert journal.manifest == MANIFEST or (hit == 0 and journal.manifest is None)
+        assert journal.manifest == MANIFEST
         assert_healed(path, journal)
 
 
@@ -185,7 +184,7 @@ def test_a_torn_tail_costs_its_own_record_wherever_it_is_torn(path: Path) -> Non
     content, ends, parts = numbered_blocks(path)
     for length in range(len(content)):
         path.write_bytes(content[:length])
-        journal = Journal.open(path, KEY, Chunks((SIZE,)), SIZE)
+        journal = Journal.open(path, MANIFEST, Chunks((SIZE,)), SIZE)
         whole = int(np.searchsorted(ends, length, side="right"))
         expected = only(*parts[:whole])
         np.testing.assert_array_equal(journal.done, expected)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,8 @@ KEY, OTHER = b"k" * 16, b"o" * 16
 SHAPE = (3, 5, 2)
 SIZE = 30
 CHUNKS = Chunks(SHAPE, most=4)  # several chunks, the last along the second axis a thin one
-MANIFEST = {"config": "sweep", "number": 1}
+MANIFEST = {"key": KEY.hex(), "columns": list(RESULT_COLUMNS), "number": 1}
+OTHERS = MANIFEST | {"key": OTHER.hex()}
 
 
 def result_rows() -> np.ndarray:
@@ -38,17 +40,17 @@ def blocks(count: int = 20, seed: int = 2) -> list[np.ndarray]:
     return [np.sort(part) for part in np.array_split(shuffled, count)]
 
 
-def created(path: Path, parts: list[np.ndarray], key: bytes = KEY) -> None:
+def created(path: Path, parts: list[np.ndarray]) -> None:
     """A journal with these points, each part a block."""
-    journal = Journal.create(path, key, MANIFEST, CHUNKS, SIZE)
+    journal = Journal.create(path, MANIFEST, CHUNKS, SIZE)
     for part in parts:
         journal.append(part, ROWS[part])
     journal.close()
 
 
-def opened(path: Path, key: bytes = KEY, *, readonly: bool = True) -> Journal:
+def opened(path: Path, manifest: dict[str, Any] = MANIFEST, *, readonly: bool = True) -> Journal:
     """The journal in a file."""
-    return Journal.open(path, key, CHUNKS, SIZE, readonly=readonly)
+    return Journal.open(path, manifest, CHUNKS, SIZE, readonly=readonly)
 
 
 def recorded(journal: Journal) -> np.ndarray:
@@ -74,9 +76,9 @@ def assert_sound(journal: Journal, expected: np.ndarray) -> None:
         assert np.isnan(chunk[~there]).all()
 
 
-def assert_file(path: Path, expected: np.ndarray, key: bytes = KEY) -> None:
+def assert_file(path: Path, expected: np.ndarray, manifest: dict[str, Any] = MANIFEST) -> None:
     """The same for who opens the file now."""
-    journal = opened(path, key)
+    journal = opened(path, manifest)
     assert_sound(journal, expected)
     journal.close()
 

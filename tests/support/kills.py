@@ -19,9 +19,10 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.parameters import Parameters
-from sweeps.engine.existing import found_in_journal, readable_manifest
+from sweeps.engine.existing import found_in_journal
 from sweeps.engine.in_memory import read_config
 from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.journal import readable_manifest
 from sweeps.files.run_folder import RunFolder
 from sweeps.grid import Grid
 
