@@ -92,7 +92,7 @@ def test_a_sweep_survives_the_death_of_a_worker(cluster: Cluster, expected: str)
 
 @pytest.mark.slow
 def test_a_sweep_without_workers_waits_for_new_ones(cluster: Cluster, expected: str) -> None:
-    hook = f"{IMPATIENT}; {doing('traced_block')}"
+    hook = f"{IMPATIENT}; {doing('gated_block')}"
     sweep = command("--scheduler", cluster.address, hook=hook)
     waiting = f"WARNING: no worker is connected to {cluster.address}; waiting for one\n"
     sweep.says(waiting)  # there were none from the start

@@ -83,7 +83,10 @@ class Running:
 
     def says(self, text: str, times: int = 1) -> None:
         """Wait until it has written this, so many times."""
-        wait_until(lambda: (self.out + self.err).count(text) >= times, self.is_alive)
+        try:
+            wait_until(lambda: (self.out + self.err).count(text) >= times, self.is_alive)
+        except AssertionError as error:
+            raise AssertionError(f"{error}; it said {self.out + self.err!r}") from error
 
     def signal(self, number: int) -> None:
         self.process.send_signal(number)
