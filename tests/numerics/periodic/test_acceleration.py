@@ -86,16 +86,23 @@ def turning(z: State, noise: float) -> State:
     return LIMIT[0] + c * x - s * v, LIMIT[1] + s * x + c * v, LIMIT[2]
 
 
+def zigzag(z: State, noise: float) -> State:
+    """One ratio along x, its opposite along v: they shrink evenly, not along a line."""
+    x, v = z[0] - LIMIT[0], z[1] - LIMIT[1]
+    return LIMIT[0] + 0.8 * x, LIMIT[1] - 0.8 * v, LIMIT[2]
+
+
 @pytest.mark.parametrize(
     ("S", "applications"),
     [
-        (turning, 6),  # not along a line
+        (turning, 6),  # no steady ratio
+        (zigzag, 4),  # not along a line
         (linear(-0.05, fast=0.0), 4),  # fast enough
         (linear(0.995, fast=0.0), 4),  # an extrapolation too far
         (linear(-1.1, fast=0.0), 4),  # it grows
         (linear(-0.9, fast=0.0), 2),  # too few displacements
     ],
-    ids=["turning", "fast", "slow", "growing", "short"],
+    ids=["turning", "zigzag", "fast", "slow", "growing", "short"],
 )
 def test_where_the_sequence_does_not_plainly_lead_to_a_limit_there_is_no_jump(
     S: Map, applications: int
