@@ -355,7 +355,7 @@ def test_a_parameter_at_its_neutral_value_changes_nothing(
     model = {"gamma": 0, "T": 250, "delta": 1.0, "omega": 30, "x_0": 0.8e-6, "phi_0": 0.6}
     config = {"model": model, "integrator": {"rtol": 1e-5}, "stationary": {"rtol": 1e-5}}
     today = sweeps.run(config, workers=1)
-    # Other code is made for more parameters: the last digits, and the steps that hang on them, differ.
+    # More parameters make other code: the last digits differ, and the steps that hang on them.
     error = float(today.amplitude_error)
     for name in ("elastic_stress_amplitude", "friction_force_amplitude"):
         assert results["plain, adaptive"][name] == pytest.approx(float(today[name]), rel=error)
