@@ -1,4 +1,4 @@
-"""The friendly door to trajectories: Parameters in, an xarray Dataset of the time courses out."""
+"""From parameters to trajectories: an xarray Dataset of the time courses."""
 
 from __future__ import annotations
 

@@ -24,16 +24,16 @@ from numba.core.compiler import Compiler
 
 
 class SealedCompiler(Compiler):
-    """Compiles a door together with all it calls into code of its own, shared with nobody.
+    """Compiles a kernel with all that it calls into private code of its own.
 
-    Numba keeps the functions that a door calls as weak symbols, of which a process uses the copy
-    that it loaded first: the one compiled by itself after a compilation, some door's own after
+    Numba keeps the functions that a kernel calls as weak symbols, of which a process uses the copy
+    that it loaded first: the one compiled by itself after a compilation, some kernel's own after
     loading from the cache. The copies were optimised in different company and differ in the last
     bits, so that a first run gave other numbers than all later ones.
     """
 
     def __init__(self, typing_context: Any, target: Any, library: Any, *others: Any) -> None:
-        library = target.codegen().create_library("sealed door")
+        library = target.codegen().create_library("sealed kernel")
         library.enable_object_caching()
         optimise = library._optimize_final_module
 
@@ -98,7 +98,7 @@ class _CheckedFile(IndexDataCacheFile):
 
 
 class CacheFolder:
-    """Points Numba at the package's own cache folder while a door is declared."""
+    """Points Numba at the package's own cache folder while a kernel is declared."""
 
     def __enter__(self) -> None:
         self._previous = numba_config.CACHE_DIR, numba_config.CACHE_LOCATOR_CLASSES
