@@ -31,14 +31,11 @@ class FigureEntry:
 _POSITIONS = ("upper_displacement", "lower_displacement")
 _VELOCITIES = ("upper_velocity", "lower_velocity")
 _FORCES = ("elastic_stress", "friction_force")
+AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
 
 FIGURES: Mapping[str, FigureEntry] = MappingProxyType(
     {
-        "amplitudes": FigureEntry(
-            "amplitudes.amplitudes",
-            "sweep",
-            ("elastic_stress_amplitude", "friction_force_amplitude"),
-        ),
+        "amplitudes": FigureEntry("amplitudes.amplitudes", "sweep", AMPLITUDES),
         "time_courses": FigureEntry(
             "trajectories.time_courses", "trajectory", (*_POSITIONS, *_VELOCITIES, *_FORCES)
         ),
@@ -46,9 +43,7 @@ FIGURES: Mapping[str, FigureEntry] = MappingProxyType(
             "trajectories.relative_motion", "trajectory", (*_POSITIONS, *_VELOCITIES)
         ),
         "phase_portraits": FigureEntry(
-            "trajectories.phase_portraits",
-            "trajectory",
-            ("lower_displacement", "lower_velocity"),
+            "trajectories.phase_portraits", "trajectory", ("lower_displacement", "lower_velocity")
         ),
     }
 )

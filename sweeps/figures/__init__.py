@@ -15,10 +15,9 @@ from matplotlib.figure import Figure
 
 from sweeps.figure_table import FIGURES, Data
 from sweeps.figures.save import save
-from sweeps.figures.segments import is_trajectory
 from sweeps.human import did_you_mean
 
-__all__ = ["data_of", "default_figure", "draw", "obstacle", "save"]
+__all__ = ["default_figure", "draw", "obstacle", "save"]
 
 
 def draw(ds: xr.Dataset, figure: str | None = None) -> Figure:
@@ -51,7 +50,7 @@ def draw(ds: xr.Dataset, figure: str | None = None) -> Figure:
 
 def data_of(ds: xr.Dataset) -> Data:
     """What a dataset holds; whatever is no motion in time counts as a sweep."""
-    return "trajectory" if is_trajectory(ds) else "sweep"
+    return "trajectory" if "time" in ds.variables and ds["time"].ndim > 0 else "sweep"
 
 
 def default_figure(ds: xr.Dataset) -> str:

@@ -10,9 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.labels import shown
 from sweeps.figures.layout import MOST_FACETS, Axis, Layout, axis_of, point_label, selections
-from sweeps.figures.missing import AMPLITUDES, missing_note, missing_points, trusted
+from sweeps.figures.missing import missing_note, missing_points, trusted
 from sweeps.figures.style import (
     TEXT,
     CurveStyle,
@@ -73,11 +74,11 @@ def _curves(ds: xr.Dataset, curve: str | None) -> list[tuple[xr.Dataset, CurveSt
 
 def _marked(values: Array) -> list[int]:
     """Points with a marker: all where there are few, and those that no line reaches."""
-    valid = np.isfinite(values)
-    if values.size <= _FEW:
-        return [int(i) for i in np.flatnonzero(valid)]
-    padded = np.concatenate([[False], valid, [False]])
-    return [int(i) for i in np.flatnonzero(valid & ~padded[:-2] & ~padded[2:])]
+    marked = np.isfinite(values)
+    if values.size > _FEW:
+        padded = np.pad(marked, 1)
+        marked &= ~padded[:-2] & ~padded[2:]
+    return np.flatnonzero(marked).tolist()
 
 
 def _draw_crosses(axes: Axes, x: Array, row: int, style: CurveStyle) -> None:

@@ -65,15 +65,11 @@ def shown(data: xr.DataArray) -> Quantity:
     """The quantity of a variable or coordinate, in the unit in which it is shown."""
     name = str(data.name)
     units = str(data.attrs.get("units", VARIABLES[name].units if name in VARIABLES else "1"))
-    scale = _scale(name, units)
+    scale = SCALES.get(units, Scale(1.0, units))
+    if name in SCALES_BY_NAME and units == VARIABLES[name].units:
+        scale = SCALES_BY_NAME[name]
     values = np.asarray(data.values, dtype=float) * scale.factor
     return Quantity(values, _symbol(data), typeset_units(scale.units))
-
-
-def _scale(name: str, units: str) -> Scale:
-    if name in SCALES_BY_NAME and units == VARIABLES[name].units:
-        return SCALES_BY_NAME[name]
-    return SCALES.get(units, Scale(1.0, units))
 
 
 def _symbol(data: xr.DataArray) -> str:
@@ -103,9 +99,7 @@ def typeset_units(units: str) -> str:
 
 def _power(factor: str) -> tuple[str, int]:
     match = re.fullmatch(r"(\D+?)(-?\d+)?", factor)
-    if match is None:
-        return factor, 1
-    return match[1], int(match[2] or 1)
+    return (match[1], int(match[2] or 1)) if match else (factor, 1)
 
 
 def _raised(unit: str, power: int) -> str:

@@ -68,11 +68,10 @@ def _rank(ds: xr.Dataset, dim: str) -> tuple[bool, bool, int]:
 def axis_of(ds: xr.Dataset, dim: str) -> Axis:
     """The axis of a dimension; linked cases lie along the first parameter that tells them apart."""
     coordinate = _coordinate(ds, dim)
-    quantity = shown(coordinate)
-    order = np.argsort(quantity.values, kind="stable")
-    values = quantity.values[order]
-    sorted_quantity = Quantity(values, quantity.symbol, quantity.units)
-    return Axis(dim, order, sorted_quantity, _axis_label(ds, coordinate), is_geometric(values))
+    order = np.argsort(shown(coordinate).values, kind="stable")
+    quantity = shown(coordinate[order])
+    label = _axis_label(ds, coordinate)
+    return Axis(dim, order, quantity, label, is_geometric(quantity.values))
 
 
 def _coordinate(ds: xr.Dataset, dim: str) -> xr.DataArray:

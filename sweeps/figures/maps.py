@@ -9,12 +9,12 @@ import xarray as xr
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
-from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 
+from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.labels import Quantity, shown
 from sweeps.figures.layout import MOST_FACETS, Axis, Layout, axis_of, selections
-from sweeps.figures.missing import AMPLITUDES, missing_note, trusted
+from sweeps.figures.missing import missing_note, trusted
 from sweeps.figures.style import GREY, SMALL, TEXT, new_panels, put_note, set_scale, width_of
 
 HEIGHT = 4.8  # inches
@@ -35,7 +35,7 @@ def draw_maps(ds: xr.Dataset, layout: Layout) -> Figure:
     for row, name in zip(panels, AMPLITUDES, strict=True):
         top = _highest(shown(trusted(ds, name)))
         for axes, facet in zip(row, facets, strict=True):
-            mesh = _draw_map(axes, facet.dataset, name, (across, up), top)
+            mesh = _draw_map(axes, facet.dataset, name, across, up, top)
         _draw_scale(figure, mesh, list(row), shown(ds[name]).label)
     _label(panels, across, up, [facet.label for facet in facets])
     put_note(figure, [missing_note(ds, "Grey: "), note])
@@ -48,23 +48,18 @@ def _highest(quantity: Quantity) -> float:
 
 
 def _draw_map(
-    axes: Axes, ds: xr.Dataset, name: str, axes_of_map: tuple[Axis, Axis], top: float
+    axes: Axes, ds: xr.Dataset, name: str, across: Axis, up: Axis, top: float
 ) -> QuadMesh:
-    across, up = axes_of_map
     values = shown(trusted(ds, name).transpose(up.dim, across.dim)).values
     return axes.pcolormesh(
         cell_edges(across),
         cell_edges(up),
         np.ma.masked_invalid(values),
-        cmap=_colours(),
+        cmap=colormaps["viridis"].with_extremes(bad=GREY),
         vmin=0.0,
         vmax=top,
         rasterized=True,  # thousands of cells as vectors make a slow file with hairlines
     )
-
-
-def _colours() -> Colormap:
-    return colormaps["viridis"].with_extremes(bad=GREY)
 
 
 def cell_edges(axis: Axis) -> Array:

@@ -6,8 +6,7 @@ import numpy as np
 import xarray as xr
 
 from stickslip.status import Status
-
-AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
+from sweeps.figure_table import AMPLITUDES
 
 
 def trusted(ds: xr.Dataset, name: str) -> xr.DataArray:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
-from collections.abc import Iterable
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -19,45 +17,31 @@ _ANONYMOUS: dict[str, dict[str, str | None]] = {
 }
 
 
-def save(figure: Figure, paths: str | os.PathLike[str] | Iterable[str | Path]) -> list[Path]:
+def save(figure: Figure, path: Path) -> list[Path]:
     """Write a figure and return the files, complete or not written at all.
 
     Parameters
     ----------
     figure
         What `draw` returned.
-    paths
-        One path: with the ending `.png` or `.pdf` that file, else the stem of one of each.
-        Or a list of paths with these endings.
+    path
+        With the ending `.png` or `.pdf` that file, else the stem of one of each.
 
     Raises
     ------
-    ValueError
-        For another ending, before anything is written.
     OSError
-        Where a file cannot be written.
+        A file cannot be written.
     """
-    targets = _targets(paths)
+    # Not with_suffix: a stem like T=1.5 has no ending to replace.
+    both = [path.with_name(path.name + suffix) for suffix in _ANONYMOUS]
+    targets = [path] if path.suffix.lower() in _ANONYMOUS else both
     figure.draw_without_rendering()  # the layout is made once: it is half of the work
     figure.set_layout_engine("none")
-    pictures = [_render(figure, path.suffix.lower()) for path in targets]
-    for path, picture in zip(targets, pictures, strict=True):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path, fsync=False) as temporary:
+    pictures = [_render(figure, target.suffix.lower()) for target in targets]
+    for target, picture in zip(targets, pictures, strict=True):
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(target, fsync=False) as temporary:
             temporary.write_bytes(picture)
-    return targets
-
-
-def _targets(paths: str | os.PathLike[str] | Iterable[str | Path]) -> list[Path]:
-    if isinstance(paths, str | os.PathLike):
-        stem = Path(paths)
-        # Not with_suffix: a stem like T=1.5 has no ending to replace.
-        both = [stem.with_name(stem.name + suffix) for suffix in _ANONYMOUS]
-        return [stem] if stem.suffix.lower() in _ANONYMOUS else both
-    targets = [Path(path) for path in paths]
-    for path in targets:
-        if path.suffix.lower() not in _ANONYMOUS:
-            raise ValueError(f"{path}: a picture ends in {' or '.join(_ANONYMOUS)}")
     return targets
 
 

@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULTS
+from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.labels import shown
-from sweeps.figures.missing import AMPLITUDES, missing_note, trusted
+from sweeps.figures.missing import missing_note, trusted
 from sweeps.figures.style import COLUMN, SMALL, TEXT, new_figure
 
 _LINE = 0.18  # inches
@@ -23,7 +24,7 @@ _LETTERS = 58  # of SMALL size in a column
 def draw_point(ds: xr.Dataset) -> Figure:
     """The results on the left, the parameters on the right, how the point ended above."""
     head = textwrap.wrap(_ending(ds), _LETTERS)
-    results = _equations(ds, RESULTS, left_out="status")
+    results = _equations(ds, RESULTS)
     parameters = _equations(ds, PARAMETERS)
     lines = len(head) + 1 + max(len(results), len(parameters))
     figure = new_figure((COLUMN, 2 * _MARGIN + _LINE * lines))
@@ -34,19 +35,16 @@ def draw_point(ds: xr.Dataset) -> Figure:
 
 
 def _ending(ds: xr.Dataset) -> str:
-    if missing_note(ds, ""):
-        sentence = _sentence(ds)
-        return f"A single point, without a result. {sentence}"
-    return "A single point: nothing was swept."
-
-
-def _sentence(ds: xr.Dataset) -> str:
+    note = missing_note(ds, "")
+    if not note:
+        return "A single point: nothing was swept."
     code = int(ds["status"]) if "status" in ds else None
-    return Status(code).sentence if code in list(Status) else missing_note(ds, "")
+    sentence = Status(code).sentence if code in list(Status) else note
+    return f"A single point, without a result. {sentence}"
 
 
-def _equations(ds: xr.Dataset, names: Iterable[str], left_out: str = "") -> list[str]:
-    return [_equation(ds, name) for name in names if name in ds.variables and name != left_out]
+def _equations(ds: xr.Dataset, names: Iterable[str]) -> list[str]:
+    return [_equation(ds, name) for name in names if name in ds.variables and name != "status"]
 
 
 def _equation(ds: xr.Dataset, name: str) -> str:

@@ -11,11 +11,9 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import ScalarFormatter
 
 COLUMN = 3.4  # inches: one column of a journal
 PAGE = 7.0  # inches: its two columns
@@ -93,17 +91,10 @@ def width_of(columns: int) -> float:
 
 def _dress(axes: Axes) -> None:
     axes.tick_params(which="both", direction="in", top=True, right=True, labelsize=TEXT)
+    axes.ticklabel_format(scilimits=(-3, 5), useMathText=True)
     for axis in (axes.xaxis, axes.yaxis):
-        _format_linear(axis)
-    for spine in axes.spines.values():
-        spine.set_linewidth(0.6)
-
-
-def _format_linear(axis: Axis) -> None:
-    formatter = ScalarFormatter(useMathText=True)
-    formatter.set_powerlimits((-3, 5))
-    axis.set_major_formatter(formatter)
-    axis.get_offset_text().set_fontsize(SMALL)
+        axis.get_offset_text().set_fontsize(SMALL)
+    axes.spines[:].set_linewidth(0.6)
 
 
 def set_scale(axes: Axes, direction: Literal["x", "y"], geometric: bool) -> None:

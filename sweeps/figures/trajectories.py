@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from string import ascii_lowercase
 from typing import NamedTuple
@@ -12,9 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from stickslip.variables import PARAMETERS
 from sweeps.figures.labels import Quantity, shown
-from sweeps.figures.layout import MOST_FACETS, Selection
-from sweeps.figures.segments import columns, runs
+from sweeps.figures.layout import MOST_FACETS, Selection, point_label, selections
 from sweeps.figures.style import (
     BLACK,
     COLUMN,
@@ -54,10 +55,7 @@ class Trace(NamedTuple):
 
 
 TIME_COURSES = (
-    (
-        Trace("lower_displacement", style=LOWER),
-        Trace("upper_displacement", style=UPPER),
-    ),
+    (Trace("lower_displacement", style=LOWER), Trace("upper_displacement", style=UPPER)),
     (Trace("lower_velocity", style=LOWER), Trace("upper_velocity", style=UPPER)),
     (Trace("elastic_stress"),),
     (Trace("friction_force"),),
@@ -85,7 +83,7 @@ def relative_motion(ds: xr.Dataset) -> Figure:
 
 
 def _stack(ds: xr.Dataset, rows: tuple[tuple[Trace, ...], ...], height: float) -> Figure:
-    stacks, note = columns(ds, MOST_FACETS)
+    stacks, note = _columns(ds, MOST_FACETS)
     size = (width_of(len(stacks)), height)
     figure, panels = new_panels(len(rows), len(stacks), size, sharex="col", sharey="row")
     for axes_of_column, stack in zip(panels.T, stacks, strict=True):
@@ -138,7 +136,7 @@ def _name_sections(axes: Axes, stack: list[Selection]) -> None:
 
 def phase_portraits(ds: xr.Dataset) -> Figure:
     """Velocity of the lower block against its displacement, a panel per trajectory (Fig. 5)."""
-    portraits, note = runs(ds, _MOST_PORTRAITS)
+    portraits, note = _runs(ds, _MOST_PORTRAITS)
     figure, panels = _portrait_panels(len(portraits))
     for index, (axes, portrait) in enumerate(zip(panels, portraits, strict=True)):
         x, v = (shown(portrait.dataset[f"lower_{name}"]) for name in ("displacement", "velocity"))
@@ -148,9 +146,8 @@ def phase_portraits(ds: xr.Dataset) -> Figure:
         axes.set_xlabel(x.label, fontsize=TEXT)
         axes.set_ylabel(v.label, fontsize=TEXT)
         if len(portraits) > 1:
-            axes.set_title(
-                f"({ascii_lowercase[index]}) {portrait.label}", fontsize=TEXT, loc="left"
-            )
+            name = f"({ascii_lowercase[index]}) {portrait.label}"
+            axes.set_title(name, fontsize=TEXT, loc="left")
     put_note(figure, [note])
     return figure
 
@@ -163,3 +160,34 @@ def _portrait_panels(count: int) -> tuple[Figure, list[Axes]]:
     for unused in panels.flat[count:]:
         unused.remove()
     return figure, list(panels.flat[:count])
+
+
+# --- the trajectories in a dataset: one along `time`, or several along (axis, sample) ---
+
+
+def _runs(ds: xr.Dataset, most: int) -> tuple[list[Selection], str]:
+    """The trajectories, at most `most`, and a note where that leaves some out."""
+    along = ds["time"].dims[-1]
+    dims = tuple(str(dim) for dim in ds["lower_displacement"].dims if dim != along)
+    return selections(ds, dims, most)
+
+
+def _columns(ds: xr.Dataset, most: int) -> tuple[list[list[Selection]], str]:
+    """The trajectories, at most `most`, each as its sections; and a note of those left out."""
+    kept, note = _runs(ds, most)
+    return [_sections(run) for run in kept], note
+
+
+def _sections(run: Selection) -> list[Selection]:
+    """The stretches of one trajectory along which its parameters do not change (Fig. 6)."""
+    ds = run.dataset
+    along = str(ds["time"].dims[0])
+    stepped = [name for name in ds.coords if name in PARAMETERS and ds[name].dims == (along,)]
+    if not stepped:
+        return [run]
+    changes = [np.flatnonzero(np.diff(ds[name].values)) + 1 for name in stepped]
+    borders = [0, *np.unique(np.concatenate(changes)).tolist(), ds.sizes[along]]
+    return [
+        Selection(point_label(ds, along, start), ds.isel({along: slice(start, stop)}))
+        for start, stop in itertools.pairwise(borders)
+    ]
