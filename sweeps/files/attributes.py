@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import platform
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib import metadata
 from typing import TYPE_CHECKING
@@ -85,21 +85,12 @@ def variable_attributes(name: str) -> dict[str, object]:
 
 def coordinates(grid: Grid) -> dict[str, Coordinate]:
     """The parameters of a grid, along a dimension or one number: dimensions, values, attributes."""
-    varied = {
-        name: (dims, values, dict(_coordinate_attributes(name)))
-        for name, (dims, values) in grid.coords.items()
+    fixed = {name: ((), np.array(value, np.float64)) for name, value in grid.fixed.items()}
+    case = {"long_name": "number of the case", "units": "1"}
+    return {
+        name: (dims, values, case if name == CASE else dict(attributes(PARAMETERS[name])))
+        for name, (dims, values) in (*grid.coords.items(), *fixed.items())
     }
-    fixed: dict[str, Coordinate] = {
-        name: ((), np.array(value, dtype=np.float64), dict(_coordinate_attributes(name)))
-        for name, value in grid.fixed.items()
-    }
-    return varied | fixed
-
-
-def _coordinate_attributes(name: str) -> Mapping[str, str]:
-    if name == CASE:
-        return {"long_name": "number of the case", "units": "1"}
-    return attributes(PARAMETERS[name])
 
 
 def global_attributes(config: Config) -> dict[str, str]:
@@ -111,7 +102,7 @@ def global_attributes(config: Config) -> dict[str, str]:
         "summary": "Amplitudes of elastic stress and friction force over the stationary orbit "
         "of a block that is driven through a boundary lubricant film",
         "source": f"stickslip {version}, method {config.integrator.method}",
-        "history": f"{_now()} {command_line()}",
+        "history": f"{now()} {command_line()}",
         "references": REFERENCE,
         "config": config.resolved_yaml(),
         "config_sha256": config.sha256(),
@@ -128,7 +119,8 @@ def software() -> str:
     return ", ".join([f"Python {platform.python_version()}", *versions])
 
 
-def _now() -> str:
+def now() -> str:
+    """The time of the day, in UTC, as provenance has it."""
     return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 

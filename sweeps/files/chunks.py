@@ -20,25 +20,21 @@ class Chunks:
 
     def __init__(self, shape: tuple[int, ...], most: int = CHUNK_POINTS) -> None:
         self._shape = shape
-        inner, split = 1, len(shape) - 1
+        inner, split = 1, max(len(shape) - 1, 0)
         while split > 0 and inner * shape[split] <= most:
             inner *= shape[split]
             split -= 1
-        self._inner, self._split = inner, split
+        self._inner = inner
         self._length = shape[split] if shape else 1
         self._thickness = min(self._length, max(1, most // inner))
         self._per_length = -(-self._length // self._thickness)
-        self._outer = math.prod(shape[:split]) if shape else 1
+        self._outer = math.prod(shape[:split])
+        whole = (1,) * split + (self._thickness, *shape[split + 1 :])
+        # The shape of a whole chunk; those at the end of an axis may be smaller.
+        self.extent = whole[: len(shape)]
 
     def __len__(self) -> int:
         return self._outer * self._per_length
-
-    @property
-    def extent(self) -> tuple[int, ...]:
-        """The shape of a whole chunk; those at the end of an axis may be smaller."""
-        if not self._shape:
-            return ()
-        return (1,) * self._split + (self._thickness, *self._shape[self._split + 1 :])
 
     def of(self, indices: NDArray[np.int64]) -> NDArray[np.int64]:
         """The number of the chunk in which each point lies."""
@@ -55,18 +51,10 @@ class Chunks:
 
     def box(self, number: int) -> tuple[slice, ...]:
         """The chunk as an index into the array."""
-        if not self._shape:
-            return ()
-        outer, part = divmod(number, self._per_length)
-        along = np.unravel_index(outer, self._shape[: self._split]) if self._split else ()
-        begin = part * self._thickness
-        return (
-            *(slice(int(i), int(i) + 1) for i in along),
-            slice(begin, min(begin + self._thickness, self._length)),
-            *(slice(None) for _ in self._shape[self._split + 1 :]),
-        )
+        first = np.unravel_index(self.range(number)[0], self._shape)
+        along = zip(map(int, first), self.extent, self._shape, strict=True)
+        return tuple(slice(begin, min(begin + most, end)) for begin, most, end in along)
 
     def shape(self, number: int) -> tuple[int, ...]:
         """The shape of this chunk."""
-        lengths = zip(self.box(number), self._shape, strict=True)
-        return tuple(len(range(*part.indices(length))) for part, length in lengths)
+        return tuple(part.stop - part.start for part in self.box(number))

@@ -13,9 +13,6 @@ from sweeps.files.atomic import StorageError, beside, remove, replacing, storage
 if TYPE_CHECKING:
     import xarray as xr
 
-# What may differ between two files with the same numbers.
-_NOT_IDENTITY = ("history",)
-
 
 def require_writable(ds: xr.Dataset, path: Path) -> None:
     """Write `ds`, which has the size and the attributes of the result, and take it away again.
@@ -66,7 +63,7 @@ def content_hash(ds: xr.Dataset) -> str:
     """
     digest = hashlib.sha256()
     for name, value in sorted(ds.attrs.items()):
-        if name not in _NOT_IDENTITY:
+        if name != "history":
             digest.update(f"{name}={_canonical(value)}\0".encode())
     for name in sorted(map(str, ds.variables)):
         variable = ds.variables[name]
@@ -91,13 +88,11 @@ def _write(ds: xr.Dataset, temporary: Path) -> None:
 
 def _encoding(ds: xr.Dataset) -> dict[str, dict[str, object]]:
     """Compression for arrays, and a fill value for nothing but measured floats, as CF asks."""
-    encoding: dict[str, dict[str, object]] = {}
-    for name, variable in ds.variables.items():
-        measured = name in ds.data_vars and variable.dtype.kind == "f"
-        entry: dict[str, object] = {"_FillValue": np.nan if measured else None}
-        if variable.ndim and name in ds.data_vars:
-            entry |= {"zlib": True, "complevel": 4, "shuffle": True}
-        encoding[str(name)] = entry
+    encoding: dict[str, dict[str, object]] = {str(name): {"_FillValue": None} for name in ds.coords}
+    for name, variable in ds.data_vars.items():
+        packed = {"zlib": True, "complevel": 4, "shuffle": True} if variable.ndim else {}
+        fill = np.nan if variable.dtype.kind == "f" else None
+        encoding[str(name)] = packed | {"_FillValue": fill}
     return encoding
 
 

@@ -79,7 +79,11 @@ class RecordLog:
 
     def read(self, start: int, length: int) -> bytes:
         """The bytes of a payload, or as many as the file has."""
-        return _read(self._handle, length, start)
+        pieces = []
+        while length > 0 and (piece := os.pread(self._handle, length, start)):
+            pieces.append(piece)
+            start, length = start + len(piece), length - len(piece)
+        return b"".join(pieces)
 
     def scan(self) -> Iterator[Record]:
         """The sound records of the file, in order; what is appended goes behind the last one."""
@@ -96,8 +100,7 @@ class RecordLog:
     def _records(self) -> Iterator[Record]:
         position: int | None = 0
         while position is not None:
-            record = self._record_at(position)
-            if record is not None:
+            if record := self._record_at(position):
                 yield record
                 position = record.start + len(record.payload)
             else:
@@ -132,15 +135,6 @@ def _checksum(kind: bytes, *payload: bytes | memoryview) -> bytes:
     for part in payload:
         digest.update(part)
     return digest.digest()[:_CHECKSUM_BYTES]
-
-
-def _read(handle: int, length: int, position: int) -> bytes:
-    pieces = []
-    while length > 0 and (piece := os.pread(handle, length, position)):
-        pieces.append(piece)
-        position += len(piece)
-        length -= len(piece)
-    return b"".join(pieces)
 
 
 def _write_all(handle: int, parts: list[memoryview], position: int) -> None:

@@ -7,7 +7,7 @@ says missing, and the seal is checked over the variables that there are.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.status import Status
-from stickslip.variables import RESULT_COLUMNS
+from stickslip.variables import RESULT_COLUMNS, RESULTS
 from sweeps.files.atomic import remove, replacing, storage_errors
 from sweeps.files.attributes import coordinates, data_sha256, variable_attributes
 from sweeps.files.chunks import Chunks
@@ -106,12 +106,10 @@ def _define(
     along = coordinates(grid)
     attached = " ".join(name for name in along if name not in grid.dims)
     for name in RESULT_COLUMNS:
-        values = result_values(name, np.empty(0))
-        real = values.dtype.kind == "f"
-        settings: dict[str, Any] = {"fill_value": np.nan if real else False}
-        if grid.dims:
-            settings |= {"chunksizes": chunks.extent, **_COMPRESSION}
-        variable = file.createVariable(name, values.dtype.str[1:], grid.dims, **settings)
+        dtype = RESULTS[name].dtype
+        fill = np.nan if dtype.startswith("f") else False
+        packed = {"chunksizes": chunks.extent, **_COMPRESSION} if grid.dims else {}
+        variable = file.createVariable(name, dtype, grid.dims, fill_value=fill, **packed)
         variable.setncatts(variable_attributes(name) | {"coordinates": attached})
     for name, (dims, values, attrs) in along.items():
         variable = file.createVariable(name, values.dtype.str[1:], dims, fill_value=False)
@@ -129,7 +127,7 @@ def _fill(
     for number in range(len(chunks)):
         found = rows(number)
         for column, name in enumerate(RESULT_COLUMNS):
-            values = np.ascontiguousarray(result_values(name, found[:, column]))
+            values = result_values(name, found[:, column])
             file[name][chunks.box(number)] = values.reshape(chunks.shape(number))
             digests[column].update(values.tobytes())
             if name == "status":
@@ -196,10 +194,6 @@ def _digests(path: Path, chunks: Chunks) -> list[str]:
 
 def _digest(variable: Any, chunks: Chunks) -> str:
     digest = hashlib.sha256()
-    for part in _boxes(chunks):
-        digest.update(np.ascontiguousarray(variable[part]).tobytes())
+    for number in range(len(chunks)):
+        digest.update(variable[chunks.box(number)].tobytes())
     return digest.hexdigest()
-
-
-def _boxes(chunks: Chunks) -> Iterator[tuple[slice, ...]]:
-    return (chunks.box(number) for number in range(len(chunks)))

@@ -8,7 +8,6 @@ import os
 import socket
 import threading
 from collections.abc import Callable, Iterator
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from filelock import FileLock, Timeout
 
 from sweeps.exits import Exit, ExpectedError
 from sweeps.files.atomic import StorageError, remove, replacing
-from sweeps.files.attributes import command_line
+from sweeps.files.attributes import command_line, now
 from sweeps.human import reason
 
 _BEATS_EVERY = 1.0  # seconds
@@ -39,12 +38,13 @@ class RunFolder:
         self.heartbeat = self.path / "heartbeat.json"
         self.result = self.path / "result.nc"
         self._lock = self.path / "lock"
+        self._next_beat = self.path / "heartbeat.json.new"
         self._who = {
             "output": str(output),
             "pid": os.getpid(),
             "host": socket.gethostname(),
             "command": command_line(),
-            "started": datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+            "started": now(),
         }
 
     @contextlib.contextmanager
@@ -95,7 +95,7 @@ class RunFolder:
 
     def discard_leftovers(self) -> None:
         """Take away what a killed run left half made; the journal stays."""
-        for path in (self.result, self.journal.with_name("journal.new"), self._next_beat):
+        for path in (self.result, self.path / "journal.new", self._next_beat):
             remove(path)
 
     def remove(self, *, keep_journal: bool = False) -> None:
@@ -128,24 +128,16 @@ class RunFolder:
             self._beat(beat())
 
     def _beat(self, said: dict[str, Any]) -> None:
-        now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-        text = json.dumps(said | self._who | {"updated": now}) + "\n"
+        text = json.dumps(said | self._who | {"updated": now()}) + "\n"
         with (
             contextlib.suppress(OSError),  # the sweep goes on without a heartbeat
             replacing(self.heartbeat, self._next_beat, fsync=False) as new,
         ):
             new.write_text(text)
 
-    @property
-    def _next_beat(self) -> Path:
-        return self.heartbeat.with_name("heartbeat.json.new")
-
     def _in_use(self) -> str:
-        beat = self.last_beat()
-        holder = (
-            f"process {beat.get('pid')} on {beat.get('host')}, since {beat.get('started')}: "
-            f"{beat.get('command')}"
-            if beat
-            else "a process that has not said its name yet"
-        )
+        holder = "a process that has not said its name yet"
+        if beat := self.last_beat():
+            pid, host, since = (beat.get(key) for key in ("pid", "host", "started"))
+            holder = f"process {pid} on {host}, since {since}: {beat.get('command')}"
         return f"{self.path.with_suffix('')} is being written by another run ({holder})"
