@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TextIO
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from sweeps.human import duration, size_text
 
 if TYPE_CHECKING:
     import numpy as np
@@ -43,8 +45,6 @@ def write_timing(outcome: Outcome, workers: int, backend: str) -> None:
 
 def print_summary(outcome: Outcome) -> None:
     """Print where the result is and how it went."""
-    from sweeps.human import duration
-
     print(outcome.output)
     points = f"{outcome.points} points"
     if outcome.computed:
@@ -58,15 +58,14 @@ def print_summary(outcome: Outcome) -> None:
     print_suspicions(outcome.suspicious)
 
 
-def print_reasons(statuses: Sequence[int] | NDArray[np.int64], *, to: TextIO | None = None) -> None:
+def print_reasons(statuses: NDArray[np.int64]) -> None:
     """Print how many points did not end ok, and what that means; nothing where all did."""
     from stickslip.status import Status
 
     for status in Status:
         count = int(statuses[status])
         if count and status is not Status.OK:
-            line = f"  {count} {status.name.lower()}: {status.sentence}"
-            print(line, file=to or sys.stderr)
+            print(f"  {count} {status.name.lower()}: {status.sentence}", file=sys.stderr)
 
 
 def print_suspicions(suspicious: tuple[int, int]) -> None:
@@ -90,8 +89,6 @@ def print_suspicions(suspicious: tuple[int, int]) -> None:
 
 def print_plan(plan: Plan, slots: str) -> None:
     """Print what a sweep would take."""
-    from sweeps.human import duration, size_text
-
     print(f"points: {plan.points}" + (f", {plan.there} already computed" if plan.there else ""))
     print(f"blocks: {plan.blocks}")
     print(
@@ -105,7 +102,6 @@ def print_plan(plan: Plan, slots: str) -> None:
 def print_state(state: Mapping[str, Any]) -> None:
     """Print how a sweep stands."""
     from stickslip.status import Status
-    from sweeps.human import duration
 
     print(f"{state['output']}: {state['state']}")
     if "points" not in state:
@@ -116,10 +112,9 @@ def print_state(state: Mapping[str, Any]) -> None:
         print(f"{state['points_per_second']:.1f} points/s, about {left} left")
     if "pid" in state:
         print(f"process {state['pid']} on {state['host']}, last heard of {state['updated']}")
-    counts = [0] * 128
     for name, count in state["statuses"].items():
-        counts[Status[name.upper()]] = count
-    print_reasons(counts, to=sys.stdout)
+        if name != "ok":
+            print(f"  {count} {name}: {Status[name.upper()].sentence}")
 
 
 def describe_installation() -> None:

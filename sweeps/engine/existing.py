@@ -187,7 +187,7 @@ def found_in_file(path: Path) -> ExistingPoints:
         lacking=lacks,
         foreign=tuple(foreign),
         mixed=tuple(filter(None, attributes.get("mixed_with", "").split("\n"))),
-        processors=_listed(attributes.get("processor", "")),
+        processors=frozenset(filter(None, attributes.get("processor", "").split(", "))),
         history=attributes.get("history", ""),
     )
 
@@ -315,7 +315,3 @@ def _points_of_file(path: Path, chunks: Chunks) -> Points:
             rows = read_rows(file, chunks, number)
             there = np.flatnonzero(~np.isnan(rows[:, STATUS]))
             yield chunks.range(number)[0] + there, rows[there]
-
-
-def _listed(text: str) -> frozenset[str]:
-    return frozenset(filter(None, text.split(", ")))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 from contextlib import closing
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +20,7 @@ from sweeps.engine.existing import (
     not_ok,
 )
 from sweeps.files.atomic import StorageError, storage_errors
+from sweeps.files.attributes import now
 from sweeps.files.journal import Journal, Manifest, columns_of, readable_manifest
 from sweeps.files.results import Written, contents
 from sweeps.files.run_folder import RunFolder
@@ -66,7 +66,7 @@ def prepare_journal(
         They cannot be read, or the journal cannot be written.
     """
     manifest = _manifest(folder, policy)
-    if manifest and _belongs_to(manifest, target) and _continues(manifest, output, policy):
+    if manifest and _continues(manifest, target, output, policy):
         return _resumed(target, folder, manifest, policy)
     if policy.afresh:
         if not policy.overwrite:
@@ -109,13 +109,10 @@ def fingerprint(output: Path) -> list[int] | None:
     return [found.st_size, found.st_mtime_ns]
 
 
-def _belongs_to(manifest: Manifest, target: Target) -> bool:
-    """Whether a journal holds just the points of this computation, with the columns of today."""
-    return manifest["key"] == target.key.hex() and columns_of(manifest) == RESULT_COLUMNS
-
-
-def _continues(manifest: Manifest, output: Path, policy: ExistingPolicy) -> bool:
-    """Whether a journal is where this command, given again, left off."""
+def _continues(manifest: Manifest, target: Target, output: Path, policy: ExistingPolicy) -> bool:
+    """Whether a journal has the points of this computation, and this command left it behind."""
+    if manifest["key"] != target.key.hex() or columns_of(manifest) != RESULT_COLUMNS:
+        return False
     if policy.afresh:
         return bool(manifest["afresh"] and not manifest["finished"])
     return bool(manifest["afresh"]) or manifest["output"] == fingerprint(output)
@@ -178,7 +175,7 @@ def _manifest_of(
         "mixed": list(dict.fromkeys(mixed)),
         "processors": sorted({name for found in sources for name in found.processors}),
         "history": next((found.history for found in sources if found.history), ""),
-        "created": datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        "created": now(),
     }
 
 
