@@ -88,7 +88,7 @@ PLACES = {
     "within the last block": Mishap("os", "pwrite", 3, "half", within=LAST),
     "before the result file": Mishap("netCDF4", "Dataset", 2, of="'w'"),
     "before the result is filled": Mishap("sweeps.files.results", "_fill"),
-    "while the result is filled": Mishap("sweeps.files.results", "result_values", 32),
+    "while the result is filled": Mishap("sweeps.files.results", "result_values", 6),
     "after the result is filled": Mishap("sweeps.files.results", "_fill", 1, "after"),
     "before the result is read back": Mishap("sweeps.files.results", "_digests"),
     "before the result is flushed": Mishap("sweeps.files.atomic", "flush", of="result.nc"),
