@@ -16,12 +16,13 @@ from unittest.mock import patch
 import numpy as np
 from common import arguments, finish
 from inside import FIRST_STEP, FUNCTIONS, adaptive_drive, plain_after_success, problem_of
+from other_tableaus import RODAS4, RODAS4P
 
 from stickslip.compiled.decorators import inline, jit
 from stickslip.kernels.problem import Problem
 from stickslip.model.rhs import starting_state
 from stickslip.numerics import adaptive, step_control
-from stickslip.numerics.tableaus import RODAS4, RODAS4P, RODAS4P2, RosenbrockTableau
+from stickslip.numerics.tableaus import RODAS4P2, RosenbrockTableau
 from stickslip.parameters import Parameters, ParameterValues
 
 PERIODS = 3

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from stickslip.compiled.decorators import inline
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT, make_adaptive
 from stickslip.numerics.linear import algebra
-from stickslip.numerics.tableaus import RODAS4, RODAS4P, RODAS4P2
+from stickslip.numerics.tableaus import RODAS4P2
 
 # A cusp that is rounded below the speed u_s is the problem -u_s.
 CUSP, SMOOTH, STIFF, BECOMES_NAN, ESCAPES, IS_NAN, OVERFLOWS, UNANNOUNCED = map(float, range(8))
@@ -103,16 +103,6 @@ def drive() -> Any:
 
 
 @pytest.fixture(scope="module")
-def rodas4() -> Any:
-    return make_drive(RODAS4)
-
-
-@pytest.fixture(scope="module")
-def rodas4p() -> Any:
-    return make_drive(RODAS4P)
-
-
-@pytest.fixture(scope="module")
 def smooth_end() -> np.ndarray:
     """The smooth problem at t = 20."""
     solution = solve_ivp(
@@ -137,9 +127,7 @@ def error_of(result: Any, exact: np.ndarray) -> float:
 LADDER = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10]
 
 
-@pytest.mark.parametrize("name", ["drive", "rodas4", "rodas4p"])
-def test_the_error_falls_with_the_tolerance(name: str, request, smooth_end: np.ndarray) -> None:
-    drive = request.getfixturevalue(name)
+def test_the_error_falls_with_the_tolerance(drive, smooth_end: np.ndarray) -> None:
     errors = [error_of(drive(SMOOTH, rtol, 20.0), smooth_end) for rtol in LADDER]
     slope = np.polyfit(np.log(LADDER), np.log(errors), 1)[0]
     assert slope == pytest.approx(1.0, abs=0.2)
