@@ -30,7 +30,7 @@ STAGES = (
     ),
     Stage(
         "points",
-        ("numbers 0 … N−1,", "each a row of 20 parameters"),
+        ("numbers 0 … N−1,", "each a row of parameters"),
         (
             ("sweeps/engine/existing.py", "leave out what is computed already"),
             ("sweeps/engine/blocks.py", "shuffle, cut into blocks of a second"),

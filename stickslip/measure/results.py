@@ -219,13 +219,13 @@ def write_result(p: Parameters, m: Measured, result: np.ndarray) -> None:
     elif not believed:
         write_failure(result, m.periods, INVARIANT_VIOLATED)
     else:
-        for column in range(result.shape[0]):
+        for column in range(len(row)):
             result[column] = row[column]
 
 
 @jit
 def write_failure(result: np.ndarray, periods: int, status: int) -> None:
     """Make a result row (columns,) that of a point that did not end ok."""
-    for column in range(result.shape[0]):
+    for column in range(len(_MISSING)):
         result[column] = _MISSING[column]
     result[_PERIODS], result[STATUS] = periods, status

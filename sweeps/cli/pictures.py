@@ -86,14 +86,18 @@ def plot(
         Path | None,
         typer.Option("-o", "--output", help="Picture, .png or .pdf; left out, both."),
     ] = None,
+    figure: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="A figure by name; left out, the one of its config."),
+    ] = None,
 ) -> None:
-    """Draw the standard picture of a result file."""
+    """Draw a picture of a result file."""
     from sweeps.files.datasets import open_result
 
     ds = open_result(file)
     target = output or (file.with_suffix("") if file.suffix == ".nc" else file)
     _refuse_picture_name(target)
-    _draw(ds, target, _asked_figure(ds))
+    _draw(ds, target, figure or _asked_figure(ds))
 
 
 # --- what is computed -----------------------------------------------------------------------------

@@ -10,6 +10,7 @@ from support.commands import Command, entries
 
 import stickslip
 from stickslip import Parameters
+from sweeps.exits import Exit
 from sweeps.files.datasets import open_result
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -93,5 +94,10 @@ def test_plot_draws_what_the_config_asks_for(
     command("plot", "results/a.nc", "-o", "a.png")
     command("sweep", "a.yaml", "--overwrite")
     command("plot", "results/a.nc", "-o", "a.png")
+    command("plot", "results/a-trajectory.nc", "-o", "t.png", "--figure", "phase_portraits")
     # A figure that the file holds no data for gives way to the standard one.
-    assert asked == ["phase_portraits", None, None, "amplitudes"]
+    assert asked == ["phase_portraits", None, None, "amplitudes", "phase_portraits"]
+    code, _, err = command("plot", "results/a.nc", "-o", "b.png", "--figure", "phase_portraits")
+    assert (code, "draws a trajectory" in err, Path("b.png").exists()) == (Exit.USAGE, True, False)
+    code, _, err = command("plot", "results/a.nc", "--figure", "amplitude")
+    assert (code, "did you mean 'amplitudes'?" in err) == (Exit.USAGE, True)
