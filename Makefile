@@ -6,12 +6,14 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 WORKERS ?= 2
 
-.PHONY: help demo test test-fast lint generated bench bench-quick tables clean
+.PHONY: help demo test test-fast stress faults lint generated bench bench-quick tables clean
 
 help:
 	@echo "make demo       Fig. 7 of the paper: results/fig7.nc and its picture"
-	@echo "make test       the whole test suite"
+	@echo "make test       the test suite, but for stress and faults"
 	@echo "make test-fast  the tests that are not marked slow"
+	@echo "make stress     the numerics, every fluid and method in the long tests"
+	@echo "make faults     kills at random times, in the long tests"
 	@echo "make lint       ruff, mypy and the import contracts"
 	@echo "make generated  the schema of configs and docs/configuration.md, from their declarations"
 	@echo "make bench      the benchmarks with pictures and tables; an hour or two, on an idle machine"
@@ -30,7 +32,13 @@ test: $(VENV)/.dev
 	$(BIN)/python -m pytest -n $(WORKERS)
 
 test-fast: $(VENV)/.dev
-	$(BIN)/python -m pytest -n $(WORKERS) -m "not slow"
+	$(BIN)/python -m pytest -n $(WORKERS) -m "not slow and not stress and not faults"
+
+stress: $(VENV)/.dev
+	$(BIN)/python -m pytest -n $(WORKERS) -m stress
+
+faults: $(VENV)/.dev
+	$(BIN)/python -m pytest -n $(WORKERS) -m faults
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

@@ -97,7 +97,7 @@ def test_orbits_of_an_unstable_step_break_the_power_balance(
     assert_nothing_but(found.row[0], Status.INVARIANT_VIOLATED)
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_an_orbit_of_another_law_than_the_measured_one_breaks_the_power_balance(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -52,7 +52,7 @@ def expected(shell: Shell) -> str:
 # --- kills ---
 
 
-@pytest.mark.slow
+@pytest.mark.faults
 def test_kills_at_random_times_lose_nothing(tmp_path: Path) -> None:
     survival = kill_until_done(tmp_path / "sweep", random.Random(7), 6)
     assert survival.kills == 6
