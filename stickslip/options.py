@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 class Method:
     """A method that a user can choose.
 
-    `module` has what it does: `compile_for`, `orbits`, `trajectory` and `largest_step`, described
-    in `kernels/adaptive/driver.py`. `own_option` is the option that only this method uses;
+    `module` has what it does: `compile_for`, `orbits`, `trajectory`, `largest_step` and
+    `rounding`, described in `kernels/adaptive/driver.py`. `own_option` is the option that only this method uses;
     `max_steps` its budget of steps a point where none is given.
     """
 

@@ -136,7 +136,8 @@ def _dataset(
     import xarray as xr
 
     observables = np.empty((len(times), len(OBSERVABLES)))
-    observables_kernel(options.friction)(np.array(parameters), times, samples, observables)
+    u_s = METHODS[options.method].kernels.rounding(parameters, options)
+    observables_kernel(options.friction)(np.array(parameters), times, samples, u_s, observables)
     states = dict(zip(_SAMPLED, samples.T, strict=True))
     columns = states | dict(zip(OBSERVABLES, observables.T, strict=True))
     data = {

@@ -430,7 +430,7 @@ def test_a_step_that_is_left_out_is_an_error_and_no_wrong_number(step: str, tmp_
         "points = np.array([Parameters()])\n"
         "print(fastest_rate(points, law))\n"
         "from stickslip.kernels.trajectories import observables_kernel\n"
-        "observables_kernel(law)(points[0], np.zeros(1), np.ones((1, 3)), np.zeros((1, 6)))\n"
+        "observables_kernel(law)(points[0], np.zeros(1), np.ones((1, 3)), 0.0, np.zeros((1, 6)))\n"
         "from stickslip.kernels.adaptive.passes import new_queue\n"
         "queue = new_queue(np.zeros((1, 40)), np.zeros((1, 4)))\n"
         "conversion.result_kernel(law)(points, queue, np.zeros((1, 4)), np.zeros((1, 10)), 1e-6,"

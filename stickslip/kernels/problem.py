@@ -38,9 +38,15 @@ class Problem(NamedTuple):
 
 
 @inline
+def rounding_speed(p: Parameters, rtol: float) -> float:
+    """Relative speed [m/s] below which a cusp of the law is rounded at a tolerance."""
+    return _ROUNDING * rtol * (abs(p.drive_amplitude) * p.angular_frequency)
+
+
+@inline
 def problem_of(p: Parameters, rtol: float) -> Problem:
     """The problem of the parameters `p` at a tolerance."""
-    return Problem(p, _ROUNDING * rtol * (abs(p.drive_amplitude) * p.angular_frequency))
+    return Problem(p, rounding_speed(p, rtol))
 
 
 class ProblemFunctions(NamedTuple):
@@ -55,7 +61,7 @@ class ProblemFunctions(NamedTuple):
     """(problem, t, y): the rows of the Jacobian, and d(rhs)/dt."""
 
     error_weight: Callable[..., State]
-    """(problem, y, J): weights [1/m, s/m, 1] with which the errors of (x, v, ln phi) count."""
+    """(problem, y, J): weights [1/m, s/m, 1] with which the errors of (x, u, ln phi) count."""
 
 
 @cache

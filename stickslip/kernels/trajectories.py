@@ -16,6 +16,7 @@ from stickslip.model.rhs import (
     block_acceleration,
     equations,
     film_melting_function,
+    relative_state,
     relative_velocity,
     starting_state,
 )
@@ -60,12 +61,12 @@ def _sample_step(t: float, h: float, y0: State, y1: State, d1: Any, d2: Any, s: 
         cursor[0] += 1
 
 
-def _make_trajectory(period_map: Any, own_state: Any, phi_of: Any) -> Any:
+def _make_trajectory(period_map: Any, own_state: Any, motion: Any) -> Any:
     """The sampling of one trajectory with one method.
 
     `period_map(p, settings, y, h, budget, samples)` gives (y, h, steps, status) after a drive
-    period; `own_state` turns (x, v, ln phi) into the method's own state, `phi_of` the last
-    component of that into phi.
+    period; `own_state(p, y)` turns (x, v, ln phi) at phase 0 into the method's own state,
+    `motion(p, t, y)` that into (x, v, phi) at phase time t.
     """
 
     def trajectory(
@@ -76,41 +77,44 @@ def _make_trajectory(period_map: Any, own_state: Any, phi_of: Any) -> Any:
         samples: np.ndarray,
     ) -> int:
         p, last = parameters_of(point), samples.shape[0] - 1
-        y, h, steps, status = own_state(_row_state(start)), FIRST_STEP * drive.period(p), 0, OK
+        y, h, steps, status = own_state(p, _row_state(start)), FIRST_STEP * drive.period(p), 0, OK
+        dt = drive.period(p) / per_period
         for first in range(0, last, per_period):
             rows = samples[first : first + per_period]
-            taken = Samples(rows, np.zeros(1, np.int64), drive.period(p) / per_period)
+            taken = Samples(rows, np.zeros(1, np.int64), dt)
             y, h, used, status = period_map(p, settings, y, h, settings.max_steps - steps, taken)
             steps += used
             if status != OK:
                 return status
         for component in range(samples.shape[1]):
             samples[last, component] = y[component]
-        for row in samples:
-            row[2] = phi_of(row[2])
+        for i in range(samples.shape[0]):
+            sample = motion(p, (i % per_period) * dt, _row_state(samples[i]))
+            for component in range(samples.shape[1]):
+                samples[i, component] = sample[component]
         return status
 
     return trajectory
 
 
 @inline
-def _same(y: State) -> State:
-    return y
+def _relative(p: Parameters, y: State) -> State:
+    return relative_state(p, 0.0, y)
 
 
 @inline
-def _identity(phi: float) -> float:
-    return phi
+def _motion(p: Parameters, t: float, y: State) -> State:
+    return _with_phi(p, relative_state(p, t, y))
 
 
 @inline
-def _with_phi(y: State) -> State:
+def _with_phi(p: Parameters, y: State) -> State:
     return y[0], y[1], math.exp(y[2])
 
 
 @inline
-def _exp(psi: float) -> float:
-    return math.exp(psi)
+def _as_it_is(p: Parameters, t: float, y: State) -> State:
+    return y
 
 
 @kernel_factory
@@ -139,7 +143,7 @@ def adaptive_trajectory(law: str) -> Any:
         problem = problem_of(p, settings.rtol)
         return travel(problem, settings.rtol, 0.0, drive.period(p), y, h, budget, s)
 
-    trajectory = _make_trajectory(period, _same, _exp)
+    trajectory = _make_trajectory(period, _relative, _motion)
     return named_kernel(f"adaptive_trajectory[{law}]", trajectory)
 
 
@@ -175,7 +179,7 @@ def euler_cromer_trajectory(law: str) -> Any:
         y, used, status = march(p, 0.0, drive.period(p), steps, y, budget, s)
         return y, h, used, status
 
-    trajectory = _make_trajectory(period, _with_phi, _identity)
+    trajectory = _make_trajectory(period, _with_phi, _as_it_is)
     return named_kernel(f"euler_cromer_trajectory[{law}]", trajectory)
 
 
@@ -183,14 +187,19 @@ def euler_cromer_trajectory(law: str) -> Any:
 def observables_kernel(law: str) -> Any:
     """The kernel of what follows from the states (x, v, phi) of a trajectory.
 
-    It takes `point` (parameters,), `times` (n,), `samples` (n, WIDTH) and writes `observables`
-    (n, 6), in the order of OBSERVABLES.
+    It takes `point` (parameters,), `times` (n,), `samples` (n, WIDTH), the speed `u_s` [m/s] below
+    which the method rounded a cusp of the law, and writes `observables` (n, 6), in the order of
+    OBSERVABLES.
     """
     bound = equations(law)
-    stress_and_force, viscous_stress = bound.stress_and_force, bound.law.stress
+    stress_and_force, rounded = bound.rounded_stress_and_force, bound.law.rounded
 
     def observables_of(
-        point: np.ndarray, times: np.ndarray, samples: np.ndarray, observables: np.ndarray
+        point: np.ndarray,
+        times: np.ndarray,
+        samples: np.ndarray,
+        u_s: float,
+        observables: np.ndarray,
     ) -> None:
         p = parameters_of(point)
         for i in range(times.shape[0]):
@@ -198,8 +207,8 @@ def observables_kernel(law: str) -> Any:
             u = relative_velocity(p, t, samples[i, 1])
             row[0], row[1] = drive.upper_displacement(p, t), drive.upper_velocity(p, t)
             row[2] = friction.elastic_strain(p, u)
-            row[3], row[5] = stress_and_force(p, u, samples[i, 2])
-            row[4] = viscous_stress(p, u)
+            row[3], row[5] = stress_and_force(p, u, samples[i, 2], u_s)
+            row[4] = rounded(p, u, u_s)[0]
 
     return named_kernel(f"observables[{law}]", observables_of)
 

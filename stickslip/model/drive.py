@@ -33,3 +33,9 @@ def upper_acceleration(p: Parameters, t: float) -> float:
     """Acceleration dV/dt of the upper block [m/s2], from Eq. 2."""
     omega = p.angular_frequency
     return -p.drive_amplitude * (omega * omega) * sine_and_cosine(omega * t)[1]
+
+
+@inline
+def upper_jerk(p: Parameters, t: float) -> float:
+    """Second derivative of the velocity V of the upper block [m/s3], from Eq. 2."""
+    return -(p.angular_frequency * p.angular_frequency) * upper_velocity(p, t)

@@ -1,7 +1,9 @@
 """The equations of motion: Eq. 3 with x' = v, and Eq. 26 for ln(phi).
 
-The state is (x, v, psi) with psi = ln(phi): psi neither underflows nor changes sign, and grows
-linearly in time while the film is liquid.
+What is integrated is (x, u, psi). With the relative velocity u = V - v as unknown the slip of a
+locked block, parts in 1e5 of the drive, is known to the tolerance, and with it the steep friction
+force. psi = ln(phi) neither underflows nor changes sign, and grows linearly in time while the film
+is liquid.
 """
 
 from __future__ import annotations
@@ -23,6 +25,12 @@ from stickslip.parameters import Parameters
 def relative_velocity(p: Parameters, t: float, v: float) -> float:
     """Relative velocity u = V - v of the blocks [m/s]."""
     return drive.upper_velocity(p, t) - v
+
+
+@inline
+def relative_state(p: Parameters, t: float, y: State) -> State:
+    """(x, V - v, psi) of (x, v, psi) at phase time `t` [s]; its own inverse."""
+    return y[0], relative_velocity(p, t, y[1]), y[2]
 
 
 @inline
@@ -52,8 +60,11 @@ class Equations(NamedTuple):
     stress_and_force: Callable[..., tuple[float, float]]
     """(p, u, phi): elastic stress [Pa] (Eq. 13) and friction force [N] (Eq. 10)."""
 
+    rounded_stress_and_force: Callable[..., tuple[float, float]]
+    """(p, u, phi, u_s): the same where a cusp of the law is rounded for |u| < u_s [m/s]."""
+
     rhs: Callable[..., State]
-    """(p, t, y, u_s): rates of (x, v, psi) [m/s, m/s2, 1/s] at phase time t [s]; with u_s > 0 a
+    """(p, t, y, u_s): rates of (x, u, psi) [m/s, m/s2, 1/s] at phase time t [s]; with u_s > 0 a
     cusp of the law is rounded."""
 
     jacobian: Callable[..., tuple[State, ...]]
@@ -68,7 +79,7 @@ class Equations(NamedTuple):
 def equations(law_name: str) -> Equations:
     """The equations of motion with the law of friction of this name."""
     law = friction_law(law_name)
-    stress, slope, rounded = law.stress, law.slope, law.rounded
+    stress, rounded = law.stress, law.rounded
 
     @inline
     def stress_and_force(p: Parameters, u: float, phi: float) -> tuple[float, float]:
@@ -76,23 +87,27 @@ def equations(law_name: str) -> Equations:
         return sigma_el, friction.friction_force(p, sigma_el, stress(p, u))
 
     @inline
+    def rounded_stress_and_force(
+        p: Parameters, u: float, phi: float, u_s: float
+    ) -> tuple[float, float]:
+        sigma_el = film.elastic_stress(p, phi, friction.elastic_strain(p, u))
+        return sigma_el, friction.friction_force(p, sigma_el, rounded(p, u, u_s)[0])
+
+    @inline
     def rhs(p: Parameters, t: float, y: State, u_s: float) -> State:
-        x, v, psi = y
+        x, u, psi = y
         phi, inverse_phi = exponentials(psi)
-        u = relative_velocity(p, t, v)
-        eps = friction.elastic_strain(p, u)
-        sigma_v, _ = rounded(p, u, u_s)
-        F = friction.friction_force(p, film.elastic_stress(p, phi, eps), sigma_v)
-        force = film.log_force(p, phi, film.melting_function(p, eps))
+        _, F = rounded_stress_and_force(p, u, phi, u_s)
+        u_rate = drive.upper_acceleration(p, t) - block_acceleration(p, x, F)
+        force = film.log_force(p, phi, film_melting_function(p, u))
         psi_rate = noise.typical_path(p, inverse_phi) - p.kinetic_coefficient * force
-        return v, block_acceleration(p, x, F), psi_rate
+        return drive.upper_velocity(p, t) - u, u_rate, psi_rate
 
     @inline
     def jacobian(p: Parameters, t: float, y: State, u_s: float) -> tuple[State, ...]:
-        _, v, psi = y
+        _, u, psi = y
         phi, inverse_phi = exponentials(psi)
-        u = relative_velocity(p, t, v)
-        V_rate, eps_u = drive.upper_acceleration(p, t), friction.strain_slope(p)
+        eps_u = friction.strain_slope(p)
         mu = film.shear_modulus(p, phi)
         _, sigma_u = rounded(p, u, u_s)
         F_u = (mu * eps_u + sigma_u) * p.contact_area
@@ -102,24 +117,25 @@ def equations(law_name: str) -> Equations:
         psi_psi -= 2.0 * noise.typical_path(p, inverse_phi)
         M = p.block_mass
         return (
-            (0.0, 1.0, 0.0),
-            (-2.0 * p.spring_stiffness / M, -F_u / M, F_psi / M),
-            (0.0, -psi_u, psi_psi),
-            (0.0, F_u * V_rate / M, psi_u * V_rate),
+            (0.0, -1.0, 0.0),
+            (2.0 * p.spring_stiffness / M, -F_u / M, -F_psi / M),
+            (0.0, psi_u, psi_psi),
+            (drive.upper_acceleration(p, t), drive.upper_jerk(p, t), 0.0),
         )
 
     @inline
     def observables_and_rates(
         p: Parameters, t: float, y: State, u_s: float
     ) -> tuple[float, float, float, float]:
-        _, v, psi = y
+        _, u, psi = y
         phi, _ = exponentials(psi)
-        u = relative_velocity(p, t, v)
-        sigma_el, F = stress_and_force(p, u, phi)
-        _, v_rate, psi_rate = rhs(p, t, y, u_s)
-        u_rate = drive.upper_acceleration(p, t) - v_rate
+        sigma_el, F = rounded_stress_and_force(p, u, phi, u_s)
+        _, u_rate, psi_rate = rhs(p, t, y, u_s)
         mu, eps_u = film.shear_modulus(p, phi), friction.strain_slope(p)
         sigma_rate = mu * eps_u * (u_rate + 2.0 * u * psi_rate)
-        return sigma_el, F, sigma_rate, (sigma_rate + slope(p, u) * u_rate) * p.contact_area
+        sigma_v_rate = rounded(p, u, u_s)[1] * u_rate
+        return sigma_el, F, sigma_rate, (sigma_rate + sigma_v_rate) * p.contact_area
 
-    return Equations(law, stress_and_force, rhs, jacobian, observables_and_rates)
+    return Equations(
+        law, stress_and_force, rounded_stress_and_force, rhs, jacobian, observables_and_rates
+    )

@@ -9,7 +9,7 @@ from support.parameters import random_parameters
 
 from stickslip import reference
 from stickslip.model import noise
-from stickslip.model.rhs import Equations, equations, starting_state
+from stickslip.model.rhs import Equations, equations, relative_state, starting_state
 from stickslip.options import FRICTION_LAWS
 from stickslip.parameters import Parameters
 
@@ -24,6 +24,8 @@ def model(request: pytest.FixtureRequest) -> Equations:
 
 
 class Case(NamedTuple):
+    """A state y = (x, u, psi) at the phase time t, and u once more."""
+
     p: Parameters
     t: float
     y: tuple[float, float, float]
@@ -34,13 +36,12 @@ def random_case(rng: np.random.Generator, gamma: float) -> Case:
     """Parameters around those of the paper and a state anywhere in reach, not on the cusp."""
     p = random_parameters(rng, gamma)
     t = rng.uniform(0.0, 2 * math.pi / p.angular_frequency)
-    V = -p.drive_amplitude * p.angular_frequency * math.sin(p.angular_frequency * t)
     speed = abs(p.drive_amplitude) * p.angular_frequency
-    u = speed * 10.0 ** rng.uniform(-3, 1) * rng.choice([-1.0, 1.0])
+    u = float(speed * 10.0 ** rng.uniform(-3, 1) * rng.choice([-1.0, 1.0]))
     x = p.drive_amplitude * rng.uniform(-1.5, 1.5)
     # A stuck, a melting or a fully melted film.
     psi = rng.choice([rng.uniform(-1.5, 0.3), rng.uniform(-8.0, -1.0), rng.uniform(-35.0, -8.0)])
-    return Case(p, t, (x, V - u, float(psi)), u)
+    return Case(p, t, (x, u, float(psi)), u)
 
 
 def cases(gamma: float, number: int = 200) -> list[Case]:
@@ -51,7 +52,7 @@ def cases(gamma: float, number: int = 200) -> list[Case]:
 def derivative(
     model: Equations, case: Case, direction: int, u_s: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Five-point difference of the right-hand side along x, v, psi or t, and its rounding error."""
+    """Five-point difference of the right-hand side along x, u, psi or t, and its rounding error."""
     p, t, y, u = case
     speed = abs(p.drive_amplitude) * p.angular_frequency
     steps = (
@@ -66,18 +67,18 @@ def derivative(
         at = [*y, t]
         at[direction] += times * step
         values.append(model.rhs(p, at[3], tuple(at[:3]), u_s))
-    # What rounding leaves of the largest terms; u itself is a difference of two speeds.
-    _, v, psi = y
+    # What rounding leaves of the largest terms.
+    psi = y[2]
     _, F = model.stress_and_force(p, u, math.exp(psi))
     heating = 2 * p.thermal_coefficient * (p.temperature + p.critical_temperature)
     strain = u * p.strain_relaxation_time / p.film_thickness
-    cancelled = 1 + (abs(v) + speed) / abs(u)
     sizes = np.array(
         [
-            abs(v) + steps[1],
-            (abs(F) * cancelled + 4 * p.spring_stiffness * abs(p.drive_amplitude)) / p.block_mass,
+            speed + abs(u) + steps[1],
+            speed * p.angular_frequency
+            + (abs(F) + 4 * p.spring_stiffness * abs(p.drive_amplitude)) / p.block_mass,
             p.kinetic_coefficient
-            * (heating + p.elastic_coefficient * strain**2 * cancelled + 4 * p.quartic_coefficient)
+            * (heating + p.elastic_coefficient * strain**2 + 4 * p.quartic_coefficient)
             + noise.typical_path(p, math.exp(0.01 - psi)),
         ]
     )
@@ -88,16 +89,20 @@ def derivative(
 def test_the_right_hand_side_agrees_with_the_independent_twin(gamma: float) -> None:
     model = equations("power-law")  # the only law that the twin knows
     for p, t, y, u in cases(gamma):
-        ours = np.array(model.rhs(p, t, y, 0.0))
-        twin = np.array(reference.right_hand_side(t, np.array(y), p))
+        x, _, psi = y
+        speed, omega = abs(p.drive_amplitude) * p.angular_frequency, p.angular_frequency
+        v = -p.drive_amplitude * omega * math.sin(omega * t) - u
+        v_dot = -p.drive_amplitude * omega**2 * math.cos(omega * t)
+        rates = model.rhs(p, t, y, 0.0)
+        ours = np.array([rates[0], v_dot - rates[1], rates[2]])
+        twin = np.array(reference.right_hand_side(t, np.array([x, v, psi]), p))
         # Each term to 1e-12; the sums may cancel.
         F = reference.friction_force(u, math.exp(y[2]), p)
-        speed = abs(p.drive_amplitude) * p.angular_frequency
         strain = u * p.strain_relaxation_time / p.film_thickness
         terms = np.array(
             [
-                abs(y[1]),
-                (abs(F) + 2 * p.spring_stiffness * abs(y[0])) / p.block_mass,
+                abs(v),
+                speed * omega + (abs(F) + 2 * p.spring_stiffness * abs(y[0])) / p.block_mass,
                 p.kinetic_coefficient
                 * (
                     2 * p.thermal_coefficient * abs(p.temperature - p.critical_temperature)
@@ -108,12 +113,12 @@ def test_the_right_hand_side_agrees_with_the_independent_twin(gamma: float) -> N
             ]
         )
         closure = 0.2807297 * p.noise_intensity * math.exp(-2 * y[2])
-        amplified = 1 + (abs(y[1]) + speed) * 1e-3 / abs(u)  # u is a difference of two speeds
+        amplified = 1 + (abs(v) + speed) * 1e-3 / abs(u)  # in the twin a difference of two speeds
         assert np.all(abs(ours - twin) <= 1e-12 * amplified * terms + [0, 0, 1e-7 * closure])
 
 
 @pytest.mark.parametrize("gamma", INDICES)
-@pytest.mark.parametrize("direction", range(4), ids=["x", "v", "psi", "t"])
+@pytest.mark.parametrize("direction", range(4), ids=["x", "u", "psi", "t"])
 def test_the_jacobian_agrees_with_finite_differences(
     model: Equations, gamma: float, direction: int
 ) -> None:
@@ -126,7 +131,7 @@ def test_the_jacobian_agrees_with_finite_differences(
         assert np.all(abs(column - differences) <= 1e-8 * abs(differences) + 30 * rounding)
 
 
-@pytest.mark.parametrize("direction", range(4), ids=["x", "v", "psi", "t"])
+@pytest.mark.parametrize("direction", range(4), ids=["x", "u", "psi", "t"])
 def test_the_jacobian_at_a_rounded_cusp_agrees_with_finite_differences(
     model: Equations, direction: int
 ) -> None:
@@ -161,17 +166,16 @@ def test_the_rates_of_stress_and_force_are_their_derivatives_along_the_motion(
 ) -> None:
     for p, t, y, u in cases(gamma, 100):
         rates = np.array(model.rhs(p, t, y, 0.0))
-        v_dot, psi_dot = rates[1:]
-        V_dot = -p.drive_amplitude * p.angular_frequency**2 * math.cos(p.angular_frequency * t)
+        u_dot, psi_dot = rates[1:]
         sigma, F, sigma_rate, F_rate = model.observables_and_rates(p, t, y, 0.0)
         assert (sigma, F) == pytest.approx(
             model.stress_and_force(p, u, math.exp(y[2])), rel=1e-9, abs=0
         )
         # A time in which neither the slip nor ln(phi) nor the drive changes by more than 1e-3.
-        step = 1e-3 / max(abs((V_dot - v_dot) / u), abs(psi_dot), p.angular_frequency)
+        step = 1e-3 / max(abs(u_dot / u), abs(psi_dot), p.angular_frequency)
         values = [
             model.stress_and_force(
-                p, u + times * step * (V_dot - v_dot), math.exp(y[2] + times * step * psi_dot)
+                p, u + times * step * u_dot, math.exp(y[2] + times * step * psi_dot)
             )
             for times in FIVE_POINTS
         ]
@@ -191,13 +195,22 @@ def test_right_hand_side_and_jacobian_are_finite_where_the_blocks_move_together(
     assert np.all(np.isfinite(model.jacobian(p, 0.0, (0.0, 0.0, -1.0), 0.0)))
 
 
-def test_the_equations_keep_the_odd_half_period_symmetry_bit_for_bit(model: Equations) -> None:
-    for p, _, y, u in cases(-2 / 3, 50):
-        # V = 0 at t = 0: mirrored by hand, because pi/omega is not a float.
-        x, psi = y[0], y[2]
-        forward = model.rhs(p, 0.0, (x, u, psi), 0.0)
-        backward = model.rhs(p, 0.0, (-x, -u, psi), 0.0)
+def test_the_equations_keep_the_odd_symmetry_bit_for_bit(model: Equations) -> None:
+    for p, t, (x, u, psi), _ in cases(-2 / 3, 50):
+        mirrored = p._replace(drive_amplitude=-p.drive_amplitude)  # what half a period does
+        forward = model.rhs(p, t, (x, u, psi), 0.0)
+        backward = model.rhs(mirrored, t, (-x, -u, psi), 0.0)
         assert backward == (-forward[0], -forward[1], forward[2])
+
+
+def test_the_relative_state_is_its_own_inverse() -> None:
+    for p, t, y, u in cases(-2 / 3, 50):
+        x, v, psi = relative_state(p, t, y)
+        V = -p.drive_amplitude * p.angular_frequency * math.sin(p.angular_frequency * t)
+        assert (x, psi) == (y[0], y[2])
+        assert v == pytest.approx(V - u, rel=1e-12, abs=1e-14 * abs(V))
+        assert relative_state(p, t, (x, v, psi))[1] == pytest.approx(u, rel=1e-9)
+        assert relative_state(p, 0.0, y)[1] == -u  # at phase 0 the drive stands still
 
 
 def test_without_noise_the_right_hand_side_has_no_closure(model: Equations) -> None:

@@ -33,6 +33,7 @@ from stickslip.model.rhs import (
     block_acceleration,
     equations,
     film_melting_function,
+    relative_state,
     relative_velocity,
 )
 from stickslip.numerics.adaptive import make_adaptive
@@ -44,7 +45,7 @@ from stickslip.options import DEFAULTS
 _record = accumulator(1, 0)
 _clear = _record.clear
 _see_extremum, _see_phase, _see_work = _record.see_extremum, _record.see_phase, _record.see_work
-_stress_and_force = equations(DEFAULTS.friction).stress_and_force
+_stress_and_force = equations(DEFAULTS.friction).rounded_stress_and_force
 _interpolate = algebra(3).interpolate
 
 # Looks at a step: enough that between two of them nothing is 1e-8 higher.
@@ -52,17 +53,16 @@ _LOOKS = 32
 
 
 @inline
-def _see(p, t, dt, v, phi, record):
+def _see(p, t, dt, u, phi, u_s, record):
     """Take in a state that stands for the interval `dt`."""
-    u = relative_velocity(p, t, v)
-    sigma, F = _stress_and_force(p, u, phi)
+    sigma, F = _stress_and_force(p, u, phi, u_s)
     solid = film.solid_threshold(p)
     melted = film.MELTED_PART * solid if solid > 0.0 else -1.0
     _see_extremum(record, 0, STRESS_MAX, sigma, True)
     _see_extremum(record, 0, FORCE_MAX, F, True)
     _see_phase(record, 0, phi, solid, melted, True)
     V = drive.upper_velocity(p, t)
-    _see_work(record, 0, dt * (F * v), dt * abs(F * V), True)
+    _see_work(record, 0, dt * (F * (V - u)), dt * abs(F * V), True)
 
 
 def cyclic_meltings(record: np.ndarray) -> int:
@@ -78,14 +78,14 @@ def cyclic_meltings(record: np.ndarray) -> int:
 def _increments(p, t, dt, y):
     x, v, phi = y
     u = relative_velocity(p, t, v)
-    _, F = _stress_and_force(p, u, phi)
+    _, F = _stress_and_force(p, u, phi, 0.0)
     rate = film.order_parameter_rate(p, phi, film_melting_function(p, u))
     return dt * block_acceleration(p, x, F), dt * rate + noise.typical_kick(p, phi, dt)
 
 
 @inline
 def _see_begin(p, t, dt, y0, y1, record):
-    _see(p, t, dt, y0[1], y0[2], record)
+    _see(p, t, dt, relative_velocity(p, t, y0[1]), y0[2], 0.0, record)
 
 
 _march = make_euler_cromer(_increments, _see_begin)
@@ -125,9 +125,9 @@ def euler_cromer_period(
 def _see_inside(problem, t, h, y0, y1, d1, d2, record):
     for i in range(_LOOKS):
         theta = (i + 0.5) / _LOOKS
-        _, v, psi = _interpolate(theta, y0, y1, d1, d2)
-        _see(problem.p, t + theta * h, h / _LOOKS, v, math.exp(psi), record)
-    _see(problem.p, t + h, 0.0, y1[1], math.exp(y1[2]), record)
+        _, u, psi = _interpolate(theta, y0, y1, d1, d2)
+        _see(problem.p, t + theta * h, h / _LOOKS, u, math.exp(psi), problem.u_s, record)
+    _see(problem.p, t + h, 0.0, y1[1], math.exp(y1[2]), problem.u_s, record)
 
 
 @cache
@@ -142,12 +142,14 @@ def _adaptive() -> Any:
         p = parameters_of(point)
         problem, h = problem_of(p, rtol), FIRST_STEP * drive.period(p)
         _clear(record, 0)
+        y = relative_state(p, 0.0, y)
         for n in range(number):
             y, h, _, status = travel(problem, rtol, 0.0, drive.period(p), y, h, 10**7, record)
             if status != 0:
                 return status
+            motion = relative_state(p, 0.0, y)
             for i in range(3):
-                states[n, i] = y[i]
+                states[n, i] = motion[i]
         return 0
 
     return periods

@@ -21,7 +21,7 @@ from stickslip.measure.results import (
     write_whole_orbit,
 )
 from stickslip.model.laws import friction_law
-from stickslip.model.rhs import starting_state
+from stickslip.model.rhs import relative_state, starting_state
 from stickslip.model.scaling import reduction, units_of
 from stickslip.model.state import STATE, WIDTH
 from stickslip.numerics.adaptive import OK
@@ -37,6 +37,8 @@ state_units = make_map(
 )
 """Inline: the units of the components of the state."""
 
+_row_state = make_map("row_state", "row", (f"row[{i}]" for i in range(WIDTH)), {})
+
 
 @kernel_factory
 def reduction_kernel(law: str) -> Any:
@@ -50,7 +52,8 @@ def reduction_kernel(law: str) -> Any:
     def reduce_points(points: np.ndarray, reduced_points: np.ndarray, states: np.ndarray) -> None:
         for i in range(points.shape[0]):
             p = parameters_of(points[i])
-            q, units, y = reduced(p), state_units(units_of(p)), starting_state(p)
+            q, units = reduced(p), state_units(units_of(p))
+            y = relative_state(p, 0.0, starting_state(p))
             for slot in range(reduced_points.shape[1]):
                 reduced_points[i, slot] = q[slot]
             for component in range(WIDTH):
@@ -62,23 +65,29 @@ def reduction_kernel(law: str) -> Any:
 
 @kernel
 def restore_states(points: np.ndarray, states: np.ndarray) -> None:
-    """Turn `states` (n, WIDTH + 1), in units of each point's own, into SI units, in place."""
+    """Turn states of the lanes into (x, v, psi) in SI units, in place.
+
+    `points` (n, parameters); `states` (n, WIDTH + 1), at phase 0 in units of each point's own.
+    """
     for i in range(points.shape[0]):
         p = parameters_of(points[i])
         units = state_units(units_of(p))
         for component in range(WIDTH):
             states[i, component] *= units[component]
+        y = relative_state(p, 0.0, _row_state(states[i]))
+        for component in range(WIDTH):
+            states[i, component] = y[component]
         states[i, WIDTH] /= p.angular_frequency
 
 
 @kernel
 def scale_states(points: np.ndarray, states: np.ndarray) -> None:
-    """Turn `states` (n, WIDTH + 1) in SI units into units of each point's own, in place."""
+    """Turn (x, v, psi) in SI units into states of the lanes: `restore_states` the other way."""
     for i in range(points.shape[0]):
         p = parameters_of(points[i])
-        units = state_units(units_of(p))
+        y, units = relative_state(p, 0.0, _row_state(states[i])), state_units(units_of(p))
         for component in range(WIDTH):
-            states[i, component] /= units[component]
+            states[i, component] = y[component] / units[component]
         states[i, WIDTH] *= p.angular_frequency
 
 
@@ -132,8 +141,9 @@ def result_kernel(law: str) -> Any:
             measured = Measured(
                 record,
                 cycle,
-                (begin[0] * units.length, begin[1] * units.speed),
-                (end[0] * units.length, end[1] * units.speed),
+                # At phase 0 the drive stands still: v = -u.
+                (begin[0] * units.length, -begin[1] * units.speed),
+                (end[0] * units.length, -end[1] * units.speed),
                 _FINER_PART * difference + farther * miss + least * rtol,
                 (counts[HALVES] + cycle + 1) // 2,
             )

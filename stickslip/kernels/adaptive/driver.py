@@ -1,6 +1,7 @@
 """The adaptive method for many points at once, in lanes: one of the table `options.METHODS`.
 
-What such a module offers is said in `compile_for`, `orbits`, `trajectory` and `largest_step`.
+What such a module offers is said in `compile_for`, `orbits`, `trajectory`, `largest_step` and
+`rounding`.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from stickslip.kernels.adaptive.passes import (
 )
 from stickslip.kernels.families import families
 from stickslip.kernels.points import FINAL_COLUMNS
+from stickslip.kernels.problem import rounding_speed
 from stickslip.kernels.trajectories import adaptive_trajectory
 from stickslip.model.scaling import Reduced
 from stickslip.model.state import WIDTH
@@ -55,6 +57,11 @@ def compile_for(indices: np.ndarray, options: Options) -> None:
 def largest_step(points: np.ndarray, options: Options) -> np.ndarray:
     """Largest fixed step [s] that is stable for each point (n, parameters); here any."""
     return np.full(len(points), np.inf)
+
+
+def rounding(p: Parameters, options: Options) -> float:
+    """Relative speed [m/s] below which the method rounds a cusp of the law."""
+    return float(rounding_speed(p, options.rtol))
 
 
 def trajectory(

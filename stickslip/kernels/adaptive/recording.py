@@ -1,6 +1,6 @@
 """What is measured of an orbit in lanes: extrema, integrals and phases, half period by half period.
 
-A lane integrates half a drive period and is then mirrored, (x, v) -> (-x, -v), so that it is
+A lane integrates half a drive period and is then mirrored, (x, u) -> (-x, -u), so that it is
 always at a phase between 0 and pi. Records are kept in the mirrored frame of the moment.
 """
 
@@ -18,7 +18,6 @@ from stickslip.compiled.simd import LANES, for_lanes
 from stickslip.kernels.problem import Problem, ProblemFunctions
 from stickslip.measure.accumulate import FORCE_MAX, RECORD, STRESS_MAX, accumulator
 from stickslip.model import drive, film
-from stickslip.model.rhs import relative_velocity
 from stickslip.model.scaling import Reduced
 from stickslip.model.state import WIDTH, State
 from stickslip.numerics.adaptive_lanes import slots_for
@@ -91,13 +90,13 @@ def _promising(
 
 @inline
 def _see_step_work(
-    lanes: np.ndarray, lane: int, problem: Problem, step: Step, v: Values, F: Values, seen: bool
+    lanes: np.ndarray, lane: int, problem: Problem, step: Step, u: Values, F: Values, seen: bool
 ) -> None:
     """Add a step to the integrals."""
     done, total = 0.0, 0.0
     for node in range(4):
         V = drive.upper_velocity(problem.p, step.t + NODES[node] * step.used)
-        done += WEIGHTS[node] * (F[node] * v[node])
+        done += WEIGHTS[node] * (F[node] * (V - u[node]))
         total += WEIGHTS[node] * abs(F[node] * V)
     _see_work(lanes, lane, step.used * done, step.used * total, seen)
 
@@ -110,15 +109,14 @@ def vertex(x0: float, x1: float, x2: float, y0: float, y1: float, y2: float) -> 
 
 
 def make_node(functions: ProblemFunctions) -> Any:
-    """What a step holds at a node: (problem, step, theta) to velocity, phi, stress and force."""
-    stress_and_force = functions.equations.stress_and_force
+    """What a step holds at a node: (problem, step, theta) to u, phi, stress and force."""
+    stress_and_force = functions.equations.rounded_stress_and_force
 
     @inline
     def node(problem: Problem, step: Step, theta: float) -> Values:
         y = _interpolate(theta, step.y0, step.y1, step.d1, step.d2)
         phi, _ = exponentials(y[2])
-        u = relative_velocity(problem.p, step.t + theta * step.used, y[1])
-        sigma, F = stress_and_force(problem.p, u, phi)
+        sigma, F = stress_and_force(problem.p, y[1], phi, problem.u_s)
         return y[1], phi, sigma, F
 
     return node
@@ -135,8 +133,8 @@ def make_see(problems: Callable[..., Problem], functions: ProblemFunctions) -> A
     def lane_see(lane: int, lanes: np.ndarray) -> None:
         problem, step = problems(lanes, lane), _step_of(lanes, lane)
         seen = get(lanes, SLOTS.accepted, lane) > 0.0
-        va, phia, sigmaa, Fa = node(problem, step, NODES[1])
-        vb, phib, sigmab, Fb = node(problem, step, NODES[2])
+        ua, phia, sigmaa, Fa = node(problem, step, NODES[1])
+        ub, phib, sigmab, Fb = node(problem, step, NODES[2])
         sigma1, F1, sigma_rate1, F_rate1 = observables_and_rates(
             problem.p, step.t + step.used, step.y1, problem.u_s
         )
@@ -155,7 +153,7 @@ def make_see(problems: Callable[..., Problem], functions: ProblemFunctions) -> A
         _see_phase(lanes, lane, phia, solid, melted, seen)
         _see_phase(lanes, lane, phib, solid, melted, seen)
         _see_phase(lanes, lane, exponentials(step.y1[2])[0], solid, melted, seen)
-        _see_step_work(lanes, lane, problem, step, (step.y0[1], va, vb, step.y1[1]), forces, seen)
+        _see_step_work(lanes, lane, problem, step, (step.y0[1], ua, ub, step.y1[1]), forces, seen)
         put(lanes, _STRESS, lane, sigma1 if seen else sigma0)
         put(lanes, _FORCE, lane, F1 if seen else F0)
         put(lanes, _STRESS_RATE, lane, sigma_rate1 if seen else sigma_rate0)
@@ -195,7 +193,7 @@ def make_refine(
     It finds their places on the continuous extension and goes there with `shorter_step`, the step
     of the method: the extension is of lower order, and a force can be steep in it.
     """
-    node, stress_and_force = make_node(functions), functions.equations.stress_and_force
+    node, stress_and_force = make_node(functions), functions.equations.rounded_stress_and_force
     rhs, jacobian = functions.rhs, functions.jacobian
 
     @jit
@@ -204,8 +202,7 @@ def make_refine(
         f, J = rhs(problem, t, y0), jacobian(problem, t, y0)
         y = shorter_step(problem, t, y0, used, f, J)[0]
         phi, _ = exponentials(y[2])
-        u = relative_velocity(problem.p, t + used, y[1])
-        sigma, F = stress_and_force(problem.p, u, phi)
+        sigma, F = stress_and_force(problem.p, y[1], phi, problem.u_s)
         _see_extremum(lanes, lane, STRESS_MAX, sigma, True)
         _see_extremum(lanes, lane, FORCE_MAX, F, True)
 

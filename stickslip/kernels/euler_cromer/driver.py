@@ -69,6 +69,11 @@ def largest_step(points: np.ndarray, options: Options) -> np.ndarray:
     return largest_stable_step(points, options.friction)
 
 
+def rounding(p: Parameters, options: Options) -> float:
+    """Relative speed [m/s] below which the method rounds a cusp of the law: none."""
+    return 0.0
+
+
 def trajectory(
     point: np.ndarray, options: Options, start: np.ndarray, per_period: int, samples: np.ndarray
 ) -> int:
