@@ -46,6 +46,7 @@ from sweeps.files.datasets import content_hash
 from sweeps.grid import Grid
 
 PROCESSES = ["loky", pytest.param("dask", marks=needs_dask)]
+ATTACKED = ["loky", pytest.param("dask", marks=[needs_dask, pytest.mark.faults])]
 
 
 @pytest.fixture(autouse=True)
@@ -85,7 +86,7 @@ def test_dask_that_is_missing_is_asked_for(missing: str, monkeypatch: pytest.Mon
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", PROCESSES)
+@pytest.mark.parametrize("backend", ATTACKED)
 def test_a_point_that_kills_its_worker_costs_itself_alone(
     backend: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -116,7 +117,7 @@ def all_gone(processes: list[Any]) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", PROCESSES)
+@pytest.mark.parametrize("backend", ATTACKED)
 def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process(backend: str) -> None:
     sweep, processes = begun(backend, doing("gated_block"))
     os.killpg(sweep.pid, signal.SIGINT)  # as a terminal does
@@ -135,7 +136,7 @@ def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process(backend: str) -> No
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", PROCESSES)
+@pytest.mark.parametrize("backend", ATTACKED)
 def test_a_second_ctrl_c_waits_for_nobody(backend: str) -> None:
     sweep, processes = begun(backend, doing("stuck_block"))
     os.killpg(sweep.pid, signal.SIGINT)
@@ -148,7 +149,7 @@ def test_a_second_ctrl_c_waits_for_nobody(backend: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", PROCESSES)
+@pytest.mark.parametrize("backend", ATTACKED)
 def test_processes_do_not_outlive_the_command(backend: str) -> None:
     sweep, processes = begun(backend, doing("stuck_block"))
     sweep.process.kill()

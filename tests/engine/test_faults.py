@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from support.kills import BLOCK_POINTS, CONFIG, WORKERS, kill_until_done
+from support.marks import one_then
 from support.processes import HANGS
 from support.sweeping import (
     LOOSE,
@@ -167,7 +168,7 @@ def beginning(request: pytest.FixtureRequest, shell: Shell) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("error", ERRORS, ids=errno.errorcode.get)
+@pytest.mark.parametrize("error", one_then("faults", ERRORS), ids=errno.errorcode.get)
 @pytest.mark.parametrize("call", CALLS, ids=lambda call: call[1])
 def test_a_call_that_fails_ends_in_a_message_and_the_same_command_goes_on(
     shell: Shell, expected: str, beginning: str, call: tuple[Any, str], error: int

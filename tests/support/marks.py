@@ -1,4 +1,4 @@
-"""Which of many similar cases the suite takes, and which are left to `make stress`."""
+"""Which of many similar cases the suite takes, and which are left to `make stress` or `faults`."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 
-def one_then_stress(values: Sequence[Any]) -> list[Any]:
-    """Cases of a parametrized test: the first belongs to the suite, the others to `make stress`."""
-    return [values[0], *(pytest.param(value, marks=pytest.mark.stress) for value in values[1:])]
+def one_then(mark: str, values: Sequence[Any]) -> list[Any]:
+    """Cases of a parametrized test: the first belongs to the suite, the others bear the mark."""
+    others = (pytest.param(value, marks=getattr(pytest.mark, mark)) for value in values[1:])
+    return [values[0], *others]

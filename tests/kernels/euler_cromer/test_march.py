@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numba.core import config as numba_config
 from support.marches import FAST_DT, fast, march_of
-from support.marks import one_then_stress
+from support.marks import one_then
 from support.points import GAMMAS
 
 from stickslip.compiled.decorators import jit
@@ -83,7 +83,7 @@ def test_a_loop_with_a_division_or_scalar_code_would_be_seen() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("family", one_then_stress(FAMILIES), ids=str)
+@pytest.mark.parametrize("family", one_then("stress", FAMILIES), ids=str)
 def test_the_hot_loops_are_vectors_without_calls_and_divisions(family: Family) -> None:
     if not {"+avx2", "+avx512f"} & set((numba_config.CPU_FEATURES or host_features()).split(",")):
         pytest.skip("this machine has no AVX2: its vectors are too short to tell")
