@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.status import Status
 from sweeps.engine.existing import Target
 from sweeps.exits import Exit
 from sweeps.files.attributes import global_attributes
+from sweeps.files.columns import failures
 from sweeps.files.journal import Journal
 from sweeps.files.results import Written, try_writing, write_result
 from sweeps.files.run_folder import RunFolder
@@ -48,7 +48,7 @@ class Outcome:
     @property
     def failures(self) -> int:
         """How many points ended, but not ok."""
-        return self.points - int(self.statuses[Status.OK] + self.statuses[Status.PENDING])
+        return failures(self.statuses)
 
 
 @dataclass

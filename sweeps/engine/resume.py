@@ -12,15 +12,10 @@ import numpy as np
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
-from sweeps.engine.existing import (
-    ExistingPoints,
-    Target,
-    found_beside,
-    found_in_file,
-    not_ok,
-)
+from sweeps.engine.existing import ExistingPoints, Target, found_beside, found_in_file, not_ok
 from sweeps.files.atomic import StorageError, storage_errors
 from sweeps.files.attributes import now
+from sweeps.files.columns import failures
 from sweeps.files.journal import Journal, Manifest, columns_of, readable_manifest
 from sweeps.files.results import Written, contents
 from sweeps.files.run_folder import RunFolder
@@ -58,12 +53,8 @@ def prepare_journal(
     An interrupted sweep that was begun afresh is resumed when it is asked for afresh once more: the
     same command always leads to the end.
 
-    Raises
-    ------
-    RefusalError
-        Existing points were computed with other settings or by an older version, or would be lost.
-    StorageError
-        They cannot be read, or the journal cannot be written.
+    Raises RefusalError where existing points were computed with other settings or by an older
+    version, or would be lost; StorageError.
     """
     manifest = _manifest(folder, policy)
     if manifest and _continues(manifest, target, output, policy):
@@ -97,7 +88,7 @@ def complete_already(
         return None
     written = contents(output, target.chunks)
     pending = written.statuses[Status.PENDING]
-    return None if pending or (policy.retry_failed and _any_failed(written.statuses)) else written
+    return None if pending or (policy.retry_failed and failures(written.statuses)) else written
 
 
 def fingerprint(output: Path) -> list[int] | None:
@@ -123,7 +114,7 @@ def _resumed(
 ) -> PreparedJournal:
     journal = Journal.open(folder.journal, manifest, target.chunks, target.grid.size)
     damaged = journal.damaged
-    if policy.retry_failed and _any_failed(journal.statuses):
+    if policy.retry_failed and failures(journal.statuses):
         journal = _without_failures(journal, target, folder)
     found = [f"{journal.done.sum()} in its journal"] if journal.done.any() else []
     passed = f"{damaged} damaged bytes of {folder.journal} were passed over"
@@ -186,7 +177,3 @@ def _manifest(folder: RunFolder, policy: ExistingPolicy) -> Manifest | None:
         if policy.overwrite:  # a damaged journal is dropped
             return None
         raise
-
-
-def _any_failed(statuses: np.ndarray) -> bool:
-    return bool(statuses.sum() > statuses[Status.OK] + statuses[Status.PENDING])
