@@ -21,14 +21,7 @@ from stickslip.variables import RESULT_COLUMNS, RESULTS
 from sweeps.files.atomic import remove, replacing, storage_errors
 from sweeps.files.attributes import coordinates, data_sha256, variable_attributes
 from sweeps.files.chunks import Chunks
-from sweeps.files.columns import (
-    STATUS,
-    STATUS_CODES,
-    Rows,
-    conformed,
-    result_values,
-    status_counts,
-)
+from sweeps.files.columns import STATUS, STATUS_CODES, Rows, conformed, result_values, status_counts
 from sweeps.grid import Grid
 
 # Level 1 takes half the time of level 4 and makes files a few percent larger: mantissas are noise.
@@ -55,24 +48,13 @@ def write_result(
     temporary: Path,
     path: Path,
 ) -> Written:
-    """Write a result, read it back, and put it in place of an older one.
+    """Write a result to `temporary`, read it back, and put it in place of an older one.
 
-    Parameters
-    ----------
-    key
-        `identity.seal_key` of what was computed.
-    rows
-        Gives the result rows (n, columns) of a chunk; NaN rows become `pending`.
-    attributes
-        The global attributes.
-    temporary
-        Where the file is made, on the file system of `path`.
+    `key` is `identity.seal_key` of what was computed; `rows` gives the result rows (n, columns) of
+    a chunk, of which NaN rows become `pending`.
 
-    Raises
-    ------
-    StorageError
-        The file cannot be written or does not read back as it was meant; an older one is as it
-        was.
+    Raises StorageError where the file cannot be written or does not read back as it was meant; an
+    older one is as it was.
     """
     with storage_errors(f"cannot write {path}"), replacing(path, temporary):
         with netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
