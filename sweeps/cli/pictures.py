@@ -96,9 +96,6 @@ def plot(
     _draw(ds, target, _asked_figure(ds))
 
 
-# --- what is computed -----------------------------------------------------------------------------
-
-
 def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: bool) -> int:
     """Compute, write and draw one figure; returns the number of failed points."""
     from sweeps.config.paper import PAPER, shipped_config
@@ -121,28 +118,21 @@ def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: b
 
 
 def _write_trajectories(config: Config, path: Path) -> None:
-    from sweeps.files.datasets import write_dataset
-
-    write_dataset(_trajectories(config), path)
-    print(path)
-
-
-def _trajectories(config: Config) -> xr.Dataset:
-    """The trajectory of a config or, where it has an axis, one for each of its values."""
+    """Write the trajectory of a config or, where it has an axis, one for each of its values."""
     from stickslip import IntegrationError, NoiseError
     from sweeps.engine.signals import interruptible
     from sweeps.engine.trajectories import trajectories, trajectory
+    from sweeps.files.datasets import write_dataset
 
     compute = trajectories if config.sweep else trajectory
     try:
-        return interruptible(lambda: compute(config), "Interrupted; nothing was kept.")
+        ds = interruptible(lambda: compute(config), "Interrupted; nothing was kept.")
     except NoiseError as error:
         stop_with(str(error), Exit.USAGE)
     except IntegrationError as error:
         stop_with(str(error), Exit.FAILED_POINTS)
-
-
-# --- what is drawn --------------------------------------------------------------------------------
+    write_dataset(ds, path)
+    print(path)
 
 
 def _draw(ds: xr.Dataset, target: Path, name: str | None) -> None:
