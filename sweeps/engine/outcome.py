@@ -67,7 +67,6 @@ class JournaledResult:
     target: Target
     journal: Journal
     folder: RunFolder
-    output: Path
 
     def try_writing(self) -> None:
         """Write it without its numbers, and take it away: better to fail before the sweep."""
@@ -83,7 +82,7 @@ class JournaledResult:
             self.journal.chunk,
             self.attributes(),
             self.folder.result,
-            self.output,
+            self.folder.output,
         )
 
     def attributes(self) -> dict[str, str]:

@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
-from sweeps.engine.existing import ExistingPoints, Target, found_beside, found_in_file, not_ok
+from sweeps.engine.existing import ExistingPoints, Target, found_beside, found_in_file, ok
 from sweeps.files.atomic import StorageError, storage_errors
 from sweeps.files.attributes import now
 from sweeps.files.columns import failures
@@ -45,9 +45,7 @@ class PreparedJournal:
     warnings: list[str] = field(default_factory=list)
 
 
-def prepare_journal(
-    target: Target, output: Path, folder: RunFolder, policy: ExistingPolicy
-) -> PreparedJournal:
+def prepare_journal(target: Target, folder: RunFolder, policy: ExistingPolicy) -> PreparedJournal:
     """The journal of this computation, with every point that is there already.
 
     An interrupted sweep that was begun afresh is resumed when it is asked for afresh once more: the
@@ -57,30 +55,29 @@ def prepare_journal(
     version, or would be lost; StorageError.
     """
     manifest = _manifest(folder, policy)
-    if manifest and _continues(manifest, target, output, policy):
+    if manifest and _continues(manifest, target, folder, policy):
         return _resumed(target, folder, manifest, policy)
     if policy.afresh:
         if not policy.overwrite:
-            for found in found_beside(output, folder.journal):
+            for found in found_beside(folder):
                 found.refuse_lost_points(target.grid)
-        return _created(target, output, folder, [], policy, afresh=True)
-    sources = found_beside(output, folder.journal)
+        return _created(target, folder, [], policy, afresh=True)
+    sources = found_beside(folder)
     for found in sources:
         if not policy.accept_mixed:
             found.refuse_differences(target)
         found.refuse_lost_points(target.grid)
     afresh = bool(manifest and manifest["afresh"])  # it stays so when its config grows
-    return _created(target, output, folder, sources, policy, afresh=afresh)
+    return _created(target, folder, sources, policy, afresh=afresh)
 
 
-def complete_already(
-    target: Target, output: Path, folder: RunFolder, policy: ExistingPolicy
-) -> Written | None:
+def complete_already(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Written | None:
     """What the output holds, if it is exactly what is asked for; it need not be touched then.
 
     Raises StorageError where it cannot be read; where it does not fit, `prepare_journal` says so.
     """
-    if policy.afresh or policy.accept_mixed or folder.journal.exists() or not output.exists():
+    output, kept = folder.output, not (policy.afresh or policy.accept_mixed)
+    if not kept or folder.journal.exists() or not output.exists():
         return None
     found = found_in_file(output)
     same = found.config.resolved_yaml() == target.config.resolved_yaml()
@@ -100,13 +97,15 @@ def fingerprint(output: Path) -> list[int] | None:
     return [found.st_size, found.st_mtime_ns]
 
 
-def _continues(manifest: Manifest, target: Target, output: Path, policy: ExistingPolicy) -> bool:
+def _continues(
+    manifest: Manifest, target: Target, folder: RunFolder, policy: ExistingPolicy
+) -> bool:
     """Whether a journal has the points of this computation, and this command left it behind."""
     if manifest["key"] != target.key.hex() or columns_of(manifest) != RESULT_COLUMNS:
         return False
     if policy.afresh:
         return bool(manifest["afresh"] and not manifest["finished"])
-    return bool(manifest["afresh"]) or manifest["output"] == fingerprint(output)
+    return bool(manifest["afresh"]) or manifest["output"] == fingerprint(folder.output)
 
 
 def _resumed(
@@ -122,14 +121,13 @@ def _resumed(
 
 
 def _without_failures(old: Journal, target: Target, folder: RunFolder) -> Journal:
-    kept = ((indices[~not_ok(rows)], rows[~not_ok(rows)]) for indices, rows in old.records())
+    kept = ((indices[ok(rows)], rows[ok(rows)]) for indices, rows in old.records())
     with closing(old):
         return Journal.create(folder.journal, old.manifest, target.chunks, target.grid.size, kept)
 
 
 def _created(
     target: Target,
-    output: Path,
     folder: RunFolder,
     sources: list[ExistingPoints],
     policy: ExistingPolicy,
@@ -137,8 +135,8 @@ def _created(
     afresh: bool,
 ) -> PreparedJournal:
     """A new journal with the points of the sources that the target has too."""
-    manifest = _manifest_of(target, output, sources, afresh=afresh)
-    keep = (lambda rows: ~not_ok(rows)) if policy.retry_failed else None
+    manifest = _manifest_of(target, folder.output, sources, afresh=afresh)
+    keep = ok if policy.retry_failed else None
     carried = itertools.chain(*(found.carried(target.grid, keep) for found in sources))
     with storage_errors(f"cannot write into {folder.path}"):
         journal = Journal.create(folder.journal, manifest, target.chunks, target.grid.size, carried)

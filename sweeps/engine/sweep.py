@@ -52,15 +52,15 @@ def sweep(
     with folder.held(), listening(stop), _named_after(output):
         folder.discard_leftovers()
         if partial:
-            return _export(target, output, folder, policy)
-        complete = complete_already(target, output, folder, policy)
+            return _export(target, folder, policy)
+        complete = complete_already(target, folder, policy)
         if complete is not None:
             points = int(complete.statuses.sum())
             console.say(f"{output} is complete: {points} points, nothing to do")
             return Outcome(output, complete.statuses, complete.worst_error)
-        prepared = prepare_journal(target, output, folder, policy)
+        prepared = prepare_journal(target, folder, policy)
         with closing(prepared.journal) as journal:
-            result = JournaledResult(target, journal, folder, output)
+            result = JournaledResult(target, journal, folder)
             counts = Counts(target.grid.size, journal.statuses)
             recorder = Recorder(journal, folder, counts, console, stop)
             _announce(target, prepared, counts, console)
@@ -113,7 +113,7 @@ def _finished(result: JournaledResult, recorder: Recorder, *, keep_journal: bool
     if keep_journal:
         journal.note(journal.manifest | {"finished": True})
     result.folder.remove(keep_journal=keep_journal)
-    return recorder.outcome(Outcome(result.output, written.statuses, written.worst_error))
+    return recorder.outcome(Outcome(result.folder.output, written.statuses, written.worst_error))
 
 
 def _stopped(result: JournaledResult, recorder: Recorder, stop: Stop) -> Outcome:
@@ -122,24 +122,25 @@ def _stopped(result: JournaledResult, recorder: Recorder, stop: Stop) -> Outcome
     if not stop.reason:
         raise RuntimeError(f"{missing} points did not come back from the workers")
     statuses[Status.PENDING] = missing
-    ended = Outcome(result.output, statuses, math.nan, stopped=stop.code, reason=stop.reason)
+    output = result.folder.output
+    ended = Outcome(output, statuses, math.nan, stopped=stop.code, reason=stop.reason)
     return recorder.outcome(ended)
 
 
-def _export(target: Target, output: Path, folder: RunFolder, policy: ExistingPolicy) -> Outcome:
+def _export(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Outcome:
     """Write what is there, and leave the journal for the rest."""
-    _refuse_partial(output, folder, policy)
+    _refuse_partial(folder, policy)
     policy = replace(policy, overwrite=False, recompute=False)
-    with closing(prepare_journal(target, output, folder, policy).journal) as journal:
-        written = JournaledResult(target, journal, folder, output).write()
+    with closing(prepare_journal(target, folder, policy).journal) as journal:
+        written = JournaledResult(target, journal, folder).write()
         if journal.done.all():
             folder.remove()
-    return Outcome(output, written.statuses, written.worst_error)
+    return Outcome(folder.output, written.statuses, written.worst_error)
 
 
-def _refuse_partial(output: Path, folder: RunFolder, policy: ExistingPolicy) -> None:
+def _refuse_partial(folder: RunFolder, policy: ExistingPolicy) -> None:
     """Raise RefusalError where an export would write nothing, or less than there is."""
-    manifest = readable_manifest(folder.journal)
+    output, manifest = folder.output, readable_manifest(folder.journal)
     if manifest is None and not output.exists():
         raise RefusalError(f"nothing is there yet of {output}; leave out --partial to compute it")
     if manifest and manifest["afresh"] and output.exists() and not policy.overwrite:
