@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -11,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sweeps.figure_table import AMPLITUDES
-from sweeps.figures.labels import shown
+from sweeps.figures.labels import Array, shown
 from sweeps.figures.layout import MOST_FACETS, Axis, Layout, axis_of, point_label, selections
 from sweeps.figures.missing import highest, missing_note, missing_points, trusted
 from sweeps.figures.style import (
@@ -30,8 +28,6 @@ from sweeps.figures.style import (
 _FEW = 20  # points that are worth a marker each
 _ROW = 0.035  # of a panel's height: one row of crosses for missing points
 
-Array = np.ndarray[Any, np.dtype[Any]]
-
 
 def draw_curves(ds: xr.Dataset, layout: Layout) -> Figure:
     """Two panels that share the x axis, a column of them for each facet.
@@ -47,7 +43,9 @@ def draw_curves(ds: xr.Dataset, layout: Layout) -> Figure:
     for row, name in zip(panels, AMPLITUDES, strict=True):
         for axes, facet in zip(row, facets, strict=True):
             _draw_panel(axes, facet.dataset, name, axis, layout.curve, crosses)
-        _limit(row[0], highest(ds, name), crosses[-1])
+        # From just below zero, so that a curve at zero shows, to above the highest point.
+        top, room = highest(ds, name), 1.0 / (1.0 - _ROW * crosses[-1])
+        row[0].set_ylim(-0.03 * top, 1.05 * top * room)
         row[0].set_ylabel(shown(ds[name]).label, fontsize=TEXT)
     name_columns(panels, [facet.label for facet in facets], axis.label)
     for axes in panels[1]:
@@ -101,12 +99,6 @@ def _rows_of_crosses(ds: xr.Dataset, curve: str | None) -> list[int]:
     missing = missing_points(ds)
     gaps = missing.any([dim for dim in missing.dims if dim != curve]).values
     return [int(row) for row in np.cumsum(np.atleast_1d(gaps))]
-
-
-def _limit(axes: Axes, top: float, rows_of_crosses: int) -> None:
-    """From just below zero, so that a curve at zero shows, to above the highest point."""
-    room = 1.0 / (1.0 - _ROW * rows_of_crosses)
-    axes.set_ylim(-0.03 * top, 1.05 * top * room)
 
 
 def _legend(ds: xr.Dataset, curve: str) -> list[Line2D]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 from matplotlib import colormaps
@@ -12,7 +10,7 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 from sweeps.figure_table import AMPLITUDES
-from sweeps.figures.labels import shown
+from sweeps.figures.labels import Array, shown
 from sweeps.figures.layout import MOST_FACETS, Axis, Layout, axis_of, selections
 from sweeps.figures.missing import highest, missing_note, trusted
 from sweeps.figures.style import (
@@ -26,8 +24,6 @@ from sweeps.figures.style import (
     set_scale,
     width_of,
 )
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def draw_maps(ds: xr.Dataset, layout: Layout) -> Figure:
