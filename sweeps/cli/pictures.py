@@ -37,8 +37,6 @@ def simulate(
     ] = False,
 ) -> None:
     """Compute one trajectory; the default file is results/<name of the config>-trajectory.nc."""
-    import xarray as xr
-
     from sweeps.engine.trajectories import AxisLeftError
     from sweeps.files.atomic import refuse_odd_output
     from sweeps.files.datasets import require_writable
@@ -53,7 +51,7 @@ def simulate(
         stop_with(
             f"{path} exists already; --overwrite replaces it, -o writes elsewhere", Exit.USAGE
         )
-    require_writable(xr.Dataset(), path)
+    require_writable(path)
     _write_trajectories(config, path)
 
 
@@ -83,8 +81,7 @@ def figure(
 def plot(
     file: Annotated[Path, typer.Argument(help="Result file of a sweep or a trajectory.")],
     output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help="Picture, .png or .pdf; left out, both."),
+        Path | None, typer.Option("-o", "--output", help="Picture, .png or .pdf; left out, both.")
     ] = None,
 ) -> None:
     """Draw the standard picture of a result file."""
