@@ -157,9 +157,6 @@ class ExistingPoints:
             )
 
 
-# --- where they are ---
-
-
 def found_in_file(path: Path) -> ExistingPoints:
     """The finished points of a result file.
 
@@ -235,9 +232,6 @@ def found_beside(folder: RunFolder) -> list[ExistingPoints]:
 def ok(rows: Rows) -> NDArray[np.bool_]:
     """Which rows (n, columns) are finished and did not fail."""
     return np.asarray(rows[:, STATUS] == Status.OK)
-
-
-# --- whether they can be read ---
 
 
 def _refuse_other_file(file: netCDF4.Dataset, path: Path, attributes: dict[str, str]) -> None:

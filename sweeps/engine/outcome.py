@@ -89,8 +89,7 @@ class JournaledResult:
         """The global attributes."""
         manifest = self.journal.manifest
         attributes = global_attributes(self.target.config)
-        earlier = manifest.get("history", "")
-        if earlier:
+        if earlier := manifest.get("history"):
             attributes["history"] += "\n" + earlier
         if manifest.get("processors"):
             attributes["processor"] = ", ".join(manifest["processors"])

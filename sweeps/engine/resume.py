@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -41,8 +41,8 @@ class PreparedJournal:
     """The journal to write into, what its points come from, and what looks odd about them."""
 
     journal: Journal
-    found: list[str] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
+    found: list[str]
+    warnings: list[str]
 
 
 def prepare_journal(target: Target, folder: RunFolder, policy: ExistingPolicy) -> PreparedJournal:
@@ -55,7 +55,7 @@ def prepare_journal(target: Target, folder: RunFolder, policy: ExistingPolicy) -
     version, or would be lost; StorageError.
     """
     manifest = _manifest(folder, policy)
-    if manifest and _continues(manifest, target, folder, policy):
+    if manifest and _continues(manifest, target, folder.output, policy):
         return _resumed(target, folder, manifest, policy)
     if policy.afresh:
         if not policy.overwrite:
@@ -97,15 +97,13 @@ def fingerprint(output: Path) -> list[int] | None:
     return [found.st_size, found.st_mtime_ns]
 
 
-def _continues(
-    manifest: Manifest, target: Target, folder: RunFolder, policy: ExistingPolicy
-) -> bool:
+def _continues(manifest: Manifest, target: Target, output: Path, policy: ExistingPolicy) -> bool:
     """Whether a journal has the points of this computation, and this command left it behind."""
     if manifest["key"] != target.key.hex() or columns_of(manifest) != RESULT_COLUMNS:
         return False
     if policy.afresh:
         return bool(manifest["afresh"] and not manifest["finished"])
-    return bool(manifest["afresh"]) or manifest["output"] == fingerprint(folder.output)
+    return bool(manifest["afresh"]) or manifest["output"] == fingerprint(output)
 
 
 def _resumed(

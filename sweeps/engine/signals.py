@@ -102,9 +102,6 @@ def _write(message: str) -> None:
     sys.stderr.flush()
 
 
-# --- work that does not look for signals ---
-
-
 def interruptible(work: Callable[[], _T], message: str) -> _T:
     """The result of `work`, computed in a thread while the main thread listens for Ctrl-C.
 

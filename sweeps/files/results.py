@@ -36,9 +36,6 @@ class Written:
     worst_error: float
 
 
-# --- writing ---
-
-
 def write_result(
     grid: Grid,
     key: bytes,
@@ -110,9 +107,6 @@ def _fill(file: netCDF4.Dataset, chunks: Chunks, rows: Callable[[int], Rows]) ->
             file[name][chunks.box(number)] = values.reshape(chunks.shape(number))
             digests[column].update(values.tobytes())
     return [digest.hexdigest() for digest in digests]
-
-
-# --- reading ---
 
 
 def columns_in(file: netCDF4.Dataset) -> tuple[str, ...]:
