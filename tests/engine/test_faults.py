@@ -91,7 +91,7 @@ PLACES = {
     "before the result is filled": Mishap("sweeps.files.results", "_fill"),
     "while the result is filled": Mishap("sweeps.files.results", "result_values", 6),
     "after the result is filled": Mishap("sweeps.files.results", "_fill", 1, "after"),
-    "before the result is read back": Mishap("sweeps.files.results", "_digests"),
+    "before the result is read back": Mishap("sweeps.files.results", "digests_of"),
     "before the result is flushed": Mishap("sweeps.files.atomic", "flush", of="result.nc"),
     "after the result is flushed": Mishap(
         "sweeps.files.atomic", "flush", 1, "after", of="result.nc"
