@@ -337,11 +337,7 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, float, int, str]:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("damaged", "count"),
-    [
-        (True, 3),
-        pytest.param(False, 8, marks=pytest.mark.stress),
-        pytest.param(True, 8, marks=pytest.mark.stress),
-    ],
+    one_then("stress", [(True, 3), (False, 8), (True, 8)]),
 )
 def test_processes_at_once_agree_and_leave_a_good_cache(
     cache: Path, damaged: bool, count: int

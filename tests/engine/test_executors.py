@@ -45,8 +45,7 @@ from sweeps.engine.worker import Task, task_of
 from sweeps.files.datasets import content_hash
 from sweeps.grid import Grid
 
-PROCESSES = ["loky", pytest.param("dask", marks=needs_dask)]
-ATTACKED = ["loky", pytest.param("dask", marks=[needs_dask, pytest.mark.faults])]
+PROCESSES = ["loky", pytest.param("dask", marks=[needs_dask, pytest.mark.faults])]
 
 
 @pytest.fixture(autouse=True)
@@ -86,7 +85,7 @@ def test_dask_that_is_missing_is_asked_for(missing: str, monkeypatch: pytest.Mon
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", ATTACKED)
+@pytest.mark.parametrize("backend", PROCESSES)
 def test_a_point_that_kills_its_worker_costs_itself_alone(
     backend: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -117,7 +116,7 @@ def all_gone(processes: list[Any]) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", ATTACKED)
+@pytest.mark.parametrize("backend", PROCESSES)
 def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process(backend: str) -> None:
     sweep, processes = begun(backend, doing("gated_block"))
     os.killpg(sweep.pid, signal.SIGINT)  # as a terminal does
@@ -136,7 +135,7 @@ def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process(backend: str) -> No
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", ATTACKED)
+@pytest.mark.parametrize("backend", PROCESSES)
 def test_a_second_ctrl_c_waits_for_nobody(backend: str) -> None:
     sweep, processes = begun(backend, doing("stuck_block"))
     os.killpg(sweep.pid, signal.SIGINT)
@@ -149,7 +148,7 @@ def test_a_second_ctrl_c_waits_for_nobody(backend: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", ATTACKED)
+@pytest.mark.parametrize("backend", PROCESSES)
 def test_processes_do_not_outlive_the_command(backend: str) -> None:
     sweep, processes = begun(backend, doing("stuck_block"))
     sweep.process.kill()

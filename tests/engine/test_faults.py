@@ -105,8 +105,14 @@ PLACES = {
 
 
 @pytest.mark.slow
-def test_a_kill_at_any_place_loses_nothing(shell: Shell, expected: str) -> None:
-    for number, (place, mishap) in enumerate(PLACES.items()):
+@pytest.mark.parametrize(
+    "places",
+    one_then("faults", [[*PLACES][::4], [*PLACES]]),
+    ids=["every fourth place", "every place"],
+)
+def test_a_kill_at_any_place_loses_nothing(shell: Shell, expected: str, places: list[str]) -> None:
+    for number, place in enumerate(places):
+        mishap = PLACES[place]
         output = f"{number}.nc"
         shutil.copy("old.nc", output)
         command = ["sweep", "a.yaml", "-o", output]

@@ -10,5 +10,9 @@ import pytest
 
 def one_then(mark: str, values: Sequence[Any]) -> list[Any]:
     """Cases of a parametrized test: the first belongs to the suite, the others bear the mark."""
-    others = (pytest.param(value, marks=getattr(pytest.mark, mark)) for value in values[1:])
-    return [values[0], *others]
+    return [values[0], *(_marked(value, getattr(pytest.mark, mark)) for value in values[1:])]
+
+
+def _marked(value: Any, mark: pytest.MarkDecorator) -> Any:
+    """A case, of several values where it is a tuple, with the mark."""
+    return pytest.param(*(value if type(value) is tuple else (value,)), marks=mark)
