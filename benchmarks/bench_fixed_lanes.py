@@ -92,14 +92,18 @@ def peak() -> float:
 
 
 def counted_operations(gamma: float) -> dict[tuple[bool, bool], int]:
-    """Vector operations in a step for (noise, measured), from the machine code.
-
-    A hot loop with more than the five numbers of a state to store keeps a record; of two the
-    longer one has the noise.
-    """
+    """Vector operations in a step for (noise, measured), from the machine code."""
     lanes = fixed_lanes(points_of(gamma, 1, noise=True), PAPER_STEP)
-    lines = march_assembly(gamma, lanes).splitlines()
-    labels, counts = {}, {False: [], True: []}
+    return {
+        (noise, measured): _hot_operations(march_assembly(gamma, noise, measured, lanes))
+        for noise in (False, True)
+        for measured in (False, True)
+    }
+
+
+def _hot_operations(assembly: str) -> int:
+    """Vector operations (of 8 numbers) in the longest innermost loop."""
+    lines, labels, counts = assembly.splitlines(), {}, []
     for i, line in enumerate(lines):
         if label := re.match(r"(\.LBB\w+):", line):
             labels[label[1]] = i
@@ -112,13 +116,8 @@ def counted_operations(gamma: float) -> dict[tuple[bool, bool], int]:
             ]
             inner = any(entry.startswith(".LBB") for entry in body)
             if not inner and sum("pd\t" in entry for entry in work) >= 12:
-                count = len(work) * (1 if "zmm" in "".join(work) else 2)
-                stores = sum(bool(re.match(r"\s+vmov\w+\s+%[yz]mm\d+, -?\d*\(", e)) for e in body)
-                counts[stores > 5].append(count)
-    pairs = ((False, min), (True, max))
-    return {
-        (noise, measured): kind(counts[measured]) for measured in counts for noise, kind in pairs
-    }
+                counts.append(len(work) * (1 if "zmm" in "".join(work) else 2))
+    return max(counts)
 
 
 # --- the scalar loops -----------------------------------------------------------------------------

@@ -55,28 +55,23 @@ class Grid:
         return math.prod(self.shape)
 
     def points(self, start: int, stop: int) -> NDArray[np.float64]:
-        """The parameters of the points from `start` to before `stop`.
+        """The parameters of the points from `start` to before `stop`, as of `rows`.
 
-        Costs time and memory for these points only, whatever the size of the grid.
-
-        Returns
-        -------
-        array
-            float64 of shape (stop - start, number of parameters), SI units; the columns are
-            those of `Parameters._fields`.
-
-        Raises
-        ------
-        IndexError
-            `start` and `stop` are no range within the grid.
+        Raises IndexError where `start` and `stop` are no range within the grid.
         """
         if not 0 <= start <= stop <= self.size:
             raise IndexError(f"points {start} to {stop} are no range of a grid of {self.size}")
         return self.rows(np.arange(start, stop, dtype=np.int64))
 
     def rows(self, indices: NDArray[np.int64]) -> NDArray[np.float64]:
-        """The parameters of the points with these numbers; like `points`."""
-        along = self._along(indices)
+        """The parameters of the points with these numbers: (n, number of parameters), in SI units.
+
+        The columns are those of `Parameters._fields`. Costs time and memory for these points only,
+        whatever the size of the grid.
+        """
+        # numpy has no positions in an array without dimensions
+        positions = np.unravel_index(indices, self.shape) if self.dims else ()
+        along = dict(zip(self.dims, positions, strict=True))
         rows = np.empty((len(indices), len(Parameters._fields)))
         for column, name in enumerate(Parameters._fields):
             if name in self.fixed:
@@ -94,12 +89,7 @@ class Grid:
         """The numbers of the points with these parameters, -1 where the grid has no such point.
 
         Points are the same where all parameters are equal as floats, whatever is swept,
-        linked or fixed here and where the rows come from.
-
-        Parameters
-        ----------
-        rows
-            (n, number of parameters) values in SI units, in the order of `Parameters._fields`.
+        linked or fixed here and where the rows, as of `rows`, come from.
         """
         columns = dict(zip(Parameters._fields, np.asarray(rows).T, strict=True))
         found = np.ones(len(rows), dtype=bool)
@@ -112,14 +102,6 @@ class Grid:
             found &= position >= 0
             numbers = numbers * length + position
         return np.where(found, numbers, -1)
-
-    def _along(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.int64]]:
-        """The position along each dimension, for each point; the last dimension runs fastest."""
-        remaining = np.asarray(indices, dtype=np.int64)
-        along = {}
-        for dim, length in zip(reversed(self.dims), reversed(self.shape), strict=True):
-            remaining, along[dim] = np.divmod(remaining, length)
-        return along
 
 
 def _position(pairs: list[tuple[NDArray[Any], NDArray[np.float64]]]) -> NDArray[np.int64]:

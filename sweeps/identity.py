@@ -56,9 +56,8 @@ def key_of(settings: Settings, grid: Grid) -> bytes:
         json.dumps(dict(settings), sort_keys=True).encode(), digest_size=KEY_BYTES
     )
     for name, value in sorted(grid.fixed.items()):
-        if value == PARAMETERS[name].neutral:
-            continue
-        digest.update(f"{name}={value!r}\0".encode())
+        if value != PARAMETERS[name].neutral:
+            digest.update(f"{name}={value!r}\0".encode())
     for name, (dims, values) in sorted(grid.coords.items()):
         place = [grid.dims.index(dim) for dim in dims]
         digest.update(f"{name}{place}{len(values)}\0".encode() + values.tobytes())

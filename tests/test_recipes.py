@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from support.marks import one_then
 
 import stickslip
 import sweeps
@@ -334,11 +335,11 @@ def test_a_figure_without_its_line_is_unknown(tmp_path: Path) -> None:
 
 
 CASES = ("plain", "eyring", "stiffer eyring", "liquid eyring", "sextic", "plateau")
-METHODS = ("adaptive", pytest.param("fixed", marks=pytest.mark.stress))
-"""Fixtures; the second method takes a minute to compile."""
+METHODS = ("adaptive", "fixed")
+"""Fixtures; either takes a minute to compile."""
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("case", CASES)
 def test_what_is_measured_is_what_is_integrated(
@@ -358,7 +359,7 @@ def test_both_methods_compute_the_same_physics(
         assert fixed[case][name] == pytest.approx(adaptive[case][name], rel=2e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
     ("case", "against"),
@@ -373,7 +374,7 @@ def test_the_numbers_change(
     assert any(abs(found[name] / before[name] - 1.0) > 1e-3 for name in amplitudes)
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_a_parameter_at_its_neutral_value_changes_nothing(
     adaptive: dict[str, dict[str, float]],
 ) -> None:
@@ -386,7 +387,7 @@ def test_a_parameter_at_its_neutral_value_changes_nothing(
         assert adaptive["plain"][name] == pytest.approx(float(today[name]), rel=error)
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_a_liquid_film_passes_on_the_stress_of_the_new_law(
     adaptive: dict[str, dict[str, float]],
 ) -> None:
@@ -415,7 +416,7 @@ LEFT_OUT: dict[str, tuple[str, Callable[[Edit], bool], str]] = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("step", LEFT_OUT)
+@pytest.mark.parametrize("step", one_then("stress", [*LEFT_OUT]))
 def test_a_step_that_is_left_out_is_an_error_and_no_wrong_number(step: str, tmp_path: Path) -> None:
     name, left_out, message = LEFT_OUT[step]
     copy = copied(tmp_path)

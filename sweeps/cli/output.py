@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import math
+import platform
 import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from stickslip.compiled.cache import cache_folder, processor, source_hash
+from stickslip.plausibility import SUSPICIOUS_BALANCE
+from stickslip.status import Status
+from sweeps.files.attributes import software
+from sweeps.files.datasets import content_hash
+from sweeps.files.versions import version_note
 from sweeps.human import duration, size_text
 
 if TYPE_CHECKING:
@@ -20,11 +28,6 @@ if TYPE_CHECKING:
 
 def write_timing(outcome: Outcome, workers: int, backend: str) -> None:
     """Timing in a file beside the result, because it is no part of the result."""
-    import json
-    import platform
-
-    from stickslip.compiled.cache import processor, source_hash
-
     timing = {
         "seconds": round(outcome.seconds, 3),
         "kernel_seconds": round(outcome.kernel_seconds, 3),
@@ -60,8 +63,6 @@ def print_summary(outcome: Outcome) -> None:
 
 def print_reasons(statuses: NDArray[np.int64]) -> None:
     """Print how many points did not end ok, and what that means; nothing where all did."""
-    from stickslip.status import Status
-
     for status in Status:
         count = int(statuses[status])
         if count and status is not Status.OK:
@@ -70,8 +71,6 @@ def print_reasons(statuses: NDArray[np.int64]) -> None:
 
 def print_suspicions(suspicious: tuple[int, int]) -> None:
     """Print warnings of points that look wrong without being impossible."""
-    from stickslip.plausibility import SUSPICIOUS_BALANCE
-
     balance, stress = suspicious
     if balance:
         print(
@@ -101,8 +100,6 @@ def print_plan(plan: Plan, slots: str) -> None:
 
 def print_state(state: Mapping[str, Any]) -> None:
     """Print how a sweep stands."""
-    from stickslip.status import Status
-
     print(f"{state['output']}: {state['state']}")
     if "points" not in state:
         return
@@ -119,11 +116,6 @@ def print_state(state: Mapping[str, Any]) -> None:
 
 def describe_installation() -> None:
     """Print versions, machine, hash of the code and the folder of compiled code."""
-    import platform
-
-    from stickslip.compiled.cache import cache_folder, source_hash
-    from sweeps.files.attributes import software
-
     print(software())
     print(f"machine: {platform.machine()}, {platform.system()}")
     print(f"code: {source_hash()}")
@@ -132,9 +124,6 @@ def describe_installation() -> None:
 
 def describe_file(ds: xr.Dataset) -> None:
     """Print what a result file holds and where it comes from."""
-    from sweeps.files.datasets import content_hash
-    from sweeps.files.versions import version_note
-
     print(f"title: {ds.attrs.get('title', '')}")
     print("dimensions: " + (", ".join(f"{d} {n}" for d, n in ds.sizes.items()) or "none"))
     print(f"variables: {', '.join(map(str, ds.data_vars))}")

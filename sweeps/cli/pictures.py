@@ -37,8 +37,6 @@ def simulate(
     ] = False,
 ) -> None:
     """Compute one trajectory; the default file is results/<name of the config>-trajectory.nc."""
-    import xarray as xr
-
     from sweeps.engine.trajectories import AxisLeftError
     from sweeps.files.atomic import refuse_odd_output
     from sweeps.files.datasets import require_writable
@@ -53,7 +51,7 @@ def simulate(
         stop_with(
             f"{path} exists already; --overwrite replaces it, -o writes elsewhere", Exit.USAGE
         )
-    require_writable(xr.Dataset(), path)
+    require_writable(path)
     _write_trajectories(config, path)
 
 
@@ -83,8 +81,7 @@ def figure(
 def plot(
     file: Annotated[Path, typer.Argument(help="Result file of a sweep or a trajectory.")],
     output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help="Picture, .png or .pdf; left out, both."),
+        Path | None, typer.Option("-o", "--output", help="Picture, .png or .pdf; left out, both.")
     ] = None,
     figure: Annotated[
         str | None,
@@ -98,9 +95,6 @@ def plot(
     target = output or (file.with_suffix("") if file.suffix == ".nc" else file)
     _refuse_picture_name(target)
     _draw(ds, target, figure or _asked_figure(ds))
-
-
-# --- what is computed -----------------------------------------------------------------------------
 
 
 def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: bool) -> int:
@@ -125,28 +119,21 @@ def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: b
 
 
 def _write_trajectories(config: Config, path: Path) -> None:
-    from sweeps.files.datasets import write_dataset
-
-    write_dataset(_trajectories(config), path)
-    print(path)
-
-
-def _trajectories(config: Config) -> xr.Dataset:
-    """The trajectory of a config or, where it has an axis, one for each of its values."""
+    """Write the trajectory of a config or, where it has an axis, one for each of its values."""
     from stickslip import IntegrationError, NoiseError
     from sweeps.engine.signals import interruptible
     from sweeps.engine.trajectories import trajectories, trajectory
+    from sweeps.files.datasets import write_dataset
 
     compute = trajectories if config.sweep else trajectory
     try:
-        return interruptible(lambda: compute(config), "Interrupted; nothing was kept.")
+        ds = interruptible(lambda: compute(config), "Interrupted; nothing was kept.")
     except NoiseError as error:
         stop_with(str(error), Exit.USAGE)
     except IntegrationError as error:
         stop_with(str(error), Exit.FAILED_POINTS)
-
-
-# --- what is drawn --------------------------------------------------------------------------------
+    write_dataset(ds, path)
+    print(path)
 
 
 def _draw(ds: xr.Dataset, target: Path, name: str | None) -> None:

@@ -24,14 +24,7 @@ SetOption = Annotated[
         help="Change the config: a parameter by name or symbol, or a path like integrator.rtol.",
     ),
 ]
-OutputOption = Annotated[Path | None, typer.Option("-o", "--output", help="Result file.")]
 WorkersOption = Annotated[int | None, typer.Option(min=1, help="Number of threads or processes.")]
-BackendOption = Annotated[
-    str | None, typer.Option(metavar="threads|loky|dask", help="Where the points are computed.")
-]
-SchedulerOption = Annotated[
-    str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler, such as tcp://host:8786.")
-]
 NoProgressOption = Annotated[bool, typer.Option("--no-progress", help="Say nothing on the way.")]
 
 

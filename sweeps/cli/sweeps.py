@@ -12,11 +12,8 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from sweeps.cli.shared import (
-    BackendOption,
     ConfigArgument,
     NoProgressOption,
-    OutputOption,
-    SchedulerOption,
     SetOption,
     WorkersOption,
     checked_config,
@@ -30,6 +27,14 @@ if TYPE_CHECKING:
     from sweeps.engine.outcome import Outcome
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop
+
+OutputOption = Annotated[Path | None, typer.Option("-o", "--output", help="Result file.")]
+BackendOption = Annotated[
+    str | None, typer.Option(metavar="threads|loky|dask", help="Where the points are computed.")
+]
+SchedulerOption = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler, such as tcp://host:8786.")
+]
 
 # Options that decide about existing results once, and not again when the sweep is resumed.
 _ONCE = ("--overwrite", "--recompute", "--accept-mixed", "--retry-failed")
@@ -77,10 +82,13 @@ def sweep(
     axis or a finer grid, exactly the missing points are computed.
     """
     from sweeps.engine.resume import ExistingPolicy
+    from sweeps.engine.signals import Stop, parse_duration
 
-    changes = [*(set_ or []), *execution_changes(workers, backend, scheduler)]
-    stop = _stop_of(max_runtime)
-    config = checked_config(file, changes)
+    try:
+        stop = Stop(None if max_runtime is None else parse_duration(max_runtime))
+    except ValueError as error:
+        stop_with(f"--max-runtime: {error}", Exit.USAGE)
+    config = checked_config(file, [*(set_ or []), *execution_changes(workers, backend, scheduler)])
     failures = sweep_and_report(
         config,
         output or Path(config.output),
@@ -175,16 +183,6 @@ def sweep_and_report(
         write_timing(outcome, config.execution.workers, config.execution.backend)
     print_summary(outcome)
     return outcome.failures
-
-
-def _stop_of(max_runtime: str | None) -> Stop:
-    """When a sweep is to end; ends with exit code 2 where the duration is none."""
-    from sweeps.engine.signals import Stop, parse_duration
-
-    try:
-        return Stop(parse_duration(max_runtime) if max_runtime is not None else None)
-    except ValueError as error:
-        stop_with(f"--max-runtime: {error}", Exit.USAGE)
 
 
 def _leave(outcome: Outcome) -> NoReturn:

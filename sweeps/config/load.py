@@ -13,14 +13,7 @@ from typing import Any, TypeAlias
 
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, canonical_name
-from sweeps.config.diagnostics import (
-    ConfigError,
-    Diagnostics,
-    Located,
-    Problem,
-    located,
-    quoted,
-)
+from sweeps.config.diagnostics import ConfigError, Diagnostics, Located, Problem, located, quoted
 from sweeps.config.numbers import text
 from sweeps.config.overrides import apply_overrides
 from sweeps.config.parameter_space import (
@@ -121,21 +114,12 @@ Check: TypeAlias = Callable[[Config], Iterable[tuple[str, str]]]
 def load(
     path: str | Path, overrides: Sequence[str] = (), *, checks: Sequence[Check] = ()
 ) -> Config:
-    """The config in a YAML file.
+    """The config in a YAML file; the default output is `results/<stem of the file>.nc`.
 
-    Parameters
-    ----------
-    path
-        The file. The default output is `results/<stem of the file>.nc`.
-    overrides
-        `KEY=VALUE` texts as of `--set`; see `sweeps.config.overrides`.
-    checks
-        Further checks of the config, such as those that need the physics.
+    `overrides` are `KEY=VALUE` texts as of `--set`; see `sweeps.config.overrides`. `checks` look at
+    a config that is otherwise sound, such as those that need the physics.
 
-    Raises
-    ------
-    ConfigError
-        The file cannot be used; all problems are reported at once.
+    Raises ConfigError where the file cannot be used; all problems are reported at once.
     """
     path, diagnostics = Path(path), Diagnostics()
     root = read_file(path, diagnostics)

@@ -12,14 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from stickslip.variables import canonical_name
-from sweeps.config.diagnostics import (
-    MAX_DEPTH,
-    Diagnostics,
-    Located,
-    located,
-    quoted,
-    shortened,
-)
+from sweeps.config.diagnostics import MAX_DEPTH, Diagnostics, Located, located, quoted, shortened
 from sweeps.config.parameter_space import key_of
 from sweeps.config.yaml_reader import read_text
 

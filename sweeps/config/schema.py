@@ -150,8 +150,7 @@ class Stationary(Section):
     rtol: Tolerance = _option("stationary_rtol")
     max_periods: Count = _option("max_periods")
     accelerate: Switch = Field(
-        DEFAULTS.accelerate,
-        description="extrapolate plainly contracting sequences (adaptive)",
+        DEFAULTS.accelerate, description="extrapolate plainly contracting sequences (adaptive)"
     )
 
 

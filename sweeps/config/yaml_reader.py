@@ -24,13 +24,7 @@ from ruamel.yaml.events import (
     SequenceStartEvent,
 )
 
-from sweeps.config.diagnostics import (
-    MAX_DEPTH,
-    UNREADABLE,
-    Diagnostics,
-    Located,
-    shortened,
-)
+from sweeps.config.diagnostics import MAX_DEPTH, UNREADABLE, Diagnostics, Located, shortened
 from sweeps.human import reason
 
 _MAX_BYTES = 1 << 20

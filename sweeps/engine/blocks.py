@@ -29,19 +29,10 @@ class Blocks:
     left with the expensive corner at the end. Neither order nor size ever changes a result: every
     point is computed from its own parameters alone.
 
-    Parameters
-    ----------
-    done
-        (size,) which points need not be computed; not changed.
-    slots
-        Blocks that are computed at the same time.
-    seconds
-        What a block should take on one core.
-    block_points
-        A fixed size instead.
-    pilot
-        Begin with a stratified random sample, in blocks of so many points: they tell the cost of
-        the rest.
+    `done` (size,), which is not changed, tells which points need not be computed, `slots` how many
+    blocks are computed at the same time, `seconds` what a block should take on one core, unless
+    `block_points` is its fixed size. With `pilot` a stratified random sample comes first, in blocks
+    of so many points: they tell the cost of the rest.
     """
 
     def __init__(

@@ -37,11 +37,7 @@ def finished_blocks(
     point is alone that no worker survives; it gets the status `failed`.
     """
     blocks = Blocks(
-        done,
-        executor.slots,
-        seconds=executor.block_seconds,
-        block_points=block_points,
-        pilot=pilot,
+        done, executor.slots, seconds=executor.block_seconds, block_points=block_points, pilot=pilot
     )
     tasks = _Tasks(grid, options, blocks, stop)
     suspects: list[Task] | None = []

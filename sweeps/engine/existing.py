@@ -21,10 +21,12 @@ from sweeps.config.parameter_space import PARAMETER_SECTIONS
 from sweeps.config.yaml_reader import read_mapping
 from sweeps.exits import ExpectedError
 from sweeps.files.atomic import StorageError
+from sweeps.files.attributes import data_sha256
 from sweeps.files.chunks import Chunks
 from sweeps.files.columns import STATUS, Rows, conformed, lacking
 from sweeps.files.journal import Journal, columns_of, readable_manifest
-from sweeps.files.results import read_rows, seal_of, whole_chunks
+from sweeps.files.results import digests_of, read_rows, whole_chunks
+from sweeps.files.run_folder import RunFolder
 from sweeps.files.versions import is_newer, unknown_keys, unknown_variables
 from sweeps.grid import CASE, Grid
 from sweeps.identity import Settings, differences, key_of, near_duplicates, seal_key, settings_of
@@ -104,7 +106,7 @@ class ExistingPoints:
             )
         return told
 
-    def carried(self, grid: Grid, keep: Callable[[Rows], Any] | None) -> Points:
+    def carried(self, grid: Grid, keep: Callable[[Rows], Any] | None = None) -> Points:
         """The points that a grid has too, by their numbers there."""
         for indices, rows in self.points():
             numbers = grid.locate(self.grid.rows(indices))
@@ -153,9 +155,6 @@ class ExistingPoints:
                 "--recompute does so, --accept-mixed keeps them (the new variables stay missing "
                 "in them), -o writes elsewhere"
             )
-
-
-# --- where they are ---
 
 
 def found_in_file(path: Path) -> ExistingPoints:
@@ -221,21 +220,18 @@ def found_in_journal(path: Path, manifest: dict[str, Any]) -> ExistingPoints:
     )
 
 
-def found_beside(output: Path, journal: Path) -> list[ExistingPoints]:
+def found_beside(folder: RunFolder) -> list[ExistingPoints]:
     """All finished points for an output; raises RefusalError and StorageError."""
-    manifest = readable_manifest(journal)
-    found = [found_in_journal(journal, manifest)] if manifest else []
-    if output.exists() and not (manifest and manifest["afresh"]):
-        found.append(found_in_file(output))
+    manifest = readable_manifest(folder.journal)
+    found = [found_in_journal(folder.journal, manifest)] if manifest else []
+    if folder.output.exists() and not (manifest and manifest["afresh"]):
+        found.append(found_in_file(folder.output))
     return found
 
 
-def not_ok(rows: Rows) -> NDArray[np.bool_]:
-    """Which rows (n, columns) are finished, but failed."""
-    return np.asarray(rows[:, STATUS] != Status.OK)
-
-
-# --- whether they can be read ---
+def ok(rows: Rows) -> NDArray[np.bool_]:
+    """Which rows (n, columns) are finished and did not fail."""
+    return np.asarray(rows[:, STATUS] == Status.OK)
 
 
 def _refuse_other_file(file: netCDF4.Dataset, path: Path, attributes: dict[str, str]) -> None:
@@ -257,7 +253,8 @@ def _refuse_newer(path: Path, unknown: list[str]) -> None:
 def _check_seal(path: Path, seal: str | None, key: bytes, chunks: Chunks) -> None:
     """Raise StorageError where the numbers of a file are not those that were written."""
     try:
-        sound = seal is None or seal_of(path, key, chunks) == seal  # None: of an earlier version
+        # An earlier version wrote no seal.
+        sound = seal is None or data_sha256(key, digests_of(path, chunks)) == seal
     except _DAMAGE:  # found by a checksum within the file
         sound = False
     if not sound:

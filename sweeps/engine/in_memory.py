@@ -63,14 +63,8 @@ def run(
     on_block
         Called, in the calling thread, with each block of points as it is finished, in any order.
 
-    Raises
-    ------
-    ConfigError
-        The config cannot be used; all problems are reported at once.
-    ExecutorError
-        The workers that the config asks for cannot be had.
-    RuntimeError
-        Points were lost on the way.
+    Raises ConfigError with all problems of the config, ExecutorError where the workers that it asks
+    for cannot be had, RuntimeError where points were lost on the way.
     """
     config = source if isinstance(source, Config) else read_config(source)
     grid = Grid.from_config(config)
@@ -122,9 +116,14 @@ def _blocks(
     wanted = (workers, get_active_backend()[1], execution.workers)
     jobs = next(number for number in wanted if number is not None)
     if execution.backend == "threads" or _joblib_has_a_backend():
-        return _by_joblib(grid, options, jobs, execution.block_points)
+        yield from _by_joblib(grid, options, jobs, execution.block_points)
+        return
     counted = execution.model_copy(update={"workers": joblib.effective_n_jobs(jobs)})
-    return _by_executor(grid, options, counted)
+    nothing = np.zeros(grid.size, dtype=bool)
+    with make_executor(counted) as executor:
+        yield from finished_blocks(
+            grid, options, nothing, executor, Stop(), block_points=execution.block_points
+        )
 
 
 def _joblib_has_a_backend() -> bool:
@@ -151,12 +150,3 @@ def _by_joblib(
     for block in parallel(tasks):
         blocks.learn(len(block.indices), block.seconds)
         yield block
-
-
-def _by_executor(grid: Grid, options: Options, execution: Execution) -> Iterator[Block]:
-    """As a sweep to a file does it, which survives the death of workers."""
-    nothing = np.zeros(grid.size, dtype=bool)
-    with make_executor(execution) as executor:
-        yield from finished_blocks(
-            grid, options, nothing, executor, Stop(), block_points=execution.block_points
-        )

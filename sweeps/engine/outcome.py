@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.status import Status
 from sweeps.engine.existing import Target
 from sweeps.exits import Exit
 from sweeps.files.attributes import global_attributes
+from sweeps.files.columns import failures
 from sweeps.files.journal import Journal
 from sweeps.files.results import Written, try_writing, write_result
 from sweeps.files.run_folder import RunFolder
@@ -48,7 +48,7 @@ class Outcome:
     @property
     def failures(self) -> int:
         """How many points ended, but not ok."""
-        return self.points - int(self.statuses[Status.OK] + self.statuses[Status.PENDING])
+        return failures(self.statuses)
 
 
 @dataclass
@@ -67,7 +67,6 @@ class JournaledResult:
     target: Target
     journal: Journal
     folder: RunFolder
-    output: Path
 
     def try_writing(self) -> None:
         """Write it without its numbers, and take it away: better to fail before the sweep."""
@@ -83,15 +82,14 @@ class JournaledResult:
             self.journal.chunk,
             self.attributes(),
             self.folder.result,
-            self.output,
+            self.folder.output,
         )
 
     def attributes(self) -> dict[str, str]:
         """The global attributes."""
         manifest = self.journal.manifest
         attributes = global_attributes(self.target.config)
-        earlier = manifest.get("history", "")
-        if earlier:
+        if earlier := manifest.get("history"):
             attributes["history"] += "\n" + earlier
         if manifest.get("processors"):
             attributes["processor"] = ", ".join(manifest["processors"])

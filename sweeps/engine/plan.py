@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from stickslip.options import Options
 from sweeps.config.load import Config
-from sweeps.config.schema import Execution
 from sweeps.engine.blocks import PILOT_BLOCKS, Costs, pilot_blocks, pilot_points
 from sweeps.engine.executors.base import Executor
 from sweeps.engine.executors.choose import make_executor
@@ -45,17 +44,12 @@ class Plan:
     pilot_points: int
 
 
-def plan(config: Config, output: Path, execution: Execution | None = None) -> Plan:
+def plan(config: Config, output: Path) -> Plan:
     """What the sweep of a config would take; computes a pilot sample and keeps nothing.
 
-    Raises
-    ------
-    RefusalError, StorageError
-        What is at the output cannot be read.
-    ExecutorError
-        The workers cannot be had.
+    Raises RefusalError and StorageError where what is at the output cannot be read, ExecutorError.
     """
-    target, execution = Target.of(config), execution or config.execution
+    target, execution = Target.of(config), config.execution
     done = _done(target, output)
     left = len(done) - int(np.count_nonzero(done))
     costs, seconds, block_seconds = Costs(), 0.0, 1.0
@@ -81,9 +75,9 @@ def plan(config: Config, output: Path, execution: Execution | None = None) -> Pl
 def _done(target: Target, output: Path) -> NDArray[np.bool_]:
     """Which points are there already and would not be computed."""
     done = np.zeros(target.grid.size, dtype=bool)
-    for found in found_beside(output, RunFolder(output).journal):
+    for found in found_beside(RunFolder(output)):
         if found.fits(target):
-            for numbers, _ in found.carried(target.grid, None):
+            for numbers, _ in found.carried(target.grid):
                 done[numbers] = True
     return done
 

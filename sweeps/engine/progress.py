@@ -13,20 +13,16 @@ from numpy.typing import NDArray
 
 from stickslip.status import Status
 from sweeps.engine.blocks import Costs
+from sweeps.files.columns import failures
 from sweeps.human import duration
 
 _SECONDS_BETWEEN_LINES = 5.0
 
 
 class Counts:
-    """How far a sweep is: points found and computed, by status, and how long the rest takes.
+    """How far a sweep of `total` points is, by status, and how long the rest takes.
 
-    Parameters
-    ----------
-    total
-        Points of the sweep.
-    statuses
-        (128,) points with each status, finished before; the journal's own, which counts along.
+    `statuses` (128,), the journal's own, which counts along, has the points finished before.
     """
 
     def __init__(self, total: int, statuses: NDArray[np.int64]) -> None:
@@ -59,7 +55,7 @@ class Counts:
     @property
     def failed(self) -> int:
         """Finished points that are not ok."""
-        return int(self._statuses.sum() - self._statuses[Status.OK])
+        return failures(self._statuses)
 
     @property
     def seconds(self) -> float:
@@ -103,7 +99,7 @@ def tally(statuses: NDArray[np.int64]) -> dict[str, Any]:
     return {
         "points": points,
         "done": points - pending,
-        "failed": points - pending - named.get("ok", 0),
+        "failed": failures(statuses),
         "pending": pending,
         "statuses": named,
     }
@@ -113,10 +109,14 @@ class Progress:
     """Shows how far a sweep is, as a context manager; this one shows nothing."""
 
     def __enter__(self) -> Self:
+        self.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         self.stop()
+
+    def start(self) -> None:
+        """Take the terminal, at first or after a question."""
 
     def refresh(self) -> None:
         """Something is done: show it."""
@@ -124,14 +124,8 @@ class Progress:
     def say(self, line: str) -> None:
         """Print a line without getting into the way of the bar."""
 
-    def pause(self) -> None:
-        """Leave the terminal to a question."""
-
-    def resume(self) -> None:
-        """Take the terminal back."""
-
     def stop(self) -> None:
-        """Give the terminal back for good: the last state stays, the cursor shows again."""
+        """Give the terminal back: the last state stays, the cursor shows again."""
 
 
 def make_progress(counts: Counts, *, wanted: bool = True) -> Progress:
@@ -146,12 +140,10 @@ class _Lines(Progress):
 
     def __init__(self, counts: Counts) -> None:
         self._counts = counts
-        self._over = threading.Event()
-        self._clock = threading.Thread(target=self._keep_saying, daemon=True)
 
-    def __enter__(self) -> Self:
-        self._clock.start()
-        return self
+    def start(self) -> None:
+        self._over = threading.Event()
+        threading.Thread(target=self._keep_saying, args=(self._over,), daemon=True).start()
 
     def say(self, line: str) -> None:
         sys.stderr.write(f"{line}\n")
@@ -160,8 +152,8 @@ class _Lines(Progress):
     def stop(self) -> None:
         self._over.set()
 
-    def _keep_saying(self) -> None:
-        while not self._over.wait(_SECONDS_BETWEEN_LINES):
+    def _keep_saying(self, over: threading.Event) -> None:
+        while not over.wait(_SECONDS_BETWEEN_LINES):
             self.say(str(self._counts))
 
 
@@ -184,9 +176,8 @@ class _Bar(Progress):
         self._task = self._progress.add_task("", total=counts.total)
         self.refresh()
 
-    def __enter__(self) -> Self:
+    def start(self) -> None:
         self._progress.start()
-        return self
 
     def refresh(self) -> None:
         line = str(self._counts).replace("about ", "")  # room for the bar in 80 columns
@@ -194,12 +185,6 @@ class _Bar(Progress):
 
     def say(self, line: str) -> None:
         self._progress.console.print(line, highlight=False, markup=False)
-
-    def pause(self) -> None:
-        self._progress.stop()
-
-    def resume(self) -> None:
-        self._progress.start()
 
     def stop(self) -> None:
         self._progress.stop()

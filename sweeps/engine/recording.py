@@ -43,12 +43,12 @@ class Recorder:
         self._journal, self._folder, self._counts = journal, folder, counts
         self._console, self._stop = console, stop
 
-    def compute(self, target: Target, execution: Execution) -> None:
+    def compute(self, target: Target) -> None:
         """Compute what the journal lacks, until it is done or a stop is requested.
 
         Raises StorageError where the journal cannot be written, ExecutorError.
         """
-        options = options_of(target.config)
+        options, execution = options_of(target.config), target.config.execution
         remote = execution.backend == "dask" and execution.scheduler
         if not remote and not wait_for(lambda: compile_kernels(options, target.grid), self._stop):
             return
@@ -155,7 +155,7 @@ class Recorder:
             return
         progress.say(f"time left: about {duration(left)}")
         if left > _ASK_ABOVE and self._console.confirm is not None:
-            progress.pause()
+            progress.stop()
             if not self._console.confirm("Continue?"):
                 self._stop.request("declined")
-            progress.resume()
+            progress.start()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,15 +12,10 @@ import numpy as np
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
-from sweeps.engine.existing import (
-    ExistingPoints,
-    Target,
-    found_beside,
-    found_in_file,
-    not_ok,
-)
+from sweeps.engine.existing import ExistingPoints, Target, found_beside, found_in_file, ok
 from sweeps.files.atomic import StorageError, storage_errors
 from sweeps.files.attributes import now
+from sweeps.files.columns import failures
 from sweeps.files.journal import Journal, Manifest, columns_of, readable_manifest
 from sweeps.files.results import Written, contents
 from sweeps.files.run_folder import RunFolder
@@ -46,50 +41,43 @@ class PreparedJournal:
     """The journal to write into, what its points come from, and what looks odd about them."""
 
     journal: Journal
-    found: list[str] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
+    found: list[str]
+    warnings: list[str]
 
 
-def prepare_journal(
-    target: Target, output: Path, folder: RunFolder, policy: ExistingPolicy
-) -> PreparedJournal:
+def prepare_journal(target: Target, folder: RunFolder, policy: ExistingPolicy) -> PreparedJournal:
     """The journal of this computation, with every point that is there already.
 
     An interrupted sweep that was begun afresh is resumed when it is asked for afresh once more: the
     same command always leads to the end.
 
-    Raises
-    ------
-    RefusalError
-        Existing points were computed with other settings or by an older version, or would be lost.
-    StorageError
-        They cannot be read, or the journal cannot be written.
+    Raises RefusalError where existing points were computed with other settings or by an older
+    version, or would be lost; StorageError.
     """
     manifest = _manifest(folder, policy)
-    if manifest and _continues(manifest, target, output, policy):
+    if manifest and _continues(manifest, target, folder.output, policy):
         return _resumed(target, folder, manifest, policy)
     if policy.afresh:
         if not policy.overwrite:
-            for found in found_beside(output, folder.journal):
+            for found in found_beside(folder):
                 found.refuse_lost_points(target.grid)
-        return _created(target, output, folder, [], policy, afresh=True)
-    sources = found_beside(output, folder.journal)
+        return _created(target, folder, [], policy, afresh=True)
+    sources = found_beside(folder)
     for found in sources:
         if not policy.accept_mixed:
             found.refuse_differences(target)
         found.refuse_lost_points(target.grid)
     afresh = bool(manifest and manifest["afresh"])  # it stays so when its config grows
-    return _created(target, output, folder, sources, policy, afresh=afresh)
+    return _created(target, folder, sources, policy, afresh=afresh)
 
 
-def complete_already(
-    target: Target, output: Path, folder: RunFolder, policy: ExistingPolicy
-) -> Written | None:
+def complete_already(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Written | None:
     """What the output holds, if it is exactly what is asked for; it need not be touched then.
 
     Raises StorageError where it cannot be read; where it does not fit, `prepare_journal` says so.
     """
-    if policy.afresh or policy.accept_mixed or folder.journal.exists() or not output.exists():
+    output, kept = folder.output, not (policy.afresh or policy.accept_mixed)
+    if not kept or folder.journal.exists() or not output.exists():
         return None
     found = found_in_file(output)
     same = found.config.resolved_yaml() == target.config.resolved_yaml()
@@ -97,7 +85,7 @@ def complete_already(
         return None
     written = contents(output, target.chunks)
     pending = written.statuses[Status.PENDING]
-    return None if pending or (policy.retry_failed and _any_failed(written.statuses)) else written
+    return None if pending or (policy.retry_failed and failures(written.statuses)) else written
 
 
 def fingerprint(output: Path) -> list[int] | None:
@@ -123,7 +111,7 @@ def _resumed(
 ) -> PreparedJournal:
     journal = Journal.open(folder.journal, manifest, target.chunks, target.grid.size)
     damaged = journal.damaged
-    if policy.retry_failed and _any_failed(journal.statuses):
+    if policy.retry_failed and failures(journal.statuses):
         journal = _without_failures(journal, target, folder)
     found = [f"{journal.done.sum()} in its journal"] if journal.done.any() else []
     passed = f"{damaged} damaged bytes of {folder.journal} were passed over"
@@ -131,14 +119,13 @@ def _resumed(
 
 
 def _without_failures(old: Journal, target: Target, folder: RunFolder) -> Journal:
-    kept = ((indices[~not_ok(rows)], rows[~not_ok(rows)]) for indices, rows in old.records())
+    kept = ((indices[ok(rows)], rows[ok(rows)]) for indices, rows in old.records())
     with closing(old):
         return Journal.create(folder.journal, old.manifest, target.chunks, target.grid.size, kept)
 
 
 def _created(
     target: Target,
-    output: Path,
     folder: RunFolder,
     sources: list[ExistingPoints],
     policy: ExistingPolicy,
@@ -146,8 +133,8 @@ def _created(
     afresh: bool,
 ) -> PreparedJournal:
     """A new journal with the points of the sources that the target has too."""
-    manifest = _manifest_of(target, output, sources, afresh=afresh)
-    keep = (lambda rows: ~not_ok(rows)) if policy.retry_failed else None
+    manifest = _manifest_of(target, folder.output, sources, afresh=afresh)
+    keep = ok if policy.retry_failed else None
     carried = itertools.chain(*(found.carried(target.grid, keep) for found in sources))
     with storage_errors(f"cannot write into {folder.path}"):
         journal = Journal.create(folder.journal, manifest, target.chunks, target.grid.size, carried)
@@ -186,7 +173,3 @@ def _manifest(folder: RunFolder, policy: ExistingPolicy) -> Manifest | None:
         if policy.overwrite:  # a damaged journal is dropped
             return None
         raise
-
-
-def _any_failed(statuses: np.ndarray) -> bool:
-    return bool(statuses.sum() > statuses[Status.OK] + statuses[Status.PENDING])

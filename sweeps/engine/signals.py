@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, wait
 from types import FrameType
-from typing import NoReturn, TypeVar
+from typing import TypeVar
 
 from sweeps.exits import Exit
 
@@ -78,9 +78,15 @@ def listening(stop: Stop) -> Iterator[None]:
         return
 
     def hear(number: int, _: FrameType | None) -> None:
+        from_keyboard = number == signal.SIGINT
+        code = Exit.INTERRUPTED if from_keyboard else Exit.STOPPED
         if stop.reason:
-            _end_at_once(stop, number)
-        _request(stop, number)
+            for tidy in reversed(stop.at_once):
+                tidy()
+            _write("Ended at once; what was journaled is kept.")
+            os._exit(code)
+        stop.request("Ctrl-C" if from_keyboard else signal.Signals(number).name, code)
+        _write(f"{stop.reason}: finishing the blocks in flight; a second signal ends at once")
 
     heeded = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
     before = {number: signal.signal(number, hear) for number in heeded}
@@ -91,30 +97,9 @@ def listening(stop: Stop) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _request(stop: Stop, number: int) -> None:
-    stop.request(
-        "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name, _exit_code(number)
-    )
-    _write(f"{stop.reason}: finishing the blocks in flight; a second signal ends at once")
-
-
-def _end_at_once(stop: Stop, number: int) -> NoReturn:
-    for tidy in reversed(stop.at_once):
-        tidy()
-    _write("Ended at once; what was journaled is kept.")
-    os._exit(_exit_code(number))
-
-
-def _exit_code(number: int) -> Exit:
-    return Exit.INTERRUPTED if number == signal.SIGINT else Exit.STOPPED
-
-
 def _write(message: str) -> None:
     sys.stderr.write(f"\n{message}\n")  # the terminal has written ^C, or the bar a line
     sys.stderr.flush()
-
-
-# --- work that does not look for signals ---
 
 
 def interruptible(work: Callable[[], _T], message: str) -> _T:

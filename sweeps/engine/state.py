@@ -19,12 +19,9 @@ from sweeps.files.run_folder import RunFolder
 def state_of(output: Path) -> dict[str, Any]:
     """How the sweep to this output stands; nothing is changed, a running sweep is not disturbed.
 
-    `state` is running, stopping, interrupted (its journal can be resumed), partial (a
-    file with pending points), complete or absent; the counts are `points`, `done`, `failed`,
-    `pending` and, by name, `statuses`. A running sweep adds what its heartbeat says: rate, time
-    left, process, host.
-
-    Raises StorageError and RefusalError where what is there cannot be read.
+    `state` is running, stopping, interrupted (its journal can be resumed), partial (a file with
+    pending points), complete or absent; the counts are those of `tally`. A running sweep adds what
+    its heartbeat says. Raises StorageError and RefusalError where what is there cannot be read.
     """
     refuse_odd_output(output)
     folder, told = RunFolder(output), {"output": str(output)}

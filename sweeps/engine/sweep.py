@@ -12,22 +12,11 @@ from pathlib import Path
 
 from stickslip.status import Status
 from sweeps.config.load import Config
-from sweeps.config.schema import Execution
 from sweeps.engine.existing import RefusalError, Target
-from sweeps.engine.outcome import (
-    RESULT_BYTES_PER_POINT,
-    Console,
-    JournaledResult,
-    Outcome,
-)
+from sweeps.engine.outcome import RESULT_BYTES_PER_POINT, Console, JournaledResult, Outcome
 from sweeps.engine.progress import Counts
 from sweeps.engine.recording import Recorder
-from sweeps.engine.resume import (
-    ExistingPolicy,
-    PreparedJournal,
-    complete_already,
-    prepare_journal,
-)
+from sweeps.engine.resume import ExistingPolicy, PreparedJournal, complete_already, prepare_journal
 from sweeps.engine.signals import Stop, listening
 from sweeps.files.atomic import StorageError, refuse_odd_output
 from sweeps.files.journal import BYTES_PER_POINT, readable_manifest
@@ -40,7 +29,6 @@ def sweep(
     output: Path,
     *,
     console: Console,
-    execution: Execution | None = None,
     policy: ExistingPolicy = ExistingPolicy(),  # noqa: B008 - immutable
     stop: Stop | None = None,
     partial: bool = False,
@@ -52,57 +40,34 @@ def sweep(
     a sweep that ended early, for whatever reason. A finished result gets the points that a grown
     config adds.
 
-    Parameters
-    ----------
-    config
-        What to compute.
-    output
-        The result file.
-    console
-        Prints, and asks.
-    execution
-        Workers and backend; by default those of the config.
-    policy
-        What to do with results that are there and do not fit.
-    stop
-        Ends the sweep early; signals request it too.
-    partial
-        Compute nothing: write what is there, the rest with the status `pending`.
-    keep_journal
-        Leave the journal beside the complete result.
+    `stop` ends the sweep early, as signals do. `partial` computes nothing and writes what is there,
+    the rest with the status `pending`. `keep_journal` leaves the journal beside a complete result.
 
-    Raises
-    ------
-    RefusalError
-        What is there does not fit, and no option decides.
-    InUseError
-        Another run holds the output.
-    StorageError
-        Something cannot be read or written; what is finished is kept.
-    ExecutorError
-        The workers cannot be had, or were lost; what is finished is kept.
+    Raises RefusalError where what is there does not fit and no option decides, InUseError where
+    another run holds the output, StorageError, and ExecutorError where the workers cannot be had or
+    were lost; what is finished is kept.
     """
     refuse_odd_output(output)
     target, folder, stop = Target.of(config), RunFolder(output), stop or Stop()
     with folder.held(), listening(stop), _named_after(output):
         folder.discard_leftovers()
         if partial:
-            return _export(target, output, folder, policy)
-        complete = complete_already(target, output, folder, policy)
+            return _export(target, folder, policy)
+        complete = complete_already(target, folder, policy)
         if complete is not None:
             points = int(complete.statuses.sum())
             console.say(f"{output} is complete: {points} points, nothing to do")
             return Outcome(output, complete.statuses, complete.worst_error)
-        prepared = prepare_journal(target, output, folder, policy)
+        prepared = prepare_journal(target, folder, policy)
         with closing(prepared.journal) as journal:
-            result = JournaledResult(target, journal, folder, output)
+            result = JournaledResult(target, journal, folder)
             counts = Counts(target.grid.size, journal.statuses)
             recorder = Recorder(journal, folder, counts, console, stop)
             _announce(target, prepared, counts, console)
             _require_room(folder, counts)
             result.try_writing()
             if counts.left:
-                recorder.compute(target, execution or config.execution)
+                recorder.compute(target)
             if counts.left:
                 return _stopped(result, recorder, stop)
             return _finished(result, recorder, keep_journal=keep_journal)
@@ -120,9 +85,6 @@ def _named_after(output: Path) -> Iterator[None]:
             f"cannot read or write what belongs to {output}: {reason(error)}; what is finished is "
             "kept"
         ) from error
-
-
-# --- before ---
 
 
 def _announce(target: Target, prepared: PreparedJournal, counts: Counts, console: Console) -> None:
@@ -146,15 +108,12 @@ def _require_room(folder: RunFolder, counts: Counts) -> None:
         )
 
 
-# --- after ---
-
-
 def _finished(result: JournaledResult, recorder: Recorder, *, keep_journal: bool) -> Outcome:
     written, journal = result.write(), result.journal
     if keep_journal:
         journal.note(journal.manifest | {"finished": True})
     result.folder.remove(keep_journal=keep_journal)
-    return recorder.outcome(Outcome(result.output, written.statuses, written.worst_error))
+    return recorder.outcome(Outcome(result.folder.output, written.statuses, written.worst_error))
 
 
 def _stopped(result: JournaledResult, recorder: Recorder, stop: Stop) -> Outcome:
@@ -163,27 +122,25 @@ def _stopped(result: JournaledResult, recorder: Recorder, stop: Stop) -> Outcome
     if not stop.reason:
         raise RuntimeError(f"{missing} points did not come back from the workers")
     statuses[Status.PENDING] = missing
-    ended = Outcome(result.output, statuses, math.nan, stopped=stop.code, reason=stop.reason)
+    output = result.folder.output
+    ended = Outcome(output, statuses, math.nan, stopped=stop.code, reason=stop.reason)
     return recorder.outcome(ended)
 
 
-# --- without computing ---
-
-
-def _export(target: Target, output: Path, folder: RunFolder, policy: ExistingPolicy) -> Outcome:
+def _export(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Outcome:
     """Write what is there, and leave the journal for the rest."""
-    _refuse_partial(output, folder, policy)
+    _refuse_partial(folder, policy)
     policy = replace(policy, overwrite=False, recompute=False)
-    with closing(prepare_journal(target, output, folder, policy).journal) as journal:
-        written = JournaledResult(target, journal, folder, output).write()
+    with closing(prepare_journal(target, folder, policy).journal) as journal:
+        written = JournaledResult(target, journal, folder).write()
         if journal.done.all():
             folder.remove()
-    return Outcome(output, written.statuses, written.worst_error)
+    return Outcome(folder.output, written.statuses, written.worst_error)
 
 
-def _refuse_partial(output: Path, folder: RunFolder, policy: ExistingPolicy) -> None:
+def _refuse_partial(folder: RunFolder, policy: ExistingPolicy) -> None:
     """Raise RefusalError where an export would write nothing, or less than there is."""
-    manifest = readable_manifest(folder.journal)
+    output, manifest = folder.output, readable_manifest(folder.journal)
     if manifest is None and not output.exists():
         raise RefusalError(f"nothing is there yet of {output}; leave out --partial to compute it")
     if manifest and manifest["afresh"] and output.exists() and not policy.overwrite:

@@ -8,7 +8,6 @@ Pa to MPa or m to µm.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
 
 import xarray as xr
 from matplotlib.figure import Figure
@@ -23,27 +22,16 @@ __all__ = ["default_figure", "draw", "obstacle", "save"]
 def draw(ds: xr.Dataset, figure: str | None = None) -> Figure:
     """The picture of a dataset, drawn; `save` writes it.
 
-    Parameters
-    ----------
-    ds
-        A sweep result, or a trajectory along `time` or along (axis, sample) with a 2-D `time`.
-    figure
-        A key of `FIGURES`; left out, `time_courses` for a trajectory and `amplitudes` for a sweep:
-        curves along one long axis, maps over two, facets beyond, a table for a single point.
+    `ds` is a sweep result, or a trajectory along `time` or along (axis, sample) with a 2-D `time`;
+    `figure` a key of `FIGURES`, by default `default_figure(ds)`.
 
-    Raises
-    ------
-    ValueError
-        For an unknown name, and for a figure that the dataset has no data for.
+    Raises ValueError for an unknown name, and for a figure that the dataset has no data for.
     """
     name = default_figure(ds) if figure is None else figure
     if refused := obstacle(ds, name):
         raise ValueError(refused)
     module, function = FIGURES[name].function.split(".")
-    drawn: Callable[[xr.Dataset], Figure] = getattr(
-        importlib.import_module(f"{__name__}.{module}"), function
-    )
-    picture = drawn(ds)
+    picture: Figure = getattr(importlib.import_module(f"{__name__}.{module}"), function)(ds)
     picture.set_label(str(ds.attrs.get("title", "")))
     return picture
 

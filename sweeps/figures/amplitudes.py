@@ -12,7 +12,7 @@ from sweeps.figures.single_point import draw_point
 
 
 def amplitudes(ds: xr.Dataset) -> Figure:
-    """Amplitudes of elastic stress and friction force, as the shape of the sweep asks for."""
+    """Curves along one long axis, maps over two, facets beyond, a table for a single point."""
     ds = ds.squeeze()
     layout = layout_of(ds)
     if not layout.axes:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -11,13 +9,15 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sweeps.figure_table import AMPLITUDES
-from sweeps.figures.labels import shown
+from sweeps.figures.labels import Array, shown
 from sweeps.figures.layout import MOST_FACETS, Axis, Layout, axis_of, point_label, selections
-from sweeps.figures.missing import missing_note, missing_points, trusted
+from sweeps.figures.missing import highest, missing_note, missing_points, trusted
 from sweeps.figures.style import (
+    STACKED,
     TEXT,
     CurveStyle,
     curve_style,
+    name_columns,
     new_panels,
     put_legend,
     put_note,
@@ -25,11 +25,8 @@ from sweeps.figures.style import (
     width_of,
 )
 
-HEIGHT = 4.8  # inches
 _FEW = 20  # points that are worth a marker each
 _ROW = 0.035  # of a panel's height: one row of crosses for missing points
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def draw_curves(ds: xr.Dataset, layout: Layout) -> Figure:
@@ -40,15 +37,21 @@ def draw_curves(ds: xr.Dataset, layout: Layout) -> Figure:
     axis = axis_of(ds, layout.axes[0])
     ds = ds.isel({axis.dim: axis.order})
     facets, note = selections(ds, layout.facets, MOST_FACETS)
-    size = (width_of(len(facets)), HEIGHT)
+    size = (width_of(len(facets)), STACKED)
     figure, panels = new_panels(2, len(facets), size, sharex=True, sharey="row")
     crosses = _rows_of_crosses(ds, layout.curve)
     for row, name in zip(panels, AMPLITUDES, strict=True):
         for axes, facet in zip(row, facets, strict=True):
             _draw_panel(axes, facet.dataset, name, axis, layout.curve, crosses)
-        _limit(row[0], shown(trusted(ds, name)).values, crosses[-1])
+        # From just below zero, so that a curve at zero shows, to above the highest point.
+        top, room = highest(ds, name), 1.0 / (1.0 - _ROW * crosses[-1])
+        row[0].set_ylim(-0.03 * top, 1.05 * top * room)
         row[0].set_ylabel(shown(ds[name]).label, fontsize=TEXT)
-    _finish(figure, panels, axis, [facet.label for facet in facets])
+    name_columns(panels, [facet.label for facet in facets], axis.label)
+    for axes in panels[1]:
+        set_scale(axes, "x", axis.geometric)
+        axes.margins(x=0.02)
+    figure.align_ylabels()
     if layout.curve is not None:
         put_legend(figure, _legend(ds, layout.curve))
     put_note(figure, [missing_note(ds, "× "), note])
@@ -96,23 +99,6 @@ def _rows_of_crosses(ds: xr.Dataset, curve: str | None) -> list[int]:
     missing = missing_points(ds)
     gaps = missing.any([dim for dim in missing.dims if dim != curve]).values
     return [int(row) for row in np.cumsum(np.atleast_1d(gaps))]
-
-
-def _limit(axes: Axes, values: Array, rows_of_crosses: int) -> None:
-    """From just below zero, so that a curve at zero shows, to above the highest point."""
-    finite = values[np.isfinite(values)]
-    top = float(finite.max(initial=0.0)) or 1.0
-    room = 1.0 / (1.0 - _ROW * rows_of_crosses)
-    axes.set_ylim(-0.03 * top, 1.05 * top * room)
-
-
-def _finish(figure: Figure, panels: Array, axis: Axis, titles: list[str]) -> None:
-    for column, title in zip(panels.T, titles, strict=True):
-        column[0].set_title(title, fontsize=TEXT)
-        column[1].set_xlabel(axis.label, fontsize=TEXT)
-        set_scale(column[1], "x", axis.geometric)
-        column[1].margins(x=0.02)
-    figure.align_ylabels()
 
 
 def _legend(ds: xr.Dataset, curve: str) -> list[Line2D]:

@@ -13,6 +13,8 @@ import xarray as xr
 
 from stickslip.variables import PARAMETERS, RESULTS, TRAJECTORY, Variable
 
+Array = np.ndarray[Any, np.dtype[Any]]
+
 VARIABLES: dict[str, Variable] = {**PARAMETERS, **TRAJECTORY, **RESULTS}
 
 
@@ -44,7 +46,7 @@ _LARGEST_DENOMINATOR = 12  # beyond it a fraction is no easier to read than a de
 class Quantity:
     """Numbers in the unit in which they are shown, with the symbol and that unit in mathtext."""
 
-    values: np.ndarray[Any, np.dtype[Any]]
+    values: Array
     symbol: str
     units: str
 
@@ -64,19 +66,14 @@ class Quantity:
 def shown(data: xr.DataArray) -> Quantity:
     """The quantity of a variable or coordinate, in the unit in which it is shown."""
     name = str(data.name)
-    units = str(data.attrs.get("units", VARIABLES[name].units if name in VARIABLES else "1"))
+    variable = VARIABLES.get(name)
+    units = str(data.attrs.get("units", variable.units if variable else "1"))
     scale = SCALES.get(units, Scale(1.0, units))
-    if name in SCALES_BY_NAME and units == VARIABLES[name].units:
+    if variable and name in SCALES_BY_NAME and units == variable.units:
         scale = SCALES_BY_NAME[name]
     values = np.asarray(data.values, dtype=float) * scale.factor
-    return Quantity(values, _symbol(data), typeset_units(scale.units))
-
-
-def _symbol(data: xr.DataArray) -> str:
-    name = str(data.name)
-    if name in VARIABLES:
-        return f"${VARIABLES[name].tex}$"
-    return str(data.attrs.get("long_name", name)).replace("_", " ")
+    called = str(data.attrs.get("long_name", name)).replace("_", " ")
+    return Quantity(values, f"${variable.tex}$" if variable else called, typeset_units(scale.units))
 
 
 def typeset_units(units: str) -> str:

@@ -107,7 +107,11 @@ def selections(ds: xr.Dataset, dims: tuple[str, ...], most: int) -> tuple[list[S
     """The slices over `dims`, at most `most` of them, and a note where that leaves some out."""
     indices = list(itertools.product(*(range(ds.sizes[dim]) for dim in dims)))
     kept = _evenly(len(indices), most)
-    chosen = [_selection(ds, dict(zip(dims, indices[i], strict=True))) for i in kept]
+    chosen = []
+    for i in kept:
+        index = dict(zip(dims, indices[i], strict=True))
+        labels = [point_label(ds, dim, place) for dim, place in index.items()]
+        chosen.append(Selection(", ".join(labels), ds.isel(index)))
     if len(kept) == len(indices):
         return chosen, ""
     names = ", ".join(shown(_coordinate(ds, dim)).symbol for dim in dims)
@@ -119,11 +123,6 @@ def _evenly(count: int, most: int) -> list[int]:
     if count <= most:
         return list(range(count))
     return [math.floor(i * (count - 1) / (most - 1) + 0.5) for i in range(most)]
-
-
-def _selection(ds: xr.Dataset, index: dict[str, int]) -> Selection:
-    labels = [point_label(ds, dim, i) for dim, i in index.items()]
-    return Selection(", ".join(labels), ds.isel(index))
 
 
 def point_label(ds: xr.Dataset, dim: str, index: int) -> str:

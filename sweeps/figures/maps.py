@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 from matplotlib import colormaps
@@ -12,14 +10,20 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 from sweeps.figure_table import AMPLITUDES
-from sweeps.figures.labels import Quantity, shown
+from sweeps.figures.labels import Array, shown
 from sweeps.figures.layout import MOST_FACETS, Axis, Layout, axis_of, selections
-from sweeps.figures.missing import missing_note, trusted
-from sweeps.figures.style import GREY, SMALL, TEXT, new_panels, put_note, set_scale, width_of
-
-HEIGHT = 4.8  # inches
-
-Array = np.ndarray[Any, np.dtype[Any]]
+from sweeps.figures.missing import highest, missing_note, trusted
+from sweeps.figures.style import (
+    GREY,
+    SMALL,
+    STACKED,
+    TEXT,
+    name_columns,
+    new_panels,
+    put_note,
+    set_scale,
+    width_of,
+)
 
 
 def draw_maps(ds: xr.Dataset, layout: Layout) -> Figure:
@@ -30,21 +34,17 @@ def draw_maps(ds: xr.Dataset, layout: Layout) -> Figure:
     across, up = (axis_of(ds, dim) for dim in layout.axes)
     ds = ds.isel({across.dim: across.order, up.dim: up.order})
     facets, note = selections(ds, layout.facets, MOST_FACETS)
-    size = (width_of(len(facets)), HEIGHT)
+    size = (width_of(len(facets)), STACKED)
     figure, panels = new_panels(2, len(facets), size, sharex=True, sharey=True)
     for row, name in zip(panels, AMPLITUDES, strict=True):
-        top = _highest(shown(trusted(ds, name)))
+        top = highest(ds, name)
         for axes, facet in zip(row, facets, strict=True):
             mesh = _draw_map(axes, facet.dataset, name, across, up, top)
         _draw_scale(figure, mesh, list(row), shown(ds[name]).label)
-    _label(panels, across, up, [facet.label for facet in facets])
+    name_columns(panels, [facet.label for facet in facets], across.label)
+    _label(panels, across, up)
     put_note(figure, [missing_note(ds, "Grey: "), note])
     return figure
-
-
-def _highest(quantity: Quantity) -> float:
-    finite = quantity.values[np.isfinite(quantity.values)]
-    return float(finite.max(initial=0.0)) or 1.0
 
 
 def _draw_map(
@@ -78,10 +78,7 @@ def _draw_scale(figure: Figure, mesh: QuadMesh, row: list[Axes], label: str) -> 
     bar.ax.yaxis.get_offset_text().set_fontsize(SMALL)
 
 
-def _label(panels: Array, across: Axis, up: Axis, titles: list[str]) -> None:
-    for column, title in zip(panels.T, titles, strict=True):
-        column[0].set_title(title, fontsize=TEXT)
-        column[1].set_xlabel(across.label, fontsize=TEXT)
+def _label(panels: Array, across: Axis, up: Axis) -> None:
     for axes in panels[:, 0]:
         axes.set_ylabel(up.label, fontsize=TEXT)
     for axes in panels.flat:

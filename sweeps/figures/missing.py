@@ -7,11 +7,18 @@ import xarray as xr
 
 from stickslip.status import Status
 from sweeps.figure_table import AMPLITUDES
+from sweeps.figures.labels import shown
 
 
 def trusted(ds: xr.Dataset, name: str) -> xr.DataArray:
     """An amplitude where the point ended well, NaN elsewhere whatever the file holds there."""
     return ds[name].where(ds["status"] == Status.OK) if "status" in ds else ds[name]
+
+
+def highest(ds: xr.Dataset, name: str) -> float:
+    """The highest of an amplitude's trusted values as they are shown; 1 where none is above 0."""
+    values = shown(trusted(ds, name)).values
+    return float(values.max(initial=0.0, where=np.isfinite(values))) or 1.0
 
 
 def missing_points(ds: xr.Dataset) -> xr.DataArray:

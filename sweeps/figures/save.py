@@ -18,19 +18,9 @@ _ANONYMOUS: dict[str, dict[str, str | None]] = {
 
 
 def save(figure: Figure, path: Path) -> list[Path]:
-    """Write a figure and return the files, complete or not written at all.
+    """Write a figure and return the files, complete or not written at all; raises OSError.
 
-    Parameters
-    ----------
-    figure
-        What `draw` returned.
-    path
-        With the ending `.png` or `.pdf` that file, else the stem of one of each.
-
-    Raises
-    ------
-    OSError
-        A file cannot be written.
+    A path with the ending `.png` or `.pdf` is that file, any other the stem of one of each.
     """
     # Not with_suffix: a stem like T=1.5 has no ending to replace.
     both = [path.with_name(path.name + suffix) for suffix in _ANONYMOUS]

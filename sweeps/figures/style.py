@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 
 COLUMN = 3.4  # inches: one column of a journal
 PAGE = 7.0  # inches: its two columns
+STACKED = 4.8  # inches: the height of two panels
 TEXT = 8.0  # points
 SMALL = 6.5  # points: notes and labels inside a panel
 
@@ -95,6 +96,13 @@ def _dress(axes: Axes) -> None:
     for axis in (axes.xaxis, axes.yaxis):
         axis.get_offset_text().set_fontsize(SMALL)
     axes.spines[:].set_linewidth(0.6)
+
+
+def name_columns(panels: np.ndarray[Any, np.dtype[Any]], titles: list[str], label: str) -> None:
+    """A title above each column of panels, and what its x axes have in common below."""
+    for column, title in zip(panels.T, titles, strict=True):
+        column[0].set_title(title, fontsize=TEXT)
+        column[-1].set_xlabel(label, fontsize=TEXT)
 
 
 def set_scale(axes: Axes, direction: Literal["x", "y"], geometric: bool) -> None:

@@ -83,7 +83,8 @@ def relative_motion(ds: xr.Dataset) -> Figure:
 
 
 def _stack(ds: xr.Dataset, rows: tuple[tuple[Trace, ...], ...], height: float) -> Figure:
-    stacks, note = _columns(ds, MOST_FACETS)
+    runs, note = _runs(ds, MOST_FACETS)
+    stacks = [_sections(run) for run in runs]
     size = (width_of(len(stacks)), height)
     figure, panels = new_panels(len(rows), len(stacks), size, sharex="col", sharey="row")
     for axes_of_column, stack in zip(panels.T, stacks, strict=True):
@@ -170,12 +171,6 @@ def _runs(ds: xr.Dataset, most: int) -> tuple[list[Selection], str]:
     along = ds["time"].dims[-1]
     dims = tuple(str(dim) for dim in ds["lower_displacement"].dims if dim != along)
     return selections(ds, dims, most)
-
-
-def _columns(ds: xr.Dataset, most: int) -> tuple[list[list[Selection]], str]:
-    """The trajectories, at most `most`, each as its sections; and a note of those left out."""
-    kept, note = _runs(ds, most)
-    return [_sections(run) for run in kept], note
 
 
 def _sections(run: Selection) -> list[Selection]:

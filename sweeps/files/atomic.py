@@ -22,14 +22,8 @@ def replacing(path: Path, temporary: Path | None = None, *, fsync: bool = True) 
     """Give the body a temporary file to write, and afterwards let it take the place of `path`.
 
     Whatever happens, `path` is the old file or the new one, whole; a body that raises leaves the
-    old one. The temporary file is gone in either case.
-
-    Parameters
-    ----------
-    temporary
-        Where the body writes, on the file system of `path`; by default a hidden name beside it.
-    fsync
-        Whether the file must survive a power cut: flush it before, and its folder after.
+    old one. The temporary file, on the same file system and by default a hidden name beside `path`,
+    is gone in either case. With `fsync` the file survives a power cut.
     """
     temporary = temporary or beside(path)
     try:

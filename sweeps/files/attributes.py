@@ -39,13 +39,7 @@ REFERENCE = (
 def result_dataset(config: Config, grid: Grid, results: NDArray[np.float64]) -> xr.Dataset:
     """The Dataset of a sweep as it is written to a file.
 
-    Parameters
-    ----------
-    config, grid
-        What was computed.
-    results
-        (grid.size, columns) as `RESULT_COLUMNS`; NaN rows, not yet computed, get the status
-        `pending`.
+    `results` (grid.size, columns) are as `RESULT_COLUMNS`; NaN rows get the status `pending`.
     """
     import xarray as xr
 
@@ -64,12 +58,8 @@ def result_dataset(config: Config, grid: Grid, results: NDArray[np.float64]) -> 
 def data_sha256(key: bytes, digests: Sequence[str]) -> str:
     """What a file says of its numbers, so that a change after it was written does not go unnoticed.
 
-    Parameters
-    ----------
-    key
-        `identity.seal_key` of the settings and the grid.
-    digests
-        SHA-256 of each result variable, in the order of `RESULT_COLUMNS`.
+    `key` is `identity.seal_key` of the settings and the grid, `digests` the SHA-256 of each result
+    variable, in the order of `RESULT_COLUMNS`.
     """
     return hashlib.sha256(key + "".join(digests).encode()).hexdigest()
 

@@ -66,3 +66,8 @@ def conformed(rows: Rows, columns: Sequence[str]) -> Rows:
 def status_counts(codes: NDArray[np.generic]) -> NDArray[np.int64]:
     """How many points (any shape) have each status: (STATUS_CODES,)."""
     return np.bincount(np.asarray(codes).ravel().astype(np.int64), minlength=STATUS_CODES)
+
+
+def failures(statuses: NDArray[np.int64]) -> int:
+    """How many points ended, but not ok; `statuses` (STATUS_CODES,) counts each status."""
+    return int(statuses.sum() - statuses[Status.OK] - statuses[Status.PENDING])

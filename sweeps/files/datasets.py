@@ -14,15 +14,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def require_writable(ds: xr.Dataset, path: Path) -> None:
-    """Write `ds`, which has the size and the attributes of the result, and take it away again.
+def require_writable(path: Path) -> None:
+    """Raise StorageError where no file can be written there: better before the computation."""
+    import xarray as xr
 
-    Raises StorageError: better before the computation than after it.
-    """
     temporary = beside(path)
     with storage_errors(f"cannot write {path}"):
         try:
-            _write(ds, temporary)
+            _write(xr.Dataset(), temporary)
         finally:
             remove(temporary)
 

@@ -52,8 +52,6 @@ class Journal:
         self._room: Rows | None = None
         self._flushed = time.monotonic()
 
-    # --- making and opening ---
-
     @classmethod
     def create(
         cls,
@@ -108,8 +106,6 @@ class Journal:
         """How many bytes were passed over when it was opened."""
         return self._log.damaged
 
-    # --- writing ---
-
     def note(self, manifest: Manifest) -> None:
         """Record a manifest, which replaces the one before; raises OSError."""
         text = np.frombuffer(json.dumps(manifest).encode(), np.uint8)
@@ -117,17 +113,9 @@ class Journal:
         self.manifest = manifest
 
     def append(self, indices: Indices, rows: Rows) -> None:
-        """Record finished points; those that are there already are left as they are.
+        """Record finished points: (n,) numbers and (n, columns) rows; what is there already stays.
 
-        Parameters
-        ----------
-        indices, rows
-            (n,) numbers in the grid and (n, columns) results.
-
-        Raises
-        ------
-        OSError
-            It cannot be written; what is noted as done is there, whole.
+        Raises OSError; then what is noted as done is there, whole.
         """
         if np.isnan(rows[:, self._status]).any():
             raise ValueError("a row without a status is no finished point")
@@ -154,8 +142,6 @@ class Journal:
         self._chunk.append(int(self._chunks.of(indices[:1])[0]))
         self._offset.append(start)
         self._count.append(len(indices))
-
-    # --- reading ---
 
     def chunk(self, number: int) -> Rows:
         """The result rows (n, columns) of a chunk, in order; NaN where a point is not there.

@@ -21,14 +21,7 @@ from stickslip.variables import RESULT_COLUMNS, RESULTS
 from sweeps.files.atomic import remove, replacing, storage_errors
 from sweeps.files.attributes import coordinates, data_sha256, variable_attributes
 from sweeps.files.chunks import Chunks
-from sweeps.files.columns import (
-    STATUS,
-    STATUS_CODES,
-    Rows,
-    conformed,
-    result_values,
-    status_counts,
-)
+from sweeps.files.columns import STATUS, STATUS_CODES, Rows, conformed, result_values, status_counts
 from sweeps.grid import Grid
 
 # Level 1 takes half the time of level 4 and makes files a few percent larger: mantissas are noise.
@@ -43,9 +36,6 @@ class Written:
     worst_error: float
 
 
-# --- writing ---
-
-
 def write_result(
     grid: Grid,
     key: bytes,
@@ -55,33 +45,22 @@ def write_result(
     temporary: Path,
     path: Path,
 ) -> Written:
-    """Write a result, read it back, and put it in place of an older one.
+    """Write a result to `temporary`, read it back, and put it in place of an older one.
 
-    Parameters
-    ----------
-    key
-        `identity.seal_key` of what was computed.
-    rows
-        Gives the result rows (n, columns) of a chunk; NaN rows become `pending`.
-    attributes
-        The global attributes.
-    temporary
-        Where the file is made, on the file system of `path`.
+    `key` is `identity.seal_key` of what was computed; `rows` gives the result rows (n, columns) of
+    a chunk, of which NaN rows become `pending`.
 
-    Raises
-    ------
-    StorageError
-        The file cannot be written or does not read back as it was meant; an older one is as it
-        was.
+    Raises StorageError where the file cannot be written or does not read back as it was meant; an
+    older one is as it was.
     """
     with storage_errors(f"cannot write {path}"), replacing(path, temporary):
         with netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
             _define(file, grid, chunks, attributes)
-            written, digests = _fill(file, chunks, rows)
+            digests = _fill(file, chunks, rows)
             file.data_sha256 = data_sha256(key, digests)
-        if _digests(temporary, chunks) != digests:
+        if digests_of(temporary, chunks) != digests:
             raise OSError("the file does not read back as it was written")
-    return written
+        return contents(temporary, chunks)
 
 
 def try_writing(grid: Grid, chunks: Chunks, attributes: Mapping[str, str], temporary: Path) -> None:
@@ -118,11 +97,8 @@ def _define(
     whole_chunks(file)
 
 
-def _fill(
-    file: netCDF4.Dataset, chunks: Chunks, rows: Callable[[int], Rows]
-) -> tuple[Written, list[str]]:
-    """Fill the variables; returns what they hold, and the SHA-256 of each."""
-    statuses, worst = np.zeros(STATUS_CODES, dtype=np.int64), np.nan
+def _fill(file: netCDF4.Dataset, chunks: Chunks, rows: Callable[[int], Rows]) -> list[str]:
+    """Fill the variables; returns the SHA-256 of each."""
     digests = [hashlib.sha256() for _ in RESULT_COLUMNS]
     for number in range(len(chunks)):
         found = rows(number)
@@ -130,14 +106,7 @@ def _fill(
             values = result_values(name, found[:, column])
             file[name][chunks.box(number)] = values.reshape(chunks.shape(number))
             digests[column].update(values.tobytes())
-            if name == "status":
-                statuses += status_counts(values)
-            elif name == "amplitude_error":
-                worst = np.fmax(worst, np.fmax.reduce(values))
-    return Written(statuses, float(worst)), [digest.hexdigest() for digest in digests]
-
-
-# --- reading ---
+    return [digest.hexdigest() for digest in digests]
 
 
 def columns_in(file: netCDF4.Dataset) -> tuple[str, ...]:
@@ -180,13 +149,8 @@ def contents(path: Path, chunks: Chunks) -> Written:
     return Written(statuses, float(worst))
 
 
-def seal_of(path: Path, key: bytes, chunks: Chunks) -> str:
-    """The `data_sha256` that the numbers in a file would have; raises OSError and RuntimeError."""
-    return data_sha256(key, _digests(path, chunks))
-
-
-def _digests(path: Path, chunks: Chunks) -> list[str]:
-    """The SHA-256 of each result variable as it stands in a file."""
+def digests_of(path: Path, chunks: Chunks) -> list[str]:
+    """The SHA-256 of each result variable in a file; raises OSError and RuntimeError."""
     with netCDF4.Dataset(path) as file:
         whole_chunks(file)
         return [_digest(file[name], chunks) for name in columns_in(file)]

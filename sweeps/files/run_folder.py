@@ -33,6 +33,7 @@ class RunFolder:
     """`<output>.run/`: what a sweep needs beside its output until that is complete."""
 
     def __init__(self, output: Path) -> None:
+        self.output = output
         self.path = output.with_name(output.name + ".run")
         self.journal = self.path / "journal"
         self.heartbeat = self.path / "heartbeat.json"
@@ -60,7 +61,7 @@ class RunFolder:
         except Timeout:
             raise InUseError(self._in_use()) from None
         except FileNotFoundError:  # the other run removed the folder between these two lines
-            raise InUseError(f"{self.path.with_suffix('')} is just being finished") from None
+            raise InUseError(f"{self.output} is just being finished") from None
         except (OSError, RuntimeError) as error:
             raise StorageError(f"cannot write into {self.path}: {reason(error)}") from error
         try:
@@ -140,4 +141,4 @@ class RunFolder:
         if beat := self.last_beat():
             pid, host, since = (beat.get(key) for key in ("pid", "host", "started"))
             holder = f"process {pid} on {host}, since {since}: {beat.get('command')}"
-        return f"{self.path.with_suffix('')} is being written by another run ({holder})"
+        return f"{self.output} is being written by another run ({holder})"

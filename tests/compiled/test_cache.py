@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numba.core import config as numba_config
+from support.marks import one_then
 from support.package import copy_of_package, start_python
 from support.small_kernel import LOG_PHI, SMALL_KERNEL, run_small_kernel
 
@@ -125,7 +126,7 @@ def test_an_edit_of_the_physics_is_compiled_even_with_a_warm_cache(tmp_path: Pat
 
 @pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["nbi", "nbc"])
-@pytest.mark.parametrize("kept", [0.0, 0.5])
+@pytest.mark.parametrize("kept", one_then("stress", [0.5, 0.0]))
 def test_a_truncated_cache_is_made_anew_with_a_warning(
     tmp_path: Path, suffix: str, kept: float
 ) -> None:
@@ -336,11 +337,7 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, float, int, str]:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("damaged", "count"),
-    [
-        (True, 3),
-        pytest.param(False, 8, marks=pytest.mark.stress),
-        pytest.param(True, 8, marks=pytest.mark.stress),
-    ],
+    one_then("stress", [(True, 3), (False, 8), (True, 8)]),
 )
 def test_processes_at_once_agree_and_leave_a_good_cache(
     cache: Path, damaged: bool, count: int

@@ -79,7 +79,7 @@ def test_a_cluster_gives_the_same_content_and_is_left_empty(
 # --- workers and schedulers that die ---
 
 
-@pytest.mark.slow
+@pytest.mark.faults
 def test_a_sweep_survives_the_death_of_a_worker(cluster: Cluster, expected: str) -> None:
     victim, _ = cluster.worker(), cluster.worker()
     sweep = command("--scheduler", cluster.address, hook=doing("gated_block"))
@@ -90,7 +90,7 @@ def test_a_sweep_survives_the_death_of_a_worker(cluster: Cluster, expected: str)
     assert hash_of_result() == expected
 
 
-@pytest.mark.slow
+@pytest.mark.faults
 def test_a_sweep_without_workers_waits_for_new_ones(cluster: Cluster, expected: str) -> None:
     hook = f"{IMPATIENT}; {doing('gated_block')}"
     sweep = command("--scheduler", cluster.address, hook=hook)
@@ -114,7 +114,7 @@ def test_the_time_is_over_without_workers_too(cluster: Cluster) -> None:
     assert "Stopped: the time of --max-runtime is over. 0 of 24 points are kept" in err
 
 
-@pytest.mark.slow
+@pytest.mark.faults
 def test_what_is_finished_survives_the_death_of_the_scheduler(
     cluster: Cluster, expected: str
 ) -> None:

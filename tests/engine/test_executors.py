@@ -45,7 +45,7 @@ from sweeps.engine.worker import Task, task_of
 from sweeps.files.datasets import content_hash
 from sweeps.grid import Grid
 
-PROCESSES = ["loky", pytest.param("dask", marks=needs_dask)]
+PROCESSES = ["loky", pytest.param("dask", marks=[needs_dask, pytest.mark.faults])]
 
 
 @pytest.fixture(autouse=True)

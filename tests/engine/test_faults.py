@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from support.kills import BLOCK_POINTS, CONFIG, WORKERS, kill_until_done
+from support.marks import one_then
 from support.processes import HANGS
 from support.sweeping import (
     LOOSE,
@@ -90,7 +91,7 @@ PLACES = {
     "before the result is filled": Mishap("sweeps.files.results", "_fill"),
     "while the result is filled": Mishap("sweeps.files.results", "result_values", 6),
     "after the result is filled": Mishap("sweeps.files.results", "_fill", 1, "after"),
-    "before the result is read back": Mishap("sweeps.files.results", "_digests"),
+    "before the result is read back": Mishap("sweeps.files.results", "digests_of"),
     "before the result is flushed": Mishap("sweeps.files.atomic", "flush", of="result.nc"),
     "after the result is flushed": Mishap(
         "sweeps.files.atomic", "flush", 1, "after", of="result.nc"
@@ -104,8 +105,14 @@ PLACES = {
 
 
 @pytest.mark.slow
-def test_a_kill_at_any_place_loses_nothing(shell: Shell, expected: str) -> None:
-    for number, (place, mishap) in enumerate(PLACES.items()):
+@pytest.mark.parametrize(
+    "places",
+    one_then("faults", [[*PLACES][::4], [*PLACES]]),
+    ids=["every fourth place", "every place"],
+)
+def test_a_kill_at_any_place_loses_nothing(shell: Shell, expected: str, places: list[str]) -> None:
+    for number, place in enumerate(places):
+        mishap = PLACES[place]
         output = f"{number}.nc"
         shutil.copy("old.nc", output)
         command = ["sweep", "a.yaml", "-o", output]
@@ -167,7 +174,7 @@ def beginning(request: pytest.FixtureRequest, shell: Shell) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("error", ERRORS, ids=errno.errorcode.get)
+@pytest.mark.parametrize("error", one_then("faults", ERRORS), ids=errno.errorcode.get)
 @pytest.mark.parametrize("call", CALLS, ids=lambda call: call[1])
 def test_a_call_that_fails_ends_in_a_message_and_the_same_command_goes_on(
     shell: Shell, expected: str, beginning: str, call: tuple[Any, str], error: int

@@ -152,8 +152,8 @@ def test_a_short_sweep_needs_no_line(capsys: pytest.CaptureFixture[str]) -> None
     assert progress._SECONDS_BETWEEN_LINES >= 2.0
     with make_progress(Counts(10, found())) as shown:
         shown.refresh()
-        shown.pause()
-        shown.resume()
+        shown.stop()
+        shown.start()
         shown.stop()
     assert capsys.readouterr() == ("", "")
 
@@ -175,8 +175,8 @@ def test_nothing_where_nothing_is_wanted(
         assert threading.active_count() == before
         shown.refresh()
         shown.say("a line")
-        shown.pause()
-        shown.resume()
+        shown.stop()
+        shown.start()
         shown.stop()
     assert sys.stderr.getvalue() == ""
 
@@ -244,12 +244,12 @@ def test_stopping_gives_the_terminal_back_once(monkeypatch: pytest.MonkeyPatch) 
 def test_a_question_has_the_terminal_for_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = terminal_of(monkeypatch)
     with make_progress(Counts(10, found())) as shown:
-        shown.pause()
+        shown.stop()
         asked = terminal.getvalue()
         assert asked.endswith("\n" + VISIBLE)
         shown.refresh()
         assert HIDDEN not in terminal.getvalue()[len(asked) :]
-        shown.resume()
+        shown.start()
         assert HIDDEN in terminal.getvalue()[len(asked) :]
     assert terminal.getvalue().endswith(VISIBLE)
 

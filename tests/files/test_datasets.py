@@ -70,22 +70,26 @@ def test_a_file_in_the_current_folder_needs_no_folder_in_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    require_writable(dataset(), Path("a.nc"))
+    require_writable(Path("a.nc"))
     write_dataset(dataset(), Path("a.nc"))
     assert entries(tmp_path) == ["a.nc"]
 
 
 def test_the_trial_leaves_nothing_and_touches_nothing(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
-    require_writable(dataset(), path)
+    require_writable(path)
     assert entries(tmp_path) == []
     path.write_bytes(b"old")
-    require_writable(dataset(), path)
+    require_writable(path)
     assert path.read_bytes() == b"old"
     assert entries(tmp_path) == ["a.nc"]
 
 
 # --- failures ---
+
+
+def write_trial(_: xr.Dataset, path: Path) -> None:
+    require_writable(path)
 
 
 def raising(error: Exception, after: Callable[..., Any] | None = None) -> Callable[..., Any]:
@@ -104,7 +108,7 @@ WRITE = xr.Dataset.to_netcdf
 
 @pytest.mark.parametrize("error", ERRORS, ids=str)
 @pytest.mark.parametrize("after", [None, WRITE], ids=["before", "after"])
-@pytest.mark.parametrize("write", [write_dataset, require_writable])
+@pytest.mark.parametrize("write", [write_dataset, write_trial])
 def test_a_failed_write_leaves_the_old_file_and_no_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception, after: Any, write: Any
 ) -> None:
@@ -188,7 +192,7 @@ def test_ctrl_c_while_writing_leaves_the_old_file_and_no_other(
     assert entries(tmp_path) == ["a.nc"]
 
 
-@pytest.mark.parametrize("write", [write_dataset, require_writable])
+@pytest.mark.parametrize("write", [write_dataset, write_trial])
 def test_a_file_in_place_of_the_folder_is_told(tmp_path: Path, write: Any) -> None:
     (tmp_path / "file").write_text("mine")
     with pytest.raises(StorageError, match=r"cannot write .*a\.nc: .*file is not a folder$"):

@@ -145,7 +145,7 @@ def refused(path: Path, **changes: Any) -> str:
 def test_what_does_not_read_back_is_not_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, place: int
 ) -> None:
-    read = results._digests
+    read = results.digests_of
 
     def damaged(path: Path, chunks: Chunks) -> list[str]:
         with netCDF4.Dataset(path, "a") as file:
@@ -156,7 +156,7 @@ def test_what_does_not_read_back_is_not_kept(
             variable[...] = values
         return read(path, chunks)
 
-    monkeypatch.setattr(results, "_digests", damaged)
+    monkeypatch.setattr(results, "digests_of", damaged)
     assert refused(tmp_path / "a.nc").endswith(
         "a.nc: the file does not read back as it was written"
     )
@@ -177,7 +177,7 @@ FULL = OSError(28, "No space left on device")
     [
         (netCDF4, "Dataset", PermissionError(13, "Permission denied"), "Permission denied"),
         (results, "_fill", RuntimeError("NetCDF: HDF error"), "NetCDF: HDF error"),
-        (results, "_digests", FULL, "No space left on device"),
+        (results, "digests_of", FULL, "No space left on device"),
         (os, "fsync", FULL, "No space left on device"),
         (Path, "replace", FULL, "No space left on device"),
     ],

@@ -1,4 +1,4 @@
-"""Which of many similar cases the suite takes, and which are left to `make stress`."""
+"""Which of many similar cases the suite takes, and which are left to `make stress` or `faults`."""
 
 from __future__ import annotations
 
@@ -8,6 +8,11 @@ from typing import Any
 import pytest
 
 
-def one_then_stress(values: Sequence[Any]) -> list[Any]:
-    """Cases of a parametrized test: the first belongs to the suite, the others to `make stress`."""
-    return [values[0], *(pytest.param(value, marks=pytest.mark.stress) for value in values[1:])]
+def one_then(mark: str, values: Sequence[Any]) -> list[Any]:
+    """Cases of a parametrized test: the first belongs to the suite, the others bear the mark."""
+    return [values[0], *(_marked(value, getattr(pytest.mark, mark)) for value in values[1:])]
+
+
+def _marked(value: Any, mark: pytest.MarkDecorator) -> Any:
+    """A case, of several values where it is a tuple, with the mark."""
+    return pytest.param(*(value if type(value) is tuple else (value,)), marks=mark)

@@ -60,8 +60,10 @@ def compile_for(indices: np.ndarray, options: Options) -> None:
     columns = (len(RESULT_COLUMNS), len(FINAL_COLUMNS))
     orbits(nobody, options, *(np.empty((0, count)) for count in columns))
     tasks = March(nobody, np.empty(0, np.int64), np.empty((0, 3)), options.friction).tasks
+    noisy = options.noise != "none"
     for family, _ in families(options.friction, indices):
-        march_kernel(family)(tasks, np.empty(0, np.int64), False, False, 0)
+        for measured in (False, True):
+            march_kernel(family, noisy, measured)(tasks, np.empty(0, np.int64), 0)
 
 
 def largest_step(points: np.ndarray, options: Options) -> np.ndarray:

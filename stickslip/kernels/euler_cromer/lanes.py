@@ -69,10 +69,10 @@ class March:
         """
         left = _UNLIMITED if budget is None else budget
         for family, noisy, queue in self._families():
-            march = march_kernel(family)
+            march = march_kernel(family, noisy, measured)
             while left > 0 and np.any(self.tasks.status[queue] == PENDING):
                 given = min(left, _AT_A_TIME)
-                left -= given - march(self.tasks, queue, noisy, measured, given)
+                left -= given - march(self.tasks, queue, given)
         return left
 
     def _families(self) -> Iterator[tuple[Family, bool, np.ndarray]]:

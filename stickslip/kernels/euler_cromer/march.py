@@ -107,10 +107,16 @@ def _make_observe(stress_and_force: Any, *, measured: bool) -> Any:
     return measure if measured else ignore
 
 
-def make_march(family: Family, *, noisy: bool, measured: bool) -> Any:
-    """A march of fluids of one family, with or without noise and record; not yet a kernel."""
+@kernel_factory
+def march_kernel(family: Family, noisy: bool, measured: bool) -> Any:
+    """The kernel that marches fluids of one family, with or without noise and record.
+
+    It maps (tasks, queue, budget) to what is left of the budget: it marches the PENDING ones among
+    the rows of `queue`, at most `budget` steps of all lanes together. 0 where there is more to do.
+    One kernel each, because each takes seconds to compile and few are needed.
+    """
     stress_and_force = equations(family.law).stress_and_force
-    return make_euler_cromer_lanes(
+    march = make_euler_cromer_lanes(
         _make_parameters(family),
         _make_increments(stress_and_force, noisy=noisy),
         _make_observe(stress_and_force, measured=measured),
@@ -118,28 +124,8 @@ def make_march(family: Family, *, noisy: bool, measured: bool) -> Any:
         SLOTS,
     )
 
+    def work(tasks: Tasks, queue: np.ndarray, budget: int) -> int:
+        return int(march(tasks, queue, budget))
 
-@kernel_factory
-def march_kernel(family: Family) -> Any:
-    """The kernel that marches fluids of one family.
-
-    It maps (tasks, queue, noisy, measured, budget) to what is left of the budget: it marches the
-    PENDING ones among the rows of `queue`, at most `budget` steps of all lanes together; `noisy`
-    takes the noise into account, `measured` keeps the record. 0 where there is more to do.
-    """
-    travel, noisy_travel, measure, noisy_measure = (
-        make_march(family, noisy=noisy, measured=measured)
-        for measured in (False, True)
-        for noisy in (False, True)
-    )
-
-    def work(tasks: Tasks, queue: np.ndarray, noisy: bool, measured: bool, budget: int) -> int:
-        if measured:
-            if noisy:
-                return noisy_measure(tasks, queue, budget)
-            return measure(tasks, queue, budget)
-        if noisy:
-            return noisy_travel(tasks, queue, budget)
-        return travel(tasks, queue, budget)
-
-    return named_kernel(f"euler_cromer_march[{family}]", work)
+    name = f"euler_cromer_march[{family},noisy={noisy},measured={measured}]"
+    return named_kernel(name, work)

@@ -43,12 +43,8 @@ class WorkersLostError(RuntimeError):
 class Executor(ABC):
     """Computes tasks on workers; a context manager, from which blocks come in any order.
 
-    Attributes
-    ----------
-    slots
-        Tasks that are computed at the same time; it may change while workers come and go.
-    block_seconds
-        What a block should last, so that handing it over costs next to nothing.
+    `slots` tasks are computed at the same time; it may change while workers come and go. A block
+    should last `block_seconds`, so that handing it over costs next to nothing.
     """
 
     block_seconds = 1.0

@@ -76,14 +76,9 @@ class ClusterExecutor(Executor):
     def result(self, future: Future[Block]) -> Block:
         """The block of a finished task.
 
-        Raises
-        ------
-        WorkersLostError
-            The task has outlived as many workers as the scheduler allows.
-        WorkerMismatchError
-            The worker has other sources.
-        ExecutorError
-            The connection was lost, or the worker has no stickslip.
+        Raises WorkersLostError where the task has outlived as many workers as the scheduler allows,
+        WorkerMismatchError, and ExecutorError where the connection was lost or the worker has no
+        stickslip.
         """
         from distributed import KilledWorker
 
@@ -95,9 +90,16 @@ class ClusterExecutor(Executor):
         except WorkerMismatchError:
             raise
         except (CancelledError, OSError) as error:
-            raise ExecutorError(self._lost()) from error
+            raise ExecutorError(
+                f"the connection to the dask scheduler at {self._address} was lost; what is "
+                "finished is kept, and the same command resumes"
+            ) from error
         except Exception as error:
-            raise ExecutorError(self._unable(error)) from error
+            raise ExecutorError(
+                f"the dask cluster at {self._address} cannot compute a block "
+                f"({type(error).__name__}: {first_line(error)}); install the same version of "
+                "stickslip for all its workers"
+            ) from error
         self._warned = False
         return block
 
@@ -124,19 +126,6 @@ class ClusterExecutor(Executor):
 
     def _not_there(self, error: Exception) -> str:
         return f"no dask scheduler answers at {self._address} ({first_line(error)})"
-
-    def _lost(self) -> str:
-        return (
-            f"the connection to the dask scheduler at {self._address} was lost; what is finished "
-            "is kept, and the same command resumes"
-        )
-
-    def _unable(self, error: Exception) -> str:
-        return (
-            f"the dask cluster at {self._address} cannot compute a block "
-            f"({type(error).__name__}: {first_line(error)}); install the same version of "
-            "stickslip for all its workers"
-        )
 
 
 class LocalClusterExecutor(ClusterExecutor):

@@ -13,7 +13,7 @@ import llvmlite.binding as llvm
 import numpy as np
 import pytest
 from numba import types
-from support.marks import one_then_stress
+from support.marks import one_then
 from support.points import GAMMAS
 
 from stickslip.compiled.decorators import inline
@@ -79,7 +79,7 @@ def problems_of(gamma: float | None) -> Any:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("gamma", one_then_stress([*GAMMAS, None]))
+@pytest.mark.parametrize("gamma", one_then("stress", [*GAMMAS, None]))
 def test_an_attempt_in_lanes_is_packed(gamma: float | None) -> None:
     rhs, jacobian, weight = FUNCTIONS.rhs, FUNCTIONS.jacobian, FUNCTIONS.error_weight
     problems = problems_of(gamma)
@@ -88,7 +88,7 @@ def test_an_attempt_in_lanes_is_packed(gamma: float | None) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("gamma", one_then_stress([*GAMMAS, None]))
+@pytest.mark.parametrize("gamma", one_then("stress", [*GAMMAS, None]))
 def test_a_measurement_in_lanes_is_packed(gamma: float | None) -> None:
     assert_vectors(assembly(recording.make_see(problems_of(gamma), FUNCTIONS)), 200)
 

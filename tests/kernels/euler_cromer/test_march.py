@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 
 import numpy as np
@@ -10,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numba.core import config as numba_config
 from support.marches import FAST_DT, fast, march_of
-from support.marks import one_then_stress
+from support.marks import one_then
 from support.points import GAMMAS
 
 from stickslip.compiled.decorators import jit
@@ -46,7 +47,6 @@ def test_a_kick_is_that_of_the_typical_path() -> None:
 FAMILIES = [Family(LAW, gamma) for gamma in (*GAMMAS, None)]
 _ARITHMETIC = re.compile(r"\bv(?:mul|add|sub|fn?m(?:add|sub)\d+)(pd|sd)\b")
 _DIVISION = re.compile(r"\bv(?:div|sqrt)[ps]d\b")
-LOOPS = 4  # with noise and without, travelling and measuring
 
 
 def hot_loops(assembly: str) -> list[str]:
@@ -64,14 +64,11 @@ def hot_loops(assembly: str) -> list[str]:
     return loops
 
 
-def assembly_of(family: Family) -> str:
-    """A march compiled anew, not run: the code of a cached one cannot be looked at."""
-    kernel = march.march_kernel(family)
-    kernel(march_of([fast()], FAST_DT).tasks, np.arange(0), True, True, 1)
-    (signature,) = kernel.signatures
-    fresh = jit(kernel.py_func)
-    fresh.compile(signature)
-    return fresh.inspect_asm(signature)
+def assembly_of(family: Family, noisy: bool, measured: bool) -> str:
+    """A march compiled anew: the code of a cached one cannot be looked at."""
+    fresh = jit(march.march_kernel(family, noisy, measured).py_func)
+    fresh(march_of([fast()], FAST_DT).tasks, np.arange(0), 1)
+    return fresh.inspect_asm(fresh.signatures[0])
 
 
 def test_a_loop_with_a_division_or_scalar_code_would_be_seen() -> None:
@@ -83,12 +80,18 @@ def test_a_loop_with_a_division_or_scalar_code_would_be_seen() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("family", one_then_stress(FAMILIES), ids=str)
-def test_the_hot_loops_are_vectors_without_calls_and_divisions(family: Family) -> None:
+@pytest.mark.parametrize(
+    ("family", "noisy", "measured"),
+    one_then("stress", list(itertools.product(FAMILIES, (True, False), (True, False)))),
+    ids=str,
+)
+def test_the_hot_loop_is_vectors_without_calls_and_divisions(
+    family: Family, noisy: bool, measured: bool
+) -> None:
     if not {"+avx2", "+avx512f"} & set((numba_config.CPU_FEATURES or host_features()).split(",")):
         pytest.skip("this machine has no AVX2: its vectors are too short to tell")
-    loops = hot_loops(assembly_of(family))
-    assert len(loops) >= LOOPS
+    loops = hot_loops(assembly_of(family, noisy, measured))
+    assert loops
     for loop in loops:
         assert set(_ARITHMETIC.findall(loop)) == {"pd"}
         assert "call" not in loop
