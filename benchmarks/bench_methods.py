@@ -20,7 +20,7 @@ from other_tableaus import RODAS4, RODAS4P
 
 from stickslip.compiled.decorators import inline, jit
 from stickslip.kernels.problem import Problem
-from stickslip.model.rhs import starting_state
+from stickslip.model.rhs import relative_state, starting_state
 from stickslip.numerics import adaptive, step_control
 from stickslip.numerics.tableaus import RODAS4P2, RosenbrockTableau
 from stickslip.parameters import Parameters, ParameterValues
@@ -99,6 +99,11 @@ def main() -> None:
     finish("methods", {"own": OWN, "compared": _compared(rows), "rows": rows}, quick=quick)
 
 
+@inline
+def start(p):
+    return relative_state(p, 0.0, starting_state(p))
+
+
 def _compiled(variant: Variant) -> Any:
     """The compiled integration of PERIODS drive periods with a variant."""
     with ExitStack() as stack:
@@ -110,7 +115,7 @@ def _compiled(variant: Variant) -> Any:
         def run(p, rtol, rounding, most):
             problem = Problem(p, rounding * problem_of(p, rtol).u_s)
             period = 2.0 * math.pi / p.angular_frequency
-            y, h, total, status = starting_state(p), FIRST_STEP * period, 0, 0
+            y, h, total, status = start(p), FIRST_STEP * period, 0, 0
             for _ in range(PERIODS):
                 if status == 0:
                     y, h, steps, status = drive(problem, rtol, 0.0, period, y, h, most, 0)
@@ -129,8 +134,8 @@ def _ignore(p, t, h, y0, y1, d1, d2, record):
 def _end(run: Any, p: Parameters, rtol: float, rounding: float) -> tuple[np.ndarray, int, int]:
     """The scaled state after PERIODS drive periods, the attempted steps, the status."""
     V_m = abs(p.drive_amplitude) * p.angular_frequency
-    (x, v, psi), steps, status = run(ParameterValues(*p), rtol, rounding, 10**7)
-    return np.array([x / abs(p.drive_amplitude), v / V_m, psi]), steps, status
+    (x, u, psi), steps, status = run(ParameterValues(*p), rtol, rounding, 10**7)
+    return np.array([x / abs(p.drive_amplitude), u / V_m, psi]), steps, status
 
 
 def _compared(rows: list[dict[str, Any]]) -> dict[str, dict[str, float]]:

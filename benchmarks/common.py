@@ -25,7 +25,7 @@ DESCRIPTION = Parameters._fields[:5]
 
 AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
 COUNTS = ("orbit_periods", "melting_count")
-_FLOOR = 0.01  # of the full spring force
+_FLOOR = 0.01  # of the force that springs or inertia need
 
 
 def arguments(description: str | None, full: str = "the same here") -> argparse.Namespace:
@@ -85,10 +85,11 @@ def good(results: np.ndarray) -> np.ndarray:
 def amplitude_errors(points: np.ndarray, amplitudes: np.ndarray, exact: np.ndarray) -> np.ndarray:
     """Errors of the amplitudes of stress and force (n, 2), as `amplitude_error` counts them.
 
-    Relative to the amplitude, or to 1 % of the full spring force (over A for the stress) where
+    Relative to the amplitude, or to 1 % of max(2K, M omega^2)|X_m| (over A for the stress) where
     that is more.
     """
-    force = _FLOOR * 2.0 * parameter(points, "spring_stiffness")
+    inertia = parameter(points, "block_mass") * parameter(points, "angular_frequency") ** 2
+    force = _FLOOR * np.maximum(2.0 * parameter(points, "spring_stiffness"), inertia)
     force = force * np.abs(parameter(points, "drive_amplitude"))
     floors = np.column_stack([force / parameter(points, "contact_area"), force])
     return np.abs(amplitudes[:, :2] - exact[:, :2]) / np.maximum(exact[:, :2], floors)

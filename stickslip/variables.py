@@ -163,7 +163,7 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
         f"minimum of the friction force {_ORBIT}"),
     ResultVariable("amplitude_error", "error", r"\mathrm{error}", "1",
         "estimated relative error of the worse of the two amplitudes",
-        "relative to max(amplitude, 1 % of 2K|X_m|), over A for the stress"),
+        "relative to max(amplitude, 1 % of max(2K, M omega^2)|X_m|), over A for the stress"),
     ResultVariable("power_balance_error", "power balance", r"\mathrm{power\ balance}", "1",
         f"relative violation of the power balance {_ORBIT}",
         "|work of the drive - dissipation - energy gained| / integral of |F V|"),

@@ -48,11 +48,11 @@ class Peer(ABC):
         Raises PeerFailed where the solver does not get there.
         """
         row, X_m, V_m = _scales(parameters)
-        begin = np.array([start[0] / X_m, start[1] / V_m, start[2]])
+        begin = np.array([start[0] / X_m, -start[1] / V_m, start[2]])  # u = -v at phase 0
         end = self.integrate(row, begin, 2.0 * math.pi * periods, rtol)
         if not np.isfinite(end).all():
             raise PeerFailed("ends with NaN")
-        return float(end[0]) * X_m, float(end[1]) * V_m, float(end[2])
+        return float(end[0]) * X_m, -float(end[1]) * V_m, float(end[2])
 
     def prepare(
         self,
@@ -63,7 +63,7 @@ class Peer(ABC):
     ) -> None:
         """Whatever need not be timed: imports and compilation for this fluid and tolerance."""
         row, X_m, V_m = _scales(parameters)
-        begin = np.array([start[0] / X_m, start[1] / V_m, start[2]])
+        begin = np.array([start[0] / X_m, -start[1] / V_m, start[2]])  # u = -v at phase 0
         compile_all(row, begin)
         self.integrate(row, begin, _WARM_UP_PHASE, rtol)
 

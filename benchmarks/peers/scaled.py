@@ -1,6 +1,7 @@
 """The model in units in which one absolute tolerance fits every component.
 
-State (x/|X_m|, v/(|X_m| omega), ln phi), time in radians of the drive. The compiled functions call
+State (x/|X_m|, u/(|X_m| omega), ln phi) with the relative velocity u, as in the product; time in
+radians of the drive. The compiled functions call
 `stickslip.model`; the symbolic one, for packages that build their own expressions, writes the same
 equations out.
 """
@@ -35,9 +36,9 @@ def fill_rates(row: np.ndarray, s: float, y: np.ndarray, out: np.ndarray) -> Non
     omega = p.angular_frequency
     X_m = abs(p.drive_amplitude)
     V_m = X_m * omega
-    x_rate, v_rate, psi_rate = rhs(p, s / omega, (y[0] * X_m, y[1] * V_m, y[2]), 0.0)
+    x_rate, u_rate, psi_rate = rhs(p, s / omega, (y[0] * X_m, y[1] * V_m, y[2]), 0.0)
     out[0] = x_rate / V_m
-    out[1] = v_rate / (V_m * omega)
+    out[1] = u_rate / (V_m * omega)
     out[2] = psi_rate / omega
 
 
@@ -87,7 +88,7 @@ def symbolic_rates(ops: Any, p: ParameterValues, s: Any, y: Any) -> list[Any]:
     omega, X_m = p.angular_frequency, ops.fabs(p.drive_amplitude)
     V_m = X_m * omega
     phi = ops.exp(y[2])
-    u = -p.drive_amplitude * omega * ops.sin(s) - y[1] * V_m
+    u, sign = y[1] * V_m, ops.sign(p.drive_amplitude)
     strain = u * p.strain_relaxation_time / p.film_thickness
     viscous = p.viscosity_coefficient * _rate_power(ops, u / p.film_thickness, p.rheological_index)
     force = (p.elastic_coefficient * phi**2 * strain + viscous) * p.contact_area
@@ -97,7 +98,8 @@ def symbolic_rates(ops: Any, p: ParameterValues, s: Any, y: Any) -> list[Any]:
     noise_rate = noise.TYPICAL_FRACTION * p.noise_intensity / ops.fmax(phi**2, 1e-300)
     acceleration = (force - 2 * p.spring_stiffness * y[0] * X_m) / p.block_mass
     psi_rate = noise_rate - p.kinetic_coefficient * growth
-    return [y[1], acceleration / (V_m * omega), psi_rate / omega]
+    x_rate, V_rate = -sign * ops.sin(s) - y[1], -sign * ops.sin(s + 0.5 * np.pi)
+    return [x_rate, V_rate - acceleration / (V_m * omega), psi_rate / omega]
 
 
 def _rate_power(ops: Any, strain_rate: Any, gamma: float) -> Any:

@@ -18,7 +18,6 @@ from peers.numbalsoda_lsoda import MOST_STEPS, compiled_lsoda, right_hand_side
 from peers.scaled import EQUATIONS, FLAGS
 from stickslip.kernels.points import parameters_of
 from stickslip.kernels.trajectories import write_start
-from stickslip.model.rhs import relative_velocity
 from stickslip.parameters import Parameters
 
 stress_and_force = EQUATIONS.stress_and_force
@@ -79,7 +78,8 @@ def _scaled_start(row: np.ndarray) -> np.ndarray:
     write_start(row, state)
     p = parameters_of(row)
     X_m = abs(p.drive_amplitude)
-    return np.array([state[0] / X_m, state[1] / (X_m * p.angular_frequency), state[2]])
+    # At phase 0 the drive stands still: u = -v.
+    return np.array([state[0] / X_m, -state[1] / (X_m * p.angular_frequency), state[2]])
 
 
 @njit(**FLAGS)
@@ -118,8 +118,7 @@ def _observe(p: Any, s: np.ndarray, states: np.ndarray) -> np.ndarray:
     seen = np.empty((2, len(s)))
     V_m = abs(p.drive_amplitude) * p.angular_frequency
     for i in range(len(s)):
-        u = relative_velocity(p, s[i] / p.angular_frequency, states[i, 1] * V_m)
-        seen[0, i], seen[1, i] = stress_and_force(p, u, np.exp(states[i, 2]))
+        seen[0, i], seen[1, i] = stress_and_force(p, states[i, 1] * V_m, np.exp(states[i, 2]))
     return seen
 
 

@@ -46,7 +46,7 @@ _MISSING = tuple(float(RESULTS[name].missing) for name in RESULT_COLUMNS)
 _POWER_BALANCE_LIMIT = 1e-2
 
 # Errors, of amplitudes and of the power balance, count against at least this part of what the full
-# spring force would make: where the force vanishes, its work is rounding, and near melting the
+# force would make: where the force vanishes, its work is rounding, and near melting the
 # stress itself is a meaningless yardstick.
 _SMALL_PART = 0.01
 
@@ -123,9 +123,13 @@ def _melting_count(record: np.ndarray) -> float:
 
 
 @inline
-def full_spring_force(p: Parameters) -> float:
-    """Force of both springs at the amplitude of the drive [N]: the yardstick of small forces."""
-    return 2.0 * p.spring_stiffness * abs(p.drive_amplitude)
+def full_force(p: Parameters) -> float:
+    """Force that springs or inertia need at the amplitude of the drive [N]; yardstick of small ones.
+
+    max(2K, M omega^2) |X_m|; a locked block needs the difference of the two.
+    """
+    inertia = p.block_mass * (p.angular_frequency * p.angular_frequency)
+    return max(2.0 * p.spring_stiffness, inertia) * abs(p.drive_amplitude)
 
 
 @jit
@@ -133,9 +137,9 @@ def relative_difference(p: Parameters, record: np.ndarray, better: np.ndarray) -
     """Difference of the extrema of two orbits, of stress or of force, whichever is worse.
 
     The sum of the differences of maximum and minimum, relative to max(amplitude, 1 % of the full
-    spring force), over A for the stress; at least twice that of the amplitudes.
+    force), over A for the stress; at least twice that of the amplitudes.
     """
-    floor, worst = _SMALL_PART * full_spring_force(p), 0.0
+    floor, worst = _SMALL_PART * full_force(p), 0.0
     for slot, least in ((STRESS_MAX, floor / p.contact_area), (FORCE_MAX, floor)):
         high, low = record[slot], record[slot + 1]
         better_high, better_low = better[slot], better[slot + 1]
@@ -161,7 +165,7 @@ def _power_balance(p: Parameters, m: Measured) -> tuple[float, bool]:
     gained = _passes(m.cycle) * (_block_energy(p, m.end) - _block_energy(p, m.begin))
     miss, absolute = abs(m.record[BLOCK_WORK] - gained), m.record[ABSOLUTE_WORK]
     way = 2.0 * abs(p.drive_amplitude) * (m.cycle * _passes(m.cycle))
-    least = _SMALL_PART * full_spring_force(p) * way
+    least = _SMALL_PART * full_force(p) * way
     kept = miss <= _POWER_BALANCE_LIMIT * max(absolute, least)
     return miss / absolute if absolute > 0.0 else 0.0, kept
 

@@ -1,5 +1,9 @@
 """The state of the model: one declaration for each of its variables.
 
+These are the state (x, v, psi) in which motions begin and are reported. The adaptive method
+integrates (x, u, psi) with u = V - v (`rhs.relative_state`), whose mirror images and weights are
+the same.
+
 A new variable is a line here and its rate in rhs.py; numerics, lanes and files take the number of
 variables, their mirror images and their weights from this table.
 """

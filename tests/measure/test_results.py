@@ -29,7 +29,7 @@ from stickslip.measure.results import (
     STATUS,
     Measured,
     RecordUnits,
-    full_spring_force,
+    full_force,
     relative_difference,
     write_failure,
     write_result,
@@ -187,12 +187,12 @@ def test_both_halves_of_an_odd_cycle_balance_as_the_one_that_was_measured(cycle:
 
 @pytest.mark.parametrize("cycle", [1, 2, 6])
 @pytest.mark.parametrize("changes", [{}, {"drive_amplitude": -0.8e-6}, {"spring_stiffness": 50.0}])
-def test_where_the_force_vanishes_the_balance_counts_against_a_hundredth_of_the_springs(
+def test_where_the_force_vanishes_the_balance_counts_against_a_hundredth_of_the_full_force(
     changes: dict[str, float], cycle: int
 ) -> None:
-    # One floor for all methods: 1 % of the full spring force, over the way of the drive.
+    # One floor for all methods: 1 % of the full force, over the way of the drive.
     p = Parameters(**changes)
-    floor = 0.01 * 2 * p.spring_stiffness * 0.8e-6 * (2 * 0.8e-6 * cycle)
+    floor = 0.01 * full_force(p) * (2 * 0.8e-6 * cycle)
     small = {"ABSOLUTE_WORK": 1e-3 * floor}
     kept = result_of(p, cycle=cycle, BLOCK_WORK=0.999 * LIMIT * floor, **small)
     assert kept["status"] == Status.OK
@@ -297,9 +297,11 @@ def test_a_difference_of_an_odd_cycle_is_that_of_the_whole_orbit() -> None:
     assert difference(cycle=1, STRESS_MAX=3e6 + 30.0) == pytest.approx(2 * 30.0 / 3e6, rel=1e-6)
 
 
-def test_small_amplitudes_count_against_a_hundredth_of_the_springs() -> None:
-    assert full_spring_force(P) == pytest.approx(SPRING, rel=1e-15)
-    assert full_spring_force(Parameters(drive_amplitude=-0.8e-6)) == full_spring_force(P)
+def test_small_amplitudes_count_against_a_hundredth_of_the_full_force() -> None:
+    assert full_force(P) == pytest.approx(SPRING, rel=1e-15)
+    assert full_force(Parameters(drive_amplitude=-0.8e-6)) == full_force(P)
+    heavy = Parameters(spring_stiffness=0.0, angular_frequency=20.0)  # free: its inertia alone
+    assert full_force(heavy) == pytest.approx(heavy.block_mass * 20.0**2 * 0.8e-6, rel=1e-15)
     none = {"STRESS_MAX": 0.0, "STRESS_MIN": 0.0, "FORCE_MAX": 0.0, "FORCE_MIN": 0.0}
     stress = relative_difference(P, record_of(**none | {"STRESS_MAX": 8.0}), record_of(**none))
     assert stress == pytest.approx(8.0 / (0.01 * SPRING / 0.6e-9), rel=1e-12)

@@ -57,9 +57,11 @@ def curve(figure: tuple[str, tuple[float, ...]], gamma: float) -> SimpleNamespac
 
 
 def error_scales(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The smallest yardsticks of a stress and a force: 1 % of 2K|X_m|, over A for the stress."""
+    """The smallest yardsticks of a stress and a force: 1 % of max(2K, M omega^2)|X_m|, over A for the stress."""
     named = dict(zip(Parameters._fields, np.atleast_2d(points).T, strict=True))
-    force = 0.01 * 2 * named["spring_stiffness"] * np.abs(named["drive_amplitude"])
+    inertia = named["block_mass"] * named["angular_frequency"] ** 2
+    stiffness = np.maximum(2 * named["spring_stiffness"], inertia)
+    force = 0.01 * stiffness * np.abs(named["drive_amplitude"])
     return force / named["contact_area"], force
 
 
