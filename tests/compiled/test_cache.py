@@ -224,7 +224,7 @@ def test_a_damaged_file_costs_a_compilation(cache: Path, suffix: str, kind: str)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [0, 2])
+@pytest.mark.parametrize("seed", one_then("stress", [0, 2]))
 def test_a_page_that_was_lost_in_the_middle_of_a_file_is_noticed(cache: Path, seed: int) -> None:
     assert ended(start(cache))[0] == 0
     path = the(cache, "nbc")
@@ -334,19 +334,14 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, float, int, str]:
     return process.returncode, float(value), int(hits), err
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("damaged", "count"),
-    one_then("stress", [(True, 3), (False, 8), (True, 8)]),
-)
-def test_processes_at_once_agree_and_leave_a_good_cache(
-    cache: Path, damaged: bool, count: int
-) -> None:
+@pytest.mark.stress
+@pytest.mark.parametrize("damaged", [False, True])
+def test_eight_processes_at_once_agree_and_leave_a_good_cache(cache: Path, damaged: bool) -> None:
     if damaged:
         ended(start(cache))
         for path in (the(cache, "nbi"), the(cache, "nbc")):
             path.write_bytes(noise(path.read_bytes()))
-    results = [ended(process) for process in [start(cache) for _ in range(count)]]
+    results = [ended(process) for process in [start(cache) for _ in range(8)]]
     values = {value for _, value, _, _ in results}
     assert len(values) == 1
     assert values.pop() == pytest.approx(LOG_PHI, abs=1e-6)

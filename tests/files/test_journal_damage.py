@@ -27,6 +27,7 @@ from support.journals import (
     opened,
     recorded,
 )
+from support.marks import one_then
 
 from sweeps.files.chunks import Chunks
 from sweeps.files.journal import Journal
@@ -161,13 +162,20 @@ def assert_healed(path: Path, journal: Journal) -> None:
     journal.close()
 
 
+# Every so many bytes; all of them in the long run.
+STRIDES = one_then("faults", [7, 1])
+
+
 @pytest.mark.slow
-def test_no_damaged_byte_brings_in_a_wrong_number_or_takes_a_sound_record_away(path: Path) -> None:
+@pytest.mark.parametrize("stride", STRIDES)
+def test_no_damaged_byte_brings_in_a_wrong_number_or_takes_a_sound_record_away(
+    path: Path, stride: int
+) -> None:
     content, ends, parts = numbered_blocks(path)
     flips = np.random.default_rng(3).integers(1, 256, size=len(content))
-    for offset, flip in enumerate(flips.tolist()):
+    for offset in range(0, len(content), stride):
         damaged = bytearray(content)
-        damaged[offset] ^= flip
+        damaged[offset] ^= int(flips[offset])
         path.write_bytes(damaged)
         journal = Journal.open(path, MANIFEST, Chunks((SIZE,)), SIZE)
         hit = int(np.searchsorted(ends, offset, side="right"))
@@ -180,9 +188,10 @@ def test_no_damaged_byte_brings_in_a_wrong_number_or_takes_a_sound_record_away(p
 
 
 @pytest.mark.slow
-def test_a_torn_tail_costs_its_own_record_wherever_it_is_torn(path: Path) -> None:
+@pytest.mark.parametrize("stride", STRIDES)
+def test_a_torn_tail_costs_its_own_record_wherever_it_is_torn(path: Path, stride: int) -> None:
     content, ends, parts = numbered_blocks(path)
-    for length in range(len(content)):
+    for length in range(0, len(content), stride):
         path.write_bytes(content[:length])
         journal = Journal.open(path, MANIFEST, Chunks((SIZE,)), SIZE)
         whole = int(np.searchsorted(ends, length, side="right"))

@@ -30,7 +30,7 @@ def end_of_a_period(p: Parameters, options: Options) -> np.ndarray:
     return samples[-1, :2] / [X_M, X_M * p.angular_frequency]
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_errors_fall_in_proportion_to_the_step() -> None:
     # Through a slip at 38 rad/s, where the order parameter has its fastest rates, and from rest:
     # on the cusp of the viscous force, which the adaptive method must not freeze on either.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 
 import numpy as np
@@ -11,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numba.core import config as numba_config
 from support.marches import FAST_DT, fast, march_of
-from support.marks import one_then
 from support.points import GAMMAS
 
 from stickslip.compiled.decorators import jit
@@ -79,12 +77,10 @@ def test_a_loop_with_a_division_or_scalar_code_would_be_seen() -> None:
     assert "call" in loop
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("family", "noisy", "measured"),
-    one_then("stress", list(itertools.product(FAMILIES, (True, False), (True, False)))),
-    ids=str,
-)
+@pytest.mark.stress
+@pytest.mark.parametrize("measured", [True, False])
+@pytest.mark.parametrize("noisy", [True, False])
+@pytest.mark.parametrize("family", FAMILIES, ids=str)
 def test_the_hot_loop_is_vectors_without_calls_and_divisions(
     family: Family, noisy: bool, measured: bool
 ) -> None:
