@@ -21,7 +21,7 @@ from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 
-VERSION = 3
+VERSION = 4
 MADE_ON = ("rocketlake", "0.68.1", "0.50.0")
 """Processor, numba and llvmlite of the table."""
 
@@ -42,73 +42,73 @@ SOLID = (  # a light block under a small film: few and short periods to an orbit
 # Changes to Fig. 3, options; stress amplitude [Pa], force amplitude [N], periods integrated; and
 # the beginning of the SHA-256 of all that comes back.
 TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
-    ((), LOOSE, (4304776.587827893, 0.0028121355802466132, 5), "fb950325517ea01f"),
+    ((), LOOSE, (4304775.897487301, 0.0028121358758203953, 5), "d668700024d773b7"),
     (
         (("angular_frequency", 38.0),),
         LOOSE,
-        (2168525.208727253, 0.0019155295117097696, 6),
-        "3ee61e9034dab3da",
+        (2168517.2443703786, 0.0019155289280794415, 6),
+        "981f286b9694f711",
     ),
     (
         (("rheological_index", 0.0),),
         LOOSE,
-        (1758421.0683559855, 0.004767430919259455, 5),
-        "5b9adf3f192c98f7",
+        (1758421.4371849236, 0.0047674319313236605, 5),
+        "5a2d63ea9c84c23c",
     ),
     (
         (("rheological_index", 2 / 3),),
         LOOSE,
-        (298046.4137089123, 0.004767964709592723, 5),
-        "f03cdccc43d90d2d",
+        (298047.06136793754, 0.004767981735574066, 5),
+        "c305225ebac3e895",
     ),
     (
         (("rheological_index", -0.5), ("temperature", 250.0)),
         LOOSE,
-        (1853960.7797157825, 0.0025806200236274638, 4),
-        "875910b724f6727f",
+        (1853960.9784566863, 0.002580619896934249, 4),
+        "24f9d4ed41ca6487",
     ),
-    ((VISCOUS,), Options(dt=2e-5, **COARSE), (0.0, 0.0005992449187231226, 4), "c7826bbc6f968edb"),
+    ((VISCOUS,), Options(dt=2e-5, **COARSE), (0.0, 0.0005992449187231226, 4), "083ecfba6a141d71"),
     (
         (VISCOUS, ("rheological_index", -0.5)),
         Options(dt=2e-5, **COARSE),
         (0.0, 0.0025636309746984364, 4),
-        "25ccd9a50bff6a65",
+        "64c9496c61c95337",
     ),
     (
         (VISCOUS, ("drive_amplitude", -0.5e-6)),
         Options(dt=2e-5, **COARSE),
         (0.0, 0.0005130722087228641, 4),
-        "6367a832defe3e47",
+        "49b7f8a0967f04b3",
     ),
     (
         (VISCOUS, ("rheological_index", 0.0), ("viscosity_coefficient", 1e3)),
         Options(dt=2e-5, **COARSE),
         (0.0, 0.0033825729514784073, 5),
-        "f2b2fc19b5b89ef3",
+        "9df1c70d1c165d14",
     ),
     (
         (VISCOUS, ("rheological_index", 2 / 3), ("viscosity_coefficient", 10.0)),
         Options(dt=2e-5, **COARSE),
         (0.0, 0.004277576626034165, 7),
-        "702011e0a641f147",
+        "fa8a2ce53840e6ec",
     ),
     (
         SOLID,
         Options(dt=5e-9, **COARSE),
         (1451762.4705775226, 1.0107122299330887e-06, 6),
-        "70fca193910a667c",
+        "bd9b0b889fdb276c",
     ),
     (
         (*SOLID, ("rheological_index", 0.0)),
         Options(dt=5e-9, **COARSE),
         (431332.76393997186, 1.1472177327739443e-06, 12),
-        "e1a0c7f79a693a32",
+        "94863e871ac7ff2e",
     ),
     (
         (*SOLID, ("rheological_index", -0.5)),
         Options(dt=5e-9, **COARSE),
         (1277325.2321558085, 1.048590214705825e-06, 6),
-        "54f809f1395f64cd",
+        "090646817861a092",
     ),
 ]
 ADVICE = "the numbers have changed: raise NUMERICS_VERSION and renew this table"

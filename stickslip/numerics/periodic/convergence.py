@@ -35,6 +35,9 @@ _NEGLIGIBLE = 1e-3
 _QUIET = 0.2
 _DRIFTLESS = 0.7
 
+# A displacement longer than its ratio makes it by this part of the tolerance is a drift.
+_DRIFT = 0.3
+
 # Cycles closer together than this many tolerances are one.
 _INDISTINCT = 10.0
 
@@ -89,7 +92,7 @@ def _repeats(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
     if step <= _NEGLIGIBLE * tolerance:
         return True
     ratio = memory.ratios[cycle - 1]
-    if memory.plain == 0 and abs(ratio) < 1.0:
+    if memory.plain == 0 and abs(ratio) < 1.0 and _contracts(memory, newest, cycle, tolerance):
         return step * abs(reach(ratio)) <= tolerance
     lag, farthest = cycle, 0.0 if 2 * cycle <= newest else np.inf
     while lag <= _LAGS * cycle and 2 * lag <= newest:
@@ -97,6 +100,19 @@ def _repeats(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
         lag *= 2
     noisy = farthest == np.inf and newest > 2 * cycle
     return farthest <= tolerance or (noisy and _quiet(memory, newest, cycle, tolerance))
+
+
+@inline
+def _contracts(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
+    """Whether the last displacement is as short as the ratio that was measured makes it.
+
+    The ratio may belong to a fast mode that has died out, and hide a slow one that still drifts.
+    """
+    if 2 * cycle > newest:
+        return True
+    step = distance(memory, newest, newest - cycle)
+    before = distance(memory, newest - cycle, newest - 2 * cycle)
+    return step <= abs(memory.ratios[cycle - 1]) * before + _DRIFT * tolerance
 
 
 @jit
