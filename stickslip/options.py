@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 class Method:
     """A method that a user can choose.
 
-    `module` has what it does: `compile_for`, `orbits`, `trajectory`, `largest_step` and
-    `rounding`, described in `kernels/adaptive/driver.py`. `own_option` is the option that only this method uses;
-    `max_steps` its budget of steps a point where none is given.
+    `module` has what it does: `compile_for`, `orbits`, `trajectory`, `largest_step`, `rounding`, as
+    `kernels/adaptive/driver.py` describes them. `own_option` is the option that only this method
+    uses; `max_steps` its budget of steps a point where none is given.
     """
 
     meaning: str

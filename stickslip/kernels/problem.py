@@ -20,8 +20,8 @@ _FORCE_WEIGHT = 20.0
 _LARGEST_AT_CUSP = 100.0
 
 # A cusp of the law is rounded below this many tolerances of X_m omega: a step may then cross the
-# cusp without falling into it. A wider rounding changes the slip, and with it the stress, of a block
-# that a thin film locks; a tenth of this one takes a tenth more steps, and a hundredth ten times.
+# cusp without falling into it. A wider rounding changes the slip of a locked block, and the stress
+# with it; a tenth of this one takes a tenth more steps, and a hundredth ten times as many.
 _ROUNDING = 1e-2
 
 # Where the noise holds ln(phi) up, it forgets an error at the rate 2 D_eff/phi^2. The error counts

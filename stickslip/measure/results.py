@@ -124,7 +124,7 @@ def _melting_count(record: np.ndarray) -> float:
 
 @inline
 def full_force(p: Parameters) -> float:
-    """Force that springs or inertia need at the amplitude of the drive [N]; yardstick of small ones.
+    """Force that moves springs or inertia with the drive [N]: the yardstick of small forces.
 
     max(2K, M omega^2) |X_m|; a locked block needs the difference of the two.
     """

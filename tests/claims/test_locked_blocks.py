@@ -6,7 +6,6 @@ integrator that knows the velocity of the block to its tolerance knows nothing o
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from stickslip import Parameters, Status, stationary_orbit

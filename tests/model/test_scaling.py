@@ -48,8 +48,7 @@ def test_the_reduced_right_hand_side_is_the_original_in_other_units(
         state = y[0] * unit.length, y[1] * unit.speed, y[2]
         original = np.array(model.rhs(p, t / omega, state, u_s * abs(unit.speed)))
         scaled = original / [unit.speed, unit.speed * omega, omega]
-        # Each sum to 1e-13 of its largest term; what is lost in the slip -sin t - v by cancelling,
-        # a stress that is as steep as a cube root may lose several times.
+        # Each sum to 1e-13 of its largest term.
         slip = y[1]
         phi = math.exp(y[2])
         force = abs(model.stress_and_force(q, slip, phi)[1])
@@ -62,7 +61,6 @@ def test_the_reduced_right_hand_side_is_the_original_in_other_units(
             force + 2 * q.spring_stiffness * abs(y[0]),
             melting + solid + q.noise_intensity / (phi * phi),
         ]
-        lost = 1 + 1e-2 / abs(slip)
         assert np.all(np.abs(reduced - scaled) <= 1e-13 * np.abs(terms))
 
 
