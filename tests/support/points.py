@@ -57,7 +57,7 @@ def curve(figure: tuple[str, tuple[float, ...]], gamma: float) -> SimpleNamespac
 
 
 def error_scales(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The smallest yardsticks of stress and force: 1 % of max(2K, M omega^2)|X_m|, over A or not."""
+    """The least yardsticks of stress (over A) and force: 1 % of max(2K, M omega^2)|X_m|."""
     named = dict(zip(Parameters._fields, np.atleast_2d(points).T, strict=True))
     inertia = named["block_mass"] * named["angular_frequency"] ** 2
     stiffness = np.maximum(2 * named["spring_stiffness"], inertia)
