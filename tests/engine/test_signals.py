@@ -273,15 +273,13 @@ def test_ctrl_c_on_a_terminal_shows_the_cursor_again(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(LONG)
     old = tmp_path / "a.nc"
     old.write_bytes(b"an older result")
+    sweep = [sys.executable, "-m", "sweeps.cli", "sweep", "a.yaml", "-o", "a.nc", "--overwrite"]
     with default_signals():
         child, terminal = pty.fork()
-    if child == 0:
-        os.chdir(tmp_path)
-        os.environ["TERM"] = "xterm"
-        os.execv(
-            sys.executable,
-            [sys.executable, "-m", "sweeps.cli", "sweep", "a.yaml", "-o", "a.nc", "--overwrite"],
-        )
+        if child == 0:  # still within: what is ignored here would be ignored there
+            os.chdir(tmp_path)
+            os.environ["TERM"] = "xterm"
+            os.execv(sys.executable, sweep)
     seen, sent = b"", False
     while select.select([terminal], [], [], HANGS)[0]:
         try:
