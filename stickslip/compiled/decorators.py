@@ -16,7 +16,8 @@ import numba
 
 from stickslip.compiled.cache import CacheFolder, SealedCompiler, SteadyCache, warn_once
 
-_FLAGS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+# No C wrapper: nobody calls these functions from C, and each wrapper is compiled as a function.
+_FLAGS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 
 _kernels: set[str] = set()
 _factories = threading.RLock()

@@ -149,7 +149,7 @@ def told_roughly(shell: Shell) -> dict[str, Any]:
 
 
 def test_plan_tells_points_blocks_bytes_and_time_and_writes_nothing(shell: Shell) -> None:
-    write("b.yaml", "sweep: {T: {linspace: [150, 320], num: 200}, gamma: [0, 1/3]}\n", LOOSE)
+    write("b.yaml", "sweep: {T: {linspace: [150, 320], num: 200}, gamma: [0, 2/3]}\n", LOOSE)
     code, out, err = shell("plan", "b.yaml", "--workers", "3")
     assert (code, err) == (0, "")
     points, blocks, size, duration = out.splitlines()

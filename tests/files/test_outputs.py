@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.marks import one_then
 from support.sweeping import (
     LOOSE,
     ONE_BY_ONE,
@@ -194,10 +195,11 @@ def test_a_sweep_that_has_just_begun_is_not_taken_for_a_killed_one(shell: Shell)
 
 
 @pytest.mark.slow
-def test_of_sweeps_begun_at_once_one_works_and_none_does_harm(shell: Shell) -> None:
+@pytest.mark.parametrize("pairs", one_then("faults", [3, 30]))
+def test_of_sweeps_begun_at_once_one_works_and_none_does_harm(shell: Shell, pairs: int) -> None:
     write("a.yaml", FOUR, LOOSE, ONE_BY_ONE)
     expected = hash_at_once("a.yaml")
-    for number in range(8):
+    for number in range(pairs):
         command = ["sweep", "a.yaml", "-o", f"{number}.nc"]
         both = [child(command, log=f"{number}.{i}") for i in range(2)]
         for process in both:

@@ -15,6 +15,7 @@ import numba
 import numpy as np
 import pytest
 from llvmlite.binding import get_host_cpu_name
+from support.marks import marked
 
 from stickslip import Options, Parameters
 from stickslip.kernels.version import NUMERICS_VERSION
@@ -117,6 +118,10 @@ COLUMNS = [
     for name in ("elastic_stress_amplitude", "friction_force_amplitude", "periods_integrated")
 ]
 
+# Euler-Cromer for special fluids: kernels that nothing else in the suite compiles.
+SPECIAL = (8, 9, 11)
+ROWS = [i for i in range(len(TABLE)) if i not in SPECIAL] + marked("stress", SPECIAL)
+
 
 @cache
 def computed(i: int) -> tuple[tuple[float, ...], str]:
@@ -135,13 +140,13 @@ def test_the_version_is_the_one_of_these_numbers() -> None:
     assert NUMERICS_VERSION == VERSION
 
 
-@pytest.mark.parametrize("i", range(len(TABLE)))
+@pytest.mark.parametrize("i", ROWS)
 def test_the_numbers_are_those_of_the_version(i: int) -> None:
     numbers = TABLE[i][2]
     assert computed(i)[0] == pytest.approx(numbers, rel=1e-9, abs=1e-12), (ADVICE, computed(i))
 
 
-@pytest.mark.parametrize("i", range(len(TABLE)))
+@pytest.mark.parametrize("i", ROWS)
 def test_every_bit_is_that_of_the_version(i: int) -> None:
     if this_machine() != MADE_ON:
         pytest.skip(f"the bits are those of {MADE_ON}, this is {this_machine()}")

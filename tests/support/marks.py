@@ -10,9 +10,10 @@ import pytest
 
 def one_then(mark: str, values: Sequence[Any]) -> list[Any]:
     """Cases of a parametrized test: the first belongs to the suite, the others bear the mark."""
-    return [values[0], *(_marked(value, getattr(pytest.mark, mark)) for value in values[1:])]
+    return [values[0], *marked(mark, values[1:])]
 
 
-def _marked(value: Any, mark: pytest.MarkDecorator) -> Any:
-    """A case, of several values where it is a tuple, with the mark."""
-    return pytest.param(*(value if type(value) is tuple else (value,)), marks=mark)
+def marked(mark: str, values: Sequence[Any]) -> list[Any]:
+    """Cases, each of several values where it is a tuple, with the mark."""
+    cases = [value if type(value) is tuple else (value,) for value in values]
+    return [pytest.param(*case, marks=getattr(pytest.mark, mark)) for case in cases]

@@ -101,7 +101,7 @@ class Lanes(NamedTuple):
 def new_lanes() -> Lanes:
     """Lanes that have not begun."""
     return Lanes(
-        values=aligned(recording.END * LANES),
+        values=aligned.py_func(recording.END * LANES),  # compiling it would cost half a second
         rows=np.full(LANES, -1, np.int64),
         halves=np.zeros(LANES, np.int64),
         memories=np.zeros(LANES, search.memory_of(WIDTH)),

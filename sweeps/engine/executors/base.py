@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import queue
 import signal
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from concurrent.futures import Future
@@ -21,6 +22,7 @@ Tasks = Iterator[Task]
 Finished = queue.SimpleQueue[Future[Block]]
 
 _SILENCE_SECONDS = 5.0  # without a finished block, until the executor is asked for the reason
+_LOOK_SECONDS = 0.5  # a signal that arrives just before a wait begins is heard after it
 
 
 class ExecutorError(ExpectedError, RuntimeError):
@@ -119,11 +121,15 @@ class Executor(ABC):
 
     def _next(self, finished: Finished, stop: Stop) -> Future[Block] | None:
         """The next finished one; None where a stop is requested and no worker could finish one."""
+        asked = time.monotonic()
         while True:
             with contextlib.suppress(queue.Empty):
-                return finished.get(timeout=_SILENCE_SECONDS)
+                return finished.get(timeout=_LOOK_SECONDS)
+            if time.monotonic() - asked < _SILENCE_SECONDS:
+                continue
             if self.is_deserted() and stop.requested:
                 return None
+            asked = time.monotonic()
 
 
 def first_line(error: BaseException) -> str:

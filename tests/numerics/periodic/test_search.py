@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from support import maps
 from support.maps import LIMIT, START, TOL, State, cyclic, linear, new_memory, noisy, pitchfork
+from support.marks import one_then
 
 from stickslip.numerics.periodic import search
 
@@ -259,7 +260,7 @@ def test_an_asymmetric_orbit_settles_as_itself_and_not_as_its_mirror_image() -> 
         np.testing.assert_allclose(found.z, points[begin], atol=TOL)
 
 
-@pytest.mark.parametrize("width", [2, 3, 4])
+@pytest.mark.parametrize("width", one_then("stress", [4, 2, 3]))
 def test_states_of_another_width_are_searched_as_well(width: int, per_period: int) -> None:
     memory = np.zeros(1, search.memory_of(width))[0]
     limit = np.arange(1.0, width + 1.0)
