@@ -173,7 +173,7 @@ def test_a_cache_folder_that_is_read_only_does_not_stop_the_work(tmp_path: Path)
     assert run_small_kernel(folder, package)[0] == pytest.approx(LOG_PHI, abs=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_without_a_cache_folder_an_edit_of_the_physics_is_compiled(tmp_path: Path) -> None:
     package = copy_of_package(tmp_path)
     obstacle = tmp_path / "file"

@@ -148,7 +148,7 @@ print(*[made[name](5) for name in sys.argv[1:]], *[sum(made[name].stats.cache_hi
 """
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_kernels_of_one_factory_are_told_apart_whatever_process_compiled_them(
     tmp_path: Path,
 ) -> None:

@@ -150,7 +150,7 @@ def test_the_content_is_the_same_on_the_processes_of_joblib(reference: xr.Datase
 
 
 @needs_dask
-@pytest.mark.slow
+@pytest.mark.stress
 def test_the_content_is_the_same_on_a_cluster_of_the_person(
     reference: xr.Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_hex
+from support.marks import one_then
 
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULTS, TRAJECTORY
@@ -525,7 +526,7 @@ def contents(ds: xr.Dataset, folder) -> list[bytes]:
     return [path.read_bytes() for path in save(draw(ds), folder / "picture")]
 
 
-@pytest.mark.parametrize("kind", ["curves", "map", "trajectory"])
+@pytest.mark.parametrize("kind", one_then("stress", ["trajectory", "curves", "map"]))
 def test_two_runs_give_the_same_bytes(tmp_path, monkeypatch, kind):
     k = np.geomspace(1e4, 2e5, 12)
     ds = {
