@@ -20,7 +20,8 @@ class Method:
 
     `module` has what it does: `compile_for`, `orbits`, `trajectory`, `largest_step`, `rounding`, as
     `kernels/adaptive/driver.py` describes them. `own_option` is the option that only this method
-    uses; `max_steps` its budget of steps a point where none is given.
+    uses; `max_steps` its budget of steps a point where none is given; `refines` whether finer
+    tolerances make it more accurate.
     """
 
     meaning: str
@@ -28,6 +29,7 @@ class Method:
     own_option: str
     max_steps: int
     accelerates: bool
+    refines: bool
 
     @property
     def kernels(self) -> Any:
@@ -43,6 +45,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             own_option="rtol",
             max_steps=20_000_000,  # a point of the paper's figures takes 1e4 to 1e6
             accelerates=True,
+            refines=True,
         ),
         "euler-cromer": Method(
             meaning="the paper's explicit scheme with a fixed step, order 1",
@@ -50,6 +53,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             own_option="dt",
             max_steps=10**15,  # known beforehand: 1e10 a period at the paper's step
             accelerates=False,
+            refines=False,
         ),
     }
 )
@@ -114,6 +118,11 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
             None, _COUNT, "budget of steps for one point; left out, the method's own"
         ),
         "stationary_rtol": Option(1e-6, _TOLERANCE, "remaining distance to the limit orbit"),
+        "max_error": Option(
+            1e-2,
+            Range(0.0, 1.0, lower_open=True),
+            "largest error that an ok point may state; 1 for any",
+        ),
         "max_periods": Option(5000, _COUNT, "drive periods after which a point is given up"),
     }
 )
@@ -150,8 +159,9 @@ class Options:
     """How an orbit is computed; the names are those of a config.
 
     `rtol` belongs to the adaptive method, `dt` [s] to euler-cromer; `max_steps` None is the
-    method's own budget. `stationary_rtol` is the remaining distance to the limit in
-    (x/X_m, v/(X_m omega)); `accelerate` extrapolates plainly contracting sequences.
+    method's own budget. A point that states an error above `max_error` is computed again with finer
+    tolerances, and is not ok where those do not help. `stationary_rtol` is the remaining distance
+    to the limit in (x/X_m, v/(X_m omega)); `accelerate` extrapolates plainly contracting sequences.
 
     Raises OptionError for a value outside its valid range.
     """
@@ -160,6 +170,7 @@ class Options:
     rtol: float = OPTIONS["rtol"].default
     dt: float = OPTIONS["dt"].default
     max_steps: int | None = OPTIONS["max_steps"].default
+    max_error: float = OPTIONS["max_error"].default
     stationary_rtol: float = OPTIONS["stationary_rtol"].default
     max_periods: int = OPTIONS["max_periods"].default
     accelerate: bool = True

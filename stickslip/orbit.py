@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import namedtuple
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +16,13 @@ from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS, RESULTS
 
 _NOISE = Parameters._fields.index("noise_intensity")
+_PERIODS = RESULT_COLUMNS.index("periods_integrated")
+_ERROR = RESULT_COLUMNS.index("amplitude_error")
+
+# Times that a point that is not known well enough is computed again, each ten times as finely.
+_REFINEMENTS = 3
+_TIGHTEST = 1e-12
+
 _PHI_0 = Parameters._fields.index("initial_order_parameter")
 
 if TYPE_CHECKING:
@@ -78,18 +86,63 @@ def compute_orbits(points: np.ndarray, options: Options) -> tuple[np.ndarray, np
     NoiseError
         phi_0 = 0 without noise.
     """
-    points, method = prepared_points(points, options.noise), METHODS[options.method].kernels
+    points, method = prepared_points(points, options.noise), METHODS[options.method]
+    results = np.tile(failed_row(Status.REFUSED), (len(points), 1))
+    finals = np.full((len(points), len(FINAL_COLUMNS)), np.nan)
+    stable = options.dt <= method.kernels.largest_step(points, options)
+    results[stable], finals[stable] = _orbits(points[stable], options)
+    for _ in range(_REFINEMENTS if method.refines else 0):
+        doubtful = np.flatnonzero(_is_doubtful(results, options))
+        if not len(doubtful):
+            break
+        options = _finer(options)
+        _replace_by_better(results, finals, doubtful, *_orbits(points[doubtful], options))
+    inaccurate = _is_inaccurate(results, options)
+    periods = results[inaccurate, _PERIODS]
+    results[inaccurate] = failed_row(Status.INACCURATE)
+    results[inaccurate, _PERIODS] = periods
+    return results, finals
+
+
+def _orbits(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
+    """Results (n, columns) and finals (n, columns) of points (n, parameters), as they come."""
     results = np.full((len(points), len(RESULT_COLUMNS)), np.nan)
     finals = np.full((len(points), len(FINAL_COLUMNS)), np.nan)
-    stable = options.dt <= method.largest_step(points, options)
-    if stable.all():
-        method.orbits(points, options, results, finals)
-        return results, finals
-    results[~stable] = failed_row(Status.REFUSED)
-    parts = results[stable], finals[stable]
-    method.orbits(points[stable], options, *parts)
-    results[stable], finals[stable] = parts
+    METHODS[options.method].kernels.orbits(points, options, results, finals)
     return results, finals
+
+
+def _is_inaccurate(results: np.ndarray, options: Options) -> np.ndarray:
+    """Which ok points (n,) state a larger error than is allowed."""
+    return (results[:, STATUS] == Status.OK) & (results[:, _ERROR] > options.max_error)
+
+
+def _is_doubtful(results: np.ndarray, options: Options) -> np.ndarray:
+    """Which points (n,) a finer tolerance may help."""
+    violated = results[:, STATUS] == Status.INVARIANT_VIOLATED
+    return _is_inaccurate(results, options) | violated
+
+
+def _finer(options: Options) -> Options:
+    """The same with a tenth of the tolerances."""
+    rtol, stationary = (
+        max(0.1 * tolerance, _TIGHTEST) for tolerance in (options.rtol, options.stationary_rtol)
+    )
+    return replace(options, rtol=rtol, stationary_rtol=stationary)
+
+
+def _replace_by_better(
+    results: np.ndarray,
+    finals: np.ndarray,
+    rows: np.ndarray,
+    new_results: np.ndarray,
+    new_finals: np.ndarray,
+) -> None:
+    """Put what is ok among the new results (m, columns) into those rows (m,) of the old."""
+    before = results[rows, _PERIODS]
+    ok = new_results[:, STATUS] == Status.OK
+    results[rows[ok]], finals[rows[ok]] = new_results[ok], new_finals[ok]
+    results[rows, _PERIODS] = before + new_results[:, _PERIODS]
 
 
 def failed_row(status: Status = Status.FAILED) -> np.ndarray:
@@ -109,6 +162,7 @@ def stationary_orbit(
     friction: str = DEFAULTS.friction,
     max_periods: int = DEFAULTS.max_periods,
     max_steps: int | None = DEFAULTS.max_steps,
+    max_error: float = DEFAULTS.max_error,
     accelerate: bool = DEFAULTS.accelerate,
 ) -> Orbit:
     """The stationary orbit that the start of `parameters` leads to, and its amplitudes.
@@ -129,6 +183,8 @@ def stationary_orbit(
         The law of the viscous stress, one of `options.FRICTION_LAWS`.
     max_periods, max_steps
         Budgets of drive periods and of steps.
+    max_error
+        Largest error that an ok orbit may state; 1 for any.
     accelerate
         Extrapolate a plainly contracting sequence instead of iterating it to the end.
 
@@ -149,6 +205,7 @@ def stationary_orbit(
         rtol=rtol,
         dt=dt,
         max_steps=max_steps,
+        max_error=max_error,
         stationary_rtol=rtol,
         max_periods=max_periods,
         accelerate=accelerate,

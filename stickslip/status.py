@@ -15,6 +15,7 @@ class Status(IntEnum):
     REFUSED = 4
     FAILED = 5
     INVARIANT_VIOLATED = 6
+    INACCURATE = 8
     PENDING = 127
 
     @property
@@ -44,6 +45,10 @@ _SENTENCES = {
     Status.INVARIANT_VIOLATED: (
         "The orbit breaks the power balance or the bounds of the order parameter, "
         "so its amplitudes cannot be trusted; take a tighter `integrator.rtol` or a smaller `dt`."
+    ),
+    Status.INACCURATE: (
+        "The orbit was found, but its amplitudes are not known to `integrator.max_error`, with "
+        "finer tolerances neither; take a smaller `integrator.dt`, or allow a larger error."
     ),
     Status.PENDING: "The point has not been computed yet.",
 }

@@ -51,6 +51,8 @@ def assert_nothing_but(found: np.ndarray, status: Status) -> None:
 ENDINGS: list[tuple[dict[str, float], dict[str, Any], Status]] = [
     ({}, {"max_periods": 1}, Status.NOT_STATIONARY),
     ({"rheological_index": 2 / 3}, {"max_periods": 3}, Status.NOT_STATIONARY),
+    ({}, {"max_error": 1e-15}, Status.INACCURATE),
+    (VISCOUS, {**COARSE, "max_error": 1e-9}, Status.INACCURATE),
     ({}, {"max_steps": 1}, Status.STEP_LIMIT),
     ({}, {"max_steps": 2000}, Status.STEP_LIMIT),
     ({"initial_velocity": 1e200}, {}, Status.DIVERGED),

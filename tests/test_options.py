@@ -118,6 +118,7 @@ EDGES = {  # the last value refused and the first one taken, at either end
     "stationary_rtol": (1e-13, math.nextafter(1e-13, 1.0), 1e-2, math.nextafter(1e-2, 1.0)),
     "dt": (0.0, 5e-324, 1e300, math.inf),
     "max_steps": (0, 1, 2**63 - 1, 2**63),
+    "max_error": (0.0, 5e-324, 1.0, math.nextafter(1.0, 2.0)),
     "max_periods": (0, 1, 2**63 - 1, 2**63),
 }
 

@@ -81,12 +81,17 @@ def largest_order_parameter(p: Parameters) -> float:
 
 
 @inline
+def coexistence_limit(p: Parameters) -> float:
+    """The B [J/m3] from which on the film is liquid only: b^2/4c, Eq. 17."""
+    return p.cubic_coefficient * p.cubic_coefficient / (4.0 * p.quartic_coefficient)
+
+
+@inline
 def melting_strain(p: Parameters) -> float:
     """Strain eps_c0 above which the film melts, Eq. 19; 0 where it is liquid at any strain."""
     if p.elastic_coefficient <= 0.0:
         return 0.0  # no strain melts a film without elasticity
-    limit = p.cubic_coefficient * p.cubic_coefficient / (4.0 * p.quartic_coefficient)
-    return math.sqrt(max(limit - heating(p), 0.0) / p.elastic_coefficient)
+    return math.sqrt(max(coexistence_limit(p) - heating(p), 0.0) / p.elastic_coefficient)
 
 
 @inline

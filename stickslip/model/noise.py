@@ -20,6 +20,9 @@ from stickslip.parameters import Parameters
 # exp(E ln chi^2_1) = exp(-Euler's constant)/2.
 TYPICAL_FRACTION = 0.5 * math.exp(-0.57721566490153286061)
 
+# A film freezes at each stop if in half a drive period it could do so this many times.
+_AT_ONCE = 3.0
+
 # A floor of a divisor, so that 0/0 cannot arise without noise.
 _SMALLEST = 1e-300
 
@@ -49,16 +52,37 @@ def typical_kick(p: Parameters, phi: float, dt: float) -> float:
 
 @inline
 def starting_order_parameter(p: Parameters) -> float:
-    """Order parameter at the start: phi_0, or the level that the noise alone keeps up.
+    """Order parameter at the start: phi_0, or the level that the noise alone keeps up."""
+    return max(p.initial_order_parameter, level(p))
 
-    That level balances D_eff/phi with the linear, the quadratic or the cubic term of Eq. 26,
+
+@inline
+def level(p: Parameters) -> float:
+    """Order parameter of a liquid film at rest that the noise alone keeps up.
+
+    It balances D_eff/phi with the linear, the quadratic or the cubic term of Eq. 26,
     whichever limits it first; terms with a vanishing coefficient do not limit it.
     """
     D_eff, b, delta = effective_intensity(p), p.cubic_coefficient, p.kinetic_coefficient
-    level = math.sqrt(math.sqrt(D_eff / (p.quartic_coefficient * delta)))
+    balanced = math.sqrt(math.sqrt(D_eff / (p.quartic_coefficient * delta)))
     linear = abs(film.heating(p)) * delta
     if linear > 0.0:
-        level = min(level, math.sqrt(D_eff / linear))
+        balanced = min(balanced, math.sqrt(D_eff / linear))
     if b > 0.0:
-        level = min(level, (D_eff / (b * delta)) ** (1.0 / 3.0))
-    return max(p.initial_order_parameter, level)
+        balanced = min(balanced, (D_eff / (b * delta)) ** (1.0 / 3.0))
+    return balanced
+
+
+@inline
+def history_decides(p: Parameters) -> bool:
+    """Whether a film may stay liquid, or solid, for many periods because it was so before.
+
+    Liquid and solid coexist at rest; and the way from the level of the noise to the solid takes
+    more than a part of half a drive period, or the film starts solid and would never freeze again.
+    Where a film freezes at each stop or never, what it was a period ago makes no difference.
+    """
+    heating, least = film.heating(p), max(level(p), _SMALLEST)
+    foldings = p.kinetic_coefficient * abs(heating) * math.pi / p.angular_frequency
+    slow = foldings < _AT_ONCE * -math.log(least)
+    irrevocable = heating > 0.0 and p.initial_order_parameter > least
+    return heating < film.coexistence_limit(p) and (slow or irrevocable)

@@ -10,6 +10,7 @@ variables, their mirror images and their weights from this table.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 State = tuple[float, ...]
@@ -21,19 +22,21 @@ class Component(NamedTuple):
     `unit` names the field of `scaling.Units` that it is measured in ("" for a pure number);
     `mirror` is its sign under the odd half-period symmetry; `weight` tells how its repetition is
     judged: ln(phi) repeats to a thousand tolerances, since it is slaved to the motion and swings
-    by hundreds.
+    by hundreds. Values below `floor` are judged as equal: a film without noise that has melted for
+    good has an order parameter that sinks for ever, and means nothing any more.
     """
 
     name: str
     unit: str
     mirror: float
     weight: float
+    floor: float
 
 
 STATE = (
-    Component("displacement", unit="length", mirror=-1.0, weight=1.0),
-    Component("velocity", unit="speed", mirror=-1.0, weight=1.0),
-    Component("log_order_parameter", unit="", mirror=1.0, weight=1e-3),
+    Component("displacement", unit="length", mirror=-1.0, weight=1.0, floor=-math.inf),
+    Component("velocity", unit="speed", mirror=-1.0, weight=1.0, floor=-math.inf),
+    Component("log_order_parameter", unit="", mirror=1.0, weight=1e-3, floor=-300.0),
 )
 
 WIDTH = len(STATE)

@@ -86,6 +86,7 @@ def _address(value: str | None) -> str | None:
 Text = Annotated[str, BeforeValidator(text)]
 Tolerance = Annotated[float, _range("rtol"), BeforeValidator(number)]
 Step = Annotated[float, _range("dt"), BeforeValidator(number)]
+MaxError = Annotated[float, _range("max_error"), BeforeValidator(number)]
 Count = Annotated[int, _range("max_periods"), BeforeValidator(whole)]
 Seed = Annotated[int, Field(ge=0, lt=2**64), BeforeValidator(whole)]
 Workers = Annotated[int, Field(ge=1, le=4096), BeforeValidator(whole)]
@@ -136,6 +137,8 @@ class Integrator(Section):
     rtol: Annotated[Tolerance, _of_method("rtol")] = _option("rtol")
     dt: Annotated[Step, _of_method("dt")] = _option("dt")
     max_steps: Count | None = _option("max_steps")
+    # Files without it have an older numerics version, which tells them apart.
+    max_error: Annotated[MaxError, Neutral(DEFAULTS.max_error)] = _option("max_error")
 
     def used(self) -> dict[str, Any]:
         """What the method uses: the tolerance or the step, never both."""

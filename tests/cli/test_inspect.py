@@ -21,7 +21,7 @@ def test_check_says_what_would_be_computed(command: Command) -> None:
     assert out.splitlines() == [
         "a.yaml: valid",
         "points: 4 (temperature 2 x rheological_index 2)",
-        "integrator: method adaptive, rtol 0.0001",
+        "integrator: method adaptive, rtol 0.0001, max_error 0.01",
         "output: results/a.nc",
     ]
     Path("c.yaml").write_text("sweep: {T: [1, 2]}\ncases: {k: [1e4, 2e4, 3e4], X_m: [1, 2, 3]}\n")

@@ -163,7 +163,7 @@ def test_resolved_holds_all_parameters_and_nothing_of_the_execution() -> None:
     assert sorted(given) == sorted(PARAMETERS)
     assert "execution" not in resolved
     assert "output" not in resolved
-    assert resolved["integrator"] == {"method": "adaptive", "rtol": 1e-6}
+    assert resolved["integrator"] == {"method": "adaptive", "rtol": 1e-6, "max_error": 1e-2}
 
 
 def test_the_hash_sees_what_defines_the_numbers_and_nothing_else() -> None:

@@ -12,6 +12,7 @@ from sweeps.config.schema import SECTIONS
 # The key of each option of the integrators.
 KEYS = {name: ("integrator", name) for name in ("rtol", "dt", "max_steps")} | {
     "stationary_rtol": ("stationary", "rtol"),
+    "max_error": ("integrator", "max_error"),
     "max_periods": ("stationary", "max_periods"),
 }
 

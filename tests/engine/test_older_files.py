@@ -412,7 +412,7 @@ def test_a_variable_that_a_user_added_is_no_newer_version_and_is_not_carried_ove
 @pytest.mark.parametrize(
     ("old", "new", "unknown"),
     [
-        ("integrator:\n", "integrator:\n  max_error: 0.01\n", "integrator.max_error"),
+        ("integrator:\n", "integrator:\n  smallest_step: 0.01\n", "integrator.smallest_step"),
         ("model:\n", "model:\n  sextic_weight: 1.0\n", "model.sextic_weight"),
         ("model:\n", "climate:\n  humidity: 0.5\nmodel:\n", "climate"),
     ],

@@ -47,6 +47,7 @@ FLAGS = {
     "refused": 4,
     "failed": 5,
     "invariant_violated": 6,
+    "inaccurate": 8,
     "pending": 127,
 }
 ATTRIBUTES = {
@@ -184,14 +185,15 @@ def test_each_result_lands_at_its_point() -> None:
 
 
 def test_points_that_did_not_succeed_hold_nan_and_minus_one(tmp_path: Path) -> None:
-    codes = [0, 1, 2, 3, 4, 5, 6]
-    results = rows(8)
+    codes = [status for status in Status if status is not Status.PENDING]
+    results = rows(len(Status))
     results[1:, : len(RESULT_COLUMNS)] = np.nan
     for name in COUNTS:
-        results[1:7, RESULT_COLUMNS.index(name)] = -1
-    results[:7, -1] = codes  # the eighth row has not come back
+        results[1:-1, RESULT_COLUMNS.index(name)] = -1
+    results[:-1, -1] = codes  # the last row has not come back
     write_dataset(
-        made({"sweep": {"T": {"linspace": [150, 320], "num": 8}}}, results), tmp_path / "a.nc"
+        made({"sweep": {"T": {"linspace": [150, 320], "num": len(Status)}}}, results),
+        tmp_path / "a.nc",
     )
     with xr.open_dataset(tmp_path / "a.nc") as ds:
         assert ds.status.dtype == np.int8

@@ -21,6 +21,7 @@ from stickslip.kernels.adaptive.recording import SLOTS, get, get_state, put, put
 from stickslip.kernels.families import Family
 from stickslip.kernels.problem import Problem, problem_functions, problem_of
 from stickslip.measure.accumulate import RECORD
+from stickslip.model.noise import history_decides
 from stickslip.model.scaling import Reduced, model_values
 from stickslip.model.state import STATE, WIDTH
 from stickslip.numerics import step_control
@@ -49,7 +50,13 @@ HALVES, CYCLE, ATTEMPTED, OUTCOME, COUNT_COLUMNS = range(5)
 mirrored = make_map("mirrored", "y", (f"{c.mirror} * y[{i}]" for i, c in enumerate(STATE)), {})
 """Inline: the state half a period later in the mirror image of the motion."""
 
-judged = make_map("judged", "y", (f"{c.weight} * y[{i}]" for i, c in enumerate(STATE)), {})
+_judged_values = (
+    f"{c.weight} * y[{i}]"
+    if c.floor == -math.inf
+    else f"{c.weight} * ({c.floor} if y[{i}] < {c.floor} else y[{i}])"  # NaN stays NaN
+    for i, c in enumerate(STATE)
+)
+judged = make_map("judged", "y", _judged_values, {})
 """Inline: the state as its repetition is judged."""
 
 _unjudged = make_map("unjudged", "z", (f"z[{i}] / {c.weight}" for i, c in enumerate(STATE)), {})
@@ -192,7 +199,7 @@ def _make_problems(family: Family) -> Any:
     return problem
 
 
-def _make_load(begin_record: Any) -> Any:
+def _make_load(problems: Any, begin_record: Any) -> Any:
     """What puts the next point of the queue into a lane, or parks the lane."""
 
     @jit
@@ -216,7 +223,9 @@ def _make_load(begin_record: Any) -> Any:
         put(values, SLOTS.limit, lane, float(task.max_steps - queue.counts[row, ATTEMPTED]))
         lanes.rows[lane], lanes.halves[lane] = row, 0
         if task.mode == SETTLE:
-            search.start(lanes.memories[lane], judged(y), 2, task.accelerate, True)
+            # A jump would skip the periods in which the film freezes late, or melts for good.
+            jumps = task.accelerate and not history_decides(problems(values, lane).p)
+            search.start(lanes.memories[lane], judged(y), 2, jumps, True)
         elif task.mode == MEASURE:
             begin_record(values, lane, True)
 
@@ -274,7 +283,10 @@ def make_pass(problems: Any, law: str) -> Any:
         recording.make_begin(problems, functions),
     )
     refine = recording.make_refine(problems, functions, step)
-    load, handle_event = _make_load(begin_record), _make_handle_event(begin_record, refine)
+    load, handle_event = (
+        _make_load(problems, begin_record),
+        _make_handle_event(begin_record, refine),
+    )
 
     def work(queue: Queue, lanes: Lanes, task: Pass, attempts: int) -> int:
         if lanes.cursor[1] < 0:

@@ -151,9 +151,8 @@ def judge(
     if memory.per_period == 2:
         memory.mirrored = 1 - memory.mirrored
     _remember(memory, z)
-    if memory.plain == 0:
-        note_ratios(memory, noise)
-        compare_landing(memory, noise)
+    note_ratios(memory, noise)  # without jumps too: the last correction and the error ask for them
+    compare_landing(memory, noise)
     cycle = closing_cycle(memory, memory.newest, tolerance)
     memory.held = memory.held + 1 if cycle > 0 and cycle == memory.cycle else min(cycle, 1)
     memory.cycle = cycle

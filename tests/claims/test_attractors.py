@@ -1,0 +1,95 @@
+"""Where a film may stay liquid or solid, acceleration ends on the orbit that plain iteration finds.
+
+Near T_c the offset that a start leaves decays over a hundred periods, on the way of which a liquid
+film freezes or does not; afterwards both orbits attract, and no test at the end tells them apart.
+"""
+
+from __future__ import annotations
+
+import pytest
+from support.marks import one_then
+
+from stickslip import Parameters, Status, stationary_orbit
+
+# T, k, K, gamma, omega, and the stress amplitude [Pa] to which plain iteration leads at rtol 1e-9.
+FROZEN_LATE = [
+    ((288.46451, 37087.004, 2187.6695, 0.0, 29.403538), 3.3828e5),
+    ((288.77, 4.7e4, 2664.0, 0.0, 20.56), 3.3303e5),
+    ((289.69829, 76581.352, 522.82644, -1 / 3, 8.0720652), 1.7325e5),
+    ((288.85001, 124419.56, 587.30002, -2 / 3, 39.891251), 2.0555e5),
+    ((288.76563, 47065.774, 2664.0823, 0.0, 20.558545), 3.3301e5),
+]
+NAMES = ("temperature", "viscosity_coefficient", "spring_stiffness", "rheological_index",
+         "angular_frequency")  # fmt: skip
+
+
+@pytest.mark.parametrize(("values", "stress"), one_then("stress", FROZEN_LATE))
+def test_a_film_that_freezes_late_is_not_outrun(values: tuple[float, ...], stress: float) -> None:
+    p = Parameters(**dict(zip(NAMES, values, strict=True)))
+    found, plain = stationary_orbit(p), stationary_orbit(p, accelerate=False)
+    assert found.status is plain.status is Status.OK
+    assert found.elastic_stress_amplitude == pytest.approx(stress, rel=1e-4)
+    assert plain.elastic_stress_amplitude == pytest.approx(stress, rel=1e-4)
+
+
+def test_jumps_are_kept_where_the_film_forgets() -> None:
+    # The default freezes at each stop; 10 K above T_c a film from rest is liquid for good.
+    for temperature in (200.0, 300.0):
+        p = Parameters(temperature=temperature, spring_stiffness=200.0)
+        plain = stationary_orbit(p, accelerate=False)
+        assert 2 * stationary_orbit(p).periods_integrated < plain.periods_integrated
+
+
+# Parameters far from the paper's: plain iteration drifts through 8.4e-7 of X_m a period.
+DRIFTING = {
+    "temperature": 107.0181604817574,
+    "viscosity_coefficient": 833014.5250973616,
+    "spring_stiffness": 374.8514843038195,
+    "rheological_index": -0.6868946184266824,
+    "angular_frequency": 14.128732364743822,
+    "drive_amplitude": 4.337285355779789e-05,
+    "block_mass": 3.5556400567575155,
+    "initial_velocity": 8.028620069372449e-4,
+    "initial_order_parameter": 0.8239486750216274,
+    "film_thickness": 1.8032289700213226e-09,
+    "strain_relaxation_time": 1.1769526552705783e-08,
+    "contact_area": 2.985209909089804e-09,
+    "kinetic_coefficient": 5.698541927204627,
+    "thermal_coefficient": 13.96076719507378,
+    "critical_temperature": 302.86879824014807,
+    "elastic_coefficient": 25117412007601.164,
+    "cubic_coefficient": 1614.2194854883026,
+    "quartic_coefficient": 76.71606110587496,
+    "noise_intensity": 4.640347721868159e-21,
+}
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+def test_a_drifting_state_is_not_stationary(rtol: float) -> None:
+    found = stationary_orbit(Parameters(**DRIFTING), rtol=rtol)
+    assert found.status is Status.OK
+    error = abs(found.elastic_stress_amplitude / 4.50195e5 - 1.0)
+    assert error <= found.amplitude_error + 2e-6  # the last digit of the reference
+
+
+@pytest.mark.parametrize("temperature", [295.0, 314.0])
+def test_a_film_without_noise_that_is_simply_liquid_settles(temperature: float) -> None:
+    p = Parameters(temperature=temperature, initial_order_parameter=0.6)
+    found = stationary_orbit(p, noise="none")
+    assert found.status is Status.OK
+    assert found.elastic_stress_amplitude < 1e-30
+    liquid = stationary_orbit(p._replace(elastic_coefficient=0.0))
+    assert found.friction_force_amplitude == pytest.approx(liquid.friction_force_amplitude)
+
+
+def test_an_error_beyond_the_largest_that_is_allowed_is_refined_or_told() -> None:
+    p = Parameters(
+        temperature=197.944, viscosity_coefficient=1157010.0, spring_stiffness=605.048,
+        rheological_index=-0.5, angular_frequency=52.6565,
+    )  # fmt: skip
+    loose = stationary_orbit(p, rtol=1e-3, max_error=1.0)
+    assert loose.amplitude_error > 1e-6
+    refined = stationary_orbit(p, rtol=1e-3, max_error=loose.amplitude_error / 3)
+    assert refined.status is Status.OK
+    assert refined.amplitude_error <= loose.amplitude_error / 3
+    assert refined.periods_integrated > loose.periods_integrated
