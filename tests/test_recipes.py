@@ -75,7 +75,6 @@ def _stable_slope(p: Parameters, u: float) -> float:
 LAW = FrictionLaw(
     name="eyring",
     stress=_stress,
-    slope=_slope,
     rounded=_rounded,
     has_cusp=_never,
     thickens=_never,

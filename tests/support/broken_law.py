@@ -45,7 +45,6 @@ def _scaled(p: Parameters, rate: float, stress: float) -> float:
 LAW = FrictionLaw(
     name=NAME,
     stress=_stress,
-    slope=_slope,
     rounded=_rounded,
     has_cusp=_never,
     thickens=_never,

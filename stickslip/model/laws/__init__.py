@@ -24,12 +24,10 @@ class FrictionLaw:
     stress: Callable[..., float]
     """(p, u): viscous stress [Pa], exact."""
 
-    slope: Callable[..., float]
-    """(p, u): its derivative with respect to `u` [Pa s/m]; huge where it is infinite."""
-
     rounded: Callable[..., tuple[float, float]]
-    """(p, u, u_s): stress and slope with a cusp at u = 0 rounded for |u| < u_s: what is integrated.
-    Far from the cusp it is `stress` (a test compares them)."""
+    """(p, u, u_s): stress and its derivative with respect to `u` [Pa s/m], with a cusp at u = 0
+    rounded for |u| < u_s: what is integrated. Far from the cusp, and with u_s = 0, it is `stress`
+    (a test compares them); a slope that is infinite is huge."""
 
     has_cusp: Callable[..., bool]
     """(p): whether the slope is infinite at u = 0."""

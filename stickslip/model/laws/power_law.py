@@ -16,8 +16,7 @@ from stickslip.parameters import Parameters
 
 # The viscous slope of a pseudoplastic fluid is infinite at u = 0; a strain rate this small
 # stands for 0 there and keeps the Jacobian finite.
-_SMALLEST_STRAIN_RATE = 1e-90
-_SMALLEST_SQUARE = _SMALLEST_STRAIN_RATE**2
+_SMALLEST_SQUARE = 1e-90**2
 
 
 @inline
@@ -25,15 +24,6 @@ def viscous_stress(p: Parameters, u: float) -> float:
     """Viscous shear stress [Pa], Eqs. 6-9; it has the sign of `u` (Eq. 11)."""
     rate = strain_rate(p, u)
     return math.copysign(p.viscosity_coefficient * _rate_power(rate, p.rheological_index), u)
-
-
-@inline
-def viscous_stress_slope(p: Parameters, u: float) -> float:
-    """Derivative of the viscous stress with respect to `u` [Pa s/m]; huge, not infinite, at 0."""
-    gamma, rate = p.rheological_index, strain_rate(p, u)
-    rate = _SMALLEST_STRAIN_RATE if rate < _SMALLEST_STRAIN_RATE else rate  # NaN stays NaN
-    slope = p.viscosity_coefficient * (gamma + 1.0) / p.film_thickness
-    return slope * _relative_rate_power(rate, gamma)
 
 
 @inline
@@ -68,7 +58,7 @@ def _thickens(p: Parameters) -> bool:
 @inline
 def _stable_slope(p: Parameters, u: float) -> float:
     """The slope at the fastest slip; that of a shear-thinning fluid is left out with its cusp."""
-    return viscous_stress_slope(p, u) if p.rheological_index >= 0.0 else 0.0
+    return rounded_viscous_stress(p, u, 0.0)[1] if p.rheological_index >= 0.0 else 0.0
 
 
 @inline
@@ -102,24 +92,9 @@ def _rate_power(rate: float, gamma: float) -> float:
     return power(rate, gamma + 1.0)
 
 
-@inline
-def _relative_rate_power(rate: float, gamma: float) -> float:
-    """rate^gamma for rate > 0, from what `_rate_power` computes at the same rate."""
-    if gamma == 0.0:
-        return 1.0
-    if gamma == -2.0 / 3.0:
-        inverse = inverse_cube_root(rate)
-        return inverse * inverse
-    if gamma == 2.0 / 3.0:
-        root = cube_root(rate)
-        return root * root
-    return power(rate, gamma + 1.0) / rate
-
-
 LAW = FrictionLaw(
     name="power-law",
     stress=viscous_stress,
-    slope=viscous_stress_slope,
     rounded=rounded_viscous_stress,
     has_cusp=_has_cusp,
     thickens=_thickens,
