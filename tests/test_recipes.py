@@ -139,13 +139,6 @@ RECIPES = {
         ),
         Edit(
             "stickslip/model/laws/power_law.py",
-            "    return slope * _relative_rate_power(rate, gamma)",
-            "    if p.plateau_viscosity > 0.0:\n"
-            "        plateau = p.plateau_viscosity / p.film_thickness\n"
-            "        return slope * _relative_rate_power(rate, gamma) + plateau\n",
-        ),
-        Edit(
-            "stickslip/model/laws/power_law.py",
             "        return viscosity * rate, viscosity / h * (1.0 + gamma)\n",
             "        k_inf = p.plateau_viscosity\n"
             "        return (\n"

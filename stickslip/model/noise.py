@@ -74,15 +74,14 @@ def level(p: Parameters) -> float:
 
 
 @inline
-def history_decides(p: Parameters) -> bool:
-    """Whether a film may stay liquid, or solid, for many periods because it was so before.
+def freezes_late(p: Parameters, phi: float) -> bool:
+    """Whether a film that is liquid now may freeze after many periods, or never.
 
-    Liquid and solid coexist at rest; and the way from the level of the noise to the solid takes
-    more than a part of half a drive period, or the film starts solid and would never freeze again.
-    Where a film freezes at each stop or never, what it was a period ago makes no difference.
+    Below T_c the noise freezes it in the end, but not within part of half a drive period: whether
+    it does depends on the motion of many periods. A film that freezes at each stop, or above T_c
+    never again, has no such history.
     """
-    heating, least = film.heating(p), max(level(p), _SMALLEST)
-    foldings = p.kinetic_coefficient * abs(heating) * math.pi / p.angular_frequency
-    slow = foldings < _AT_ONCE * -math.log(least)
-    irrevocable = heating > 0.0 and p.initial_order_parameter > least
-    return heating < film.coexistence_limit(p) and (slow or irrevocable)
+    growth = -film.heating(p) * p.kinetic_coefficient
+    foldings = growth * math.pi / p.angular_frequency
+    way = -math.log(max(level(p), _SMALLEST))
+    return phi < film.solid_threshold(p) and growth > 0.0 and foldings < _AT_ONCE * way

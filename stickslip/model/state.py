@@ -39,5 +39,8 @@ STATE = (
     Component("log_order_parameter", unit="", mirror=1.0, weight=1e-3, floor=-300.0),
 )
 
+FILM = [component.name for component in STATE].index("log_order_parameter")
+"""Index of ln(phi)."""
+
 WIDTH = len(STATE)
 """Number of state variables."""

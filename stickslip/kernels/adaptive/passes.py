@@ -21,9 +21,9 @@ from stickslip.kernels.adaptive.recording import SLOTS, get, get_state, put, put
 from stickslip.kernels.families import Family
 from stickslip.kernels.problem import Problem, problem_functions, problem_of
 from stickslip.measure.accumulate import RECORD
-from stickslip.model.noise import history_decides
+from stickslip.model.noise import freezes_late
 from stickslip.model.scaling import Reduced, model_values
-from stickslip.model.state import STATE, WIDTH
+from stickslip.model.state import FILM, STATE, WIDTH
 from stickslip.numerics import step_control
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
 from stickslip.numerics.adaptive_lanes import make_attempt
@@ -199,7 +199,7 @@ def _make_problems(family: Family) -> Any:
     return problem
 
 
-def _make_load(problems: Any, begin_record: Any) -> Any:
+def _make_load(begin_record: Any) -> Any:
     """What puts the next point of the queue into a lane, or parks the lane."""
 
     @jit
@@ -223,16 +223,14 @@ def _make_load(problems: Any, begin_record: Any) -> Any:
         put(values, SLOTS.limit, lane, float(task.max_steps - queue.counts[row, ATTEMPTED]))
         lanes.rows[lane], lanes.halves[lane] = row, 0
         if task.mode == SETTLE:
-            # A jump would skip the periods in which the film freezes late, or melts for good.
-            jumps = task.accelerate and not history_decides(problems(values, lane).p)
-            search.start(lanes.memories[lane], judged(y), 2, jumps, True)
+            search.start(lanes.memories[lane], judged(y), 2, task.accelerate, True)
         elif task.mode == MEASURE:
             begin_record(values, lane, True)
 
     return load
 
 
-def _make_handle_event(begin_record: Any, refine: Any) -> Any:
+def _make_handle_event(problems: Any, begin_record: Any, refine: Any) -> Any:
     """What an event in a lane means for its point: a status, or -1 to go on."""
     mirror_record = recording.record.mirror
 
@@ -242,6 +240,9 @@ def _make_handle_event(begin_record: Any, refine: Any) -> Any:
         y = mirrored(get_state(values, SLOTS.state, lane))
         lanes.halves[lane] += 1
         if task.mode == SETTLE:
+            # A jump would skip the periods in which the film freezes.
+            late = freezes_late(problems(values, lane).p, math.exp(y[FILM]))
+            search.hold(lanes.memories[lane], late)
             status = _apply_verdict(lanes, task, lane, y)
             queue.counts[row, HALVES] = lanes.halves[lane]
             if status == OK:
@@ -284,8 +285,8 @@ def make_pass(problems: Any, law: str) -> Any:
     )
     refine = recording.make_refine(problems, functions, step)
     load, handle_event = (
-        _make_load(problems, begin_record),
-        _make_handle_event(begin_record, refine),
+        _make_load(begin_record),
+        _make_handle_event(problems, begin_record, refine),
     )
 
     def work(queue: Queue, lanes: Lanes, task: Pass, attempts: int) -> int:
