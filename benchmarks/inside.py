@@ -6,32 +6,49 @@ alone, so that a change of the kernels touches no other benchmark.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from typing import Any, NamedTuple
 from unittest.mock import patch
 
 import numpy as np
 
 from stickslip.compiled.decorators import inline, jit
-from stickslip.compiled.fields import make_lane_reader, make_tuple_maker
-from stickslip.kernels.adaptive import conversion, driver, passes
-from stickslip.kernels.adaptive.driver import end_states, reduced_queue, work_through
+from stickslip.compiled.fields import make_lane_reader, make_map, make_tuple_maker
+from stickslip.kernels.adaptive import conversion, passes, queues
+from stickslip.kernels.adaptive.driver import end_states
+from stickslip.kernels.adaptive.queues import reduced_queue, work_through
 from stickslip.kernels.adaptive.recording import SLOTS, get
 from stickslip.kernels.euler_cromer.lanes import March
 from stickslip.kernels.euler_cromer.layout import write_starts, write_steps
 from stickslip.kernels.euler_cromer.march import march_kernel
 from stickslip.kernels.families import Family, families
-from stickslip.kernels.points import FIRST_STEP
+from stickslip.kernels.points import FIRST_STEP, parameters_of
 from stickslip.kernels.problem import ProblemFunctions, problem_functions, problem_of
 from stickslip.kernels.trajectories import write_start
-from stickslip.measure.accumulate import FORCE_MAX, FORCE_MIN, RECORD, STRESS_MAX, STRESS_MIN
+from stickslip.measure.accumulate import (
+    FIRST_PHASE,
+    FORCE_MAX,
+    FORCE_MIN,
+    LAST_PHASE,
+    MELTED,
+    MELTINGS,
+    RECORD,
+    SOLID,
+    STRESS_MAX,
+    STRESS_MIN,
+    accumulator,
+)
+from stickslip.model import drive, film
+from stickslip.model.rhs import equations, relative_state
 from stickslip.model.scaling import KEPT, LITERALS, Reduced
 from stickslip.model.state import WIDTH
 from stickslip.numerics import step_control
 from stickslip.numerics.adaptive import make_adaptive
 from stickslip.numerics.linear import algebra, larger
-from stickslip.numerics.tableaus import RosenbrockTableau
+from stickslip.numerics.tableaus import RODAS4P2, RosenbrockTableau
 from stickslip.options import DEFAULTS, METHODS, Options
 from stickslip.parameters import Parameters, ParameterValues
 
@@ -39,6 +56,24 @@ __all__ = ["FIRST_STEP", "March", "end_states", "problem_of"]  # passed on, besi
 
 State = tuple[float, float, float]
 LAW = DEFAULTS.friction
+
+_LOOKS = 32  # at a step: enough that between two of them nothing is 1e-8 higher
+_record = accumulator(1, 0)
+_interpolate = algebra(WIDTH).interpolate
+_stress_and_force = equations(LAW).rounded_stress_and_force
+
+# --- the scalar adaptive drive --------------------------------------------------------------------
+
+FUNCTIONS: ProblemFunctions = problem_functions(LAW)
+"""The right-hand side, the Jacobian and the error weights of the model."""
+
+
+def adaptive_drive(weight: Any, observe: Any, tableau: RosenbrockTableau) -> Any:
+    """The scalar adaptive drive with these error weights and this tableau."""
+    return make_adaptive(
+        FUNCTIONS.rhs, FUNCTIONS.jacobian, weight, observe, tableau, algebra(WIDTH)
+    )
+
 
 # --- one trajectory, scalar -----------------------------------------------------------------------
 
@@ -55,6 +90,70 @@ def scalar_end(row: np.ndarray, options: Options, periods: int) -> tuple[float, 
     samples, start = np.empty((periods + 1, WIDTH)), np.array(starting_state(row))
     status = METHODS[options.method].kernels.trajectory(row, options, start, 1, samples)
     return float(samples[-1, 0]), int(status)
+
+
+@cache
+def _scalar_periods(observed: bool) -> Any:
+    """Periods by the scalar drive: (row, rtol, state, states, record) to a status.
+
+    With so many looks at stress and force in each step, or without.
+    """
+
+    @inline
+    def ignore(
+        problem: Any, t: float, h: float, y0: Any, y1: Any, d1: Any, d2: Any, record: Any
+    ) -> None:
+        pass
+
+    @inline
+    def look(
+        problem: Any, t: float, h: float, y0: Any, y1: Any, d1: Any, d2: Any, record: Any
+    ) -> None:
+        solid = film.solid_threshold(problem.p)
+        for i in range(1, _LOOKS + 1):
+            y = _interpolate(i / _LOOKS, y0, y1, d1, d2)
+            phi = math.exp(y[2])
+            sigma, force = _stress_and_force(problem.p, y[1], phi, problem.u_s)
+            _record.see_extremum(record, 0, STRESS_MAX, sigma, True)
+            _record.see_extremum(record, 0, FORCE_MAX, force, True)
+            _record.see_phase(record, 0, phi, solid, film.MELTED_PART * solid, 0.0, True)
+
+    drive_on = adaptive_drive(FUNCTIONS.error_weight, look if observed else ignore, RODAS4P2)
+
+    @jit
+    def periods(row: Any, rtol: float, state: Any, states: Any, record: Any) -> int:
+        p = parameters_of(row)
+        problem, h = problem_of(p, rtol), FIRST_STEP * drive.period(p)
+        y = relative_state(p, 0.0, (state[0], state[1], state[2]))
+        for n in range(states.shape[0]):
+            y, h, _, status = drive_on(problem, rtol, 0.0, drive.period(p), y, h, 10**8, record)
+            if status != 0:
+                return status
+            motion = relative_state(p, 0.0, y)
+            for i in range(3):
+                states[n, i] = motion[i]
+        return 0
+
+    return periods
+
+
+def scalar_states(row: np.ndarray, state: np.ndarray, periods: int, rtol: float) -> np.ndarray:
+    """States (periods, 3), (x, v, ln phi), after each of some periods by the scalar drive."""
+    states, record = np.empty((periods, 3)), np.empty(RECORD)
+    assert _scalar_periods(False)(row, rtol, state, states, record) == 0
+    return states
+
+
+def scalar_amplitudes(
+    row: np.ndarray, state: np.ndarray, periods: int, rtol: float
+) -> tuple[float, float, int]:
+    """Amplitudes of stress [Pa] and force [N] over some periods from a state, and meltings."""
+    states, record = np.empty((periods, 3)), np.empty(RECORD)
+    _record.clear(record, 0)
+    assert _scalar_periods(True)(row, rtol, state, states, record) == 0
+    wrapped = record[LAST_PHASE] == SOLID and record[FIRST_PHASE] == MELTED
+    stress, force = _amplitudes(record[None])[0]
+    return float(stress), float(force), int(record[MELTINGS]) + int(wrapped)
 
 
 # --- passes of many points through the lanes of the adaptive method -------------------------------
@@ -165,14 +264,14 @@ def general_kernels() -> Iterator[None]:
     def one_family(law: str, indices: np.ndarray) -> Iterator[tuple[Family, np.ndarray]]:
         yield Family(law, None), np.arange(len(indices))
 
-    with patch.object(driver, "families", one_family):
+    with patch.object(queues, "families", one_family):
         yield
 
 
 @contextmanager
 def replaced_kernel(kernel: Any) -> Iterator[None]:
     """Let this kernel do all points."""
-    with patch.object(driver, "pass_kernel", lambda _family: kernel):
+    with patch.object(queues, "pass_kernel", lambda _family: kernel):
         yield
 
 
@@ -192,17 +291,25 @@ def kernel_without_noise(gamma: float) -> Any:
     return kernel
 
 
-# --- variants of the adaptive method --------------------------------------------------------------
+def generic_drive(rhs: Any, jacobian: Any, sizes: tuple[float, ...]) -> Any:
+    """The adaptive drive of y' = rhs(p, t, y); errors count against |y|, or these sizes if more.
 
-FUNCTIONS: ProblemFunctions = problem_functions(LAW)
-"""The right-hand side, the Jacobian and the error weights of the model."""
-
-
-def adaptive_drive(weight: Any, observe: Any, tableau: RosenbrockTableau) -> Any:
-    """The scalar adaptive drive with these error weights and this tableau."""
-    return make_adaptive(
-        FUNCTIONS.rhs, FUNCTIONS.jacobian, weight, observe, tableau, algebra(WIDTH)
+    As of `numerics.adaptive.make_adaptive`, compiled.
+    """
+    width = len(sizes)
+    least = make_map(
+        "least", "y", (f"1.0 / (abs(y[{i}]) + {sizes[i]!r})" for i in range(width)), {}
     )
+
+    @inline
+    def weight(p: Any, y: Any, J: Any) -> Any:
+        return least(y)
+
+    @inline
+    def ignore(p: Any, t: float, h: float, y0: Any, y1: Any, d1: Any, d2: Any, record: Any) -> None:
+        pass
+
+    return make_adaptive(rhs, jacobian, weight, ignore, RODAS4P2, algebra(width))
 
 
 @inline

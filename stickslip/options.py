@@ -124,6 +124,9 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
             "largest error that an ok point may state; 1 for any",
         ),
         "max_periods": Option(5000, _COUNT, "drive periods after which a point is given up"),
+        "window": Option(
+            200, Range(20, 1_000_000), "drive periods over which an aperiodic orbit is measured"
+        ),
     }
 )
 
@@ -151,6 +154,7 @@ class Settings(NamedTuple):
     max_steps: int
     stationary_rtol: float
     max_periods: int
+    window: int
     accelerate: bool
 
 
@@ -173,6 +177,7 @@ class Options:
     max_error: float = OPTIONS["max_error"].default
     stationary_rtol: float = OPTIONS["stationary_rtol"].default
     max_periods: int = OPTIONS["max_periods"].default
+    window: int = OPTIONS["window"].default
     accelerate: bool = True
     noise: str = "typical-path"
     friction: str = "power-law"
@@ -203,6 +208,7 @@ class Options:
             max_steps=int(method.max_steps if self.max_steps is None else self.max_steps),
             stationary_rtol=float(self.stationary_rtol),
             max_periods=int(self.max_periods),
+            window=int(self.window),
             accelerate=bool(self.accelerate) and method.accelerates,
         )
 

@@ -12,6 +12,7 @@ from stickslip.kernels.points import FINAL_COLUMNS
 from stickslip.measure.results import STATUS
 from stickslip.options import DEFAULTS, METHODS, NoiseError, Options
 from stickslip.parameters import Parameters
+from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS, RESULTS
 
@@ -219,7 +220,10 @@ def stationary_orbit(
 def orbit_of_row(row: np.ndarray, final: np.ndarray) -> Orbit:
     """The Orbit of a result row (columns,) and its final row (columns,)."""
     counts = {name: int for name in RESULT_COLUMNS if RESULTS[name].dtype == "i4"}
-    kinds: dict[str, Any] = counts | {"status": lambda value: Status(int(value))}
+    kinds: dict[str, Any] = counts | {
+        "status": lambda value: Status(int(value)),
+        "regime": lambda value: Regime(int(value)),
+    }
     fields = {
         name: kinds.get(name, float)(value)
         for name, value in zip(RESULT_COLUMNS, row.tolist(), strict=True)

@@ -15,6 +15,7 @@ class Status(IntEnum):
     REFUSED = 4
     FAILED = 5
     INVARIANT_VIOLATED = 6
+    APERIODIC = 7
     INACCURATE = 8
     PENDING = 127
 
@@ -23,12 +24,17 @@ class Status(IntEnum):
         """One sentence that says what happened and what may help."""
         return _SENTENCES[self]
 
+    @property
+    def is_result(self) -> bool:
+        """Whether a point that ended so has amplitudes."""
+        return self in (Status.OK, Status.APERIODIC)
+
 
 _SENTENCES = {
     Status.OK: "The stationary orbit was reached and measured.",
     Status.NOT_STATIONARY: (
         "The orbit did not become stationary within `stationary.max_periods`; allow more periods "
-        "or a looser `stationary.rtol`, unless it takes more than 8 periods to close or never does."
+        "or a looser `stationary.rtol`."
     ),
     Status.STEP_LIMIT: (
         "The step budget `integrator.max_steps` ran out; raise it or loosen `integrator.rtol`."
@@ -45,6 +51,9 @@ _SENTENCES = {
     Status.INVARIANT_VIOLATED: (
         "The orbit breaks the power balance or the bounds of the order parameter, "
         "so its amplitudes cannot be trusted; take a tighter `integrator.rtol` or a smaller `dt`."
+    ),
+    Status.APERIODIC: (
+        "The orbit does not close; its amplitudes are means over `stationary.window` drive periods."
     ),
     Status.INACCURATE: (
         "The orbit was found, but its amplitudes are not known to `integrator.max_error`, with "

@@ -147,12 +147,14 @@ TRAJECTORY: Mapping[str, Variable] = _by_name(
 )
 
 _ORBIT = "over the stationary orbit"
+_HALF = f"half of maximum minus minimum {_ORBIT}; where it is aperiodic, the mean of single periods"
+_SPREAD = "over the orbit, or the window of an aperiodic one; 0 where it closes after one period"
 
 RESULTS: Mapping[str, ResultVariable] = _by_name(
     ResultVariable("elastic_stress_amplitude", "sigma_el,max", r"\sigma_\mathrm{el,max}", "Pa",
-        "amplitude of the elastic stress", f"half of maximum minus minimum {_ORBIT}"),
+        "amplitude of the elastic stress", _HALF),
     ResultVariable("friction_force_amplitude", "F_max", r"F_\mathrm{max}", "N",
-        "amplitude of the friction force", f"half of maximum minus minimum {_ORBIT}"),
+        "amplitude of the friction force", _HALF),
     ResultVariable("elastic_stress_max", "max sigma_el", r"\max\sigma_\mathrm{el}", "Pa",
         f"maximum of the elastic stress {_ORBIT}"),
     ResultVariable("elastic_stress_min", "min sigma_el", r"\min\sigma_\mathrm{el}", "Pa",
@@ -163,12 +165,14 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
         f"minimum of the friction force {_ORBIT}"),
     ResultVariable("amplitude_error", "error", r"\mathrm{error}", "1",
         "estimated relative error of the worse of the two amplitudes",
-        "relative to max(amplitude, 1 % of max(2K, M omega^2)|X_m|), over A for the stress"),
+        "relative to max(amplitude, 1 % of max(2K, M omega^2)|X_m|), over A for the stress; of "
+        "aperiodic orbits three standard errors of the mean"),
     ResultVariable("power_balance_error", "power balance", r"\mathrm{power\ balance}", "1",
         f"relative violation of the power balance {_ORBIT}",
         "|work of the drive - dissipation - energy gained| / integral of |F V|"),
     ResultVariable("orbit_periods", "n", "n", "1",
-        "drive periods after which the stationary orbit closes", dtype="i4", missing=-1),
+        "drive periods after which the stationary orbit closes", "0 where it is aperiodic",
+        dtype="i4", missing=-1),
     ResultVariable("melting_count", "meltings", r"n_\mathrm{melt}", "1",
         f"number of solid to liquid transitions {_ORBIT}",
         "solid from phi >= b/2c, melted at phi <= 0.1 b/2c", dtype="i4", missing=-1),
@@ -178,6 +182,23 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
         "drive periods integrated for this point",
         "confirmation and measurement included, the run of the error estimate not", dtype="i4",
         missing=-1),
+    ResultVariable("solid_fraction", "solid fraction", r"\mathrm{solid\ fraction}", "1",
+        f"share of the time in which the film is solid, {_ORBIT}",
+        "with the thresholds of the meltings"),
+    ResultVariable("regime", "regime", r"\mathrm{regime}", "1",
+        "what kind of motion the orbit is", dtype="i1", missing=127),
+    ResultVariable("floquet_multiplier", "multiplier", r"|\mu|", "1",
+        "modulus of the largest Floquet multiplier of the orbit",
+        "by finite differences of the map of (x, v, ln phi) over the orbit; resolved to about the "
+        "root of the tolerance"),
+    ResultVariable("lyapunov_exponent", "Lyapunov exponent", r"\lambda", "1",
+        "largest Lyapunov exponent of an aperiodic orbit, per drive period"),
+    ResultVariable("elastic_stress_amplitude_spread", "spread of sigma_el,max",
+        r"\mathrm{sd}\,\sigma_\mathrm{el,max}", "Pa",
+        "standard deviation of the elastic stress amplitudes of single drive periods", _SPREAD),
+    ResultVariable("friction_force_amplitude_spread", "spread of F_max",
+        r"\mathrm{sd}\,F_\mathrm{max}", "N",
+        "standard deviation of the friction force amplitudes of single drive periods", _SPREAD),
     ResultVariable("status", "status", r"\mathrm{status}", "1",
         "how the computation of the point ended", dtype="i1", missing=127),
 )

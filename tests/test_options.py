@@ -96,6 +96,7 @@ def test_the_defaults_are_those_of_the_interface() -> None:
             max_steps=None,
             stationary_rtol=1e-6,
             max_periods=5000,
+            window=200,
             accelerate=True,
             noise="typical-path",
             friction="power-law",
@@ -120,6 +121,7 @@ EDGES = {  # the last value refused and the first one taken, at either end
     "max_steps": (0, 1, 2**63 - 1, 2**63),
     "max_error": (0.0, 5e-324, 1.0, math.nextafter(1.0, 2.0)),
     "max_periods": (0, 1, 2**63 - 1, 2**63),
+    "window": (19, 20, 1_000_000, 1_000_001),
 }
 
 
@@ -179,8 +181,8 @@ def test_errors_are_value_errors() -> None:
 
 def test_settings_are_plain_numbers() -> None:
     settings = Options(rtol=np.float32(1e-3), max_steps=np.int8(5), dt=1, max_periods=7).settings()
-    assert [type(value) for value in settings] == [float, float, int, float, int, bool]
-    assert settings == Settings(float(np.float32(1e-3)), 1.0, 5, 1e-6, 7, True)
+    assert [type(value) for value in settings] == [float, float, int, float, int, int, bool]
+    assert settings == Settings(float(np.float32(1e-3)), 1.0, 5, 1e-6, 7, 200, True)
 
 
 @pytest.mark.parametrize("name", METHODS)

@@ -155,7 +155,7 @@ RECIPES = {
         ),
         Edit(
             "stickslip/measure/results.py",
-            "        status=float(OK),\n",
+            "        status=float(m.status),\n",
             "        friction_work=m.record[ABSOLUTE_WORK],\n",
         ),
     ],

@@ -83,15 +83,40 @@ def test_newtonian_friction_limits_the_step_by_k_A_over_h_M() -> None:
     assert step == pytest.approx(2.0 * 1e-9 * 0.4 / (1e6 * 0.6e-9), rel=1e-9)
 
 
+DILATANT = {"rheological_index": 2 / 3, "elastic_coefficient": 0.0, "kinetic_coefficient": 1e-6}
+
+
 def test_dilatant_friction_limits_the_step_by_its_slope_at_the_speed_of_the_drive() -> None:
-    step = limit(
-        rheological_index=2 / 3,
-        elastic_coefficient=0.0,
-        kinetic_coefficient=1e-6,
-        spring_stiffness=0.0,
-    )
-    slope = 5e4 * (5 / 3) / 1e-9 * (8e-6 / 1e-9) ** (2 / 3)
+    step = limit(**DILATANT, viscosity_coefficient=5.0)
+    slope = 5.0 * (5 / 3) / 1e-9 * (8e-6 / 1e-9) ** (2 / 3)
     assert step == pytest.approx(2.0 * 0.4 / (slope * 0.6e-9), rel=1e-9)
+
+
+def test_a_thick_fluid_locks_the_block_before_it_is_that_fast() -> None:
+    # The friction A k (u/h)^(5/3) is never more than the inertia in the drive.
+    step = limit(**DILATANT, spring_stiffness=0.0)
+    speed = 1e-9 * (0.4 * 10.0**2 * 0.8e-6 / (0.6e-9 * 5e4)) ** (3 / 5)
+    slope = 5e4 * (5 / 3) / 1e-9 * (speed / 1e-9) ** (2 / 3)
+    assert step == pytest.approx(2.0 * 0.4 / (slope * 0.6e-9), rel=1e-9)
+
+
+def test_the_step_of_the_paper_is_stable_where_a_thick_fluid_locks_the_block() -> None:
+    # It was refused: 8e-9 s gives the force of the first period to 1e-7.
+    step = limit(rheological_index=0.95, viscosity_coefficient=4e5, angular_frequency=60.0)
+    assert 1e-7 < step < 1e-6
+
+
+def test_the_limit_knows_the_start() -> None:
+    # From x_0 the springs drive a slip of which steps above 2e-7 s make NaN.
+    scene = {
+        "temperature": 310.0,
+        "spring_stiffness": 2e4,
+        "angular_frequency": 20.0,
+        "kinetic_coefficient": 10.0,
+        "viscosity_coefficient": 1e4,
+    }
+    assert limit(**scene, initial_displacement=2e-7) < 2e-7
+    assert limit(**scene) > 1e-6
 
 
 def test_the_springs_limit_the_step_where_nothing_else_does() -> None:

@@ -13,6 +13,7 @@ CODES = {
     "refused": 4,
     "failed": 5,
     "invariant_violated": 6,
+    "aperiodic": 7,
     "inaccurate": 8,
     "pending": 127,
 }

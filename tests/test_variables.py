@@ -6,6 +6,7 @@ import matplotlib.mathtext
 import numpy as np
 import pytest
 
+from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.variables import (
     BY_SYMBOL,
@@ -67,6 +68,12 @@ RESULT_UNITS = {
     "melting_count": "1",
     "asymmetry": "1",
     "periods_integrated": "1",
+    "solid_fraction": "1",
+    "regime": "1",
+    "floquet_multiplier": "1",
+    "lyapunov_exponent": "1",
+    "elastic_stress_amplitude_spread": "Pa",
+    "friction_force_amplitude_spread": "N",
     "status": "1",
 }
 
@@ -187,6 +194,8 @@ def test_columns_are_in_the_order_of_the_registry():
 def test_a_result_says_how_it_is_stored_and_what_stands_for_none(variable: ResultVariable):
     if variable.name == "status":
         assert (variable.dtype, variable.missing) == ("i1", Status.PENDING)
+    elif variable.name == "regime":
+        assert (variable.dtype, variable.missing) == ("i1", Regime.UNKNOWN)
     elif variable.name in COUNTS:
         assert (variable.dtype, variable.missing) == ("i4", -1)
     else:

@@ -19,6 +19,9 @@ REFUSE_ABOVE = 2.0
 # An explicit scheme follows the drive with an error of omega dt: at least this many steps a radian.
 _STEPS_PER_RADIAN = 20.0
 
+# The speed at which friction and drive are in balance, to 1e-18 of the fastest.
+_BISECTIONS = 60
+
 STRAINS = 200
 """The static maximum of the stress is flat: so many strains give it to 1e-4."""
 
@@ -34,18 +37,57 @@ def _static_strength(p: Parameters, strains: int) -> float:
     return largest
 
 
+@inline
+def _reach(p: Parameters) -> float:
+    """Largest displacement [m]: springs store no more than amplitude and start put into them."""
+    return 2.0 * max(abs(p.drive_amplitude), abs(p.initial_displacement))
+
+
 @jit
 def _slip_speed(p: Parameters) -> float:
-    """Relative speed [m/s] of a slip: the drive's, and that of springs let go by a stick."""
-    own = math.sqrt(2.0 * p.spring_stiffness / p.block_mass)
-    # Springs cannot store more than the amplitude (and the start) puts into them.
-    reach = 2.0 * max(abs(p.drive_amplitude), abs(p.initial_displacement))
-    stretched = reach
+    """Relative speed [m/s] of a slip: the drive's, and that of springs let go.
+
+    By a stick, or at the start.
+    """
+    own, stretched = math.sqrt(2.0 * p.spring_stiffness / p.block_mass), _reach(p)
     if p.spring_stiffness > 0.0:
         stick = _static_strength(p, STRAINS) * p.contact_area
-        stretched = min(reach, stick / (2.0 * p.spring_stiffness))
+        stretched = min(stretched, stick / (2.0 * p.spring_stiffness))
+    stretched = max(stretched, abs(p.initial_displacement))
     drive = abs(p.drive_amplitude) * p.angular_frequency
     return drive + own * stretched + abs(p.initial_velocity)
+
+
+@inline
+def _driving_force(p: Parameters) -> float:
+    """Largest force [N] that can speed up the relative motion: inertia in the drive, springs."""
+    omega, X_m = p.angular_frequency, abs(p.drive_amplitude)
+    reach = _reach(p)
+    if p.spring_stiffness > 0.0:
+        reach += abs(p.initial_velocity) * math.sqrt(p.block_mass / (2.0 * p.spring_stiffness))
+    return p.block_mass * (omega * omega) * X_m + 2.0 * p.spring_stiffness * reach
+
+
+def _make_limited_speed(stress: Any) -> Any:
+    """The largest speed (p, fastest) up to `fastest` [m/s] that the viscous friction lets happen.
+
+    Above it the friction exceeds what could speed up the motion: a viscous film locks the block.
+    """
+
+    @jit
+    def limited_speed(p: Parameters, fastest: float) -> float:
+        force, slow, fast = _driving_force(p), 0.0, fastest
+        if p.contact_area * stress(p, fast) <= force:
+            return fast
+        for _ in range(_BISECTIONS):
+            middle = 0.5 * (slow + fast)
+            if p.contact_area * stress(p, middle) <= force:
+                slow = middle
+            else:
+                fast = middle
+        return max(fast, abs(p.initial_velocity))
+
+    return limited_speed
 
 
 @inline
@@ -65,12 +107,13 @@ def rates_kernel(law_name: str) -> Any:
     elastic plus viscous friction on v, the order parameter in the slip and in the solid, and the
     springs; the drive's is scaled so that a step it allows also resolves it.
     """
-    stable_slope = friction_law(law_name).stable_slope
+    law = friction_law(law_name)
+    stable_slope, limited_speed = law.stable_slope, _make_limited_speed(law.stress)
 
     def fastest_rates(points: np.ndarray, rates: np.ndarray) -> None:
         for i in range(points.shape[0]):
             p = parameters_of(points[i])
-            phi, slip = film.largest_order_parameter(p), _slip_speed(p)
+            phi, slip = film.largest_order_parameter(p), limited_speed(p, _slip_speed(p))
             slope = film.shear_modulus(p, phi) * friction.strain_slope(p) + stable_slope(p, slip)
             of_velocity = slope * p.contact_area / p.block_mass
             springs = math.sqrt(2.0 * p.spring_stiffness / p.block_mass)

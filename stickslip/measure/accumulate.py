@@ -25,10 +25,12 @@ from stickslip.numerics.lane_array import lane_array
     ABSOLUTE_WORK,  # integral of |F V|
     PHI_MAX,
     MELTINGS,
+    SOLID_TIME,  # in the solid phase
+    UNSEEN_TIME,  # before a phase was seen
     FIRST_PHASE,  # of the film that was seen, and the last one
     LAST_PHASE,
     RECORD,  # length of a record
-) = range(11)
+) = range(13)
 
 UNSEEN, MELTED, SOLID = 0.0, 1.0, 2.0
 """Phases of the film; between the thresholds of the count it keeps the one that it had."""
@@ -45,8 +47,9 @@ class Accumulator(NamedTuple):
     minimum behind it, where it is `seen`."""
 
     see_phase: Callable[..., None]
-    """(lanes, lane, phi, solid, melted, seen): update the largest order parameter, and count a
-    melting: from phi >= solid to phi <= melted."""
+    """(lanes, lane, phi, solid, melted, duration, seen): update the largest order parameter, and
+    count a melting: from phi >= solid to phi <= melted. `phi` ends or stands for an interval of
+    this `duration`."""
 
     see_work: Callable[..., None]
     """(lanes, lane, block, absolute, seen): add to the integrals."""
@@ -78,7 +81,13 @@ def accumulator(lanes: int, first: int) -> Accumulator:
 
     @inline
     def see_phase(
-        lanes: np.ndarray, lane: int, phi: float, solid: float, melted: float, seen: bool
+        lanes: np.ndarray,
+        lane: int,
+        phi: float,
+        solid: float,
+        melted: float,
+        duration: float,
+        seen: bool,
     ) -> None:
         begin, last = get(lanes, first + FIRST_PHASE, lane), get(lanes, first + LAST_PHASE, lane)
         phase = MELTED if seen & (phi <= melted) else last
@@ -88,6 +97,11 @@ def accumulator(lanes: int, first: int) -> Accumulator:
         put(lanes, first + MELTINGS, lane, count + (1.0 if melts else 0.0))
         put(lanes, first + FIRST_PHASE, lane, phase if begin == UNSEEN else begin)
         put(lanes, first + LAST_PHASE, lane, phase)
+        spent = duration if seen else 0.0
+        solid_time = get(lanes, first + SOLID_TIME, lane)
+        unseen_time = get(lanes, first + UNSEEN_TIME, lane)
+        put(lanes, first + SOLID_TIME, lane, solid_time + (spent if phase == SOLID else 0.0))
+        put(lanes, first + UNSEEN_TIME, lane, unseen_time + (spent if phase == UNSEEN else 0.0))
         largest = get(lanes, first + PHI_MAX, lane)
         put(lanes, first + PHI_MAX, lane, phi if seen & (phi > largest) else largest)
 

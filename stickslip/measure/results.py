@@ -26,21 +26,28 @@ from stickslip.measure.accumulate import (
     PHI_MAX,
     RECORD,
     SOLID,
+    SOLID_TIME,
     STRESS_MAX,
     STRESS_MIN,
+    UNSEEN_TIME,
 )
 from stickslip.model import film
 from stickslip.model.rhs import starting_state
 from stickslip.parameters import Parameters
+from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS, RESULTS
 
-OK, DIVERGED = int(Status.OK), int(Status.DIVERGED)
+OK, DIVERGED, APERIODIC = int(Status.OK), int(Status.DIVERGED), int(Status.APERIODIC)
 INVARIANT_VIOLATED = int(Status.INVARIANT_VIOLATED)
 
 STATUS = RESULT_COLUMNS.index("status")
 _PERIODS = RESULT_COLUMNS.index("periods_integrated")
 _MISSING = tuple(float(RESULTS[name].missing) for name in RESULT_COLUMNS)
+
+_LIQUID, _LOCKED = int(Regime.LIQUID), int(Regime.LOCKED)
+_SYMMETRIC, _ASYMMETRIC = int(Regime.STICK_SLIP_SYMMETRIC), int(Regime.STICK_SLIP_ASYMMETRIC)
+_SUBHARMONIC, _APERIODIC = int(Regime.SUBHARMONIC), int(Regime.APERIODIC)
 
 # Power balance error beyond which an orbit is not believed.
 _POWER_BALANCE_LIMIT = 1e-2
@@ -61,28 +68,40 @@ else:
 
 
 class RecordUnits(NamedTuple):
-    """What one unit of a record is in SI units; stress, force and length change sign with X_m."""
+    """What one unit of a record is in SI units; stress, force and length change sign with X_m.
+
+    Times are written in half periods of the drive: one unit of `time` is so many of them.
+    """
 
     length: float
     stress: float
     force: float
     phi: float
+    time: float
 
 
 class Measured(NamedTuple):
     """An orbit that was measured: what a result row is made of.
 
     `record` (RECORD,) of the whole orbit in SI units; `cycle` half periods after which it closes,
-    `begin` and `end` the states (x, v) before and after these; `error` of the amplitudes; `periods`
-    integrated for the point.
+    `begin` and `end` the states (x, v) before and after these; `symmetric` where the motion is its
+    own mirror image half a period later; `amplitudes` of stress and force, their `error`, their
+    `spreads` among single drive periods; Floquet `multiplier`, Lyapunov `exponent`, NaN where it
+    closes; drive `periods` integrated for the point; the `status` if all is well.
     """
 
     record: np.ndarray
     cycle: int
     begin: tuple[float, float]
     end: tuple[float, float]
+    symmetric: bool
+    amplitudes: tuple[float, float]
     error: float
+    spreads: tuple[float, float]
+    multiplier: float
+    exponent: float
     periods: int
+    status: int
 
 
 @inline
@@ -97,9 +116,22 @@ def write_whole_orbit(
 ) -> None:
     """Write what a record (RECORD,) of `cycle` half periods says of the orbit, in SI units.
 
-    `target` (RECORD,) is written.
+    `target` (RECORD,) is written; times in half periods.
     """
-    passes = _passes(cycle)
+    write_stretch(record, units, _passes(cycle), target)
+    target[MELTINGS] = _passes(cycle) * _melting_count(record)
+    if record[LAST_PHASE] == SOLID:  # as the orbit ends, so it begins
+        target[SOLID_TIME] += target[UNSEEN_TIME]
+        target[UNSEEN_TIME] = 0.0
+
+
+@jit
+def write_stretch(record: np.ndarray, units: RecordUnits, passes: int, target: np.ndarray) -> None:
+    """Write what a record (RECORD,) says of a stretch of motion, in SI units.
+
+    `passes` is 2 where the mirror image of the stretch follows it, else 1; `target` (RECORD,) is
+    written, with times in half periods.
+    """
     for slot in range(RECORD):
         target[slot] = record[slot]
     for slot, unit in ((STRESS_MAX, units.stress), (FORCE_MAX, units.force)):
@@ -111,8 +143,10 @@ def write_whole_orbit(
         target[slot], target[slot + 1] = high, low
     for slot in (BLOCK_WORK, ABSOLUTE_WORK):
         target[slot] = passes * (record[slot] * (units.force * units.length))
+    for slot in (SOLID_TIME, UNSEEN_TIME):
+        target[slot] = passes * (record[slot] * units.time)
     target[PHI_MAX] = record[PHI_MAX] * units.phi
-    target[MELTINGS] = passes * _melting_count(record)
+    target[MELTINGS] = passes * record[MELTINGS]
 
 
 @jit
@@ -120,6 +154,13 @@ def _melting_count(record: np.ndarray) -> float:
     """Solid to liquid transitions, counted cyclically."""
     wrapped = record[LAST_PHASE] == SOLID and record[FIRST_PHASE] == MELTED
     return record[MELTINGS] + (1.0 if wrapped else 0.0)
+
+
+@inline
+def amplitudes_of(record: np.ndarray) -> tuple[float, float]:
+    """Amplitudes of stress and force: half of maximum minus minimum."""
+    stress = 0.5 * (record[STRESS_MAX] - record[STRESS_MIN])
+    return stress, 0.5 * (record[FORCE_MAX] - record[FORCE_MIN])
 
 
 @inline
@@ -184,6 +225,35 @@ def _asymmetry(high: float, low: float) -> float:
 
 
 @jit
+def _solid_fraction(p: Parameters, m: Measured) -> float:
+    """Share of the time in the solid phase.
+
+    Without a cubic term the thresholds are 0, which every film exceeds; above T_c it is liquid.
+    """
+    if film.solid_threshold(p) == 0.0 and p.temperature >= p.critical_temperature:
+        return 0.0
+    return min(m.record[SOLID_TIME] / (m.cycle * _passes(m.cycle)), 1.0)
+
+
+@inline
+def _periods(m: Measured) -> int:
+    """Drive periods after which the orbit closes, 0 for never."""
+    return 0 if m.status == APERIODIC else m.cycle * _passes(m.cycle) // 2
+
+
+@jit
+def _regime(p: Parameters, m: Measured) -> int:
+    """The kind of motion, a `Regime`."""
+    if m.status == APERIODIC:
+        return _APERIODIC
+    if _periods(m) > 1:
+        return _SUBHARMONIC
+    if m.record[MELTINGS] == 0.0:
+        return _LOCKED if _solid_fraction(p, m) > 0.0 else _LIQUID
+    return _SYMMETRIC if m.symmetric else _ASYMMETRIC
+
+
+@jit
 def _result_row(p: Parameters, m: Measured) -> tuple[ResultRow, bool]:
     """The result row of an orbit, and whether its invariants hold."""
     high, low = m.record[STRESS_MAX], m.record[STRESS_MIN]
@@ -191,19 +261,25 @@ def _result_row(p: Parameters, m: Measured) -> tuple[ResultRow, bool]:
     balance, balance_kept = _power_balance(p, m)
     # Numba takes no choice among more than fifteen keywords: functions choose.
     row = ResultRow(
-        elastic_stress_amplitude=0.5 * (high - low),
-        friction_force_amplitude=0.5 * (force_high - force_low),
+        elastic_stress_amplitude=m.amplitudes[0],
+        friction_force_amplitude=m.amplitudes[1],
         elastic_stress_max=high,
         elastic_stress_min=low,
         friction_force_max=force_high,
         friction_force_min=force_low,
         amplitude_error=m.error,
         power_balance_error=balance,
-        orbit_periods=float(m.cycle * _passes(m.cycle) // 2),
+        orbit_periods=float(_periods(m)),
         melting_count=m.record[MELTINGS],
         asymmetry=_asymmetry(high, low),
         periods_integrated=float(m.periods),
-        status=float(OK),
+        solid_fraction=_solid_fraction(p, m),
+        regime=float(_regime(p, m)),
+        floquet_multiplier=m.multiplier,
+        lyapunov_exponent=m.exponent,
+        elastic_stress_amplitude_spread=m.spreads[0],
+        friction_force_amplitude_spread=m.spreads[1],
+        status=float(m.status),
     )
     return row, balance_kept and _bounds_kept(p, m)
 
@@ -212,7 +288,7 @@ def _result_row(p: Parameters, m: Measured) -> tuple[ResultRow, bool]:
 def write_result(p: Parameters, m: Measured, result: np.ndarray) -> None:
     """Write the result row of an orbit, or that of a point that must not be believed.
 
-    `result` (columns,) in the order of `RESULT_COLUMNS`; its status is OK, DIVERGED or
+    `result` (columns,) in the order of `RESULT_COLUMNS`; its status is that of `m`, DIVERGED or
     INVARIANT_VIOLATED.
     """
     row, believed = _result_row(p, m)

@@ -88,6 +88,7 @@ Tolerance = Annotated[float, _range("rtol"), BeforeValidator(number)]
 Step = Annotated[float, _range("dt"), BeforeValidator(number)]
 MaxError = Annotated[float, _range("max_error"), BeforeValidator(number)]
 Count = Annotated[int, _range("max_periods"), BeforeValidator(whole)]
+Window = Annotated[int, _range("window"), BeforeValidator(whole)]
 Seed = Annotated[int, Field(ge=0, lt=2**64), BeforeValidator(whole)]
 Workers = Annotated[int, Field(ge=1, le=4096), BeforeValidator(whole)]
 Switch = Annotated[bool, Strict()]
@@ -152,6 +153,7 @@ class Stationary(Section):
 
     rtol: Tolerance = _option("stationary_rtol")
     max_periods: Count = _option("max_periods")
+    window: Annotated[Window, Neutral(DEFAULTS.window)] = _option("window")
     accelerate: Switch = Field(
         DEFAULTS.accelerate, description="extrapolate plainly contracting sequences (adaptive)"
     )

@@ -231,7 +231,7 @@ def found_beside(folder: RunFolder) -> list[ExistingPoints]:
 
 def ok(rows: Rows) -> NDArray[np.bool_]:
     """Which rows (n, columns) are finished and did not fail."""
-    return np.asarray(rows[:, STATUS] == Status.OK)
+    return np.isin(rows[:, STATUS], [status for status in Status if status.is_result])
 
 
 def _refuse_other_file(file: netCDF4.Dataset, path: Path, attributes: dict[str, str]) -> None:

@@ -22,6 +22,7 @@ def options_of(config: Config) -> Options:
         **config.integrator.model_dump(),
         stationary_rtol=config.stationary.rtol,
         max_periods=config.stationary.max_periods,
+        window=config.stationary.window,
         accelerate=config.stationary.accelerate,
         noise=config.noise.treatment,  # stochastic is refused on reading
         friction=config.film.friction,

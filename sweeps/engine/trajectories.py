@@ -64,6 +64,6 @@ def trajectories(config: Config) -> xr.Dataset:
 
 def _simulated(config: Config, parameters: Parameters) -> xr.Dataset:
     options = asdict(options_of(config))
-    for option in ("stationary_rtol", "max_error", "accelerate"):
+    for option in ("stationary_rtol", "window", "max_error", "accelerate"):
         del options[option]
     return simulate(parameters, **config.simulation.model_dump(), **options)

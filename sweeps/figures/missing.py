@@ -9,10 +9,12 @@ from stickslip.status import Status
 from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.labels import shown
 
+_RESULTS = [int(status) for status in Status if status.is_result]
+
 
 def trusted(ds: xr.Dataset, name: str) -> xr.DataArray:
-    """An amplitude where the point ended well, NaN elsewhere whatever the file holds there."""
-    return ds[name].where(ds["status"] == Status.OK) if "status" in ds else ds[name]
+    """An amplitude where the point has a result, NaN elsewhere whatever the file holds there."""
+    return ds[name].where(ds["status"].isin(_RESULTS)) if "status" in ds else ds[name]
 
 
 def highest(ds: xr.Dataset, name: str) -> float:
@@ -42,7 +44,7 @@ def missing_note(ds: xr.Dataset, mark: str) -> str:
 
 
 def _reason(code: int) -> str:
-    if code == Status.OK:
+    if code in _RESULTS:
         return "without a value"  # the file contradicts itself; say so rather than hide the gap
     if code not in list(Status):
         return f"with the unknown status {code}"

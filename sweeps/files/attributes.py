@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from stickslip.compiled.cache import processor, source_hash
 from stickslip.kernels.version import NUMERICS_VERSION
+from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.trajectory import attributes
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Coordinate = tuple[tuple[str, ...], NDArray[np.generic], dict[str, str]]
+
+_FLAGS = {"status": Status, "regime": Regime}
 
 _PACKAGES = ("stickslip", "numpy", "numba", "llvmlite", "xarray", "netCDF4", "joblib")
 
@@ -66,11 +69,12 @@ def data_sha256(key: bytes, digests: Sequence[str]) -> str:
 
 def variable_attributes(name: str) -> dict[str, object]:
     """Name, unit, meaning and flags of a result variable."""
-    flags: dict[str, object] = {
-        "flag_values": np.array([int(status) for status in Status], dtype=np.int8),
-        "flag_meanings": " ".join(status.name.lower() for status in Status),
-    }
-    return dict(attributes(RESULTS[name])) | (flags if name == "status" else {})
+    described: dict[str, object] = dict(attributes(RESULTS[name]))
+    if name in _FLAGS:
+        codes = list(_FLAGS[name])
+        described["flag_values"] = np.array([int(code) for code in codes], dtype=np.int8)
+        described["flag_meanings"] = " ".join(code.name.lower() for code in codes)
+    return described
 
 
 def coordinates(grid: Grid) -> dict[str, Coordinate]:

@@ -69,5 +69,6 @@ def status_counts(codes: NDArray[np.generic]) -> NDArray[np.int64]:
 
 
 def failures(statuses: NDArray[np.int64]) -> int:
-    """How many points ended, but not ok; `statuses` (STATUS_CODES,) counts each status."""
-    return int(statuses.sum() - statuses[Status.OK] - statuses[Status.PENDING])
+    """How many points ended without a result; `statuses` (STATUS_CODES,) counts each status."""
+    others = [Status.PENDING, *(status for status in Status if status.is_result)]
+    return int(statuses.sum() - statuses[others].sum())

@@ -49,7 +49,7 @@ def test_settings_are_of_one_type_whatever_numbers_made_them() -> None:
             {"method": "euler-cromer", "accelerate": 1},
         )
     }
-    assert types == {(float, float, int, float, int, bool)}
+    assert types == {(float, float, int, float, int, int, bool)}
 
 
 @decorators.kernel

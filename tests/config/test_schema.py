@@ -14,6 +14,7 @@ KEYS = {name: ("integrator", name) for name in ("rtol", "dt", "max_steps")} | {
     "stationary_rtol": ("stationary", "rtol"),
     "max_error": ("integrator", "max_error"),
     "max_periods": ("stationary", "max_periods"),
+    "window": ("stationary", "window"),
 }
 
 

@@ -69,7 +69,7 @@ def test_a_point_is_the_stationary_orbit_of_its_parameters(reference: xr.Dataset
         orbit = stationary_orbit(p, rtol=1e-4)._asdict()
         del orbit["state"]
         point = reference.sel(temperature=temperature, rheological_index=0.0)
-        assert {name: point[name].item() for name in orbit} == orbit
+        np.testing.assert_equal({name: point[name].item() for name in orbit}, orbit)
 
 
 @pytest.mark.parametrize("first", ["", "import sweeps.engine.in_memory; "])
@@ -240,12 +240,15 @@ def test_overrides_reach_the_config(tmp_path: Path) -> None:
 # --- how a point can end ---
 
 
+ERRORS = ("amplitude_error", "power_balance_error", "lyapunov_exponent", "floquet_multiplier")
+
+
 def statuses(config: dict[str, Any], path: Path) -> list[Status]:
     write_dataset(run(config, workers=2), path)
     ds = open_result(path)
     bad = ds.status != Status.OK
     for name, variable in ds.data_vars.items():
-        if variable.dtype.kind == "f" and name not in ("amplitude_error", "power_balance_error"):
+        if variable.dtype.kind == "f" and name not in ERRORS:
             np.testing.assert_array_equal(np.isnan(variable), bad)
         if name in ("orbit_periods", "melting_count"):
             np.testing.assert_array_equal(variable == -1, bad)

@@ -19,6 +19,7 @@ from stickslip import Status
 from stickslip.compiled.cache import processor, source_hash
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.parameters import Parameters
+from stickslip.regime import Regime
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping, from_yaml
 from sweeps.engine.in_memory import run
@@ -37,6 +38,11 @@ FLOATS = {
     "amplitude_error": "1",
     "power_balance_error": "1",
     "asymmetry": "1",
+    "solid_fraction": "1",
+    "floquet_multiplier": "1",
+    "lyapunov_exponent": "1",
+    "elastic_stress_amplitude_spread": "Pa",
+    "friction_force_amplitude_spread": "N",
 }
 COUNTS = {"orbit_periods": "1", "melting_count": "1", "periods_integrated": "1"}
 FLAGS = {
@@ -47,6 +53,7 @@ FLAGS = {
     "refused": 4,
     "failed": 5,
     "invariant_violated": 6,
+    "aperiodic": 7,
     "inaccurate": 8,
     "pending": 127,
 }
@@ -104,10 +111,10 @@ all_sweeps = pytest.mark.parametrize("stored", SWEEPS, indirect=True)
 @all_sweeps
 def test_variables_types_units_and_fill_values(stored: netCDF4.Dataset) -> None:
     data = {name for name in stored.variables if name not in PARAMETERS} - {"case"}
-    assert data == {*FLOATS, *COUNTS, "status"}
-    for name, units in {**FLOATS, **COUNTS, "status": "1"}.items():
+    assert data == {*FLOATS, *COUNTS, "status", "regime"}
+    for name, units in {**FLOATS, **COUNTS, "status": "1", "regime": "1"}.items():
         variable = stored[name]
-        dtype = "f8" if name in FLOATS else "i1" if name == "status" else "i4"
+        dtype = "f8" if name in FLOATS else "i4" if name in COUNTS else "i1"
         assert variable.dtype == np.dtype(dtype), name
         assert variable.units == units, name
         assert variable.long_name, name
@@ -143,6 +150,16 @@ def test_the_flags_of_the_status_are_complete(stored: netCDF4.Dataset) -> None:
     assert status.flag_values.dtype == np.int8
     names = status.flag_meanings.split()
     assert dict(zip(names, status.flag_values.tolist(), strict=True)) == FLAGS
+
+
+@all_sweeps
+def test_the_flags_of_the_regime_are_complete(stored: netCDF4.Dataset) -> None:
+    regime = stored["regime"]
+    assert regime.flag_values.dtype == np.int8
+    codes = {each.name.lower(): each.value for each in Regime}
+    assert (
+        dict(zip(regime.flag_meanings.split(), regime.flag_values.tolist(), strict=True)) == codes
+    )
 
 
 @all_sweeps
@@ -200,7 +217,8 @@ def test_points_that_did_not_succeed_hold_nan_and_minus_one(tmp_path: Path) -> N
         assert ds.status.values.tolist() == [*codes, 127]
         assert [Status(code) for code in ds.status.values] == list(Status)
         for name in FLOATS:
-            np.testing.assert_array_equal(np.isnan(ds[name]), ds.status != 0)
+            if name != "lyapunov_exponent":  # none of them is aperiodic
+                np.testing.assert_array_equal(np.isnan(ds[name]), ds.status != 0)
         for name in COUNTS:
             assert ds[name].dtype == np.int32
             np.testing.assert_array_equal(ds[name] == -1, ds.status != 0)

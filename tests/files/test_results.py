@@ -45,6 +45,7 @@ def numbered_rows(size: int) -> np.ndarray:
     """Rows that tell every point and column apart."""
     rows = np.arange(size * len(RESULT_COLUMNS), dtype=float).reshape(size, -1) + 1.0
     rows[:, STATUS] = 0
+    rows[:, RESULT_COLUMNS.index("regime")] = np.arange(size) % 6  # a byte
     return rows
 
 

@@ -14,7 +14,7 @@ from support.marches import FAST_DT, fast, period
 from support.scalar_twins import adaptive_periods, euler_cromer_period
 
 from stickslip import Parameters, Status
-from stickslip.kernels.adaptive import conversion, driver
+from stickslip.kernels.adaptive import conversion, queues
 from stickslip.kernels.adaptive.passes import CYCLE, MEASURE, OUTCOME, TRAVEL, Pass
 from stickslip.kernels.trajectories import write_start
 from stickslip.measure.accumulate import (
@@ -62,11 +62,11 @@ def by_lanes(method: str) -> Measured:
 
 def adaptive_lanes() -> tuple[np.ndarray, np.ndarray]:
     points = np.array(list(POINTS.values()))
-    queue = driver.reduced_queue(points, DEFAULTS.friction)
+    queue = queues.reduced_queue(points, DEFAULTS.friction)
     queue.counts[:, CYCLE] = 2
     for mode in (TRAVEL, MEASURE):  # a period without a record: the very start is in none
         task = Pass(mode, TOLERANCE, TOLERANCE, 0, 10**7, False)
-        driver.work_through(queue, task, DEFAULTS.friction)
+        queues.work_through(queue, task, DEFAULTS.friction)
     assert np.all(queue.counts[:, OUTCOME] == Status.OK)
     records = np.empty((len(points), RECORD))
     conversion.write_records(points, queue.counts[:, CYCLE], queue.measured, records)

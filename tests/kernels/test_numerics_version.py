@@ -22,7 +22,7 @@ from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 
-VERSION = 5
+VERSION = 6
 MADE_ON = ("rocketlake", "0.68.1", "0.50.0")
 """Processor, numba and llvmlite of the table."""
 
@@ -43,30 +43,30 @@ SOLID = (  # a light block under a small film: few and short periods to an orbit
 # Changes to Fig. 3, options; stress amplitude [Pa], force amplitude [N], periods integrated; and
 # the beginning of the SHA-256 of all that comes back.
 TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
-    ((), LOOSE, (4304775.897487301, 0.0028121358758203953, 5), "d668700024d773b7"),
+    ((), LOOSE, (4304775.897487301, 0.0028121358758203953, 5), "6fb43d19b218f748"),
     (
         (("angular_frequency", 38.0),),
         LOOSE,
         (2168517.2443703786, 0.0019155289280794415, 6),
-        "981f286b9694f711",
+        "4eec8bfc7c6816cf",
     ),
     (
         (("rheological_index", 0.0),),
         LOOSE,
         (1758421.4371849236, 0.0047674319313236605, 5),
-        "5a2d63ea9c84c23c",
+        "71687106765617b3",
     ),
     (
         (("rheological_index", 2 / 3),),
         LOOSE,
         (298047.06136793754, 0.004767981735574066, 5),
-        "c305225ebac3e895",
+        "3b040fb8472c17e8",
     ),
     (
         (("rheological_index", -0.5), ("temperature", 250.0)),
         LOOSE,
         (1853960.9784566863, 0.002580619896934249, 4),
-        "24f9d4ed41ca6487",
+        "157efe9c7a50480b",
     ),
     (
         (
@@ -78,50 +78,50 @@ TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
         ),
         LOOSE,
         (338283.8373421952, 0.0032235574537750476, 21),
-        "87992abb91cb580c",
+        "394a505f45f1a112",
     ),
-    ((VISCOUS,), Options(dt=2e-5, **COARSE), (0.0, 0.0005992449187231226, 4), "083ecfba6a141d71"),
+    ((VISCOUS,), Options(dt=2e-5, **COARSE), (0.0, 0.0005992449187231228, 4), "591c81e1684506cc"),
     (
         (VISCOUS, ("rheological_index", -0.5)),
         Options(dt=2e-5, **COARSE),
-        (0.0, 0.0025636309746984364, 4),
-        "64c9496c61c95337",
+        (0.0, 0.0025636309746984373, 4),
+        "adac2cb080e35827",
     ),
     (
         (VISCOUS, ("drive_amplitude", -0.5e-6)),
         Options(dt=2e-5, **COARSE),
-        (0.0, 0.0005130722087228641, 4),
-        "49b7f8a0967f04b3",
+        (0.0, 0.0005130722087228642, 4),
+        "f53f6f3718119045",
     ),
     (
         (VISCOUS, ("rheological_index", 0.0), ("viscosity_coefficient", 1e3)),
         Options(dt=2e-5, **COARSE),
-        (0.0, 0.0033825729514784073, 5),
-        "9df1c70d1c165d14",
+        (0.0, 0.003382572951478408, 5),
+        "eb754e9fb74c0475",
     ),
     (
         (VISCOUS, ("rheological_index", 2 / 3), ("viscosity_coefficient", 10.0)),
         Options(dt=2e-5, **COARSE),
-        (0.0, 0.004277576626034165, 7),
-        "fa8a2ce53840e6ec",
+        (0.0, 0.004277576626034167, 7),
+        "f6245f64dcf37f3f",
     ),
     (
         SOLID,
         Options(dt=5e-9, **COARSE),
-        (1451762.4705775226, 1.0107122299330887e-06, 6),
-        "bd9b0b889fdb276c",
+        (1451762.4705775229, 1.010712229933089e-06, 6),
+        "e99e258690e76208",
     ),
     (
         (*SOLID, ("rheological_index", 0.0)),
         Options(dt=5e-9, **COARSE),
-        (431332.76393997186, 1.1472177327739443e-06, 12),
-        "94863e871ac7ff2e",
+        (431332.7639399719, 1.1472177327739448e-06, 12),
+        "24b49f9d74266fcb",
     ),
     (
         (*SOLID, ("rheological_index", -0.5)),
         Options(dt=5e-9, **COARSE),
-        (1277325.2321558085, 1.048590214705825e-06, 6),
-        "090646817861a092",
+        (1277325.2321558087, 1.0485902147058254e-06, 6),
+        "2844f300f82ea405",
     ),
 ]
 ADVICE = "the numbers have changed: raise NUMERICS_VERSION and renew this table"

@@ -19,9 +19,11 @@ from stickslip.measure.accumulate import (
     PHI_MAX,
     RECORD,
     SOLID,
+    SOLID_TIME,
     STRESS_MAX,
     STRESS_MIN,
     UNSEEN,
+    UNSEEN_TIME,
     accumulator,
 )
 
@@ -53,14 +55,14 @@ def test_a_lane_touches_only_its_own_slots() -> None:
     record = accumulator(LANES, FIRST)
     record.clear(lanes, LANE)
     record.see_extremum(lanes, LANE, STRESS_MAX, 5.0, True)
-    record.see_phase(lanes, LANE, 0.6, THRESHOLD, MELTING, True)
+    record.see_phase(lanes, LANE, 0.6, THRESHOLD, MELTING, 1.0, True)
     record.see_work(lanes, LANE, 1.0, 2.0, True)
     record.mirror(lanes, LANE)
     values = lanes.reshape(-1, LANES)
     np.testing.assert_array_equal(values[~own], -99.0)
     alone = fresh()
     ALONE.see_extremum(alone, 0, STRESS_MAX, 5.0, True)
-    ALONE.see_phase(alone, 0, 0.6, THRESHOLD, MELTING, True)
+    ALONE.see_phase(alone, 0, 0.6, THRESHOLD, MELTING, 1.0, True)
     ALONE.see_work(alone, 0, 1.0, 2.0, True)
     ALONE.mirror(alone, 0)
     np.testing.assert_array_equal(values[own], alone)
@@ -103,12 +105,12 @@ def test_no_number_is_neither_a_maximum_nor_a_minimum() -> None:
 def test_a_rejected_step_that_is_not_finite_leaves_no_trace(value: float) -> None:
     record = fresh()
     ALONE.see_extremum(record, 0, STRESS_MAX, 1.0, True)
-    ALONE.see_phase(record, 0, 0.6, THRESHOLD, MELTING, True)
+    ALONE.see_phase(record, 0, 0.6, THRESHOLD, MELTING, 1.0, True)
     ALONE.see_work(record, 0, 1.0, 2.0, True)
     before = record.copy()
     for slot in (STRESS_MAX, FORCE_MAX):
         ALONE.see_extremum(record, 0, slot, value, False)
-    ALONE.see_phase(record, 0, value, THRESHOLD, MELTING, False)
+    ALONE.see_phase(record, 0, value, THRESHOLD, MELTING, 1.0, False)
     ALONE.see_work(record, 0, value, value, False)
     np.testing.assert_array_equal(record, before)
 
@@ -153,8 +155,16 @@ def test_meltings_are_counted_with_hysteresis(
 ) -> None:
     record = fresh()
     for phi in course:
-        ALONE.see_phase(record, 0, phi, THRESHOLD, MELTING, True)
-        ALONE.see_phase(record, 0, 0.6 if phi < 0.1 else 0.0, THRESHOLD, MELTING, False)
+        ALONE.see_phase(record, 0, phi, THRESHOLD, MELTING, 1.0, True)
+        ALONE.see_phase(record, 0, 0.6 if phi < 0.1 else 0.0, THRESHOLD, MELTING, 1.0, False)
     assert record[MELTINGS] == meltings
     assert (record[FIRST_PHASE], record[LAST_PHASE]) == ends
     assert record[PHI_MAX] == max(course)
+
+
+def test_the_time_in_the_solid_phase_adds_up_and_so_does_that_before_a_phase_is_seen() -> None:
+    record = fresh()
+    for phi, duration in ((0.05, 1.0), (0.6, 2.0), (0.05, 4.0), (0.01, 8.0), (0.05, 16.0)):
+        ALONE.see_phase(record, 0, phi, THRESHOLD, MELTING, duration, True)
+        ALONE.see_phase(record, 0, 0.6, THRESHOLD, MELTING, 32.0, False)
+    assert record[[SOLID_TIME, UNSEEN_TIME]].tolist() == [6.0, 1.0]

@@ -21,27 +21,31 @@ from stickslip.measure.accumulate import (
     PHI_MAX,
     RECORD,
     SOLID,
+    SOLID_TIME,
     STRESS_MAX,
     STRESS_MIN,
     UNSEEN,
+    UNSEEN_TIME,
 )
 from stickslip.measure.results import (
     STATUS,
     Measured,
     RecordUnits,
+    amplitudes_of,
     full_force,
     relative_difference,
     write_failure,
     write_result,
     write_whole_orbit,
 )
+from stickslip.regime import Regime
 from stickslip.variables import RESULT_COLUMNS, RESULTS
 
 P = Parameters()
 SPRING = 2 * 3000.0 * 0.8e-6
 """Force of both springs at the amplitude of the drive [N]."""
 
-SI = RecordUnits(1.0, 1.0, 1.0, 1.0)
+SI = RecordUnits(1.0, 1.0, 1.0, 1.0, 1.0)
 
 LIMIT = 1e-2
 """Power balance error beyond which an orbit is not believed."""
@@ -52,7 +56,8 @@ def record_of(**slots: float) -> np.ndarray:
     found = {
         "STRESS_MAX": 3e6, "STRESS_MIN": -1e6, "FORCE_MAX": 2e-3, "FORCE_MIN": -1e-3,
         "BLOCK_WORK": 0.0, "ABSOLUTE_WORK": 1e-8, "PHI_MAX": 0.6,
-        "MELTINGS": 0.0, "FIRST_PHASE": UNSEEN, "LAST_PHASE": UNSEEN,
+        "MELTINGS": 0.0, "SOLID_TIME": 0.0, "UNSEEN_TIME": 0.0,
+        "FIRST_PHASE": UNSEEN, "LAST_PHASE": UNSEEN,
     } | slots  # fmt: skip
     record = np.empty(RECORD)
     for name, value in found.items():
@@ -63,7 +68,8 @@ def record_of(**slots: float) -> np.ndarray:
 SLOTS = {
     "STRESS_MAX": STRESS_MAX, "STRESS_MIN": STRESS_MIN, "FORCE_MAX": FORCE_MAX,
     "FORCE_MIN": FORCE_MIN, "BLOCK_WORK": BLOCK_WORK, "ABSOLUTE_WORK": ABSOLUTE_WORK,
-    "PHI_MAX": PHI_MAX, "MELTINGS": MELTINGS, "FIRST_PHASE": FIRST_PHASE, "LAST_PHASE": LAST_PHASE,
+    "PHI_MAX": PHI_MAX, "MELTINGS": MELTINGS, "SOLID_TIME": SOLID_TIME, "UNSEEN_TIME": UNSEEN_TIME,
+    "FIRST_PHASE": FIRST_PHASE, "LAST_PHASE": LAST_PHASE,
 }  # fmt: skip
 
 
@@ -73,12 +79,20 @@ def result_of(
     begin: tuple[float, float] = (0.0, 0.0),
     end: tuple[float, float] = (0.0, 0.0),
     error: float = 1e-7,
+    symmetric: bool = False,
+    exponent: float = math.nan,
+    status: Status = Status.OK,
     **slots: float,
 ) -> dict[str, float]:
     """The result row of a record of `cycle` half periods, by name."""
     row, whole = np.full(len(RESULT_COLUMNS), 77.0), np.empty(RECORD)
     write_whole_orbit(record_of(**slots), SI, cycle, whole)
-    write_result(p, Measured(whole, cycle, begin, end, error, 9), row)
+    measured = Measured(
+        record=whole, cycle=cycle, begin=begin, end=end, symmetric=symmetric,
+        amplitudes=amplitudes_of(whole), error=error, spreads=(3e4, 2e-5), multiplier=0.25,
+        exponent=exponent, periods=9, status=int(status),
+    )  # fmt: skip
+    write_result(p, measured, row)
     return dict(zip(RESULT_COLUMNS, row.tolist(), strict=True))
 
 
@@ -107,11 +121,64 @@ def test_a_row_holds_what_was_measured_under_its_name() -> None:
         "melting_count": 0,
         "asymmetry": 0.5,
         "periods_integrated": 9,
+        "solid_fraction": 0.0,
+        "regime": Regime.LIQUID,
+        "floquet_multiplier": 0.25,
+        "lyapunov_exponent": math.nan,
+        "elastic_stress_amplitude_spread": 3e4,
+        "friction_force_amplitude_spread": 2e-5,
         "status": Status.OK,
     }
     assert set(found) == set(expected)
     for name, value in expected.items():
-        assert found[name] == pytest.approx(value, rel=1e-15), name
+        assert found[name] == pytest.approx(value, rel=1e-15, nan_ok=True), name
+
+
+@pytest.mark.parametrize(
+    ("orbit", "regime"),
+    [
+        ({}, Regime.LIQUID),
+        ({"SOLID_TIME": 2.0, "FIRST_PHASE": SOLID, "LAST_PHASE": SOLID}, Regime.LOCKED),
+        ({"SOLID_TIME": 1.0, "MELTINGS": 2.0, "symmetric": True}, Regime.STICK_SLIP_SYMMETRIC),
+        ({"SOLID_TIME": 1.0, "MELTINGS": 2.0}, Regime.STICK_SLIP_ASYMMETRIC),
+        ({"cycle": 4, "SOLID_TIME": 1.0, "MELTINGS": 2.0}, Regime.SUBHARMONIC),
+        ({"cycle": 4}, Regime.SUBHARMONIC),
+        ({"cycle": 400, "status": Status.APERIODIC, "exponent": 0.1}, Regime.APERIODIC),
+    ],
+    ids=str,
+)
+def test_the_regime_is_the_first_that_applies(orbit: dict[str, Any], regime: Regime) -> None:
+    assert result_of(**orbit)["regime"] == regime
+
+
+def test_an_aperiodic_orbit_closes_after_no_period() -> None:
+    found = result_of(cycle=400, status=Status.APERIODIC, exponent=0.1)
+    assert (found["status"], found["orbit_periods"]) == (Status.APERIODIC, 0)
+    assert found["lyapunov_exponent"] == 0.1
+
+
+@pytest.mark.parametrize(("cycle", "passes"), [(1, 2), (2, 1), (4, 1)])
+def test_the_solid_fraction_is_a_share_of_the_whole_orbit(cycle: int, passes: int) -> None:
+    # Times are in half periods: of a mirrored cycle both halves count.
+    found = result_of(cycle=cycle, SOLID_TIME=0.3 * cycle, MELTINGS=1.0)
+    assert found["solid_fraction"] == pytest.approx(0.3, rel=1e-15)
+    assert found["melting_count"] == passes
+
+
+def test_before_a_phase_is_seen_the_film_has_that_of_the_end() -> None:
+    seen = {"SOLID_TIME": 0.5, "UNSEEN_TIME": 0.25, "MELTINGS": 1.0}
+    assert result_of(**seen, LAST_PHASE=SOLID)["solid_fraction"] == 0.375
+    assert result_of(**seen, LAST_PHASE=MELTED)["solid_fraction"] == 0.25
+
+
+@pytest.mark.parametrize(("temperature", "fraction"), [(289.0, 1.0), (291.0, 0.0)])
+def test_without_a_cubic_term_the_film_is_liquid_above_the_critical_temperature(
+    temperature: float, fraction: float
+) -> None:
+    p = Parameters(cubic_coefficient=0.0, temperature=temperature)
+    found = result_of(p, SOLID_TIME=2.0, FIRST_PHASE=SOLID, LAST_PHASE=SOLID, PHI_MAX=0.0)
+    assert found["solid_fraction"] == fraction
+    assert found["regime"] == (Regime.LOCKED if fraction else Regime.LIQUID)
 
 
 @pytest.mark.parametrize(("cycle", "periods"), [(1, 1), (2, 1), (3, 3), (4, 2), (10, 5), (16, 8)])
@@ -318,18 +385,20 @@ def test_without_springs_and_force_there_is_no_difference() -> None:
 
 
 def test_a_record_is_written_in_si_units() -> None:
-    units, target = RecordUnits(length=2.0, stress=10.0, force=0.5, phi=3.0), np.empty(RECORD)
-    record = record_of(MELTINGS=2.0, BLOCK_WORK=4.0, LAST_PHASE=SOLID)
+    units = RecordUnits(length=2.0, stress=10.0, force=0.5, phi=3.0, time=0.25)
+    target = np.empty(RECORD)
+    record = record_of(MELTINGS=2.0, BLOCK_WORK=4.0, LAST_PHASE=SOLID, SOLID_TIME=2.0)
     write_whole_orbit(record, units, 2, target)
     expected = record_of(
         STRESS_MAX=3e7, STRESS_MIN=-1e7, FORCE_MAX=1e-3, FORCE_MIN=-5e-4, BLOCK_WORK=4.0,
-        ABSOLUTE_WORK=1e-8, PHI_MAX=1.8, MELTINGS=2.0, LAST_PHASE=SOLID,
+        ABSOLUTE_WORK=1e-8, PHI_MAX=1.8, MELTINGS=2.0, LAST_PHASE=SOLID, SOLID_TIME=0.5,
     )  # fmt: skip
     np.testing.assert_allclose(target, expected, rtol=1e-15)
 
 
 def test_negative_units_exchange_maximum_and_minimum() -> None:
-    units, target = RecordUnits(length=-2.0, stress=-10.0, force=-0.5, phi=1.0), np.empty(RECORD)
+    units = RecordUnits(length=-2.0, stress=-10.0, force=-0.5, phi=1.0, time=1.0)
+    target = np.empty(RECORD)
     write_whole_orbit(record_of(), units, 2, target)
     assert target[[STRESS_MAX, STRESS_MIN]].tolist() == [1e7, -3e7]
     assert target[[FORCE_MAX, FORCE_MIN]].tolist() == [5e-4, -1e-3]

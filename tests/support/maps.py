@@ -74,7 +74,7 @@ def find(
             noise *= 0.1
         elif verdict == search.RESTORE:
             z, noise = tuple(memory["stored"].tolist()), rtol
-        elif verdict == search.EXHAUSTED:
+        elif verdict in (search.EXHAUSTED, search.WANDERING):
             return Search(np.array(z), verdict, 0, math.nan, len(verdicts), verdicts, z)
         elif verdict == search.SETTLED:
             (cycle, ratio), (dx, dv) = search.found(memory), search.last_correction(memory)
@@ -93,9 +93,11 @@ def linear(slow: float, fast: float = 0.05, film: float = 0.1) -> Map:
     return S
 
 
-def cyclic(length: int, ratio: float) -> tuple[Map, np.ndarray]:
-    """A map with an attracting cycle of points (length, 3) far apart."""
+def cyclic(length: int, ratio: float, seed: int | None = None) -> tuple[Map, np.ndarray]:
+    """A map with an attracting cycle of points (length, 3) far apart, shuffled with a seed."""
     angles = 2 * np.pi * np.arange(length) / length
+    if seed is not None:
+        angles = np.random.default_rng(seed).permutation(angles)
     points = 0.5 * np.array([np.cos(angles), np.sin(angles), 0.1 * np.cos(angles)]).T
 
     def S(z: State, noise: float) -> State:

@@ -60,7 +60,7 @@ def _see(p, t, dt, u, phi, u_s, record):
     melted = film.MELTED_PART * solid if solid > 0.0 else -1.0
     _see_extremum(record, 0, STRESS_MAX, sigma, True)
     _see_extremum(record, 0, FORCE_MAX, F, True)
-    _see_phase(record, 0, phi, solid, melted, True)
+    _see_phase(record, 0, phi, solid, melted, dt / (0.5 * drive.period(p)), True)
     V = drive.upper_velocity(p, t)
     _see_work(record, 0, dt * (F * (V - u)), dt * abs(F * V), True)
 

@@ -73,5 +73,6 @@ def expected(row: np.ndarray, symmetry: Symmetry) -> np.ndarray:
     for name, factor in (("elastic_stress", symmetry.stress), ("friction_force", symmetry.force)):
         high, low = factor * named[f"{name}_max"], factor * named[f"{name}_min"]
         named[f"{name}_max"], named[f"{name}_min"] = (high, low) if factor > 0 else (low, high)
-        named[f"{name}_amplitude"] *= abs(factor)
+        for amplitude in (f"{name}_amplitude", f"{name}_amplitude_spread"):
+            named[amplitude] *= abs(factor)
     return np.array(list(named.values()))

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.compiled.decorators import kernel, kernel_factory, named_kernel
+from stickslip.compiled.decorators import inline, kernel, kernel_factory, named_kernel
 from stickslip.compiled.fields import make_map
 from stickslip.kernels.adaptive.passes import CYCLE, HALVES, OUTCOME, Queue
 from stickslip.kernels.points import FIRST_STEP, parameters_of
@@ -15,9 +15,11 @@ from stickslip.measure.accumulate import RECORD
 from stickslip.measure.results import (
     Measured,
     RecordUnits,
+    amplitudes_of,
     relative_difference,
     write_failure,
     write_result,
+    write_stretch,
     write_whole_orbit,
 )
 from stickslip.model.laws import friction_law
@@ -25,6 +27,7 @@ from stickslip.model.rhs import relative_state, starting_state
 from stickslip.model.scaling import reduction, units_of
 from stickslip.model.state import STATE, WIDTH
 from stickslip.numerics.adaptive import OK
+from stickslip.parameters import Parameters
 
 # The error estimate: what is left of the difference between two tolerances after a cut to a tenth,
 # where it falls a little less than in proportion; and the least that is believed, in tolerances.
@@ -91,6 +94,12 @@ def scale_states(points: np.ndarray, states: np.ndarray) -> None:
         states[i, WIDTH] *= p.angular_frequency
 
 
+@inline
+def _record_units(p: Parameters) -> RecordUnits:
+    units = units_of(p)
+    return RecordUnits(units.length, units.stress, units.force, 1.0, 1.0 / math.pi)
+
+
 @kernel
 def write_records(
     points: np.ndarray, cycles: np.ndarray, measured: np.ndarray, records: np.ndarray
@@ -100,26 +109,44 @@ def write_records(
     `points` (n, parameters); `cycles` (n,) half periods that were measured.
     """
     for i in range(points.shape[0]):
-        units = units_of(parameters_of(points[i]))
-        own = RecordUnits(units.length, units.stress, units.force, 1.0)
+        own = _record_units(parameters_of(points[i]))
         write_whole_orbit(measured[i], own, cycles[i], records[i])
+
+
+@kernel
+def write_stretches(points: np.ndarray, measured: np.ndarray, records: np.ndarray) -> None:
+    """Write what `measured` (n, RECORD) says of stretches of motion, as `write_records`."""
+    for i in range(points.shape[0]):
+        write_stretch(measured[i], _record_units(parameters_of(points[i])), 1, records[i])
+
+
+class Orbits(NamedTuple):
+    """What is known of n settled orbits besides their finer measurement.
+
+    `begins` (n, WIDTH + 1) states on them, in units of their own; `coarse` (n, RECORD); `symmetric`
+    (n,); `spreads` (n, 2) of stress and force in SI units; `multipliers` (n,).
+    """
+
+    begins: np.ndarray
+    coarse: np.ndarray
+    symmetric: np.ndarray
+    spreads: np.ndarray
+    multipliers: np.ndarray
 
 
 @kernel_factory
 def result_kernel(law: str) -> Any:
     """The kernel that writes the result rows of points that were settled and measured twice.
 
-    It takes `points` (n, parameters); the `queue` after the finer measurement; `begins`
-    (n, WIDTH + 1), the states before it; `coarse` (n, RECORD); `rtol`; and writes `results`
-    (n, columns).
+    It takes `points` (n, parameters); the `queue` after the finer measurement; what is known of
+    the `orbits` besides; `rtol`; and writes `results` (n, columns).
     """
     thickens = friction_law(law).thickens
 
     def write_results(
         points: np.ndarray,
         queue: Queue,
-        begins: np.ndarray,
-        coarse: np.ndarray,
+        orbits: Orbits,
         rtol: float,
         results: np.ndarray,
     ) -> None:
@@ -129,23 +156,28 @@ def result_kernel(law: str) -> Any:
             if counts[OUTCOME] != OK:
                 write_failure(results[i], (counts[HALVES] + 1) // 2, counts[OUTCOME])
                 continue
-            p, begin, end = parameters_of(points[i]), begins[i], queue.states[i]
-            units = units_of(p)
-            own = RecordUnits(units.length, units.stress, units.force, 1.0)
+            p, begin, end = parameters_of(points[i]), orbits.begins[i], queue.states[i]
+            units, own = units_of(p), _record_units(p)
             write_whole_orbit(queue.measured[i], own, cycle, record)
-            write_whole_orbit(coarse[i], own, cycle, other)
+            write_whole_orbit(orbits.coarse[i], own, cycle, other)
             miss = max(abs(end[0] - begin[0]), abs(end[1] - begin[1]))
             farther = max(1.0, abs(queue.ratios[i]) / (1.0 - queue.ratios[i]))
             least = _LEAST_SHEAR_THICKENING if thickens(p) else _LEAST
             difference = relative_difference(p, other, record)
             measured = Measured(
-                record,
-                cycle,
+                record=record,
+                cycle=cycle,
                 # At phase 0 the drive stands still: v = -u.
-                (begin[0] * units.length, -begin[1] * units.speed),
-                (end[0] * units.length, -end[1] * units.speed),
-                _FINER_PART * difference + farther * miss + least * rtol,
-                (counts[HALVES] + cycle + 1) // 2,
+                begin=(begin[0] * units.length, -begin[1] * units.speed),
+                end=(end[0] * units.length, -end[1] * units.speed),
+                symmetric=orbits.symmetric[i],
+                amplitudes=amplitudes_of(record),
+                error=_FINER_PART * difference + farther * miss + least * rtol,
+                spreads=(orbits.spreads[i, 0], orbits.spreads[i, 1]),
+                multiplier=orbits.multipliers[i],
+                exponent=np.nan,
+                periods=(counts[HALVES] + cycle + 1) // 2,
+                status=OK,
             )
             write_result(p, measured, results[i])
 

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from stickslip.kernels.adaptive import conversion
+from stickslip.kernels import observation
+from stickslip.kernels.adaptive import conversion, tangents
 from stickslip.kernels.adaptive.passes import (
+    APERIODIC,
     ATTEMPTED,
     CYCLE,
+    HALVES,
     MEASURE,
     OUTCOME,
     REFINEMENT,
@@ -20,24 +23,20 @@ from stickslip.kernels.adaptive.passes import (
     Pass,
     Queue,
     new_lanes,
-    new_queue,
     pass_kernel,
 )
+from stickslip.kernels.adaptive.queues import part_of, put_back, reduced_queue, work_through
+from stickslip.kernels.adaptive.walk import AdaptiveWalk
 from stickslip.kernels.families import families
+from stickslip.kernels.observation import Watched, spreads_of, watch, write_aperiodic
 from stickslip.kernels.points import FINAL_COLUMNS
 from stickslip.kernels.problem import rounding_speed
 from stickslip.kernels.trajectories import adaptive_trajectory
-from stickslip.model.scaling import Reduced
 from stickslip.model.state import WIDTH
 from stickslip.numerics.adaptive import OK
-from stickslip.options import Options
+from stickslip.options import Options, Settings
 from stickslip.parameters import Parameters
 from stickslip.variables import RESULT_COLUMNS
-
-_INDEX = Reduced._fields.index("rheological_index")
-
-# Attempts of all lanes together in one call of a kernel: about a second.
-_WORK = 2_000_000
 
 # The least tolerance: below it rounding decides.
 TIGHTEST = 1e-13
@@ -80,7 +79,9 @@ def orbits(points: np.ndarray, options: Options, results: np.ndarray, finals: np
     """Stationary orbits.
 
     Three passes: to the orbit, at `rtol` and in the end a tenth of it; once over the orbit at
-    either tolerance. The finer measurement is reported, the difference is its error.
+    either tolerance. The finer measurement is reported, the difference is its error. Copies
+    displaced a little tell how the orbit attracts. Motions that approach no orbit are watched over
+    a window instead.
 
     Parameters
     ----------
@@ -95,18 +96,90 @@ def orbits(points: np.ndarray, options: Options, results: np.ndarray, finals: np
     """
     settings, law = options.settings(), options.friction
     queue = reduced_queue(points, law)
-    halves, steps = 2 * settings.max_periods, settings.max_steps
-    task = Pass(SETTLE, settings.rtol, settings.stationary_rtol, halves, steps, settings.accelerate)
-    work_through(queue, task, law)
+    measuring = Pass(MEASURE, settings.rtol, settings.rtol, 0, settings.max_steps, False)
+    finer = measuring._replace(rtol=max(REFINEMENT * settings.rtol, TIGHTEST))
+    watching = measuring._replace(rtol=min(finer.rtol, observation.RTOL))
+    aperiodic = _settle(points, queue, settings, watching, law)
     begins = queue.states.copy()
-    work_through(queue, task._replace(mode=MEASURE), law)
+    work_through(queue, measuring, law)
     coarse = queue.measured.copy()
     queue.states[:] = begins
-    finer = max(REFINEMENT * settings.rtol, TIGHTEST)
-    work_through(queue, task._replace(mode=MEASURE, rtol=finer), law)
-    conversion.result_kernel(law)(points, queue, begins, coarse, settings.rtol, results)
+    work_through(queue, finer, law)
+    orbits = conversion.Orbits(
+        begins,
+        coarse,
+        tangents.symmetric(queue, begins, settings.stationary_rtol, finer.rtol, law),
+        _spreads(points, queue, begins, watching, law),
+        tangents.multipliers_of(queue, begins, finer.rtol, law),
+    )
+    conversion.result_kernel(law)(points, queue, orbits, settings.rtol, results)
     finals[:] = begins
     conversion.restore_states(points, finals)
+    for rows, watched in aperiodic:
+        _write_aperiodic(points, queue, rows, watched, results, finals)
+
+
+def _settle(
+    points: np.ndarray, queue: Queue, settings: Settings, watching: Pass, law: str
+) -> list[tuple[np.ndarray, Watched]]:
+    """Bring the points of the queue to their orbits; those that are aperiodic: rows, and as seen.
+
+    A point that wanders is watched, and goes on with its search where it is not aperiodic.
+    """
+    halves, steps = 2 * settings.max_periods, settings.max_steps
+    task = Pass(SETTLE, settings.rtol, settings.stationary_rtol, halves, steps, settings.accelerate)
+    pending, aperiodic = np.arange(len(points)), []
+    while len(pending):
+        part = part_of(queue, pending)
+        work_through(part, task, law)
+        put_back(queue, pending, part)
+        pending = pending[part.counts[:, OUTCOME] == APERIODIC]
+        if len(pending):
+            found, watched = _watch(points, queue, pending, settings.window, watching, law)
+            aperiodic.append((pending[found], watched.part(found)))
+            pending = pending[queue.counts[pending, OUTCOME] == OK]
+    return aperiodic
+
+
+def _watch(
+    points: np.ndarray, queue: Queue, rows: np.ndarray, window: int, watching: Pass, law: str
+) -> tuple[np.ndarray, Watched]:
+    """Watch the wandering points in these rows (m,) of the queue: which are aperiodic, (m,)."""
+    walk = AdaptiveWalk(points[rows], part_of(queue, rows), watching, law)
+    watched = watch(walk, window)
+    part, found = walk.queue, watched.aperiodic & (walk.outcomes() == OK)
+    part.counts[:, HALVES] += 2 * watched.periods
+    part.counts[found, OUTCOME] = APERIODIC
+    put_back(queue, rows, part)
+    return found, watched
+
+
+def _write_aperiodic(
+    points: np.ndarray,
+    queue: Queue,
+    rows: np.ndarray,
+    watched: Watched,
+    results: np.ndarray,
+    finals: np.ndarray,
+) -> None:
+    """Write the rows (m,) that are aperiodic, with arrays as of `orbits`."""
+    own = np.empty((len(rows), results.shape[1]))
+    write_aperiodic(points[rows], watched, (queue.counts[rows, HALVES] + 1) // 2, own)
+    results[rows], finals[rows] = own, watched.ends
+
+
+def _spreads(
+    points: np.ndarray, queue: Queue, begins: np.ndarray, watching: Pass, law: str
+) -> np.ndarray:
+    """Standard deviations (n, 2) of the amplitudes of single drive periods, SI units."""
+    spreads = np.zeros((len(points), 2))
+    rows = np.flatnonzero((queue.counts[:, OUTCOME] == OK) & (queue.counts[:, CYCLE] > 2))
+    if len(rows):
+        part, cycles = part_of(queue, rows), queue.counts[rows, CYCLE]
+        part.states[:] = begins[rows]
+        periods = np.where(cycles % 2 == 1, cycles, cycles // 2)
+        spreads[rows] = spreads_of(AdaptiveWalk(points[rows], part, watching, law), periods)
+    return spreads
 
 
 def end_states(
@@ -138,23 +211,3 @@ def end_states(
     work_through(queue, task, options.friction)
     conversion.restore_states(points, queue.states)
     return queue.states[:, :WIDTH], queue.counts[:, ATTEMPTED], queue.counts[:, OUTCOME]
-
-
-def reduced_queue(points: np.ndarray, law: str) -> Queue:
-    """The queue of points (n, parameters) in SI units, in their own units, at their starts."""
-    n = len(points)
-    queue = new_queue(np.empty((n, len(Reduced._fields))), np.empty((n, WIDTH + 1)))
-    conversion.reduction_kernel(law)(points, queue.points, queue.states)
-    return queue
-
-
-def work_through(queue: Queue, task: Pass, law: str) -> None:
-    """One pass of the points of a queue that are ok so far through the lanes, by family."""
-    alive = np.flatnonzero(queue.counts[:, OUTCOME] == OK)
-    for family, members in families(law, queue.points[alive, _INDEX]):
-        rows = alive[members]
-        part, lanes = Queue(*(column[rows] for column in queue)), new_lanes()
-        while pass_kernel(family)(part, lanes, task, _WORK) > 0:
-            pass
-        for whole, piece in zip(queue, part, strict=True):
-            whole[rows] = piece

@@ -34,7 +34,7 @@ from stickslip.numerics.rosenbrock import make_step
 from stickslip.numerics.tableaus import RODAS4P2
 from stickslip.status import Status
 
-NOT_STATIONARY = int(Status.NOT_STATIONARY)
+NOT_STATIONARY, APERIODIC = int(Status.NOT_STATIONARY), int(Status.APERIODIC)
 
 TRAVEL, SETTLE, MEASURE = 0, 1, 2
 """What a pass through a queue does: so many half periods; as many as it takes to the stationary
@@ -43,8 +43,9 @@ orbit; so many with a record."""
 REFINEMENT = 0.1
 """The finer tolerance of the search, and of the measurement, as a part of the coarser one."""
 
-# Columns of `counts`, integers. HALVES: half periods done; CYCLE: half periods after which the
-# orbit closes (or, for TRAVEL, how many to do); ATTEMPTED: steps attempted, all passes together.
+# Columns of `counts`, integers. HALVES: half periods of the search, all its passes together; CYCLE:
+# half periods after which the orbit closes (or how many to do); ATTEMPTED: steps attempted, all
+# passes together; OUTCOME: a Status, APERIODIC where a search wanders.
 HALVES, CYCLE, ATTEMPTED, OUTCOME, COUNT_COLUMNS = range(5)
 
 mirrored = make_map("mirrored", "y", (f"{c.mirror} * y[{i}]" for i, c in enumerate(STATE)), {})
@@ -94,8 +95,8 @@ class Lanes(NamedTuple):
     """The state of the lanes between two calls of a kernel: all of it.
 
     `values` (slots*LANES,); `rows` (LANES,) the point in each lane, -1 where idle; `halves`
-    (LANES,) done in this pass; `memories` (LANES,) of searches; `cursor` (2,) the next point of the
-    queue and the number of lanes at work, -1 before the first call.
+    (LANES,) done in this pass, or in all of the search; `memories` (LANES,) of searches; `cursor`
+    (2,) the next point of the queue and the number of lanes at work, -1 before the first call.
     """
 
     values: np.ndarray
@@ -172,7 +173,9 @@ def _apply_verdict(lanes: Lanes, task: Pass, lane: int, y: Any) -> int:
     """Ask the search what to do after a half period, and do it; -1 while the search goes on."""
     values, memory = lanes.values, lanes.memories[lane]
     rtol = get(values, SLOTS.rtol, lane)
-    verdict, dx, dv = search.judge(memory, judged(y), task.stationary_rtol, rtol, task.max_halves)
+    before = lanes.halves[lane] - 1 - memory.applications  # in earlier passes
+    budget = task.max_halves - before
+    verdict, dx, dv = search.judge(memory, judged(y), task.stationary_rtol, rtol, budget)
     _begin_half(values, lane, _moved(y, dx, dv))
     if verdict == search.SETTLED:
         dx, dv = search.last_correction(memory)
@@ -180,6 +183,8 @@ def _apply_verdict(lanes: Lanes, task: Pass, lane: int, y: Any) -> int:
         return OK
     if verdict == search.EXHAUSTED:
         return NOT_STATIONARY
+    if verdict == search.WANDERING:
+        return APERIODIC
     if verdict == search.FINER:
         put(values, SLOTS.rtol, lane, REFINEMENT * rtol)
     elif verdict == search.RESTORE:
@@ -223,6 +228,7 @@ def _make_load(begin_record: Any) -> Any:
         put(values, SLOTS.limit, lane, float(task.max_steps - queue.counts[row, ATTEMPTED]))
         lanes.rows[lane], lanes.halves[lane] = row, 0
         if task.mode == SETTLE:
+            lanes.halves[lane] = queue.counts[row, HALVES]
             search.start(lanes.memories[lane], judged(y), 2, task.accelerate, True)
         elif task.mode == MEASURE:
             begin_record(values, lane, True)

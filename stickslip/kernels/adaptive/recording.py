@@ -36,6 +36,7 @@ _FORCE, _STRESS_RATE, _FORCE_RATE, PROMISING, END = range(_STRESS + 1, _STRESS +
 # Where a step is looked at, and the weights of Lobatto's quadrature, of order 6.
 _INNER = 0.5 * math.sqrt(0.2)
 NODES = (0.0, 0.5 - _INNER, 0.5 + _INNER, 1.0)
+_PARTS = (NODES[1] - NODES[0], NODES[2] - NODES[1], NODES[3] - NODES[2])
 WEIGHTS = (1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0)
 
 Values = tuple[float, float, float, float]
@@ -150,9 +151,10 @@ def make_see(problems: Callable[..., Problem], functions: ProblemFunctions) -> A
         put(lanes, SLOTS.event, lane, 1.0 if inside else get(lanes, SLOTS.event, lane))
         solid = film.solid_threshold(problem.p)
         melted = film.MELTED_PART * solid
-        _see_phase(lanes, lane, phia, solid, melted, seen)
-        _see_phase(lanes, lane, phib, solid, melted, seen)
-        _see_phase(lanes, lane, exponentials(step.y1[2])[0], solid, melted, seen)
+        dta, dtb, dt1 = (_PARTS[0] * step.used, _PARTS[1] * step.used, _PARTS[2] * step.used)
+        _see_phase(lanes, lane, phia, solid, melted, dta, seen)
+        _see_phase(lanes, lane, phib, solid, melted, dtb, seen)
+        _see_phase(lanes, lane, exponentials(step.y1[2])[0], solid, melted, dt1, seen)
         _see_step_work(lanes, lane, problem, step, (step.y0[1], ua, ub, step.y1[1]), forces, seen)
         put(lanes, _STRESS, lane, sigma1 if seen else sigma0)
         put(lanes, _FORCE, lane, F1 if seen else F0)

@@ -5,32 +5,24 @@ Plain iteration of the drive period, then a record, and the error against the ad
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from stickslip.compiled.decorators import inline, kernel
-from stickslip.compiled.fields import make_map
+from stickslip.kernels import observation
 from stickslip.kernels.adaptive import conversion
 from stickslip.kernels.adaptive import driver as adaptive
-from stickslip.kernels.adaptive.passes import CYCLE, MEASURE, OUTCOME, Pass, judged
+from stickslip.kernels.adaptive.queues import reduced_queue
+from stickslip.kernels.adaptive.tangents import Tangents, travelled
+from stickslip.kernels.euler_cromer import judging
 from stickslip.kernels.euler_cromer.lanes import March
 from stickslip.kernels.euler_cromer.layout import write_starts, write_steps
 from stickslip.kernels.euler_cromer.march import march_kernel
+from stickslip.kernels.euler_cromer.reference import settle_from
 from stickslip.kernels.families import families
-from stickslip.kernels.points import FINAL_COLUMNS, FIRST_STEP, parameters_of
+from stickslip.kernels.observation import Watched, spreads_of, watch, write_aperiodic
+from stickslip.kernels.points import FINAL_COLUMNS
 from stickslip.kernels.stability import largest_stable_step
 from stickslip.kernels.trajectories import euler_cromer_trajectory
-from stickslip.measure.accumulate import RECORD
-from stickslip.measure.results import (
-    Measured,
-    relative_difference,
-    write_failure,
-    write_result,
-)
-from stickslip.model import drive
-from stickslip.model.scaling import units_of
-from stickslip.model.state import STATE, WIDTH, State
+from stickslip.model.state import WIDTH
 from stickslip.numerics.adaptive import OK, STEP_LIMIT
 from stickslip.numerics.periodic import search
 from stickslip.options import Options
@@ -38,19 +30,10 @@ from stickslip.parameters import Parameters
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 
-NOT_STATIONARY = int(Status.NOT_STATIONARY)
+NOT_STATIONARY, APERIODIC = int(Status.NOT_STATIONARY), int(Status.APERIODIC)
 
 # Points at a time: a search remembers 13 kB of each.
 _BLOCK = 2048
-
-# The orbit that a fixed-step one is compared with: its own error at the paper's step is 1e-9.
-_REFERENCE_RTOL = 1e-9
-_REFERENCE_STEPS = 20_000_000
-
-_UNLIMITED = 2**62
-
-# Both extrema count in the difference of two records, an amplitude is half of theirs.
-_AMPLITUDE_PART = 0.5
 
 
 def compile_for(indices: np.ndarray, options: Options) -> None:
@@ -87,7 +70,7 @@ def trajectory(
 def orbits(points: np.ndarray, options: Options, results: np.ndarray, finals: np.ndarray) -> None:
     """Stationary orbits; arrays as of `adaptive.driver.orbits`.
 
-    The error estimate compares with the adaptive method from the same stroboscopic state.
+    The error estimate compares with the orbit on which the adaptive method settles from there.
     """
     for first in range(0, max(len(points), 1), _BLOCK):  # an empty one compiles
         part = slice(first, first + _BLOCK)
@@ -111,31 +94,62 @@ class _Search:
 
     def run(self, results: np.ndarray, finals: np.ndarray) -> None:
         """Settle, measure, compare, write."""
-        self._settle()
+        aperiodic = self._settle()
         begins, cycles = self.march.states(), self.memories["cycle"].copy()
         self._measure(cycles)
         ends, records = self.march.states(), self.march.records()
-        write_finals(self.points, begins, finals)
-        better = self._reference(cycles, finals)
-        write_results(
-            self.points, cycles, self.periods, self.status, begins, ends, records, better, results
+        judging.write_finals(self.points, begins, finals)
+        known = settle_from(self.points, finals, self.status, self.options)
+        orbits = judging.Orbits(
+            cycles, self.periods, self.status, begins, ends, records, self._spreads(cycles)
         )
+        judging.write_results(self.points, orbits, known, results)
+        for rows, watched in aperiodic:
+            own = np.empty((len(rows), results.shape[1]))
+            write_aperiodic(self.points[rows], watched, self.periods[rows], own)
+            results[rows], finals[rows] = own, watched.ends
 
-    def _settle(self) -> None:
-        pending = np.arange(len(self.points))
-        start_searches(self.points, self.march.states(), self.memories)
-        for _ in range(self.settings.max_periods):
-            pending = self._one_period(pending, measured=False)
+    def _settle(self) -> list[tuple[np.ndarray, Watched]]:
+        """Bring the points to their orbits; those that are aperiodic: rows, and as seen."""
+        pending, aperiodic = np.arange(len(self.points)), []
+        while len(pending):
+            states = self.march.states()[pending]
+            memories = np.zeros(len(pending), search.memory_of(WIDTH))
+            judging.start_searches(self.points[pending], states, memories)
+            self.memories[pending] = memories
+            wandering = self._search(pending)
+            pending = wandering
+            if len(wandering):
+                found, watched = self._watch(wandering)
+                aperiodic.append((wandering[found], watched.part(found)))
+                pending = wandering[self.status[wandering] == NOT_STATIONARY]
+        return aperiodic
+
+    def _search(self, pending: np.ndarray) -> np.ndarray:
+        """Iterate to the orbit; the points (m,) that wander instead."""
+        wandering = [pending[:0]]
+        while len(pending):
+            pending = self.one_period(pending, measured=False)
             verdicts = np.zeros(len(self.points), np.int64)
-            judge(
+            judging.judge(
                 self.points, self.march.states(), pending, self.settings.stationary_rtol,
                 self.memories, verdicts,
             )  # fmt: skip
-            settled = verdicts[pending] == search.SETTLED
-            self.status[pending[settled]] = OK
-            pending = pending[~settled]
-            if not len(pending):
-                return
+            found = verdicts[pending]
+            self.status[pending[found == search.SETTLED]] = OK
+            wandering.append(pending[found == search.WANDERING])
+            pending = pending[(found != search.SETTLED) & (found != search.WANDERING)]
+            pending = pending[self.periods[pending] < self.settings.max_periods]
+        return np.concatenate(wandering)
+
+    def _watch(self, wandering: np.ndarray) -> tuple[np.ndarray, Watched]:
+        """Watch points (m,) that wander: which of them are aperiodic."""
+        walk = _Walk(self, wandering)
+        watched = watch(walk, self.settings.window)
+        found = watched.aperiodic & (walk.outcomes() == OK)
+        self.status[wandering] = np.where(walk.outcomes() == OK, NOT_STATIONARY, walk.outcomes())
+        self.status[wandering[found]] = APERIODIC
+        return found, watched
 
     def _measure(self, cycles: np.ndarray) -> None:
         pending = np.flatnonzero(self.status == OK)
@@ -144,9 +158,17 @@ class _Search:
             pending = pending[cycles[pending] > done]
             if not len(pending):
                 return
-            pending = self._one_period(pending, measured=True)
+            pending = self.one_period(pending, measured=True)
 
-    def _one_period(self, pending: np.ndarray, measured: bool) -> np.ndarray:
+    def _spreads(self, cycles: np.ndarray) -> np.ndarray:
+        """Standard deviations (n, 2) of the amplitudes of single drive periods, SI units."""
+        spreads = np.zeros((len(self.points), 2))
+        rows = np.flatnonzero((self.status == OK) & (cycles > 1))
+        if len(rows):  # once more over the orbit
+            spreads[rows] = spreads_of(_Walk(self, rows), cycles[rows])
+        return spreads
+
+    def one_period(self, pending: np.ndarray, measured: bool) -> np.ndarray:
         """March through a period; those that did not fail on the way."""
         limits = self.settings.max_steps - self.used[pending]
         self.periods[pending] += 1
@@ -158,102 +180,41 @@ class _Search:
         self.status[pending[outcome != OK]] = outcome[outcome != OK]
         return pending[outcome == OK]
 
-    def _reference(self, cycles: np.ndarray, finals: np.ndarray) -> np.ndarray:
-        """The records (n, RECORD) of the adaptive method over the same cycles, in SI units.
 
-        Where it fails, the status of the point becomes that.
-        """
-        queue = adaptive.reduced_queue(self.points, self.options.friction)
-        queue.states[:] = finals
-        conversion.scale_states(self.points, queue.states)
-        queue.counts[:, CYCLE], queue.counts[:, OUTCOME] = 2 * cycles, self.status
-        task = Pass(MEASURE, _REFERENCE_RTOL, _REFERENCE_RTOL, 0, _REFERENCE_STEPS, False)
-        adaptive.work_through(queue, task, self.options.friction)
-        self.status[:] = queue.counts[:, OUTCOME]
-        records = np.empty((len(self.points), RECORD))
-        conversion.write_records(self.points, 2 * cycles, queue.measured, records)
-        return records
+class _Walk:
+    """Some points (m,) of a search, a drive period at a time: the walk of observation.py.
 
-
-_in_units = make_map(
-    "in_units",
-    "y, units",
-    (f"y[{i}] / units.{c.unit}" if c.unit else f"y[{i}]" for i, c in enumerate(STATE)),
-    {},
-)
-
-
-@inline
-def _judged(point: np.ndarray, state: np.ndarray) -> State:
-    """The state (x, v, phi) as its repetition is judged."""
-    y = (state[0], state[1], math.log(state[2]))
-    return judged(_in_units(y, units_of(parameters_of(point))))
-
-
-@kernel
-def start_searches(points: np.ndarray, states: np.ndarray, memories: np.ndarray) -> None:
-    """Begin the searches `memories` (n,) of points at the states (n, 3), (x, v, phi)."""
-    for i in range(points.shape[0]):
-        search.start(memories[i], _judged(points[i], states[i]), 1, False, False)
-
-
-@kernel
-def judge(
-    points: np.ndarray,
-    states: np.ndarray,
-    which: np.ndarray,
-    tolerance: float,
-    memories: np.ndarray,
-    verdicts: np.ndarray,
-) -> None:
-    """Take in the stroboscopic states of some points; write the verdicts of their searches.
-
-    `points` (n, parameters); `states` (n, 3); `which` (m,) indices; `tolerance` the distance from
-    the limit to reach; `memories` (n,) and `verdicts` (n,) of `numerics.periodic.search`.
+    Tangents are carried by the adaptive method, from each state to a period later.
     """
-    for i in which:
-        z = _judged(points[i], states[i])
-        verdicts[i], _, _ = search.judge(memories[i], z, tolerance, 0.0, _UNLIMITED)
 
+    def __init__(self, whole: _Search, rows: np.ndarray) -> None:
+        self.whole, self.rows, self.points = whole, rows, whole.points[rows]
+        self.whole.status[rows] = OK
+        self._before = self.states()
+        self._tangents = Tangents(len(rows), observation.RTOL)
 
-@kernel
-def write_finals(points: np.ndarray, states: np.ndarray, finals: np.ndarray) -> None:
-    """Write states (n, 3), (x, v, phi), as finals (n, columns): (x, v, ln phi), the next step."""
-    for i in range(finals.shape[0]):
-        finals[i, 0], finals[i, 1] = states[i, 0], states[i, 1]
-        finals[i, 2] = math.log(states[i, 2])
-        finals[i, 3] = FIRST_STEP * drive.period(parameters_of(points[i]))
+    def states(self) -> np.ndarray:
+        """As `observation.Walk`."""
+        finals = np.empty((len(self.rows), len(FINAL_COLUMNS)))
+        judging.write_finals(self.points, self.whole.march.states()[self.rows], finals)
+        return finals
 
+    def next_period(self) -> np.ndarray:
+        """As `observation.Walk`."""
+        alive, self._before = self.rows[self.outcomes() == OK], self.states()
+        self.whole.march.clear_records(alive)
+        self.whole.one_period(alive, measured=True)
+        return self.whole.march.records(closed=False)[self.rows]
 
-@kernel
-def write_results(
-    points: np.ndarray,
-    cycles: np.ndarray,
-    periods: np.ndarray,
-    statuses: np.ndarray,
-    begins: np.ndarray,
-    ends: np.ndarray,
-    records: np.ndarray,
-    better: np.ndarray,
-    results: np.ndarray,
-) -> None:
-    """Write result rows from what was measured over whole cycles.
+    def growth(self) -> np.ndarray:
+        """As `observation.Walk`."""
+        law, n = self.whole.options.friction, len(self.rows)
+        reduced, states = reduced_queue(self.points, law).points, self._before.copy()
+        conversion.scale_states(self.points, states)
+        both = np.concatenate([states, self._tangents.displaced(states)])
+        ends = travelled(np.tile(reduced, (2, 1)), both, np.full(2 * n, 2), observation.RTOL, law)
+        return self._tangents.carried(ends[:n], ends[n:])
 
-    `points` (n, parameters); `cycles`, `periods` and `statuses` (n,); `begins` and `ends` (n, 3)
-    the states (x, v, phi) before and after; `records` and those of the reference, `better`
-    (n, RECORD), in SI units; `results` (n, columns).
-    """
-    for i in range(results.shape[0]):
-        if statuses[i] != OK:
-            write_failure(results[i], periods[i], statuses[i])
-            continue
-        p, cycle = parameters_of(points[i]), 2 * cycles[i]
-        measured = Measured(
-            records[i],
-            cycle,
-            (begins[i, 0], begins[i, 1]),
-            (ends[i, 0], ends[i, 1]),
-            _AMPLITUDE_PART * relative_difference(p, records[i], better[i]),
-            periods[i],
-        )
-        write_result(p, measured, results[i])
+    def outcomes(self) -> np.ndarray:
+        """As `observation.Walk`."""
+        return self.whole.status[self.rows]

@@ -90,8 +90,8 @@ class March:
         row_kernels(self.law).read_states(self.points, self.steps, self.tasks.rows, states)
         return states
 
-    def records(self) -> np.ndarray:
-        """What was measured, in SI units, (n, RECORD)."""
-        records = np.empty((len(self.points), RECORD))
-        row_kernels(self.law).read_records(self.points, self.steps, self.tasks.rows, records)
+    def records(self, closed: bool = True) -> np.ndarray:
+        """What was measured, in SI units, (n, RECORD): of orbits if `closed`, or of stretches."""
+        records, read = np.empty((len(self.points), RECORD)), row_kernels(self.law).read_records
+        read(self.points, self.steps, self.tasks.rows, closed, records)
         return records

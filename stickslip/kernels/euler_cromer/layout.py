@@ -18,7 +18,7 @@ from stickslip.kernels.euler_cromer.scaling import (
 )
 from stickslip.kernels.points import parameters_of
 from stickslip.measure.accumulate import RECORD, accumulator
-from stickslip.measure.results import write_whole_orbit
+from stickslip.measure.results import write_stretch, write_whole_orbit
 from stickslip.model import drive
 from stickslip.model.rhs import starting_state
 from stickslip.numerics.euler_cromer_lanes import CHANGE, DRIVE, FREE, TURN, V, W, X
@@ -48,7 +48,8 @@ class RowKernels(NamedTuple):
     """(points, steps, rows, states): write the states."""
 
     read_records: Any
-    """(points, steps, rows, records): write the records of orbits in SI units (n, RECORD)."""
+    """(points, steps, rows, closed, records): write the records, in SI units (n, RECORD), of orbits
+    where `closed`, else of stretches of motion."""
 
 
 @kernel
@@ -100,11 +101,19 @@ def row_kernels(law: str) -> RowKernels:
             states[i, 0], states[i, 1], states[i, 2] = y
 
     def read_records(
-        points: np.ndarray, steps: np.ndarray, rows: np.ndarray, records: np.ndarray
+        points: np.ndarray,
+        steps: np.ndarray,
+        rows: np.ndarray,
+        closed: bool,
+        records: np.ndarray,
     ) -> None:
         for i in range(points.shape[0]):
-            units = record_units(step_units(parameters_of(points[i]), steps[i]))
-            write_whole_orbit(rows[i, RECORD_BEGIN:], units, 2, records[i])  # whole periods
+            record = rows[i, RECORD_BEGIN:]
+            units = record_units(step_units(parameters_of(points[i]), steps[i]), steps[i])
+            if closed:
+                write_whole_orbit(record, units, 2, records[i])  # whole periods
+            else:
+                write_stretch(record, units, 1, records[i])
 
     return RowKernels(
         named_kernel(f"fill_rows[{law}]", fill),

@@ -102,7 +102,7 @@ def _make_observe(stress_and_force: Any, *, measured: bool) -> Any:
         _see_extremum(lanes, lane, STRESS_MAX, sigma_el, True)
         _see_extremum(lanes, lane, FORCE_MAX, F, True)
         _see_work(lanes, lane, F * v, abs(F * V), True)
-        _see_phase(lanes, lane, phi, p.own.solid, p.own.melted, True)
+        _see_phase(lanes, lane, phi, p.own.solid, p.own.melted, 1.0, True)
 
     return measure if measured else ignore
 

@@ -163,9 +163,9 @@ def step_units_of(law_name: str) -> Callable[[Parameters, int], StepUnits]:
 
 
 @inline
-def record_units(units: StepUnits) -> RecordUnits:
-    """The units of a record that is kept in a lane."""
-    return RecordUnits(units.length, units.stress, units.force, units.phi)
+def record_units(units: StepUnits, steps: int) -> RecordUnits:
+    """The units of a record that is kept in a lane, with so many steps a period."""
+    return RecordUnits(units.length, units.stress, units.force, units.phi, 2.0 / steps)
 
 
 @cache

@@ -16,12 +16,13 @@ import numpy as np
 
 from stickslip.compiled.decorators import inline, jit
 
-LONGEST_CYCLE = 16
+LONGEST_CYCLE = 64
 """Cycles of 1 to this many applications are recognised, at most."""
 
+# Lags that say how much of the way to the limit remains; fewer for the longest cycles.
 _LAGS = 16
-REMEMBERED = 2 * _LAGS * LONGEST_CYCLE + 1
-"""States that are remembered: two of the longest lags."""
+REMEMBERED = 513
+"""States that are remembered: two of the longest lags of cycles up to a quarter of the longest."""
 
 UNKNOWN = 2.0
 """The ratio of contraction where none was measured yet."""
@@ -38,14 +39,23 @@ _DRIFTLESS = 0.7
 # A displacement longer than its ratio makes it by this part of the tolerance is a drift.
 _DRIFT = 0.3
 
-# Cycles closer together than this many tolerances are one.
+# Cycles closer together than this many tolerances are one. Of a noisy sequence any of many long
+# ones closes by chance: a cycle of more periods than this is none unless its points are apart.
 _INDISTINCT = 10.0
+_SHORT_PERIODS = 8
 
 # A sequence has stalled if, within this many tolerances of repeating, it moved in so many periods
 # nearly as far as in as many before.
 _PATIENCE = 64
 _STALLED_RATIO = 0.9
 _NEAR = 100.0
+
+# A sequence is watched for so many drive periods before it is said to wander. A cycle is approached
+# where its displacements seldom grow, and left where they seldom shrink, whatever the pace, noise
+# and a few exceptions allowed for: where neither is true, every other one grows.
+_WATCHED_PERIODS = 128
+_SELDOM = 0.1
+_NOISE_ALLOWED = 10.0
 
 
 @inline
@@ -95,7 +105,7 @@ def _repeats(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
     if memory.plain == 0 and abs(ratio) < 1.0 and _contracts(memory, newest, cycle, tolerance):
         return step * abs(reach(ratio)) <= tolerance
     lag, farthest = cycle, 0.0 if 2 * cycle <= newest else np.inf
-    while lag <= _LAGS * cycle and 2 * lag <= newest:
+    while lag <= _LAGS * cycle and 2 * lag <= min(newest, REMEMBERED - 1):
         farthest = max(farthest, _remaining_distance(memory, newest, lag))
         lag *= 2
     noisy = farthest == np.inf and newest > 2 * cycle
@@ -117,14 +127,15 @@ def _contracts(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
 
 @jit
 def _quiet(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
-    """Whether the last 16 cycles wander, without a drift, in a small part of the tolerance.
+    """Whether the last 16 cycles stay, without a drift, in a small part of the tolerance.
 
     With a drift the later half of the lags reaches twice as far as the earlier half.
     """
-    if newest < _LAGS * cycle:
+    lags = min(_LAGS, (REMEMBERED - 1) // cycle)
+    if newest < lags * cycle:
         return False
-    near = _farthest(memory, newest, cycle, _LAGS // 2)
-    far = _farthest(memory, newest, cycle, _LAGS)
+    near = _farthest(memory, newest, cycle, lags // 2)
+    far = _farthest(memory, newest, cycle, lags)
     return far <= _QUIET * tolerance and near >= _DRIFTLESS * far
 
 
@@ -144,12 +155,20 @@ def closing_cycle(memory: Any, newest: int, tolerance: float) -> int:
     """Smallest number of applications after which the orbit closes; 0 where it does not yet."""
     for cycle in range(1, memory.longest_cycle + 1):
         if _repeats(memory, newest, cycle, tolerance):
-            for shorter in range(1, cycle):
-                close = distance(memory, newest, newest - shorter) <= _INDISTINCT * tolerance
-                if cycle % shorter == 0 and close:
-                    return shorter
-            return cycle
+            shorter = _indistinct_cycle(memory, newest, cycle, tolerance)
+            if shorter == cycle or cycle <= _SHORT_PERIODS * memory.per_period:
+                return shorter
     return 0
+
+
+@jit
+def _indistinct_cycle(memory: Any, newest: int, cycle: int, tolerance: float) -> int:
+    """The shortest part of a cycle that nearly closes as well; the cycle where none does."""
+    for shorter in range(1, cycle):
+        close = distance(memory, newest, newest - shorter) <= _INDISTINCT * tolerance
+        if cycle % shorter == 0 and close:
+            return shorter
+    return cycle
 
 
 @jit
@@ -168,3 +187,38 @@ def stalled(memory: Any, newest: int, tolerance: float) -> bool:
             if _STALLED_RATIO * before <= moved <= _NEAR * tolerance:
                 return True
     return False
+
+
+@jit
+def wanders(memory: Any, newest: int, tolerance: float, noise: float) -> bool:
+    """Whether the sequence, watched for 128 drive periods, has to do with no cycle in sight.
+
+    Looked at twice in so many periods. `noise` is the tolerance of the integrator.
+    """
+    watched = _WATCHED_PERIODS * memory.per_period
+    if newest < watched or newest % (watched // 2) != 0:
+        return False
+    for cycle in range(1, memory.longest_cycle + 1):
+        if _in_sight(memory, newest, cycle, watched, max(_NOISE_ALLOWED * noise, tolerance)):
+            return False
+        if _farthest(memory, newest, cycle, watched // cycle) <= _NEAR * tolerance:
+            return False
+    return True
+
+
+@jit
+def _in_sight(memory: Any, newest: int, cycle: int, watched: int, blur: float) -> bool:
+    """Whether the displacements by `cycle` applications seldom grew, or seldom shrank.
+
+    At whatever pace: then it approaches the cycle, or leaves it.
+    """
+    first = newest - watched + 2 * cycle
+    grew, shrank, most = 0, 0, int(_SELDOM * (newest - first + 1))
+    for newer in range(first, newest + 1):
+        moved = distance(memory, newer, newer - cycle)
+        before = distance(memory, newer - cycle, newer - 2 * cycle)
+        grew += 1 if moved > before + blur else 0
+        shrank += 1 if moved < before - blur else 0
+        if grew > most and shrank > most:
+            return False
+    return True

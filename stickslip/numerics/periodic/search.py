@@ -34,12 +34,13 @@ from stickslip.numerics.periodic.convergence import (
     closing_cycle,
     reach,
     stalled,
+    wanders,
 )
 
-GO_ON, JUMP, FINER, RESTORE, SETTLED, EXHAUSTED = range(6)
+GO_ON, JUMP, FINER, RESTORE, SETTLED, EXHAUSTED, WANDERING = range(7)
 """Verdicts: go on; add (dx, dv) to the scaled state; cut the tolerance of the integrator to a
 tenth (and add (dx, dv)); take the stored state back, with the tolerance of the beginning; the orbit
-is found; the budget of applications is spent."""
+is found; the budget of applications is spent; no cycle is in sight."""
 
 LONGEST_CYCLE_IN_PERIODS = LONGEST_CYCLE // 2
 """Orbits that close after 1 to this many drive periods are recognised."""
@@ -171,7 +172,10 @@ def judge(
         return EXHAUSTED, 0.0, 0.0
     if jump_failed(memory, noise):
         return _undo(memory, 1)
-    return _proceed(memory, z, tolerance, noise)
+    verdict, dx, dv = _proceed(memory, z, tolerance, noise)
+    if verdict == GO_ON and wanders(memory, memory.newest, tolerance, noise):
+        verdict = WANDERING
+    return verdict, dx, dv
 
 
 @inline

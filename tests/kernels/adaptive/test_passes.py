@@ -7,7 +7,7 @@ import pytest
 from support.points import rows
 
 from stickslip import Status
-from stickslip.kernels.adaptive import driver, passes
+from stickslip.kernels.adaptive import passes, queues
 from stickslip.kernels.families import Family
 from stickslip.options import DEFAULTS
 
@@ -18,7 +18,7 @@ PSEUDOPLASTIC = Family(LAW, -2 / 3)
 def worked(points: np.ndarray, task: passes.Pass, attempts: int) -> tuple[passes.Queue, int]:
     """A queue of pseudoplastic points after a pass, in portions of so many attempts."""
     kernel = passes.pass_kernel(PSEUDOPLASTIC)
-    queue, lanes, calls = driver.reduced_queue(points, LAW), passes.new_lanes(), 0
+    queue, lanes, calls = queues.reduced_queue(points, LAW), passes.new_lanes(), 0
     left = len(points)
     queue.counts[:, passes.CYCLE] = 3
     while left > 0:
@@ -46,17 +46,17 @@ def test_a_pass_in_portions_gives_the_same_bits(mode: int) -> None:
 
 def test_a_queue_without_points_is_done_at_once() -> None:
     task = passes.Pass(passes.SETTLE, 1e-4, 1e-4, 400, 1_000_000, True)
-    queue = driver.reduced_queue(np.empty((0, 20)), LAW)
+    queue = queues.reduced_queue(np.empty((0, 20)), LAW)
     assert passes.pass_kernel(PSEUDOPLASTIC)(queue, passes.new_lanes(), task, 1) == 0
 
 
 def test_points_that_have_failed_take_part_in_no_further_pass() -> None:
     points = rows("temperature", [200.0, 210.0, 220.0])
-    queue = driver.reduced_queue(points, LAW)
+    queue = queues.reduced_queue(points, LAW)
     queue.counts[1, passes.OUTCOME] = Status.DIVERGED
     queue.counts[:, passes.CYCLE] = 2
     before = queue.states[1].copy()
-    driver.work_through(queue, passes.Pass(passes.TRAVEL, 1e-4, 1e-4, 0, 10**6, False), LAW)
+    queues.work_through(queue, passes.Pass(passes.TRAVEL, 1e-4, 1e-4, 0, 10**6, False), LAW)
     assert queue.counts[:, passes.OUTCOME].tolist() == [Status.OK, Status.DIVERGED, Status.OK]
     np.testing.assert_array_equal(queue.states[1], before)
     assert np.all(queue.counts[[0, 2], passes.ATTEMPTED] > 0)

@@ -62,9 +62,9 @@ def geometric(ratio: float, length: int, direction=(1.0, 0.4, 0.1), limit=0.3) -
     return limit + ratio ** np.arange(length)[:, None] * np.array(direction)
 
 
-def test_eight_periods_are_looked_at_in_maps_of_a_period_and_of_half_a_period() -> None:
-    assert [Judge(per_period).longest_cycle for per_period in (1, 2)] == [8, 16]
-    assert LONGEST_CYCLE == 16
+def test_thirty_two_periods_are_looked_at_in_maps_of_a_period_and_of_half_a_period() -> None:
+    assert [Judge(per_period).longest_cycle for per_period in (1, 2)] == [32, 64]
+    assert LONGEST_CYCLE == 64
 
 
 # --- closing_cycle -------------------------------------------------------------------------------

@@ -1,0 +1,1 @@
+"""Numerical stability, stress-tested: one module a question, each with `run(quick) -> dict`."""

@@ -1,0 +1,52 @@
+"""The tolerance ladder: true error, stated error and slope on random points."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from common import AMPLITUDES, amplitude_errors, column, good, orbits, quantile, random_points
+
+from stickslip.options import Options
+
+TOLERANCES = tuple(10.0**-i for i in range(2, 11))
+_EXACT = 1e-12
+_SEED = 7
+# What a comparison with the reference can resolve.
+_RESOLVED = 1e-11
+
+
+def run(quick: bool) -> dict[str, Any]:
+    """Errors at each tolerance, and every pair of a stated and a true one."""
+    points = random_points(20 if quick else 200, _SEED)
+    exact = orbits(points, Options(rtol=_EXACT, stationary_rtol=_EXACT, max_error=1.0))
+    truth = _amplitudes(exact)
+    steps, pairs = [], []
+    for rtol in TOLERANCES:
+        found = orbits(points, Options(rtol=rtol, stationary_rtol=rtol, max_error=1.0))
+        both = good(found) & good(exact)
+        true = amplitude_errors(points, _amplitudes(found), truth).max(axis=1)[both]
+        stated = column(found, "amplitude_error")[both]
+        steps.append(
+            {
+                "rtol": rtol,
+                "compared": int(both.sum()),
+                "error_median": quantile(true, 50),
+                "error_95": quantile(true, 95),
+                "error_max": float(true.max()),
+                "stated_median": quantile(stated, 50),
+                "held": float(np.mean(true <= stated + _RESOLVED)),
+                "over_median": quantile(stated / np.maximum(true, _RESOLVED), 50),
+                "over_95": quantile(stated / np.maximum(true, _RESOLVED), 95),
+            }
+        )
+        pairs += [[rtol, float(s), float(t)] for s, t in zip(stated, true, strict=True)]
+    inner = [step for step in steps if 1e-9 < step["rtol"] < 1e-2]
+    slope = np.polyfit(
+        np.log10([s["rtol"] for s in inner]), np.log10([s["error_median"] for s in inner]), 1
+    )[0]
+    return {"points": len(points), "steps": steps, "slope": float(slope), "pairs": pairs}
+
+
+def _amplitudes(results: np.ndarray) -> np.ndarray:
+    return np.column_stack([column(results, name) for name in AMPLITUDES])

@@ -1,0 +1,54 @@
+"""Queues of points on their way through the lanes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stickslip.kernels.adaptive import conversion
+from stickslip.kernels.adaptive.passes import (
+    OUTCOME,
+    Pass,
+    Queue,
+    new_lanes,
+    new_queue,
+    pass_kernel,
+)
+from stickslip.kernels.families import families
+from stickslip.model.scaling import Reduced
+from stickslip.model.state import WIDTH
+from stickslip.numerics.adaptive import OK
+
+_INDEX = Reduced._fields.index("rheological_index")
+
+# Attempts of all lanes together in one call of a kernel: about a second.
+_WORK = 2_000_000
+
+
+def reduced_queue(points: np.ndarray, law: str) -> Queue:
+    """The queue of points (n, parameters) in SI units, in their own units, at their starts."""
+    n = len(points)
+    queue = new_queue(np.empty((n, len(Reduced._fields))), np.empty((n, WIDTH + 1)))
+    conversion.reduction_kernel(law)(points, queue.points, queue.states)
+    return queue
+
+
+def part_of(queue: Queue, rows: np.ndarray) -> Queue:
+    """A copy of those rows (m,) of a queue."""
+    return Queue(*(column[rows] for column in queue))
+
+
+def put_back(queue: Queue, rows: np.ndarray, part: Queue) -> None:
+    """Write a copy of some rows (m,) back into the queue."""
+    for whole, piece in zip(queue, part, strict=True):
+        whole[rows] = piece
+
+
+def work_through(queue: Queue, task: Pass, law: str) -> None:
+    """One pass of the points of a queue that are ok so far through the lanes, by family."""
+    alive = np.flatnonzero(queue.counts[:, OUTCOME] == OK)
+    for family, members in families(law, queue.points[alive, _INDEX]):
+        rows = alive[members]
+        part, lanes = part_of(queue, rows), new_lanes()
+        while pass_kernel(family)(part, lanes, task, _WORK) > 0:
+            pass
+        put_back(queue, rows, part)

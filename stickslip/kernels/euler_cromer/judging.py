@@ -1,0 +1,122 @@
+"""Between the lanes of Euler-Cromer and the search, and from what was measured to result rows."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip.compiled.decorators import inline, kernel
+from stickslip.compiled.fields import make_map
+from stickslip.kernels.adaptive.passes import judged
+from stickslip.kernels.euler_cromer.reference import Known
+from stickslip.kernels.points import FIRST_STEP, parameters_of
+from stickslip.measure.results import (
+    Measured,
+    amplitudes_of,
+    relative_difference,
+    write_failure,
+    write_result,
+)
+from stickslip.model import drive
+from stickslip.model.scaling import units_of
+from stickslip.model.state import STATE, State
+from stickslip.numerics.adaptive import OK
+from stickslip.numerics.periodic import search
+
+_UNLIMITED = 2**62
+
+# Both extrema count in the difference of two records, an amplitude is half of theirs.
+_AMPLITUDE_PART = 0.5
+
+_in_units = make_map(
+    "in_units",
+    "y, units",
+    (f"y[{i}] / units.{c.unit}" if c.unit else f"y[{i}]" for i, c in enumerate(STATE)),
+    {},
+)
+
+
+@inline
+def _judged(point: np.ndarray, state: np.ndarray) -> State:
+    """The state (x, v, phi) as its repetition is judged."""
+    y = (state[0], state[1], math.log(state[2]))
+    return judged(_in_units(y, units_of(parameters_of(point))))
+
+
+@kernel
+def start_searches(points: np.ndarray, states: np.ndarray, memories: np.ndarray) -> None:
+    """Begin the searches `memories` (n,) of points at the states (n, 3), (x, v, phi)."""
+    for i in range(points.shape[0]):
+        search.start(memories[i], _judged(points[i], states[i]), 1, False, False)
+
+
+@kernel
+def judge(
+    points: np.ndarray,
+    states: np.ndarray,
+    which: np.ndarray,
+    tolerance: float,
+    memories: np.ndarray,
+    verdicts: np.ndarray,
+) -> None:
+    """Take in the stroboscopic states of some points; write the verdicts of their searches.
+
+    `points` (n, parameters); `states` (n, 3); `which` (m,) indices; `tolerance` the distance from
+    the limit to reach; `memories` (n,) and `verdicts` (n,) of `numerics.periodic.search`.
+    """
+    for i in which:
+        z = _judged(points[i], states[i])
+        verdicts[i], _, _ = search.judge(memories[i], z, tolerance, 0.0, _UNLIMITED)
+
+
+@kernel
+def write_finals(points: np.ndarray, states: np.ndarray, finals: np.ndarray) -> None:
+    """Write states (n, 3), (x, v, phi), as finals (n, columns): (x, v, ln phi), the next step."""
+    for i in range(finals.shape[0]):
+        finals[i, 0], finals[i, 1] = states[i, 0], states[i, 1]
+        finals[i, 2] = math.log(states[i, 2])
+        finals[i, 3] = FIRST_STEP * drive.period(parameters_of(points[i]))
+
+
+class Orbits(NamedTuple):
+    """Orbits measured over whole cycles; all in SI units.
+
+    `cycles`, `periods` and `statuses` (n,); `begins` and `ends` (n, 3) the states (x, v, phi)
+    before and after; `records` (n, RECORD); `spreads` (n, 2) of stress and force.
+    """
+
+    cycles: np.ndarray
+    periods: np.ndarray
+    statuses: np.ndarray
+    begins: np.ndarray
+    ends: np.ndarray
+    records: np.ndarray
+    spreads: np.ndarray
+
+
+@kernel
+def write_results(points: np.ndarray, orbits: Orbits, known: Known, results: np.ndarray) -> None:
+    """Write the result rows (n, columns) of points (n, parameters)."""
+    for i in range(results.shape[0]):
+        if orbits.statuses[i] != OK:
+            write_failure(results[i], orbits.periods[i], orbits.statuses[i])
+            continue
+        p, begin, end = parameters_of(points[i]), orbits.begins[i], orbits.ends[i]
+        record = orbits.records[i]
+        measured = Measured(
+            record=record,
+            cycle=2 * orbits.cycles[i],
+            begin=(begin[0], begin[1]),
+            end=(end[0], end[1]),
+            symmetric=known.symmetric[i],
+            amplitudes=amplitudes_of(record),
+            error=_AMPLITUDE_PART * relative_difference(p, record, known.records[i]),
+            spreads=(orbits.spreads[i, 0], orbits.spreads[i, 1]),
+            multiplier=known.multipliers[i],
+            exponent=np.nan,
+            periods=orbits.periods[i],
+            status=OK,
+        )
+        write_result(p, measured, results[i])

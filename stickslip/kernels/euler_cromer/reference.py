@@ -1,0 +1,65 @@
+"""The orbit that one of Euler-Cromer is compared with: where the adaptive method settles from it.
+
+A step changes not only what a cycle measures but the cycle: where the orbit attracts slowly, a
+small defect of the map is a large offset of its fixed point. So the comparison is with the other
+method's own orbit, not with its way over this one.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip.kernels.adaptive import conversion, tangents
+from stickslip.kernels.adaptive.passes import APERIODIC, CYCLE, MEASURE, OUTCOME, SETTLE, Pass
+from stickslip.kernels.adaptive.queues import reduced_queue, work_through
+from stickslip.measure.accumulate import RECORD
+from stickslip.numerics.adaptive import OK
+from stickslip.options import Options
+from stickslip.status import Status
+
+INACCURATE = int(Status.INACCURATE)
+
+# The reference's own error at the paper's step is 1e-9.
+_RTOL = 1e-9
+_MAX_STEPS = 20_000_000
+
+
+class Known(NamedTuple):
+    """What is known of n orbits from their references.
+
+    `records` (n, RECORD) in SI units; `symmetric` (n,); Floquet `multipliers` (n,).
+    """
+
+    records: np.ndarray
+    symmetric: np.ndarray
+    multipliers: np.ndarray
+
+
+def settle_from(
+    points: np.ndarray, finals: np.ndarray, statuses: np.ndarray, options: Options
+) -> Known:
+    """The orbits of the adaptive method from stroboscopic states.
+
+    `points` (n, parameters); `finals` (n, columns). Where there is no such orbit, the status among
+    `statuses` (n,) is changed to the reason.
+    """
+    law, halves = options.friction, 2 * options.max_periods
+    queue = reduced_queue(points, law)
+    queue.states[:] = finals
+    conversion.scale_states(points, queue.states)
+    queue.counts[:, OUTCOME] = statuses
+    task = Pass(SETTLE, _RTOL, _RTOL, halves, _MAX_STEPS, accelerate=True)
+    work_through(queue, task, law)
+    begins = queue.states.copy()
+    work_through(queue, task._replace(mode=MEASURE), law)
+    wandered = (statuses == OK) & (queue.counts[:, OUTCOME] == APERIODIC)
+    statuses[:] = np.where(wandered, INACCURATE, queue.counts[:, OUTCOME])
+    records = np.empty((len(points), RECORD))
+    conversion.write_records(points, queue.counts[:, CYCLE], queue.measured, records)
+    return Known(
+        records,
+        tangents.symmetric(queue, begins, options.stationary_rtol, _RTOL, law),
+        tangents.multipliers_of(queue, begins, _RTOL, law),
+    )

@@ -1,0 +1,163 @@
+"""Motions watched drive period by drive period: orbits that close late, or never.
+
+The same for all methods. A motion on which the search found no cycle is watched over a window of
+periods. Where neighbouring motions approach each other all the same, it is on its way to a cycle
+after all, and the search goes on; otherwise it is aperiodic, and is measured as what it is.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from stickslip.compiled.decorators import kernel
+from stickslip.kernels.points import parameters_of
+from stickslip.measure.accumulate import FORCE_MAX, RECORD, STRESS_MAX
+from stickslip.measure.results import (
+    APERIODIC,
+    Measured,
+    relative_difference,
+    write_result,
+)
+from stickslip.measure.window import Window, standard_errors
+
+# Periods after which tangents point where they grow fastest, and those in which their growth is
+# judged; a growth above the least, per period, is none that leads to a cycle soon.
+_ALIGNING = 16
+_JUDGED = 128
+_LEAST_GROWTH = -0.01
+
+RTOL = 1e-9
+"""The loosest tolerance of an adaptive method: chaos enlarges what the integrator adds, until it
+decides on the statistics (a mean stress of 4.2 MPa at 1e-7 where it is 4.6)."""
+
+# Standard errors of the mean that count as its error.
+_SIGMAS = 3.0
+
+
+class Walk(Protocol):
+    """Motions on their way, a drive period at a time."""
+
+    def states(self) -> np.ndarray:
+        """Stroboscopic states (n, columns) as finals: in SI units, with the next step."""
+        ...
+
+    def next_period(self) -> np.ndarray:
+        """Go on for a period: the records (n, RECORD) of it as a stretch, in SI units."""
+        ...
+
+    def growth(self) -> np.ndarray:
+        """Logarithms (n,) of the growth of tangent vectors over the last period."""
+        ...
+
+    def outcomes(self) -> np.ndarray:
+        """The Status (n,) of each so far, OK while it goes on."""
+        ...
+
+
+class Watched(NamedTuple):
+    """n motions that were watched; amplitudes are those of stress [Pa] and force [N].
+
+    `records` (n, RECORD) of the window and its `lengths` (n,) in drive periods; `begins` and `ends`
+    (n, columns), states before and after it, as finals; `means`, `errors` and `spreads` (n, 2) of
+    the amplitudes of single periods; `exponents` (n,), the growth of tangent vectors a period;
+    `aperiodic` (n,), whether neighbours do not approach each other; `periods` (n,) that it took.
+    """
+
+    records: np.ndarray
+    lengths: np.ndarray
+    begins: np.ndarray
+    ends: np.ndarray
+    means: np.ndarray
+    errors: np.ndarray
+    spreads: np.ndarray
+    exponents: np.ndarray
+    aperiodic: np.ndarray
+    periods: np.ndarray
+
+    def part(self, which: np.ndarray) -> Watched:
+        """Some of them."""
+        return Watched(*(column[which] for column in self))
+
+
+def watch(walk: Walk, length: int) -> Watched:
+    """Watch motions over a window of `length` drive periods.
+
+    Ends early where no motion is aperiodic.
+    """
+    begins, grown = walk.states(), []
+    window, after, total = Window(len(begins)), begins, max(length, _JUDGED)
+    for period in range(total):
+        if period == total - length:
+            begins, window = after, Window(len(begins))
+        window.add(walk.next_period())
+        after = walk.states()
+        grown.append(walk.growth())
+        if period + 1 == _JUDGED and not np.any(_grows(grown)):
+            break
+    singles, n = window.amplitudes, len(begins)
+    return Watched(
+        records=window.record,
+        lengths=np.full(n, len(singles)),
+        begins=begins,
+        ends=after,
+        means=singles.mean(axis=0),
+        errors=_SIGMAS * standard_errors(singles),
+        spreads=singles.std(axis=0),
+        exponents=np.mean(grown[_ALIGNING:], axis=0),
+        aperiodic=_grows(grown),
+        periods=np.full(n, len(grown)),
+    )
+
+
+def _grows(grown: list[np.ndarray]) -> np.ndarray:
+    return np.asarray(np.mean(grown[_ALIGNING:_JUDGED], axis=0) > _LEAST_GROWTH)
+
+
+def spreads_of(walk: Walk, periods: np.ndarray) -> np.ndarray:
+    """Standard deviations (n, 2) of stress and force amplitudes among single periods of orbits.
+
+    `periods` (n,) after which they close; 0 where that is one.
+    """
+    window = Window(len(periods))
+    for _ in range(int(periods.max(initial=0))):
+        window.add(walk.next_period())
+    spreads = np.zeros((len(periods), 2))
+    for i, period in enumerate(periods):
+        spreads[i] = window.amplitudes[:period, i].std(axis=0)
+    return spreads
+
+
+@kernel
+def write_aperiodic(
+    points: np.ndarray, watched: Watched, periods: np.ndarray, results: np.ndarray
+) -> None:
+    """Write the result rows of aperiodic motions.
+
+    `points` (n, parameters); `periods` (n,) drive periods integrated for each; `results`
+    (n, columns).
+    """
+    exact, blurred = np.zeros(RECORD), np.zeros(RECORD)
+    for i in range(points.shape[0]):
+        p, begin, end = parameters_of(points[i]), watched.begins[i], watched.ends[i]
+        # The error of a mean is that of an orbit with these amplitudes, one extremum off.
+        for column, slot in ((0, STRESS_MAX), (1, FORCE_MAX)):
+            exact[slot], exact[slot + 1] = watched.means[i, column], -watched.means[i, column]
+            blurred[slot] = exact[slot] + watched.errors[i, column]
+            blurred[slot + 1] = exact[slot + 1]
+        measured = Measured(
+            record=watched.records[i],
+            cycle=2 * watched.lengths[i],
+            begin=(begin[0], begin[1]),
+            end=(end[0], end[1]),
+            symmetric=False,
+            amplitudes=(watched.means[i, 0], watched.means[i, 1]),
+            error=relative_difference(p, blurred, exact),
+            spreads=(watched.spreads[i, 0], watched.spreads[i, 1]),
+            multiplier=np.nan,
+            exponent=watched.exponents[i],
+            periods=periods[i],
+            status=APERIODIC,
+        )
+        write_result(p, measured, results[i])

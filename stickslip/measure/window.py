@@ -1,0 +1,83 @@
+"""Statistics of single drive periods: of orbits that close after several, or never."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from stickslip.measure.accumulate import (
+    ABSOLUTE_WORK,
+    BLOCK_WORK,
+    FIRST_PHASE,
+    FORCE_MAX,
+    FORCE_MIN,
+    LAST_PHASE,
+    MELTED,
+    MELTINGS,
+    PHI_MAX,
+    RECORD,
+    SOLID,
+    SOLID_TIME,
+    STRESS_MAX,
+    STRESS_MIN,
+    UNSEEN,
+    UNSEEN_TIME,
+)
+
+# Batches of periods, long enough to be independent and enough of them for a deviation.
+_BATCHES = 20
+
+_HIGHEST, _LOWEST = [STRESS_MAX, FORCE_MAX, PHI_MAX], [STRESS_MIN, FORCE_MIN]
+_SUMS = [BLOCK_WORK, ABSOLUTE_WORK, MELTINGS, SOLID_TIME, UNSEEN_TIME]
+
+
+class Window:
+    """Consecutive drive periods of n motions, taken in one after the other.
+
+    `record` (n, RECORD) is that of all periods so far, in SI units.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.record = np.zeros((count, RECORD))
+        self.record[:, [STRESS_MAX, FORCE_MAX]] = -math.inf
+        self.record[:, [STRESS_MIN, FORCE_MIN]] = math.inf
+        self._amplitudes: list[np.ndarray] = []
+
+    def add(self, records: np.ndarray) -> None:
+        """Take in a period of each motion: `records` (n, RECORD) of stretches, in SI units."""
+        whole, before = self.record, self.record[:, LAST_PHASE].copy()
+        begin, end = records[:, FIRST_PHASE], records[:, LAST_PHASE]
+        self._amplitudes.append(
+            0.5 * (records[:, [STRESS_MAX, FORCE_MAX]] - records[:, [STRESS_MIN, FORCE_MIN]])
+        )
+        whole[:, _HIGHEST] = np.maximum(whole[:, _HIGHEST], records[:, _HIGHEST])
+        whole[:, _LOWEST] = np.minimum(whole[:, _LOWEST], records[:, _LOWEST])
+        whole[:, _SUMS] += records[:, _SUMS]
+        whole[:, MELTINGS] += (before == SOLID) & (begin == MELTED)  # on the border of two periods
+        known = before != UNSEEN  # a film keeps the phase that it had
+        whole[known, UNSEEN_TIME] -= records[known, UNSEEN_TIME]
+        frozen = before == SOLID
+        whole[frozen, SOLID_TIME] += records[frozen, UNSEEN_TIME]
+        first = whole[:, FIRST_PHASE]
+        whole[:, FIRST_PHASE] = np.where(first == UNSEEN, begin, first)
+        whole[:, LAST_PHASE] = np.where(end == UNSEEN, before, end)
+
+    @property
+    def amplitudes(self) -> np.ndarray:
+        """Amplitudes of stress [Pa] and force [N] of single periods, (periods, n, 2)."""
+        return np.array(self._amplitudes)
+
+
+def standard_errors(values: np.ndarray) -> np.ndarray:
+    """Standard errors of the means over the first axis, whose entries may be correlated.
+
+    By the means of batches. `values` (periods, ...); (...), infinite for fewer than two periods.
+    """
+    if len(values) < 2:
+        return np.full(values.shape[1:], math.inf)
+    batches = min(_BATCHES, len(values))
+    length = len(values) // batches
+    used = values[len(values) - batches * length :]
+    means = used.reshape(batches, length, *values.shape[1:]).mean(axis=1)
+    return np.asarray(means.std(axis=0, ddof=1) / math.sqrt(batches))

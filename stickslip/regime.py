@@ -1,0 +1,40 @@
+"""What kind of motion an orbit is: a code that is stored, and a sentence that is read."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Regime(IntEnum):
+    """The kinds of motion; the values are those of `regime` in a result file.
+
+    The first that applies counts: aperiodic, subharmonic, liquid, locked, stick-slip.
+    """
+
+    LIQUID = 0
+    LOCKED = 1
+    STICK_SLIP_SYMMETRIC = 2
+    STICK_SLIP_ASYMMETRIC = 3
+    SUBHARMONIC = 4
+    APERIODIC = 5
+    UNKNOWN = 127
+
+    @property
+    def sentence(self) -> str:
+        """One sentence that says what it means."""
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    Regime.LIQUID: "The film is never solid.",
+    Regime.LOCKED: "The film is solid and never melts.",
+    Regime.STICK_SLIP_SYMMETRIC: (
+        "The film melts and freezes; half a drive period later the motion is its mirror image."
+    ),
+    Regime.STICK_SLIP_ASYMMETRIC: (
+        "The film melts and freezes, and slips farther to one side than to the other."
+    ),
+    Regime.SUBHARMONIC: "The orbit closes after several drive periods.",
+    Regime.APERIODIC: "The orbit never closes.",
+    Regime.UNKNOWN: "There is no result.",
+}
