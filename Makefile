@@ -36,6 +36,7 @@ test-fast: $(VENV)/.dev
 
 stress: $(VENV)/.dev
 	$(BIN)/python -m pytest -n $(WORKERS) -m stress
+	$(BIN)/python benchmarks/bench_stability.py
 
 faults: $(VENV)/.dev
 	$(BIN)/python -m pytest -n $(WORKERS) -m faults

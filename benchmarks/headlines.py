@@ -213,6 +213,67 @@ def _failures(failures: list[Results]) -> str:
     return "; ".join(f"rtol {', '.join(at)}: {why}" for why, at in reasons.items())
 
 
+def _stability(results: Results) -> Lines:
+    lines: Lines = {}
+    ladder = results["ladder"]
+    for row in ladder["steps"]:
+        lines[f"rtol {row['rtol']:.0e}: true error median, 95 %, worst"] = (
+            f"{row['error_median']:.1e}, {row['error_95']:.1e}, {row['error_max']:.1e}"
+        )
+        lines[f"rtol {row['rtol']:.0e}: stated error held; too large, median and 95 %"] = (
+            f"{100 * row['held']:.1f} % of {row['compared']}; "
+            f"{row['over_median']:.2g} and {row['over_95']:.2g} times"
+        )
+    lines["slope of the median error, 1e-3 to 1e-8"] = shown(ladder["slope"])
+    found = results["references"]
+    lines["500 references by plain iteration: wrong orbits, other periods"] = (
+        f"{len(found['wrong'])}, {found['other_period']} of {found['compared']} that closed"
+    )
+    lines["... true error median, worst; stated error held"] = (
+        f"{found['median']:.1e}, {found['worst']:.1e}; {100 * found['held']:.1f} %"
+    )
+    lines["... stated over true error, median and 95 %"] = (
+        f"{found['over_median']:.2g} and {found['over_95']:.2g} times"
+    )
+    steps = results["step_map"]
+    for kind, count in steps["counts"].items():
+        lines[f"Euler-Cromer, step over scene ({len(steps['cells'])} cells): {kind}"] = str(count)
+    extremes = results["extremes"]
+    lines[f"{extremes['points']} random extremes"] = _counted(extremes["statuses"])
+    lines["... one at a time"] = _counted(_tally(extremes["one_at_a_time"]))
+    sample = extremes["sample"]
+    lines["... a sample at a hundredth of the tolerance: within what was stated, wrong"] = (
+        f"{100 * sample['held']:.1f} % of {sample['compared']}, {len(sample['wrong'])}"
+    )
+    jumps = results["acceleration"]
+    lines[f"acceleration on and off, {jumps['points']} points, random starts"] = (
+        f"{jumps['same']} of {jumps['compared']} on the same orbit, "
+        f"{jumps['periods_plain'] / jumps['periods']:.2g} times fewer periods"
+    )
+    lines["... statuses with, without"] = (
+        f"{_counted(jumps['statuses'])}; {_counted(jumps['statuses_plain'])}"
+    )
+    for scene in results["long_run"]["scenes"]:
+        lines[f"{results['long_run']['periods']} periods, {scene['scene']}: drift, balance"] = (
+            f"stress {scene['drift_stress']:.1e}, force {scene['drift_force']:.1e}, "
+            f"{scene['balance_after']:.1e}"
+        )
+    for name, rows in results["stiff_problems"]["problems"].items():
+        lines[f"{name}: error at 1e-4, 1e-6, 1e-8"] = ", ".join(
+            f"{row['error']:.1e}" for row in rows if row["rtol"] in (1e-4, 1e-6, 1e-8)
+        )
+    return lines
+
+
+def _counted(counts: dict[str, int]) -> str:
+    return ", ".join(f"{count} {name}" for name, count in counts.items())
+
+
+def _tally(rows: list[Results]) -> dict[str, int]:
+    names = [row["status"] for row in rows]
+    return {name: names.count(name) for name in sorted(set(names))}
+
+
 def _random_row(row: Results) -> str:
     parts = [f"{row['failed']} failed"] if row["failed"] else []
     if "error_median" in row:
@@ -232,6 +293,7 @@ HEADLINES: dict[str, Callable[[Results], Lines]] = {
     "methods": _methods,
     "random": _random,
     "skips": _skips,
+    "stability": _stability,
     "sweeps": _sweeps,
     "work_precision": _work_precision,
 }

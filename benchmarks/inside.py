@@ -21,9 +21,11 @@ from stickslip.kernels.adaptive import conversion, passes, queues
 from stickslip.kernels.adaptive.driver import end_states
 from stickslip.kernels.adaptive.queues import reduced_queue, work_through
 from stickslip.kernels.adaptive.recording import SLOTS, get
+from stickslip.kernels.euler_cromer import judging
 from stickslip.kernels.euler_cromer.lanes import March
 from stickslip.kernels.euler_cromer.layout import write_starts, write_steps
 from stickslip.kernels.euler_cromer.march import march_kernel
+from stickslip.kernels.euler_cromer.reference import Known
 from stickslip.kernels.families import Family, families
 from stickslip.kernels.points import FIRST_STEP, parameters_of
 from stickslip.kernels.problem import ProblemFunctions, problem_functions, problem_of
@@ -41,6 +43,7 @@ from stickslip.measure.accumulate import (
     STRESS_MIN,
     accumulator,
 )
+from stickslip.measure.results import relative_difference
 from stickslip.model import drive, film
 from stickslip.model.rhs import equations, relative_state
 from stickslip.model.scaling import KEPT, LITERALS, Reduced
@@ -51,6 +54,7 @@ from stickslip.numerics.linear import algebra, larger
 from stickslip.numerics.tableaus import RODAS4P2, RosenbrockTableau
 from stickslip.options import DEFAULTS, METHODS, Options
 from stickslip.parameters import Parameters, ParameterValues
+from stickslip.variables import RESULT_COLUMNS
 
 __all__ = ["FIRST_STEP", "March", "end_states", "problem_of"]  # passed on, beside what is made here
 
@@ -348,3 +352,44 @@ def march_assembly(gamma: float, noisy: bool, measured: bool, lanes: March) -> s
 def fixed_amplitudes(lanes: March) -> np.ndarray:
     """Amplitudes of stress [Pa] and force [N] over what was marched with a record, (n, 2)."""
     return _amplitudes(lanes.records())
+
+
+def reference_period(points: np.ndarray, finals: np.ndarray, rtol: float) -> np.ndarray:
+    """Records (n, RECORD) in SI units of a period by the adaptive method from stroboscopic states.
+
+    `finals` (n, columns) as `points.FINAL_COLUMNS`.
+    """
+    queue, records = reduced_queue(points, LAW), np.empty((len(points), RECORD))
+    queue.states[:] = finals
+    conversion.scale_states(points, queue.states)
+    half_periods(queue)[:] = 2
+    work_through(queue, passes.Pass(passes.MEASURE, rtol, rtol, 0, 10**9, False), LAW)
+    conversion.write_records(points, half_periods(queue), queue.measured, records)
+    return records
+
+
+def fixed_period(
+    row: np.ndarray, final: np.ndarray, dt: float, exact: np.ndarray, near: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """The result row of a period by Euler-Cromer from a stroboscopic state, and its true error.
+
+    The stated error is the difference from the record `near` (RECORD,), the true one that from
+    `exact`. A step above the limit is not refused.
+    """
+    points, steps, start = row[None], np.empty(1, np.int64), final[None, :WIDTH].copy()
+    start[:, 2] = np.exp(start[:, 2])
+    write_steps(points, dt, steps)
+    march = March(points, steps, start, LAW)
+    march.start(np.arange(1))
+    march.march(measured=True)
+    records, ends = march.records(), march.states()
+    orbits = judging.Orbits(
+        cycles=np.ones(1, np.int64), periods=np.ones(1, np.int64),
+        statuses=march.tasks.status, begins=start, ends=ends, records=records,
+        spreads=np.zeros((1, 2)),
+    )  # fmt: skip
+    known = Known(near[None], np.zeros(1, np.bool_), np.zeros(1))
+    results = np.empty((1, len(RESULT_COLUMNS)))
+    judging.write_results(points, orbits, known, results)
+    error = 0.5 * relative_difference(parameters_of(row), records[0], exact)
+    return results[0], float(error)

@@ -1,4 +1,4 @@
-"""Fills the tables of docs/performance.md from the records in `results/*.json`.
+"""Fills the tables of docs/performance.md and docs/stability.md from the records in `results/`.
 
 A table stands between `<!-- table: NAME -->` and `<!-- end -->`; what is around it is written by
 hand and names no measured number, so that a new record never contradicts it.
@@ -15,7 +15,8 @@ from typing import Any
 from headlines import headline
 
 RESULTS = Path(__file__).parent / "results"
-PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
+DOCS = Path(__file__).parents[1] / "docs"
+PAGES = (DOCS / "performance.md", DOCS / "stability.md")
 
 FLUIDS = {"gamma=-2/3": "−2/3", "gamma=0": "0", "gamma=2/3": "2/3"}
 
@@ -23,8 +24,9 @@ Results = dict[str, Any]
 
 
 def main() -> None:
-    PAGE.write_text(filled(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
-    print(PAGE)
+    for page in PAGES:
+        page.write_text(filled(page.read_text(encoding="utf-8")), encoding="utf-8")
+        print(page)
 
 
 def filled(page: str) -> str:
@@ -117,7 +119,7 @@ _TABLES: dict[str, tuple[str, Callable[[Results], str]]] = {
     "fixed_steps": ("fixed_lanes", _fixed_steps),
 } | {
     name: (name, _lines_of(name))
-    for name in ("random", "figures", "sweeps", "engine", "cube", "skips", "methods")
+    for name in ("random", "figures", "sweeps", "engine", "cube", "skips", "methods", "stability")
 }
 
 

@@ -10,6 +10,7 @@ import matplotlib as mpl
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
+import stability_plots
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -58,6 +59,9 @@ def main() -> None:
             print(f"no results/{name}.json: run bench_{name}.py first")
         else:
             print(draw(content, DOCS / PICTURES[name]))
+    if stability := load("stability"):
+        for picture, draw_it in stability_plots.PICTURES.items():
+            print(draw_it(stability["results"], _where(stability), DOCS / picture))
 
 
 def load(name: str) -> dict[str, Any] | None:

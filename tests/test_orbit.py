@@ -176,7 +176,7 @@ def test_one_compiled_version_serves_all() -> None:
     compute_orbits(rows("temperature", [200, 210]), Options(rtol=np.float32(1e-3), max_steps=5))
     law = DEFAULTS.friction
     kernels = pass_kernel(Family(law, -2 / 3)), conversion.reduction_kernel(law)
-    for kernel in (*kernels, conversion.result_kernel(law)):
+    for kernel in (*kernels, conversion.write_results):
         assert len(kernel.signatures) == 1
 
 

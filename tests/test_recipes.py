@@ -77,7 +77,6 @@ LAW = FrictionLaw(
     stress=_stress,
     rounded=_rounded,
     has_cusp=_never,
-    thickens=_never,
     stable_slope=_stable_slope,
     parameters=("eyring_stress", "eyring_speed"),
 )
@@ -426,8 +425,9 @@ def test_a_step_that_is_left_out_is_an_error_and_no_wrong_number(step: str, tmp_
         "observables_kernel(law)(points[0], np.zeros(1), np.ones((1, 3)), 0.0, np.zeros((1, 6)))\n"
         "from stickslip.kernels.adaptive.passes import new_queue\n"
         "queue = new_queue(np.zeros((1, 40)), np.zeros((1, 4)))\n"
-        "conversion.result_kernel(law)(points, queue, np.zeros((1, 4)), np.zeros((1, 10)), 1e-6,"
-        " np.zeros((1, 20)))\n"
+        "orbits = conversion.Orbits(np.zeros((1, 4)), queue.measured.copy(), np.zeros(1, bool),\n"
+        "    np.zeros((1, 2)), np.zeros(1))\n"
+        "conversion.write_results(points, queue, orbits, 1e-6, np.zeros((1, 30)))\n"
     )
     done = output_of(code, copy, cache=copy / "cache")
     assert done.returncode != 0

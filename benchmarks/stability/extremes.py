@@ -13,7 +13,7 @@ from stickslip.parameters import Parameters
 from stickslip.status import Status
 
 _SEED = 13
-_STEPS = 1_000_000
+_STEPS = 500_000
 _PERIODS = 1000
 
 EXTREMES: dict[str, tuple[float, ...]] = {
@@ -93,9 +93,7 @@ def _timed(points: np.ndarray, options: Options) -> tuple[np.ndarray, float]:
 def _checked(points: np.ndarray, results: np.ndarray, count: int) -> dict[str, Any]:
     """Some of the ok points again at a hundredth of the tolerance: which miss what they state."""
     rows = np.flatnonzero(good(results))[:: max(good(results).sum() // count, 1)][:count]
-    tight = Options(
-        rtol=1e-8, stationary_rtol=1e-8, max_steps=20 * _STEPS, max_periods=10 * _PERIODS
-    )
+    tight = Options(rtol=1e-8, stationary_rtol=1e-8, max_steps=5 * _STEPS, max_periods=5 * _PERIODS)
     better = orbits(points[rows], tight)
     both = good(better)
     rows, better = rows[both], better[both]

@@ -9,7 +9,7 @@ from common import AMPLITUDES, amplitude_errors, column, good, orbits, quantile,
 
 from stickslip.options import Options
 
-TOLERANCES = tuple(10.0**-i for i in range(2, 11))
+TOLERANCES = tuple(float(f"1e-{i}") for i in range(2, 11))
 _EXACT = 1e-12
 _SEED = 7
 # What a comparison with the reference can resolve.

@@ -14,7 +14,7 @@ from inside import generic_drive
 
 from stickslip.compiled.decorators import inline
 
-TOLERANCES = tuple(10.0**-i for i in range(2, 11))
+TOLERANCES = tuple(float(f"1e-{i}") for i in range(2, 11))
 
 
 class Problem(NamedTuple):
@@ -92,7 +92,7 @@ PROBLEMS = {
 def run(quick: bool) -> dict[str, Any]:
     """The largest relative error of a component at each tolerance, and the attempted steps."""
     tolerances = TOLERANCES[::3] if quick else TOLERANCES
-    return {name: _ladder(problem, tolerances) for name, problem in PROBLEMS.items()}
+    return {"problems": {name: _ladder(each, tolerances) for name, each in PROBLEMS.items()}}
 
 
 def _ladder(problem: Problem, tolerances: tuple[float, ...]) -> list[dict[str, Any]]:

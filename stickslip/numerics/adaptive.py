@@ -48,7 +48,7 @@ def make_adaptive(
             attempts += 1
             last = t + 1.0001 * h >= t1
             used = t1 - t if last else min(h, 0.5 * (t1 - t))  # no sliver is left for the end
-            if not (last or t1 + used > t1):  # the step has shrunk to rounding, or is NaN
+            if not (last or t + used > t):  # the step has shrunk to rounding, or is NaN
                 return y, h, attempts, DIVERGED
             y1, error, d1, d2, LU = step(p, t, y, used, f, J)
             weight = error_weight(p, y, J)

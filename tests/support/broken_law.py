@@ -47,7 +47,6 @@ LAW = FrictionLaw(
     stress=_stress,
     rounded=_rounded,
     has_cusp=_never,
-    thickens=_never,
     stable_slope=_slope,
     scaled={"viscosity_coefficient": _scaled},
     parameters=("viscosity_coefficient",),

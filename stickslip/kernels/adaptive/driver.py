@@ -112,7 +112,7 @@ def orbits(points: np.ndarray, options: Options, results: np.ndarray, finals: np
         _spreads(points, queue, begins, watching, law),
         tangents.multipliers_of(queue, begins, finer.rtol, law),
     )
-    conversion.result_kernel(law)(points, queue, orbits, settings.rtol, results)
+    conversion.write_results(points, queue, orbits, settings.rtol, results)
     finals[:] = begins
     conversion.restore_states(points, finals)
     for rows, watched in aperiodic:

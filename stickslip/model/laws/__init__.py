@@ -32,9 +32,6 @@ class FrictionLaw:
     has_cusp: Callable[..., bool]
     """(p): whether the slope is infinite at u = 0."""
 
-    thickens: Callable[..., bool]
-    """(p): whether the slope grows with |u|: the force is then steep in the velocity."""
-
     stable_slope: Callable[..., float]
     """(p, u): the largest slope up to the speed `u` [Pa s/m], a cusp left out: it bounds an
     explicit step."""

@@ -51,11 +51,6 @@ def _has_cusp(p: Parameters) -> bool:
 
 
 @inline
-def _thickens(p: Parameters) -> bool:
-    return p.rheological_index > 0.0
-
-
-@inline
 def _stable_slope(p: Parameters, u: float) -> float:
     """The slope at the fastest slip; that of a shear-thinning fluid is left out with its cusp."""
     return rounded_viscous_stress(p, u, 0.0)[1] if p.rheological_index >= 0.0 else 0.0
@@ -97,7 +92,6 @@ LAW = FrictionLaw(
     stress=viscous_stress,
     rounded=rounded_viscous_stress,
     has_cusp=_has_cusp,
-    thickens=_thickens,
     stable_slope=_stable_slope,
     scaled={"viscosity_coefficient": _scaled_viscosity},
     parameters=("viscosity_coefficient", "rheological_index"),

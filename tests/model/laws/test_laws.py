@@ -194,11 +194,6 @@ def test_a_cusp_is_where_the_slope_has_no_bound(fluid: Fluid) -> None:
         assert at_rest <= near * (1 + 1e-6)
 
 
-def test_a_fluid_thickens_where_the_slope_grows_with_the_slip(fluid: Fluid) -> None:
-    slow, fast = (slope(fluid, u) for u in (1e-9, 1e-5))
-    assert bool(fluid.law.thickens(fluid.p)) == (fast > slow * (1 + 1e-9))
-
-
 def test_the_stable_slope_bounds_the_slopes_of_a_law_without_a_cusp(fluid: Fluid) -> None:
     for u in SPEEDS:
         stable = fluid.law.stable_slope(fluid.p, u)

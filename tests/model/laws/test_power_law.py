@@ -119,11 +119,8 @@ def test_the_slope_at_rest_is_infinite_for_a_pseudoplastic_fluid_as_far_as_float
 
 
 @pytest.mark.parametrize("gamma", INDICES)
-def test_only_a_pseudoplastic_fluid_has_a_cusp_and_only_a_dilatant_one_thickens(
-    gamma: float,
-) -> None:
+def test_only_a_pseudoplastic_fluid_has_a_cusp(gamma: float) -> None:
     assert bool(LAW.has_cusp(fluid(gamma))) == (gamma < 0)
-    assert bool(LAW.thickens(fluid(gamma))) == (gamma > 0)
 
 
 @pytest.mark.parametrize("gamma", INDICES)

@@ -1,0 +1,54 @@
+"""500 random points against plain iteration by the scalar drive at 1e-10, stored in the tests."""
+
+from __future__ import annotations
+
+import csv
+from typing import Any
+
+import numpy as np
+from common import AMPLITUDES, DESCRIPTION, amplitude_errors, column, described, good, quantile
+from reference_orbits import PATH
+
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
+from stickslip.parameters import Parameters
+
+_RESOLVED = 1e-9  # what the references are good for
+
+
+def run(quick: bool) -> dict[str, Any]:
+    """Wrong orbits, errors, and whether the stated ones bound them, at the default tolerances."""
+    with PATH.open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))[:: 25 if quick else 1]
+    points = np.array(
+        [Parameters(**{name: float(row[name]) for name in DESCRIPTION}) for row in rows]
+    )
+    exact = np.array([[float(row[name]) for name in AMPLITUDES] for row in rows])
+    closed = np.array([int(row["orbit_periods"]) > 0 for row in rows])
+    results = compute_orbits(points, Options())[0]
+    both = closed & good(results)
+    found = np.column_stack([column(results, name) for name in AMPLITUDES])
+    true = amplitude_errors(points, found, exact).max(axis=1)
+    stated = column(results, "amplitude_error")
+    cycles = np.array([int(row["orbit_periods"]) for row in rows])
+    wrong = both & (true > 100.0 * stated + 1e-4)
+    return {
+        "points": len(points),
+        "compared": int(both.sum()),
+        "closed": int(closed.sum()),
+        "ok": int(good(results).sum()),
+        "other_period": int((both & (cycles != column(results, "orbit_periods"))).sum()),
+        "wrong": [
+            described(points[i], true=float(true[i]), stated=float(stated[i]))
+            for i in np.flatnonzero(wrong)
+        ],
+        "worst": float(true[both].max()),
+        "median": quantile(true[both], 50),
+        "held": float(np.mean(true[both] <= stated[both] + _RESOLVED)),
+        "over_median": quantile(stated[both] / np.maximum(true[both], _RESOLVED), 50),
+        "over_95": quantile(stated[both] / np.maximum(true[both], _RESOLVED), 95),
+        "missed": [
+            described(points[i], true=float(true[i]), stated=float(stated[i]))
+            for i in np.flatnonzero(both & (true > stated + _RESOLVED))
+        ],
+    }
