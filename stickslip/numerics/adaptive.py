@@ -16,6 +16,10 @@ from stickslip.status import Status
 OK, STEP_LIMIT, DIVERGED = int(Status.OK), int(Status.STEP_LIMIT), int(Status.DIVERGED)
 
 
+# A step that is this small a part of the interval leads nowhere, even from t = 0.
+_LEAST_STEP = 1e-25
+
+
 def make_adaptive(
     rhs: Callable[..., Vector],
     jacobian: Callable[..., tuple[Vector, ...]],
@@ -48,7 +52,9 @@ def make_adaptive(
             attempts += 1
             last = t + 1.0001 * h >= t1
             used = t1 - t if last else min(h, 0.5 * (t1 - t))  # no sliver is left for the end
-            if not (last or t + used > t):  # the step has shrunk to rounding, or is NaN
+            if not (
+                last or (t + used > t and used > _LEAST_STEP * (t1 - t0))
+            ):  # the step has shrunk to rounding, or is NaN
                 return y, h, attempts, DIVERGED
             y1, error, d1, d2, LU = step(p, t, y, used, f, J)
             weight = error_weight(p, y, J)
