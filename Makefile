@@ -37,6 +37,7 @@ test-fast: $(VENV)/.dev
 stress: $(VENV)/.dev
 	$(BIN)/python -m pytest -n $(WORKERS) -m stress
 	$(BIN)/python benchmarks/bench_stability.py
+	$(MAKE) --no-print-directory tables
 
 faults: $(VENV)/.dev
 	$(BIN)/python -m pytest -n $(WORKERS) -m faults
