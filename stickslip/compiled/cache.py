@@ -1,8 +1,8 @@
 """Where compiled code is kept: a folder named by a hash of all sources, and files that are checked.
 
-The private parts of Numba that are subclassed here are guarded by tests/compiled/test_cache.py and
-tests/compiled/test_decorators.py: they fail where a new version of Numba changes them, which is why
-pyproject.toml bounds that version above.
+The private parts of Numba that are subclassed here are guarded by tests/compiled/test_cache.py: it
+fails where a new version of Numba changes them, which is why pyproject.toml bounds that version
+above.
 """
 
 from __future__ import annotations
@@ -17,34 +17,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from llvmlite.binding import Linkage, get_host_cpu_name
+from llvmlite.binding import get_host_cpu_name
 from numba.core import config as numba_config
 from numba.core.caching import FunctionCache, IndexDataCacheFile
-from numba.core.compiler import Compiler
-
-
-class SealedCompiler(Compiler):
-    """Compiles a kernel with all that it calls into private code of its own.
-
-    Numba keeps the functions that a kernel calls as weak symbols, of which a process uses the copy
-    that it loaded first: the one compiled by itself after a compilation, some kernel's own after
-    loading from the cache. The copies were optimised in different company and differ in the last
-    bits, so that a first run gave other numbers than all later ones.
-    """
-
-    def __init__(self, typing_context: Any, target: Any, library: Any, *others: Any) -> None:
-        library = target.codegen().create_library("sealed kernel")
-        library.enable_object_caching()
-        optimise = library._optimize_final_module
-
-        def seal_and_optimise() -> None:
-            for function in library._final_module.functions:
-                if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
-                    function.linkage = Linkage.internal
-            optimise()
-
-        library._optimize_final_module = seal_and_optimise
-        super().__init__(typing_context, target, library, *others)
 
 
 class SteadyCache(FunctionCache):

@@ -14,7 +14,8 @@ from typing import Any
 
 import numba
 
-from stickslip.compiled.cache import CacheFolder, SealedCompiler, SteadyCache, warn_once
+from stickslip.compiled.cache import CacheFolder, SteadyCache, warn_once
+from stickslip.compiled.compilers import Part, SealedCompiler
 
 # No C wrapper: nobody calls these functions from C, and each wrapper is compiled as a function.
 _FLAGS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
@@ -31,12 +32,12 @@ _FASTMATH = {"contract", "arcp"}
 
 def jit(function: Callable[..., Any]) -> Any:
     """A compiled function that belongs to a drive; it is compiled into the kernel that calls it."""
-    return numba.njit(**_FLAGS, fastmath=_FASTMATH)(function)
+    return Part(function, targetoptions={**_FLAGS, "fastmath": _FASTMATH})
 
 
 def inline(function: Callable[..., Any]) -> Any:
     """A small scalar function that must vanish into its caller: every equation of the model."""
-    return numba.njit(**_FLAGS, fastmath=_FASTMATH, forceinline=True)(function)
+    return Part(function, targetoptions={**_FLAGS, "fastmath": _FASTMATH, "forceinline": True})
 
 
 def kernel(function: Callable[..., Any]) -> Any:

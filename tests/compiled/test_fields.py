@@ -76,7 +76,7 @@ def multiplications(make: Any) -> int:
         return x * make(x, y).a
 
     product(1.0, 2.0)
-    (text,) = product.inspect_llvm().values()
+    (text,) = product.alone.inspect_llvm().values()
     return text.count("fmul")
 
 

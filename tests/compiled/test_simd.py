@@ -30,5 +30,5 @@ def test_every_lane_is_visited_once_and_no_other(times: int) -> None:
 def test_the_loop_is_compiled_to_vectors_two_at_a_time() -> None:
     assert LANES == 2 * VECTOR
     loop(LANES, np.zeros(LANES), np.zeros(LANES))
-    (text,) = loop.inspect_llvm().values()
+    (text,) = loop.alone.inspect_llvm().values()
     assert text.count(f"load <{VECTOR} x double>") >= 4  # x and y, two vectors of each

@@ -41,8 +41,8 @@ _END_OF_FUNCTION = re.compile(r"^\.Lfunc_end\d+:", re.MULTILINE)
 
 def assembly(function: Any) -> str:
     """What a function of an array of lanes is compiled to."""
-    function.compile((types.float64[::1],))
-    (text,) = function.inspect_asm().values()
+    function.alone.compile((types.float64[::1],))
+    (text,) = function.alone.inspect_asm().values()
     return text
 
 

@@ -64,7 +64,7 @@ def hot_loops(assembly: str) -> list[str]:
 
 def assembly_of(family: Family, noisy: bool, measured: bool) -> str:
     """A march compiled anew: the code of a cached one cannot be looked at."""
-    fresh = jit(march.march_kernel(family, noisy, measured).py_func)
+    fresh = jit(march.march_kernel(family, noisy, measured).py_func).alone
     fresh(march_of([fast()], FAST_DT).tasks, np.arange(0), 1)
     return fresh.inspect_asm(fresh.signatures[0])
 

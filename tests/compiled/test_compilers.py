@@ -1,0 +1,63 @@
+"""Parts have no machine code of their own, and are in kernels what they are alone."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+
+from stickslip.compiled.compilers import Part
+from stickslip.compiled.decorators import inline, jit, named_kernel
+
+
+def _series(x: float, terms: int = 3) -> float:
+    """Long enough to be rounded differently by a compiler that is allowed to."""
+    total = 1.0
+    for i in range(terms, 0, -1):
+        total = 1.0 + x * total / i
+    return total
+
+
+series = jit(_series)
+double = inline(lambda x: 2.0 * x)
+
+
+def _sums(x: np.ndarray, out: np.ndarray) -> None:
+    for i in range(len(x)):
+        out[i] = double(series(x[i])) + series(x[i], 7) + series(x=x[i], terms=9)
+
+
+sums = named_kernel("tests: sums of parts", _sums)
+
+
+def test_a_part_is_called_from_python_as_it_is_from_a_kernel() -> None:
+    x, out = np.linspace(-2.0, 2.0, 9), np.empty(9)
+    sums(x, out)
+    assert out.tolist() == [double(series(v)) + series(v, 7) + series(x=v, terms=9) for v in x]
+
+
+def test_a_part_that_a_kernel_calls_gets_no_machine_code() -> None:
+    sums(np.ones(1), np.ones(1))
+    for part in (series, double):
+        assert part.overloads
+        for result in part.overloads.values():
+            assert not callable(result.entry_point)
+            assert not result.library.codegen._engine.is_symbol_defined(result.fndesc.mangled_name)
+
+
+def test_what_is_called_from_python_has_machine_code() -> None:
+    series(1.0)
+    result = next(iter(series.alone.overloads.values()))
+    assert result.library.codegen._engine.is_symbol_defined(result.fndesc.mangled_name)
+
+
+def test_a_part_without_a_type_says_so_as_numba_does() -> None:
+    with pytest.raises(Exception, match="Cannot unify"):
+        jit(lambda x: 1.0 if x > 0 else "negative")(1.0)
+
+
+def test_a_part_survives_pickling() -> None:
+    copy = pickle.loads(pickle.dumps(series))
+    assert isinstance(copy, Part)
+    assert copy(0.5) == series(0.5)
