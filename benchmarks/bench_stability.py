@@ -13,6 +13,7 @@ from stability import (
     acceleration,
     extremes,
     ladder,
+    locked,
     long_run,
     references,
     step_map,
@@ -22,6 +23,7 @@ from stability import (
 QUESTIONS = {
     "ladder": ladder,
     "references": references,
+    "locked": locked,
     "step_map": step_map,
     "extremes": extremes,
     "acceleration": acceleration,

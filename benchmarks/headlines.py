@@ -235,6 +235,14 @@ def _stability(results: Results) -> Lines:
     lines["... stated over true error, median and 95 %"] = (
         f"{found['over_median']:.2g} and {found['over_95']:.2g} times"
     )
+    locked = results["locked"]
+    lines[f"{locked['points']} locked blocks near resonance: error of the force, median, worst"] = (
+        f"{locked['force_median']:.1e}, {locked['force_max']:.1e}, of {locked['compared']} settled"
+    )
+    lines["... against abs(2K - M omega^2) X_m; stated error held"] = (
+        f"within 1e-5 on {100 * locked['balance_held']:.1f} %, worst {locked['balance_max']:.1e}; "
+        f"{100 * locked['held']:.1f} %"
+    )
     steps = results["step_map"]
     for kind, count in steps["counts"].items():
         lines[f"Euler-Cromer, step over scene ({len(steps['cells'])} cells): {kind}"] = str(count)

@@ -43,10 +43,6 @@ class SealedCompiler(Compiler):
 class _PartLibrary(JITCodeLibrary):
     """Code in LLVM's language, to be linked into kernels; it never becomes machine code."""
 
-    def _optimize_functions(self, ll_module: Any) -> None:
-        # The passes over the whole module, which follow, contain those over single functions.
-        ll_module.data_layout = self._codegen._data_layout
-
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
         self._finalized = True
@@ -66,7 +62,7 @@ class Part(CPUDispatcher):
     """A function whose machine code is that of the kernels it is compiled into.
 
     Numba makes machine code and a Python entry for every function that a kernel calls, though only
-    the kernel ever runs it: two fifths of the time that a first run spends compiling. Called from
+    the kernel ever runs it: a third of the time that a first run spends compiling. Called from
     Python, as tests do, a part is compiled `alone`.
     """
 

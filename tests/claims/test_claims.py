@@ -236,7 +236,8 @@ def solid_part(found: SimpleNamespace) -> np.ndarray:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("gamma", [*LOCKED, 1 / 3])  # and a fluid between those of the figure
+# And in the long tests a fluid between those of the figure.
+@pytest.mark.parametrize("gamma", [*LOCKED, pytest.param(1 / 3, marks=pytest.mark.stress)])
 def test_fig_7_stress_falls_with_temperature(gamma: float) -> None:
     found = fig_7(gamma)
     assert np.all(found.status == Status.OK)

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from numba.core import config as numba_config
 from support.marks import one_then
-from support.package import copy_of_package, start_python
+from support.package import copy_of_package, run_python, start_python
 from support.small_kernel import LOG_PHI, SMALL_KERNEL, run_small_kernel
 
 from stickslip.compiled import cache as compiled_cache
@@ -54,6 +54,19 @@ def use() -> tuple[float, int, list[str]]:
         kernel = new_kernel()
         value = kernel(2.0)
     return value, sum(kernel.stats.cache_hits.values()), [str(w.message) for w in caught]
+
+
+@pytest.mark.stress
+@pytest.mark.parametrize("method", ["adaptive", "euler-cromer"])
+def test_compiling_says_nothing(method: str, tmp_path: Path) -> None:
+    """LLVM would complain of a loop over lanes that it cannot turn into vectors."""
+    code = (
+        "import numpy as np\n"
+        "from stickslip.options import METHODS, Options\n"
+        f"options = Options(method={method!r})\n"
+        "METHODS[options.method].kernels.compile_for(np.array([-2 / 3, 0.0]), options)\n"
+    )
+    assert run_python(code, tmp_path / "cache") == ("", "")
 
 
 def the(cache: Path, suffix: str) -> Path:

@@ -11,11 +11,12 @@ from stickslip.compiled.decorators import inline, kernel, kernel_factory, named_
 from stickslip.compiled.fields import make_map
 from stickslip.kernels.adaptive.passes import CYCLE, HALVES, OUTCOME, Queue
 from stickslip.kernels.points import FIRST_STEP, parameters_of
-from stickslip.measure.accumulate import RECORD
+from stickslip.measure.accumulate import MELTINGS, RECORD
 from stickslip.measure.results import (
     Measured,
     RecordUnits,
     amplitudes_of,
+    force_condition,
     relative_difference,
     write_failure,
     write_result,
@@ -32,7 +33,8 @@ from stickslip.parameters import Parameters
 # The error estimate: what is left of the difference between two tolerances after a cut to a tenth,
 # where it falls a little less than in proportion; the distances from the orbit that an amplitude
 # may be off by; and the least that is believed, in tolerances: on fewer the two measurements agree
-# by accident on more than a point in a hundred.
+# by accident on more than a point in a hundred. Locked blocks multiply it by the condition of the
+# force.
 _FINER_PART = 0.2
 _DISTANCES = 2.0
 _LEAST = 0.03
@@ -185,8 +187,11 @@ def write_results(
         write_whole_orbit(queue.measured[i], own, cycle, record)
         write_whole_orbit(orbits.coarse[i], own, cycle, other)
         distance = _distance(begin, end, queue.ratios[i])
+        least = _LEAST * rtol
         if math.exp(begin[FILM]) >= film.solid_threshold(p):
             distance += _film_distance(begin, end, cycle, orbits.multipliers[i], rtol)
+            if record[MELTINGS] == 0.0:  # solid throughout: the blocks are locked
+                least *= force_condition(p, record)
         difference = relative_difference(p, other, record)
         measured = Measured(
             record=record,
@@ -196,7 +201,7 @@ def write_results(
             end=(end[0] * units.length, -end[1] * units.speed),
             symmetric=orbits.symmetric[i],
             amplitudes=amplitudes_of(record),
-            error=_FINER_PART * difference + _DISTANCES * distance + _LEAST * rtol,
+            error=_FINER_PART * difference + _DISTANCES * distance + least,
             spreads=(orbits.spreads[i, 0], orbits.spreads[i, 1]),
             multiplier=orbits.multipliers[i],
             exponent=np.nan,

@@ -1,0 +1,110 @@
+"""Blocks locked by a solid film near resonance: a small difference of two large forces.
+
+The force of the film is then what is left of the springs and of the inertia of the block,
+|2K - M omega^2| |X_m|, and it is carried by a relative velocity that is tiny beside the drive's.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from common import (
+    AMPLITUDES,
+    amplitude_errors,
+    column,
+    described,
+    good,
+    orbits,
+    parameter,
+    quantile,
+)
+from inside import scalar_amplitudes, scalar_states
+
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
+from stickslip.parameters import Parameters
+
+_SEED = 23
+_INDICES = (-0.8, -2 / 3, -0.5)
+_NEARNESS = 0.3  # of 2K / M omega^2 to 1
+_EXACT = 1e-11
+_PERIODS = 4  # by the scalar drive, from the orbit of the lanes
+_RESOLVED = 1e-9
+_BALANCED = 1e-5
+
+
+def run(quick: bool) -> dict[str, Any]:
+    """Errors of the force at the default tolerances, and of both amplitudes against stated ones."""
+    drawn = _locked(20 if quick else 400)
+    exact, settled = _exact(drawn)
+    points, exact = drawn[settled], exact[settled]
+    results = orbits(points, Options())
+    found = np.column_stack([column(results, name) for name in AMPLITUDES])
+    true = amplitude_errors(points, found, exact).max(axis=1)
+    stated = column(results, "amplitude_error")
+    missed = true > stated + _RESOLVED
+    of_force = np.abs(found[:, 1] / exact[:, 1] - 1.0)
+    of_balance = np.abs(exact[:, 1] / _balance(points) - 1.0)
+    worst = int(np.argmax(of_force))
+    return {
+        "points": len(drawn),
+        "compared": len(points),
+        "ok": int(good(results).sum()),
+        "force_median": quantile(of_force, 50),
+        "force_max": float(of_force.max()),
+        "balance_median": quantile(of_balance, 50),
+        "balance_max": float(of_balance.max()),
+        "balance_held": float(np.mean(of_balance <= _BALANCED)),
+        "held": float(1.0 - np.mean(missed)),
+        "over_median": quantile(stated / np.maximum(true, _RESOLVED), 50),
+        "over_95": quantile(stated / np.maximum(true, _RESOLVED), 95),
+        "worst": described(points[worst], error=float(of_force[worst])),
+        "missed": [
+            described(points[i], true=float(true[i]), stated=float(stated[i]))
+            for i in np.flatnonzero(missed)
+        ],
+    }
+
+
+def _balance(points: np.ndarray) -> np.ndarray:
+    """Force [N] that moves a block with the drive: |2K - M omega^2| |X_m|, (n,)."""
+    inertia = parameter(points, "block_mass") * parameter(points, "angular_frequency") ** 2
+    springs = 2.0 * parameter(points, "spring_stiffness")
+    return np.abs(springs - inertia) * np.abs(parameter(points, "drive_amplitude"))
+
+
+def _locked(count: int) -> np.ndarray:
+    """The first points of a sequence whose film is solid throughout, (count, 20)."""
+    points = _drawn(2 * count)
+    results = orbits(points, Options())
+    solid = (column(results, "solid_fraction") == 1.0) & (column(results, "melting_count") == 0)
+    return points[solid & good(results)][:count]
+
+
+def _drawn(count: int) -> np.ndarray:
+    rng, rows = np.random.default_rng(_SEED), []
+    for _ in range(count):
+        omega = rng.uniform(5.0, 60.0)
+        inertia = Parameters().block_mass * omega**2
+        rows.append(
+            Parameters(
+                temperature=rng.uniform(150.0, 285.0),
+                viscosity_coefficient=float(np.exp(rng.uniform(np.log(1e4), np.log(3e5)))),
+                angular_frequency=omega,
+                spring_stiffness=0.5 * inertia * (1.0 + rng.uniform(-_NEARNESS, _NEARNESS)),
+                rheological_index=rng.choice(_INDICES),
+            )
+        )
+    return np.array(rows)
+
+
+def _exact(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Amplitudes (n, 2) by the scalar drive at 1e-11, and which points (n,) have settled there."""
+    options = Options(rtol=_EXACT, stationary_rtol=_EXACT, max_error=1.0)
+    results, finals = compute_orbits(points, options)
+    amplitudes, settled = np.empty((len(points), 2)), good(results)
+    for i in np.flatnonzero(settled):
+        states = scalar_states(points[i], finals[i, :3], _PERIODS, _EXACT)
+        amplitudes[i] = scalar_amplitudes(points[i], states[-1], 1, _EXACT)[:2]
+    return amplitudes, settled
