@@ -77,6 +77,11 @@ def column(results: np.ndarray, name: str) -> np.ndarray:
     return results[:, RESULT_COLUMNS.index(name)]
 
 
+def amplitudes(results: np.ndarray) -> np.ndarray:
+    """Amplitudes of stress [Pa] and force [N], (n, 2)."""
+    return np.column_stack([column(results, name) for name in AMPLITUDES])
+
+
 def good(results: np.ndarray) -> np.ndarray:
     """Which points ended ok."""
     return column(results, "status") == Status.OK

@@ -246,6 +246,14 @@ def _stability(results: Results) -> Lines:
     steps = results["step_map"]
     for kind, count in steps["counts"].items():
         lines[f"Euler-Cromer, step over scene ({len(steps['cells'])} cells): {kind}"] = str(count)
+    fixed = results["fixed_step"]
+    lines[f"Euler-Cromer at 0.9 of the largest step, {fixed['points']} orbits"] = (
+        f"{_counted(fixed['statuses'])}; true error median, worst "
+        f"{fixed['error_median']:.1e}, {fixed['error_max']:.1e}"
+    )
+    lines["... stated error held; too large, median and 95 %"] = (
+        f"{100 * fixed['held']:.1f} %; {fixed['over_median']:.2g} and {fixed['over_95']:.2g} times"
+    )
     extremes = results["extremes"]
     lines[f"{extremes['points']} random extremes"] = _counted(extremes["statuses"])
     lines["... one at a time"] = _counted(_tally(extremes["one_at_a_time"]))

@@ -79,17 +79,21 @@ class Range(NamedTuple):
     lower: float
     upper: float = math.inf
     lower_open: bool = False
+    whole: bool = False
 
     def holds(self, value: Any) -> bool:
         """Whether `value` is a number that lies in the range."""
         number = isinstance(value, Real) and not isinstance(value, bool)
-        return number and self._inside(value)
+        return number and self._inside(value) and (value == int(value) or not self.whole)
 
     def _inside(self, value: float) -> bool:
         above = value > self.lower if self.lower_open else value >= self.lower
         return bool(above and value <= self.upper and math.isfinite(value))
 
     def __str__(self) -> str:
+        return f"{'a whole number, ' if self.whole else ''}{self._limits()}"
+
+    def _limits(self) -> str:
         if self.upper < math.inf:
             return f"{self.lower:g} {'<' if self.lower_open else '<='} value <= {self.upper:g}"
         return f"{'greater than' if self.lower_open else 'at least'} {self.lower:g}"
@@ -108,7 +112,7 @@ class Option:
 _TOLERANCE = Range(1e-13, 1e-2, lower_open=True)
 
 # Kernels count in 64-bit integers.
-_COUNT = Range(1, 2**63 - 1)
+_COUNT = Range(1, 2**63 - 1, whole=True)
 
 OPTIONS: Mapping[str, Option] = MappingProxyType(
     {
@@ -125,7 +129,9 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
         ),
         "max_periods": Option(5000, _COUNT, "drive periods after which a point is given up"),
         "window": Option(
-            200, Range(20, 1_000_000), "drive periods over which an aperiodic orbit is measured"
+            200,
+            Range(20, 1_000_000, whole=True),
+            "drive periods over which an aperiodic orbit is measured",
         ),
     }
 )

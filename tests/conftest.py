@@ -18,7 +18,7 @@ settings.load_profile("stickslip")
 
 # Two workers begin with these: one compiles the adaptive kernels, the other those of Euler-Cromer,
 # and all files that follow find both in the cache instead of compiling them a second time.
-_FIRST = ("claims/test_claims.py", "kernels/euler_cromer/test_lanes.py")
+_FIRST = ("claims/test_time_courses.py", "kernels/euler_cromer/test_lanes.py")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -139,6 +139,13 @@ def test_a_range_ends_where_it_says(name: str) -> None:
             Options(**{name: value})
 
 
+@pytest.mark.parametrize("name", ["max_steps", "max_periods", "window"])
+def test_a_count_with_a_fraction_is_refused_not_cut(name: str) -> None:
+    assert getattr(Options(**{name: 1e3}).settings(), name) == 1000
+    with pytest.raises(OptionError, match=rf"^{name} must be a whole number, .*, not 99\.5$"):
+        Options(**{name: 99.5})
+
+
 @pytest.mark.parametrize("name", OPTIONS)
 @pytest.mark.parametrize("value", ["1e-6", b"1", None, True, [1.0], {}, 1j])
 def test_what_is_no_number_is_refused_by_name(name: str, value: object) -> None:
@@ -166,7 +173,7 @@ def test_all_complaints_come_at_once() -> None:
         "method must be one of adaptive, euler-cromer, not 'euler'",
         "rtol must be 1e-13 < value <= 0.01, not 2.0",
         "dt must be greater than 0, not -1.0",
-        "max_steps must be 1 <= value <= 9.22337e+18, not 0",
+        "max_steps must be a whole number, 1 <= value <= 9.22337e+18, not 0",
     ]
 
 

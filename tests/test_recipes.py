@@ -14,186 +14,15 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 from support.marks import one_then
+from support.recipes import DRAWN, FIGURE_RECIPE, RECIPES, SMALL_SWEEPS, Edit
 
 import stickslip
 import sweeps
 
 ENDED = 540.0  # seconds: a hang, on any machine
-
-
-class Edit(NamedTuple):
-    """In a file, `before` this text stands the new one; a new file where that is empty."""
-
-    file: str
-    before: str
-    text: str
-
-
-EYRING = '''"""Eyring's law of thermally activated flow: the stress grows as asinh of the speed."""
-
-from __future__ import annotations
-
-import math
-
-from stickslip.compiled.decorators import inline
-from stickslip.model.laws import FrictionLaw
-from stickslip.parameters import Parameters
-
-
-@inline
-def _stress(p: Parameters, u: float) -> float:
-    x = abs(u) / p.eyring_speed
-    size = p.eyring_stress * math.log(x + math.sqrt(x * x + 1.0))
-    return math.copysign(size, u)
-
-
-@inline
-def _slope(p: Parameters, u: float) -> float:
-    x = u / p.eyring_speed
-    return p.eyring_stress / p.eyring_speed / math.sqrt(x * x + 1.0)
-
-
-@inline
-def _rounded(p: Parameters, u: float, u_s: float) -> tuple[float, float]:
-    return _stress(p, u), _slope(p, u)
-
-
-@inline
-def _never(p: Parameters) -> bool:
-    return False
-
-
-@inline
-def _stable_slope(p: Parameters, u: float) -> float:
-    return _slope(p, 0.0)
-
-
-LAW = FrictionLaw(
-    name="eyring",
-    stress=_stress,
-    rounded=_rounded,
-    has_cusp=_never,
-    stable_slope=_stable_slope,
-    parameters=("eyring_stress", "eyring_speed"),
-)
-'''
-
-LAST_PARAMETER = '    _not_negative("noise_intensity",'
-
-
-def parameter(name: str, symbol: str, unit: str, more: str) -> Edit:
-    """A parameter in the registry."""
-    text = f'    _not_negative("{name}", "{symbol}", "{symbol}", "{unit}", "{name}", {more}),\n'
-    return Edit("stickslip/variables.py", LAST_PARAMETER, text)
-
-
-STATUS_COLUMN = '    ResultVariable("status",'
-
-RECIPES = {
-    "friction law": [
-        Edit("stickslip/model/laws/eyring.py", "", EYRING),
-        Edit(
-            "stickslip/options.py",
-            '        "power-law": "stickslip.model.laws.power_law",\n',
-            '        "eyring": "stickslip.model.laws.eyring",\n',
-        ),
-        parameter("eyring_stress", "sigma_0", "Pa", "default=2e5, neutral=2e5"),
-        parameter("eyring_speed", "u_0", "m s-1", "default=1e-6, neutral=1e-6"),
-    ],
-    "free energy": [
-        parameter("sextic_coefficient", "e", "J m-3", "default=0.0, neutral=0.0, phi_power=4"),
-        Edit(
-            "stickslip/model/film.py",
-            "    return harmonic - cubic",
-            "    sextic = p.sextic_coefficient / 6.0 * (phi2 * phi2 * phi2)\n"
-            "    harmonic = harmonic + sextic\n",
-        ),
-        Edit(
-            "stickslip/model/film.py",
-            "    return B - p.cubic_coefficient * phi",
-            "    B = B + p.sextic_coefficient * (phi * phi) * (phi * phi)\n",
-        ),
-        Edit(
-            "stickslip/model/film.py",
-            "    return phi * (2.0 * p.quartic_coefficient * phi",
-            "    if p.sextic_coefficient > 0.0:\n"
-            "        sextic = 4.0 * p.sextic_coefficient * (phi * phi) * (phi * phi)\n"
-            "        quartic = 2.0 * p.quartic_coefficient * phi - p.cubic_coefficient\n"
-            "        return phi * quartic + sextic\n",
-        ),
-    ],
-    "parameter": [
-        parameter("plateau_viscosity", "k_inf", "Pa s", "default=0.0, neutral=0.0"),
-        Edit(
-            "stickslip/model/laws/power_law.py",
-            "    return math.copysign(p.viscosity_coefficient * _rate_power",
-            "    plateau = p.plateau_viscosity * rate\n"
-            "    stress = p.viscosity_coefficient * _rate_power(rate, p.rheological_index)\n"
-            "    if p.plateau_viscosity > 0.0:\n"
-            "        return math.copysign(stress + plateau, u)\n",
-        ),
-        Edit(
-            "stickslip/model/laws/power_law.py",
-            "        return viscosity * rate, viscosity / h * (1.0 + gamma)\n",
-            "        k_inf = p.plateau_viscosity\n"
-            "        return (\n"
-            "            viscosity * rate + k_inf * rate,\n"
-            "            viscosity / h * (1.0 + gamma) + k_inf / h,\n"
-            "        )\n",
-        ),
-    ],
-    "result variable": [
-        Edit(
-            "stickslip/variables.py",
-            STATUS_COLUMN,
-            '    ResultVariable("friction_work", "W", "W", "J", "work of the friction force"),\n',
-        ),
-        Edit(
-            "stickslip/measure/results.py",
-            "        status=float(m.status),\n",
-            "        friction_work=m.record[ABSOLUTE_WORK],\n",
-        ),
-    ],
-}
-"""The recipes that are carried out; the figure comes below."""
-
-FIGURE = '''"""The stated error of the amplitudes, along the first axis."""
-
-from __future__ import annotations
-
-import xarray as xr
-from matplotlib.figure import Figure
-
-
-def errors(ds: xr.Dataset) -> Figure:
-    """The amplitude errors of a sweep."""
-    figure = Figure()
-    axes = figure.add_subplot()
-    axes.semilogy(ds.amplitude_error.values.ravel())
-    return figure
-'''
-
-FIGURE_RECIPE = [
-    Edit("sweeps/figures/errors.py", "", FIGURE),
-    Edit(
-        "sweeps/figure_table.py",
-        '        "time_courses": FigureEntry(',
-        '        "errors": FigureEntry("errors.errors", "sweep", ("amplitude_error",)),\n',
-    ),
-]
-DRAWN = """
-import json, sys
-import numpy as np, xarray as xr
-from sweeps.config.load import from_mapping
-from sweeps.figures import draw
-ds = xr.Dataset({"amplitude_error": ("temperature", [1e-7, 2e-7])}, {"temperature": [200.0, 250.0]})
-line = draw(ds, from_mapping({"plot": {"figure": "errors"}}).plot.figure).axes[0].lines[0]
-json.dump(line.get_ydata().tolist(), sys.stdout)
-"""
 
 MOST_FILES = {
     "friction law": 3,
@@ -203,36 +32,6 @@ MOST_FILES = {
     "figure": 2,
 }
 """Files at most, as the table of CONTRIBUTING.md says."""
-
-SMALL_SWEEPS = """
-import json, sys
-from sweeps import run
-
-MODEL = {"gamma": 0, "T": 250, "delta": 1.0, "omega": 30, "x_0": 0.8e-6, "phi_0": 0.6}
-METHODS = {"adaptive": {"rtol": 1e-5}, "euler-cromer": {"method": "euler-cromer", "dt": 1e-6}}
-EYRING = {"friction": "eyring"}
-CASES = {
-    "plain": ({}, {}),
-    "eyring": ({"gamma": "-2/3"}, EYRING),
-    "stiffer eyring": ({"gamma": "-2/3", "eyring_stress": 4e5}, EYRING),
-    "liquid eyring": ({"gamma": "-2/3", "T": 310, "K": 1e4}, EYRING),
-    "sextic": ({"sextic_coefficient": 400.0}, {}),
-    "plateau": ({"plateau_viscosity": 5e4}, {}),
-}
-found = {}
-for case, (changes, film) in CASES.items():
-    ds = run(
-        {
-            "model": MODEL | changes,
-            "film": film,
-            "integrator": METHODS[sys.argv[1]],
-            "stationary": {"rtol": 1e-5},
-        },
-        workers=1,
-    )
-    found[case] = {name: float(ds[name]) for name in ds.data_vars}
-json.dump(found, sys.stdout)
-"""
 
 
 def carried_out(recipe: list[Edit], copy: Path) -> set[str]:

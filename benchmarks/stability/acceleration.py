@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from common import AMPLITUDES, amplitude_errors, column, described, good, orbits
+from common import amplitude_errors, amplitudes, column, described, good, orbits
 
 from stickslip.options import Options
 from stickslip.parameters import Parameters
@@ -44,10 +44,7 @@ def run(quick: bool) -> dict[str, Any]:
     points = random_starts(wide, near)
     jumping, plain = (orbits(points, Options(accelerate=each)) for each in (True, False))
     both = good(jumping) & good(plain)
-    amplitudes = [
-        np.column_stack([column(each, name) for name in AMPLITUDES]) for each in (jumping, plain)
-    ]
-    differs = amplitude_errors(points, *amplitudes).max(axis=1)
+    differs = amplitude_errors(points, amplitudes(jumping), amplitudes(plain)).max(axis=1)
     stated = column(jumping, "amplitude_error") + column(plain, "amplitude_error")
     wrong = both & (differs > 10.0 * stated + 1e-6)
     return {

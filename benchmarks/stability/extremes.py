@@ -6,7 +6,7 @@ import time
 from typing import Any
 
 import numpy as np
-from common import AMPLITUDES, amplitude_errors, column, described, good, orbits
+from common import amplitude_errors, amplitudes, column, described, good, orbits
 
 from stickslip.options import Options
 from stickslip.parameters import Parameters
@@ -97,11 +97,9 @@ def _checked(points: np.ndarray, results: np.ndarray, count: int) -> dict[str, A
     better = orbits(points[rows], tight)
     both = good(better)
     rows, better = rows[both], better[both]
-    amplitudes = [
-        np.column_stack([column(each, name) for name in AMPLITUDES])
-        for each in (results[rows], better)
-    ]
-    missed = amplitude_errors(points[rows], *amplitudes).max(axis=1)
+    missed = amplitude_errors(points[rows], amplitudes(results[rows]), amplitudes(better)).max(
+        axis=1
+    )
     stated = column(results, "amplitude_error")[rows]
     return {
         "compared": len(rows),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from common import AMPLITUDES, amplitude_errors, column, good, orbits, quantile, random_points
+from common import amplitude_errors, amplitudes, column, good, orbits, quantile, random_points
 
 from stickslip.options import Options
 
@@ -20,12 +20,12 @@ def run(quick: bool) -> dict[str, Any]:
     """Errors at each tolerance, and every pair of a stated and a true one."""
     points = random_points(20 if quick else 200, _SEED)
     exact = orbits(points, Options(rtol=_EXACT, stationary_rtol=_EXACT, max_error=1.0))
-    truth = _amplitudes(exact)
+    truth = amplitudes(exact)
     steps, pairs = [], []
     for rtol in TOLERANCES:
         found = orbits(points, Options(rtol=rtol, stationary_rtol=rtol, max_error=1.0))
         both = good(found) & good(exact)
-        true = amplitude_errors(points, _amplitudes(found), truth).max(axis=1)[both]
+        true = amplitude_errors(points, amplitudes(found), truth).max(axis=1)[both]
         stated = column(found, "amplitude_error")[both]
         steps.append(
             {
@@ -46,7 +46,3 @@ def run(quick: bool) -> dict[str, Any]:
         np.log10([s["rtol"] for s in inner]), np.log10([s["error_median"] for s in inner]), 1
     )[0]
     return {"points": len(points), "steps": steps, "slope": float(slope), "pairs": pairs}
-
-
-def _amplitudes(results: np.ndarray) -> np.ndarray:
-    return np.column_stack([column(results, name) for name in AMPLITUDES])

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 from common import (
-    AMPLITUDES,
     amplitude_errors,
+    amplitudes,
     column,
     described,
     good,
@@ -40,7 +40,7 @@ def run(quick: bool) -> dict[str, Any]:
     exact, settled = _exact(drawn)
     points, exact = drawn[settled], exact[settled]
     results = orbits(points, Options())
-    found = np.column_stack([column(results, name) for name in AMPLITUDES])
+    found = amplitudes(results)
     true = amplitude_errors(points, found, exact).max(axis=1)
     stated = column(results, "amplitude_error")
     missed = true > stated + _RESOLVED
@@ -103,8 +103,8 @@ def _exact(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Amplitudes (n, 2) by the scalar drive at 1e-11, and which points (n,) have settled there."""
     options = Options(rtol=_EXACT, stationary_rtol=_EXACT, max_error=1.0)
     results, finals = compute_orbits(points, options)
-    amplitudes, settled = np.empty((len(points), 2)), good(results)
+    exact, settled = np.empty((len(points), 2)), good(results)
     for i in np.flatnonzero(settled):
         states = scalar_states(points[i], finals[i, :3], _PERIODS, _EXACT)
-        amplitudes[i] = scalar_amplitudes(points[i], states[-1], 1, _EXACT)[:2]
-    return amplitudes, settled
+        exact[i] = scalar_amplitudes(points[i], states[-1], 1, _EXACT)[:2]
+    return exact, settled

@@ -46,11 +46,11 @@ def _one_of(names: Iterable[str]) -> GetPydanticSchema:
 
 def _range(option: str) -> Any:
     """The valid values of an option of the integrators."""
-    lower, upper, lower_open = OPTIONS[option].range
+    limits = OPTIONS[option].range
     return Field(
-        gt=lower if lower_open else None,
-        ge=None if lower_open else lower,
-        le=None if math.isinf(upper) else upper,
+        gt=limits.lower if limits.lower_open else None,
+        ge=None if limits.lower_open else limits.lower,
+        le=None if math.isinf(limits.upper) else limits.upper,
     )
 
 

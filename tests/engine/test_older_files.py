@@ -2,91 +2,31 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from support.older import (
+    FIVE,
+    FOUR,
+    KNOWN,
+    OLDER,
+    WAYS,
+    everything,
+    make_older,
+    make_older_journal,
+    note,
+)
 from support.sweeping import LOOSE, ONE_BY_ONE, Shell, hash_at_once, hash_of, write
 
-from stickslip.variables import PARAMETERS, RESULT_COLUMNS
-from sweeps.config.load import Config
-from sweeps.engine.existing import Target, found_in_file, found_in_journal
-from sweeps.engine.in_memory import read_config
-from sweeps.files.attributes import data_sha256
-from sweeps.files.chunks import Chunks
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.files.columns import FIRST_COLUMNS
-from sweeps.files.datasets import open_result, write_dataset
-from sweeps.files.journal import Journal, readable_manifest
+from sweeps.files.datasets import open_result
+from sweeps.files.journal import readable_manifest
 from sweeps.files.record_log import RecordLog
 from sweeps.files.run_folder import RunFolder
-from sweeps.grid import Grid
-from sweeps.identity import Settings, key_of, seal_key
-
-FOUR = "sweep: {temperature: [200, 225, 250, 275]}\n"
-FIVE = "sweep: {temperature: [200, 225, 250, 275, 300]}\n"
-ADDED = ("melting_count", "asymmetry")  # variables that the older version did not know
-KNOWN = [name for name in RESULT_COLUMNS if name not in ADDED]
-OLDER = "written by an older version and lacks the variables melting_count, asymmetry"
-WAYS = (
-    "--recompute does so, --accept-mixed keeps them (the new variables stay missing in them), "
-    "-o writes elsewhere\n"
-)
-
-
-def make_older(path: Path) -> None:
-    """Make of a result what a version without the added variables would have written."""
-    ds = open_result(path).drop_vars(ADDED)
-    target = Target.of(found_in_file(path).config)
-    digests = [hashlib.sha256(ds[name].values.tobytes()).hexdigest() for name in KNOWN]
-    ds.attrs["data_sha256"] = data_sha256(seal_key(target.settings, target.grid), digests)
-    write_dataset(ds, path)
-
-
-def make_older_journal(
-    path: Path, config: str, known: Sequence[str] = KNOWN, named: bool = True
-) -> int:
-    """The same of a journal, `named` where it names its columns; the number of its points."""
-    target, manifest = Target.of(read_config(config)), readable_manifest(path)
-    assert manifest is not None
-    size, there = target.grid.size, [RESULT_COLUMNS.index(name) for name in known]
-    new = Journal.open(path, manifest, target.chunks, size, readonly=True)
-    rows = [(indices, results[:, there]) for indices, results in new.records()]
-    new.close()
-    log = RecordLog.create(path)
-    old = Journal(log, manifest | {"columns": known}, target.chunks, size)
-    if named:
-        old.note(old.manifest)
-    else:
-        del manifest["columns"]
-        append_manifest(log, manifest)
-    for indices, results in rows:
-        old.append(indices, results)
-    old.close()
-    return int(old.done.sum())
-
-
-def note(log: RecordLog, manifest: dict[str, object]) -> None:
-    """Append a manifest that is not of this version, and close."""
-    append_manifest(log, manifest)
-    log.close()
-
-
-def append_manifest(log: RecordLog, manifest: dict[str, object]) -> None:
-    text = np.frombuffer(json.dumps(manifest).encode(), dtype=np.uint8)
-    log.append(b"M", bytes.fromhex(str(manifest["key"])), text)
-
-
-def everything() -> dict[str, bytes]:
-    names = ("heartbeat.json", "lock")
-    return {
-        str(p): p.read_bytes() for p in Path().rglob("*") if p.is_file() and p.name not in names
-    }
 
 
 @pytest.fixture
@@ -241,129 +181,6 @@ def test_a_journal_that_names_no_columns_has_those_of_the_first_version(shell: S
     make_older_journal(path, config, FIRST_COLUMNS, named=False)
     code, _, err = shell("sweep", config)
     assert (code, "was written by an older version" in err) == (2, True)
-
-
-# --- parameters that were added later ---
-
-ADDED_PARAMETER, NEUTRAL = "block_mass", 0.3  # stands for one; its default is another value
-OF_THEN = f"model: {{{ADDED_PARAMETER}: {NEUTRAL}}}\n"
-
-
-@pytest.fixture
-def added_parameter(shell: Shell) -> Iterator[Shell]:
-    """`a.nc` and the interrupted `b.nc` know nothing of a parameter that has a neutral value."""
-    variable = PARAMETERS[ADDED_PARAMETER]
-    object.__setattr__(variable, "neutral", NEUTRAL)
-    try:
-        write("a.yaml", FOUR, LOOSE, OF_THEN)
-        assert shell("sweep", "a.yaml", "-o", "a.nc", "--overwrite").code == 0
-        forget_parameter(Path("a.nc"))
-        assert ADDED_PARAMETER not in open_result(Path("a.nc")).coords
-        write("b.yaml", FOUR, LOOSE, ONE_BY_ONE, OF_THEN)
-        assert shell.interrupted("sweep", "b.yaml", "-o", "b.nc", after=2).code == 4
-        forget_parameter_of_journal(RunFolder(Path("b.nc")).journal)
-        yield shell
-    finally:
-        object.__setattr__(variable, "neutral", None)
-
-
-def without_parameter(config: Config) -> tuple[Settings, Grid]:
-    """What a version without the parameter would have made keys of."""
-    target = Target.of(config)
-    known = {name: v for name, v in target.grid.fixed.items() if name != ADDED_PARAMETER}
-    return target.settings, replace(target.grid, fixed=known)
-
-
-def forget_parameter(path: Path) -> None:
-    key = seal_key(*without_parameter(found_in_file(path).config))
-    ds = open_result(path).drop_vars(ADDED_PARAMETER)
-    lines = ds.attrs["config"].splitlines(keepends=True)
-    ds.attrs["config"] = "".join(line for line in lines if ADDED_PARAMETER not in line)
-    digests = [hashlib.sha256(ds[name].values.tobytes()).hexdigest() for name in ds.data_vars]
-    ds.attrs["data_sha256"] = data_sha256(key, digests)
-    write_dataset(ds, path)
-
-
-def forget_parameter_of_journal(path: Path) -> None:
-    manifest = readable_manifest(path)
-    assert manifest is not None
-    found = found_in_journal(path, manifest)
-    key, size = key_of(*without_parameter(found.config)), found.grid.size
-    points = list(found.points())
-    del manifest["config"]["model"][ADDED_PARAMETER]
-    manifest |= {"key": key.hex()}
-    Journal.create(path, manifest, Chunks(found.grid.shape), size, points).close()
-
-
-def test_a_file_from_before_a_parameter_is_complete_described_and_drawn(
-    added_parameter: Shell,
-) -> None:
-    before = everything()
-    code, _, err = added_parameter("sweep", "a.yaml", "-o", "a.nc")
-    assert (code, err) == (0, "a.nc is complete: 4 points, nothing to do\n")
-    assert added_parameter("info", "a.nc").code == 0
-    assert everything() == before
-    assert added_parameter("plot", "a.nc", "-o", "a.png").code == 0
-
-
-@pytest.mark.parametrize("values", ["[0.3, 0.5]", "[0.5, 0.3]"])
-def test_a_file_from_before_a_parameter_grows_along_it(added_parameter: Shell, values: str) -> None:
-    shell = added_parameter
-    grown = write(
-        "c.yaml", f"sweep: {{{ADDED_PARAMETER}: {values}, T: [200, 225, 250, 275, 300]}}\n", LOOSE
-    )
-    code, _, err = shell("sweep", grown, "-o", "a.nc")
-    assert (code, err) == (0, "10 points (2 x 5): 4 in a.nc; 6 to compute\n")
-    assert shell.values(ADDED_PARAMETER) == [0.3, *[0.5] * 5]
-    assert hash_of("a.nc") == hash_at_once(grown)
-
-
-def test_another_value_of_the_new_parameter_makes_other_points(added_parameter: Shell) -> None:
-    code, _, err = added_parameter(
-        "sweep", "a.yaml", "-o", "a.nc", "--set", f"{ADDED_PARAMETER}=0.5"
-    )
-    assert code == 2
-    assert err.startswith("a.nc has 4 finished points that the config no longer names")
-
-
-def test_an_interrupted_sweep_from_before_a_parameter_is_resumed(added_parameter: Shell) -> None:
-    shell, kept = added_parameter, added_parameter.values("temperature")
-    code, _, err = shell("sweep", "b.yaml", "-o", "b.nc")
-    assert code == 0
-    assert err.startswith(f"4 points: {len(kept)} in its journal; {4 - len(kept)} to compute\n")
-    assert len(shell.computed) == 4 - len(kept)
-    assert not set(kept) & set(shell.values("temperature"))
-    assert hash_of("b.nc") == hash_at_once("b.yaml")
-
-
-def test_an_interrupted_sweep_from_before_a_parameter_grows(added_parameter: Shell) -> None:
-    shell, kept = added_parameter, added_parameter.values("temperature")
-    grown = write("c.yaml", FIVE, LOOSE, OF_THEN)
-    assert shell("sweep", grown, "-o", "b.nc").code == 0
-    assert not set(kept) & set(shell.values("temperature"))
-    assert hash_of("b.nc") == hash_at_once(grown)
-
-
-def test_a_number_changed_in_a_file_from_before_a_parameter_is_noticed(
-    added_parameter: Shell,
-) -> None:
-    with netCDF4.Dataset("a.nc", "a") as file:
-        file["friction_force_amplitude"][0] += 1
-    code, _, err = added_parameter("sweep", write("c.yaml", FIVE, LOOSE, OF_THEN), "-o", "a.nc")
-    assert (code, "is damaged, or was changed" in err) == (5, True)
-
-
-def test_a_file_without_a_parameter_that_has_no_neutral_value_is_refused(shell: Shell) -> None:
-    forget_parameter(Path("a.nc"))
-    before = everything()
-    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc", "--accept-mixed")
-    assert (code, err) == (
-        2,
-        f"a.nc was written by an older version and lacks the parameters "
-        f"{ADDED_PARAMETER}, whose values "
-        "for its points are not known; --overwrite replaces it, -o writes elsewhere\n",
-    )
-    assert everything() == before
 
 
 # --- what only a newer version knows ---

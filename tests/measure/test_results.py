@@ -1,4 +1,4 @@
-"""From a record to a result row: extrema of odd cycles, counts, and what is not believed."""
+"""From a record to a result row: counts, invariants, and what is not believed."""
 
 from __future__ import annotations
 
@@ -7,33 +7,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.records import SI, record_of
 
 from stickslip import Parameters, Status
 from stickslip.measure.accumulate import (
-    ABSOLUTE_WORK,
-    BLOCK_WORK,
-    FIRST_PHASE,
-    FORCE_MAX,
-    FORCE_MIN,
-    LAST_PHASE,
     MELTED,
-    MELTINGS,
-    PHI_MAX,
     RECORD,
     SOLID,
-    SOLID_TIME,
-    STRESS_MAX,
-    STRESS_MIN,
     UNSEEN,
-    UNSEEN_TIME,
 )
 from stickslip.measure.results import (
     STATUS,
     Measured,
-    RecordUnits,
     amplitudes_of,
     full_force,
-    relative_difference,
     write_failure,
     write_result,
     write_whole_orbit,
@@ -42,35 +29,8 @@ from stickslip.regime import Regime
 from stickslip.variables import RESULT_COLUMNS, RESULTS
 
 P = Parameters()
-SPRING = 2 * 3000.0 * 0.8e-6
-"""Force of both springs at the amplitude of the drive [N]."""
-
-SI = RecordUnits(1.0, 1.0, 1.0, 1.0, 1.0)
-
 LIMIT = 1e-2
 """Power balance error beyond which an orbit is not believed."""
-
-
-def record_of(**slots: float) -> np.ndarray:
-    """A record of an orbit that breaks nothing, with some slots changed."""
-    found = {
-        "STRESS_MAX": 3e6, "STRESS_MIN": -1e6, "FORCE_MAX": 2e-3, "FORCE_MIN": -1e-3,
-        "BLOCK_WORK": 0.0, "ABSOLUTE_WORK": 1e-8, "PHI_MAX": 0.6,
-        "MELTINGS": 0.0, "SOLID_TIME": 0.0, "UNSEEN_TIME": 0.0,
-        "FIRST_PHASE": UNSEEN, "LAST_PHASE": UNSEEN,
-    } | slots  # fmt: skip
-    record = np.empty(RECORD)
-    for name, value in found.items():
-        record[SLOTS[name]] = value
-    return record
-
-
-SLOTS = {
-    "STRESS_MAX": STRESS_MAX, "STRESS_MIN": STRESS_MIN, "FORCE_MAX": FORCE_MAX,
-    "FORCE_MIN": FORCE_MIN, "BLOCK_WORK": BLOCK_WORK, "ABSOLUTE_WORK": ABSOLUTE_WORK,
-    "PHI_MAX": PHI_MAX, "MELTINGS": MELTINGS, "SOLID_TIME": SOLID_TIME, "UNSEEN_TIME": UNSEEN_TIME,
-    "FIRST_PHASE": FIRST_PHASE, "LAST_PHASE": LAST_PHASE,
-}  # fmt: skip
 
 
 def result_of(
@@ -325,95 +285,3 @@ def test_a_failure_has_its_status_its_periods_and_nothing_else() -> None:
     write_failure(row, 9, int(Status.STEP_LIMIT))
     assert row[STATUS] == Status.STEP_LIMIT
     assert_not_believed(dict(zip(RESULT_COLUMNS, row.tolist(), strict=True)), Status.STEP_LIMIT)
-
-
-# --- differences of records -----------------------------------------------------------------------
-
-
-def difference(cycle: int = 2, **slots: float) -> float:
-    """That of two records of so many half periods."""
-    one, other = np.empty(RECORD), np.empty(RECORD)
-    write_whole_orbit(record_of(**slots), SI, cycle, one)
-    write_whole_orbit(record_of(), SI, cycle, other)
-    return relative_difference(P, one, other)
-
-
-def test_the_difference_of_a_record_from_itself_is_none() -> None:
-    assert difference() == 0.0
-
-
-@pytest.mark.parametrize(
-    ("slots", "expected"),
-    [
-        ({"STRESS_MAX": 3e6 + 20.0}, 20.0 / 2e6),
-        ({"STRESS_MAX": 3e6 + 20.0, "STRESS_MIN": -1e6 + 20.0}, 40.0 / 2e6),  # nothing cancels
-        ({"FORCE_MIN": -1e-3 - 3e-9}, 3e-9 / 1.5e-3),
-        ({"FORCE_MIN": -1e-3 - 3e-9, "STRESS_MAX": 3e6 + 20.0}, 20.0 / 2e6),  # the worse of the two
-    ],
-    ids=str,
-)
-def test_a_difference_is_relative_to_the_amplitude(
-    slots: dict[str, float], expected: float
-) -> None:
-    assert difference(**slots) == pytest.approx(expected, rel=1e-6)
-
-
-def test_a_difference_of_an_odd_cycle_is_that_of_the_whole_orbit() -> None:
-    # The minimum of the half that was measured plays no part: the mirror image goes lower.
-    assert difference(cycle=1, STRESS_MIN=-2e6) == 0.0
-    assert difference(cycle=1, STRESS_MAX=3e6 + 30.0) == pytest.approx(2 * 30.0 / 3e6, rel=1e-6)
-
-
-def test_small_amplitudes_count_against_a_hundredth_of_the_full_force() -> None:
-    assert full_force(P) == pytest.approx(SPRING, rel=1e-15)
-    assert full_force(Parameters(drive_amplitude=-0.8e-6)) == full_force(P)
-    heavy = Parameters(spring_stiffness=0.0, angular_frequency=20.0)  # free: its inertia alone
-    assert full_force(heavy) == pytest.approx(heavy.block_mass * 20.0**2 * 0.8e-6, rel=1e-15)
-    none = {"STRESS_MAX": 0.0, "STRESS_MIN": 0.0, "FORCE_MAX": 0.0, "FORCE_MIN": 0.0}
-    stress = relative_difference(P, record_of(**none | {"STRESS_MAX": 8.0}), record_of(**none))
-    assert stress == pytest.approx(8.0 / (0.01 * SPRING / 0.6e-9), rel=1e-12)
-    force = relative_difference(P, record_of(**none | {"FORCE_MAX": 1e-9}), record_of(**none))
-    assert force == pytest.approx(1e-9 / (0.01 * SPRING), rel=1e-12)
-
-
-def test_without_springs_and_force_there_is_no_difference() -> None:
-    none = record_of(STRESS_MAX=0.0, STRESS_MIN=0.0, FORCE_MAX=0.0, FORCE_MIN=0.0)
-    assert relative_difference(Parameters(spring_stiffness=0.0), none, none) == 0.0
-
-
-# --- units ----------------------------------------------------------------------------------------
-
-
-def test_a_record_is_written_in_si_units() -> None:
-    units = RecordUnits(length=2.0, stress=10.0, force=0.5, phi=3.0, time=0.25)
-    target = np.empty(RECORD)
-    record = record_of(MELTINGS=2.0, BLOCK_WORK=4.0, LAST_PHASE=SOLID, SOLID_TIME=2.0)
-    write_whole_orbit(record, units, 2, target)
-    expected = record_of(
-        STRESS_MAX=3e7, STRESS_MIN=-1e7, FORCE_MAX=1e-3, FORCE_MIN=-5e-4, BLOCK_WORK=4.0,
-        ABSOLUTE_WORK=1e-8, PHI_MAX=1.8, MELTINGS=2.0, LAST_PHASE=SOLID, SOLID_TIME=0.5,
-    )  # fmt: skip
-    np.testing.assert_allclose(target, expected, rtol=1e-15)
-
-
-def test_negative_units_exchange_maximum_and_minimum() -> None:
-    units = RecordUnits(length=-2.0, stress=-10.0, force=-0.5, phi=1.0, time=1.0)
-    target = np.empty(RECORD)
-    write_whole_orbit(record_of(), units, 2, target)
-    assert target[[STRESS_MAX, STRESS_MIN]].tolist() == [1e7, -3e7]
-    assert target[[FORCE_MAX, FORCE_MIN]].tolist() == [5e-4, -1e-3]
-    assert target[ABSOLUTE_WORK] > 0.0
-
-
-def test_the_record_of_an_odd_cycle_is_made_that_of_the_whole_orbit() -> None:
-    target = np.empty(RECORD)
-    phases = {"MELTINGS": 2.0, "FIRST_PHASE": MELTED, "LAST_PHASE": SOLID}
-    write_whole_orbit(record_of(BLOCK_WORK=4.0, **phases), SI, 3, target)
-    assert target[[STRESS_MAX, STRESS_MIN, FORCE_MAX, FORCE_MIN]].tolist() == [
-        3e6,
-        -3e6,
-        2e-3,
-        -2e-3,
-    ]
-    assert target[[BLOCK_WORK, ABSOLUTE_WORK, PHI_MAX]].tolist() == [8.0, 2e-8, 0.6]
-    assert target[MELTINGS] == 6.0  # two and the one across the end, and their mirror images

@@ -1,0 +1,66 @@
+"""Whole orbits by Euler-Cromer near the step that is refused: the true error and the stated one.
+
+The map of steps judges single periods; here the scheme settles on an orbit of its own, whose offset
+from the true one grows where the orbit attracts slowly.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from common import (
+    amplitude_errors,
+    amplitudes,
+    column,
+    described,
+    good,
+    orbits,
+    parameter,
+    quantile,
+    random_points,
+)
+
+from stickslip.options import Options
+from stickslip.stability import largest_stable_step
+from stickslip.status import Status
+
+_SEED = 29
+_NEAR = 0.9  # of the largest step
+_MOST_STEPS = 200_000  # in a period
+_EXACT = 1e-11
+_RESOLVED = 1e-10
+
+
+def run(quick: bool) -> dict[str, Any]:
+    """Statuses at nearly the largest step, true and stated errors of what is ok."""
+    drawn = random_points(2000, _SEED)
+    steps = _NEAR * largest_stable_step(drawn)
+    a_period = 2.0 * np.pi / parameter(drawn, "angular_frequency") / steps
+    chosen = np.flatnonzero(a_period <= _MOST_STEPS)[: 8 if quick else 160]
+    points = drawn[chosen]
+    found = np.concatenate(
+        [
+            orbits(points[i : i + 1], Options(method="euler-cromer", dt=float(steps[at])))
+            for i, at in enumerate(chosen)
+        ]
+    )
+    exact = orbits(points, Options(rtol=_EXACT, stationary_rtol=_EXACT, max_error=1.0))
+    both = good(found) & good(exact)
+    true = amplitude_errors(points, amplitudes(found), amplitudes(exact)).max(axis=1)
+    stated = column(found, "amplitude_error")
+    names = [Status(int(value)).name.lower() for value in column(found, "status")]
+    return {
+        "points": len(points),
+        "compared": int(both.sum()),
+        "statuses": {name: names.count(name) for name in dict.fromkeys(names)},
+        "error_median": quantile(true[both], 50),
+        "error_max": float(true[both].max()),
+        "held": float(np.mean(true[both] <= stated[both] + _RESOLVED)),
+        "over_median": quantile(stated[both] / np.maximum(true[both], _RESOLVED), 50),
+        "over_95": quantile(stated[both] / np.maximum(true[both], _RESOLVED), 95),
+        "missed": [
+            described(points[i], true=float(true[i]), stated=float(stated[i]))
+            for i in np.flatnonzero(both & (true > stated + _RESOLVED))
+        ],
+    }

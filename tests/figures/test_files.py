@@ -1,0 +1,122 @@
+"""Pictures as files: whole, reproducible, and made without what they do not need."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+import xarray as xr
+from support.marks import one_then
+from support.pictures import (
+    GAMMAS,
+    TEMPERATURES,
+    panels,
+    sweep,
+    trajectory,
+)
+
+from sweeps.figure_table import FIGURES
+from sweeps.figures import draw, obstacle, save
+
+# --- files --------------------------------------------------------------------------------------
+
+
+def test_both_formats_are_written_whole(tmp_path):
+    figure = draw(sweep(temperature=TEMPERATURES, rheological_index=list(GAMMAS)))
+    png, pdf = save(figure, tmp_path / "new" / "fig7.5")
+    assert [png.name, pdf.name] == ["fig7.5.png", "fig7.5.pdf"]
+    assert png.read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
+    assert pdf.read_bytes().startswith(b"%PDF-")
+    assert pdf.read_bytes().rstrip().endswith(b"%%EOF")
+    assert sorted(path.name for path in png.parent.iterdir()) == ["fig7.5.pdf", "fig7.5.png"]
+    width = int.from_bytes(png.read_bytes()[16:20], "big")
+    assert width == round(3.4 * 200)
+
+
+def test_a_named_file_is_the_only_one_written(tmp_path):
+    target = tmp_path / "one.pdf"
+    assert save(draw(trajectory()), target) == [target]
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_an_older_picture_survives_a_failure(tmp_path, monkeypatch):
+    (old,) = save(draw(trajectory()), tmp_path / "a.png")
+    before = old.read_bytes()
+
+    def full_disk(path, content):
+        with path.open("wb") as file:
+            file.write(content[: len(content) // 2])
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr("pathlib.Path.write_bytes", full_disk)
+    with pytest.raises(OSError, match="no space"):
+        save(draw(sweep(temperature=TEMPERATURES)), old)
+    assert old.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [old]
+
+
+def contents(ds: xr.Dataset, folder) -> list[bytes]:
+    return [path.read_bytes() for path in save(draw(ds), folder / "picture")]
+
+
+@pytest.mark.parametrize("kind", one_then("stress", ["trajectory", "curves", "map"]))
+def test_two_runs_give_the_same_bytes(tmp_path, monkeypatch, kind):
+    k = np.geomspace(1e4, 2e5, 12)
+    ds = {
+        "curves": sweep(temperature=TEMPERATURES, rheological_index=list(GAMMAS)),
+        "map": sweep(temperature=TEMPERATURES, viscosity_coefficient=k),
+        "trajectory": trajectory(),
+    }[kind]
+    first = contents(ds, tmp_path / "a")
+    # What matplotlib dates its files with; a day later must make no difference.
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
+    assert contents(ds, tmp_path / "b") == first
+
+
+def test_drawing_in_threads_changes_nothing(tmp_path):
+    ds = sweep(temperature=TEMPERATURES, rheological_index=list(GAMMAS))
+    with ThreadPoolExecutor(3) as pool:
+        results = list(pool.map(lambda i: contents(ds, tmp_path / str(i)), range(3)))
+    assert all(result == results[0] for result in results)
+
+
+def test_the_title_travels_in_the_file(tmp_path):
+    ds = sweep(temperature=TEMPERATURES)
+    (png,) = save(draw(ds), tmp_path / "a.png")
+    assert "Three lubricants, γ ≠ 1".encode() in png.read_bytes()
+
+
+def test_the_dataset_is_left_as_it_was():
+    ds = sweep(temperature=TEMPERATURES, rheological_index=list(GAMMAS))
+    before = ds.copy(deep=True)
+    draw(ds)
+    assert ds.identical(before)
+
+
+def test_importing_figures_needs_no_compiler_and_no_pyplot():
+    code = (
+        "import sys, sweeps.figures; heavy = ('numba', 'matplotlib.pyplot', 'stickslip.kernels'); "
+        "print([name for name in heavy if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_every_figure_of_the_table_is_drawn_by_a_function_that_has_its_data():
+    for name, entry in FIGURES.items():
+        ds = trajectory() if entry.data == "trajectory" else sweep(temperature=TEMPERATURES)
+        assert obstacle(ds, name) == ""
+        assert panels(draw(ds, name))
+        lacking = ds.drop_vars(entry.variables[0])
+        assert obstacle(lacking, name) == (
+            f"the figure '{name}' needs {entry.variables[0]}, which this file lacks"
+        )
+
+
+def test_the_table_of_figures_needs_no_matplotlib():
+    code = "import sys, sweeps.figure_table; print('matplotlib' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

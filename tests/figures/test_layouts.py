@@ -1,0 +1,159 @@
+"""Where points are missing, and where they lie: gaps, crosses, curves, maps, facets, tables."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib.collections import QuadMesh
+from support.pictures import (
+    GAMMAS,
+    TEMPERATURES,
+    crosses,
+    curves,
+    failed,
+    linked,
+    note,
+    panels,
+    sweep,
+)
+
+from stickslip.status import Status
+from sweeps.figures import draw
+from sweeps.figures.layout import layout_of
+
+# --- missing points -----------------------------------------------------------------------------
+
+
+def test_missing_points_are_gaps_crosses_and_a_note():
+    ds = sweep(temperature=TEMPERATURES, rheological_index=list(GAMMAS))
+    ds = failed(ds, Status.NOT_STATIONARY, temperature=slice(5, 8), rheological_index=0)
+    ds = failed(ds, Status.PENDING, temperature=20, rheological_index=2)
+    figure = draw(ds)
+    for axes in panels(figure):
+        gaps = [np.flatnonzero(np.isnan(line.get_ydata())).tolist() for line in curves(axes)]
+        assert gaps == [[5, 6, 7], [], [20]]
+        first, second = crosses(axes)
+        np.testing.assert_array_equal(first.get_xdata(), TEMPERATURES[5:8])
+        np.testing.assert_array_equal(second.get_xdata(), TEMPERATURES[[20]])
+        assert first.get_color() != second.get_color()
+        assert axes.get_ylim()[1] * second.get_ydata()[0] > np.nanmax(curves(axes)[1].get_ydata())
+    assert note(figure) == "× 4 of 105 points missing (3 not stationary, 1 pending)"
+
+
+def test_a_number_with_a_bad_status_is_not_drawn():
+    ds = sweep(temperature=TEMPERATURES)
+    ds["status"][3] = Status.INVARIANT_VIOLATED
+    figure = draw(ds)
+    assert all(np.isnan(curves(axes)[0].get_ydata()[3]) for axes in panels(figure))
+    assert "1 of 35 points missing (1 invariant violated)" in note(figure)
+
+
+def test_a_nan_without_a_reason_is_told():
+    ds = sweep(temperature=TEMPERATURES)
+    ds["friction_force_amplitude"][3] = np.nan
+    assert "1 without a value" in note(draw(ds))
+
+
+def test_no_note_where_nothing_is_missing():
+    assert note(draw(sweep(temperature=TEMPERATURES))) == ""
+
+
+def test_a_point_between_two_gaps_has_a_marker():
+    ds = failed(sweep(temperature=TEMPERATURES), Status.DIVERGED, temperature=[9, 11])
+    (line,) = curves(panels(draw(ds))[0])
+    assert line.get_marker() == "o"
+    assert line.get_markevery() == [10]
+
+
+def test_a_sweep_without_any_result_still_says_so():
+    ds = failed(sweep(temperature=TEMPERATURES), Status.REFUSED, temperature=slice(None))
+    assert "35 of 35 points missing (35 refused)" in note(draw(ds))
+
+
+# --- layouts ------------------------------------------------------------------------------------
+
+
+def test_two_long_axes_give_maps_with_colour_bars():
+    k = np.geomspace(1e4, 2e5, 12)
+    ds = sweep(temperature=TEMPERATURES, viscosity_coefficient=k)
+    ds = failed(ds, Status.DIVERGED, temperature=4, viscosity_coefficient=7)
+    figure = draw(ds)
+    upper, lower = panels(figure)
+    (mesh,) = (c for c in upper.collections if isinstance(c, QuadMesh))
+    expected = (ds.elastic_stress_amplitude * 1e-6).transpose("viscosity_coefficient", ...)
+    np.testing.assert_allclose(mesh.get_array().filled(np.nan), expected)
+    bars = [axes.get_ylabel() for axes in figure.axes if axes not in (upper, lower)]
+    assert bars == [r"$\sigma_\mathrm{el,max}$ (MPa)", r"$F_\mathrm{max}$ (mN)"]
+    assert (lower.get_xlabel(), lower.get_ylabel()) == ("$T$ (K)", r"$k$ (Pa$\cdot$s)")
+    assert (lower.get_xscale(), lower.get_yscale()) == ("linear", "log")
+    assert note(figure) == "Grey: 1 of 420 points missing (1 diverged)"
+
+
+def test_the_cells_of_a_map_lie_around_their_points():
+    k = np.geomspace(1e4, 2e5, 12)
+    upper = panels(draw(sweep(temperature=TEMPERATURES, viscosity_coefficient=k)))[0]
+    corners = upper.collections[0].get_coordinates()
+    np.testing.assert_allclose(corners[0, :-1, 0] + 2.5, TEMPERATURES)
+    np.testing.assert_allclose(np.sqrt(corners[:-1, 0, 1] * corners[1:, 0, 1]), k)
+
+
+def test_facets_share_one_scale_and_say_what_they_leave_out():
+    stiffness = [500.0, 1000.0, 2000.0, 3000.0, 4000.0, 6000.0]
+    k = np.geomspace(1e4, 2e5, 12)
+    ds = sweep(temperature=TEMPERATURES, viscosity_coefficient=k, spring_stiffness=stiffness)
+    figure = draw(ds)
+    titles = [axes.get_title() for axes in panels(figure)]
+    assert titles[:4] == [f"$K = {value}$ N/m" for value in (500, 2000, 3000, 6000)]
+    assert len({axes.collections[0].get_clim() for axes in panels(figure)[:4]}) == 1
+    assert note(figure) == "4 of 6 values of $K$ are drawn."
+
+
+def test_three_axes_with_one_long_give_curves_in_columns():
+    ds = sweep(
+        rheological_index=list(GAMMAS), temperature=TEMPERATURES, spring_stiffness=[1e3, 3e3]
+    )
+    figure = draw(ds)
+    assert [axes.get_title() for axes in panels(figure)[:2]] == ["$K = 1000$ N/m", "$K = 3000$ N/m"]
+    assert panels(figure)[0].get_ylim() == panels(figure)[1].get_ylim()
+    line = curves(panels(figure)[1])[2]
+    expected = ds.elastic_stress_amplitude.isel(rheological_index=2, spring_stiffness=1) * 1e-6
+    np.testing.assert_allclose(line.get_ydata(), expected)
+
+
+def test_the_longest_axis_carries_the_curves_where_all_are_short():
+    ds = sweep(rheological_index=list(GAMMAS), temperature=[200.0, 220.0, 250.0, 300.0])
+    assert layout_of(ds).axes == ("temperature",)
+    assert layout_of(ds).curve == "rheological_index"
+
+
+def test_linked_cases_are_labelled_with_all_their_parameters():
+    ds = linked(sweep(temperature=TEMPERATURES, case=[0, 1]))
+    labels = [text.get_text() for text in draw(ds).legends[0].get_texts()]
+    assert labels[1] == r"$X_m = 0.8$ µm, $\omega = 10$ rad/s"
+
+
+def test_linked_cases_alone_lie_along_their_first_parameter():
+    ds = linked(sweep(case=np.arange(9)))
+    lower = panels(draw(ds))[1]
+    np.testing.assert_allclose(curves(lower)[0].get_xdata(), np.linspace(0.4, 0.8, 9))
+    assert lower.get_xlabel() == r"$X_m$ (µm), linked with $\omega$"
+
+
+@pytest.mark.parametrize("axes", [{}, {"temperature": [200.0]}])
+def test_a_single_point_is_a_table(axes):
+    figure = draw(sweep(**axes))
+    lines = [text.get_text() for text in figure.texts]
+    assert lines[0] == "A single point: nothing was swept."
+    assert r"$F_\mathrm{max} = 4.768$ mN" in lines
+    assert r"$n_\mathrm{melt} = 4$" in lines
+    assert "$T = 200$ K" in lines
+
+
+def test_a_failed_single_point_says_why():
+    ds = sweep(temperature=[200.0])
+    ds["status"][0] = Status.DIVERGED
+    ds["melting_count"][0] = -1
+    lines = [text.get_text() for text in draw(ds).texts]
+    assert Status.DIVERGED.sentence in " ".join(lines)
+    assert r"$F_\mathrm{max}$ missing" in lines
+    assert r"$n_\mathrm{melt}$ missing" in lines

@@ -1,0 +1,101 @@
+"""Small datasets to draw, and what is seen in a picture of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from stickslip.status import Status
+from stickslip.variables import PARAMETERS, RESULTS, TRAJECTORY
+
+VARIABLES = {**PARAMETERS, **TRAJECTORY, **RESULTS}
+GAMMAS = (-2 / 3, 0.0, 2 / 3)
+TEMPERATURES = np.linspace(150.0, 320.0, 35)
+
+
+def described(ds: xr.Dataset) -> xr.Dataset:
+    for name in map(str, ds.variables):
+        if name in VARIABLES:
+            ds[name].attrs.update(units=VARIABLES[name].units, symbol=VARIABLES[name].symbol)
+    return ds
+
+
+def sweep(**axes) -> xr.Dataset:
+    """A sweep over the given axes whose stress falls with every axis; the force is constant."""
+    shape = tuple(len(values) for values in axes.values())
+    ramps = np.meshgrid(*(np.linspace(1.0, 0.2, n) for n in shape), indexing="ij")
+    stress = 4e6 * np.prod(ramps, axis=0) if shape else np.array(4.3e6)
+    dims = tuple(axes)
+    data = {
+        "elastic_stress_amplitude": (dims, stress),
+        "friction_force_amplitude": (dims, np.full(shape, 4.768e-3)),
+        "melting_count": (dims, np.full(shape, 4, dtype="i4")),
+        "status": (dims, np.zeros(shape, dtype="i1")),
+    }
+    fixed = {"block_mass": 0.4, "spring_stiffness": 3000.0, "temperature": 200.0}
+    coords = {**{name: value for name, value in fixed.items() if name not in axes}, **axes}
+    return described(xr.Dataset(data, coords, attrs={"title": "Three lubricants, γ ≠ 1"}))
+
+
+def failed(ds: xr.Dataset, status: Status, **index) -> xr.Dataset:
+    """The same sweep with some points ended otherwise, as a result file holds them."""
+    ds = ds.copy(deep=True)
+    ds["status"][index] = status
+    for name in ("elastic_stress_amplitude", "friction_force_amplitude"):
+        ds[name][index] = np.nan
+    return ds
+
+
+def linked(ds: xr.Dataset) -> xr.Dataset:
+    """A sweep along `case` with the parameters of two to nine linked cases."""
+    count = ds.sizes["case"]
+    amplitude = np.linspace(0.4e-6, 0.8e-6, count)
+    linked_coords = {
+        "drive_amplitude": ("case", amplitude),
+        "angular_frequency": ("case", 8e-6 / amplitude),
+    }
+    return described(ds.assign_coords(case=np.arange(count, dtype="i4"), **linked_coords))
+
+
+def motion(omega: float = 10.0, start: float = 0.0, samples: int = 400) -> dict[str, np.ndarray]:
+    t = start + np.linspace(0.0, 2 * 2 * np.pi / omega, samples)
+    X, V = 0.8e-6 * np.cos(omega * t), -0.8e-6 * omega * np.sin(omega * t)
+    x, v = 0.3e-6 * np.sin(3 * omega * t), 0.9e-6 * omega * np.cos(3 * omega * t)
+    strain = (V - v) * 10.0
+    columns = [t, X, x, V, v, np.full_like(t, 0.6), strain, strain * 1e12, strain * 1e9, V * 500]
+    return dict(zip(TRAJECTORY, columns, strict=True))
+
+
+def trajectory() -> xr.Dataset:
+    columns = motion()
+    time = columns.pop("time")
+    data = {name: ("time", values) for name, values in columns.items()}
+    return described(xr.Dataset(data, {"time": time, "temperature": 200.0}))
+
+
+def trajectories(dim: str, values, columns) -> xr.Dataset:
+    data = {name: ((dim, "sample"), np.stack([c[name] for c in columns])) for name in TRAJECTORY}
+    return described(xr.Dataset(data, {dim: list(values)}).set_coords("time"))
+
+
+def portraits() -> xr.Dataset:
+    omegas = (10.0, 15.0, 32.0, 38.0)
+    return trajectories("angular_frequency", omegas, [motion(omega) for omega in omegas])
+
+
+def curves(axes):
+    """The lines of a panel that show data."""
+    furniture = {"missing", "origin", "border"}
+    return [line for line in axes.get_lines() if line.get_gid() not in furniture]
+
+
+def crosses(axes):
+    return [line for line in axes.get_lines() if line.get_gid() == "missing"]
+
+
+def note(figure) -> str:
+    return figure.get_supxlabel().replace("\n", " ")
+
+
+def panels(figure):
+    return [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
