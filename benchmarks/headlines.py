@@ -214,8 +214,16 @@ def _failures(failures: list[Results]) -> str:
 
 
 def _stability(results: Results) -> Lines:
+    """The lines of each question that the record answers."""
     lines: Lines = {}
-    ladder = results["ladder"]
+    for question, lines_of in _QUESTIONS.items():
+        if question in results:
+            lines |= lines_of(results[question])
+    return lines
+
+
+def _ladder(ladder: Results) -> Lines:
+    lines: Lines = {}
     for row in ladder["steps"]:
         lines[f"rtol {row['rtol']:.0e}: true error median, 95 %, worst"] = (
             f"{row['error_median']:.1e}, {row['error_95']:.1e}, {row['error_max']:.1e}"
@@ -225,7 +233,11 @@ def _stability(results: Results) -> Lines:
             f"{row['over_median']:.2g} and {row['over_95']:.2g} times"
         )
     lines["slope of the median error, 1e-3 to 1e-8"] = shown(ladder["slope"])
-    found = results["references"]
+    return lines
+
+
+def _references(found: Results) -> Lines:
+    lines: Lines = {}
     lines["500 references by plain iteration: wrong orbits, other periods"] = (
         f"{len(found['wrong'])}, {found['other_period']} of {found['compared']} that closed"
     )
@@ -235,7 +247,11 @@ def _stability(results: Results) -> Lines:
     lines["... stated over true error, median and 95 %"] = (
         f"{found['over_median']:.2g} and {found['over_95']:.2g} times"
     )
-    locked = results["locked"]
+    return lines
+
+
+def _locked(locked: Results) -> Lines:
+    lines: Lines = {}
     lines[f"{locked['points']} locked blocks near resonance: error of the force, median, worst"] = (
         f"{locked['force_median']:.1e}, {locked['force_max']:.1e}, of {locked['compared']} settled"
     )
@@ -243,10 +259,18 @@ def _stability(results: Results) -> Lines:
         f"within 1e-5 on {100 * locked['balance_held']:.1f} %, worst {locked['balance_max']:.1e}; "
         f"{100 * locked['held']:.1f} %"
     )
-    steps = results["step_map"]
+    return lines
+
+
+def _step_map(steps: Results) -> Lines:
+    lines: Lines = {}
     for kind, count in steps["counts"].items():
         lines[f"Euler-Cromer, step over scene ({len(steps['cells'])} cells): {kind}"] = str(count)
-    fixed = results["fixed_step"]
+    return lines
+
+
+def _fixed_step(fixed: Results) -> Lines:
+    lines: Lines = {}
     lines[f"Euler-Cromer at 0.9 of the largest step, {fixed['points']} orbits"] = (
         f"{_counted(fixed['statuses'])}; true error median, worst "
         f"{fixed['error_median']:.1e}, {fixed['error_max']:.1e}"
@@ -254,14 +278,22 @@ def _stability(results: Results) -> Lines:
     lines["... stated error held; too large, median and 95 %"] = (
         f"{100 * fixed['held']:.1f} %; {fixed['over_median']:.2g} and {fixed['over_95']:.2g} times"
     )
-    extremes = results["extremes"]
+    return lines
+
+
+def _extremes(extremes: Results) -> Lines:
+    lines: Lines = {}
     lines[f"{extremes['points']} random extremes"] = _counted(extremes["statuses"])
     lines["... one at a time"] = _counted(_tally(extremes["one_at_a_time"]))
     sample = extremes["sample"]
     lines["... a sample at a hundredth of the tolerance: within what was stated, wrong"] = (
         f"{100 * sample['held']:.1f} % of {sample['compared']}, {len(sample['wrong'])}"
     )
-    jumps = results["acceleration"]
+    return lines
+
+
+def _acceleration(jumps: Results) -> Lines:
+    lines: Lines = {}
     lines[f"acceleration on and off, {jumps['points']} points, random starts"] = (
         f"{jumps['same']} of {jumps['compared']} on the same orbit, "
         f"{jumps['periods_plain'] / jumps['periods']:.2g} times fewer periods"
@@ -269,16 +301,39 @@ def _stability(results: Results) -> Lines:
     lines["... statuses with, without"] = (
         f"{_counted(jumps['statuses'])}; {_counted(jumps['statuses_plain'])}"
     )
-    for scene in results["long_run"]["scenes"]:
-        lines[f"{results['long_run']['periods']} periods, {scene['scene']}: drift, balance"] = (
+    return lines
+
+
+def _long_run(run: Results) -> Lines:
+    lines: Lines = {}
+    for scene in run["scenes"]:
+        lines[f"{run['periods']} periods, {scene['scene']}: drift, balance"] = (
             f"stress {scene['drift_stress']:.1e}, force {scene['drift_force']:.1e}, "
             f"{scene['balance_after']:.1e}"
         )
-    for name, rows in results["stiff_problems"]["problems"].items():
+    return lines
+
+
+def _stiff_problems(found: Results) -> Lines:
+    lines: Lines = {}
+    for name, rows in found["problems"].items():
         lines[f"{name}: error at 1e-4, 1e-6, 1e-8"] = ", ".join(
             f"{row['error']:.1e}" for row in rows if row["rtol"] in (1e-4, 1e-6, 1e-8)
         )
     return lines
+
+
+_QUESTIONS = {
+    "ladder": _ladder,
+    "references": _references,
+    "locked": _locked,
+    "step_map": _step_map,
+    "fixed_step": _fixed_step,
+    "extremes": _extremes,
+    "acceleration": _acceleration,
+    "long_run": _long_run,
+    "stiff_problems": _stiff_problems,
+}
 
 
 def _counted(counts: dict[str, int]) -> str:
