@@ -2,7 +2,7 @@
 
 Part one: error of x relative to X_m after three drive periods from the common start, against
 seconds per period on one processor, for three fluids and a ladder of tolerances. Part two: the
-same on random points. Benchmarks/README.md says how to read the numbers.
+same on random points of five fluids, against numbalsoda. Benchmarks/README.md says how to read the numbers.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from curves import (
     OURS_ENSEMBLE,
     OURS_SAMPLE,
     OURS_SINGLE,
+    costs,
     cross_check,
     curve,
     ratios,
@@ -23,11 +24,12 @@ from curves import (
 from paper_scheme import euler_cromer
 from peers import NUMBALSODA, PEERS, Worker
 from peers.worker import pin
-from series import PERIODS, Series, by_peer, in_lanes, one_by_one
+from series import PERIODS, by_peer, in_lanes, one_by_one
 
 from stickslip.parameters import Parameters
 
 REGIMES = {"gamma=-2/3": -2 / 3, "gamma=0": 0.0, "gamma=2/3": 2 / 3}
+FLUIDS = [(f"gamma={gamma:.2f}", gamma) for gamma in (-2 / 3, -1 / 3, 0.0, 1 / 3, 2 / 3)]
 TEMPERATURES = 155.0, 280.0
 RANDOM_SEED = 58
 
@@ -42,7 +44,7 @@ class Plan(NamedTuple):
     runs: int
     limit: float
     random_points: int
-    random_ladder: tuple[float, ...]
+    random_runs: int
     euler_cromer_dt: dict[str, tuple[float, ...]]
     euler_cromer_steps: int
 
@@ -54,8 +56,8 @@ FULL = Plan(
     sample=16,
     runs=5,
     limit=8.0,
-    random_points=50,
-    random_ladder=(1e-4, 1e-6, 1e-8),
+    random_points=128,
+    random_runs=2,
     euler_cromer_dt={
         "gamma=-2/3": (8e-9, 4e-9),
         "gamma=0": (4e-8, 2e-8),
@@ -71,7 +73,7 @@ QUICK = Plan(
     runs=2,
     limit=3.0,
     random_points=6,
-    random_ladder=(1e-6,),
+    random_runs=1,
     euler_cromer_dt={"gamma=-2/3": (), "gamma=0": (1.6e-6, 8e-7), "gamma=2/3": (1.6e-6, 8e-7)},
     euler_cromer_steps=200_000,
 )
@@ -87,7 +89,11 @@ def main() -> None:
             "periods": PERIODS,
             "peers": {name: peer.version() or "not installed" for name, peer in PEERS.items()},
             "regimes": {name: _regime(name, plan, workers) for name in REGIMES},
-            "random": _random_points(plan, workers),
+            "random": {
+                "seed": RANDOM_SEED,
+                "points": plan.random_points,
+                "fluids": {name: _random_fluid(gamma, plan, workers) for name, gamma in FLUIDS},
+            },
         }
     finally:
         for worker in workers.values():
@@ -131,50 +137,22 @@ def _ensemble(p: Parameters, count: int) -> np.ndarray:
     return np.array([p._replace(temperature=T) for T in np.linspace(*TEMPERATURES, count)])
 
 
-# --- part two: random points ----------------------------------------------------------------------
+# --- part two: random points of five fluids -------------------------------------------------------
 
 
-def _random_points(plan: Plan, workers: dict[str, Worker]) -> dict[str, Any]:
-    """Errors and times on points all over the range of parameters."""
+def _random_fluid(gamma: float, plan: Plan, workers: dict[str, Worker]) -> dict[str, Any]:
+    """The curves of random points of a fluid, and how many times faster than numbalsoda."""
     points = random_points(plan.random_points, RANDOM_SEED)
+    points[:, Parameters._fields.index("rheological_index")] = gamma
     solvers = {OURS_ENSEMBLE: in_lanes(points), OURS_SAMPLE: one_by_one(points)}
     if NUMBALSODA in workers:
         solvers[NUMBALSODA_SAMPLE] = by_peer(NUMBALSODA, workers[NUMBALSODA], points, plan.limit)
-    print(f"\n{len(points)} random points")
-    rows = [
-        _random_row(solver, rtol, series, plan.runs)
-        for solver, series in solvers.items()
-        for rtol in plan.random_ladder
-    ]
-    return {"seed": RANDOM_SEED, "points": len(points), "rows": rows}
-
-
-def _random_row(solver: str, rtol: float, series: Series, runs: int) -> dict[str, Any]:
-    """Median and 95th percentile over the points that did not fail."""
-    run = series.run(rtol, runs)
-    errors = np.abs(run.x - series.reference)
-    good = errors <= 1.0
-    timed = run.seconds[good] if len(run.seconds) == len(good) else run.seconds
-    row: dict[str, Any] = {
-        "solver": solver,
-        "rtol": rtol,
-        "failed": int((~good).sum()),
-        "reason": run.reason if not good.all() else "",
-        "runs": run.runs,
+    print(f"\n{len(points)} random points, gamma = {gamma:.2f}")
+    curves = {
+        name: curve(name, series, plan.ladder, plan.random_runs)
+        for name, series in solvers.items()
     }
-    if good.any():
-        row |= {
-            "error_median": float(np.median(errors[good])),
-            "error_95": float(np.percentile(errors[good], 95)),
-            "seconds_per_period_mean": float(np.mean(timed)),
-        }
-    if good.any() and len(timed) > 1:  # an ensemble is timed as a whole
-        row["seconds_per_period_median"] = float(np.median(timed))
-        row["seconds_per_period_95"] = float(np.percentile(timed, 95))
-    print(
-        "  " + "  ".join(f"{k} {v:.2g}" if isinstance(v, float) else f"{v}" for k, v in row.items())
-    )
-    return row
+    return {"curves": list(curves.values()), "costs": costs(curves)}
 
 
 if __name__ == "__main__":

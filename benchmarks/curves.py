@@ -42,6 +42,8 @@ def curve(solver: str, series: Series, ladder: tuple[float, ...], runs: int) -> 
             "runs": run.runs,
             "failed": int((~good).sum()),
         }
+        if run.steps:
+            point["steps_per_period"] = run.steps
         points.append(point)
         _print_point(solver, point)
     return {"solver": solver, "members": series.points, "points": points, "failures": failures}
@@ -82,20 +84,39 @@ def cross_check(curves: list[dict[str, Any]]) -> dict[str, Any]:
     return result
 
 
-def seconds_at(points: list[dict[str, Any]], error: float) -> float | None:
-    """Seconds per period at which a solver reaches `error`, log-log between its best points.
+def cost_at(
+    points: list[dict[str, Any]], error: float, cost: str = "seconds_per_period"
+) -> float | None:
+    """What it costs a solver to reach `error`, log-log between its best points.
 
     Points that are no better than a cheaper one are left out. A solver that is already better at
-    its loosest tolerance gets that one's time; None where it is never as good.
+    its loosest tolerance gets that one's cost; None where it is never as good.
     """
     best: list[tuple[float, float]] = []
-    for point in sorted(points, key=lambda point: point["seconds_per_period"]):
+    for point in sorted(points, key=lambda point: point[cost]):
         if not best or point["error"] < best[-1][0]:
-            best.append((point["error"], point["seconds_per_period"]))
+            best.append((point["error"], point[cost]))
     if not best or best[-1][0] > error:
         return None
-    log_error, log_seconds = np.log(np.maximum(np.array(best[::-1]), 1e-300)).T
-    return float(np.exp(np.interp(math.log(error), log_error, log_seconds)))
+    log_error, log_cost = np.log(np.maximum(np.array(best[::-1]), 1e-300)).T
+    return float(np.exp(np.interp(math.log(error), log_error, log_cost)))
+
+
+def costs(curves: dict[str, Any]) -> list[dict[str, Any]]:
+    """What an ensemble costs at equal error: our steps and seconds a period, and the ratios."""
+    table = []
+    for error in TARGETS:
+        ensemble = curves[OURS_ENSEMBLE]["points"]
+        row = {
+            "error": error,
+            "steps_per_period": cost_at(ensemble, error, "steps_per_period"),
+            "seconds_per_period": cost_at(ensemble, error),
+            "ratio": _ratio(curves, NUMBALSODA_SAMPLE, OURS_ENSEMBLE, error),
+            "ratio_one_at_a_time": _ratio(curves, NUMBALSODA_SAMPLE, OURS_SAMPLE, error),
+        }
+        print("  " + "  ".join(f"{k} {v:.3g}" if v else f"{k} not reached" for k, v in row.items()))
+        table.append(row)
+    return table
 
 
 def ratios(curves: dict[str, Any], euler_cromer: dict[str, Any]) -> dict[str, Any]:
@@ -112,15 +133,15 @@ def ratios(curves: dict[str, Any], euler_cromer: dict[str, Any]) -> dict[str, An
     ]
     others = [curve for name, curve in curves.items() if name in PEERS]
     for error in TARGETS:
-        times = [seconds_at(curve["points"], error) for curve in others]
+        times = [cost_at(curve["points"], error) for curve in others]
         fastest = min((t for t in times if t), default=None)
-        ours = seconds_at(curves[OURS_SINGLE]["points"], error)
+        ours = cost_at(curves[OURS_SINGLE]["points"], error)
         ratio = fastest / ours if fastest and ours else None
         what = "single trajectory against the fastest peer"
         table.append({"what": what, "error": error, "ratio": ratio})
     for name in (OURS_ENSEMBLE, OURS_SINGLE):
         for error in (1e-6, euler_cromer["error"]):
-            ours = seconds_at(curves[name]["points"], error) if error else None
+            ours = cost_at(curves[name]["points"], error) if error else None
             ratio = euler_cromer["seconds_per_period"] / ours if ours else None
             what = f"{name.removeprefix('ours, ')} against Euler-Cromer (extrapolated)"
             table.append({"what": what, "error": error, "ratio": ratio})
@@ -134,6 +155,6 @@ def ratios(curves: dict[str, Any], euler_cromer: dict[str, Any]) -> dict[str, An
 def _ratio(curves: dict[str, Any], other: str, ours: str, error: float) -> float | None:
     if other not in curves:
         return None
-    theirs = seconds_at(curves[other]["points"], error)
-    own = seconds_at(curves[ours]["points"], error)
+    theirs = cost_at(curves[other]["points"], error)
+    own = cost_at(curves[ours]["points"], error)
     return theirs / own if theirs and own else None

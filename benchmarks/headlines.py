@@ -36,6 +36,9 @@ def _cube(results: Results) -> Lines:
             f"{results['seconds']:.0f} s, {results['points_per_second']:.0f} points/s"
         ),
         "statuses": statuses,
+        "largest stated error, ok and aperiodic": (
+            f"{results['stated_error_max']:.1e}, {results['stated_error_max_aperiodic']:.1e}"
+        ),
         "peak memory, file": f"{results['peak_mib']:.0f} MiB, {results['file_mib']:.0f} MiB",
     }
 
@@ -201,8 +204,11 @@ def _work_precision(results: Results) -> Lines:
         for curve in regime["curves"]:
             if curve["failures"]:
                 lines[f"{name}: {curve['solver']} fails"] = _failures(curve["failures"])
-    for row in results["random"]["rows"]:
-        lines[f"random points: {row['solver']}, rtol {row['rtol']:.0e}"] = _random_row(row)
+    random = results["random"]
+    for name, fluid in random["fluids"].items():
+        for row in fluid["costs"]:
+            what = f"{random['points']} random points, {name}: error {row['error']:.0e}"
+            lines[what] = _costs(row)
     return lines
 
 
@@ -345,15 +351,13 @@ def _tally(rows: list[Results]) -> dict[str, int]:
     return {name: names.count(name) for name in sorted(set(names))}
 
 
-def _random_row(row: Results) -> str:
-    parts = [f"{row['failed']} failed"] if row["failed"] else []
-    if "error_median" in row:
-        parts.append(f"error {row['error_median']:.1e} (95 %: {row['error_95']:.1e})")
-        parts.append(f"{1e3 * row['seconds_per_period_mean']:.3g} ms per period in the mean")
-    if "seconds_per_period_median" in row:
-        median, late = row["seconds_per_period_median"], row["seconds_per_period_95"]
-        parts.append(f"median {1e3 * median:.3g} ms (95 %: {1e3 * late:.3g} ms)")
-    return "; ".join(parts)
+def _costs(row: Results) -> str:
+    if row["steps_per_period"] is None:
+        return "not reached"
+    steps, seconds = row["steps_per_period"], row["seconds_per_period"]
+    ratios = [row["ratio"], row["ratio_one_at_a_time"]]
+    times = ", ".join("not reached" if ratio is None else f"{ratio:.3g}" for ratio in ratios)
+    return f"{steps:.3g} steps and {1e6 * seconds:.3g} us a period; times faster: {times}"
 
 
 HEADLINES: dict[str, Callable[[Results], Lines]] = {

@@ -81,6 +81,21 @@ def _against_peers(results: Results) -> str:
     )
 
 
+def _random_fluids(results: Results) -> str:
+    """Random points of five fluids: what they cost at equal error."""
+    head = ("γ", "error", "steps a period", "µs a period", "ensemble", "one at a time")
+    fluids = results["random"]["fluids"]
+    return _rows(head, [_cells(name, row) for name in fluids for row in fluids[name]["costs"]])
+
+
+def _cells(name: str, row: Results) -> tuple[str, ...]:
+    seconds = row["seconds_per_period"]
+    numbers = [row["steps_per_period"], seconds and 1e6 * seconds]
+    numbers += [row["ratio"], row["ratio_one_at_a_time"]]
+    shown = ("not reached" if number is None else f"{number:.3g}" for number in numbers)
+    return name.removeprefix("gamma=").replace("-", "−"), f"{row['error']:.0e}", *shown
+
+
 def _ratio(results: Results, fluid: str, what: str, error: float) -> str:
     rows = results["regimes"][fluid]["ratios"]["times_faster"]
     (found,) = (row["ratio"] for row in rows if (row["what"], row["error"]) == (what, error))
@@ -115,6 +130,7 @@ def _fixed_steps(results: Results) -> str:
 
 _TABLES: dict[str, tuple[str, Callable[[Results], str]]] = {
     "against_peers": ("work_precision", _against_peers),
+    "random_fluids": ("work_precision", _random_fluids),
     "against_paper": ("work_precision", _against_paper),
     "fixed_steps": ("fixed_lanes", _fixed_steps),
 } | {

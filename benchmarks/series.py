@@ -23,13 +23,17 @@ OWN_LADDER = (1e-2, 3e-3, *LADDER)
 
 
 class Run(NamedTuple):
-    """End positions (n,) in X_m, NaN where a point failed; seconds per period; timings; why."""
+    """End positions (n,) in X_m, NaN where a point failed; seconds per period; timings; why.
+
+    `steps` are attempted ones, a period in the mean, of the code that works in lanes.
+    """
 
     x: np.ndarray
     seconds: np.ndarray
     runs: int
     reason: str = ""
     out_of_time: bool = False
+    steps: float | None = None
 
 
 class Series(NamedTuple):
@@ -70,15 +74,15 @@ def _end(row: np.ndarray, options: Options) -> float:
 def in_lanes(points: np.ndarray) -> Series:
     """The ensemble code of this package, on one processor."""
 
-    def end(rtol: float) -> np.ndarray:
-        states, _, statuses = inside.end_states(points, PERIODS, Options(rtol=rtol))
-        return np.where(statuses == 0, states[:, 0], np.nan)
+    def end(rtol: float) -> tuple[np.ndarray, float]:
+        states, steps, statuses = inside.end_states(points, PERIODS, Options(rtol=rtol))
+        return np.where(statuses == 0, states[:, 0], np.nan), float(np.mean(steps)) / PERIODS
 
     def run(rtol: float, runs: int) -> Run:
-        x = end(rtol)
+        x, steps = end(rtol)
         seconds, done = _shortest(lambda: end(rtol), runs)
         each = np.array([seconds / (len(points) * PERIODS)])
-        return Run(_scaled(points, x), each, done, "status not ok")
+        return Run(_scaled(points, x), each, done, "status not ok", steps=steps)
 
     return Series(len(points), reference(points.tobytes()), run)
 

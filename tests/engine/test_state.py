@@ -263,7 +263,7 @@ def test_a_hangup_does_not_end_a_sweep_under_nohup(tmp_path: Path) -> None:
     nohup = shutil.which("nohup")
     if nohup is None:
         pytest.skip("there is no nohup here")
-    few = LONG.replace("2000", "16") + "execution: {block_points: 1}\n"
+    few = LONG.replace("2000", "8") + "execution: {block_points: 1}\n"
     (tmp_path / "a.yaml").write_text(few)
     with default_signals():
         process = subprocess.Popen(
