@@ -2,7 +2,8 @@
 
 Part one: error of x relative to X_m after three drive periods from the common start, against
 seconds per period on one processor, for three fluids and a ladder of tolerances. Part two: the
-same on random points of five fluids, against numbalsoda. Benchmarks/README.md says how to read the numbers.
+same on random points of five fluids, against numbalsoda. Benchmarks/README.md says how to read the
+numbers.
 """
 
 from __future__ import annotations
