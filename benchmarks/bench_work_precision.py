@@ -150,8 +150,7 @@ def _random_fluid(gamma: float, plan: Plan, workers: dict[str, Worker]) -> dict[
         solvers[NUMBALSODA_SAMPLE] = by_peer(NUMBALSODA, workers[NUMBALSODA], points, plan.limit)
     print(f"\n{len(points)} random points, gamma = {gamma:.2f}")
     curves = {
-        name: curve(name, series, plan.ladder, plan.random_runs)
-        for name, series in solvers.items()
+        name: curve(name, series, plan.ladder, plan.random_runs) for name, series in solvers.items()
     }
     return {"curves": list(curves.values()), "costs": costs(curves)}
 

@@ -180,7 +180,7 @@ import json, sys
 from sweeps import run
 
 MODEL = {"gamma": 0, "T": 250, "delta": 1.0, "omega": 30, "x_0": 0.8e-6, "phi_0": 0.6}
-METHODS = {"adaptive": {"rtol": 1e-5}, "euler-cromer": {"method": "euler-cromer", "dt": 1e-6}}
+METHODS = {"adaptive": {"rtol": 1e-5}, "euler-cromer": {"method": "euler-cromer", "dt": 1e-7}}
 EYRING = {"friction": "eyring"}
 CASES = {
     "plain": ({}, {}),
