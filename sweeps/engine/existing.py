@@ -25,7 +25,7 @@ from sweeps.files.attributes import data_sha256
 from sweeps.files.chunks import Chunks
 from sweeps.files.columns import STATUS, Rows, conformed, lacking
 from sweeps.files.journal import Journal, columns_of, readable_manifest
-from sweeps.files.results import digests_of, read_rows, whole_chunks
+from sweeps.files.results import Digests, columns_in, digests_of, read_rows, whole_chunks
 from sweeps.files.run_folder import RunFolder
 from sweeps.files.versions import is_newer, unknown_keys, unknown_variables
 from sweeps.grid import CASE, Grid
@@ -176,13 +176,14 @@ def found_in_file(path: Path) -> ExistingPoints:
     grid = Grid.from_config(config)
     settings = settings_of(config, attributes.get("numerics_version", "0"))
     key, chunks = seal_key(settings, grid), Chunks(grid.shape)
-    _check_seal(path, attributes.get("data_sha256"), key, chunks)
+    seal = attributes.get("data_sha256")
+    _check_seal(path, seal, key, chunks)
     return ExistingPoints(
         name=str(path),
         config=config,
         grid=grid,
         settings=settings,
-        points=lambda: _points_of_file(path, chunks),
+        points=lambda: _points_of_file(path, chunks, seal, key),
         lacking=lacks,
         foreign=tuple(foreign),
         mixed=tuple(filter(None, attributes.get("mixed_with", "").split("\n"))),
@@ -258,10 +259,14 @@ def _check_seal(path: Path, seal: str | None, key: bytes, chunks: Chunks) -> Non
     except _DAMAGE:  # found by a checksum within the file
         sound = False
     if not sound:
-        raise StorageError(
-            f"{path} is damaged, or was changed after stickslip wrote it, and cannot be resumed; "
-            f"{_WAYS_OUT}"
-        )
+        raise _damaged(path)
+
+
+def _damaged(path: Path) -> StorageError:
+    return StorageError(
+        f"{path} is damaged, or was changed after stickslip wrote it, and cannot be resumed; "
+        f"{_WAYS_OUT}"
+    )
 
 
 def _described(file: netCDF4.Dataset) -> dict[str, Any]:
@@ -305,10 +310,20 @@ def _refuse_unknown_values(path: Path, written: dict[str, Any]) -> None:
         )
 
 
-def _points_of_file(path: Path, chunks: Chunks) -> Points:
-    with netCDF4.Dataset(path) as file:
-        whole_chunks(file)
-        for number in range(len(chunks)):
-            rows = read_rows(file, chunks, number)
-            there = np.flatnonzero(~np.isnan(rows[:, STATUS]))
-            yield chunks.range(number)[0] + there, rows[there]
+def _points_of_file(path: Path, chunks: Chunks, seal: str | None, key: bytes) -> Points:
+    """The points of a file; raises StorageError at the end where they are not those of the seal.
+
+    The file was sound when it was opened, but much time may have passed.
+    """
+    try:
+        with netCDF4.Dataset(path) as file:
+            whole_chunks(file)
+            digests = Digests(columns_in(file))
+            for number in range(len(chunks)):
+                rows = read_rows(file, chunks, number, digests)
+                there = np.flatnonzero(~np.isnan(rows[:, STATUS]))
+                yield chunks.range(number)[0] + there, rows[there]
+    except _DAMAGE as error:
+        raise _damaged(path) from error
+    if seal is not None and data_sha256(key, digests.hexadecimal()) != seal:
+        raise _damaged(path)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from stickslip.status import Status
 from sweeps.engine.existing import Target
 from sweeps.exits import Exit
 from sweeps.files.attributes import global_attributes
@@ -75,11 +76,14 @@ class JournaledResult:
 
     def write(self) -> Written:
         """Write it with what the journal holds, the rest `pending`."""
+        statuses = self.journal.statuses.copy()
+        statuses[Status.PENDING] = self.target.grid.size - statuses.sum()
         return write_result(
             self.target.grid,
             seal_key(self.target.settings, self.target.grid),
             self.target.chunks,
             self.journal.chunk,
+            statuses,
             self.attributes(),
             self.folder.result,
             self.folder.output,

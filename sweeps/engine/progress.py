@@ -35,7 +35,13 @@ class Counts:
 
     def begin(self, slots: Callable[[], int]) -> None:
         """Start the clock, after compiling; `slots` tells how many workers there are now."""
-        self._begun, self._slots = time.monotonic(), slots
+        self._slots = slots
+        if not self.computed:
+            self._begun = time.monotonic()
+
+    def lose(self, points: int) -> None:
+        """Count so many finished points as not there any more."""
+        self.found -= points
 
     @property
     def computed(self) -> int:

@@ -18,10 +18,21 @@ from sweeps.engine.progress import Counts
 from sweeps.engine.recording import Recorder
 from sweeps.engine.resume import ExistingPolicy, PreparedJournal, complete_already, prepare_journal
 from sweeps.engine.signals import Stop, listening
+from sweeps.exits import Exit, ExpectedError
 from sweeps.files.atomic import StorageError, refuse_odd_output
-from sweeps.files.journal import BYTES_PER_POINT, readable_manifest
+from sweeps.files.journal import BYTES_PER_POINT, Journal, readable_manifest
+from sweeps.files.record_log import DamagedRecordError
 from sweeps.files.run_folder import RunFolder
 from sweeps.human import reason, size_text
+
+
+class LostPointsError(ExpectedError, RuntimeError):
+    """Points that were handed out and never came back."""
+
+    code = Exit.STOPPED
+
+
+_RECOVERIES = 3  # times that a journal may be damaged while it is in use
 
 
 def sweep(
@@ -66,11 +77,29 @@ def sweep(
             _announce(target, prepared, counts, console)
             _require_room(folder, counts)
             result.try_writing()
-            if counts.left:
-                recorder.compute(target)
-            if counts.left:
-                return _stopped(result, recorder, stop)
-            return _finished(result, recorder, keep_journal=keep_journal)
+            for _ in range(_RECOVERIES):
+                if counts.left:
+                    recorder.compute(target)
+                if counts.left:
+                    return _stopped(result, recorder, stop)
+                try:
+                    return _finished(result, recorder, keep_journal=keep_journal)
+                except DamagedRecordError:
+                    _recover(journal, counts, console)
+            raise StorageError(
+                f"{folder.journal} is damaged again and again while it is in use; the disk or "
+                "another program changes it. Write elsewhere with -o"
+            )
+
+
+def _recover(journal: Journal, counts: Counts, console: Console) -> None:
+    """Count what was damaged in the journal since it was opened as not computed."""
+    lost = journal.recover()
+    counts.lose(lost)
+    console.say(
+        f"warning: {journal.damaged} bytes of {journal.path} were damaged during the sweep; "
+        f"{lost} points are computed again"
+    )
 
 
 @contextlib.contextmanager
@@ -120,7 +149,10 @@ def _stopped(result: JournaledResult, recorder: Recorder, stop: Stop) -> Outcome
     statuses = result.journal.statuses.copy()
     missing = len(result.journal.done) - int(statuses.sum())
     if not stop.reason:
-        raise RuntimeError(f"{missing} points did not come back from the workers")
+        raise LostPointsError(
+            f"{missing} of {result.target.grid.size} points did not come back from the workers; "
+            "what did is kept. Give the same command again"
+        )
     statuses[Status.PENDING] = missing
     output = result.folder.output
     ended = Outcome(output, statuses, math.nan, stopped=stop.code, reason=stop.reason)

@@ -72,6 +72,7 @@ class Journal:
                 journal.note(manifest)
                 for indices, rows in carried:
                     journal.append(indices, rows)
+            journal._log.path = path
         except BaseException:
             journal.close()
             raise
@@ -102,9 +103,30 @@ class Journal:
         self._log.close()
 
     @property
+    def path(self) -> Path:
+        """The file."""
+        return self._log.path
+
+    @property
     def damaged(self) -> int:
         """How many bytes were passed over when it was opened."""
         return self._log.damaged
+
+    def recover(self) -> int:
+        """Keep the records that are still sound; returns how many points were lost.
+
+        Raises OSError.
+        """
+        before = np.count_nonzero(self.done)
+        self.done[:], self.statuses[:] = False, 0
+        self._chunk, self._offset, self._count = array("q"), array("q"), array("q")
+        manifest, self.manifest = self.manifest, {}
+        self._log.begin_again()
+        self._scan()
+        self._log.cut_torn_end()
+        if self.manifest != manifest:
+            self.note(manifest)
+        return int(before - np.count_nonzero(self.done))
 
     def note(self, manifest: Manifest) -> None:
         """Record a manifest, which replaces the one before; raises OSError."""
@@ -147,6 +169,8 @@ class Journal:
         """The result rows (n, columns) of a chunk, in order; NaN where a point is not there.
 
         They are valid until the next call: new memory for each would take longer than filling it.
+        Raises DamagedRecordError where a record is not any more what was appended; so does
+        `records`.
         """
         begin, end = self._chunks.range(number)
         if self._room is None or len(self._room) < end - begin:

@@ -1,7 +1,8 @@
 """An append-only file of records with checksums: a damaged one is passed over, the next is found.
 
 A torn write or a damaged byte costs the record that it lies in: it brings no wrong bytes in, and
-takes no sound record with it.
+takes no sound record with it. That holds for every read, not only for the first one: a file can be
+damaged while it is open.
 """
 
 from __future__ import annotations
@@ -17,12 +18,18 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from sweeps.files.atomic import StorageError, replacing
+
 # Begins every record; the bytes above 127 and the line ends show a transfer as text.
 _MAGIC = b"\x9fslip\r\n\n"
 _HEADER = struct.Struct("<8sQ16sc7x16s")  # magic, length of the payload, key, kind, checksum
 _CHECKSUM_BYTES = 16
 _LONGEST = 1 << 31  # bytes of a payload: a longer one is a damaged length
 _WINDOW = 1 << 20  # bytes that are searched at once for the next record
+
+
+class DamagedRecordError(StorageError):
+    """A record that is not any more what was appended."""
 
 
 class Record(NamedTuple):
@@ -37,7 +44,8 @@ class Record(NamedTuple):
 class RecordLog:
     """Records in a file, appended and read; `damaged` counts the bytes that reading passed over."""
 
-    def __init__(self, handle: int) -> None:
+    def __init__(self, path: Path, handle: int) -> None:
+        self.path = path
         self._handle = handle
         self._end = 0
         self.damaged = 0
@@ -45,19 +53,21 @@ class RecordLog:
     @classmethod
     def create(cls, path: Path) -> Self:
         """An empty file; raises OSError."""
-        return cls(os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666))
+        return cls(path, os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666))
 
     @classmethod
     def open(cls, path: Path, *, readonly: bool = False) -> Self:
         """An existing file, to be read by `scan` before anything is appended; raises OSError."""
-        return cls(os.open(path, os.O_RDONLY if readonly else os.O_RDWR))
+        return cls(path, os.open(path, os.O_RDONLY if readonly else os.O_RDWR))
 
     def close(self) -> None:
         """Close the file; the log must not be used any more."""
         os.close(self._handle)
 
     def flush(self) -> None:
-        """Have everything on the disk."""
+        """Have everything on the disk, in its place: a file that was deleted is made again."""
+        if not self.path.exists():
+            self._put_back()
         os.fsync(self._handle)
 
     def append(self, kind: bytes, key: bytes, *arrays: NDArray[Any]) -> int:
@@ -78,12 +88,17 @@ class RecordLog:
         return start + len(header)
 
     def read(self, start: int, length: int) -> bytes:
-        """The bytes of a payload, or as many as the file has."""
-        pieces = []
-        while length > 0 and (piece := os.pread(self._handle, length, start)):
-            pieces.append(piece)
-            start, length = start + len(piece), length - len(piece)
-        return b"".join(pieces)
+        """The payload of so many bytes that begins there; raises DamagedRecordError."""
+        record = self._record_at(start - _HEADER.size)
+        if record is None or len(record.payload) != length:
+            raise DamagedRecordError(
+                f"{self.path} was damaged while it was in use; give the same command again"
+            )
+        return record.payload
+
+    def begin_again(self) -> None:
+        """Forget what was read: `scan` goes through the file once more."""
+        self._end = self.damaged = 0
 
     def scan(self) -> Iterator[Record]:
         """The sound records of the file, in order; what is appended goes behind the last one."""
@@ -107,22 +122,46 @@ class RecordLog:
                 position = self._next_magic(position)
 
     def _record_at(self, position: int) -> Record | None:
-        header = self.read(position, _HEADER.size)
+        header = self._bytes(position, _HEADER.size)
         if len(header) < _HEADER.size:
             return None
         magic, length, key, kind, checksum = _HEADER.unpack(header)
         if magic != _MAGIC or length > _LONGEST:
             return None
         start = position + _HEADER.size
-        payload = self.read(start, length)
+        payload = self._bytes(start, length)
         if len(payload) < length or _checksum(kind, payload) != checksum:
             return None
         return Record(kind, key, payload, start)
 
+    def _bytes(self, start: int, length: int) -> bytes:
+        """So many bytes of the file, or as many as it has."""
+        pieces = []
+        while length > 0 and (piece := os.pread(self._handle, length, start)):
+            pieces.append(piece)
+            start, length = start + len(piece), length - len(piece)
+        return b"".join(pieces)
+
+    def _put_back(self) -> None:
+        """Write what the open file holds to its path again, and go on there."""
+        new = self.path.with_name(self.path.name + ".new")
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        handle = os.open(new, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666)
+        try:
+            with replacing(self.path, new):
+                for start in range(0, self._end, _WINDOW):
+                    piece = self._bytes(start, min(_WINDOW, self._end - start))
+                    _write_all(handle, [memoryview(piece)], start)
+        except BaseException:
+            os.close(handle)
+            raise
+        os.close(self._handle)
+        self._handle = handle
+
     def _next_magic(self, position: int) -> int | None:
         """Where the next record may begin, after a damaged one at `position`."""
         position += 1
-        while piece := self.read(position, _WINDOW):
+        while piece := self._bytes(position, _WINDOW):
             found = piece.find(_MAGIC)
             if found >= 0:
                 return position + found

@@ -7,7 +7,7 @@ says missing, and the seal is checked over the variables that there are.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -41,6 +41,7 @@ def write_result(
     key: bytes,
     chunks: Chunks,
     rows: Callable[[int], Rows],
+    statuses: NDArray[np.int64],
     attributes: Mapping[str, str],
     temporary: Path,
     path: Path,
@@ -48,7 +49,8 @@ def write_result(
     """Write a result to `temporary`, read it back, and put it in place of an older one.
 
     `key` is `identity.seal_key` of what was computed; `rows` gives the result rows (n, columns) of
-    a chunk, of which NaN rows become `pending`.
+    a chunk, of which NaN rows become `pending`; `statuses` (128,) says how many points of each
+    status that makes.
 
     Raises StorageError where the file cannot be written or does not read back as it was meant; an
     older one is as it was.
@@ -60,7 +62,10 @@ def write_result(
             file.data_sha256 = data_sha256(key, digests)
         if digests_of(temporary, chunks) != digests:
             raise OSError("the file does not read back as it was written")
-        return contents(temporary, chunks)
+        written = contents(temporary, chunks)
+        if not np.array_equal(written.statuses, statuses):
+            raise OSError("the file does not hold the points that it is made of")
+        return written
 
 
 def try_writing(grid: Grid, chunks: Chunks, attributes: Mapping[str, str], temporary: Path) -> None:
@@ -97,16 +102,31 @@ def _define(
     whole_chunks(file)
 
 
+class Digests:
+    """The SHA-256 of each result variable, of values that come chunk by chunk."""
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self._of = {name: hashlib.sha256() for name in names}
+
+    def add(self, name: str, values: NDArray[np.generic]) -> None:
+        """Take in the next values of a variable."""
+        self._of[name].update(values.tobytes())
+
+    def hexadecimal(self) -> list[str]:
+        """One for each variable, in order."""
+        return [digest.hexdigest() for digest in self._of.values()]
+
+
 def _fill(file: netCDF4.Dataset, chunks: Chunks, rows: Callable[[int], Rows]) -> list[str]:
     """Fill the variables; returns the SHA-256 of each."""
-    digests = [hashlib.sha256() for _ in RESULT_COLUMNS]
+    digests = Digests(RESULT_COLUMNS)
     for number in range(len(chunks)):
         found = rows(number)
         for column, name in enumerate(RESULT_COLUMNS):
             values = result_values(name, found[:, column])
             file[name][chunks.box(number)] = values.reshape(chunks.shape(number))
-            digests[column].update(values.tobytes())
-    return [digest.hexdigest() for digest in digests]
+            digests.add(name, values)
+    return digests.hexadecimal()
 
 
 def columns_in(file: netCDF4.Dataset) -> tuple[str, ...]:
@@ -125,13 +145,21 @@ def whole_chunks(file: netCDF4.Dataset) -> None:
             file[name].set_var_chunk_cache(size=1)
 
 
-def read_rows(file: netCDF4.Dataset, chunks: Chunks, number: int) -> Rows:
-    """The result rows (n, columns) of a chunk of a result file; NaN where a point is pending."""
+def read_rows(
+    file: netCDF4.Dataset, chunks: Chunks, number: int, digests: Digests | None = None
+) -> Rows:
+    """The result rows (n, columns) of a chunk of a result file; NaN where a point is pending.
+
+    `digests` take in what was read.
+    """
     columns = columns_in(file)
     begin, end = chunks.range(number)
     rows = np.empty((end - begin, len(columns)))
     for place, name in enumerate(columns):
-        rows[:, place] = np.asarray(file[name][chunks.box(number)], dtype=float).ravel()
+        values = np.asarray(file[name][chunks.box(number)])
+        if digests is not None:
+            digests.add(name, values)
+        rows[:, place] = values.ravel()
     rows = conformed(rows, columns)
     rows[rows[:, STATUS] == Status.PENDING] = np.nan
     return rows
@@ -153,11 +181,8 @@ def digests_of(path: Path, chunks: Chunks) -> list[str]:
     """The SHA-256 of each result variable in a file; raises OSError and RuntimeError."""
     with netCDF4.Dataset(path) as file:
         whole_chunks(file)
-        return [_digest(file[name], chunks) for name in columns_in(file)]
-
-
-def _digest(variable: Any, chunks: Chunks) -> str:
-    digest = hashlib.sha256()
-    for number in range(len(chunks)):
-        digest.update(variable[chunks.box(number)].tobytes())
-    return digest.hexdigest()
+        digests = Digests(columns_in(file))
+        for name in columns_in(file):
+            for number in range(len(chunks)):
+                digests.add(name, file[name][chunks.box(number)])
+        return digests.hexadecimal()

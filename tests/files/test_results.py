@@ -22,7 +22,7 @@ from sweeps.files import results
 from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import global_attributes
 from sweeps.files.chunks import Chunks
-from sweeps.files.columns import STATUS
+from sweeps.files.columns import STATUS, status_counts
 from sweeps.files.datasets import content_hash, open_result, write_dataset
 from sweeps.files.results import Written, contents, read_rows, try_writing, write_result
 from sweeps.grid import Grid
@@ -56,6 +56,7 @@ def write(
     chunks = Chunks(grid.shape, most)
     settings: dict[str, Any] = {
         "rows": lambda number: results[slice(*chunks.range(number))],
+        "statuses": status_counts(np.nan_to_num(results[:, STATUS], nan=Status.PENDING)),
         "temporary": path.with_name("result.new"),
     }
     settings |= changes

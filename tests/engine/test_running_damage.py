@@ -1,0 +1,129 @@
+"""A journal that is damaged, cut or deleted while its sweep runs: no wrong number, nothing lost."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.marks import one_then
+from support.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
+
+from sweeps.engine.outcome import JournaledResult
+from sweeps.files.journal import BYTES_PER_POINT, Journal
+
+SWEEP = "sweep: {temperature: [200, 210, 230, 250, 270]}\n"
+RECORDS = 4 * (56 + BYTES_PER_POINT)  # bytes of the four blocks that are there
+RUN, JOURNAL = Path("a.nc.run"), Path("a.nc.run/journal")
+
+
+@pytest.fixture
+def shell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Shell:
+    shell = Shell(tmp_path, monkeypatch, capsys)
+    write("a.yaml", SWEEP, LOOSE, ONE_BY_ONE)
+    return shell
+
+
+def disturbed(shell: Shell, block: int, harm: Callable[[], None]) -> tuple[int, str, int]:
+    """The sweep with `harm` done before the block of that number, from 1: code, words, points."""
+    begun = 0
+
+    def disturb(_: np.ndarray) -> None:
+        nonlocal begun
+        begun += 1
+        if begun == block:
+            harm()
+
+    shell.disturb = disturb
+    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc", "--overwrite")
+    shell.disturb = None
+    return code, err, len(shell.computed)
+
+
+def flip(path: Path, place: int, mask: int = 0x10) -> None:
+    with path.open("r+b") as file:
+        file.seek(place)
+        byte = file.read(1)[0]
+        file.seek(place)
+        file.write(bytes([byte ^ mask]))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("flips", one_then("faults", [6, 200]))
+def test_a_byte_that_changes_while_it_runs_costs_its_block_alone(shell: Shell, flips: int) -> None:
+    expected, rng = hash_at_once("a.yaml"), np.random.default_rng(3)
+    for _ in range(flips):
+        place, mask = int(rng.integers(1, RECORDS)), int(rng.integers(1, 256))
+        code, err, computed = disturbed(
+            shell, 5, lambda p=place, m=mask: flip(JOURNAL, JOURNAL.stat().st_size - p, m)
+        )
+        assert (code, hash_of("a.nc")) == (0, expected), (place, mask, err)
+        assert computed <= 6
+        assert "damaged during the sweep" in err
+        assert entries() == ["a.nc", "a.nc.timing.json", "a.yaml"]
+
+
+HARMS: dict[str, Callable[[], None]] = {
+    "emptied": lambda: os.truncate(JOURNAL, 0),
+    "cut": lambda: os.truncate(JOURNAL, JOURNAL.stat().st_size // 2),
+    "deleted": JOURNAL.unlink,
+    "deleted with its folder": lambda: shutil.rmtree(RUN),
+}
+
+
+@pytest.mark.parametrize("harm", HARMS.values(), ids=HARMS)
+def test_a_journal_that_is_cut_or_deleted_while_it_runs_is_made_again(
+    shell: Shell, harm: Callable[[], None]
+) -> None:
+    expected = hash_at_once("a.yaml")
+    code, err, _ = disturbed(shell, 4, harm)
+    assert (code, hash_of("a.nc")) == (0, expected), err
+
+
+def test_a_journal_that_was_deleted_can_be_resumed_all_the_same(shell: Shell) -> None:
+    expected = hash_at_once("a.yaml")
+    stopped = shell.interrupted("sweep", "a.yaml", "-o", "a.nc", after=4)
+    assert stopped.code == 4
+    assert len(shell.computed) == 4
+    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    assert len(shell.computed) == 1
+    assert hash_of("a.nc") == expected
+
+
+def test_a_journal_that_is_damaged_again_and_again_is_told_and_kept(
+    shell: Shell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    expected = hash_at_once("a.yaml")
+    result_of = JournaledResult.write
+
+    def after_harm(result: JournaledResult) -> object:
+        os.truncate(JOURNAL, JOURNAL.stat().st_size - 8)
+        return result_of(result)
+
+    with monkeypatch.context() as broken:
+        broken.setattr(JournaledResult, "write", after_harm)
+        code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
+    assert code == 5
+    assert "a.nc.run/journal is damaged again and again" in err
+    assert "a.nc.run" in entries()
+    assert "a.nc" not in entries()
+    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    assert hash_of("a.nc") == expected
+
+
+def test_a_result_that_lacks_points_never_takes_a_place(
+    shell: Shell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    before = Path("a.nc").read_bytes()
+    monkeypatch.setattr(Journal, "chunk", lambda journal, number: np.full((5, len(journal.columns)), np.nan))
+    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc", "--recompute")
+    assert code == 5
+    assert "does not hold the points that it is made of" in err
+    assert Path("a.nc").read_bytes() == before
+    assert "a.nc.run" in entries()
