@@ -37,3 +37,12 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     names = {candidate.lower(): candidate for candidate in known}
     close = difflib.get_close_matches(name[:_LONGEST_NAME].lower(), names, n=1)
     return f" (did you mean {names[close[0]]!r}?)" if close else ""
+
+
+def printable(text: str) -> str:
+    """A text for a terminal: what would steer it is written as an escape, line ends stay."""
+    return "".join(c if c.isprintable() or c == "\n" else _escaped(c) for c in text)
+
+
+def _escaped(character: str) -> str:
+    return character.encode("unicode_escape", "surrogatepass").decode()

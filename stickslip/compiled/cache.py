@@ -11,6 +11,8 @@ import contextlib
 import hashlib
 import os
 import pickle
+import shutil
+import time
 import warnings
 from collections.abc import Callable
 from functools import cache
@@ -20,6 +22,9 @@ from typing import Any
 from llvmlite.binding import get_host_cpu_name
 from numba.core import config as numba_config
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+
+_PREFIX = "stickslip-"
+_KEPT_SECONDS = 30 * 86400.0
 
 
 class SteadyCache(FunctionCache):
@@ -73,11 +78,16 @@ class _CheckedFile(IndexDataCacheFile):
 
 
 class CacheFolder:
-    """Points Numba at the package's own cache folder while a kernel is declared."""
+    """Points Numba at the package's own cache folder while a kernel is declared.
+
+    Raises RuntimeError where there is none.
+    """
 
     def __enter__(self) -> None:
+        folder = cache_folder()
+        _prepare(folder)
         self._previous = numba_config.CACHE_DIR, numba_config.CACHE_LOCATOR_CLASSES
-        numba_config.CACHE_DIR = str(cache_folder())
+        numba_config.CACHE_DIR = str(folder)
         # Without this an unwritable folder sends Numba to __pycache__, which no hash names.
         numba_config.CACHE_LOCATOR_CLASSES = "UserProvidedCacheLocator"
 
@@ -86,15 +96,39 @@ class CacheFolder:
 
 
 def cache_folder() -> Path:
-    """Where the compiled code of exactly these sources is kept."""
-    return _cache_root() / f"stickslip-{source_hash()[:16]}"
+    """Where the compiled code of exactly these sources is kept.
+
+    Nobody else can write there, since what is loaded is run. Raises RuntimeError where there is no
+    home folder.
+    """
+    return _cache_root() / f"{_PREFIX}{source_hash()[:16]}"
+
+
+@cache
+def _prepare(folder: Path) -> None:
+    """Make the folder, for its owner alone, and take those of sources long gone away."""
+    with contextlib.suppress(OSError):  # Numba says that it cannot be written
+        if not folder.exists():
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            _remove_old(folder.parent)
+        os.utime(folder)
+
+
+def _remove_old(root: Path) -> None:
+    """Take folders that no process has used for long away."""
+    for folder in root.glob(f"{_PREFIX}{'[0-9a-f]' * 16}"):
+        with contextlib.suppress(OSError):
+            if time.time() - folder.stat().st_mtime > _KEPT_SECONDS:
+                shutil.rmtree(folder, ignore_errors=True)
 
 
 def _cache_root() -> Path:
     if numba_config.CACHE_DIR:  # set by NUMBA_CACHE_DIR
         return Path(numba_config.CACHE_DIR)
-    home = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    return Path(home).expanduser() / "stickslip"
+    home = Path(os.environ.get("XDG_CACHE_HOME") or "")
+    if not home.is_absolute():  # as the XDG specification says
+        home = Path("~/.cache").expanduser()
+    return home / "stickslip"
 
 
 @cache

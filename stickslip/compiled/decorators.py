@@ -76,9 +76,9 @@ def named_kernel(name: str, function: Callable[..., Any]) -> Any:
     _kernels.add(name)
     function.__qualname__ = name
     dispatcher = numba.njit(**_FLAGS, fastmath=_FASTMATH, pipeline_class=SealedCompiler)(function)
-    with CacheFolder():
-        try:
+    try:
+        with CacheFolder():
             dispatcher._cache = SteadyCache(function)  # what njit(cache=True) does, with our class
-        except RuntimeError:  # no writable folder anywhere
-            warn_once("compiled code cannot be cached: no writable folder; set NUMBA_CACHE_DIR")
+    except RuntimeError:  # no writable folder anywhere
+        warn_once("compiled code cannot be cached: no writable folder; set NUMBA_CACHE_DIR")
     return dispatcher

@@ -7,6 +7,7 @@ exit codes.
 from __future__ import annotations
 
 import logging
+import os
 import sys
 from typing import Annotated
 
@@ -15,6 +16,7 @@ import typer
 from sweeps.cli.inspect import check, info, schema
 from sweeps.cli.pictures import figure, plot, simulate
 from sweeps.cli.shared import stop_with
+from sweeps.cli.streams import lasting_streams, lose
 from sweeps.cli.sweeps import plan, status, sweep
 from sweeps.exits import Exit, ExpectedError
 
@@ -33,7 +35,17 @@ for verb in (sweep, plan, status, check, simulate, figure, plot, schema, info):
 
 def main() -> None:
     """Run the command line; every failure ends in one message and an exit code."""
+    with lasting_streams():
+        _run()
+
+
+def _run() -> None:
     logging.basicConfig(format="%(levelname)s: %(message)s", stream=sys.stderr)
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        stop_with(
+            "NUMBA_DISABLE_JIT is set, but there is no lane without compiled code: unset it",
+            Exit.USAGE,
+        )
     try:
         app(prog_name="stickslip")
     except SystemExit as end:
@@ -43,7 +55,7 @@ def main() -> None:
     except ExpectedError as error:
         stop_with(str(error), error.code)
     except BrokenPipeError:
-        sys.stderr.close()  # the reader of our output has gone: no further words
+        lose(sys.stdout)  # the reader of our output has gone: no further words
         sys.exit(Exit.DONE)
     except OSError as error:  # such as a full disk behind the standard output
         stop_with(f"Input/output error: {error}", Exit.STORAGE)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sweeps.cli.shared import ConfigArgument, SetOption, checked_config, stop_with
+from sweeps.cli.shared import ConfigArgument, SetOption, checked_config, say, stop_with
 from sweeps.exits import Exit
 
 
@@ -40,15 +40,19 @@ def info(
 ) -> None:
     """Describe the installation, or a result file."""
     from sweeps.cli.output import describe_file, describe_installation
-    from sweeps.files.datasets import content_hash, open_result
+    from sweeps.engine.existing import seal_note
+    from sweeps.files.datasets import content_hash, open_result, readable
 
     if file is None:
         if hash_:
             stop_with("--hash needs a FILE", Exit.USAGE)
         describe_installation()
         return
-    ds = open_result(file, whole=False)
-    if hash_:
-        print(content_hash(ds))
-    else:
-        describe_file(ds)
+    with readable(file):
+        ds = open_result(file, whole=False)
+        if hash_:
+            print(content_hash(ds))
+        else:
+            describe_file(ds)
+    if note := seal_note(file):
+        say(f"warning: {note}")

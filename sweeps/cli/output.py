@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any
 from stickslip.compiled.cache import cache_folder, processor, source_hash
 from stickslip.plausibility import SUSPICIOUS_BALANCE
 from stickslip.status import Status
+from sweeps.files.atomic import replacing
 from sweeps.files.attributes import software
 from sweeps.files.datasets import content_hash
 from sweeps.files.versions import version_note
-from sweeps.human import duration, size_text
+from sweeps.human import duration, printable, size_text
 
 if TYPE_CHECKING:
     import numpy as np
@@ -41,14 +42,15 @@ def write_timing(outcome: Outcome, workers: int, backend: str) -> None:
     }
     path = outcome.output.with_name(outcome.output.name + ".timing.json")
     try:
-        path.write_text(json.dumps(timing, indent=2) + "\n")
+        with replacing(path, fsync=False, follow=False) as temporary:
+            temporary.write_text(json.dumps(timing, indent=2) + "\n")
     except OSError as error:
         print(f"warning: the timing was not written: {error}", file=sys.stderr)
 
 
 def print_summary(outcome: Outcome) -> None:
     """Print where the result is and how it went."""
-    print(outcome.output)
+    _print(str(outcome.output))
     points = f"{outcome.points} points"
     if outcome.computed:
         rate = outcome.computed / max(outcome.seconds, 1e-9)
@@ -100,41 +102,49 @@ def print_plan(plan: Plan, slots: str) -> None:
 
 def print_state(state: Mapping[str, Any]) -> None:
     """Print how a sweep stands."""
-    print(f"{state['output']}: {state['state']}")
+    _print(f"{state['output']}: {state['state']}")
     if "points" not in state:
         return
-    print(f"{state['done']} of {state['points']} points done, {state['failed']} failed")
+    _print(f"{state['done']} of {state['points']} points done, {state['failed']} failed")
     if state.get("seconds_left") is not None:
         left = duration(state["seconds_left"])
-        print(f"{state['points_per_second']:.1f} points/s, about {left} left")
+        _print(f"{state['points_per_second']:.1f} points/s, about {left} left")
     if "pid" in state:
-        print(f"process {state['pid']} on {state['host']}, last heard of {state['updated']}")
+        _print(f"process {state['pid']} on {state['host']}, last heard of {state['updated']}")
     for name, count in state["statuses"].items():
         if name != "ok":
-            print(f"  {count} {name}: {Status[name.upper()].sentence}")
+            _print(f"  {count} {name}: {Status[name.upper()].sentence}")
 
 
 def describe_installation() -> None:
     """Print versions, machine, hash of the code and the folder of compiled code."""
-    print(software())
-    print(f"machine: {platform.machine()}, {platform.system()}")
-    print(f"code: {source_hash()}")
-    print(f"compiled code is cached in: {cache_folder()}")
+    _print(software())
+    _print(f"machine: {platform.machine()}, {platform.system()}")
+    _print(f"code: {source_hash()}")
+    try:
+        _print(f"compiled code is cached in: {cache_folder()}")
+    except RuntimeError:
+        _print("compiled code is not cached: there is no home folder; set NUMBA_CACHE_DIR")
 
 
 def describe_file(ds: xr.Dataset) -> None:
     """Print what a result file holds and where it comes from."""
-    print(f"title: {ds.attrs.get('title', '')}")
-    print("dimensions: " + (", ".join(f"{d} {n}" for d, n in ds.sizes.items()) or "none"))
-    print(f"variables: {', '.join(map(str, ds.data_vars))}")
+    _print(f"title: {ds.attrs.get('title', '')}")
+    _print("dimensions: " + (", ".join(f"{d} {n}" for d, n in ds.sizes.items()) or "none"))
+    _print(f"variables: {', '.join(map(str, ds.data_vars))}")
     if "status" in ds:
         if note := version_note(map(str, ds.variables), ds.attrs):
-            print(note)
+            _print(note)
         meanings = str(ds.status.attrs["flag_meanings"]).split()
         for flag, meaning in zip(ds.status.attrs["flag_values"], meanings, strict=True):
             count = int((ds.status == flag).sum())
             if count:
-                print(f"  {meaning}: {count}")
+                _print(f"  {meaning}: {count}")
     for name in ("source", "history", "software", "config_sha256"):
-        print(f"{name}: {ds.attrs.get(name, 'unknown')}")
-    print(f"content_sha256: {content_hash(ds)}")
+        _print(f"{name}: {ds.attrs.get(name, 'unknown')}")
+    _print(f"content_sha256: {content_hash(ds)}")
+
+
+def _print(text: str) -> None:
+    """Print what comes from a file, which must not steer the terminal."""
+    print(printable(text))

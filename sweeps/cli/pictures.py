@@ -13,6 +13,7 @@ from sweeps.cli.shared import (
     WorkersOption,
     checked_config,
     execution_changes,
+    say,
     stop_with,
 )
 from sweeps.cli.sweeps import sweep_and_report
@@ -89,9 +90,12 @@ def plot(
     ] = None,
 ) -> None:
     """Draw a picture of a result file."""
+    from sweeps.engine.existing import seal_note
     from sweeps.files.datasets import open_result
 
     ds = open_result(file)
+    if note := seal_note(file):
+        say(f"warning: {note}")
     target = output or (file.with_suffix("") if file.suffix == ".nc" else file)
     _refuse_picture_name(target)
     _draw(ds, target, figure or _asked_figure(ds))

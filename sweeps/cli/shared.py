@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from sweeps.exits import Exit
+from sweeps.human import printable
 
 if TYPE_CHECKING:
     from sweeps.config.load import Config
@@ -30,8 +31,13 @@ NoProgressOption = Annotated[bool, typer.Option("--no-progress", help="Say nothi
 
 def stop_with(message: str, code: Exit) -> NoReturn:
     """End the command with a message and an exit code."""
-    print(message, file=sys.stderr)
+    say(message)
     sys.exit(code)
+
+
+def say(message: str) -> None:
+    """Print a message; it may hold names and texts of files, which must not steer a terminal."""
+    print(printable(message), file=sys.stderr)
 
 
 def checked_config(file: Path | None, changes: list[str] | None) -> Config:
@@ -41,7 +47,7 @@ def checked_config(file: Path | None, changes: list[str] | None) -> Config:
 
     config = read_config(file if file is not None else {}, changes or [])
     for warning in (*config.warnings, *coarse_step(config)):
-        print(f"warning: {warning}", file=sys.stderr)
+        say(f"warning: {warning}")
     return config
 
 

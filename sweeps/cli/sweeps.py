@@ -18,8 +18,10 @@ from sweeps.cli.shared import (
     WorkersOption,
     checked_config,
     execution_changes,
+    say,
     stop_with,
 )
+from sweeps.cli.streams import lose
 from sweeps.exits import Exit
 
 if TYPE_CHECKING:
@@ -37,7 +39,7 @@ SchedulerOption = Annotated[
 ]
 
 # Options that decide about existing results once, and not again when the sweep is resumed.
-_ONCE = ("--overwrite", "--recompute", "--accept-mixed", "--retry-failed")
+_ONCE = ("--overwrite", "--recompute", "--accept-mixed", "--retry-failed", "--accept-unsealed")
 
 
 def sweep(
@@ -69,6 +71,9 @@ def sweep(
     retry_failed: Annotated[
         bool, typer.Option("--retry-failed", help="Compute failed points once more.")
     ] = False,
+    accept_unsealed: Annotated[
+        bool, typer.Option("--accept-unsealed", help="Trust an older file that carries no seal.")
+    ] = False,
     partial: Annotated[
         bool, typer.Option("--partial", help="Compute nothing; write what is there so far.")
     ] = False,
@@ -89,10 +94,13 @@ def sweep(
     except ValueError as error:
         stop_with(f"--max-runtime: {error}", Exit.USAGE)
     config = checked_config(file, [*(set_ or []), *execution_changes(workers, backend, scheduler)])
+    path = output or Path(config.output)
+    if path.exists() and path.samefile(file):
+        stop_with(f"{path} is the config itself; -o names the result", Exit.USAGE)
     failures = sweep_and_report(
         config,
-        output or Path(config.output),
-        ExistingPolicy(overwrite, recompute, accept_mixed, retry_failed),
+        path,
+        ExistingPolicy(overwrite, recompute, accept_mixed, retry_failed, accept_unsealed),
         stop,
         progress=not no_progress,
         partial=partial,
@@ -162,16 +170,16 @@ def sweep_and_report(
     from sweeps.engine.outcome import Console
     from sweeps.engine.sweep import sweep as run_sweep
 
-    def say(line: str) -> None:
+    def tell(line: str) -> None:
         if progress or line.startswith("warning"):
-            print(line, file=sys.stderr)
+            say(line)
 
     on_terminal = progress and sys.stdin.isatty() and sys.stderr.isatty()
     confirm = functools.partial(typer.confirm, default=True, err=True) if on_terminal else None
     outcome = run_sweep(
         config,
         path,
-        console=Console(say, confirm, progress),
+        console=Console(tell, confirm, progress),
         policy=policy,
         stop=stop,
         partial=partial,
@@ -181,7 +189,11 @@ def sweep_and_report(
         _leave(outcome)
     if outcome.computed and timing:
         write_timing(outcome, config.execution.workers, config.execution.backend)
-    print_summary(outcome)
+    try:
+        print_summary(outcome)
+        sys.stdout.flush()
+    except OSError:  # the result is there: that nobody can be told changes nothing
+        lose(sys.stdout)
     return outcome.failures
 
 
@@ -192,10 +204,9 @@ def _leave(outcome: Outcome) -> NoReturn:
 
     again = shlex.join(["stickslip", *(a for a in sys.argv[1:] if a not in _ONCE)])
     kept = outcome.points - int(outcome.statuses[Status.PENDING])
-    print(
+    say(
         f"Stopped: {outcome.reason}. {kept} of {outcome.points} points are kept in "
-        f"{outcome.output}.run. To resume:\n  {again}",
-        file=sys.stderr,
+        f"{outcome.output}.run. To resume:\n  {again}"
     )
     failed = outcome.statuses.copy()
     failed[Status.PENDING] = 0

@@ -11,9 +11,11 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from sweeps.exits import ExpectedError
+from sweeps.human import printable
 
 # Longer quotations of the user's text make a line of the report unreadable.
 _QUOTED = 60
+_TOLD = 50  # problems that are printed: a screen of them
 # The deepest valid config has four levels; far below what would strain Python's recursion.
 MAX_DEPTH = 12
 
@@ -31,18 +33,21 @@ class Problem:
 
     def __str__(self) -> str:
         place = self.file if self.line is None else f"{self.file}:{self.line}"
-        return ": ".join(_one_line(part) for part in (place, self.key, self.message) if part)
+        line = ": ".join(part for part in (place, self.key, self.message) if part)
+        return printable(line.replace("\n", "\\n"))
 
 
 class ConfigError(ExpectedError, ValueError):
-    """A config cannot be used; `problems` lists every reason, `str()` gives a line for each."""
+    """A config cannot be used; `problems` lists every reason, `str()` a line for each of many."""
 
     def __init__(self, problems: Iterable[Problem]) -> None:
         self.problems = list(problems)
         super().__init__(self.problems)
 
     def __str__(self) -> str:
-        return "\n".join(map(str, self.problems))
+        told = [str(problem) for problem in self.problems[:_TOLD]]
+        left = len(self.problems) - len(told)
+        return "\n".join([*told, *([f"... and {left} more"] if left else [])])
 
 
 @dataclass
@@ -170,7 +175,3 @@ def _path(key: str, *below: str | int) -> str:
     for step in below:
         key += f"[{step}]" if isinstance(step, int) else f".{step}" if key else step
     return key
-
-
-def _one_line(text: str) -> str:
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

@@ -28,6 +28,7 @@ from sweeps.config.schema import (
     Noise,
     Section,
     Sections,
+    is_local,
     read_section,
 )
 from sweeps.config.yaml_reader import read_file, read_text
@@ -185,6 +186,7 @@ def _fields(root: Located, case: Located | None, output: str, older: bool) -> di
     if older:
         space = space.with_neutral_values()
     sections = {name: read_section(root, name, older=older) for name in SECTIONS}
+    _refuse_strangers(root)
     noise = sections["noise"]
     if isinstance(noise, Noise):
         refuse_frozen_start(root, space, noise.treatment)
@@ -196,6 +198,20 @@ def _fields(root: Located, case: Located | None, output: str, older: bool) -> di
         "output": _text(root, "output", output),
         **sections,
     }
+
+
+def _refuse_strangers(root: Located) -> None:
+    """Refuse a scheduler on another machine that a file names: it can run code on this one.
+
+    Whoever gives it on the command line, or in Python, means it.
+    """
+    node = root.children().get("execution")
+    named = node.children().get("scheduler") if node else None
+    if named and named.line is not None and not is_local(str(named.value)):
+        named.refuse(
+            f"{quoted(named.value)} is another machine, whose answers could run code on this one; "
+            "if you trust it, leave the line out and give it as --scheduler ADDRESS"
+        )
 
 
 def _place_or_name(key: str) -> str:

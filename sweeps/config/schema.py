@@ -6,7 +6,9 @@ import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from ipaddress import ip_address
 from typing import Annotated, Any, Literal
+from urllib.parse import urlsplit
 
 from pydantic import (
     AfterValidator,
@@ -80,6 +82,15 @@ def _address(value: str | None) -> str | None:
     if value is not None and "://" not in value:
         raise ValueError(f"must be an address such as tcp://host:8786, not {value!r}")
     return value
+
+
+def is_local(address: str) -> bool:
+    """Whether the address of a scheduler is one of this machine alone."""
+    host = urlsplit(address).hostname or ""
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
 
 
 # The bounds come first: behind the validator they would be missing in the JSON Schema.

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from stickslip.options import Options
 from sweeps.engine.blocks import Blocks
-from sweeps.engine.executors.base import Executor, WorkersLostError
+from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError
 from sweeps.engine.signals import Stop
-from sweeps.engine.worker import Block, Task, failed_block, task_of
+from sweeps.engine.worker import Block, Task, failed_block, is_answer, task_of
 from sweeps.grid import Grid
 
 # A worker may die for reasons of its own, such as a machine that is taken away.
@@ -35,6 +35,8 @@ def finished_blocks(
     After a request to stop no further block is begun, and those in flight still come. Where workers
     die, the blocks in flight are given again one at a time and in ever smaller pieces, until the
     point is alone that no worker survives; it gets the status `failed`.
+
+    Raises ExecutorError where something else than a block comes back.
     """
     blocks = Blocks(
         done, executor.slots, seconds=executor.block_seconds, block_points=block_points, pilot=pilot
@@ -73,8 +75,10 @@ class _Tasks:
             return task
 
     def finished(self, block: Block) -> None:
+        """Take note of a block; raises ExecutorError where it is that of no task."""
         with self._lock:
-            del self._flying[int(block.indices[0])]
+            task = self._flying.pop(_first_point(block), None)
+        _require_answer(block, task)
         self._blocks.learn(len(block.indices), block.seconds)
 
     def in_flight(self) -> list[Task]:
@@ -89,7 +93,9 @@ def _one_at_a_time(suspects: list[Task], executor: Executor, stop: Stop) -> Iter
     while waiting and not stop.requested:
         task = waiting.popleft()
         try:
-            yield from executor.blocks(iter([task]), stop)
+            for block in executor.blocks(iter([task]), stop):
+                _require_answer(block, task)
+                yield block
             deaths = 0
         except WorkersLostError as error:
             if len(task.indices) > 1:
@@ -101,6 +107,20 @@ def _one_at_a_time(suspects: list[Task], executor: Executor, stop: Stop) -> Iter
             else:
                 deaths = 0
                 yield failed_block(task, str(error))
+
+
+def _first_point(block: object) -> int:
+    """The number of the first point of a block; -1 for what is none."""
+    return int(block.indices[0]) if isinstance(block, Block) and len(block.indices) else -1
+
+
+def _require_answer(block: object, task: Task | None) -> None:
+    """Raise ExecutorError where something else came back than the block of a task."""
+    if task is None or not is_answer(block, task):
+        raise ExecutorError(
+            "what came back from a worker is not the block that was asked for; what is finished is "
+            "kept, and the same command resumes"
+        )
 
 
 def _halves(task: Task) -> list[Task]:

@@ -24,17 +24,16 @@ from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import data_sha256
 from sweeps.files.chunks import Chunks
 from sweeps.files.columns import STATUS, Rows, conformed, lacking
+from sweeps.files.datasets import DAMAGE
 from sweeps.files.journal import Journal, columns_of, readable_manifest
 from sweeps.files.results import Digests, columns_in, digests_of, read_rows, whole_chunks
 from sweeps.files.run_folder import RunFolder
 from sweeps.files.versions import is_newer, unknown_keys, unknown_variables
+from sweeps.files.watch import require_readable
 from sweeps.grid import CASE, Grid
 from sweeps.identity import Settings, differences, key_of, near_duplicates, seal_key, settings_of
 
 Points = Iterator[tuple[NDArray[np.int64], Rows]]
-
-# What reading a damaged file has raised.
-_DAMAGE = (OSError, RuntimeError, AttributeError, LookupError, TypeError, ValueError)
 
 _NAMED = 5  # differences that a message lists
 
@@ -157,19 +156,20 @@ class ExistingPoints:
             )
 
 
-def found_in_file(path: Path) -> ExistingPoints:
-    """The finished points of a result file.
+def found_in_file(path: Path, *, unsealed: bool = False) -> ExistingPoints:
+    """The finished points of a result file; `unsealed` accepts one that carries no seal.
 
-    Raises RefusalError where the file is no result of a sweep or that of a newer version,
-    StorageError where it cannot be read.
+    Raises RefusalError where the file is no result of a sweep, that of a newer version, or without
+    a seal, StorageError where it cannot be read or its numbers are not those of its seal.
     """
+    require_readable(path)
     try:
         with netCDF4.Dataset(path) as file:
             attributes = {name: str(file.getncattr(name)) for name in file.ncattrs()}
             _refuse_other_file(file, path, attributes)
             lacks, foreign = lacking(file.variables), unknown_variables(file.variables)
             config = _config_of(lambda: _described(file), path)
-    except _DAMAGE as error:
+    except DAMAGE as error:
         raise StorageError(
             f"{path} exists, but is not a readable NetCDF file ({error}); {_WAYS_OUT}"
         ) from error
@@ -177,6 +177,11 @@ def found_in_file(path: Path) -> ExistingPoints:
     settings = settings_of(config, attributes.get("numerics_version", "0"))
     key, chunks = seal_key(settings, grid), Chunks(grid.shape)
     seal = attributes.get("data_sha256")
+    if seal is None and not unsealed:
+        raise RefusalError(
+            f"{path} carries no seal, so nothing tells whether its numbers are those that were "
+            f"computed; --accept-unsealed takes them as they are, {_WAYS_OUT}"
+        )
     _check_seal(path, seal, key, chunks)
     return ExistingPoints(
         name=str(path),
@@ -221,13 +226,30 @@ def found_in_journal(path: Path, manifest: dict[str, Any]) -> ExistingPoints:
     )
 
 
-def found_beside(folder: RunFolder) -> list[ExistingPoints]:
+def found_beside(folder: RunFolder, *, unsealed: bool = False) -> list[ExistingPoints]:
     """All finished points for an output; raises RefusalError and StorageError."""
     manifest = readable_manifest(folder.journal)
     found = [found_in_journal(folder.journal, manifest)] if manifest else []
     if folder.output.exists() and not (manifest and manifest["afresh"]):
-        found.append(found_in_file(folder.output))
+        found.append(found_in_file(folder.output, unsealed=unsealed))
     return found
+
+
+def seal_note(path: Path) -> str:
+    """A sentence where a result of a sweep does not hold what its seal says; empty where it does.
+
+    Empty for other files as well, such as trajectories.
+    """
+    try:
+        found_in_file(path, unsealed=True)
+    except StorageError:
+        return (
+            f"the numbers of {path} are not those that stickslip wrote: the file is damaged, or "
+            "was edited afterwards"
+        )
+    except RefusalError:
+        return ""
+    return ""
 
 
 def ok(rows: Rows) -> NDArray[np.bool_]:
@@ -254,9 +276,8 @@ def _refuse_newer(path: Path, unknown: list[str]) -> None:
 def _check_seal(path: Path, seal: str | None, key: bytes, chunks: Chunks) -> None:
     """Raise StorageError where the numbers of a file are not those that were written."""
     try:
-        # An earlier version wrote no seal.
         sound = seal is None or data_sha256(key, digests_of(path, chunks)) == seal
-    except _DAMAGE:  # found by a checksum within the file
+    except DAMAGE:  # found by a checksum within the file
         sound = False
     if not sound:
         raise _damaged(path)
@@ -323,7 +344,7 @@ def _points_of_file(path: Path, chunks: Chunks, seal: str | None, key: bytes) ->
                 rows = read_rows(file, chunks, number, digests)
                 there = np.flatnonzero(~np.isnan(rows[:, STATUS]))
                 yield chunks.range(number)[0] + there, rows[there]
-    except _DAMAGE as error:
+    except DAMAGE as error:
         raise _damaged(path) from error
     if seal is not None and data_sha256(key, digests.hexadecimal()) != seal:
         raise _damaged(path)

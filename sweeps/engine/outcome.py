@@ -11,6 +11,7 @@ import numpy as np
 from stickslip.status import Status
 from sweeps.engine.existing import Target
 from sweeps.exits import Exit
+from sweeps.files.atomic import StorageError, fingerprint
 from sweeps.files.attributes import global_attributes
 from sweeps.files.columns import failures
 from sweeps.files.journal import Journal
@@ -20,6 +21,7 @@ from sweeps.identity import seal_key
 
 # Bytes a point: 8 for each float and 4 for each count, less what compression gains.
 RESULT_BYTES_PER_POINT = 90
+RESULT_BYTES = 1 << 17  # of its structure and of what lies beside it
 
 
 @dataclass(frozen=True)
@@ -63,11 +65,15 @@ class Console:
 
 @dataclass(frozen=True)
 class JournaledResult:
-    """The result file that a journal makes; its methods raise StorageError."""
+    """The result file that a journal makes; its methods raise StorageError.
+
+    `before` is the fingerprint of the output when the sweep began.
+    """
 
     target: Target
     journal: Journal
     folder: RunFolder
+    before: list[int] | None
 
     def try_writing(self) -> None:
         """Write it without its numbers, and take it away: better to fail before the sweep."""
@@ -76,6 +82,13 @@ class JournaledResult:
 
     def write(self) -> Written:
         """Write it with what the journal holds, the rest `pending`."""
+        output = self.folder.output
+        if fingerprint(output) != self.before:
+            raise StorageError(
+                f"{output} was made or changed by somebody else while the sweep ran, and is left "
+                f"alone; what is computed is kept in {self.folder.path}. Move {output.name} away "
+                "and give the same command again, or choose another -o"
+            )
         statuses = self.journal.statuses.copy()
         statuses[Status.PENDING] = self.target.grid.size - statuses.sum()
         return write_result(
@@ -86,7 +99,7 @@ class JournaledResult:
             statuses,
             self.attributes(),
             self.folder.result,
-            self.folder.output,
+            output,
         )
 
     def attributes(self) -> dict[str, str]:

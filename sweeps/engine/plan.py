@@ -75,7 +75,7 @@ def plan(config: Config, output: Path) -> Plan:
 def _done(target: Target, output: Path) -> NDArray[np.bool_]:
     """Which points are there already and would not be computed."""
     done = np.zeros(target.grid.size, dtype=bool)
-    for found in found_beside(RunFolder(output)):
+    for found in found_beside(RunFolder(output), unsealed=True):
         if found.fits(target):
             for numbers, _ in found.carried(target.grid):
                 done[numbers] = True

@@ -13,7 +13,7 @@ from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.engine.existing import ExistingPoints, Target, found_beside, found_in_file, ok
-from sweeps.files.atomic import StorageError, storage_errors
+from sweeps.files.atomic import StorageError, fingerprint, storage_errors
 from sweeps.files.attributes import now
 from sweeps.files.columns import failures
 from sweeps.files.journal import Journal, Manifest, columns_of, readable_manifest
@@ -29,6 +29,7 @@ class ExistingPolicy:
     recompute: bool = False
     accept_mixed: bool = False
     retry_failed: bool = False
+    accept_unsealed: bool = False
 
     @property
     def afresh(self) -> bool:
@@ -59,10 +60,10 @@ def prepare_journal(target: Target, folder: RunFolder, policy: ExistingPolicy) -
         return _resumed(target, folder, manifest, policy)
     if policy.afresh:
         if not policy.overwrite:
-            for found in found_beside(folder):
+            for found in found_beside(folder, unsealed=policy.accept_unsealed):
                 found.refuse_lost_points(target.grid)
         return _created(target, folder, [], policy, afresh=True)
-    sources = found_beside(folder)
+    sources = found_beside(folder, unsealed=policy.accept_unsealed)
     for found in sources:
         if not policy.accept_mixed:
             found.refuse_differences(target)
@@ -79,22 +80,13 @@ def complete_already(target: Target, folder: RunFolder, policy: ExistingPolicy) 
     output, kept = folder.output, not (policy.afresh or policy.accept_mixed)
     if not kept or folder.journal.exists() or not output.exists():
         return None
-    found = found_in_file(output)
+    found = found_in_file(output, unsealed=policy.accept_unsealed)
     same = found.config.resolved_yaml() == target.config.resolved_yaml()
     if not same or not found.fits(target):
         return None
     written = contents(output, target.chunks)
     pending = written.statuses[Status.PENDING]
     return None if pending or (policy.retry_failed and failures(written.statuses)) else written
-
-
-def fingerprint(output: Path) -> list[int] | None:
-    """Tells whether a file is still the same; None where there is none."""
-    try:
-        found = output.stat()
-    except FileNotFoundError:
-        return None
-    return [found.st_size, found.st_mtime_ns]
 
 
 def _continues(manifest: Manifest, target: Target, output: Path, policy: ExistingPolicy) -> bool:
@@ -136,7 +128,7 @@ def _created(
     manifest = _manifest_of(target, folder.output, sources, afresh=afresh)
     keep = ok if policy.retry_failed else None
     carried = itertools.chain(*(found.carried(target.grid, keep) for found in sources))
-    with storage_errors(f"cannot write into {folder.path}"):
+    with storage_errors(f"cannot write into {folder.path}", folder.path):
         journal = Journal.create(folder.journal, manifest, target.chunks, target.grid.size, carried)
     count, names = int(np.count_nonzero(journal.done)), " and ".join(s.name for s in sources)
     return PreparedJournal(

@@ -26,7 +26,7 @@ def state_of(output: Path) -> dict[str, Any]:
     refuse_odd_output(output)
     folder, told = RunFolder(output), {"output": str(output)}
     if folder.is_held():
-        return told | {"state": "running"} | folder.last_beat()
+        return told | {"state": "running"} | _understood(folder.last_beat())
     manifest = readable_manifest(folder.journal)
     if manifest is not None:
         grid = found_in_journal(folder.journal, manifest).grid
@@ -39,7 +39,20 @@ def state_of(output: Path) -> dict[str, Any]:
         whole = statuses[Status.PENDING] == 0 and output.exists()
         return told | {"state": "complete" if whole else "interrupted"} | tally(statuses)
     if output.exists():
-        statuses = contents(output, Chunks(found_in_file(output).grid.shape)).statuses
+        found = found_in_file(output, unsealed=True)
+        statuses = contents(output, Chunks(found.grid.shape)).statuses
         state = "partial" if statuses[Status.PENDING] else "complete"
         return told | {"state": state} | tally(statuses)
     return told | {"state": "absent"}
+
+
+def _understood(beat: dict[str, Any]) -> dict[str, Any]:
+    """What a heartbeat says, where it has the shape of one; nothing else where it has not."""
+    kinds: dict[str, Any] = {"points": int, "done": int, "failed": int, "statuses": dict}
+    kinds |= {"seconds_left": (int, float, type(None)), "points_per_second": (int, float)}
+    kinds |= dict.fromkeys(("pid", "host", "updated", "state"), (int, str))
+    sound = all(isinstance(beat[key], kind) for key, kind in kinds.items() if key in beat)
+    counted = "points" not in beat or {"done", "failed", "statuses"} <= beat.keys()
+    named = all(name.upper() in Status.__members__ for name in beat.get("statuses") or {})
+    whole = {"pid", "host", "updated"} <= beat.keys() or "pid" not in beat
+    return beat if sound and counted and named and whole else {}

@@ -13,13 +13,19 @@ from pathlib import Path
 from stickslip.status import Status
 from sweeps.config.load import Config
 from sweeps.engine.existing import RefusalError, Target
-from sweeps.engine.outcome import RESULT_BYTES_PER_POINT, Console, JournaledResult, Outcome
+from sweeps.engine.outcome import (
+    RESULT_BYTES,
+    RESULT_BYTES_PER_POINT,
+    Console,
+    JournaledResult,
+    Outcome,
+)
 from sweeps.engine.progress import Counts
 from sweeps.engine.recording import Recorder
 from sweeps.engine.resume import ExistingPolicy, PreparedJournal, complete_already, prepare_journal
 from sweeps.engine.signals import Stop, listening
 from sweeps.exits import Exit, ExpectedError
-from sweeps.files.atomic import StorageError, refuse_odd_output
+from sweeps.files.atomic import StorageError, fingerprint, refuse_odd_output
 from sweeps.files.journal import BYTES_PER_POINT, Journal, readable_manifest
 from sweeps.files.record_log import DamagedRecordError
 from sweeps.files.run_folder import RunFolder
@@ -62,6 +68,7 @@ def sweep(
     target, folder, stop = Target.of(config), RunFolder(output), stop or Stop()
     with folder.held(), listening(stop), _named_after(output):
         folder.discard_leftovers()
+        before = fingerprint(folder.output)
         if partial:
             return _export(target, folder, policy)
         complete = complete_already(target, folder, policy)
@@ -71,7 +78,7 @@ def sweep(
             return Outcome(output, complete.statuses, complete.worst_error)
         prepared = prepare_journal(target, folder, policy)
         with closing(prepared.journal) as journal:
-            result = JournaledResult(target, journal, folder)
+            result = JournaledResult(target, journal, folder, before)
             counts = Counts(target.grid.size, journal.statuses)
             recorder = Recorder(journal, folder, counts, console, stop)
             _announce(target, prepared, counts, console)
@@ -128,7 +135,7 @@ def _announce(target: Target, prepared: PreparedJournal, counts: Counts, console
 
 def _require_room(folder: RunFolder, counts: Counts) -> None:
     """Raise StorageError now rather than after the computation."""
-    needed = counts.left * BYTES_PER_POINT + counts.total * RESULT_BYTES_PER_POINT
+    needed = counts.left * BYTES_PER_POINT + counts.total * RESULT_BYTES_PER_POINT + RESULT_BYTES
     free = shutil.disk_usage(folder.path).free
     if free < needed:
         raise StorageError(
@@ -163,8 +170,9 @@ def _export(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Outcom
     """Write what is there, and leave the journal for the rest."""
     _refuse_partial(folder, policy)
     policy = replace(policy, overwrite=False, recompute=False)
+    before = fingerprint(folder.output)
     with closing(prepare_journal(target, folder, policy).journal) as journal:
-        written = JournaledResult(target, journal, folder).write()
+        written = JournaledResult(target, journal, folder, before).write()
         if journal.done.all():
             folder.remove()
     return Outcome(folder.output, written.statuses, written.worst_error)

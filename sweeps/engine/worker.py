@@ -13,7 +13,10 @@ from stickslip.compiled.cache import processor, source_hash
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits, failed_row, prepare_kernels
 from stickslip.plausibility import suspicious_balance, suspicious_stress
+from stickslip.status import Status
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.exits import Exit, ExpectedError
+from sweeps.files.columns import STATUS, failures, status_counts
 from sweeps.grid import Grid
 
 log = logging.getLogger(__name__)
@@ -53,7 +56,7 @@ class Block:
     @property
     def failures(self) -> int:
         """How many of the points did not end ok."""
-        return int(np.count_nonzero(self.results[:, -1]))
+        return failures(status_counts(self.results[:, STATUS]))
 
 
 def task_of(grid: Grid, indices: NDArray[np.int64], options: Options) -> Task:
@@ -101,6 +104,19 @@ def failed_block(task: Task, reason: str) -> Block:
     rows = np.tile(failed_row(), (len(task.indices), 1))
     messages = tuple(f"point {point.tolist()} failed: {reason}" for point in task.points)
     return Block(task.indices, rows, messages=messages)
+
+
+def is_answer(found: object, task: Task) -> bool:
+    """Whether something that came from elsewhere is the block of a task, as far as one can see."""
+    if not (isinstance(found, Block) and isinstance(found.results, np.ndarray)):
+        return False
+    shape = (len(task.indices), len(RESULT_COLUMNS))
+    return (
+        np.array_equal(found.indices, task.indices)
+        and found.results.shape == shape
+        and found.results.dtype == np.float64
+        and bool(np.isin(found.results[:, STATUS], [*Status]).all())
+    )
 
 
 def _alone(

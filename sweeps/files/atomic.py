@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
+import stat
 from collections.abc import Iterator
 from pathlib import Path
 
 from sweeps.exits import Exit, ExpectedError
 from sweeps.human import reason
+
+_LEAST_ROOM = 1 << 17  # bytes: less than the structure of an empty result
 
 
 class StorageError(ExpectedError, OSError):
@@ -18,15 +22,22 @@ class StorageError(ExpectedError, OSError):
 
 
 @contextlib.contextmanager
-def replacing(path: Path, temporary: Path | None = None, *, fsync: bool = True) -> Iterator[Path]:
+def replacing(
+    path: Path, temporary: Path | None = None, *, fsync: bool = True, follow: bool = True
+) -> Iterator[Path]:
     """Give the body a temporary file to write, and afterwards let it take the place of `path`.
 
     Whatever happens, `path` is the old file or the new one, whole; a body that raises leaves the
     old one. The temporary file, on the same file system and by default a hidden name beside `path`,
-    is gone in either case. With `fsync` the file survives a power cut.
+    is gone in either case. With `fsync` the file survives a power cut. With `follow` a link stays
+    one, and the file that it leads to is replaced. An older file passes on who may read it.
     """
+    path = followed(path) if follow else path
     temporary = temporary or beside(path)
     try:
+        begin(temporary)
+        if path.is_file() and not path.is_symlink():
+            temporary.chmod(stat.S_IMODE(path.stat().st_mode) & 0o666)
         yield temporary
         if fsync:
             flush(temporary)
@@ -35,6 +46,26 @@ def replacing(path: Path, temporary: Path | None = None, *, fsync: bool = True) 
             flush(path.parent)
     finally:
         remove(temporary)
+
+
+def followed(path: Path) -> Path:
+    """Where a chain of links ends; a path that is none as it is."""
+    return path.resolve() if path.is_symlink() else path
+
+
+def begin(path: Path) -> None:
+    """Make an empty file of our own: whatever somebody put there, a link too, is taken away."""
+    remove(path)
+    os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666))
+
+
+def fingerprint(path: Path) -> list[int] | None:
+    """Tells whether a file is still the same; None where there is none."""
+    try:
+        found = path.stat()
+    except FileNotFoundError:
+        return None
+    return [found.st_size, found.st_mtime_ns]
 
 
 def beside(path: Path) -> Path:
@@ -58,14 +89,28 @@ def flush(path: Path) -> None:
 
 
 @contextlib.contextmanager
-def storage_errors(what: str) -> Iterator[None]:
-    """Raise failures of the disk as a StorageError, such as `cannot write a.nc: File exists`."""
+def storage_errors(what: str, where: Path | None = None) -> Iterator[None]:
+    """Raise failures of the disk as a StorageError, such as `cannot write a.nc: File exists`.
+
+    The HDF5 library reports a full disk as a RuntimeError without a reason, or as a permission that
+    is missing: with `where`, the folder that was written to, the reason is told.
+    """
     try:
         yield
     except StorageError:
         raise
-    except (OSError, RuntimeError) as error:  # the HDF5 library reports a full disk as RuntimeError
-        raise StorageError(f"{what}: {reason(error)}") from error
+    except (OSError, RuntimeError) as error:
+        full = where is not None and is_full(where)
+        told = "no space left on the disk" if full else reason(error)
+        raise StorageError(f"{what}: {told}") from error
+
+
+def is_full(folder: Path) -> bool:
+    """Whether next to nothing can be written into a folder any more."""
+    try:
+        return shutil.disk_usage(folder).free < _LEAST_ROOM
+    except OSError:
+        return False
 
 
 def refuse_odd_output(output: Path) -> None:

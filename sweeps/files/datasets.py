@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweeps.files.atomic import StorageError, beside, remove, replacing, storage_errors
+from sweeps.files.watch import require_readable
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+DAMAGE = (OSError, RuntimeError, AttributeError, LookupError, TypeError, ValueError)
+"""What reading a damaged file has raised."""
 
 
 def require_writable(path: Path) -> None:
@@ -19,7 +26,8 @@ def require_writable(path: Path) -> None:
     import xarray as xr
 
     temporary = beside(path)
-    with storage_errors(f"cannot write {path}"):
+    with storage_errors(f"cannot write {path}", path.parent):
+        _make_folder(path.parent)
         try:
             _write(xr.Dataset(), temporary)
         finally:
@@ -31,9 +39,11 @@ def write_dataset(ds: xr.Dataset, path: Path) -> None:
 
     Raises StorageError where the file cannot be written or does not read back as it was.
     """
-    with storage_errors(f"cannot write {path}"), replacing(path) as temporary:
-        _write(ds, temporary)
-        _compare(ds, temporary)
+    with storage_errors(f"cannot write {path}", path.parent):
+        _make_folder(path.parent)
+        with replacing(path) as temporary:
+            _write(ds, temporary)
+            _compare(ds, temporary)
 
 
 def open_result(path: Path, *, whole: bool = True) -> xr.Dataset:
@@ -43,14 +53,24 @@ def open_result(path: Path, *, whole: bool = True) -> xr.Dataset:
     """
     import xarray as xr
 
-    try:
+    require_readable(path)
+    with readable(path):
         if not whole:
             return xr.open_dataset(path, engine="netcdf4", cache=False)
         with xr.open_dataset(path, engine="netcdf4") as ds:
             return ds.load()
+
+
+@contextlib.contextmanager
+def readable(path: Path) -> Iterator[None]:
+    """Raise what reading a damaged file raises as a StorageError."""
+    try:
+        yield
+    except StorageError:
+        raise
     except FileNotFoundError:
         raise StorageError(f"{path} does not exist") from None
-    except (OSError, ValueError, RuntimeError) as error:
+    except DAMAGE as error:
         raise StorageError(f"{path} is not a readable NetCDF file: {error}") from error
 
 
@@ -77,11 +97,14 @@ def _canonical(value: object) -> str:
     return repr(value.tolist()) if isinstance(value, (np.ndarray, np.generic)) else repr(value)
 
 
-def _write(ds: xr.Dataset, temporary: Path) -> None:
+def _make_folder(folder: Path) -> None:
     try:
-        temporary.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError:  # `File exists` would mislead
-        raise OSError(f"{temporary.parent} is not a folder") from None
+        raise OSError(f"{folder} is not a folder") from None
+
+
+def _write(ds: xr.Dataset, temporary: Path) -> None:
     ds.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=_encoding(ds))
 
 

@@ -65,16 +65,17 @@ class Journal:
 
         Raises OSError; then the older one is as it was, or the new one is whole.
         """
-        new = path.with_name(path.name + ".new")
-        journal = cls(RecordLog.create(new), manifest, chunks, size)
+        journal = None
         try:
-            with replacing(path, new):
+            with replacing(path, path.with_name(path.name + ".new")) as new:
+                journal = cls(RecordLog.create(new), manifest, chunks, size)
                 journal.note(manifest)
                 for indices, rows in carried:
                     journal.append(indices, rows)
             journal._log.path = path
         except BaseException:
-            journal.close()
+            if journal is not None:
+                journal.close()
             raise
         return journal
 

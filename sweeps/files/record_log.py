@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import stat
 import struct
 from collections.abc import Iterator
 from pathlib import Path
@@ -53,12 +54,18 @@ class RecordLog:
     @classmethod
     def create(cls, path: Path) -> Self:
         """An empty file; raises OSError."""
-        return cls(path, os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666))
+        flags = os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_NOFOLLOW
+        return cls(path, os.open(path, flags, 0o666))
 
     @classmethod
     def open(cls, path: Path, *, readonly: bool = False) -> Self:
         """An existing file, to be read by `scan` before anything is appended; raises OSError."""
-        return cls(path, os.open(path, os.O_RDONLY if readonly else os.O_RDWR))
+        # Opening a pipe would wait for somebody at its other end.
+        handle = os.open(path, (os.O_RDONLY if readonly else os.O_RDWR) | os.O_NONBLOCK)
+        if not stat.S_ISREG(os.fstat(handle).st_mode):
+            os.close(handle)
+            raise StorageError(f"{path} is not an ordinary file; move it away")
+        return cls(path, handle)
 
     def close(self) -> None:
         """Close the file; the log must not be used any more."""
@@ -144,17 +151,16 @@ class RecordLog:
 
     def _put_back(self) -> None:
         """Write what the open file holds to its path again, and go on there."""
-        new = self.path.with_name(self.path.name + ".new")
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        handle = os.open(new, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666)
-        try:
-            with replacing(self.path, new):
+        with replacing(self.path) as new:
+            handle = os.open(new, os.O_RDWR | os.O_NOFOLLOW)
+            try:
                 for start in range(0, self._end, _WINDOW):
                     piece = self._bytes(start, min(_WINDOW, self._end - start))
                     _write_all(handle, [memoryview(piece)], start)
-        except BaseException:
-            os.close(handle)
-            raise
+            except BaseException:
+                os.close(handle)
+                raise
         os.close(self._handle)
         self._handle = handle
 

@@ -55,7 +55,7 @@ def write_result(
     Raises StorageError where the file cannot be written or does not read back as it was meant; an
     older one is as it was.
     """
-    with storage_errors(f"cannot write {path}"), replacing(path, temporary):
+    with storage_errors(f"cannot write {path}", path.parent), replacing(path, temporary):
         with netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
             _define(file, grid, chunks, attributes)
             digests = _fill(file, chunks, rows)
@@ -73,7 +73,7 @@ def try_writing(grid: Grid, chunks: Chunks, attributes: Mapping[str, str], tempo
 
     Raises StorageError.
     """
-    with storage_errors(f"cannot write into {temporary.parent}"):
+    with storage_errors(f"cannot write into {temporary.parent}", temporary.parent):
         try:
             with netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
                 _define(file, grid, chunks, attributes)

@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import socket
+import stat
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,7 +15,7 @@ from typing import Any
 from filelock import FileLock, Timeout
 
 from sweeps.exits import Exit, ExpectedError
-from sweeps.files.atomic import StorageError, remove, replacing
+from sweeps.files.atomic import StorageError, followed, remove, replacing, storage_errors
 from sweeps.files.attributes import command_line, now
 from sweeps.human import reason
 
@@ -33,7 +34,7 @@ class RunFolder:
     """`<output>.run/`: what a sweep needs beside its output until that is complete."""
 
     def __init__(self, output: Path) -> None:
-        self.output = output
+        self.output = output = followed(output)
         self.path = output.with_name(output.name + ".run")
         self.journal = self.path / "journal"
         self.heartbeat = self.path / "heartbeat.json"
@@ -55,8 +56,10 @@ class RunFolder:
         Raises InUseError, which names the holder, and StorageError.
         """
         lock = FileLock(self._lock, timeout=_PATIENCE, poll_interval=0.05)
-        try:
+        self._refuse_folder_of_others()
+        with storage_errors(f"cannot write into {self.path}", self.path.parent):
             self.path.mkdir(parents=True, exist_ok=True)
+        try:
             lock.acquire()
         except Timeout:
             raise InUseError(self._in_use()) from None
@@ -89,8 +92,10 @@ class RunFolder:
     def last_beat(self) -> dict[str, Any]:
         """What the run last said about itself; empty where nothing is readable."""
         try:
+            if not self.heartbeat.is_file():  # a pipe would be waited for
+                return {}
             beat = json.loads(self.heartbeat.read_text())
-        except (OSError, ValueError):
+        except (OSError, ValueError, RecursionError):
             return {}
         return beat if isinstance(beat, dict) else {}
 
@@ -132,9 +137,26 @@ class RunFolder:
         text = json.dumps(said | self._who | {"updated": now()}) + "\n"
         with (
             contextlib.suppress(OSError),  # the sweep goes on without a heartbeat
-            replacing(self.heartbeat, self._next_beat, fsync=False) as new,
+            replacing(self.heartbeat, self._next_beat, fsync=False, follow=False) as new,
         ):
             new.write_text(text)
+
+    def _refuse_folder_of_others(self) -> None:
+        """Raise StorageError where somebody else could change what lies in the folder."""
+        try:
+            found = self.path.lstat()
+        except OSError:  # it is not there, or a message that follows says why
+            return
+        if not stat.S_ISDIR(found.st_mode):
+            raise StorageError(
+                f"cannot write into {self.path}: it is not a folder; move it away, or use another "
+                "-o"
+            )
+        if os.geteuid() not in (0, found.st_uid):
+            raise StorageError(
+                f"cannot write into {self.path}: it belongs to another user, who could change what "
+                "is computed there; -o writes elsewhere"
+            )
 
     def _in_use(self) -> str:
         holder = "a process that has not said its name yet"

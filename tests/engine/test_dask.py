@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from functools import partial
@@ -30,7 +32,7 @@ from support.workers import (
 )
 
 from sweeps.engine.executors.base import WorkersLostError
-from sweeps.engine.executors.dask import ClusterExecutor
+from sweeps.engine.executors.dask import ClusterExecutor, LocalClusterExecutor
 from sweeps.engine.in_memory import read_config, run
 from sweeps.engine.state import state_of
 from sweeps.files.datasets import content_hash
@@ -129,6 +131,37 @@ def test_what_is_finished_survives_the_death_of_the_scheduler(
     assert 0 < state_of(Path("a.nc"))["done"] < POINTS
     assert ended(command())[0] == 0  # on the threads of this machine
     assert hash_of_result() == expected
+
+
+@pytest.mark.slow
+def test_a_frozen_scheduler_is_not_waited_for_after_a_signal(cluster: Cluster) -> None:
+    cluster.worker()
+    hook = f"{IMPATIENT}; {doing('gated_block')}"
+    sweep = command("--scheduler", cluster.address, hook=hook)
+    wait_for_blocks(FREE)
+    scheduler = cluster.processes[0]
+    scheduler.send_signal(signal.SIGSTOP)
+    try:
+        os.kill(sweep.pid, signal.SIGTERM)
+        code, err = ended(sweep)
+    finally:
+        scheduler.send_signal(signal.SIGCONT)
+    assert code == 4
+    assert "Stopped: SIGTERM" in err
+
+
+@pytest.mark.slow
+def test_others_on_the_machine_cannot_use_a_local_cluster() -> None:
+    from distributed import Client, Security
+
+    with LocalClusterExecutor(1) as executor:
+        address = executor._cluster.scheduler_address
+        assert address.startswith("tls://127.0.0.1:")
+        strangers = [(address, None), (address.replace("tls", "tcp"), None)]
+        strangers += [(address, Security.temporary())]  # certificates, but not those of the sweep
+        for at, security in strangers:
+            with pytest.raises((OSError, TypeError)):
+                Client(at, security=security, timeout=2.0)
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ import pytest
 from support.marks import one_then
 from support.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
 
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.engine.outcome import JournaledResult
 from sweeps.files.journal import BYTES_PER_POINT, Journal
 
@@ -121,7 +122,8 @@ def test_a_result_that_lacks_points_never_takes_a_place(
 ) -> None:
     assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
     before = Path("a.nc").read_bytes()
-    monkeypatch.setattr(Journal, "chunk", lambda journal, number: np.full((5, len(journal.columns)), np.nan))
+    nothing = np.full((5, len(RESULT_COLUMNS)), np.nan)
+    monkeypatch.setattr(Journal, "chunk", lambda *_: nothing)
     code, _, err = shell("sweep", "a.yaml", "-o", "a.nc", "--recompute")
     assert code == 5
     assert "does not hold the points that it is made of" in err

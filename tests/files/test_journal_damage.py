@@ -120,7 +120,7 @@ def test_a_new_journal_takes_the_place_of_the_old_one_whole_or_not_at_all(
         assert list(path.parent.iterdir()) == [path]
         replaced = path.read_bytes() != before
         # Only the last step, having the folder on the disk, comes after the new one is in place.
-        assert not replaced or (name, number) in (("fsync", 1), ("open", 2))
+        assert not replaced or (name, number) in (("fsync", 1), ("open", 3))
         assert_file(path, new if replaced else old, OTHERS if replaced else MANIFEST)
     assert 0 < number < 1000
     assert_sound(journal, new)

@@ -157,8 +157,13 @@ SCHEMA: list[tuple[str, str | bytes, Outcome]] = [
     ("the workers of a cluster", "execution: {backend: dask}\n", valid),
     (
         "a running cluster",
-        "execution: {backend: dask, scheduler: 'tcp://host:8786'}\n",
+        "execution: {backend: dask, scheduler: 'tcp://localhost:8786'}\n",
         valid,
+    ),
+    (
+        "a cluster on another machine",
+        "execution:\n  backend: dask\n  scheduler: tcp://10.0.0.1:8786\n",
+        refused(3, "another machine"),
     ),
     ("a backend that is not there", "execution: {backend: mpi}\n", refused(1, "'loky' or 'dask'")),
     ("a misspelt backend", "execution: {backend: thread}\n", refused(1, "'threads'?")),

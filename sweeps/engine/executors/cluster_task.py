@@ -43,10 +43,8 @@ class SealedTask:
 @contextlib.contextmanager
 def _alone_on_the_machine() -> Iterator[None]:
     """One process compiles, the others wait for it and load what it has cached."""
-    lock = FileLock(cache_folder().with_suffix(".lock"), timeout=_COMPILE_SECONDS)
-    with contextlib.suppress(OSError, RuntimeError):  # then each compiles for itself
-        lock.acquire()
-    try:
+    with contextlib.ExitStack() as stack:
+        with contextlib.suppress(OSError, RuntimeError):  # then each compiles for itself
+            lock = FileLock(cache_folder().with_suffix(".lock"), timeout=_COMPILE_SECONDS)
+            stack.enter_context(lock)
         yield
-    finally:
-        lock.release()

@@ -116,12 +116,13 @@ class ClusterExecutor(Executor):
         now = time.monotonic()
         if now - self._counted >= _COUNT_SECONDS:
             self._counted = now
+            self._threads = 0  # for a scheduler that does not answer, too: it may be frozen
             with contextlib.suppress(OSError, TimeoutError):
                 threads = self._client.sync(
                     self._client.scheduler.ncores, callback_timeout=_ANSWER_SECONDS
                 )
                 self._threads = sum(threads.values())
-                self.slots = max(self._threads, 1)
+            self.slots = max(self._threads, 1)
         return self._threads
 
     def _not_there(self, error: Exception) -> str:
@@ -129,7 +130,11 @@ class ClusterExecutor(Executor):
 
 
 class LocalClusterExecutor(ClusterExecutor):
-    """Computes tasks on a dask cluster of this machine, which ends with the sweep."""
+    """Computes tasks on a dask cluster of this machine, which ends with the sweep.
+
+    Who reaches a scheduler makes its workers run code: other users of the machine are kept out by
+    certificates that only this process and its workers have.
+    """
 
     def __init__(self, workers: int) -> None:
         super().__init__("this machine")
@@ -142,14 +147,16 @@ class LocalClusterExecutor(ClusterExecutor):
             self._cluster.close(timeout=_ANSWER_SECONDS)
 
     def _connect(self) -> Any:
-        from distributed import Client, LocalCluster
+        from distributed import Client, LocalCluster, Security
 
         with terminal_signals_blocked():
             self._cluster = LocalCluster(
                 n_workers=self._workers,
                 threads_per_worker=1,
                 memory_limit=None,  # a block needs little; shares of the memory stop large machines
-                dashboard_address="127.0.0.1:0",
+                security=Security.temporary(),
+                protocol="tls://",
+                dashboard_address=None,  # it asks nobody who they are
                 silence_logs=logging.CRITICAL,
                 # A task that kills a worker comes back at once: the hand-out finds the point.
                 scheduler_kwargs={"allowed_failures": 0},

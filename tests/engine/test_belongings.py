@@ -1,0 +1,243 @@
+"""What belongs to somebody else is not touched, and what somebody else says is not believed."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+from support.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
+
+from stickslip.options import Options
+from stickslip.parameters import Parameters
+from sweeps.engine.worker import Task, compute_block, is_answer
+
+SWEEP = "sweep: {temperature: [200, 250, 270]}\n"
+RUN = Path("a.nc.run")
+
+
+@pytest.fixture
+def shell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Shell:
+    shell = Shell(tmp_path, monkeypatch, capsys)
+    write("a.yaml", SWEEP, LOOSE, ONE_BY_ONE)
+    return shell
+
+
+# --- links, and files that appear ---
+
+
+@pytest.mark.parametrize(
+    "name", ["heartbeat.json.new", "result.nc", "journal.new", "../a.nc.timing.json"]
+)
+def test_a_link_that_somebody_planted_is_not_followed(shell: Shell, name: str) -> None:
+    Path("precious").write_text("mine")
+    RUN.mkdir()
+    (RUN / name).symlink_to(Path("precious").absolute())
+    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    assert Path("precious").read_text() == "mine"
+    assert hash_of("a.nc") == hash_at_once("a.yaml")
+
+
+def test_a_folder_that_is_a_link_is_refused(shell: Shell) -> None:
+    Path("elsewhere").mkdir()
+    RUN.symlink_to("elsewhere")
+    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
+    assert code == 5
+    assert "a.nc.run: it is not a folder" in err
+    assert list(Path("elsewhere").iterdir()) == []
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give a folder away")
+def test_a_folder_of_another_user_is_refused(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:
+    RUN.mkdir()
+    os.chown(RUN, 12345, 12345)
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
+    assert code == 5
+    assert "belongs to another user" in err
+
+
+def test_a_file_that_appears_during_the_sweep_is_left_alone(shell: Shell) -> None:
+    shell.disturb = lambda _: Path("a.nc").write_text("mine") and None
+    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
+    shell.disturb = None
+    assert code == 5
+    assert "a.nc was made or changed by somebody else while the sweep ran" in err
+    assert Path("a.nc").read_text() == "mine"
+    Path("a.nc").rename("theirs")
+    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    assert shell.computed == []
+    assert hash_of("a.nc") == hash_at_once("a.yaml")
+
+
+def test_the_config_is_never_the_output(shell: Shell) -> None:
+    before = Path("a.yaml").read_text()
+    Path("b.nc").symlink_to("a.yaml")
+    for output in ("a.yaml", "b.nc", "./a.yaml"):
+        code, _, err = shell("sweep", "a.yaml", "-o", output, "--overwrite")
+        assert code == 2
+        assert "is the config itself; -o names the result" in err
+    assert Path("a.yaml").read_text() == before
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o666])
+def test_who_may_read_a_result_stays_the_same(shell: Shell, mode: int) -> None:
+    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    Path("a.nc").chmod(mode)
+    assert shell("sweep", "a.yaml", "-o", "a.nc", "--recompute").code == 0
+    assert Path("a.nc").stat().st_mode & 0o777 == mode
+
+
+def test_an_output_that_is_a_link_stays_one(shell: Shell) -> None:
+    Path("disk").mkdir()
+    assert shell("sweep", "a.yaml", "-o", "disk/real.nc").code == 0
+    Path("a.nc").symlink_to("disk/real.nc")
+    assert shell("sweep", "a.yaml", "-o", "a.nc", "--recompute").code == 0
+    assert Path("a.nc").is_symlink()
+    assert hash_of("disk/real.nc") == hash_at_once("a.yaml")
+    assert entries("disk") == ["real.nc", "real.nc.timing.json"]
+
+
+# --- pipes ---
+
+
+@pytest.mark.parametrize("name", ["journal", "heartbeat.json"])
+def test_a_pipe_in_the_place_of_a_file_is_not_waited_for(shell: Shell, name: str) -> None:
+    RUN.mkdir()
+    os.mkfifo(RUN / name)
+    for verb in (["sweep", "a.yaml", "-o", "a.nc"], ["status", "a.nc"]):
+        code, _, err = shell(*verb)
+        if name == "journal":
+            assert code == 5
+            assert "journal is not an ordinary file" in err
+
+
+@pytest.mark.parametrize("verb", ["info", "plot", "status"])
+def test_a_pipe_is_no_result(shell: Shell, verb: str) -> None:
+    os.mkfifo("pipe.nc")
+    code, _, err = shell(verb, "pipe.nc")
+    assert code == 5
+    assert "not an ordinary file" in err
+
+
+# --- seals ---
+
+
+def edit(path: str, value: float = 1.0) -> None:
+    with netCDF4.Dataset(path, "a") as file:
+        file["elastic_stress_amplitude"][0] = value
+
+
+def unseal(path: str) -> None:
+    with netCDF4.Dataset(path, "a") as file:
+        file.delncattr("data_sha256")
+
+
+@pytest.mark.parametrize("verb", ["info", "plot"])
+def test_a_file_that_was_edited_by_hand_is_told(shell: Shell, verb: str) -> None:
+    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    assert "warning" not in shell(verb, "a.nc").err
+    edit("a.nc")
+    code, _, err = shell(verb, "a.nc")
+    assert code == 0
+    assert "the numbers of a.nc are not those that stickslip wrote" in err
+
+
+def test_a_file_without_its_seal_is_trusted_only_when_somebody_says_so(shell: Shell) -> None:
+    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    unseal("a.nc")
+    grown = ["sweep", "a.yaml", "-o", "a.nc", "--set", "T=[200,230,250,270]"]
+    code, _, err = shell(*grown)
+    assert code == 2
+    assert "a.nc carries no seal" in err
+    assert "--accept-unsealed" in err
+    assert shell("status", "a.nc").code == 0
+    assert shell(*grown, "--accept-unsealed").code == 0
+    assert shell.values("temperature") == [230.0]
+
+
+# --- answers ---
+
+
+def test_what_a_worker_sends_is_looked_at() -> None:
+    points = np.array([Parameters(temperature=t, rheological_index=0.0) for t in (200.0, 310.0)])
+    options = Options(rtol=1e-4, stationary_rtol=1e-4)
+    from stickslip.compiled.cache import source_hash
+
+    task = Task(np.array([4, 7]), points, options, source_hash())
+    block = compute_block(task)
+    assert is_answer(block, task)
+    results = block.results.copy()
+    results[0, -1] = 77.0
+    for wrong in (
+        None,
+        "a text",
+        dataclasses.replace(block, indices=np.array([4, 8])),
+        dataclasses.replace(block, results=block.results[:1]),
+        dataclasses.replace(block, results=block.results.astype(np.float32)),
+        dataclasses.replace(block, results=results),
+        dataclasses.replace(block, results=[[0.0]]),  # type: ignore[arg-type]
+    ):
+        assert not is_answer(wrong, task)
+
+
+# --- what is printed ---
+
+
+def test_texts_of_files_do_not_steer_the_terminal(shell: Shell) -> None:
+    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    with netCDF4.Dataset("a.nc", "a") as file:
+        file.title = "red \x1b[31m, \x9b2J and a bell \x07"
+    out = shell("info", "a.nc").out
+    assert r"red \x1b[31m, \x9b2J and a bell \x07" in out
+    assert not set("\x1b\x9b\x07") & set(out)
+
+
+def test_names_that_are_no_text_are_printed_all_the_same(shell: Shell) -> None:
+    code, _, err = shell("info", os.fsdecode(b"odd\xff.nc"))
+    assert code == 5
+    assert err.startswith("odd\\udcff.nc ")
+
+
+@pytest.mark.parametrize(
+    "beat",
+    ["[]", '{"points": "many"}', '{"points": 3, "done": 1}', '{"statuses": {"odd": 1}}', "("],
+)
+def test_a_heartbeat_of_another_shape_is_passed_over(
+    shell: Shell, monkeypatch: pytest.MonkeyPatch, beat: str
+) -> None:
+    from sweeps.files.run_folder import RunFolder
+
+    RUN.mkdir()
+    (RUN / "heartbeat.json").write_text(beat)
+    monkeypatch.setattr(RunFolder, "is_held", lambda _: True)
+    code, out, _ = shell("status", "a.nc")
+    assert (code, out) == (0, "a.nc: running\n")
+
+
+def test_a_folder_that_cannot_be_made_is_no_reason_to_try_again(shell: Shell) -> None:
+    code, _, err = shell("sweep", "a.yaml", "-o", "/proc/nowhere/a.nc")
+    assert code == 5, err
+
+
+def test_rubbish_is_refused_in_one_screen(shell: Shell) -> None:
+    Path("a.yaml").write_text("".join(f"x{i}: {i}\n" for i in range(20_000)))
+    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
+    lines = err.splitlines()
+    assert (code, len(lines)) == (2, 51)
+    assert lines[-1] == "... and 19950 more"
+
+
+def test_without_compiled_code_nothing_begins(
+    shell: Shell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
+    assert code == 2
+    assert "NUMBA_DISABLE_JIT is set" in err
+    assert entries() == ["a.yaml"]

@@ -1,0 +1,87 @@
+"""A file in which the library hangs or dies is told, and takes nobody with it."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+
+from sweeps.files import watch
+from sweeps.files.atomic import StorageError
+from sweeps.files.watch import require_readable
+
+HANGS, DIES = "while True: pass", "import ctypes; ctypes.string_at(1)"
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    path = tmp_path / "a file.nc"
+    with netCDF4.Dataset(path, "w") as file:
+        file.createDimension("x", 3)
+        file.createVariable("v", "f8", ("x",))[:] = np.arange(3.0)
+        file.createVariable("n", "i4", ())[...] = 1
+    return path
+
+
+@pytest.fixture(autouse=True)
+def new_reader() -> Iterator[None]:
+    watch.stop()
+    yield
+    watch.stop()
+
+
+def befalls(monkeypatch: pytest.MonkeyPatch, mishap: str) -> None:
+    """What happens to the reader when it opens a file."""
+    opens = "        with netCDF4.Dataset("
+    assert opens in watch._READER
+    monkeypatch.setattr(
+        watch, "_READER", watch._READER.replace(opens, f"        {mishap}\n{opens}")
+    )
+
+
+def test_a_sound_file_passes_again_and_again(path: Path) -> None:
+    for _ in range(3):
+        require_readable(path)
+    require_readable(path.with_name("absent"))
+
+
+def test_a_file_that_says_that_it_is_damaged_passes(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:2000])
+    require_readable(path)
+    path.write_text("no file at all")
+    require_readable(path)
+
+
+def test_a_file_in_which_the_library_hangs_is_told(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    befalls(monkeypatch, HANGS)
+    monkeypatch.setattr(watch, "_SECONDS", 1.0)
+    with pytest.raises(StorageError, match="is damaged: it cannot be read to its end in 1 s"):
+        require_readable(path)
+
+
+def test_a_file_that_ends_the_process_is_told(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    befalls(monkeypatch, DIES)
+    with pytest.raises(StorageError, match=f"reading it ends in signal {int(signal.SIGSEGV)}"):
+        require_readable(path)
+
+
+def test_the_next_file_has_a_reader_again(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as broken:
+        befalls(broken, DIES)
+        with pytest.raises(StorageError):
+            require_readable(path)
+    assert watch._reader is None
+    require_readable(path)
+
+
+def test_a_pipe_is_not_opened(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(StorageError, match="not an ordinary file"):
+        require_readable(tmp_path / "pipe")
