@@ -13,7 +13,7 @@ help:
 	@echo "make test       the test suite, but for stress and faults"
 	@echo "make test-fast  the tests that are not marked slow"
 	@echo "make stress     the numerics, every fluid and method in the long tests"
-	@echo "make faults     kills at random times, in the long tests"
+	@echo "make faults     kills, failing disks, damage: the long tests, and the table of attacks; an hour"
 	@echo "make lint       ruff, mypy and the import contracts"
 	@echo "make generated  the schema of configs and docs/configuration.md, from their declarations"
 	@echo "make bench      the benchmarks with pictures and tables; an hour or two, on an idle machine"
@@ -41,6 +41,8 @@ stress: $(VENV)/.dev
 
 faults: $(VENV)/.dev
 	$(BIN)/python -m pytest -n $(WORKERS) -m faults
+	$(BIN)/python benchmarks/bench_faults.py
+	$(MAKE) --no-print-directory tables
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

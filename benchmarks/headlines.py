@@ -61,6 +61,15 @@ def _engine(results: Results) -> Lines:
     return lines | {what: f"{peak:.0f} MiB"}
 
 
+def _faults(results: Results) -> Lines:
+    lines: Lines = {}
+    for what, row in results["attacks"].items():
+        lines[what] = ", ".join(
+            f"{row[part]} {part}" for part in ("tried", "survived", "lost", "wrong", "hung")
+        )
+    return lines
+
+
 def _figures(results: Results) -> Lines:
     rows = {name: row for name, row in results.items() if name.startswith("fig")}
     total = sum(row["seconds_median"] for row in rows.values())
@@ -364,6 +373,7 @@ def _costs(row: Results) -> str:
 HEADLINES: dict[str, Callable[[Results], Lines]] = {
     "cube": _cube,
     "engine": _engine,
+    "faults": _faults,
     "figures": _figures,
     "fixed_lanes": _fixed_lanes,
     "methods": _methods,

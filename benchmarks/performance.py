@@ -1,4 +1,4 @@
-"""Fills the tables of docs/performance.md and docs/stability.md from the records in `results/`.
+"""Fills the tables of docs/performance.md, stability.md and reliability.md from the records.
 
 A table stands between `<!-- table: NAME -->` and `<!-- end -->`; what is around it is written by
 hand and names no measured number, so that a new record never contradicts it.
@@ -16,7 +16,7 @@ from headlines import headline
 
 RESULTS = Path(__file__).parent / "results"
 DOCS = Path(__file__).parents[1] / "docs"
-PAGES = (DOCS / "performance.md", DOCS / "stability.md")
+PAGES = tuple(DOCS / f"{name}.md" for name in ("performance", "stability", "reliability"))
 
 FLUIDS = {"gamma=-2/3": "−2/3", "gamma=0": "0", "gamma=2/3": "2/3"}
 
@@ -128,11 +128,22 @@ def _fixed_steps(results: Results) -> str:
     )
 
 
+def _attacks(results: Results) -> str:
+    """What became of each kind of attack on sweeps."""
+    columns = ("tried", "survived", "lost", "wrong", "hung")
+    rows = [
+        (what, *(str(row[part]) for part in columns)) for what, row in results["attacks"].items()
+    ]
+    total = ("all", *(str(sum(r[part] for r in results["attacks"].values())) for part in columns))
+    return _rows(("attack", *columns), [*rows, total])
+
+
 _TABLES: dict[str, tuple[str, Callable[[Results], str]]] = {
     "against_peers": ("work_precision", _against_peers),
     "random_fluids": ("work_precision", _random_fluids),
     "against_paper": ("work_precision", _against_paper),
     "fixed_steps": ("fixed_lanes", _fixed_steps),
+    "faults": ("faults", _attacks),
 } | {
     name: (name, _lines_of(name))
     for name in ("random", "figures", "sweeps", "engine", "cube", "skips", "methods", "stability")

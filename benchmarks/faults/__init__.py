@@ -1,0 +1,1 @@
+"""Attacks on sweeps, each a module with `run(quick)`; `arena` holds what they share."""

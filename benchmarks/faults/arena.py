@@ -1,0 +1,247 @@
+"""A small sweep that grows an older result, in a process that faults befall, and a close look.
+
+Every fault is followed by the same command without it, which must come to the right end.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import multiprocessing
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from sweeps.engine.existing import found_in_journal
+from sweeps.engine.in_memory import run
+from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.journal import readable_manifest
+from sweeps.files.run_folder import RunFolder
+
+PATIENCE = 90.0
+"""Seconds until a command counts as hanging."""
+
+BLOCK, POINTS = 2, 24
+CONFIG = f"""\
+model: {{gamma: 0}}
+sweep: {{T: {{linspace: [150, 320], num: {POINTS}}}}}
+integrator: {{rtol: 1e-4}}
+stationary: {{rtol: 1e-4}}
+execution: {{workers: 1, block_points: {BLOCK}}}
+"""
+OLDER = "T=[150, 320]"
+SWEEP = ("sweep", "a.yaml", "-o", "a.nc", "--no-progress")
+
+# How a command may end that something befell: done, failed points, stopped, storage, killed.
+_ENDINGS = (0, 3, 4, 5, 130, -9)
+
+
+@dataclass
+class Tally:
+    """What became of so many attacks of a kind; `complaints` describes a few that went wrong."""
+
+    tried: int = 0
+    survived: int = 0
+    lost: int = 0
+    wrong: int = 0
+    hung: int = 0
+    complaints: list[str] = field(default_factory=list)
+
+    def count(self, verdict: str, what: str) -> None:
+        """Count an attack that ended `survived`, `lost`, `wrong` or `hung`."""
+        self.tried += 1
+        setattr(self, verdict, getattr(self, verdict) + 1)
+        if verdict != "survived" and len(self.complaints) < 10:
+            self.complaints.append(f"{verdict}: {what}")
+
+    def as_dict(self) -> dict[str, Any]:
+        """The same for a record."""
+        return dict(vars(self))
+
+
+class Ended(NamedTuple):
+    """The exit code of a command, None where it hung, and what it said."""
+
+    code: int | None
+    said: str
+
+
+# --- processes --------------------------------------------------------------------------------
+
+
+@cache
+def shim() -> str | None:
+    """The compiled shim; None where there is no compiler."""
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if compiler is None:
+        return None
+    library = Path(tempfile.mkdtemp(prefix="faults-")) / "shim.so"
+    source = Path(__file__).with_name("shim.c")
+    flags = ["-shared", "-fPIC", "-O1", "-w", "-o", str(library), str(source), "-ldl"]
+    done = subprocess.run([compiler, *flags], capture_output=True, text=True)
+    return str(library) if done.returncode == 0 else None
+
+
+@cache
+def _children() -> Any:
+    """Processes that begin with everything imported and compiled, and with the shim."""
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["faults.warm"])
+    if shim():
+        os.environ["LD_PRELOAD"] = str(shim())
+    context.Process(target=_nothing).start()
+    os.environ.pop("LD_PRELOAD", None)
+    return context
+
+
+def _nothing() -> None:
+    pass
+
+
+def begin(
+    folder: Path, *arguments: str, before: Callable[[], None] | None = None
+) -> multiprocessing.process.BaseProcess:
+    """`stickslip ARGUMENTS` in a folder, in a new process; `before` is called there first."""
+    process = _children().Process(target=_live, args=(str(folder), arguments, before), daemon=True)
+    process.start()
+    return process
+
+
+def _live(folder: str, arguments: tuple[str, ...], before: Callable[[], None] | None) -> None:
+    from sweeps.cli.app import main
+
+    os.environ.pop("LD_PRELOAD", None)
+    os.chdir(folder)
+    os.setpgid(0, 0)
+    handle = os.open("../said", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    for number in (1, 2):
+        os.dup2(handle, number)
+    sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w")
+    sys.argv = ["stickslip", *arguments]
+    if before is not None:
+        before()
+    main()
+
+
+def ended(folder: Path, process: multiprocessing.process.BaseProcess) -> Ended:
+    """How a process ended; it is killed where it hangs."""
+    process.join(PATIENCE)
+    hung = process.exitcode is None
+    if hung:
+        process.kill()
+        process.join()
+    log = folder.parent / "said"
+    said = log.read_text(errors="replace") if log.exists() else ""  # killed before its first word
+    return Ended(None if hung else process.exitcode, said)
+
+
+def armed(folder: Path, number: int, error: int, *, lasting: bool = False) -> Callable[[], None]:
+    """What arms the shim in a child: the operation of that number fails, or kills where 0."""
+    return _Arm(str(shim()), str(folder), number, error, lasting)
+
+
+class _Arm(NamedTuple):
+    library: str
+    folder: str
+    number: int
+    error: int
+    lasting: bool
+
+    def __call__(self) -> None:
+        ctypes.CDLL(self.library).arm(
+            self.folder.encode(), ctypes.c_long(self.number), self.error, int(self.lasting)
+        )
+
+
+# --- the sweep --------------------------------------------------------------------------------
+
+
+class Arena:
+    """Folders in which the same sweep begins again and again: it grows an older result."""
+
+    def __init__(self, folder: Path) -> None:
+        self.root = folder
+        (folder / "a.yaml").write_text(CONFIG)
+        self.expected = content_hash(run(folder / "a.yaml"))
+        self.old = folder / "old" / "a.nc"
+        self.old.parent.mkdir()
+        shutil.copy(folder / "a.yaml", self.old.parent)
+        first = ended(self.old.parent, begin(self.old.parent, *SWEEP, "--set", OLDER))
+        if first.code != 0:
+            raise RuntimeError(first.said)
+        self.old_hash = content_hash(open_result(self.old))
+        self._number = 0
+
+    def new(self) -> Path:
+        """A folder with the config and the older result."""
+        self._number += 1
+        folder = self.root / f"{self._number}" / "work"
+        folder.mkdir(parents=True)
+        shutil.copy(self.root / "a.yaml", folder)
+        shutil.copy(self.old, folder / "a.nc")
+        return folder
+
+    def clear(self, folder: Path) -> None:
+        """Take a folder away."""
+        shutil.rmtree(folder.parent)
+
+    def attack(
+        self, tally: Tally, what: str, before: Callable[[Path], Callable[[], None]], spared: int = 0
+    ) -> None:
+        """One sweep with a fault; `spared` points may be computed again though journaled."""
+        folder = self.new()
+        process = begin(folder, *SWEEP, before=before(folder))
+        self.judge(tally, what, folder, ended(folder, process), spared)
+        self.clear(folder)
+
+    def is_right(self, folder: Path) -> bool:
+        """Whether the result there is that of an undisturbed sweep."""
+        return content_hash(open_result(folder / "a.nc")) == self.expected
+
+    def judge(self, tally: Tally, what: str, folder: Path, end: Ended, spared: int = 0) -> None:
+        """Count how a sweep ended that something befell, and whether it still comes to its end."""
+        verdict, why = self._verdict(folder, end, spared)
+        tally.count(verdict, f"{what}: {why}")
+
+    def _verdict(self, folder: Path, end: Ended, spared: int) -> tuple[str, str]:
+        output = folder / "a.nc"
+        if end.code is None:
+            return "hung", end.said[-300:]
+        if end.code not in _ENDINGS or "Traceback" in end.said:
+            return "wrong", f"exit code {end.code}: {end.said[-300:]}"
+        there = content_hash(open_result(output))
+        if there != self.expected and (end.code == 0 or there != self.old_hash):
+            return "wrong", f"another result with exit code {end.code}: {end.said[-300:]}"
+        kept = _journaled(output)
+        (folder / "a.nc.timing.json").unlink(missing_ok=True)
+        again = ended(folder, begin(folder, *SWEEP))
+        if again.code is None:
+            return "hung", f"the same command again: {again.said[-300:]}"
+        if again.code != 0 or content_hash(open_result(output)) != self.expected:
+            return "wrong", f"the same command again: exit code {again.code}: {again.said[-300:]}"
+        computed = _computed(output)
+        if computed > POINTS - max(kept, 2) + spared and there != self.expected:
+            return "lost", f"{computed} points computed again, {kept} were in the journal"
+        return "survived", ""
+
+
+def _journaled(output: Path) -> int:
+    """How many points the journal holds."""
+    journal = RunFolder(output).journal
+    manifest = readable_manifest(journal)
+    if manifest is None:
+        return 0
+    return sum(len(indices) for indices, _ in found_in_journal(journal, manifest).points())
+
+
+def _computed(output: Path) -> int:
+    """How many points the last sweep computed, by the file that tells its time."""
+    path = output.with_name(output.name + ".timing.json")
+    return int(json.loads(path.read_text())["points"]) if path.exists() else 0

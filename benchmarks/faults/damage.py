@@ -1,0 +1,150 @@
+"""Damaged bytes: in the journal of a running sweep, in journals and results at rest."""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+from pathlib import Path
+from typing import Any
+
+from faults.arena import BLOCK, SWEEP, Arena, Tally, begin, ended, shim
+
+
+def run(quick: bool, folder: Path) -> dict[str, Any]:
+    """Tallies of damage while a sweep runs, and at rest."""
+    arena, rng = Arena(folder), random.Random(3)
+    running = Tally()
+    for _ in range(3 if quick else 250):
+        fault = _Flip(rng.randint(2, 11), rng.random(), rng.randint(1, 255))
+        arena.attack(
+            running, f"flipped during the sweep: {fault}", lambda _, f=fault: f, spared=BLOCK
+        )
+    found = {"flips of a running journal": running.as_dict()}
+    journals, results = Tally(), Tally()
+    kept = _interrupted(arena)
+    for _ in range((3 if quick else 1000) if kept else 0):
+        _at_rest(arena, rng, journals, kept, "a.nc.run/journal")
+    for _ in range(3 if quick else 1000):
+        _at_rest(arena, rng, results, None, "a.nc")
+    return found | {
+        "damaged journals at rest": journals.as_dict(),
+        "damaged results at rest": results.as_dict(),
+    }
+
+
+class _Flip:
+    """In the child: flips a byte of the journal before a block."""
+
+    def __init__(self, block: int, place: float, mask: int) -> None:
+        self._block, self._place, self._mask = block, place, mask
+
+    def __repr__(self) -> str:
+        return f"block {self._block}, place {self._place:.4f}, mask {self._mask}"
+
+    def __call__(self) -> None:
+        from sweeps.engine import worker
+
+        real, begun = worker.compute_orbits, 0
+
+        def flipping(points: Any, options: Any) -> Any:
+            nonlocal begun
+            begun += 1
+            if begun == self._block:
+                flip(Path("a.nc.run/journal"), self._place, self._mask)
+            return real(points, options)
+
+        worker.compute_orbits = flipping
+
+
+def flip(path: Path, place: float, mask: int) -> None:
+    """Change bits of one byte of a file."""
+    with path.open("r+b") as file:
+        at = int(place * path.stat().st_size)
+        file.seek(at)
+        byte = file.read(1)[0]
+        file.seek(at)
+        file.write(bytes([byte ^ mask]))
+
+
+def _interrupted(arena: Arena) -> Path | None:
+    """A folder with the journal of a sweep that was killed half way."""
+    if shim() is None:
+        return None
+    folder = arena.new()
+    ended(folder, begin(folder, *SWEEP, before=_Killed(6)))
+    return folder
+
+
+class _Killed:
+    """In the child: kills it before a block."""
+
+    def __init__(self, block: int) -> None:
+        self._block = block
+
+    def __call__(self) -> None:
+        from sweeps.engine import worker
+
+        real, begun = worker.compute_orbits, 0
+
+        def dying(points: Any, options: Any) -> Any:
+            nonlocal begun
+            begun += 1
+            if begun == self._block:
+                os.kill(os.getpid(), 9)
+            return real(points, options)
+
+        worker.compute_orbits = dying
+
+
+def harm(path: Path, rng: random.Random) -> str:
+    """Damage a file: bits, a cut, zeros, or a piece of rubbish; what was done."""
+    content = bytearray(path.read_bytes())
+    at, kind = rng.randrange(len(content)), rng.choice(("bits", "bits", "cut", "zeros", "rubbish"))
+    if kind == "bits":
+        for _ in range(rng.randint(1, 3)):
+            content[rng.randrange(len(content))] ^= rng.randint(1, 255)
+    elif kind == "cut":
+        del content[at:]
+    else:
+        length = min(rng.randint(1, 512), len(content) - at)
+        content[at : at + length] = bytes(length) if kind == "zeros" else rng.randbytes(length)
+    path.write_bytes(content)
+    return f"{kind} at {at} of {path.name}"
+
+
+def _at_rest(
+    arena: Arena, rng: random.Random, tally: Tally, template: Path | None, name: str
+) -> None:
+    """A sweep that finds a damaged file: it ends right, or refuses and touches nothing."""
+    folder = arena.new()
+    if template is not None:
+        shutil.rmtree(folder)
+        shutil.copytree(template, folder)
+    what = harm(folder / name, rng)
+    before = (folder / "a.nc").read_bytes()
+    looked = [
+        ended(folder, begin(folder, verb, "a.nc")) for verb in _LOOKS[: 1 + (tally.tried % 10 == 0)]
+    ]
+    end = ended(folder, begin(folder, *SWEEP))
+    verdict, why = "survived", ""
+    if any(one.code is None for one in (*looked, end)):
+        verdict, why = "hung", "".join(one.said[-200:] for one in looked)
+    elif any(one.code not in (0, 2, 5) for one in looked) or end.code not in (0, 2, 5):
+        verdict, why = (
+            "wrong",
+            f"exit codes {[one.code for one in (*looked, end)]}: {end.said[-300:]}",
+        )
+    elif end.code == 0 and not arena.is_right(folder):
+        verdict, why = "wrong", "another result"
+    elif end.code != 0 and (folder / "a.nc").read_bytes() != before:
+        verdict, why = "wrong", "a refused file was changed"
+    elif end.code != 0:
+        end = ended(folder, begin(folder, *SWEEP, "--overwrite"))
+        if end.code != 0 or not arena.is_right(folder):
+            verdict, why = "wrong", f"--overwrite: exit code {end.code}: {end.said[-300:]}"
+    tally.count(verdict, f"{what}: {why}")
+    arena.clear(folder)
+
+
+_LOOKS = ("info", "status")

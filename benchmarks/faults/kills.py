@@ -1,0 +1,81 @@
+"""Kills at random times, and before each file operation."""
+
+from __future__ import annotations
+
+import ctypes
+import random
+import time
+from multiprocessing import util
+from pathlib import Path
+from typing import Any
+
+from faults.arena import SWEEP, Arena, Tally, armed, begin, ended, shim
+
+
+def run(quick: bool, folder: Path) -> dict[str, Any]:
+    """Tallies of both kinds of kills."""
+    arena, rng = Arena(folder), random.Random(1)
+    return {
+        "kills at random times": _at_random(arena, rng, 4 if quick else 200).as_dict(),
+        "kills before a file operation": _before_operations(
+            arena, rng, 4 if quick else 300
+        ).as_dict(),
+    }
+
+
+def _at_random(arena: Arena, rng: random.Random, count: int) -> Tally:
+    tally, longest = Tally(), _duration(arena)
+    for _ in range(count):
+        folder, late = arena.new(), rng.uniform(0.0, longest)
+        process = begin(folder, *SWEEP)
+        time.sleep(late)
+        process.kill()
+        arena.judge(tally, f"killed after {late:.3f} s", folder, ended(folder, process))
+        arena.clear(folder)
+    return tally
+
+
+def _before_operations(arena: Arena, rng: random.Random, count: int) -> Tally:
+    tally = Tally()
+    if shim() is None:
+        return tally
+    operations = number_of_operations(arena)
+    for _ in range(count):
+        number = rng.randint(1, operations)
+        arena.attack(tally, f"killed before operation {number}", lambda f, n=number: armed(f, n, 0))
+    return tally
+
+
+def number_of_operations(arena: Arena) -> int:
+    """How many operations on its files the sweep makes."""
+    folder = arena.new()
+    process = begin(folder, *SWEEP, before=_Counting(str(shim()), str(folder)))
+    if ended(folder, process).code != 0:
+        raise RuntimeError("the sweep fails without a fault")
+    count = int((folder / "operations").read_text())
+    arena.clear(folder)
+    return count
+
+
+class _Counting:
+    """Arms the shim so that it only counts, and writes the count at the end."""
+
+    def __init__(self, library: str, folder: str) -> None:
+        self._library, self._folder = library, folder
+
+    def __call__(self) -> None:
+        library = ctypes.CDLL(self._library)
+        library.operations.restype = ctypes.c_long
+        library.arm(self._folder.encode(), ctypes.c_long(10**9), 0, 0)
+        util.Finalize(None, lambda: self._write(library.operations()), exitpriority=1)
+
+    def _write(self, count: int) -> None:
+        Path(self._folder, "operations").write_text(str(count))
+
+
+def _duration(arena: Arena) -> float:
+    folder = arena.new()
+    begun = time.monotonic()
+    ended(folder, begin(folder, *SWEEP))
+    arena.clear(folder)
+    return 1.2 * (time.monotonic() - begun)

@@ -1,0 +1,112 @@
+"""Workers and schedulers that are killed or frozen."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+from faults.arena import PATIENCE, SWEEP, Arena, Ended, Tally
+
+LONG = "gamma=-2/3"
+
+
+def run(quick: bool, folder: Path) -> dict[str, Any]:
+    """Tallies of workers of this machine, and of a cluster."""
+    arena, rng = Arena(folder), random.Random(5)
+    workers, clusters = Tally(), Tally()
+    for number in range(1 if quick else 12):
+        _worker(arena, rng, workers, "loky" if number % 2 == 0 else "dask")
+    for number in range(1 if quick else 20):
+        _cluster(
+            arena,
+            rng,
+            clusters,
+            ("scheduler killed", "worker killed", "scheduler frozen")[number % 3],
+        )
+    return {
+        "killed processes of a sweep": workers.as_dict(),
+        "dead and frozen workers and schedulers": clusters.as_dict(),
+    }
+
+
+def _command(folder: Path, *more: str) -> subprocess.Popen[bytes]:
+    said = (folder.parent / "said").open("w")
+    words = [sys.executable, "-m", "sweeps.cli", *SWEEP, *more]
+    return subprocess.Popen(words, cwd=folder, stdout=said, stderr=said, start_new_session=True)
+
+
+def _ended(folder: Path, process: subprocess.Popen[bytes]) -> Ended:
+    try:
+        code: int | None = process.wait(PATIENCE)
+    except subprocess.TimeoutExpired:
+        code = None
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+    return Ended(code, (folder.parent / "said").read_text(errors="replace"))
+
+
+def _worker(arena: Arena, rng: random.Random, tally: Tally, backend: str) -> None:
+    """Kill one of the processes that a sweep has started."""
+    folder = arena.new()
+    process = _command(folder, "--backend", backend, "--workers", "2")
+    late = rng.uniform(0.5, 6.0)
+    time.sleep(late)
+    workers = _workers(process)
+    if workers:
+        rng.choice(workers).kill()
+    what = f"{backend}: one of {len(workers)} processes killed after {late:.1f} s"
+    arena.judge(tally, what, folder, _ended(folder, process))
+    arena.clear(folder)
+
+
+def _workers(process: subprocess.Popen[bytes]) -> list[psutil.Process]:
+    """The processes of a sweep, but for the one that counts their shared memory."""
+    if process.poll() is not None:
+        return []
+    children = psutil.Process(process.pid).children(recursive=True)
+    return [child for child in children if "resource_tracker" not in " ".join(child.cmdline())]
+
+
+def _cluster(arena: Arena, rng: random.Random, tally: Tally, mishap: str) -> None:
+    """A scheduler and two workers, one of which dies or freezes."""
+    folder = arena.new()
+    file = folder.parent / "scheduler.json"
+    processes = [_dask("scheduler", "--port", "0", "--scheduler-file", str(file))]
+    try:
+        while not (file.exists() and file.read_text().endswith("}")):
+            time.sleep(0.05)
+        address = json.loads(file.read_text())["address"]
+        processes += [_dask("worker", address, "--nthreads", "1", "--no-nanny") for _ in range(2)]
+        sweep = _command(folder, "--scheduler", address, "--max-runtime", "12s")
+        time.sleep(rng.uniform(1.0, 5.0))
+        struck = processes[1 if mishap.startswith("worker") else 0]
+        struck.send_signal(signal.SIGSTOP if mishap.endswith("frozen") else signal.SIGKILL)
+        arena.judge(tally, mishap, folder, _ended(folder, sweep))
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+    arena.clear(folder)
+
+
+def _dask(kind: str, *arguments: str) -> subprocess.Popen[bytes]:
+    words = [
+        "-m",
+        f"distributed.cli.dask_{kind}",
+        *arguments,
+        "--host",
+        "127.0.0.1",
+        "--no-dashboard",
+    ]
+    return subprocess.Popen(
+        [sys.executable, *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
