@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from common import arguments, finish
-from faults import damage, kills, operations, together, workers
+from faults import damage, kills, operations, results, together, workers
 
 # Two at a time; the longest first.
 ATTACKS = {
     "damage": damage,
+    "results": results,
     "operations": operations,
     "kills": kills,
     "together": together,
@@ -32,8 +33,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name, ProcessPoolExecutor(2) as pool:
         tried = {pool.submit(_attack, attack, quick, Path(name)): attack for attack in ATTACKS}
         for future in as_completed(tried):
-            rows |= future.result()
+            rows |= (found := future.result())
             print(f"{tried[future]}: after {time.perf_counter() - begun:.0f} s", flush=True)
+            for what, row in found.items():
+                print(f"  {what}: {row}", flush=True)
     seconds = time.perf_counter() - begun
     finish("faults", {"seconds": seconds, "attacks": rows}, quick=quick)
     sys.exit(any(row["lost"] + row["wrong"] + row["hung"] for row in rows.values()))

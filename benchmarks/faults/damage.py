@@ -8,28 +8,23 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from faults.arena import BLOCK, SWEEP, Arena, Tally, begin, ended, shim
+from faults.arena import BLOCK, SWEEP, Arena, Tally, begin, ended
 
 
 def run(quick: bool, folder: Path) -> dict[str, Any]:
-    """Tallies of damage while a sweep runs, and at rest."""
-    arena, rng = Arena(folder), random.Random(3)
-    running = Tally()
-    for _ in range(3 if quick else 250):
-        fault = _Flip(rng.randint(2, 11), rng.random(), rng.randint(1, 255))
-        arena.attack(
-            running, f"flipped during the sweep: {fault}", lambda _, f=fault: f, spared=BLOCK
-        )
-    found = {"flips of a running journal": running.as_dict()}
-    journals, results = Tally(), Tally()
-    kept = _interrupted(arena)
-    for _ in range((3 if quick else 1000) if kept else 0):
-        _at_rest(arena, rng, journals, kept, "a.nc.run/journal")
+    """Tallies of damage to journals: while a sweep runs, and at rest."""
+    arena, rng, running, resting = Arena(folder), random.Random(3), Tally(), Tally()
+    for _ in range(3 if quick else 200):
+        flip_ = _Flip(rng.randint(2, 11), rng.random(), rng.randint(1, 255))
+        what = f"flipped during the sweep: {flip_}"
+        arena.attack(running, what, lambda _, fault=flip_: fault, spared=BLOCK)
+    killed = arena.new()
+    ended(killed, begin(killed, *SWEEP, before=_Killed(6)))
     for _ in range(3 if quick else 1000):
-        _at_rest(arena, rng, results, None, "a.nc")
-    return found | {
-        "damaged journals at rest": journals.as_dict(),
-        "damaged results at rest": results.as_dict(),
+        at_rest(arena, rng, resting, killed, "a.nc.run/journal")
+    return {
+        "flips of a running journal": running.as_dict(),
+        "damaged journals at rest": resting.as_dict(),
     }
 
 
@@ -65,15 +60,6 @@ def flip(path: Path, place: float, mask: int) -> None:
         byte = file.read(1)[0]
         file.seek(at)
         file.write(bytes([byte ^ mask]))
-
-
-def _interrupted(arena: Arena) -> Path | None:
-    """A folder with the journal of a sweep that was killed half way."""
-    if shim() is None:
-        return None
-    folder = arena.new()
-    ended(folder, begin(folder, *SWEEP, before=_Killed(6)))
-    return folder
 
 
 class _Killed:
@@ -113,7 +99,7 @@ def harm(path: Path, rng: random.Random) -> str:
     return f"{kind} at {at} of {path.name}"
 
 
-def _at_rest(
+def at_rest(
     arena: Arena, rng: random.Random, tally: Tally, template: Path | None, name: str
 ) -> None:
     """A sweep that finds a damaged file: it ends right, or refuses and touches nothing."""
@@ -123,9 +109,8 @@ def _at_rest(
         shutil.copytree(template, folder)
     what = harm(folder / name, rng)
     before = (folder / "a.nc").read_bytes()
-    looked = [
-        ended(folder, begin(folder, verb, "a.nc")) for verb in _LOOKS[: 1 + (tally.tried % 10 == 0)]
-    ]
+    looks = _LOOKS if tally.tried % _LOOKED_AT == 0 else ()
+    looked = [ended(folder, begin(folder, verb, "a.nc")) for verb in looks]
     end = ended(folder, begin(folder, *SWEEP))
     verdict, why = "survived", ""
     if any(one.code is None for one in (*looked, end)):
@@ -147,4 +132,4 @@ def _at_rest(
     arena.clear(folder)
 
 
-_LOOKS = ("info", "status")
+_LOOKS, _LOOKED_AT = ("info", "status"), 10

@@ -16,9 +16,9 @@ def run(quick: bool, folder: Path) -> dict[str, Any]:
     """Tallies of both kinds of kills."""
     arena, rng = Arena(folder), random.Random(1)
     return {
-        "kills at random times": _at_random(arena, rng, 4 if quick else 200).as_dict(),
+        "kills at random times": _at_random(arena, rng, 4 if quick else 150).as_dict(),
         "kills before a file operation": _before_operations(
-            arena, rng, 4 if quick else 300
+            arena, rng, 4 if quick else 150
         ).as_dict(),
     }
 

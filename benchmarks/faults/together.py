@@ -21,7 +21,7 @@ def run(quick: bool, folder: Path) -> dict[str, Any]:
     arena, rng = Arena(folder), random.Random(4)
     return {
         "two sweeps at once": _pairs(arena, rng, 2 if quick else 100).as_dict(),
-        "signals at random times": _signals(arena, rng, 3 if quick else 150).as_dict(),
+        "signals at random times": _signals(arena, rng, 3 if quick else 60).as_dict(),
         "full disks": _disks(arena, rng, 2 if quick else 60).as_dict(),
     }
 

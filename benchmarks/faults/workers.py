@@ -23,7 +23,7 @@ def run(quick: bool, folder: Path) -> dict[str, Any]:
     """Tallies of workers of this machine, and of a cluster."""
     arena, rng = Arena(folder), random.Random(5)
     workers, clusters = Tally(), Tally()
-    for number in range(1 if quick else 12):
+    for number in range(1 if quick else 10):
         _worker(arena, rng, workers, "loky" if number % 2 == 0 else "dask")
     for number in range(1 if quick else 20):
         _cluster(
