@@ -94,10 +94,16 @@ def _children() -> Any:
     """Processes that begin with everything imported and compiled, and with the shim."""
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["faults.warm"])
-    if shim():
-        os.environ["LD_PRELOAD"] = str(shim())
+    # The server has the path of an interpreter that has just begun.
+    here = {"PYTHONPATH": str(Path(__file__).parents[1])}
+    here |= {"LD_PRELOAD": library} if (library := shim()) else {}
+    before = {name: os.environ.get(name) for name in here}
+    os.environ.update(here)
     context.Process(target=_nothing).start()
-    os.environ.pop("LD_PRELOAD", None)
+    for name, value in before.items():
+        os.environ.pop(name)
+        if value is not None:
+            os.environ[name] = value
     return context
 
 
