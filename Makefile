@@ -58,9 +58,9 @@ bench: $(VENV)/.bench
 
 # Pictures and tables of the records as they are; seconds.
 tables: $(VENV)/.core
-	$(BIN)/python benchmarks/plots.py
-	$(BIN)/python benchmarks/report.py
-	$(BIN)/python benchmarks/performance.py
+	$(BIN)/python benchmarks/pages/plots.py
+	$(BIN)/python benchmarks/pages/report.py
+	$(BIN)/python benchmarks/pages/performance.py
 
 generated: $(VENV)/.core
 	$(BIN)/stickslip schema > configs/stickslip.schema.json

@@ -16,7 +16,7 @@ from unittest.mock import patch
 import numpy as np
 from common import arguments, finish
 from inside import FIRST_STEP, FUNCTIONS, adaptive_drive, plain_after_success, problem_of
-from other_tableaus import RODAS4, RODAS4P
+from parts.other_tableaus import RODAS4, RODAS4P
 
 from stickslip.compiled.decorators import inline, jit
 from stickslip.kernels.problem import Problem

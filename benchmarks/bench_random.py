@@ -30,8 +30,8 @@ from common import (
     timed,
 )
 from inside import attempts_of
+from parts.random_against_peer import SAME, against_peer
 from peers.worker import pin
-from random_against_peer import SAME, against_peer
 
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits

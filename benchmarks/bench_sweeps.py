@@ -29,7 +29,7 @@ from common import (
     quantile,
     timed,
 )
-from startup import start_up
+from parts.startup import start_up
 
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from common import arguments, finish, random_points
-from curves import (
+from parts.curves import (
     NUMBALSODA_SAMPLE,
     OURS_ENSEMBLE,
     OURS_SAMPLE,
@@ -22,10 +22,10 @@ from curves import (
     curve,
     ratios,
 )
-from paper_scheme import euler_cromer
+from parts.paper_scheme import euler_cromer
+from parts.series import PERIODS, by_peer, in_lanes, one_by_one
 from peers import NUMBALSODA, PEERS, Worker
 from peers.worker import pin
-from series import PERIODS, by_peer, in_lanes, one_by_one
 
 from stickslip.parameters import Parameters
 

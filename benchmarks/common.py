@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from environment import write_results
-from headlines import headline
+from pages.headlines import headline
 
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits

@@ -1,4 +1,4 @@
-"""Draws docs/data-flow.svg, the picture of docs/data-flow.md: `python docs/data_flow.py`."""
+"""Draws docs/pictures/data-flow.svg for docs/data-flow.md: `python docs/data_flow.py`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from html import escape
 from pathlib import Path
 from typing import NamedTuple
 
-PICTURE = Path(__file__).with_name("data-flow.svg")
+PICTURE = Path(__file__).parent / "pictures" / "data-flow.svg"
 
 
 class Stage(NamedTuple):

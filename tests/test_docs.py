@@ -235,10 +235,10 @@ def measured_numbers(text: str) -> set[str]:
 
 
 def test_tables_of_measurements_are_those_of_the_records(scripts: Callable[[str], Any]):
-    made = scripts("benchmarks/report.py")
+    made = scripts("benchmarks/pages/report.py")
     table = (made["RESULTS"] / "report.md").read_text("utf-8")
     assert table == made["report"](sorted(made["RESULTS"].glob("*.json"))), "run make tables"
-    pages = scripts("benchmarks/performance.py")
+    pages = scripts("benchmarks/pages/performance.py")
     for page in pages["PAGES"]:
         text = page.read_text("utf-8")
         assert text == pages["filled"](text), "run make tables"
@@ -252,6 +252,6 @@ def test_a_benchmark_is_one_of_the_family(path: Path, scripts: Callable[[str], A
     text, readme = path.read_text("utf-8"), (ROOT / "benchmarks" / "README.md").read_text("utf-8")
     assert "arguments(__doc__" in text  # takes --quick and --full
     assert "    finish(" in text  # prints its lines, and keeps quick runs away from the records
-    assert path.stem.removeprefix("bench_") in scripts("benchmarks/headlines.py")["HEADLINES"]
+    assert path.stem.removeprefix("bench_") in scripts("benchmarks/pages/headlines.py")["HEADLINES"]
     assert f"| `{path.name}` |" in readme
     assert len(text.splitlines()) <= 300

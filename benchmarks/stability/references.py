@@ -16,8 +16,8 @@ from common import (
     good,
     quantile,
 )
-from reference_orbits import PATH
 
+from stability.reference_orbits import PATH
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters

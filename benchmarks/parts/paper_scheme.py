@@ -9,8 +9,8 @@ from typing import Any
 
 import inside
 import numpy as np
-from series import PERIODS, reference
 
+from parts.series import PERIODS, reference
 from stickslip.options import Options
 from stickslip.parameters import Parameters
 

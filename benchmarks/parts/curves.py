@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 from peers import NUMBALSODA, PEERS
-from series import REFERENCE_RTOL, Series
+
+from parts.series import REFERENCE_RTOL, Series
 
 TARGETS = (1e-4, 1e-6, 1e-8)
 TOLERATED = 0.1  # part of an ensemble that may fail before the run is no point of the curve

@@ -14,8 +14,8 @@ from typing import Any
 
 from headlines import headline
 
-RESULTS = Path(__file__).parent / "results"
-DOCS = Path(__file__).parents[1] / "docs"
+RESULTS = Path(__file__).parents[1] / "results"
+DOCS = Path(__file__).parents[2] / "docs"
 PAGES = tuple(DOCS / f"{name}.md" for name in ("performance", "stability", "reliability"))
 
 FLUIDS = {"gamma=-2/3": "−2/3", "gamma=0": "0", "gamma=2/3": "2/3"}

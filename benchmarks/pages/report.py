@@ -7,7 +7,7 @@ from pathlib import Path
 
 from headlines import headline
 
-RESULTS = Path(__file__).parent / "results"
+RESULTS = Path(__file__).parents[1] / "results"
 
 
 def main() -> None:

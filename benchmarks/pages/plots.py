@@ -16,9 +16,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, LogFormatterMathtext, NullLocator
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 RESULTS = HERE / "results"
-DOCS = HERE.parent / "docs"
+DOCS = HERE.parent / "docs" / "pictures"
 
 PICTURES = {"work_precision": "work_precision.png", "random": "random_errors.png"}
 

@@ -18,7 +18,7 @@ from inside import scalar_amplitudes, scalar_states, starting_state
 
 from stickslip.parameters import Parameters
 
-PATH = Path(__file__).parents[1] / "tests" / "golden" / "random_orbits.csv"
+PATH = Path(__file__).parents[2] / "tests" / "golden" / "random_orbits.csv"
 COLUMNS = (
     *DESCRIPTION, "elastic_stress_amplitude", "friction_force_amplitude", "orbit_periods",
     "melting_count", "periods", "distance",
