@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
-from support.processes import end_all
+from support.sweeps.processes import end_all
 
 settings.register_profile(
     "stickslip",

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from support.commands import FOUR_POINTS, Command, Result
+from support.sweeps.commands import FOUR_POINTS, Command, Result
 
 from sweeps.cli.app import main
 

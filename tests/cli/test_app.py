@@ -9,7 +9,7 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
-from support.commands import FOUR_POINTS, Command, entries
+from support.sweeps.commands import FOUR_POINTS, Command, entries
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

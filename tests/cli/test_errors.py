@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from support.bad_configs import ALL
-from support.commands import Command, entries
+from support.sweeps.bad_configs import ALL
+from support.sweeps.commands import Command, entries
 
 from stickslip.orbit import compute_orbits
 from sweeps.cli import inspect

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import jsonschema
 import pytest
-from support.commands import Command, entries
+from support.sweeps.commands import Command, entries
 
 from sweeps.files.datasets import content_hash, open_result
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from support.commands import Command, entries
+from support.sweeps.commands import Command, entries
 
 import stickslip
 from stickslip import Parameters

@@ -11,8 +11,8 @@ import termios
 from pathlib import Path
 
 import pytest
-from support.processes import HANGS, default_signals, wait_until
-from support.sweeping import LOOSE, hash_at_once, hash_of, write
+from support.sweeps.processes import HANGS, default_signals, wait_until
+from support.sweeps.sweeping import LOOSE, hash_at_once, hash_of, write
 
 SWEEP = "sweep: {temperature: [200, 250]}\n"
 STICKSLIP = f"{sys.executable} -m sweeps.cli"

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from support.commands import FOUR_POINTS, Command, entries
+from support.sweeps.commands import FOUR_POINTS, Command, entries
 
 from sweeps.engine.in_memory import run
 from sweeps.files.datasets import content_hash, open_result

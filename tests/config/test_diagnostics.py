@@ -6,7 +6,7 @@ import pickle
 from typing import Any
 
 import pytest
-from support.configs import problems
+from support.sweeps.configs import problems
 
 from sweeps.config.load import ConfigError, from_mapping, from_yaml
 

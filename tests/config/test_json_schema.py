@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from ruamel.yaml import YAML
-from support.configs import CONFIGS, EXAMPLE, SHIPPED, problems
+from support.sweeps.configs import CONFIGS, EXAMPLE, SHIPPED, problems
 
 from stickslip.variables import PARAMETERS
 from sweeps.config.json_schema import json_schema, json_schema_text

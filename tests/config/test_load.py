@@ -15,8 +15,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from ruamel.yaml import YAML
-from support.bad_configs import ALL, Outcome
-from support.configs import EXAMPLE, SHIPPED
+from support.sweeps.bad_configs import ALL, Outcome
+from support.sweeps.configs import EXAMPLE, SHIPPED
 
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS

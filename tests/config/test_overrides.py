@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from support.configs import problems
+from support.sweeps.configs import problems
 
 from sweeps.config.load import from_yaml
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from support.configs import SHIPPED
+from support.sweeps.configs import SHIPPED
 
 from sweeps.config.load import load
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from support.configs import problems
+from support.sweeps.configs import problems
 
 from stickslip.variables import PARAMETERS
 from sweeps.config.load import ConfigError, from_mapping, from_yaml

@@ -9,7 +9,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import pytest
-from support.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
+from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
 
 from stickslip.options import Options
 from stickslip.parameters import Parameters

@@ -8,7 +8,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import pytest
-from support.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
+from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
 
 from stickslip.kernels.version import NUMERICS_VERSION
 from sweeps.files.datasets import open_result

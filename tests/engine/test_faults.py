@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.kills import BLOCK_POINTS, CONFIG, WORKERS, kill_until_done
 from support.marks import one_then
-from support.processes import HANGS
-from support.sweeping import (
+from support.sweeps.kills import BLOCK_POINTS, CONFIG, WORKERS, kill_until_done
+from support.sweeps.processes import HANGS
+from support.sweeps.sweeping import (
     LOOSE,
     ONE_BY_ONE,
     Mishap,

@@ -11,7 +11,7 @@ import joblib
 import numpy as np
 import pytest
 import xarray as xr
-from support.workers import HERE, needs_dask, poisoned_block
+from support.sweeps.workers import HERE, needs_dask, poisoned_block
 
 from stickslip import Parameters, Status, stationary_orbit
 from stickslip.orbit import compute_orbits, failed_row

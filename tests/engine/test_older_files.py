@@ -8,7 +8,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from support.older import (
+from support.sweeps.older import (
     FIVE,
     FOUR,
     KNOWN,
@@ -19,7 +19,7 @@ from support.older import (
     make_older_journal,
     note,
 )
-from support.sweeping import LOOSE, ONE_BY_ONE, Shell, hash_at_once, hash_of, write
+from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, hash_at_once, hash_of, write
 
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.files.columns import FIRST_COLUMNS

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import netCDF4
 import pytest
-from support.older import (
+from support.sweeps.older import (
     FIVE,
     FOUR,
     everything,
     make_older,
 )
-from support.sweeping import LOOSE, ONE_BY_ONE, Shell, hash_at_once, hash_of, write
+from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, hash_at_once, hash_of, write
 
 from stickslip.variables import PARAMETERS
 from sweeps.config.load import Config

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
+from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
 
 from sweeps.engine import worker
 from sweeps.files.datasets import open_result

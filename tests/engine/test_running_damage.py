@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.marks import one_then
-from support.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
+from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
 
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.engine.outcome import JournaledResult

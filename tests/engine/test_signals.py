@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from support.processes import HANGS, Running, default_signals
+from support.sweeps.processes import HANGS, Running, default_signals
 
 from sweeps.engine import signals
 from sweeps.engine.signals import Stop, interruptible, listening, parse_duration, wait_for

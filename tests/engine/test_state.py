@@ -15,8 +15,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.processes import HANGS, default_signals, wait_until
-from support.sweeping import LOOSE, ONE_BY_ONE, Shell, child, entries, hash_at_once, hash_of, write
+from support.sweeps.processes import HANGS, default_signals, wait_until
+from support.sweeps.sweeping import (
+    LOOSE,
+    ONE_BY_ONE,
+    Shell,
+    child,
+    entries,
+    hash_at_once,
+    hash_of,
+    write,
+)
 
 from sweeps.engine import progress
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.journals import (
+from support.sweeps.journals import (
     CHUNKS,
     COLUMNS,
     MANIFEST,

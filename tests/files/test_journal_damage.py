@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.journals import (
+from support.marks import one_then
+from support.sweeps.journals import (
     CHUNKS,
     MANIFEST,
     OTHERS,
@@ -27,7 +28,6 @@ from support.journals import (
     opened,
     recorded,
 )
-from support.marks import one_then
 
 from sweeps.files.chunks import Chunks
 from sweeps.files.journal import Journal

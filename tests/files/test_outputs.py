@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.marks import one_then
-from support.sweeping import (
+from support.sweeps.sweeping import (
     LOOSE,
     ONE_BY_ONE,
     Mishap,

@@ -17,7 +17,7 @@ import pytest
 
 import sweeps
 from stickslip.orbit import compute_orbits
-from support.processes import HANGS, Running, default_signals, wait_until
+from support.sweeps.processes import HANGS, Running, default_signals, wait_until
 from sweeps.config.load import Config
 from sweeps.engine.options import options_of
 from sweeps.engine.worker import Block, Task, compute_block
@@ -93,7 +93,9 @@ def poisoned_block(task: Task) -> Block:
 # --- the command, and a cluster that is started by hand ---
 
 
-_MODULES = "from support import workers; from sweeps.engine.executors import base, dask, processes"
+_MODULES = (
+    "from support.sweeps import workers; from sweeps.engine.executors import base, dask, processes"
+)
 
 
 def command(*arguments: str, hook: str = "") -> Running:

@@ -17,7 +17,7 @@ import pytest
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, RESULTS, TRAJECTORY, ParameterVariable
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("benchmarks/*.md")])
 EQUATIONS = (ROOT / "docs" / "equations.md").read_text(encoding="utf-8")
 

@@ -8,7 +8,7 @@ import pytest
 
 from sweeps.config.load import ConfigError, from_yaml
 
-CONFIGS = Path(__file__).parents[2] / "configs"
+CONFIGS = Path(__file__).parents[3] / "configs"
 
 
 SHIPPED = sorted(CONFIGS.glob("*.yaml"))

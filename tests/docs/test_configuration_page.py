@@ -6,7 +6,7 @@ import re
 import runpy
 
 import pytest
-from support.configs import CONFIGS
+from support.sweeps.configs import CONFIGS
 
 from stickslip.variables import PARAMETERS
 from sweeps.config.load import KEYS, from_yaml

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import psutil
 import pytest
-from support.processes import HANGS, Running
-from support.workers import (
+from support.sweeps.processes import HANGS, Running
+from support.sweeps.workers import (
     FREE,
     POINTS,
     POISON,

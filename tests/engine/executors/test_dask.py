@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.processes import wait_until
-from support.workers import (
+from support.sweeps.processes import wait_until
+from support.sweeps.workers import (
     FREE,
     IMPATIENT,
     POINTS,

@@ -19,7 +19,7 @@ import pytest
 
 from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
-from support.processes import HANGS, default_signals
+from support.sweeps.processes import HANGS, default_signals
 from sweeps.cli.app import main
 from sweeps.engine import worker
 from sweeps.engine.in_memory import run
