@@ -23,6 +23,9 @@ TYPICAL_FRACTION = 0.5 * math.exp(-0.57721566490153286061)
 # A film freezes at each stop if in half a drive period it could do so this many times.
 _AT_ONCE = 3.0
 
+# An order parameter below this many times the level of the noise is at that level.
+_NEAR = 3.0
+
 # A floor of a divisor, so that 0/0 cannot arise without noise.
 _SMALLEST = 1e-300
 
@@ -74,8 +77,8 @@ def level(p: Parameters) -> float:
 
 
 @inline
-def freezes_late(p: Parameters, phi: float) -> bool:
-    """Whether a film that is liquid now may freeze after many periods, or never.
+def freezes_late(p: Parameters) -> bool:
+    """Whether a film that is liquid may freeze after many periods, or never.
 
     Below T_c the noise freezes it in the end, but not within part of half a drive period: whether
     it does depends on the motion of many periods. A film that freezes at each stop, or above T_c
@@ -84,4 +87,10 @@ def freezes_late(p: Parameters, phi: float) -> bool:
     growth = -film.heating(p) * p.kinetic_coefficient
     foldings = growth * math.pi / p.angular_frequency
     way = -math.log(max(level(p), _SMALLEST))
-    return phi < film.solid_threshold(p) and growth > 0.0 and foldings < _AT_ONCE * way
+    return growth > 0.0 and foldings < _AT_ONCE * way
+
+
+@inline
+def in_between(p: Parameters, phi: float) -> bool:
+    """Whether a film is neither solid nor at the level of the noise: it may be freezing."""
+    return _NEAR * level(p) <= phi < film.solid_threshold(p)

@@ -18,6 +18,14 @@ FROZEN_LATE = [
     ((289.69829, 76581.352, 522.82644, -1 / 3, 8.0720652), 1.7325e5),
     ((288.85001, 124419.56, 587.30002, -2 / 3, 39.891251), 2.0555e5),
     ((288.76563, 47065.774, 2664.0823, 0.0, 20.558545), 3.3301e5),
+    # Solid at every other passage of the way.
+    ((288.338129, 108270.52, 1375.81746, -1 / 3, 19.1462542), 3.64426),
+    ((287.879758, 59712.0327, 4226.01167, 0.0, 17.9860372), 17.1469),
+    # At the level of the noise on one side while it freezes on the other.
+    ((286.100072, 170402.51, 985.346453, -2 / 3, 50.6970765), 3.908075e5),
+    ((289.636336, 30142.9909, 1325.40685, 0.0, 6.12734775), 2.735922e5),
+    # At the level of the noise at both passages, until it begins to freeze.
+    ((283.877569, 1427.84612, 447.101205, 0.0, 56.4504592), 3.63386e5),
 ]
 NAMES = ("temperature", "viscosity_coefficient", "spring_stiffness", "rheological_index",
          "angular_frequency")  # fmt: skip

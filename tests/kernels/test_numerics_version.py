@@ -22,7 +22,7 @@ from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 
-VERSION = 7
+VERSION = 8
 MADE_ON = ("rocketlake", "0.68.1", "0.50.0")
 """Processor, numba and llvmlite of the table."""
 
@@ -43,30 +43,30 @@ SOLID = (  # a light block under a small film: few and short periods to an orbit
 # Changes to Fig. 3, options; stress amplitude [Pa], force amplitude [N], periods integrated; and
 # the beginning of the SHA-256 of all that comes back.
 TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
-    ((), LOOSE, (4304775.897487301, 0.0028121358758203953, 5), "0ad5e4245ad77d07"),
+    ((), LOOSE, (4304775.897487301, 0.0028121358758203953, 5), "a0d017c3e663088a"),
     (
         (("angular_frequency", 38.0),),
         LOOSE,
         (2168517.2443703786, 0.0019155289280794415, 6),
-        "bec51f0dc30d5082",
+        "d1b7a98294c0b1b7",
     ),
     (
         (("rheological_index", 0.0),),
         LOOSE,
         (1758421.4371849236, 0.0047674319313236605, 5),
-        "e592b779290ad715",
+        "93c620c6339b0301",
     ),
     (
         (("rheological_index", 2 / 3),),
         LOOSE,
         (298047.06136793754, 0.004767981735574066, 5),
-        "94bddd13f44b83f4",
+        "654876a302b0dd22",
     ),
     (
         (("rheological_index", -0.5), ("temperature", 250.0)),
         LOOSE,
         (1853960.9784566863, 0.002580619896934249, 4),
-        "68d88d033569d669",
+        "7c2c509d82870fd4",
     ),
     (
         (
@@ -77,51 +77,51 @@ TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
             ("angular_frequency", 29.403538),
         ),
         LOOSE,
-        (338283.8373421952, 0.0032235574537750476, 21),
-        "d79fc674a8c7d389",
+        (338284.23811516725, 0.0032235573928908797, 25),
+        "e2b46345c63b765d",
     ),
-    ((VISCOUS,), Options(dt=2e-5, **COARSE), (0.0, 0.0005992449187231228, 4), "591c81e1684506cc"),
+    ((VISCOUS,), Options(dt=2e-5, **COARSE), (0.0, 0.0005992449187231228, 4), "3c20e53caef19195"),
     (
         (VISCOUS, ("rheological_index", -0.5)),
         Options(dt=2e-5, **COARSE),
         (0.0, 0.0025636309746984373, 4),
-        "adac2cb080e35827",
+        "7b01d71a94a60b33",
     ),
     (
         (VISCOUS, ("drive_amplitude", -0.5e-6)),
         Options(dt=2e-5, **COARSE),
         (0.0, 0.0005130722087228642, 4),
-        "f53f6f3718119045",
+        "80ccbd12dd23a5b1",
     ),
     (
         (VISCOUS, ("rheological_index", 0.0), ("viscosity_coefficient", 1e3)),
         Options(dt=2e-5, **COARSE),
         (0.0, 0.003382572951478408, 5),
-        "eb754e9fb74c0475",
+        "aa6bab19dd43a810",
     ),
     (
         (VISCOUS, ("rheological_index", 2 / 3), ("viscosity_coefficient", 10.0)),
         Options(dt=2e-5, **COARSE),
         (0.0, 0.004277576626034167, 7),
-        "f6245f64dcf37f3f",
+        "ef9e7b20e4c8dfd2",
     ),
     (
         SOLID,
         Options(dt=5e-9, **COARSE),
         (1451762.4705775229, 1.010712229933089e-06, 6),
-        "e99e258690e76208",
+        "2980914de87824c2",
     ),
     (
         (*SOLID, ("rheological_index", 0.0)),
         Options(dt=5e-9, **COARSE),
         (431332.7639399719, 1.1472177327739448e-06, 12),
-        "24b49f9d74266fcb",
+        "fbd3a08477affc46",
     ),
     (
         (*SOLID, ("rheological_index", -0.5)),
         Options(dt=5e-9, **COARSE),
         (1277325.2321558087, 1.0485902147058254e-06, 6),
-        "2844f300f82ea405",
+        "c927165ebc86b19f",
     ),
 ]
 ADVICE = "the numbers have changed: raise NUMERICS_VERSION and renew this table"

@@ -102,7 +102,7 @@ def orbits(points: np.ndarray, options: Options, results: np.ndarray, finals: np
     aperiodic = _settle(points, queue, settings, watching, law)
     begins = queue.states.copy()
     work_through(queue, measuring, law)
-    coarse = queue.measured.copy()
+    coarse, ends = queue.measured.copy(), queue.states.copy()
     queue.states[:] = begins
     work_through(queue, finer, law)
     orbits = conversion.Orbits(
@@ -110,7 +110,7 @@ def orbits(points: np.ndarray, options: Options, results: np.ndarray, finals: np
         coarse,
         tangents.symmetric(queue, begins, settings.stationary_rtol, finer.rtol, law),
         _spreads(points, queue, begins, watching, law),
-        tangents.multipliers_of(queue, begins, finer.rtol, law),
+        tangents.multipliers_of(queue, begins, ends, settings.rtol, law),
     )
     conversion.write_results(points, queue, orbits, settings.rtol, results)
     finals[:] = begins

@@ -21,7 +21,7 @@ from stickslip.kernels.adaptive.recording import SLOTS, get, get_state, put, put
 from stickslip.kernels.families import Family
 from stickslip.kernels.problem import Problem, problem_functions, problem_of
 from stickslip.measure.accumulate import RECORD
-from stickslip.model.noise import freezes_late
+from stickslip.model.noise import freezes_late, in_between
 from stickslip.model.scaling import Reduced, model_values
 from stickslip.model.state import FILM, STATE, WIDTH
 from stickslip.numerics import step_control
@@ -32,6 +32,7 @@ from stickslip.numerics.linear import algebra
 from stickslip.numerics.periodic import search
 from stickslip.numerics.rosenbrock import make_step
 from stickslip.numerics.tableaus import RODAS4P2
+from stickslip.parameters import Parameters
 from stickslip.status import Status
 
 NOT_STATIONARY, APERIODIC = int(Status.NOT_STATIONARY), int(Status.APERIODIC)
@@ -42,6 +43,9 @@ orbit; so many with a record."""
 
 REFINEMENT = 0.1
 """The finer tolerance of the search, and of the measurement, as a part of the coarser one."""
+
+# Over such a part of the offset a film that may freeze late does so, or does not.
+_LATE_JUMP = 0.1
 
 # Columns of `counts`, integers. HALVES: half periods of the search, all its passes together; CYCLE:
 # half periods after which the orbit closes (or how many to do); ATTEMPTED: steps attempted, all
@@ -193,6 +197,14 @@ def _apply_verdict(lanes: Lanes, task: Pass, lane: int, y: Any) -> int:
     return -1
 
 
+@inline
+def _longest_jump(p: Parameters, phi: float) -> float:
+    """Longest jump: one must not outrun the periods in which a film freezes late."""
+    if not freezes_late(p):
+        return np.inf
+    return 0.0 if in_between(p, phi) else _LATE_JUMP
+
+
 def _make_problems(family: Family) -> Any:
     """The problem of a lane, for fluids of one family."""
     values_of = model_values(family.gamma)
@@ -246,9 +258,8 @@ def _make_handle_event(problems: Any, begin_record: Any, refine: Any) -> Any:
         y = mirrored(get_state(values, SLOTS.state, lane))
         lanes.halves[lane] += 1
         if task.mode == SETTLE:
-            # A jump would skip the periods in which the film freezes.
-            late = freezes_late(problems(values, lane).p, math.exp(y[FILM]))
-            search.hold(lanes.memories[lane], late)
+            longest = _longest_jump(problems(values, lane).p, math.exp(y[FILM]))
+            search.limit_jumps(lanes.memories[lane], longest)
             status = _apply_verdict(lanes, task, lane, y)
             queue.counts[row, HALVES] = lanes.halves[lane]
             if status == OK:

@@ -12,6 +12,7 @@ from stickslip.kernels.adaptive.passes import CYCLE, OUTCOME, TRAVEL, Pass, Queu
 from stickslip.kernels.adaptive.queues import part_of, work_through
 from stickslip.model.state import STATE, WIDTH
 from stickslip.numerics.adaptive import OK
+from stickslip.numerics.spectrum import spectral_radii
 
 _WEIGHTS = np.array([component.weight for component in STATE])
 _FLOORS = np.array([component.floor for component in STATE])
@@ -22,8 +23,10 @@ _LEAST_WEIGHT = 0.01
 # Budget of steps of a copy: beyond it the multiplier stays unknown.
 _MAX_STEPS = 20_000_000
 
-# Tolerance where the usual one blurs a multiplier.
-_TIGHT = 1e-10
+# Half periods over which the tolerance of the points does not blur a multiplier, and tolerances for
+# longer ways; what attracts has none above 1: there the tightest.
+_SHORT = 2
+_TIGHT = (1e-8, 1e-10)
 
 # A symmetric orbit returns to its mirror image at least as closely.
 _MIRROR_IMAGE = 1e-4
@@ -34,7 +37,7 @@ def _displacements(rtol: float) -> np.ndarray:
 
     The film's is the largest: the tolerance leaves the most to ln(phi), which swings by hundreds.
     """
-    return np.sqrt(10.0 * rtol) / np.maximum(_WEIGHTS, _LEAST_WEIGHT)
+    return np.sqrt(rtol) / np.maximum(_WEIGHTS, _LEAST_WEIGHT)
 
 
 def _floored(states: np.ndarray) -> np.ndarray:
@@ -57,39 +60,48 @@ def travelled(
     return ends
 
 
-def multipliers_of(queue: Queue, begins: np.ndarray, rtol: float, law: str) -> np.ndarray:
+def multipliers_of(
+    queue: Queue, begins: np.ndarray, ends: np.ndarray, rtol: float, law: str
+) -> np.ndarray:
     """Moduli (n,) of the largest Floquet multipliers of settled orbits; NaN where unknown.
 
-    The `queue` after a measurement at the tolerance `rtol` from the states `begins` (n, WIDTH + 1).
-    A cycle of an odd number of half periods is half an orbit.
+    The `queue` with their cycles; a measurement at the tolerance `rtol` went from the states
+    `begins` to `ends`, (n, WIDTH + 1). A cycle of an odd number of half periods is half an orbit.
     """
     settled, cycles = queue.counts[:, OUTCOME] == OK, queue.counts[:, CYCLE]
-    largest, rows = np.full(len(begins), np.nan), np.flatnonzero(settled)
-    largest[rows] = _largest(part_of(queue, rows), begins[rows], rtol, law)
-    # What attracts has none above 1: there, and over long ways, the tolerance blurs.
-    rows = np.flatnonzero(settled & ((cycles > 2) | (largest > 1.0)))
-    part, tight = part_of(queue, rows), min(rtol, _TIGHT)
-    part.states[:, :WIDTH] = travelled(part.points, begins[rows], cycles[rows], tight, law)
-    largest[rows] = _largest(part, begins[rows], tight, law)
+    largest, rows = np.where(settled, np.inf, np.nan), np.flatnonzero(settled & (cycles <= _SHORT))
+    part = part_of(queue, rows)
+    largest[rows] = _largest(part, begins[rows], _floored(ends[rows]), rtol, law)
+    for tight in _TIGHT:
+        rows, tolerance = np.flatnonzero(largest > 1.0), min(rtol, tight)
+        if not len(rows):
+            break
+        part = part_of(queue, rows)
+        images = travelled(part.points, begins[rows], cycles[rows], tolerance, law)
+        largest[rows] = _largest(part, begins[rows], images, tolerance, law)
     return np.where(cycles % 2 == 1, largest**2, largest)
 
 
-def _largest(queue: Queue, begins: np.ndarray, rtol: float, law: str) -> np.ndarray:
-    """Moduli (n,) of the largest eigenvalues of the maps over the cycles; NaN where unknown."""
-    maps = _linear_maps(queue, begins, rtol, law)
-    found, known = np.full(len(maps), np.nan), np.isfinite(maps).all(axis=(1, 2))
-    found[known] = np.abs(np.linalg.eigvals(maps[known])).max(axis=1, initial=0.0)
-    return found
+def _largest(
+    queue: Queue, begins: np.ndarray, images: np.ndarray, rtol: float, law: str
+) -> np.ndarray:
+    """Moduli (n,) of the largest eigenvalues of the maps over the cycles; NaN where unknown.
+
+    `images` (n, WIDTH) of the states `begins` (n, WIDTH + 1) under the maps, at the same tolerance.
+    """
+    return np.asarray(spectral_radii(_linear_maps(queue, begins, images, rtol, law)))
 
 
-def _linear_maps(queue: Queue, begins: np.ndarray, rtol: float, law: str) -> np.ndarray:
+def _linear_maps(
+    queue: Queue, begins: np.ndarray, ends: np.ndarray, rtol: float, law: str
+) -> np.ndarray:
     """The maps (n, WIDTH, WIDTH) of small displacements over the cycles, as in lanes."""
     n, sizes = len(begins), _displacements(rtol)
     displaced, cycles = np.tile(begins, (WIDTH, 1)), np.tile(queue.counts[:, CYCLE], WIDTH)
     for component in range(WIDTH):
         displaced[component * n : (component + 1) * n, component] += sizes[component]
     images = travelled(np.tile(queue.points, (WIDTH, 1)), displaced, cycles, rtol, law)
-    moved = images.reshape(WIDTH, n, WIDTH) - _floored(queue.states)
+    moved = images.reshape(WIDTH, n, WIDTH) - ends
     return np.asarray((moved / sizes[:, None, None]).transpose(1, 2, 0))
 
 

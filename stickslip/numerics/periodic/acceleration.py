@@ -14,6 +14,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from stickslip.compiled.decorators import inline, jit
 from stickslip.numerics.periodic.convergence import REMEMBERED, distance, reach
 
@@ -37,7 +39,7 @@ _SMALLEST_RATIO = 0.5
 _SMALLEST_ALTERNATION = 0.1
 
 # A jump longer than this many units of the scaled position, the largest offset that a start at rest
-# leaves, is not risked, and every jump is at most half as long as the one before.
+# leaves, is not risked, and after every jump at most half of what it went may remain.
 LONGEST_JUMP = 2.0
 
 # Jumps are few where they lead anywhere.
@@ -196,11 +198,13 @@ def _apart(memory: Any, newest: int, cycle: int, length: float) -> bool:
 
 
 @inline
-def _part(memory: Any, newest: int, cycle: int, ratio: float) -> float:
-    """The part of the remaining way that a jump is to go; 0 for no jump."""
+def _part(memory: Any, newest: int, cycle: int, ratio: float, length: float) -> float:
+    """The part of the remaining way `length` that a jump is to go; 0 for no jump."""
     if not _slaved(memory, newest, cycle):
-        return _HALF_WAY if abs(ratio) >= _SLOWEST_PART else 0.0
-    return 1.0 if memory.jumps > 0 else 1.0 - _SHORTFALL
+        free = memory.allowed == np.inf
+        return _HALF_WAY if free and abs(ratio) >= _SLOWEST_PART else 0.0
+    whole = 1.0 if memory.jumps > 0 else 1.0 - _SHORTFALL
+    return min(whole, memory.allowed / length)
 
 
 @jit
@@ -223,7 +227,7 @@ def jump(memory: Any, tolerance: float, noise: float) -> tuple[float, float]:
     length = abs(amount)
     safe = ratio < 0.0 or length <= memory.longest_jump
     safe = safe and _slow(ratio, cycle) and _apart(memory, newest, cycle, length)
-    part = _part(memory, newest, cycle, ratio)
+    part = _part(memory, newest, cycle, ratio, length)
     if not (safe and part * length > _WORTH * tolerance):
         return 0.0, 0.0
     _store_jump(memory, cycle, length, part)
@@ -255,7 +259,7 @@ def _store_jump(memory: Any, cycle: int, length: float, part: float) -> None:
     slow = memory.slow[0], memory.slow[1]
     shift = abs(_along(displacement(memory, newest, newest - cycle), slow))
     memory.residue = (1.0 - 0.5 * part) * shift  # without the jump it would stay the same
-    memory.longest_jump = min(0.5 * length, memory.longest_jump)
+    memory.longest_jump = min((1.0 - 0.5 * part) * length, memory.longest_jump)
     memory.paired = 1
     memory.landing[0], memory.landing[1] = memory.states[older, 0], memory.states[older, 1]
     memory.image[0], memory.image[1] = memory.states[newer, 0], memory.states[newer, 1]

@@ -70,7 +70,7 @@ def memory_of(width: int) -> np.dtype[np.void]:
             ("fineness", "i8"),  # times that the tolerance was cut
             ("initial_fineness", "i8"),  # _FINEST where the map has no tolerance
             ("plain", "i8"),  # 1 where no jump is allowed (any more)
-            ("held_back", "i8"),  # 1 where jumps must wait
+            ("allowed", "f8"),  # longest jump that the caller allows
             ("jumps", "i8"),  # since the state to restore was stored
             ("failures", "i8"),  # chains of jumps that were undone
             ("aim", "i8"),  # the cycle whose limit the jumps aim at
@@ -102,7 +102,7 @@ def start(memory: Any, z: Vector, per_period: int, accelerate: bool, refinable: 
     memory.per_period, memory.longest_cycle = per_period, per_period * LONGEST_CYCLE_IN_PERIODS
     memory.applications, memory.mirrored, memory.failures = 0, 0, 0
     memory.jumps, memory.aim, memory.common, memory.paired = 0, 0, 0, 0
-    memory.plain, memory.held_back = 0 if accelerate else 1, 0
+    memory.plain, memory.allowed = 0 if accelerate else 1, np.inf
     memory.initial_fineness = 0 if refinable else _FINEST
     memory.fineness = memory.initial_fineness
     memory.longest_jump, memory.calm, memory.residue = LONGEST_JUMP, np.inf, 0.0
@@ -114,9 +114,13 @@ def start(memory: Any, z: Vector, per_period: int, accelerate: bool, refinable: 
 
 
 @inline
-def hold(memory: Any, back: bool) -> None:
-    """Let jumps wait, or no longer: the caller knows of a slow part that a jump would outrun."""
-    memory.held_back = 1 if back else 0
+def limit_jumps(memory: Any, longest: float) -> None:
+    """Allow jumps of so many units of the scaled position, 0 for none, inf for any.
+
+    The caller knows of a slow part that a jump would outrun. Where the limit is finite, what a jump
+    does not move must also stand still.
+    """
+    memory.allowed = longest
 
 
 @inline
@@ -212,7 +216,7 @@ def _proceed(memory: Any, z: Vector, tolerance: float, noise: float) -> tuple[in
     if memory.fineness < _FINEST:
         finer = finer or stalled(memory, newest, tolerance)
     dx, dv = 0.0, 0.0
-    if memory.plain == 0 and memory.held == 0 and memory.held_back == 0:
+    if memory.plain == 0 and memory.held == 0:
         dx, dv = jump(memory, tolerance, noise)
     jumped = dx != 0.0 or dv != 0.0
     if finer:

@@ -79,6 +79,27 @@ def test_where_what_a_jump_does_not_move_still_moves_it_goes_half_the_way() -> N
     assert way == pytest.approx(0.5 * (LIMIT - newest(memory))[:2], rel=1e-6)
 
 
+def test_a_jump_is_no_longer_than_is_allowed() -> None:
+    memory = after(linear(-0.9, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
+    search.limit_jumps(memory, 0.01)
+    way, left = np.array(acceleration.jump(memory, TOL, NOISE)), (LIMIT - newest(memory))[:2]
+    assert np.abs(way).max() == pytest.approx(0.01)
+    assert way / 0.01 == pytest.approx(left / np.abs(left).max(), rel=1e-6)
+    assert memory["longest_jump"] > np.abs(left).max() - 0.01  # the rest of the way comes next
+
+
+def test_where_jumps_are_limited_what_they_do_not_move_must_stand_still() -> None:
+    memory = after(linear(-0.9, fast=0.0, film=0.95), 4, (0.9, 0.04, 0.5))
+    search.limit_jumps(memory, 10.0)
+    assert acceleration.jump(memory, TOL, NOISE) == (0.0, 0.0)
+
+
+def test_no_jump_is_taken_where_none_is_allowed() -> None:
+    memory = after(linear(-0.9, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
+    search.limit_jumps(memory, 0.0)
+    assert acceleration.jump(memory, TOL, NOISE) == (0.0, 0.0)
+
+
 def turning(z: State, noise: float) -> State:
     """A spiral: no displacement is parallel to the one before."""
     x, v = z[0] - LIMIT[0], z[1] - LIMIT[1]
