@@ -6,7 +6,9 @@ import asyncio
 import contextlib
 import logging
 import pickle
+import threading
 import time
+from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from typing import Any, Self
 
@@ -18,6 +20,7 @@ from sweeps.engine.worker import Block, Task, WorkerMismatchError
 log = logging.getLogger(__name__)
 
 _ANSWER_SECONDS = 5.0  # for a scheduler to answer
+_CONNECT_SECONDS = 15.0  # for a client to be ready
 _COUNT_SECONDS = 2.0  # between two looks at how many workers there are
 
 
@@ -109,7 +112,11 @@ class ClusterExecutor(Executor):
 
         # Raises here where the address is none: a client that fails over it cannot be closed.
         get_address_host_port(self._address)
-        return Client(self._address, timeout=_ANSWER_SECONDS, set_as_default=False)
+        # The client's own limit ends with the connection: a frozen scheduler's system accepts one.
+        return _within(
+            _CONNECT_SECONDS,
+            lambda: Client(self._address, timeout=_ANSWER_SECONDS, set_as_default=False),
+        )
 
     def _count(self) -> int:
         """The threads of all workers, as last heard."""
@@ -165,6 +172,23 @@ class LocalClusterExecutor(ClusterExecutor):
 
     def _not_there(self, error: Exception) -> str:
         return f"a dask cluster cannot be started on this machine ({first_line(error)})"
+
+
+def _within(seconds: float, make: Callable[[], Any]) -> Any:
+    """What `make` returns or raises; TimeoutError where it takes longer, and goes on unheeded."""
+    made: Future[Any] = Future()
+
+    def run() -> None:
+        try:
+            made.set_result(make())
+        except Exception as error:  # noqa: BLE001
+            made.set_exception(error)
+
+    threading.Thread(target=run, daemon=True).start()
+    try:
+        return made.result(seconds)
+    except TimeoutError as error:
+        raise TimeoutError(f"no answer within {seconds:.0f} s") from error
 
 
 def _import_distributed() -> None:

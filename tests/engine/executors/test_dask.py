@@ -31,7 +31,8 @@ from support.sweeps.workers import (
     wait_for_blocks,
 )
 
-from sweeps.engine.executors.base import WorkersLostError
+from sweeps.engine.executors import dask as dask_executor
+from sweeps.engine.executors.base import ExecutorError, WorkersLostError
 from sweeps.engine.executors.dask import ClusterExecutor, LocalClusterExecutor
 from sweeps.engine.in_memory import read_config, run
 from sweeps.engine.state import state_of
@@ -148,6 +149,20 @@ def test_a_frozen_scheduler_is_not_waited_for_after_a_signal(cluster: Cluster) -
         scheduler.send_signal(signal.SIGCONT)
     assert code == 4
     assert "Stopped: SIGTERM" in err
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_is_frozen_from_the_start_is_not_waited_for(
+    cluster: Cluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dask_executor, "_CONNECT_SECONDS", 1.0)
+    scheduler = cluster.processes[0]
+    scheduler.send_signal(signal.SIGSTOP)  # its system still accepts connections
+    try:
+        with pytest.raises(ExecutorError, match="no answer within 1 s"):
+            ClusterExecutor(cluster.address).__enter__()
+    finally:
+        scheduler.send_signal(signal.SIGCONT)
 
 
 @pytest.mark.slow
