@@ -41,6 +41,8 @@ SWEEP = ("sweep", "a.yaml", "-o", "a.nc", "--no-progress")
 
 # How a command may end that something befell: done, failed points, stopped, storage, killed.
 _ENDINGS = (0, 3, 4, 5, 130, -9)
+# ... or with a word about the config, which could not be read.
+_UNREAD = (2, "a.yaml: cannot be read")
 
 
 @dataclass
@@ -220,7 +222,8 @@ class Arena:
         output = folder / "a.nc"
         if end.code is None:
             return "hung", end.said[-300:]
-        if end.code not in _ENDINGS or "Traceback" in end.said:
+        unread = end.code == _UNREAD[0] and _UNREAD[1] in end.said
+        if not (end.code in _ENDINGS or unread) or "Traceback" in end.said:
             return "wrong", f"exit code {end.code}: {end.said[-300:]}"
         there = content_hash(open_result(output))
         if there != self.expected and (end.code == 0 or there != self.old_hash):

@@ -7,7 +7,10 @@ says missing, and the seal is checked over the variables that there are.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Mapping
+import os
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,7 +21,7 @@ from numpy.typing import NDArray
 
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS, RESULTS
-from sweeps.files.atomic import remove, replacing, storage_errors
+from sweeps.files.atomic import begin, remove, replacing, storage_errors
 from sweeps.files.attributes import coordinates, data_sha256, variable_attributes
 from sweeps.files.chunks import Chunks
 from sweeps.files.columns import STATUS, STATUS_CODES, Rows, conformed, result_values, status_counts
@@ -26,6 +29,10 @@ from sweeps.grid import Grid
 
 # Level 1 takes half the time of level 4 and makes files a few percent larger: mantissas are noise.
 _COMPRESSION: Mapping[str, Any] = {"compression": "zlib", "complevel": 1, "shuffle": True}
+
+# A folder in memory, where there is one; bytes of numbers up to which files are made there.
+_MEMORY = "/dev/shm"
+_LARGE = 1 << 25
 
 
 @dataclass(frozen=True)
@@ -56,7 +63,7 @@ def write_result(
     older one is as it was.
     """
     with storage_errors(f"cannot write {path}", path.parent), replacing(path, temporary):
-        with netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
+        with _new_file(temporary, grid) as file:
             _define(file, grid, chunks, attributes)
             digests = _fill(file, chunks, rows)
             file.data_sha256 = data_sha256(key, digests)
@@ -75,10 +82,27 @@ def try_writing(grid: Grid, chunks: Chunks, attributes: Mapping[str, str], tempo
     """
     with storage_errors(f"cannot write into {temporary.parent}", temporary.parent):
         try:
-            with netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
+            begin(temporary)
+            with _new_file(temporary, grid) as file:
                 _define(file, grid, chunks, attributes)
         finally:
             remove(temporary)
+
+
+@contextmanager
+def _new_file(path: Path, grid: Grid) -> Iterator[netCDF4.Dataset]:
+    """A file to be written: in memory first where it is small.
+
+    Where the disk fails while the C library opens a file to write, the library takes the process
+    with it. Large files are left to it all the same.
+    """
+    small = grid.size * len(RESULT_COLUMNS) * 8 <= _LARGE and os.access(_MEMORY, os.W_OK)
+    with tempfile.TemporaryDirectory(dir=_MEMORY) if small else nullcontext() as folder:
+        place = path if folder is None else Path(folder) / path.name
+        with netCDF4.Dataset(place, "w", format="NETCDF4") as file:
+            yield file
+        if place != path:
+            path.write_bytes(place.read_bytes())
 
 
 def _define(

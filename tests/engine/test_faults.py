@@ -188,7 +188,7 @@ def test_a_call_that_fails_ends_in_a_message_and_the_same_command_goes_on(
         command = ("sweep", "a.yaml", "-o", output)
         with pytest.MonkeyPatch.context() as patch:
             failing = Failing(call, number, error)
-            patch.setattr(*call, lambda *args, failing=failing: failing(*args))
+            patch.setattr(*call, lambda *a, failing=failing, **more: failing(*a, **more))
             code, out, err = shell(*command)
         if failing.calls < number:
             break

@@ -94,6 +94,19 @@ def test_the_file_is_that_of_the_dataset(tmp_path: Path, config: dict[str, Any],
     assert written.worst_error == ds.amplitude_error.max()
 
 
+def test_a_large_file_is_the_same_as_a_small_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = from_mapping(SWEEPS["three axes"])
+    rows = numbered_rows(Grid.from_config(settings).size)
+    small, large = tmp_path / "small.nc", tmp_path / "large.nc"
+    write(settings, rows, small)
+    monkeypatch.setattr(results, "_LARGE", 0)
+    write(settings, rows, large)
+    assert content_hash(open_result(large)) == content_hash(open_result(small))
+    assert described(large) == described(small)
+
+
 @chunk_sizes
 @sweeps
 def test_rows_come_back_from_the_file(tmp_path: Path, config: dict[str, Any], most: int) -> None:
