@@ -13,6 +13,12 @@ from stickslip.compiled.decorators import jit, kernel
 _SQUARINGS = 24
 
 
+# A power and its square differ by a factor alone, the largest eigenvalue, where they agree to this
+# part; not where the eigenvectors are so nearly parallel that the factor is smaller than that.
+_SAME = 1e-9
+_SMALLEST_FACTOR = 1e-3
+
+
 @jit
 def _norm(matrix: np.ndarray) -> float:
     total = 0.0
@@ -33,6 +39,35 @@ def _square(matrix: np.ndarray, norm: float, squared: np.ndarray) -> None:
             squared[i, j] = total / (norm * norm)
 
 
+@jit
+def _replace(power: np.ndarray, norm: float, squared: np.ndarray, size: float) -> float:
+    """Copy `squared` into `power`; returns how far apart the two were, at norm 1, up to a sign."""
+    apart, opposite = 0.0, 0.0
+    for i in range(power.shape[0]):
+        for j in range(power.shape[1]):
+            before, after = power[i, j] / norm, squared[i, j] / size
+            apart = max(apart, abs(after - before))
+            opposite = max(opposite, abs(after + before))
+            power[i, j] = squared[i, j]
+    return min(apart, opposite)
+
+
+@jit
+def _spectral_radius(power: np.ndarray, squared: np.ndarray) -> float:
+    """The spectral radius of `power` (m, m), which is lost; `squared` (m, m) is written."""
+    logarithm, part, norm = 0.0, 1.0, _norm(power)
+    for _ in range(_SQUARINGS):
+        logarithm += part * math.log(norm)
+        if not norm > 0.0:
+            break
+        _square(power, norm, squared)
+        size = _norm(squared)
+        if _replace(power, norm, squared, size) < _SAME and size > _SMALLEST_FACTOR:
+            return math.exp(logarithm + part * math.log(size))
+        norm, part = size, 0.5 * part
+    return math.exp(logarithm)
+
+
 @kernel
 def spectral_radii(matrices: np.ndarray) -> np.ndarray:
     """Moduli (n,) of the largest eigenvalues of `matrices` (n, m, m); NaN where one holds NaN.
@@ -44,14 +79,5 @@ def spectral_radii(matrices: np.ndarray) -> np.ndarray:
     power, squared = np.empty(matrices.shape[1:]), np.empty(matrices.shape[1:])
     for index in range(matrices.shape[0]):
         power[:] = matrices[index]
-        logarithm, part = 0.0, 1.0
-        for _ in range(_SQUARINGS):
-            norm = _norm(power)
-            logarithm += part * math.log(norm)
-            if not norm > 0.0:
-                break
-            _square(power, norm, squared)
-            power[:] = squared
-            part *= 0.5
-        radii[index] = math.exp(logarithm)
+        radii[index] = _spectral_radius(power, squared)
     return radii

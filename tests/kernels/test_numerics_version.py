@@ -43,30 +43,30 @@ SOLID = (  # a light block under a small film: few and short periods to an orbit
 # Changes to Fig. 3, options; stress amplitude [Pa], force amplitude [N], periods integrated; and
 # the beginning of the SHA-256 of all that comes back.
 TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
-    ((), LOOSE, (4304775.897487301, 0.0028121358758203953, 5), "a0d017c3e663088a"),
+    ((), LOOSE, (4304775.897487301, 0.0028121358758203953, 5), "26a5f49a8ecd401b"),
     (
         (("angular_frequency", 38.0),),
         LOOSE,
         (2168517.2443703786, 0.0019155289280794415, 6),
-        "d1b7a98294c0b1b7",
+        "88fb833e3e775a5d",
     ),
     (
         (("rheological_index", 0.0),),
         LOOSE,
         (1758421.4371849236, 0.0047674319313236605, 5),
-        "93c620c6339b0301",
+        "111f51857d59c17e",
     ),
     (
         (("rheological_index", 2 / 3),),
         LOOSE,
         (298047.06136793754, 0.004767981735574066, 5),
-        "654876a302b0dd22",
+        "2dd7a2df4123dedc",
     ),
     (
         (("rheological_index", -0.5), ("temperature", 250.0)),
         LOOSE,
         (1853960.9784566863, 0.002580619896934249, 4),
-        "7c2c509d82870fd4",
+        "9b0516bebe0068c8",
     ),
     (
         (
@@ -78,50 +78,50 @@ TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
         ),
         LOOSE,
         (338284.23811516725, 0.0032235573928908797, 25),
-        "e2b46345c63b765d",
+        "e4b38b973e83aa61",
     ),
-    ((VISCOUS,), Options(dt=2e-5, **COARSE), (0.0, 0.0005992449187231228, 4), "3c20e53caef19195"),
+    ((VISCOUS,), Options(dt=2e-5, **COARSE), (0.0, 0.0005992449187231228, 4), "4d621cc63402b4e1"),
     (
         (VISCOUS, ("rheological_index", -0.5)),
         Options(dt=2e-5, **COARSE),
         (0.0, 0.0025636309746984373, 4),
-        "7b01d71a94a60b33",
+        "5c3085e8dcf77f1d",
     ),
     (
         (VISCOUS, ("drive_amplitude", -0.5e-6)),
         Options(dt=2e-5, **COARSE),
         (0.0, 0.0005130722087228642, 4),
-        "80ccbd12dd23a5b1",
+        "409a7cf47bca2eb4",
     ),
     (
         (VISCOUS, ("rheological_index", 0.0), ("viscosity_coefficient", 1e3)),
         Options(dt=2e-5, **COARSE),
         (0.0, 0.003382572951478408, 5),
-        "aa6bab19dd43a810",
+        "1cf46a14f35478e9",
     ),
     (
         (VISCOUS, ("rheological_index", 2 / 3), ("viscosity_coefficient", 10.0)),
         Options(dt=2e-5, **COARSE),
         (0.0, 0.004277576626034167, 7),
-        "ef9e7b20e4c8dfd2",
+        "bbd71f173308b115",
     ),
     (
         SOLID,
         Options(dt=5e-9, **COARSE),
         (1451762.4705775229, 1.010712229933089e-06, 6),
-        "2980914de87824c2",
+        "870cdd7959a820e8",
     ),
     (
         (*SOLID, ("rheological_index", 0.0)),
         Options(dt=5e-9, **COARSE),
         (431332.7639399719, 1.1472177327739448e-06, 12),
-        "fbd3a08477affc46",
+        "a2a4b2c5472a63bc",
     ),
     (
         (*SOLID, ("rheological_index", -0.5)),
         Options(dt=5e-9, **COARSE),
         (1277325.2321558087, 1.0485902147058254e-06, 6),
-        "c927165ebc86b19f",
+        "f54815f0c9a0f83d",
     ),
 ]
 ADVICE = "the numbers have changed: raise NUMERICS_VERSION and renew this table"
