@@ -1,10 +1,13 @@
 """Attacks on sweeps: kills, failing files, damage, full disks, signals; and what became of each.
 
-Half an hour and more on two cores. Each kind of attack is a module of `benchmarks/faults/`.
+Half an hour and more on two cores. Each kind of attack is a module of `benchmarks/faults/`, and can
+be tried alone (`bench_faults.py operations workers`): the others stay as they are in the record,
+where each names its commit.
 """
 
 from __future__ import annotations
 
+import json
 import sys
 import tempfile
 import time
@@ -13,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from common import arguments, finish
+from environment import HERE, environment
 from faults import damage, kills, operations, results, together, workers
 
 # Two at a time; the longest first.
@@ -27,19 +31,27 @@ ATTACKS = {
 
 
 def main() -> None:
-    quick = arguments(__doc__).quick
-    rows: dict[str, Any] = {}
-    begun = time.perf_counter()
+    chosen = arguments(__doc__, parts=ATTACKS)
+    kinds = [kind for kind in ATTACKS if kind in chosen.parts or not chosen.parts]
+    rows: dict[str, Any] = _recorded() if chosen.parts and not chosen.quick else {}
+    commit, begun = environment()["commit"], time.perf_counter()
     with tempfile.TemporaryDirectory() as name, ProcessPoolExecutor(2) as pool:
-        tried = {pool.submit(_attack, attack, quick, Path(name)): attack for attack in ATTACKS}
+        tried = {pool.submit(_attack, kind, chosen.quick, Path(name)): kind for kind in kinds}
         for future in as_completed(tried):
-            rows |= (found := future.result())
+            found = future.result()
+            rows |= {what: row | {"commit": commit} for what, row in found.items()}
             print(f"{tried[future]}: after {time.perf_counter() - begun:.0f} s", flush=True)
             for what, row in found.items():
                 print(f"  {what}: {row}", flush=True)
-    seconds = time.perf_counter() - begun
-    finish("faults", {"seconds": seconds, "attacks": rows}, quick=quick)
+    finish("faults", {"attacks": rows}, quick=chosen.quick)
     sys.exit(any(row["lost"] + row["wrong"] + row["hung"] for row in rows.values()))
+
+
+def _recorded() -> dict[str, Any]:
+    """What became of each kind when it was last tried."""
+    record = json.loads((HERE / "results" / "faults.json").read_text())
+    attacks: dict[str, Any] = record["results"]["attacks"]
+    return attacks
 
 
 def _attack(attack: str, quick: bool, where: Path) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import statistics
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,12 +28,19 @@ COUNTS = ("orbit_periods", "melting_count")
 _FLOOR = 0.01  # of the force that springs or inertia need
 
 
-def arguments(description: str | None, full: str = "the same here") -> argparse.Namespace:
-    """The command line of a script: `--quick`, and `--full` with what it does more."""
+def arguments(
+    description: str | None, full: str = "the same here", parts: Iterable[str] = ()
+) -> argparse.Namespace:
+    """The command line of a script: `--quick`, `--full` with what it does more, some `parts`."""
     parser = argparse.ArgumentParser(description=(description or "").split("\n\n")[0])
     parser.add_argument("--quick", action="store_true", help="keeps the script alive, no more")
     parser.add_argument("--full", action="store_true", help=f"also what takes long: {full}")
-    return parser.parse_args()
+    if parts := list(parts):
+        parser.add_argument("parts", nargs="*", metavar="PART", help=f"only {', '.join(parts)}")
+    chosen = parser.parse_args()
+    if parts and (unknown := set(chosen.parts) - set(parts)):
+        parser.error(f"no part is called {', '.join(sorted(unknown))}")
+    return chosen
 
 
 def finish(name: str, results: dict[str, Any], *, quick: bool) -> Path:

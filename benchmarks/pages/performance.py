@@ -131,11 +131,13 @@ def _fixed_steps(results: Results) -> str:
 def _attacks(results: Results) -> str:
     """What became of each kind of attack on sweeps."""
     columns = ("tried", "survived", "lost", "wrong", "hung")
+    attacks = results["attacks"]
     rows = [
-        (what, *(str(row[part]) for part in columns)) for what, row in results["attacks"].items()
+        (what, *(str(row[part]) for part in columns), row["commit"])
+        for what, row in attacks.items()
     ]
-    total = ("all", *(str(sum(r[part] for r in results["attacks"].values())) for part in columns))
-    return _rows(("attack", *columns), [*rows, total])
+    total = ("all", *(str(sum(row[part] for row in attacks.values())) for part in columns), "")
+    return _rows(("attack", *columns, "commit"), [*rows, total])
 
 
 _TABLES: dict[str, tuple[str, Callable[[Results], str]]] = {
