@@ -16,7 +16,8 @@ class FrictionLaw:
     """A law of the viscous stress, in inline functions of the parameters `p`.
 
     Whatever integrates, measures, scales or bounds the friction asks these and nothing else. The
-    stress is odd in the relative velocity `u` and does not fall with it.
+    stress is odd in the relative velocity `u` and does not fall with it. They are called in SI
+    units and in those of `model/scaling.py`: numbers with units come from `p` alone.
     """
 
     name: str
@@ -41,7 +42,7 @@ class FrictionLaw:
     function of (p, rate, stress) for units of strain rate [1/s] and stress [Pa]."""
 
     parameters: tuple[str, ...] = ()
-    """The parameters that this law uses and others need not."""
+    """The parameters that this law uses, those that it shares with others too."""
 
     special_indices: tuple[float, ...] = ()
     """Rheological indices that have kernels of their own, in which powers are roots."""
