@@ -154,19 +154,26 @@ class LocalClusterExecutor(ClusterExecutor):
             self._cluster.close(timeout=_ANSWER_SECONDS)
 
     def _connect(self) -> Any:
+        import dask
         from distributed import Client, LocalCluster, Security
 
-        with terminal_signals_blocked():
+        # Schedulers and workers serve web pages even without a dashboard, to whoever asks.
+        silent = {f"distributed.{kind}.http.routes": [] for kind in ("scheduler", "worker")}
+        with terminal_signals_blocked(), dask.config.set(silent):
             self._cluster = LocalCluster(
                 n_workers=self._workers,
                 threads_per_worker=1,
                 memory_limit=None,  # a block needs little; shares of the memory stop large machines
                 security=Security.temporary(),
                 protocol="tls://",
-                dashboard_address=None,  # it asks nobody who they are
+                dashboard_address=None,
                 silence_logs=logging.CRITICAL,
-                # A task that kills a worker comes back at once: the hand-out finds the point.
-                scheduler_kwargs={"allowed_failures": 0},
+                scheduler_kwargs={
+                    # A task that kills a worker comes back at once: the hand-out finds the point.
+                    "allowed_failures": 0,
+                    # Where its empty pages are: the usual port may be that of another sweep.
+                    "dashboard_address": "127.0.0.1:0",
+                },
             )
         return Client(self._cluster, set_as_default=False)
 

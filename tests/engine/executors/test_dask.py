@@ -10,6 +10,8 @@ from concurrent.futures import Future
 from functools import partial
 from pathlib import Path
 from typing import Any
+from urllib.error import HTTPError
+from urllib.request import urlopen
 
 import pytest
 from support.sweeps.processes import wait_until
@@ -177,6 +179,12 @@ def test_others_on_the_machine_cannot_use_a_local_cluster() -> None:
         for at, security in strangers:
             with pytest.raises((OSError, TypeError)):
                 Client(at, security=security, timeout=2.0)
+        scheduler = executor._cluster.scheduler
+        worker = scheduler.identity()["workers"].popitem()[1]
+        for port in (scheduler.http_server.port, worker["services"]["dashboard"]):
+            for page in ("health", "metrics", "info/main/workers.html", "json/counts.json"):
+                with pytest.raises(HTTPError, match="404"):
+                    urlopen(f"http://127.0.0.1:{port}/{page}", timeout=5.0)
 
 
 @pytest.mark.slow
