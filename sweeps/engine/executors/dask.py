@@ -158,7 +158,8 @@ class LocalClusterExecutor(ClusterExecutor):
         from distributed import Client, LocalCluster, Security
 
         # Schedulers and workers serve web pages even without a dashboard, to whoever asks.
-        silent = {f"distributed.{kind}.http.routes": [] for kind in ("scheduler", "worker")}
+        routes = [f"distributed.{kind}.http.routes" for kind in ("scheduler", "worker")]
+        silent: dict[str, list[str]] = {name: [] for name in routes}
         with terminal_signals_blocked(), dask.config.set(silent):
             self._cluster = LocalCluster(
                 n_workers=self._workers,
