@@ -105,8 +105,10 @@ def _section(name: str) -> str:
 
 def _valid(schema: Mapping[str, Any]) -> str:
     """The valid values of a key in words, from its JSON Schema."""
-    kinds = [kind for kind in schema.get("anyOf", [schema]) if kind["type"] != "null"]
+    kinds = [kind for kind in schema.get("anyOf", [schema]) if kind.get("type") != "null"]
     kind = kinds[0]
+    if "$ref" in kind:
+        return "parameters, each with an axis"
     names = kind.get("enum") or [kind[k] for k in ("const",) if k in kind]
     if names:
         return ", ".join(f"`{name}`" for name in names)

@@ -33,7 +33,7 @@ STAGES = (
         ("numbers 0 … N−1,", "each a row of parameters"),
         (
             ("sweeps/engine/existing.py", "leave out what is computed already"),
-            ("sweeps/engine/blocks.py", "shuffle, cut into blocks of a second"),
+            ("sweeps/engine/order/product.py", "shuffle, cut into blocks of a second"),
             ("sweeps/engine/dispatch.py", "hand blocks to workers"),
             ("stickslip/orbit.py", "choose the method; refuse unstable steps"),
         ),

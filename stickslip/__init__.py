@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from stickslip.options import NoiseError, OptionError, Options
     from stickslip.orbit import Orbit, stationary_orbit
     from stickslip.parameters import ParameterError, Parameters
+    from stickslip.phases import phase_diagram
     from stickslip.status import Status
     from stickslip.trajectory import IntegrationError, simulate
 
@@ -25,6 +26,7 @@ _HOMES = {
     "ParameterError": "stickslip.parameters",
     "Parameters": "stickslip.parameters",
     "Status": "stickslip.status",
+    "phase_diagram": "stickslip.phases",
     "simulate": "stickslip.trajectory",
     "stationary_orbit": "stickslip.orbit",
 }
@@ -38,6 +40,7 @@ __all__ = [
     "ParameterError",
     "Parameters",
     "Status",
+    "phase_diagram",
     "simulate",
     "stationary_orbit",
 ]

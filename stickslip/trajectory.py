@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
 from stickslip.kernels.trajectories import OBSERVABLES, observables_kernel, write_start
 from stickslip.measure.results import STATUS
-from stickslip.model.state import WIDTH
+from stickslip.model.state import FILM, WIDTH
 from stickslip.options import DEFAULTS, METHODS, Options
 from stickslip.orbit import compute_orbits, prepared_points
 from stickslip.parameters import Parameters
 from stickslip.stability import step_as_text
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS, TRAJECTORY, Variable
+from stickslip.variables import PARAMETERS, STARTING, TRAJECTORY, Variable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,6 +41,7 @@ def simulate(
     periods: int = 6,
     start: StartName = "initial",
     samples_per_period: int = 2000,
+    schedule: Mapping[str, Sequence[float]] | None = None,
     method: str = DEFAULTS.method,
     rtol: float = DEFAULTS.rtol,
     dt: float = DEFAULTS.dt,
@@ -58,14 +60,19 @@ def simulate(
         Length and sampling; periods*samples_per_period + 1 equidistant samples.
     start
         'initial': from (x_0, v_0, phi_0). 'stationary': on the orbit that this start leads to.
+    schedule
+        Parameters that change along the run, with equally many values of each: `periods` at the
+        first values, as many at the second, and so on (Fig. 6 of the paper). Each section begins
+        in the state (x, v, phi) in which the one before ended, at phase 0 of the drive.
     method, rtol, dt, noise, friction, max_steps, max_periods
-        As for `stationary_orbit`.
+        As for `stationary_orbit`; `max_steps` is the budget of each section.
 
     Returns
     -------
     xarray.Dataset
         Variables of `variables.TRAJECTORY` over the dimension `time` [s], the parameters as
-        scalar coordinates; order 3 between the steps of the adaptive method.
+        scalar coordinates, scheduled ones along `time`; order 3 between the steps of the adaptive
+        method. The sample at which two sections meet has the parameters of the first.
 
     Raises
     ------
@@ -74,14 +81,17 @@ def simulate(
         'stationary', no stationary orbit was reached.
     NoiseError
         phi_0 = 0 without noise.
+    ParameterError, TypeError
+        A scheduled value that is out of range, or no parameter.
     ValueError
-        Fewer than one period or one sample a period.
+        Fewer than one period or one sample a period, or a schedule whose parameters have no values
+        or not equally many.
     """
     if periods < 1 or samples_per_period < 1:
         raise ValueError("periods and samples_per_period must be at least 1")
     if start not in get_args(StartName):
         raise ValueError(f"start must be one of {get_args(StartName)}, not {start!r}")
-    parameters = parameters or Parameters()
+    sections = _sections(parameters or Parameters(), schedule or {})
     options = Options(
         method=method,
         rtol=rtol,
@@ -92,26 +102,49 @@ def simulate(
         noise=noise,
         friction=friction,
     )
-    point = prepared_points(np.array(parameters), noise)[0]
-    samples = _sampled(point, options, start, periods, samples_per_period)
-    period = 2.0 * math.pi / parameters.angular_frequency
-    times = np.arange(len(samples)) * (period / samples_per_period)
-    return _dataset(parameters, options, times, samples)
+    points = prepared_points(np.array(sections), noise)
+    _refuse_unstable(points, options)
+    state = _start_state(points[0], options, start)
+    parts, begin = [], 0.0
+    for section, point in zip(sections, points, strict=True):
+        samples = _sampled(point, options, state, periods, samples_per_period)
+        step = 2.0 * math.pi / section.angular_frequency / samples_per_period
+        # The drive is at phase 0 again, so the section's own time begins at 0.
+        own = np.arange(len(samples)) * step
+        parts.append(_section(section, options, own, begin + own, samples))
+        state, begin = _state_of(samples[-1]), begin + own[-1]
+    return _joined(parts, schedule or {})
 
 
-def _sampled(
-    point: np.ndarray, options: Options, start: StartName, periods: int, per_period: int
-) -> np.ndarray:
-    """The states (x, v, phi) at the sample times, shape (periods*per_period + 1, WIDTH)."""
-    method = METHODS[options.method].kernels
-    limit = float(method.largest_step(point[None, :], options)[0])
+def _sections(parameters: Parameters, schedule: Mapping[str, Sequence[float]]) -> list[Parameters]:
+    """The parameters of each section of a run."""
+    if starting := [name for name in schedule if name in STARTING]:
+        raise ValueError(f"{', '.join(starting)} cannot be scheduled: a run begins once")
+    if len({len(values) for values in schedule.values()} or {1}) > 1 or not all(
+        len(values) for values in schedule.values()
+    ):
+        listed = ", ".join(f"{name} {len(values)}" for name, values in schedule.items())
+        raise ValueError(f"scheduled parameters need equally many values, but have: {listed}")
+    steps: Iterable[tuple[float, ...]] = zip(*schedule.values(), strict=True) if schedule else [()]
+    return [parameters._replace(**dict(zip(schedule, step, strict=True))) for step in steps]
+
+
+def _refuse_unstable(points: np.ndarray, options: Options) -> None:
+    """Raise IntegrationError where a fixed step is unstable for any of points (n, parameters)."""
+    limit = float(METHODS[options.method].kernels.largest_step(points, options).min())
     if options.dt > limit:
         largest = step_as_text(limit)
         context = f"dt = {options.dt:g} s is above the largest stable step {largest} s. "
         raise IntegrationError(Status.REFUSED, context)
+
+
+def _sampled(
+    point: np.ndarray, options: Options, state: np.ndarray, periods: int, per_period: int
+) -> np.ndarray:
+    """The states (x, v, phi) at the sample times, shape (periods*per_period + 1, WIDTH)."""
     samples = np.empty((periods * per_period + 1, WIDTH))
-    state = _start_state(point, options, start)
-    status = Status(method.trajectory(point, options, state, per_period, samples))
+    kernels = METHODS[options.method].kernels
+    status = Status(kernels.trajectory(point, options, state, per_period, samples))
     if status is not Status.OK:
         raise IntegrationError(status)
     return samples
@@ -130,14 +163,25 @@ def _start_state(point: np.ndarray, options: Options, start: StartName) -> np.nd
     return state
 
 
-def _dataset(
-    parameters: Parameters, options: Options, times: np.ndarray, samples: np.ndarray
+def _state_of(sample: np.ndarray) -> np.ndarray:
+    """The state (x, v, ln phi) of a sample (x, v, phi), shape (WIDTH,)."""
+    with np.errstate(divide="ignore"):  # a fixed step may end at phi = 0
+        return np.where(np.arange(WIDTH) == FILM, np.log(np.abs(sample)), sample)
+
+
+def _section(
+    parameters: Parameters,
+    options: Options,
+    own: np.ndarray,
+    times: np.ndarray,
+    samples: np.ndarray,
 ) -> xr.Dataset:
+    """The Dataset of a section: `own` (n,) times since it began, `times` since the run did."""
     import xarray as xr
 
-    observables = np.empty((len(times), len(OBSERVABLES)))
+    observables = np.empty((len(own), len(OBSERVABLES)))
     u_s = METHODS[options.method].kernels.rounding(parameters, options)
-    observables_kernel(options.friction)(np.array(parameters), times, samples, u_s, observables)
+    observables_kernel(options.friction)(np.array(parameters), own, samples, u_s, observables)
     states = dict(zip(_SAMPLED, samples.T, strict=True))
     columns = states | dict(zip(OBSERVABLES, observables.T, strict=True))
     data = {
@@ -150,6 +194,20 @@ def _dataset(
         for name, value in parameters._asdict().items()
     }
     return xr.Dataset(data, coords)
+
+
+def _joined(parts: list[xr.Dataset], scheduled: Iterable[str]) -> xr.Dataset:
+    """The sections one after the other, each instant once, the scheduled parameters along time."""
+    import xarray as xr
+
+    if not scheduled:
+        return parts[0]
+    rest = (part.isel(time=slice(1, None)) for part in parts[1:])
+    along = [
+        part.assign_coords({name: part[name].expand_dims(time=part.time) for name in scheduled})
+        for part in (parts[0], *rest)
+    ]
+    return xr.concat(along, dim="time")
 
 
 def attributes(variable: Variable) -> dict[str, str]:

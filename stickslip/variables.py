@@ -132,18 +132,36 @@ PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
         "dphi = -delta f'(phi) dt + sqrt(2 D) dW, reflected at phi = 0", default=1e-18),
 )
 
+_ORDER_PARAMETER = Variable(
+    "order_parameter", "phi", r"\varphi", "1", "order parameter of the film")
+_ELASTIC_STRAIN = Variable(
+    "elastic_strain", "epsilon_el", r"\varepsilon_\mathrm{el}", "1", "elastic shear strain")
+
 TRAJECTORY: Mapping[str, Variable] = _by_name(
     Variable("time", "t", "t", "s", "time since the start"),
     Variable("upper_displacement", "X", "X", "m", "displacement of the upper block"),
     Variable("lower_displacement", "x", "x", "m", "displacement of the lower block"),
     Variable("upper_velocity", "V", "V", "m s-1", "velocity of the upper block"),
     Variable("lower_velocity", "v", "v", "m s-1", "velocity of the lower block"),
-    Variable("order_parameter", "phi", r"\varphi", "1", "order parameter of the film"),
-    Variable("elastic_strain", "epsilon_el", r"\varepsilon_\mathrm{el}", "1",
-        "elastic shear strain"),
+    _ORDER_PARAMETER,
+    _ELASTIC_STRAIN,
     Variable("elastic_stress", "sigma_el", r"\sigma_\mathrm{el}", "Pa", "elastic shear stress"),
     Variable("viscous_stress", "sigma_v", r"\sigma_v", "Pa", "viscous shear stress"),
     Variable("friction_force", "F", "F", "N", "friction force between the blocks"),
+)
+
+PHASES: Mapping[str, Variable] = _by_name(
+    _ORDER_PARAMETER,
+    _ELASTIC_STRAIN,
+    Variable("free_energy", "f", "f", "J m-3", "density of the free energy"),
+    Variable("melting_temperature", "T_c0", r"T_{c0}", "K",
+        "temperature above which a solid film melts"),
+    Variable("solidification_temperature", "T_c^0", r"T_c^0", "K",
+        "temperature below which a liquid film solidifies"),
+    Variable("melting_strain", "epsilon_c0", r"\varepsilon_{c0}", "1",
+        "strain above which a solid film melts", "0 where it is liquid at any strain"),
+    Variable("solidification_strain", "epsilon_c^0", r"\varepsilon_c^0", "1",
+        "strain below which a liquid film solidifies", "0 where it does at no strain"),
 )
 
 _ORBIT = "over the stationary orbit"
@@ -207,6 +225,9 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
 
 RESULT_COLUMNS: tuple[str, ...] = tuple(RESULTS)
 """Columns of a result row, in the order of the registry."""
+
+STARTING = ("initial_displacement", "initial_velocity", "initial_order_parameter")
+"""The parameters that say nothing but how a motion begins."""
 
 BY_SYMBOL: Mapping[str, str] = MappingProxyType(
     {variable.symbol: name for name, variable in PARAMETERS.items()}

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
 
-Data = Literal["sweep", "trajectory"]
+Data = Literal["sweep", "trajectory", "phases"]
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,11 @@ class FigureEntry:
     function: str
     data: Data
     variables: tuple[str, ...]
+
+    @property
+    def drawn(self) -> str:
+        """What it draws, in a sentence."""
+        return {"phases": "the phases of a film"}.get(self.data, f"a {self.data}")
 
 
 _POSITIONS = ("upper_displacement", "lower_displacement")
@@ -44,6 +49,9 @@ FIGURES: Mapping[str, FigureEntry] = MappingProxyType(
         ),
         "phase_portraits": FigureEntry(
             "trajectories.phase_portraits", "trajectory", ("lower_displacement", "lower_velocity")
+        ),
+        "free_energy": FigureEntry(
+            "phases.free_energy", "phases", ("free_energy", "melting_temperature")
         ),
     }
 )

@@ -18,6 +18,7 @@ from stickslip import (
     stationary_orbit,
 )
 from stickslip.options import METHODS
+from stickslip.trajectory import attributes
 from stickslip.variables import PARAMETERS, TRAJECTORY
 
 X_M = 0.8e-6
@@ -190,6 +191,65 @@ def test_a_tight_trajectory_agrees_with_the_slow_twin(start: str) -> None:
     v = (ds.lower_velocity.values[1:3] - exact[1:, 1]) / (X_M * 38.0)
     assert np.max(np.abs(x)) < 5e-8
     assert np.max(np.abs(v)) < 5e-8
+
+
+# --- schedules ------------------------------------------------------------------------------------
+
+STEPS = {"temperature": [200.0, 250.0], "angular_frequency": [10.0, 20.0]}
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_section_begins_where_the_one_before_ended(method: str) -> None:
+    shorter = {"periods": 2, "samples_per_period": 40, "method": method, "dt": 2e-5}
+    liquid = Parameters(elastic_coefficient=0.0)
+    both = simulate(liquid, schedule=STEPS, **shorter)
+    first = simulate(liquid, **shorter)
+    np.testing.assert_array_equal(both.lower_velocity[:81], first.lower_velocity)
+    end = first.isel(time=-1)
+    start = {
+        "initial_displacement": float(end.lower_displacement),
+        "initial_velocity": float(end.lower_velocity),
+        "initial_order_parameter": float(end.order_parameter),
+    }
+    p = liquid._replace(temperature=250.0, angular_frequency=20.0, **start)
+    second = simulate(p, **shorter).isel(time=slice(1, None))
+    for name in list(TRAJECTORY)[1:]:
+        found, alone = both[name].values[81:], second[name].values
+        np.testing.assert_allclose(found, alone, rtol=1e-9, atol=1e-12 * np.abs(alone).max())
+    np.testing.assert_allclose(both.time[81:], second.time + float(end.time), rtol=1e-14)
+    assert np.all(np.diff(both.time) > 0)
+
+
+def test_scheduled_parameters_lie_along_the_time() -> None:
+    ds = simulate(schedule=STEPS, periods=1, samples_per_period=4)
+    assert ds.temperature.values.tolist() == [200.0] * 5 + [250.0] * 4
+    assert ds.angular_frequency.values.tolist() == [10.0] * 5 + [20.0] * 4
+    assert ds.temperature.attrs == attributes(PARAMETERS["temperature"])
+    assert ds.spring_stiffness.ndim == 0
+
+
+@pytest.mark.parametrize(
+    ("schedule", "message"),
+    [
+        ({"temperature": [200.0, 250.0], "drive_amplitude": [1e-6]}, "temperature 2, drive"),
+        ({"temperature": []}, "equally many values, but have: temperature 0"),
+        ({"initial_velocity": [0.0]}, "initial_velocity cannot be scheduled"),
+        ({"temperature": [200.0, -1.0]}, "temperature must be at least 0"),
+    ],
+)
+def test_a_schedule_that_cannot_be_followed_is_refused(schedule: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        simulate(schedule=schedule)
+
+
+def test_a_step_that_is_unstable_in_a_later_section_is_refused_at_once() -> None:
+    with pytest.raises(IntegrationError, match="above the largest stable step"):
+        simulate(
+            Parameters(elastic_coefficient=0.0),
+            schedule={"kinetic_coefficient": [100.0, 1e9]},
+            method="euler-cromer",
+            dt=2e-5,
+        )
 
 
 # --- errors ---------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from stickslip.status import Status
 from stickslip.variables import (
     BY_SYMBOL,
     PARAMETERS,
+    PHASES,
     RESULT_COLUMNS,
     RESULTS,
     TRAJECTORY,
@@ -19,7 +20,7 @@ from stickslip.variables import (
     canonical_name,
 )
 
-EVERY = [*PARAMETERS.values(), *TRAJECTORY.values(), *RESULTS.values()]
+EVERY = [*PARAMETERS.values(), *TRAJECTORY.values(), *PHASES.values(), *RESULTS.values()]
 
 PARAMETER_SYMBOLS = {
     "temperature": ("T", "K"),
@@ -90,12 +91,12 @@ def test_result_variables_are_those_of_the_interface():
     assert {v.name: v.units for v in RESULTS.values()} == RESULT_UNITS
 
 
-@pytest.mark.parametrize("registry", [PARAMETERS, TRAJECTORY, RESULTS])
+@pytest.mark.parametrize("registry", [PARAMETERS, TRAJECTORY, PHASES, RESULTS])
 def test_a_variable_is_registered_under_its_name(registry: dict[str, Variable]):
     assert list(registry) == [variable.name for variable in registry.values()]
 
 
-@pytest.mark.parametrize("registry", [PARAMETERS, TRAJECTORY, RESULTS])
+@pytest.mark.parametrize("registry", [PARAMETERS, TRAJECTORY, PHASES, RESULTS])
 def test_registry_cannot_be_changed(registry: dict[str, Variable]):
     with pytest.raises(TypeError):
         registry["temperature"] = None

@@ -95,6 +95,27 @@ def melting_strain(p: Parameters) -> float:
 
 
 @inline
+def solidification_strain(p: Parameters) -> float:
+    """Strain eps_c^0 below which a liquid film solidifies, Eq. 20; 0 where it does at none."""
+    if p.elastic_coefficient <= 0.0:
+        return 0.0
+    return math.sqrt(max(-heating(p), 0.0) / p.elastic_coefficient)
+
+
+@inline
+def melting_temperature(p: Parameters, eps: float) -> float:
+    """Temperature T_c0 [K] above which a film under this strain melts, Eq. 17."""
+    return solidification_temperature(p, eps) + coexistence_limit(p) / (2.0 * p.thermal_coefficient)
+
+
+@inline
+def solidification_temperature(p: Parameters, eps: float) -> float:
+    """Temperature T_c^0 [K] below which a liquid film under this strain solidifies, Eq. 18."""
+    harmonic = p.elastic_coefficient * (eps * eps)
+    return p.critical_temperature - harmonic / (2.0 * p.thermal_coefficient)
+
+
+@inline
 def solid_threshold(p: Parameters) -> float:
     """Order parameter from which a film counts as solid: b/2c, below the solid branch of Eq. 16.
 

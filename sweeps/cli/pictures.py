@@ -57,7 +57,10 @@ def simulate(
 
 
 def figure(
-    numbers: Annotated[list[int], typer.Argument(help="Figures of the paper: 3 4 5 7 8 9.")],
+    numbers: Annotated[
+        list[str],
+        typer.Argument(metavar="NUMBER...", help="Figures of the paper, 2 to 9; or all."),
+    ],
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Folder for figN.nc, figN.png, figN.pdf.")
     ] = Path("results"),
@@ -67,13 +70,13 @@ def figure(
     """Compute and draw figures of the paper from scratch; older files of theirs are replaced."""
     from sweeps.config.paper import PAPER
 
-    unknown = [str(number) for number in numbers if number not in PAPER]
+    known = {str(number): number for number in PAPER}
+    unknown = [number for number in numbers if number not in {*known, "all"}]
     if unknown:
-        known = ", ".join(map(str, PAPER))
-        stop_with(f"no figure {', '.join(unknown)}; there are {known}", Exit.USAGE)
+        stop_with(f"no figure {', '.join(unknown)}; there are {', '.join(known)}, all", Exit.USAGE)
+    wanted = known if "all" in numbers else dict.fromkeys(numbers)
     failures = [
-        _paper_figure(number, output, workers, progress=not no_progress)
-        for number in dict.fromkeys(numbers)
+        _paper_figure(known[number], output, workers, progress=not no_progress) for number in wanted
     ]
     if any(failures):
         raise typer.Exit(Exit.FAILED_POINTS)
@@ -112,14 +115,24 @@ def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: b
     plan = PAPER[number]
     changes = [*plan.changes, *execution_changes(workers, None, None)]
     config, path = checked_config(shipped_config(plan.config), changes), folder / f"fig{number}.nc"
-    failures = 0
-    if FIGURES[plan.figure].data == "sweep":
+    failures, data = 0, FIGURES[plan.figure].data
+    if data == "sweep":
         afresh = ExistingPolicy(overwrite=True)
         failures = sweep_and_report(config, path, afresh, Stop(), progress=progress, timing=False)
+    elif data == "phases":
+        _write_phases(config, path)
     else:
         _write_trajectories(config, path)
     _draw(open_result(path), folder / f"fig{number}", plan.figure)
     return failures
+
+
+def _write_phases(config: Config, path: Path) -> None:
+    from sweeps.engine.phases import phases
+    from sweeps.files.datasets import write_dataset
+
+    write_dataset(phases(config), path)
+    print(path)
 
 
 def _write_trajectories(config: Config, path: Path) -> None:

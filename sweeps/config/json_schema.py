@@ -15,10 +15,10 @@ from pydantic import BaseModel, ConfigDict, Field, RootModel, create_model
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core.core_schema import FloatSchema
 
-from stickslip.variables import PARAMETERS, ParameterVariable
+from stickslip.variables import PARAMETERS, STARTING, ParameterVariable
 from sweeps.config.axes import FORMS, MAX_VALUES, Form
 from sweeps.config.numbers import RATIONAL_PATTERN
-from sweeps.config.schema import SECTIONS
+from sweeps.config.schema import SECTIONS, Simulation
 
 # What pydantic makes models of: types, and pairs of a type and a field.
 _Type: TypeAlias = Any
@@ -40,6 +40,7 @@ def json_schema() -> dict[str, Any]:
     values = {name: _value(variable) for name, variable in PARAMETERS.items()}
     forms = [_form(name, form) for name, form in FORMS.items()]
     axes = {name: _axis(name, value, forms) for name, value in values.items()}
+    sections = SECTIONS | {"simulation": _with_schedule(axes)}
     config = _model(
         "stickslip config",
         "What to compute, how, and where to write it.",
@@ -47,7 +48,7 @@ def json_schema() -> dict[str, Any]:
         model=_parameters("model", "Fixed parameters; the rest keep the paper's values.", values),
         sweep=_parameters("sweep", "Full product of these axes, in this order.", axes),
         cases=_parameters("cases", "Linked values: the first of each, the second ...", axes),
-        **{name: (section | None, None) for name, section in SECTIONS.items()},
+        **{name: (section | None, None) for name, section in sections.items()},
         output=_key(str | None, "Result file; left out, NAME.yaml writes results/NAME.nc."),
     )
     dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
@@ -71,7 +72,8 @@ def _key(kind: _Type, description: str) -> _Type:
 def _parameters(section: str, description: str, kinds: dict[str, _Type]) -> _Type:
     """A section of parameters, by name and by symbol."""
     fields = {}
-    for name, variable in PARAMETERS.items():
+    for name in kinds:
+        variable = PARAMETERS[name]
         text = f"{variable.meaning} ({variable.symbol}) [{variable.units}]"
         text += f": {variable.comment}" if variable.comment else ""
         key = _key(kinds[name], text)
@@ -79,6 +81,16 @@ def _parameters(section: str, description: str, kinds: dict[str, _Type]) -> _Typ
             key = kinds[name], Field(variable.default, description=text)
         fields[name] = fields[variable.symbol] = key
     return _model(section, description, **fields) | None, None
+
+
+def _with_schedule(axes: dict[str, _Type]) -> _Type:
+    """The section `simulation`, with the parameters that a schedule may hold."""
+    free = {name: axis for name, axis in axes.items() if name not in STARTING}
+    about = Simulation.model_fields["schedule"].description
+    kind, _ = _parameters("schedule", about or "", free)
+    schedule = kind, Field(None, description=about)
+    about = Simulation.__doc__
+    return create_model("Simulation", __base__=Simulation, __doc__=about, schedule=schedule)
 
 
 def _value(variable: ParameterVariable) -> _Type:

@@ -21,6 +21,7 @@ from sweeps.config.parameter_space import (
     read_parameter_space,
     refuse_frozen_start,
 )
+from sweeps.config.schedule import settle_schedule
 from sweeps.config.schema import (
     DEFINING,
     SECTIONS,
@@ -73,8 +74,8 @@ class Config(Sections):
             "sweep": {name: list(values) for name, values in self.sweep.items()},
             "cases": {name: list(values) for name, values in self.cases.items()},
             **{name: section.used() for name, section in self.defining().items()},
-            "plot": self.plot.model_dump(),
-            "simulation": self.simulation.model_dump(),
+            "plot": self.plot.model_dump(exclude_none=True),
+            "simulation": self.simulation.model_dump(mode="json", exclude_none=True),
         }
 
     def resolved_yaml(self) -> str:
@@ -185,6 +186,7 @@ def _fields(root: Located, case: Located | None, output: str, older: bool) -> di
     space = read_parameter_space(root, case)
     if older:
         space = space.with_neutral_values()
+    settle_schedule(root, space)
     sections = {name: read_section(root, name, older=older) for name in SECTIONS}
     _refuse_strangers(root)
     noise = sections["noise"]

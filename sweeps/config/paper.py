@@ -18,9 +18,11 @@ class PaperFigure:
 
 
 PAPER: dict[int, PaperFigure] = {
+    2: PaperFigure("fig2", "free_energy"),
     3: PaperFigure("fig3", "time_courses"),
     4: PaperFigure("fig3", "relative_motion", ["title=Fig. 4 - relative motion at 200 K"]),
     5: PaperFigure("fig5", "phase_portraits"),
+    6: PaperFigure("fig6", "time_courses"),
     7: PaperFigure("fig7", "amplitudes"),
     8: PaperFigure("fig8", "amplitudes"),
     9: PaperFigure("fig9", "amplitudes"),

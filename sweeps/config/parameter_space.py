@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TypeAlias
@@ -65,9 +65,13 @@ def read_parameter_space(root: Located, case: Located | None) -> ParameterSpace:
     for name, node in sweep:
         _judge_neighbours(node, values[name])
     space = ParameterSpace(
-        model={name: v[0] for name, node in model if (v := _valid(name, node, _fixed(name, node)))},
-        sweep={name: v for name, node in sweep if (v := _valid(name, node, values[name]))},
-        cases={name: v for name, node in cases if (v := _valid(name, node, values[name]))},
+        model={
+            name: v[0]
+            for name, node in model
+            if (v := valid_values(name, node, _fixed(name, node)))
+        },
+        sweep={name: v for name, node in sweep if (v := valid_values(name, node, values[name]))},
+        cases={name: v for name, node in cases if (v := valid_values(name, node, values[name]))},
     )
     _refuse_repeated_cases(root, space)
     _warn_of_exchange(root, space)
@@ -102,7 +106,12 @@ def _starts_at_zero(space: ParameterSpace, treatment: str, start: str, noise: st
 def _given(root: Located, section: str) -> _Given:
     """The parameters that a section names; unknown names are refused."""
     node = root.value.get(section)
-    if node is None or node.value is None or node.value is UNREADABLE:
+    return given_parameters(node) if node else []
+
+
+def given_parameters(node: Located) -> _Given:
+    """The parameters that stand below a key; unknown names are refused."""
+    if node.value is None or node.value is UNREADABLE:
         return []
     if not isinstance(node.value, dict):
         node.refuse(f"must hold lines `parameter: value`, not {quoted(node.value)}")
@@ -133,7 +142,16 @@ def _fixed(name: str, node: Located) -> tuple[float, ...]:
     return () if value is None else (value,)
 
 
-def _valid(name: str, node: Located, values: tuple[float, ...]) -> tuple[float, ...]:
+def _valid(
+    given: _Given, values_of: Callable[[str, Located], tuple[float, ...]]
+) -> Iterator[tuple[str, tuple[float, ...]]]:
+    """The parameters whose values are all valid, with these."""
+    for name, node in given:
+        if values := valid_values(name, node, values_of(name, node)):
+            yield name, values
+
+
+def valid_values(name: str, node: Located, values: tuple[float, ...]) -> tuple[float, ...]:
     """The values if all lie in the parameter's range; each that was written out is judged."""
     judge = PARAMETERS[name].complaint
     complaints = {i: c for i, value in enumerate(values) if (c := judge(value))}
@@ -161,15 +179,22 @@ def _judge_neighbours(node: Located, values: tuple[float, ...]) -> None:
 def _sizes_fit(root: Located, axes: dict[str, Axis | None], linked: dict[str, Axis | None]) -> bool:
     """Whether the grid may be laid out; judged before any axis is."""
     lengths = {name: axis.size for name, axis in linked.items() if axis}
-    if len(set(lengths.values())) > 1:
-        listed = ", ".join(f"{name} {size}" for name, size in lengths.items())
-        root.refuse(f"linked parameters need equally many values, but have: {listed}", "cases")
+    if unequal := unequal_lengths("linked", lengths):
+        root.refuse(unequal, "cases")
     sizes = [axis.size for axis in axes.values() if axis]
     points = math.prod(sizes) * max(lengths.values(), default=1)
     if points > MAX_POINTS:
         message = f"{points} points are more than {MAX_POINTS}; take fewer values or axes"
         root.refuse(message, "sweep" if axes else "cases")
     return points <= MAX_POINTS
+
+
+def unequal_lengths(kind: str, lengths: dict[str, int]) -> str:
+    """What is wrong with parameters that change together; empty where nothing is."""
+    if len(set(lengths.values())) < 2:
+        return ""
+    listed = ", ".join(f"{name} {size}" for name, size in lengths.items())
+    return f"{kind} parameters need equally many values, but have: {listed}"
 
 
 def _refuse_repeated_cases(root: Located, space: ParameterSpace) -> None:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from ipaddress import ip_address
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 from urllib.parse import urlsplit
 
 from pydantic import (
@@ -20,6 +20,7 @@ from pydantic import (
     Strict,
     ValidationError,
     field_validator,
+    model_validator,
 )
 from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import ValidationInfo, literal_schema
@@ -76,6 +77,10 @@ def _belongs_to(key: str, *owners: str) -> AfterValidator:
 def _of_method(option: str) -> AfterValidator:
     """Refuse an option that the method does not have."""
     return _belongs_to("method", *(n for n, m in METHODS.items() if m.own_option == option))
+
+
+def _number_or_none(value: object) -> float | None:
+    return None if value is None else number(value)
 
 
 def _address(value: str | None) -> str | None:
@@ -224,7 +229,10 @@ class Plot(Section):
 
     figure: Annotated[str, _one_of(FIGURES)] = Field(
         next(iter(FIGURES)),
-        description="; ".join(f"{name}: of a {figure.data}" for name, figure in FIGURES.items()),
+        description="; ".join(f"{name}: of {figure.drawn}" for name, figure in FIGURES.items()),
+    )
+    elastic_strain: Annotated[float | None, Field(ge=0, lt=1), BeforeValidator(_number_or_none)] = (
+        Field(None, description="free_energy alone: the strain; left out, that of Fig. 2")
     )
 
 
@@ -239,12 +247,21 @@ class Simulation(Section):
         2000, description="instants of a period that are kept, evenly spaced"
     )
 
-    @field_validator("samples_per_period")
-    @classmethod
-    def _fits_the_memory(cls, value: int, info: ValidationInfo) -> int:
-        if value * info.data.get("periods", 1) > _MAX_SAMPLES:
-            raise ValueError(f"times `periods` must be at most {_MAX_SAMPLES}, not {value}")
-        return value
+    schedule: dict[str, tuple[float, ...]] | None = Field(
+        None,
+        description="parameters that change along the run, with equally many values of each: "
+        "`periods` at the first, as many at the second, and so on",
+    )
+
+    @model_validator(mode="after")
+    def _fits_the_memory(self) -> Self:
+        sections = len(next(iter((self.schedule or {}).values()), (0,)))
+        if self.periods * self.samples_per_period * sections > _MAX_SAMPLES:
+            raise ValueError(
+                f"`periods` times `samples_per_period`, of all sections together, must be at most "
+                f"{_MAX_SAMPLES}"
+            )
+        return self
 
 
 class Sections(BaseModel):

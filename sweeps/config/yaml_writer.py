@@ -11,7 +11,7 @@ _SPECIAL = re.compile(r"[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
 
 
 def block_yaml(mapping: Mapping[str, object]) -> str:
-    """One key a line, indented below its section; lists stay in one line."""
+    """One key a line, indented below its section; what lies deeper stays in one line."""
     lines: list[str] = []
     for key, value in mapping.items():
         if isinstance(value, Mapping) and value:
@@ -23,8 +23,12 @@ def block_yaml(mapping: Mapping[str, object]) -> str:
 
 
 def _flow(value: object) -> str:
-    if isinstance(value, list):
+    if isinstance(value, (list, tuple)):
         return "[" + ", ".join(map(_flow, value)) + "]"
+    if isinstance(value, Mapping):
+        return (
+            "{" + ", ".join(f"{_flow(key)}: {_flow(child)}" for key, child in value.items()) + "}"
+        )
     if isinstance(value, float):
         # 1e-09 is a text in YAML 1.1, 1.0e-09 is a number in both.
         return re.sub(r"^(-?\d+)e", r"\1.0e", repr(value))

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.options import Options
-from sweeps.engine.blocks import Blocks
 from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError
+from sweeps.engine.order.product import Blocks
 from sweeps.engine.signals import Stop
 from sweeps.engine.worker import Block, Task, failed_block, is_answer, task_of
 from sweeps.grid import Grid

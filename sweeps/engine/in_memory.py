@@ -15,10 +15,10 @@ from stickslip.options import Options
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping, load
 from sweeps.config.schema import Execution
-from sweeps.engine.blocks import Blocks
 from sweeps.engine.dispatch import finished_blocks
 from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.options import options_of, unstable_step
+from sweeps.engine.order.product import Blocks
 from sweeps.engine.signals import Stop
 from sweeps.engine.worker import Block, compile_kernels, compute_block, task_of
 from sweeps.files.attributes import result_dataset

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from stickslip.options import Options
 from sweeps.config.load import Config
-from sweeps.engine.blocks import PILOT_BLOCKS, Costs, pilot_blocks, pilot_points
 from sweeps.engine.executors.base import Executor
 from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.existing import Target, found_beside
 from sweeps.engine.options import options_of
+from sweeps.engine.order.product import PILOT_BLOCKS, Costs, pilot_blocks, pilot_points
 from sweeps.engine.outcome import RESULT_BYTES_PER_POINT
 from sweeps.engine.signals import Stop
 from sweeps.engine.worker import compile_kernels, task_of

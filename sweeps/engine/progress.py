@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.status import Status
-from sweeps.engine.blocks import Costs
+from sweeps.engine.order.product import Costs
 from sweeps.files.columns import failures
 from sweeps.human import duration
 

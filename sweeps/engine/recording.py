@@ -10,11 +10,11 @@ from dataclasses import replace
 import numpy as np
 
 from sweeps.config.schema import Execution
-from sweeps.engine.blocks import PILOT_BLOCKS, pilot_points
 from sweeps.engine.dispatch import finished_blocks
 from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.existing import Target
 from sweeps.engine.options import options_of
+from sweeps.engine.order.product import PILOT_BLOCKS, pilot_points
 from sweeps.engine.outcome import Console, Outcome
 from sweeps.engine.progress import Counts, Progress, make_progress
 from sweeps.engine.signals import Stop, wait_for

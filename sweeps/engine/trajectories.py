@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+_SUMMARY = "Time courses of a block that is driven through a boundary lubricant film"
+
+
 class AxisLeftError(ExpectedError, ValueError):
     """A trajectory was asked of a config that still has an axis; the message says which `--set`."""
 
@@ -38,7 +41,7 @@ def trajectory(config: Config) -> xr.Dataset:
     if config.sweep or config.cases:
         raise AxisLeftError(config)
     title = config.title or "Trajectory"
-    return add_provenance(_simulated(config, config.parameters()), config, title)
+    return add_provenance(_simulated(config, config.parameters()), config, title, _SUMMARY)
 
 
 def trajectories(config: Config) -> xr.Dataset:
@@ -59,7 +62,8 @@ def trajectories(config: Config) -> xr.Dataset:
     together = xr.concat(
         [run.reset_coords("time") for run in runs], dim=axis, combine_attrs="drop_conflicts"
     )
-    return add_provenance(together.set_coords("time"), config, config.title or "Trajectories")
+    together = together.set_coords("time")
+    return add_provenance(together, config, config.title or "Trajectories", _SUMMARY)
 
 
 def _simulated(config: Config, parameters: Parameters) -> xr.Dataset:

@@ -37,7 +37,9 @@ def draw(ds: xr.Dataset, figure: str | None = None) -> Figure:
 
 
 def data_of(ds: xr.Dataset) -> Data:
-    """What a dataset holds; whatever is no motion in time counts as a sweep."""
+    """What a dataset holds; whatever is neither a motion in time nor phases counts as a sweep."""
+    if "free_energy" in ds.variables or "melting_temperature" in ds.variables:
+        return "phases"
     return "trajectory" if "time" in ds.variables and ds["time"].ndim > 0 else "sweep"
 
 
@@ -55,7 +57,7 @@ def obstacle(ds: xr.Dataset, name: str) -> str:
     entry, data = FIGURES[name], data_of(ds)
     lacking = [needed for needed in entry.variables if needed not in ds.variables]
     if entry.data != data:
-        return f"the figure '{name}' draws a {entry.data}, and this file holds none"
+        return f"the figure '{name}' draws {entry.drawn}, and this file holds none"
     if lacking:
         return f"the figure '{name}' needs {', '.join(lacking)}, which this file lacks"
     return ""

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from stickslip.variables import PARAMETERS, RESULTS, TRAJECTORY, Variable
+from stickslip.variables import PARAMETERS, PHASES, RESULTS, TRAJECTORY, Variable
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
-VARIABLES: dict[str, Variable] = {**PARAMETERS, **TRAJECTORY, **RESULTS}
+VARIABLES: dict[str, Variable] = {**PARAMETERS, **TRAJECTORY, **PHASES, **RESULTS}
 
 
 class Scale(NamedTuple):

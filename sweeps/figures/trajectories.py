@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from stickslip.variables import PARAMETERS
+from sweeps.figures.insets import put_inset
 from sweeps.figures.labels import Quantity, shown
 from sweeps.figures.layout import MOST_FACETS, Selection, point_label, selections
 from sweeps.figures.style import (
@@ -144,6 +145,7 @@ def phase_portraits(ds: xr.Dataset) -> Figure:
         axes.axhline(0.0, color="0.8", linewidth=0.5, gid="origin")
         axes.axvline(0.0, color="0.8", linewidth=0.5, gid="origin")
         axes.plot(x.values, v.values, **ALONE.line())
+        put_inset(axes, x.values, v.values, ALONE, "A")
         axes.set_xlabel(x.label, fontsize=TEXT)
         axes.set_ylabel(v.label, fontsize=TEXT)
         if len(portraits) > 1:
@@ -174,7 +176,10 @@ def _runs(ds: xr.Dataset, most: int) -> tuple[list[Selection], str]:
 
 
 def _sections(run: Selection) -> list[Selection]:
-    """The stretches of one trajectory along which its parameters do not change (Fig. 6)."""
+    """The stretches of one trajectory along which its parameters do not change (Fig. 6).
+
+    Each begins with the instant at which the one before ends, so that no line is broken there.
+    """
     ds = run.dataset
     along = str(ds["time"].dims[0])
     stepped = [name for name in ds.coords if name in PARAMETERS and ds[name].dims == (along,)]
@@ -183,6 +188,6 @@ def _sections(run: Selection) -> list[Selection]:
     changes = [np.flatnonzero(np.diff(ds[name].values)) + 1 for name in stepped]
     borders = [0, *np.unique(np.concatenate(changes)).tolist(), ds.sizes[along]]
     return [
-        Selection(point_label(ds, along, start), ds.isel({along: slice(start, stop)}))
+        Selection(point_label(ds, along, start), ds.isel({along: slice(max(start - 1, 0), stop)}))
         for start, stop in itertools.pairwise(borders)
     ]

@@ -124,10 +124,6 @@ def command_line() -> str:
     return " ".join([program.rsplit("/", 1)[-1], *arguments])
 
 
-def add_provenance(ds: xr.Dataset, config: Config, title: str) -> xr.Dataset:
-    """The same trajectory Dataset with the global attributes of a file."""
-    attrs = global_attributes(config) | {
-        "title": title,
-        "summary": "Time courses of a block that is driven through a boundary lubricant film",
-    }
-    return ds.assign_attrs(attrs)
+def add_provenance(ds: xr.Dataset, config: Config, title: str, summary: str) -> xr.Dataset:
+    """The same Dataset, of something else than a sweep, with the global attributes of a file."""
+    return ds.assign_attrs(global_attributes(config) | {"title": title, "summary": summary})

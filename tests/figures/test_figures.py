@@ -179,9 +179,9 @@ def test_a_parameter_that_steps_along_time_makes_sections():
     ds = described(ds.assign_coords(temperature=("time", temperature)))
     figure = draw(ds)
     assert [text.get_text() for text in panels(figure)[0].texts] == ["$T = 200$ K", "$T = 250$ K"]
-    assert [line.get_xdata().size for line in curves(panels(figure)[3])] == [150, 250]
+    assert [line.get_xdata().size for line in curves(panels(figure)[3])] == [150, 251]
     (border,) = (line for line in panels(figure)[2].get_lines() if line.get_gid() == "border")
-    assert border.get_xdata()[0] == pytest.approx(float(ds.time[150]))
+    assert border.get_xdata()[0] == pytest.approx(float(ds.time[149]))
 
 
 # --- choosing, labels, units --------------------------------------------------------------------

@@ -18,6 +18,7 @@ from support.pictures import (
     trajectory,
 )
 
+from stickslip import phase_diagram
 from sweeps.figure_table import FIGURES
 from sweeps.figures import draw, obstacle, save
 
@@ -107,7 +108,11 @@ def test_importing_figures_needs_no_compiler_and_no_pyplot():
 
 def test_every_figure_of_the_table_is_drawn_by_a_function_that_has_its_data():
     for name, entry in FIGURES.items():
-        ds = trajectory() if entry.data == "trajectory" else sweep(temperature=TEMPERATURES)
+        ds = {
+            "trajectory": trajectory,
+            "sweep": lambda: sweep(temperature=TEMPERATURES),
+            "phases": phase_diagram,
+        }[entry.data]()
         assert obstacle(ds, name) == ""
         assert panels(draw(ds, name))
         lacking = ds.drop_vars(entry.variables[0])

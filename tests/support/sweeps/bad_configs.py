@@ -148,7 +148,7 @@ SCHEMA: list[tuple[str, str | bytes, Outcome]] = [
     (
         "too many samples",
         "simulation:\n  periods: 1e4\n  samples_per_period: 1e5\n",
-        refused(3, "at most 100000000"),
+        refused(1, "at most 100000000"),
     ),
     ("start of a trajectory", "simulation: {start: settled}\n", refused(1, "'stationary'")),
     ("true workers", "execution: {workers: true}\n", refused(1, "must be a number")),
