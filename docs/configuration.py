@@ -12,7 +12,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from stickslip.variables import PARAMETERS
+from stickslip.variables import PARAMETERS, canonical_name
 from sweeps.config.json_schema import json_schema
 from sweeps.config.load import KEYS, from_yaml
 from sweeps.config.schema import SECTIONS
@@ -35,7 +35,13 @@ _AXES = (
 
 def with_tables(page: str) -> str:
     """The page with each of its tables made anew."""
-    tables = {"keys": _keys, "parameters": _parameters, "axes": _axes, "neutral": _neutral}
+    tables = {
+        "keys": _keys,
+        "parameters": _parameters,
+        "axes": _axes,
+        "neutral": _neutral,
+        "sample_keys": _sample_keys,
+    }
 
     def made(match: re.Match[str]) -> str:
         begin, name, end = match.groups()
@@ -95,11 +101,23 @@ def _neutral() -> str:
 
 
 def _section(name: str) -> str:
-    schema = json_schema()["$defs"][SECTIONS[name].__name__]
+    schema = json_schema()["$defs"][SECTIONS[name].__name__ if name in SECTIONS else name]
     rows = (
-        (f"`{key}`", _value(value["default"]), _valid(value), value["description"])
+        (f"`{key}`", _value(value.get("default")), _valid(value), value["description"])
         for key, value in schema["properties"].items()
     )
+    return _table("| key | default | valid | meaning |", rows)
+
+
+def _sample_keys() -> str:
+    """The keys of `sample` that are no parameters."""
+    properties = json_schema()["$defs"]["sample"]["properties"]
+    own = [key for key in properties if canonical_name(key) is None]
+    rows = (
+        (f"`{key}`", _value(properties[key].get("default")), _valid(properties[key]),
+         properties[key]["description"])
+        for key in own
+    )  # fmt: skip
     return _table("| key | default | valid | meaning |", rows)
 
 
@@ -128,6 +146,7 @@ def _valid(schema: Mapping[str, Any]) -> str:
         "integer": "whole number",
         "boolean": "`true`, `false`",
         "string": "text",
+        "array": "list",
     }
     return " ".join(filter(None, [words[kind["type"]], ", ".join(bounds)])) or "any number"
 
@@ -140,6 +159,8 @@ def _value(value: object) -> str:
         return f"`{str(value).lower()}`"
     if isinstance(value, str):
         return f"`{value}`"
+    if isinstance(value, list):
+        return f"`[{', '.join(str(item) for item in value)}]`"
     number: float = value  # type: ignore[assignment]  # all else is told above
     if number >= 1e4 and number % 1e4 == 0:
         mantissa, _, exponent = f"{number:e}".partition("e")

@@ -65,7 +65,9 @@ def prepare_kernels(options: Options, indices: np.ndarray) -> None:
     METHODS[options.method].kernels.compile_for(indices, options)
 
 
-def compute_orbits(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
+def compute_orbits(
+    points: np.ndarray, options: Options, starts: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Stationary orbits of many points.
 
     Parameters
@@ -74,6 +76,9 @@ def compute_orbits(points: np.ndarray, options: Options) -> tuple[np.ndarray, np
         (n, parameters) in SI units, in the order of `Parameters._fields`.
     options
         Method, tolerances, noise.
+    starts
+        (n, columns), states at phase 0 to start from instead, as `finals`; a row of NaN means the
+        point's own start.
 
     Returns
     -------
@@ -91,13 +96,15 @@ def compute_orbits(points: np.ndarray, options: Options) -> tuple[np.ndarray, np
     results = np.tile(failed_row(Status.REFUSED), (len(points), 1))
     finals = np.full((len(points), len(FINAL_COLUMNS)), np.nan)
     stable = options.dt <= method.kernels.largest_step(points, options)
-    results[stable], finals[stable] = _orbits(points[stable], options)
+    starts = np.full_like(finals, np.nan) if starts is None else starts
+    results[stable], finals[stable] = _orbits(points[stable], options, starts[stable])
     for _ in range(_REFINEMENTS if method.refines else 0):
         doubtful = np.flatnonzero(_is_doubtful(results, options))
         if not len(doubtful):
             break
         options = _finer(options)
-        _replace_by_better(results, finals, doubtful, *_orbits(points[doubtful], options))
+        better = _orbits(points[doubtful], options, starts[doubtful])
+        _replace_by_better(results, finals, doubtful, *better)
     inaccurate = _is_inaccurate(results, options)
     periods = results[inaccurate, _PERIODS]
     results[inaccurate] = failed_row(Status.INACCURATE)
@@ -105,11 +112,13 @@ def compute_orbits(points: np.ndarray, options: Options) -> tuple[np.ndarray, np
     return results, finals
 
 
-def _orbits(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
+def _orbits(
+    points: np.ndarray, options: Options, starts: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Results (n, columns) and finals (n, columns) of points (n, parameters), as they come."""
     results = np.full((len(points), len(RESULT_COLUMNS)), np.nan)
     finals = np.full((len(points), len(FINAL_COLUMNS)), np.nan)
-    METHODS[options.method].kernels.orbits(points, options, results, finals)
+    METHODS[options.method].kernels.orbits(points, options, starts, results, finals)
     return results, finals
 
 

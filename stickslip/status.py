@@ -17,6 +17,7 @@ class Status(IntEnum):
     INVARIANT_VIOLATED = 6
     APERIODIC = 7
     INACCURATE = 8
+    INTERPOLATED = 9
     PENDING = 127
 
     @property
@@ -27,7 +28,7 @@ class Status(IntEnum):
     @property
     def is_result(self) -> bool:
         """Whether a point that ended so has amplitudes."""
-        return self in (Status.OK, Status.APERIODIC)
+        return self in (Status.OK, Status.APERIODIC, Status.INTERPOLATED)
 
 
 _SENTENCES = {
@@ -58,6 +59,9 @@ _SENTENCES = {
     Status.INACCURATE: (
         "The orbit was found, but its amplitudes are not known to `integrator.max_error`, with "
         "finer tolerances neither; take a smaller `integrator.dt`, or allow a larger error."
+    ),
+    Status.INTERPOLATED: (
+        "The point lies between computed ones that agree (`refine`), and was interpolated."
     ),
     Status.PENDING: "The point has not been computed yet.",
 }

@@ -14,7 +14,10 @@ from numpy.typing import NDArray
 from stickslip.parameters import Parameters
 from sweeps.config.load import Config
 
-CASE = "case"
+CASE, DIRECTION = "case", "direction"
+
+DIRECTIONS = ("up", "down")
+"""The two ways along a followed axis, in the order in which they are gone."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,12 +26,14 @@ class Grid:
 
     `dims` and `shape` are those of the result. Each parameter stands either in `coords`, with its
     dimensions and values, or in `fixed`; `case` is a coordinate of its own where there are cases.
+    Where an axis is `followed`, upward and downward, `direction` is one more dimension, the last.
     """
 
     dims: tuple[str, ...]
     shape: tuple[int, ...]
     coords: Mapping[str, tuple[tuple[str, ...], NDArray[np.generic]]]
     fixed: Mapping[str, float]
+    followed: str | None = None
 
     @classmethod
     def from_config(cls, config: Config) -> Self:
@@ -41,12 +46,16 @@ class Grid:
             coords[CASE] = ((CASE,), _frozen(range(count), np.int32))
             for name, values in config.cases.items():
                 coords[name] = ((CASE,), _frozen(values, np.float64))
+        if config.follow:
+            lengths[DIRECTION] = len(DIRECTIONS)
+            coords[DIRECTION] = ((DIRECTION,), _frozen(DIRECTIONS, np.str_))
         fixed = config.parameters()._asdict()
         return cls(
             dims=tuple(lengths),
             shape=tuple(lengths.values()),
             coords=MappingProxyType(coords),
             fixed=MappingProxyType({n: v for n, v in fixed.items() if n not in coords}),
+            followed=config.follow,
         )
 
     @property
@@ -97,11 +106,29 @@ class Grid:
             found &= columns[name] == value
         numbers = np.zeros(len(rows), dtype=np.int64)
         for dim, length in zip(self.dims, self.shape, strict=True):
+            if dim == DIRECTION:  # no parameter tells them apart: the point of the way up is named
+                numbers *= length
+                continue
             tied = [name for name in columns if name in self.coords and dim in self.coords[name][0]]
             position = _position([(self.coords[name][1], columns[name]) for name in tied])
             found &= position >= 0
             numbers = numbers * length + position
         return np.where(found, numbers, -1)
+
+    def counterparts(self, indices: NDArray[np.int64], other: Self) -> NDArray[np.int64]:
+        """The numbers that points of this grid have in another, -1 where it has no such point."""
+        found = other.locate(self.rows(indices))
+        if self.followed != other.followed:
+            return np.full_like(found, -1)
+        ways = len(DIRECTIONS) if self.followed else 1
+        return np.where(found < 0, -1, found + indices % ways)
+
+    def lines(self) -> NDArray[np.int64]:
+        """The points that follow each other, (lines, points of a line): up, then down again."""
+        axis = self.dims.index(str(self.followed))
+        numbers = np.moveaxis(np.arange(self.size).reshape(self.shape), axis, -2)
+        numbers = numbers.reshape(-1, self.shape[axis], len(DIRECTIONS))
+        return np.concatenate([numbers[:, :, 0], numbers[:, ::-1, 1]], axis=1)
 
 
 def _position(pairs: list[tuple[NDArray[Any], NDArray[np.float64]]]) -> NDArray[np.int64]:

@@ -31,7 +31,8 @@ def settings_of(config: Config, numerics_version: int | str = NUMERICS_VERSION) 
     """What, besides its parameters, makes a point's numbers: dotted names and their values."""
     parts = {name: section.identity() for name, section in config.defining().items()}
     flat = {f"{name}.{key}": v for name, part in parts.items() for key, v in part.items()}
-    return flat | {"numerics_version": int(numerics_version)}
+    followed = {"follow": config.follow} if config.follow else {}  # refined points are the same
+    return flat | followed | {"numerics_version": int(numerics_version)}
 
 
 def differences(old: Settings, new: Settings) -> list[str]:
@@ -77,7 +78,7 @@ def near_duplicates(old: Grid, new: Grid) -> list[str]:
     """Values of the new grid that differ from one of the old by rounding: other points."""
     told = []
     for name in (*new.fixed, *new.coords):
-        if (name not in old.fixed and name not in old.coords) or name == "case":
+        if (name not in old.fixed and name not in old.coords) or name not in PARAMETERS:
             continue
         known, wanted = old.values(name), new.values(name)
         unknown = wanted[~np.isin(wanted, known)]

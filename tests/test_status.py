@@ -15,6 +15,7 @@ CODES = {
     "invariant_violated": 6,
     "aperiodic": 7,
     "inaccurate": 8,
+    "interpolated": 9,
     "pending": 127,
 }
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
 from annotated_types import Len
 from pydantic import BaseModel, ConfigDict, Field, RootModel, create_model
@@ -18,6 +18,7 @@ from pydantic_core.core_schema import FloatSchema
 from stickslip.variables import PARAMETERS, STARTING, ParameterVariable
 from sweeps.config.axes import FORMS, MAX_VALUES, Form
 from sweeps.config.numbers import RATIONAL_PATTERN
+from sweeps.config.order import MOST_AXES, MOST_LEVELS, Refine
 from sweeps.config.schema import SECTIONS, Simulation
 
 # What pydantic makes models of: types, and pairs of a type and a field.
@@ -48,6 +49,9 @@ def json_schema() -> dict[str, Any]:
         model=_parameters("model", "Fixed parameters; the rest keep the paper's values.", values),
         sweep=_parameters("sweep", "Full product of these axes, in this order.", axes),
         cases=_parameters("cases", "Linked values: the first of each, the second ...", axes),
+        sample=_sample(values),
+        follow=_key(str | None, "Swept axis along which each point starts from the one before."),
+        refine=_refine(),
         **{name: (section | None, None) for name, section in sections.items()},
         output=_key(str | None, "Result file; left out, NAME.yaml writes results/NAME.nc."),
     )
@@ -91,6 +95,46 @@ def _with_schedule(axes: dict[str, _Type]) -> _Type:
     schedule = kind, Field(None, description=about)
     about = Simulation.__doc__
     return create_model("Simulation", __base__=Simulation, __doc__=about, schedule=schedule)
+
+
+def _sample(values: dict[str, _Type]) -> _Type:
+    """The section `sample`: how many points, and the range of each parameter."""
+    about = "Points drawn from a box, as linked values; NAME: [low, high] or {log: [low, high]}."
+    count = Annotated[int, Field(ge=1, le=MAX_VALUES)]
+    fields: dict[str, _Type] = {
+        "sobol": _key(count, "points of a scrambled Sobol sequence, best a power of 2"),
+        "latin_hypercube": _key(count, "points of a Latin hypercube"),
+        "seed": (Annotated[int, Field(ge=0)], Field(0, description="where the draw begins")),
+    }
+    for name, value in values.items():
+        ends = Annotated[list[value], Len(2, 2)]  # type: ignore[valid-type]
+        logarithmic = _model("log", "{log: [low, high]}", log=(ends, Field()))
+        fields[name] = fields[PARAMETERS[name].symbol] = _key(
+            ends | logarithmic, PARAMETERS[name].meaning
+        )
+    return _model("sample", about, **fields) | None, None
+
+
+def _refine() -> _Type:
+    """The section `refine`."""
+    about = "Axes computed coarsely first, then finer where the regime changes or a middle misses."
+    where = list[Literal["regime"] | Annotated[float, Field(gt=0, lt=1)]]
+    fields: dict[str, _Type] = {
+        "axes": (Annotated[list[str], Len(1, MOST_AXES)], Field(description="swept axes")),
+        "levels": (
+            Annotated[int, Field(ge=1, le=MOST_LEVELS)],
+            Field(Refine.levels, description="halvings of the spacing"),
+        ),
+        "where": (
+            where,
+            Field(
+                ["regime", Refine.miss],
+                description="a change of regime; part of an amplitude by which the middle of a "
+                "cell may miss interpolation",
+            ),
+        ),
+    }
+    return _model("refine", about, **fields) | None, None
 
 
 def _value(variable: ParameterVariable) -> _Type:

@@ -15,12 +15,14 @@ from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, canonical_name
 from sweeps.config.diagnostics import ConfigError, Diagnostics, Located, Problem, located, quoted
 from sweeps.config.numbers import text
+from sweeps.config.order import Refine, read_follow, read_refine
 from sweeps.config.overrides import apply_overrides
 from sweeps.config.parameter_space import (
     PARAMETER_SECTIONS,
     read_parameter_space,
     refuse_frozen_start,
 )
+from sweeps.config.sample import settle_sample
 from sweeps.config.schedule import settle_schedule
 from sweeps.config.schema import (
     DEFINING,
@@ -38,15 +40,16 @@ from sweeps.human import did_you_mean
 
 __all__ = ["Check", "Config", "ConfigError", "Problem", "from_mapping", "from_yaml", "load"]
 
-KEYS = ("title", "model", "sweep", "cases", *SECTIONS, "output")
+KEYS = ("title", "model", "sweep", "cases", "sample", "follow", "refine", *SECTIONS, "output")
 
 
 class Config(Sections):
     """A config without problems, every key resolved; made by `load` and `from_mapping`.
 
     Parameters go by their full names. `model` holds the fixed ones that were given; `parameters`
-    adds the paper's values for the rest. `sweep` keeps the order of its axes. Two configs are
-    equal if they ask for the same computation, executed in the same way into the same file.
+    adds the paper's values for the rest. `sweep` keeps the order of its axes. What `sample` draws
+    stands in `cases`; `sampled` says how. Two configs are equal if they ask for the same
+    computation, executed in the same way into the same file.
     """
 
     title: str | None
@@ -54,6 +57,9 @@ class Config(Sections):
     sweep: dict[str, tuple[float, ...]]
     cases: dict[str, tuple[float, ...]]
     output: str
+    follow: str | None = None
+    refine: Refine | None = None
+    sampled: str = ""
     warnings: tuple[str, ...] = ()
 
     def parameters(self) -> Parameters:
@@ -73,10 +79,16 @@ class Config(Sections):
             "model": {name: value for name, value in fixed.items() if name not in varied},
             "sweep": {name: list(values) for name, values in self.sweep.items()},
             "cases": {name: list(values) for name, values in self.cases.items()},
+            **self.order(),
             **{name: section.used() for name, section in self.defining().items()},
             "plot": self.plot.model_dump(exclude_none=True),
             "simulation": self.simulation.model_dump(mode="json", exclude_none=True),
         }
+
+    def order(self) -> dict[str, Any]:
+        """The keys that say in which order points are computed, and which, where they are given."""
+        follow = {} if self.follow is None else {"follow": self.follow}
+        return follow | ({} if self.refine is None else {"refine": self.refine.resolved()})
 
     def resolved_yaml(self) -> str:
         """`resolved` as YAML; loading it gives an equal config but for `execution` and `output`."""
@@ -92,6 +104,7 @@ class Config(Sections):
         parts["model"] = {k: v for k, v in parts["model"].items() if v != PARAMETERS[k].neutral}
         sections = {name: section.identity() for name, section in self.defining().items()}
         parts |= {name: identity for name, identity in sections.items() if identity}
+        parts |= self.order()
         # As pairs, because the order of the axes is the order of the dimensions.
         parts["sweep"] = list(parts["sweep"].items())
         canonical = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
@@ -183,6 +196,7 @@ def _fields(root: Located, case: Located | None, output: str, older: bool) -> di
     for key in root.value:
         if key not in KEYS:
             root.refuse(f"unknown key{_place_or_name(key)}", key)
+    sampled = settle_sample(root)
     space = read_parameter_space(root, case)
     if older:
         space = space.with_neutral_values()
@@ -198,6 +212,9 @@ def _fields(root: Located, case: Located | None, output: str, older: bool) -> di
         "sweep": space.sweep,
         "cases": space.cases,
         "output": _text(root, "output", output),
+        "follow": read_follow(root, space),
+        "refine": read_refine(root, space),
+        "sampled": sampled,
         **sections,
     }
 

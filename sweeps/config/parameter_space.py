@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TypeAlias
@@ -109,15 +109,15 @@ def _given(root: Located, section: str) -> _Given:
     return given_parameters(node) if node else []
 
 
-def given_parameters(node: Located) -> _Given:
-    """The parameters that stand below a key; unknown names are refused."""
+def given_parameters(node: Located, others: Collection[str] = ()) -> _Given:
+    """The parameters that stand below a key, besides others; unknown names are refused."""
     if node.value is None or node.value is UNREADABLE:
         return []
     if not isinstance(node.value, dict):
         node.refuse(f"must hold lines `parameter: value`, not {quoted(node.value)}")
     for key in node.children():
-        if canonical_name(key) is None:
-            hint = did_you_mean(key, [*PARAMETERS, *BY_SYMBOL])
+        if canonical_name(key) is None and key not in others:
+            hint = did_you_mean(key, [*PARAMETERS, *BY_SYMBOL, *others])
             hint = "; is it the rest of 3,000? write 3000" if key.isdigit() else hint
             node.refuse(f"unknown parameter{hint}", key)
     return [

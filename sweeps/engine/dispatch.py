@@ -5,12 +5,15 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.options import Options
 from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError
+from sweeps.engine.order.cut import blocks_of
+from sweeps.engine.order.follow import Lines
 from sweeps.engine.order.product import Blocks
 from sweeps.engine.signals import Stop
 from sweeps.engine.worker import Block, Task, failed_block, is_answer, task_of
@@ -34,12 +37,13 @@ def finished_blocks(
 
     After a request to stop no further block is begun, and those in flight still come. Where workers
     die, the blocks in flight are given again one at a time and in ever smaller pieces, until the
-    point is alone that no worker survives; it gets the status `failed`.
+    point, or the line, is alone that no worker survives; it gets the status `failed`.
 
     Raises ExecutorError where something else than a block comes back.
     """
-    blocks = Blocks(
-        done, executor.slots, seconds=executor.block_seconds, block_points=block_points, pilot=pilot
+    seconds = executor.block_seconds
+    blocks = blocks_of(
+        grid, done, executor.slots, seconds=seconds, block_points=block_points, pilot=pilot
     )
     tasks = _Tasks(grid, options, blocks, stop)
     suspects: list[Task] | None = []
@@ -57,7 +61,7 @@ def finished_blocks(
 class _Tasks:
     """The tasks of a sweep, taken by several threads, and which of them have not come back."""
 
-    def __init__(self, grid: Grid, options: Options, blocks: Blocks, stop: Stop) -> None:
+    def __init__(self, grid: Grid, options: Options, blocks: Blocks | Lines, stop: Stop) -> None:
         self._grid, self._options, self._stop = grid, options, stop
         self._blocks, self._cut = blocks, iter(blocks)
         self._flying: dict[int, Task] = {}
@@ -98,7 +102,7 @@ def _one_at_a_time(suspects: list[Task], executor: Executor, stop: Stop) -> Iter
                 yield block
             deaths = 0
         except WorkersLostError as error:
-            if len(task.indices) > 1:
+            if len(task.indices) > task.line:
                 waiting.extendleft(reversed(_halves(task)))
                 continue
             deaths += error.deaths
@@ -124,6 +128,6 @@ def _require_answer(block: object, task: Task | None) -> None:
 
 
 def _halves(task: Task) -> list[Task]:
-    middle = len(task.indices) // 2
+    middle = len(task.indices) // task.line // 2 * task.line
     parts = (slice(None, middle), slice(middle, None))
-    return [Task(task.indices[part], task.points[part], task.options, task.code) for part in parts]
+    return [replace(task, indices=task.indices[p], points=task.points[p]) for p in parts]

@@ -19,6 +19,7 @@ from stickslip.variables import PARAMETERS
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.parameter_space import PARAMETER_SECTIONS
 from sweeps.config.yaml_reader import read_mapping
+from sweeps.engine.order.follow import lines_of, unchanged
 from sweeps.exits import ExpectedError
 from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import data_sha256
@@ -107,12 +108,28 @@ class ExistingPoints:
 
     def carried(self, grid: Grid, keep: Callable[[Rows], Any] | None = None) -> Points:
         """The points that a grid has too, by their numbers there."""
+        usable = self._usable(grid, keep)
         for indices, rows in self.points():
-            numbers = grid.locate(self.grid.rows(indices))
-            kept = numbers >= 0
+            numbers = self.grid.counterparts(indices, grid)
+            kept = (numbers >= 0) & (rows[:, STATUS] != Status.INTERPOLATED)
+            if usable is not None:
+                kept &= usable[indices]
             if keep is not None:
                 kept &= keep(rows)
             yield numbers[kept], rows[kept]
+
+    def _usable(self, grid: Grid, keep: Callable[[Rows], Any] | None) -> NDArray[np.bool_] | None:
+        """Which points of followed lines (n,) a grid would follow in the same way; None: all.
+
+        What follows a point that is not kept is computed anew with it.
+        """
+        if not (self.grid.followed and self.grid.followed == grid.followed):
+            return None
+        usable = unchanged(self.grid, grid)
+        if keep is not None:
+            for indices, rows in self.points():
+                usable &= ~lines_of(self.grid, indices[~keep(rows)])
+        return usable
 
     def refuse_lost_points(self, grid: Grid) -> None:
         """Raise RefusalError where finished points have no place in a grid."""
@@ -297,7 +314,7 @@ def _described(file: netCDF4.Dataset) -> dict[str, Any]:
     """
     axes = re.compile(r"^(sweep|cases):.*\n(  .*\n)*", re.MULTILINE)
     written = read_mapping(axes.sub("", file.config), "config")
-    axes_of_file = [dim for dim in file["status"].dimensions if dim != CASE]
+    axes_of_file = [dim for dim in file["status"].dimensions if dim in PARAMETERS]
     parameters = [name for name in file.variables if name in PARAMETERS]
     tied = [name for name in parameters if file[name].dimensions == (CASE,)]
     return written | {

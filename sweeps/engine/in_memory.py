@@ -18,7 +18,7 @@ from sweeps.config.schema import Execution
 from sweeps.engine.dispatch import finished_blocks
 from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.options import options_of, unstable_step
-from sweeps.engine.order.product import Blocks
+from sweeps.engine.order.cut import blocks_of
 from sweeps.engine.signals import Stop
 from sweeps.engine.worker import Block, compile_kernels, compute_block, task_of
 from sweeps.files.attributes import result_dataset
@@ -141,7 +141,7 @@ def _by_joblib(
 
     compile_kernels(options, grid)  # once, before several workers would begin to
     nothing = np.zeros(grid.size, dtype=bool)
-    blocks = Blocks(nothing, joblib.effective_n_jobs(jobs), block_points=block_points)
+    blocks = blocks_of(grid, nothing, joblib.effective_n_jobs(jobs), block_points=block_points)
     # Blocks are small and read once, so that mapping them into memory as files gains nothing.
     parallel = joblib.Parallel(
         jobs, prefer="threads", return_as="generator_unordered", batch_size=1, max_nbytes=None

@@ -12,7 +12,7 @@ from stickslip.status import Status
 from sweeps.engine.existing import Target
 from sweeps.exits import Exit
 from sweeps.files.atomic import StorageError, fingerprint
-from sweeps.files.attributes import global_attributes
+from sweeps.files.attributes import breaks_of, global_attributes
 from sweeps.files.columns import failures
 from sweeps.files.journal import Journal
 from sweeps.files.results import Written, try_writing, write_result
@@ -105,7 +105,8 @@ class JournaledResult:
     def attributes(self) -> dict[str, str]:
         """The global attributes."""
         manifest = self.journal.manifest
-        attributes = global_attributes(self.target.config)
+        config = self.target.config
+        attributes = global_attributes(config) | breaks_of(config, self.journal.statuses)
         if earlier := manifest.get("history"):
             attributes["history"] += "\n" + earlier
         if manifest.get("processors"):

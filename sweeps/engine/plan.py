@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,7 @@ from sweeps.engine.executors.base import Executor
 from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.existing import Target, found_beside
 from sweeps.engine.options import options_of
+from sweeps.engine.order.cut import blocks_of
 from sweeps.engine.order.product import PILOT_BLOCKS, Costs, pilot_blocks, pilot_points
 from sweeps.engine.outcome import RESULT_BYTES_PER_POINT
 from sweeps.engine.signals import Stop
@@ -90,12 +93,17 @@ def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Exec
 
     def costs_in_blocks_of(points: int) -> Costs:
         costs = Costs()
-        tasks = (task_of(grid, block, options) for block in pilot_blocks(done, points))
+        pilot: Iterable[NDArray[np.int64]] = pilot_blocks(done, points)
+        if grid.followed:  # whole lines, one block for each worker
+            pilot = islice(blocks_of(grid, done, executor.slots), executor.slots)
+        tasks = (task_of(grid, block, options) for block in pilot)
         for block in executor.blocks(tasks, Stop()):
             costs.learn(len(block.indices), block.seconds)
         return costs
 
     costs = costs_in_blocks_of(_FEW)
+    if grid.followed:
+        return costs
     affordable = costs.points_in(_MOMENT * executor.slots / PILOT_BLOCKS)
     many = min(affordable, pilot_points(len(done)))
     return costs_in_blocks_of(many) if many > 2 * _FEW else costs

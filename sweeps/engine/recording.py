@@ -107,10 +107,12 @@ class Recorder:
             raise
 
     def _take_in(self, block: Block) -> None:
+        # A line is computed as a whole where one of its points is missing.
+        fresh = int(np.count_nonzero(~self._journal.done[block.indices]))
         with self._journaling():
             self._note_processor(block.processor)
             self._journal.append(block.indices, block.results)
-        self._counts.costs.learn(len(block.indices), block.seconds)
+        self._counts.costs.learn(fresh, block.seconds)
         self._suspicious += block.suspicious
         for message in block.messages:
             self._console.say(f"warning: {message}")

@@ -13,6 +13,7 @@ from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.engine.existing import ExistingPoints, Target, found_beside, found_in_file, ok
+from sweeps.engine.order.follow import lines_of
 from sweeps.files.atomic import StorageError, fingerprint, storage_errors
 from sweeps.files.attributes import now
 from sweeps.files.columns import failures
@@ -111,7 +112,12 @@ def _resumed(
 
 
 def _without_failures(old: Journal, target: Target, folder: RunFolder) -> Journal:
-    kept = ((indices[ok(rows)], rows[ok(rows)]) for indices, rows in old.records())
+    gone = [indices[~ok(rows)] for indices, rows in old.records()]
+    lost = np.zeros(target.grid.size, dtype=bool)
+    lost[np.concatenate(gone)] = True
+    if target.grid.followed:  # what follows a failed point is computed anew with it
+        lost = lines_of(target.grid, np.flatnonzero(lost))
+    kept = ((i[~lost[i]], rows[~lost[i]]) for i, rows in old.records())
     with closing(old):
         return Journal.create(folder.journal, old.manifest, target.chunks, target.grid.size, kept)
 

@@ -15,6 +15,7 @@ from stickslip.orbit import compute_orbits, failed_row, prepare_kernels
 from stickslip.plausibility import suspicious_balance, suspicious_stress
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
+from sweeps.engine.order.follow import follow
 from sweeps.exits import Exit, ExpectedError
 from sweeps.files.columns import STATUS, failures, status_counts
 from sweeps.grid import Grid
@@ -30,12 +31,16 @@ class WorkerMismatchError(ExpectedError, RuntimeError):
 
 @dataclass(frozen=True)
 class Task:
-    """A block of points to compute: their numbers, parameters (n, 20) and options."""
+    """A block of points to compute: their numbers, parameters (n, 20) and options.
+
+    `line` points at a time belong together, each starting from the one before; 1 for points alone.
+    """
 
     indices: NDArray[np.int64]
     points: NDArray[np.float64]
     options: Options
     code: str
+    line: int = 1
 
 
 @dataclass(frozen=True)
@@ -61,7 +66,8 @@ class Block:
 
 def task_of(grid: Grid, indices: NDArray[np.int64], options: Options) -> Task:
     """The task of computing these points of a grid."""
-    return Task(indices, grid.rows(indices), options, source_hash())
+    line = grid.lines().shape[1] if grid.followed else 1
+    return Task(indices, grid.rows(indices), options, source_hash(), line)
 
 
 def compile_kernels(options: Options, grid: Grid) -> None:
@@ -82,11 +88,11 @@ def compute_block(task: Task) -> Block:
     messages: list[str] = []
     begun = time.monotonic()
     try:
-        results, _ = compute_orbits(task.points, task.options)
+        results = _results(task.points, task)
     except Exception:  # a point must not take the others with it
         log.debug("a block failed; its points are computed one by one", exc_info=True)
-        alone = [_alone(point, task.options, messages) for point in task.points]
-        results = np.array(alone)
+        parts = np.split(task.points, len(task.points) // task.line)
+        results = np.concatenate([_alone(part, task, messages) for part in parts])
     seconds = time.monotonic() - begun
     suspicious = suspicious_balance(results), suspicious_stress(task.points, results)
     return Block(
@@ -119,13 +125,19 @@ def is_answer(found: object, task: Task) -> bool:
     )
 
 
-def _alone(
-    point: NDArray[np.float64], options: Options, messages: list[str]
-) -> NDArray[np.float64]:
+def _results(points: NDArray[np.float64], task: Task) -> NDArray[np.float64]:
+    """The result rows (n, columns) of some of the points of a task, whole lines of them."""
+    if task.line > 1:
+        return follow(points, task.line, task.options)
+    return compute_orbits(points, task.options)[0]
+
+
+def _alone(points: NDArray[np.float64], task: Task, messages: list[str]) -> NDArray[np.float64]:
+    """The result rows of one point, or of one line, that may raise."""
     try:
-        results, _ = compute_orbits(point, options)
-        return np.asarray(results[0])
+        return _results(points, task)
     except Exception as error:  # recorded as the point's status
-        messages.append(f"the computation of point {point.tolist()} failed: {error!r}")
+        what = "point" if task.line == 1 else "the line from point"
+        messages.append(f"the computation of {what} {points[0].tolist()} failed: {error!r}")
         log.debug("the computation of a point failed", exc_info=True)
-        return failed_row()
+        return np.tile(failed_row(), (len(points), 1))

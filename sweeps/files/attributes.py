@@ -20,8 +20,8 @@ from stickslip.status import Status
 from stickslip.trajectory import attributes
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps.config.load import Config
-from sweeps.files.columns import result_values
-from sweeps.grid import CASE, Grid
+from sweeps.files.columns import STATUS, failures, result_values, status_counts
+from sweeps.grid import CASE, DIRECTION, Grid
 from sweeps.identity import seal_key, settings_of
 
 if TYPE_CHECKING:
@@ -55,7 +55,9 @@ def result_dataset(config: Config, grid: Grid, results: NDArray[np.float64]) -> 
     digests = [hashlib.sha256(column.tobytes()).hexdigest() for column in values.values()]
     seal = {"data_sha256": data_sha256(seal_key(settings_of(config), grid), digests)}
     along = {name: xr.Variable(*described) for name, described in coordinates(grid).items()}
-    return xr.Dataset(data, along, global_attributes(config) | seal)
+    there = results[~np.isnan(results[:, STATUS]), STATUS]
+    breaks = breaks_of(config, status_counts(there))
+    return xr.Dataset(data, along, global_attributes(config) | breaks | seal)
 
 
 def data_sha256(key: bytes, digests: Sequence[str]) -> str:
@@ -80,9 +82,12 @@ def variable_attributes(name: str) -> dict[str, object]:
 def coordinates(grid: Grid) -> dict[str, Coordinate]:
     """The parameters of a grid, along a dimension or one number: dimensions, values, attributes."""
     fixed = {name: ((), np.array(value, np.float64)) for name, value in grid.fixed.items()}
-    case = {"long_name": "number of the case", "units": "1"}
+    own: dict[str, dict[str, str]] = {
+        CASE: {"long_name": "number of the case", "units": "1"},
+        DIRECTION: {"long_name": f"way along the followed axis, {grid.followed}"},
+    }
     return {
-        name: (dims, values, case if name == CASE else dict(attributes(PARAMETERS[name])))
+        name: (dims, values, own.get(name) or dict(attributes(PARAMETERS[name])))
         for name, (dims, values) in (*grid.coords.items(), *fixed.items())
     }
 
@@ -104,7 +109,16 @@ def global_attributes(config: Config) -> dict[str, str]:
         "code_sha256": source_hash(),
         "numerics_version": str(NUMERICS_VERSION),
         "processor": processor(),
+        **({"sample": config.sampled} if config.sampled else {}),
     }
+
+
+def breaks_of(config: Config, statuses: NDArray[np.int64]) -> dict[str, str]:
+    """How often a followed line had to go on over a point without a result, as an attribute.
+
+    `statuses` (STATUS_CODES,) counts the points of each status.
+    """
+    return {"follow_breaks": str(failures(statuses))} if config.follow else {}
 
 
 def software() -> str:

@@ -87,6 +87,8 @@ def content_hash(ds: xr.Dataset) -> str:
     for name in sorted(map(str, ds.variables)):
         variable = ds.variables[name]
         values = np.ascontiguousarray(variable.values)
+        if values.dtype.kind in "OT":  # texts, as they are read from a file
+            values = values.astype(np.str_)
         attrs = sorted((key, _canonical(value)) for key, value in variable.attrs.items())
         head = f"{name}{variable.dims}{values.dtype.str}{values.shape}{attrs}"
         digest.update(head.encode() + values.tobytes())

@@ -120,9 +120,12 @@ def _define(
         variable = file.createVariable(name, dtype, grid.dims, fill_value=fill, **packed)
         variable.setncatts(variable_attributes(name) | {"coordinates": attached})
     for name, (dims, values, attrs) in along.items():
-        variable = file.createVariable(name, values.dtype.str[1:], dims, fill_value=False)
+        if values.dtype.kind == "U":
+            variable = file.createVariable(name, str, dims)
+        else:
+            variable = file.createVariable(name, values.dtype.str[1:], dims, fill_value=False)
         variable.setncatts(attrs)
-        variable[...] = values
+        variable[...] = values.astype(object) if values.dtype.kind == "U" else values
     whole_chunks(file)
 
 

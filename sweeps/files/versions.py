@@ -13,12 +13,12 @@ from sweeps.config.load import KEYS
 from sweeps.config.parameter_space import PARAMETER_SECTIONS
 from sweeps.config.schema import SECTIONS
 from sweeps.files.columns import lacking
-from sweeps.grid import CASE
+from sweeps.grid import CASE, DIRECTION
 
 
 def unknown_variables(names: Iterable[str]) -> list[str]:
     """The variables of a result file that this version does not know."""
-    return [name for name in names if name not in {*RESULTS, *PARAMETERS, CASE}]
+    return [name for name in names if name not in {*RESULTS, *PARAMETERS, CASE, DIRECTION}]
 
 
 def is_newer(attributes: Mapping[str, Any]) -> bool:

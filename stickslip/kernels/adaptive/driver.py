@@ -46,7 +46,7 @@ def compile_for(indices: np.ndarray, options: Options) -> None:
     """Compile or load what points with these rheological indices (n,) need."""
     nobody = np.empty((0, len(Parameters._fields)))
     columns = (len(RESULT_COLUMNS), len(FINAL_COLUMNS))
-    orbits(nobody, options, *(np.empty((0, count)) for count in columns))
+    orbits(nobody, options, *(np.empty((0, count)) for count in (columns[1], *columns)))
     settings = options.settings()
     task = Pass(TRAVEL, settings.rtol, settings.rtol, 0, 0, False)
     for family, _ in families(options.friction, indices):
@@ -75,7 +75,13 @@ def trajectory(
     return int(kernel(point, options.settings(), start, per_period, samples))
 
 
-def orbits(points: np.ndarray, options: Options, results: np.ndarray, finals: np.ndarray) -> None:
+def orbits(
+    points: np.ndarray,
+    options: Options,
+    starts: np.ndarray,
+    results: np.ndarray,
+    finals: np.ndarray,
+) -> None:
     """Stationary orbits.
 
     Three passes: to the orbit, at `rtol` and in the end a tenth of it; once over the orbit at
@@ -89,6 +95,8 @@ def orbits(points: np.ndarray, options: Options, results: np.ndarray, finals: np
         (n, parameters) in SI units, in the order of `Parameters._fields`.
     options
         Tolerances, budgets, friction law.
+    starts
+        (n, columns) states to start from, as `finals`; a row of NaN means the point's own start.
     results
         (n, columns), written in the order of `variables.RESULT_COLUMNS`.
     finals
@@ -96,6 +104,7 @@ def orbits(points: np.ndarray, options: Options, results: np.ndarray, finals: np
     """
     settings, law = options.settings(), options.friction
     queue = reduced_queue(points, law)
+    _start_elsewhere(points, starts, queue)
     measuring = Pass(MEASURE, settings.rtol, settings.rtol, 0, settings.max_steps, False)
     finer = measuring._replace(rtol=max(REFINEMENT * settings.rtol, TIGHTEST))
     watching = measuring._replace(rtol=min(finer.rtol, observation.RTOL))
@@ -117,6 +126,14 @@ def orbits(points: np.ndarray, options: Options, results: np.ndarray, finals: np
     conversion.restore_states(points, finals)
     for rows, watched in aperiodic:
         _write_aperiodic(points, queue, rows, watched, results, finals)
+
+
+def _start_elsewhere(points: np.ndarray, starts: np.ndarray, queue: Queue) -> None:
+    """Put the points for which a start is given (n, columns) into that state."""
+    rows = np.flatnonzero(~np.isnan(starts[:, 0]))
+    states = starts[rows].copy()
+    conversion.scale_states(points[rows], states)
+    queue.states[rows, :WIDTH] = states[:, :WIDTH]  # the first step stays short
 
 
 def _settle(

@@ -41,7 +41,7 @@ def compile_for(indices: np.ndarray, options: Options) -> None:
     nobody = np.empty((0, len(Parameters._fields)))
     adaptive.compile_for(indices, options)  # of the reference orbit
     columns = (len(RESULT_COLUMNS), len(FINAL_COLUMNS))
-    orbits(nobody, options, *(np.empty((0, count)) for count in columns))
+    orbits(nobody, options, *(np.empty((0, count)) for count in (columns[1], *columns)))
     tasks = March(nobody, np.empty(0, np.int64), np.empty((0, 3)), options.friction).tasks
     noisy = options.noise != "none"
     for family, _ in families(options.friction, indices):
@@ -67,25 +67,34 @@ def trajectory(
     return int(march(point, options.settings(), start, per_period, samples))
 
 
-def orbits(points: np.ndarray, options: Options, results: np.ndarray, finals: np.ndarray) -> None:
+def orbits(
+    points: np.ndarray,
+    options: Options,
+    starts: np.ndarray,
+    results: np.ndarray,
+    finals: np.ndarray,
+) -> None:
     """Stationary orbits; arrays as of `adaptive.driver.orbits`.
 
     The error estimate compares with the orbit on which the adaptive method settles from there.
     """
     for first in range(0, max(len(points), 1), _BLOCK):  # an empty one compiles
         part = slice(first, first + _BLOCK)
-        _Search(np.ascontiguousarray(points[part]), options).run(results[part], finals[part])
+        own = np.ascontiguousarray(points[part])
+        _Search(own, starts[part], options).run(results[part], finals[part])
 
 
 class _Search:
     """The way of a block of points from their starts to their result rows."""
 
-    def __init__(self, points: np.ndarray, options: Options) -> None:
+    def __init__(self, points: np.ndarray, given: np.ndarray, options: Options) -> None:
         count = len(points)
         self.points, self.options, self.settings = points, options, options.settings()
         self.steps, starts = np.empty(count, np.int64), np.empty((count, 3))
         write_steps(points, self.settings.dt, self.steps)
         write_starts(points, starts)
+        elsewhere = ~np.isnan(given[:, 0])
+        starts[elsewhere] = judging.states_of(given[elsewhere])
         self.march = March(points, self.steps, starts, options.friction)
         self.used = np.zeros(count, np.int64)
         self.periods = np.zeros(count, np.int64)

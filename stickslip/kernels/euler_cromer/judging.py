@@ -80,6 +80,11 @@ def write_finals(points: np.ndarray, states: np.ndarray, finals: np.ndarray) -> 
         finals[i, 3] = FIRST_STEP * drive.period(parameters_of(points[i]))
 
 
+def states_of(finals: np.ndarray) -> np.ndarray:
+    """The states (x, v, phi), shape (n, 3), of finals (n, columns)."""
+    return np.column_stack([finals[:, 0], finals[:, 1], np.exp(finals[:, 2])])
+
+
 class Orbits(NamedTuple):
     """Orbits measured over whole cycles; all in SI units.
 

@@ -1,0 +1,82 @@
+"""Lines along a followed axis: each point starts from the orbit of the one before it.
+
+A line goes up the axis from the config's start, and down again from where it has arrived. Over a
+point without a result it goes on from the last one that had one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.kernels.points import FINAL_COLUMNS
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
+from stickslip.status import Status
+from stickslip.variables import RESULT_COLUMNS
+from sweeps.grid import DIRECTION, Grid
+
+Indices = NDArray[np.int64]
+
+_STATUS = RESULT_COLUMNS.index("status")
+_RESULTS = [status for status in Status if status.is_result]
+
+# As many lines as keep the lanes of a kernel busy; more would only come back later.
+_MOST_LINES = 16
+
+
+class Lines:
+    """Cuts the lines that are not done into blocks of a few; the interface is that of `Blocks`.
+
+    A line with a point that is missing is computed as a whole: its points need each other.
+    """
+
+    def __init__(self, grid: Grid, done: NDArray[np.bool_], slots: int) -> None:
+        lines = grid.lines()
+        self._lines = lines[~done[lines].all(axis=1)]
+        self._at_once = max(1, min(_MOST_LINES, -(-len(self._lines) // slots)))
+
+    def __iter__(self) -> Iterator[Indices]:
+        for first in range(0, len(self._lines), self._at_once):
+            yield self._lines[first : first + self._at_once].ravel()
+
+    def learn(self, points: int, seconds: float) -> None:
+        """Nothing: the size of a block does not depend on what others cost."""
+
+
+def follow(points: NDArray[np.float64], line: int, options: Options) -> NDArray[np.float64]:
+    """The result rows (n, columns) of whole lines of so many points (n, parameters) each."""
+    lines = points.reshape(-1, line, points.shape[-1])
+    rows = np.empty((*lines.shape[:2], len(RESULT_COLUMNS)))
+    states = np.full((len(lines), len(FINAL_COLUMNS)), np.nan)  # at first, the config's start
+    for number in range(line):
+        rows[:, number], finals = compute_orbits(lines[:, number], options, states)
+        settled = np.isin(rows[:, number, _STATUS], _RESULTS)
+        states[settled] = finals[settled]
+    return rows.reshape(-1, len(RESULT_COLUMNS))
+
+
+def unchanged(grid: Grid, other: Grid) -> NDArray[np.bool_]:
+    """Which points (grid.size,) have the same predecessors in another grid, along lines of both.
+
+    A value that an axis gains changes all that comes after it.
+    """
+    axis = str(grid.followed)
+    mine, theirs = grid.coords[axis][1], other.coords[axis][1]
+    common = min(len(mine), len(theirs))
+    differing = np.flatnonzero(mine[:common] != theirs[:common])
+    same = int(differing[0]) if len(differing) else common
+    place = np.unravel_index(np.arange(grid.size), grid.shape)
+    along = dict(zip(grid.dims, place, strict=True))
+    whole = same == len(mine) == len(theirs)
+    return np.asarray((along[DIRECTION] == 0) & (along[axis] < same) | whole)
+
+
+def lines_of(grid: Grid, points: Indices) -> NDArray[np.bool_]:
+    """Which points (grid.size,) lie on a line with one of these."""
+    lines, chosen = grid.lines(), np.zeros(grid.size, dtype=bool)
+    chosen[points] = True
+    chosen[lines] = chosen[lines].any(axis=1, keepdims=True)
+    return chosen

@@ -1,0 +1,66 @@
+"""A followed axis jumps where plain iteration jumps, carried along the same axis."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from sweeps import run
+from sweeps.config.paper import shipped_config
+
+pytestmark = pytest.mark.stress  # plain iteration takes minutes
+
+PLAIN = {"integrator": {"rtol": 1e-9}, "stationary": {"rtol": 1e-8, "accelerate": False}}
+STEP = 0.25
+
+
+def followed(**changes: object) -> xr.Dataset:
+    config = {
+        "sweep": {"angular_frequency": {"arange": [5, 60, STEP]}},
+        "follow": "angular_frequency",
+        **changes,
+    }
+    return run(config)
+
+
+@cache
+def both() -> tuple[xr.Dataset, xr.Dataset]:
+    return run(shipped_config("hysteresis")), followed(**PLAIN)
+
+
+def jumps(ds: xr.Dataset, direction: str) -> np.ndarray:
+    """The frequencies before which the kind of motion changes."""
+    line = ds.sel(direction=direction)
+    kinds = np.stack([line.regime, line.orbit_periods, line.melting_count])
+    return line.angular_frequency.values[:-1][(np.diff(kinds) != 0).any(axis=0)]
+
+
+@pytest.mark.parametrize("direction", ["up", "down"])
+def test_every_jump_is_within_a_step_of_that_of_plain_iteration(direction: str) -> None:
+    quick, plain = (jumps(ds, direction) for ds in both())
+    assert len(quick) == len(plain) > 0
+    np.testing.assert_allclose(quick, plain, rtol=0, atol=STEP)
+
+
+def test_between_the_jumps_amplitudes_are_those_of_plain_iteration() -> None:
+    quick, plain = both()
+    assert (quick.status == 0).all()
+    assert (plain.status == 0).all()
+    same = (quick.regime == plain.regime) & (quick.melting_count == plain.melting_count)
+    assert same.mean() > 0.99
+    for name in ("elastic_stress_amplitude", "friction_force_amplitude"):
+        # Of a liquid film the stress is nearly nothing: it counts against the largest one.
+        scale = np.maximum(plain[name], 0.01 * plain[name].max())
+        apart = (np.abs(quick[name] - plain[name]) / scale).where(same)
+        assert float(apart.max()) < 1e-5
+
+
+def test_the_ways_differ_where_two_orbits_exist() -> None:
+    quick, _ = both()
+    up, down = (quick.regime.sel(direction=way) for way in ("up", "down"))
+    apart = quick.angular_frequency.values[(up != down).values]
+    assert 15.0 in apart  # asymmetric from rest and upward, symmetric downward
+    assert 10.0 not in apart

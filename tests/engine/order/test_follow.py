@@ -1,0 +1,185 @@
+"""Followed lines: each point starts from the orbit before it, whatever happens to the sweep."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from support.sweeps.processes import HANGS
+from support.sweeps.sweeping import LOOSE, Mishap, Shell, child, hash_at_once, hash_of, write
+
+from stickslip import Parameters, Status
+from stickslip.options import METHODS, Options
+from stickslip.orbit import compute_orbits
+from stickslip.variables import RESULT_COLUMNS
+from sweeps import run
+from sweeps.config.load import from_mapping
+from sweeps.engine.order import follow as following
+from sweeps.engine.order.follow import Lines, follow, lines_of, unchanged
+from sweeps.files.datasets import content_hash, open_result
+from sweeps.grid import Grid
+
+LINE = "sweep: {T: [200, 210], omega: [14, 14.5, 15, 15.5, 18, 18.5]}\nfollow: omega\n"
+
+
+@pytest.fixture
+def shell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Shell:
+    return Shell(tmp_path, monkeypatch, capsys)
+
+
+def grid_of(**axes: list[float]) -> Grid:
+    return Grid.from_config(from_mapping({"sweep": axes, "follow": "omega"}))
+
+
+# --- the orbits -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_each_point_starts_where_the_one_before_has_settled(method: str) -> None:
+    # A film without elasticity allows a large fixed step.
+    options = Options(method=method, dt=2e-5, rtol=1e-4, stationary_rtol=1e-4)
+    soft = {"elastic_coefficient": 0.0, "rheological_index": 0.0}
+    points = np.array([Parameters(angular_frequency=w, **soft) for w in (10.0, 11.0, 12.0)])
+    rows = follow(points, 3, options)
+    state = None
+    for point, row in zip(points, rows, strict=True):
+        expected, state = compute_orbits(point, options, state)
+        np.testing.assert_array_equal(row, expected[0])
+    from_rest, _ = compute_orbits(points, options)
+    assert not np.array_equal(rows[1:], from_rest[1:])
+
+
+def test_the_film_remembers_the_way_that_it_came() -> None:
+    ds = run({"sweep": {"omega": [14, 14.5, 15, 15.5, 18, 18.5]}, "follow": "omega"})
+    assert ds.direction.values.tolist() == ["up", "down"]
+    lopsided = (ds.asymmetry > 0.1).sel(direction="up").values.tolist()
+    assert lopsided == [False, False, True, True, True, False]
+    assert not (ds.asymmetry > 0.1).sel(direction="down").any()
+    assert ds.attrs["follow_breaks"] == "0"
+
+
+def test_a_line_goes_on_over_a_point_without_a_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = []
+
+    def compute(points: np.ndarray, options: Options, starts: np.ndarray) -> tuple:
+        given.append(starts.copy())
+        results, finals = compute_orbits(points, options, starts)
+        results[points[:, 4] == 11.0, RESULT_COLUMNS.index("status")] = Status.NOT_STATIONARY
+        return results, np.where(points[:, 4:5] == 11.0, -1.0, finals)
+
+    monkeypatch.setattr(following, "compute_orbits", compute)
+    omegas = (11.0, 10.0, 11.0, 12.0)
+    points = np.array([Parameters(angular_frequency=w) for w in omegas])
+    follow(points, 4, Options(rtol=1e-4))
+    assert np.isnan(given[1]).all()  # nothing has settled yet: the config's start
+    np.testing.assert_array_equal(given[2], given[3])
+    assert (given[2] != -1.0).all()
+
+
+def test_the_file_counts_the_breaks() -> None:
+    config = {"sweep": {"omega": [10, 11, 12]}, "follow": "omega"}
+    ds = run(config | {"stationary": {"max_periods": 1}})
+    assert ds.attrs["follow_breaks"] == "6"
+
+
+# --- lines ----------------------------------------------------------------------------------------
+
+
+def test_a_line_goes_up_and_down_again() -> None:
+    grid = grid_of(omega=[1, 2, 3], T=[200, 250])
+    assert grid.shape == (3, 2, 2)
+    lines = grid.lines()
+    assert lines.tolist() == [[0, 4, 8, 9, 5, 1], [2, 6, 10, 11, 7, 3]]
+    for line in lines:
+        assert [row[4] for row in grid.rows(line)] == [1, 2, 3, 3, 2, 1]
+
+
+def test_a_line_with_a_point_missing_is_computed_as_a_whole() -> None:
+    grid = grid_of(T=[1, 2, 3], omega=[1, 2])
+    done = np.ones(grid.size, dtype=bool)
+    done[5] = False
+    (block,) = Lines(grid, done, slots=2)
+    assert block.tolist() == grid.lines()[1].tolist()
+    assert lines_of(grid, np.array([5])).nonzero()[0].tolist() == sorted(block)
+
+
+def test_lines_are_dealt_out_evenly() -> None:
+    grid = grid_of(T=list(range(1, 41)), omega=[1, 2])
+    nothing = np.zeros(grid.size, dtype=bool)
+    sizes = [len(block) // 4 for block in Lines(grid, nothing, slots=2)]
+    assert sizes == [16, 16, 8]
+    assert [len(block) // 4 for block in Lines(grid, nothing, slots=20)] == [2] * 20
+
+
+def test_a_value_changes_all_that_comes_after_it() -> None:
+    old, longer, denser = (
+        grid_of(omega=w) for w in ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0, 4.0], [1.0, 2.0, 2.5, 3.0])
+    )
+    assert unchanged(old, old).all()
+    assert unchanged(old, longer).tolist() == [True, False] * 3
+    assert unchanged(old, denser).tolist() == [True, False] * 2 + [False] * 2
+
+
+# --- sweeps ---------------------------------------------------------------------------------------
+
+
+def test_any_number_of_workers_gives_the_same_file(shell: Shell) -> None:
+    write("a.yaml", LINE, LOOSE)
+    hashes = {content_hash(run("a.yaml", workers=workers)) for workers in (1, 2, 8)}
+    assert shell("sweep", "a.yaml", "-o", "a.nc", "--backend", "loky").code == 0
+    assert hashes == {hash_of("a.nc")}
+
+
+def test_a_longer_axis_keeps_the_way_up(shell: Shell) -> None:
+    write("a.yaml", LINE, LOOSE)
+    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    write("a.yaml", LINE.replace("18.5]", "18.5, 19]"), LOOSE)
+    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
+    assert (code, err) == (0, "28 points (2 x 7 x 2): 12 in a.nc; 16 to compute\n")
+    assert hash_of("a.nc") == hash_at_once("a.yaml")
+
+
+def test_a_killed_sweep_goes_on_bit_for_bit(shell: Shell) -> None:
+    write("a.yaml", LINE, LOOSE)
+    command = ["sweep", "a.yaml", "-o", "a.nc"]
+    block = ("sweeps.files.record_log:RecordLog", "append", 3)
+    process = child(command, Mishap("os", "pwrite", 3, "half", within=block))
+    process.join(HANGS)
+    assert process.exitcode == -9
+    assert shell(*command).code == 0
+    assert hash_of("a.nc") == hash_at_once("a.yaml")
+
+
+def test_points_that_were_not_followed_are_others(shell: Shell) -> None:
+    write("a.yaml", LINE.replace("follow: omega\n", ""), LOOSE)
+    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    write("a.yaml", LINE, LOOSE)
+    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
+    assert code == 2
+    assert "follow: not set -> angular_frequency" in err
+
+
+def test_retrying_a_point_computes_what_came_after_it(shell: Shell) -> None:
+    write("a.yaml", LINE, LOOSE)
+    shell.disturb = None
+    command = ["sweep", "a.yaml", "-o", "a.nc"]
+    assert shell(*command, "--set", "stationary.max_periods=5").code == 3
+    failed = int((open_result(Path("a.nc")).status != 0).sum())
+    assert 0 < failed < 24
+    code, _, err = shell(*command, "--set", "stationary.max_periods=5", "--retry-failed")
+    assert code == 3
+    lines = xr.open_dataset("a.nc").status.stack(line=["temperature"])
+    broken = int((lines != 0).any(["angular_frequency", "direction"]).sum())
+    assert f"; {12 * broken} to compute" in err
+
+
+def test_the_plan_knows_lines(shell: Shell) -> None:
+    write("a.yaml", LINE, LOOSE)
+    code, out, _ = shell("plan", "a.yaml", "-o", "a.nc")
+    assert code == 0
+    assert "points: 24" in out
+    assert "from a sample of 24" in out
