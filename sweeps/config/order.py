@@ -14,7 +14,7 @@ from sweeps.human import did_you_mean
 
 _EXAMPLE = "{axes: [temperature, angular_frequency], levels: 3, where: [regime, 1e-2]}"
 _KEYS = ("axes", "levels", "where")
-MOST_LEVELS = 10
+MOST_LEVELS = 6
 MOST_AXES = 3  # the cells of more have more corners than refinement saves points
 _REGIME = "regime"
 

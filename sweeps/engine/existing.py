@@ -66,7 +66,8 @@ class Target:
 class ExistingPoints:
     """Finished points, in the grid that they were computed in.
 
-    `points` gives their numbers (n,) and result rows (n, columns) with the columns of today;
+    `points` gives their numbers (n,) and result rows (n, columns) with the columns of today, those
+    that were interpolated left out;
     `lacking` names those that an older version did not compute, `foreign` what a user added.
     """
 
@@ -111,7 +112,7 @@ class ExistingPoints:
         usable = self._usable(grid, keep)
         for indices, rows in self.points():
             numbers = self.grid.counterparts(indices, grid)
-            kept = (numbers >= 0) & (rows[:, STATUS] != Status.INTERPOLATED)
+            kept = numbers >= 0
             if usable is not None:
                 kept &= usable[indices]
             if keep is not None:
@@ -228,7 +229,9 @@ def found_in_journal(path: Path, manifest: dict[str, Any]) -> ExistingPoints:
         journal = Journal.open(path, manifest, Chunks(grid.shape), grid.size, readonly=True)
         with closing(journal):
             for indices, rows in journal.records():
-                yield indices, conformed(rows, columns)
+                conforming = conformed(rows, columns)
+                computed = conforming[:, STATUS] != Status.INTERPOLATED
+                yield indices[computed], conforming[computed]
 
     return ExistingPoints(
         name=f"the journal in {path.parent}",
@@ -359,7 +362,8 @@ def _points_of_file(path: Path, chunks: Chunks, seal: str | None, key: bytes) ->
             digests = Digests(columns_in(file))
             for number in range(len(chunks)):
                 rows = read_rows(file, chunks, number, digests)
-                there = np.flatnonzero(~np.isnan(rows[:, STATUS]))
+                status = rows[:, STATUS]
+                there = np.flatnonzero(~np.isnan(status) & (status != Status.INTERPOLATED))
                 yield chunks.range(number)[0] + there, rows[there]
     except DAMAGE as error:
         raise _damaged(path) from error

@@ -14,14 +14,17 @@ from numpy.typing import NDArray
 from stickslip.options import Options
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping, load
+from sweeps.config.order import Refine
 from sweeps.config.schema import Execution
 from sweeps.engine.dispatch import finished_blocks
 from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.options import options_of, unstable_step
 from sweeps.engine.order.cut import blocks_of
+from sweeps.engine.order.refine import refinement_of
 from sweeps.engine.signals import Stop
 from sweeps.engine.worker import Block, compile_kernels, compute_block, task_of
 from sweeps.files.attributes import result_dataset
+from sweeps.files.columns import STATUS
 from sweeps.grid import Grid
 
 if TYPE_CHECKING:
@@ -69,7 +72,12 @@ def run(
     config = source if isinstance(source, Config) else read_config(source)
     grid = Grid.from_config(config)
     results = compute(
-        grid, options_of(config), execution=config.execution, workers=workers, on_block=on_block
+        grid,
+        options_of(config),
+        refine=config.refine,
+        execution=config.execution,
+        workers=workers,
+        on_block=on_block,
     )
     return result_dataset(config, grid, results)
 
@@ -78,36 +86,61 @@ def compute(
     grid: Grid,
     options: Options,
     *,
+    refine: Refine | None = None,
     execution: Execution = _DEFAULT,
     workers: int | None = None,
     on_block: Callable[[Block], None] | None = None,
 ) -> NDArray[np.float64]:
     """The result rows of all points of a grid: (grid.size, columns of `RESULT_COLUMNS`).
 
-    A point whose computation raised has the status `failed`. Arguments and errors are those of
-    `run`.
+    A point whose computation raised has the status `failed`. `refine` computes part of the points
+    and interpolates the others. Arguments and errors are those of `run`.
     """
     results = np.full((grid.size, len(RESULT_COLUMNS)), np.nan)
-    done = np.zeros(grid.size, dtype=bool)
+    refinement = refinement_of(refine, grid)
+    rounds = refinement.rounds(lambda: results) if refinement else [np.ones(grid.size, bool)]
+    for needed in rounds:
+        done = ~needed | ~np.isnan(results[:, STATUS])
+        _compute_round(grid, options, done, results, execution, workers, on_block)
+    if refinement:
+        numbers, rows = refinement.interpolated(results)
+        results[numbers] = rows
+    return results
+
+
+def _compute_round(
+    grid: Grid,
+    options: Options,
+    done: NDArray[np.bool_],
+    results: NDArray[np.float64],
+    execution: Execution,
+    workers: int | None,
+    on_block: Callable[[Block], None] | None,
+) -> None:
+    """Compute the points that are not `done` (size,) into their rows of the results."""
     lost: BaseException | None = None
+    there = done.copy()
     try:
-        for block in _blocks(grid, options, execution, workers):
-            results[block.indices], done[block.indices] = block.results, True
+        for block in _blocks(grid, options, done, execution, workers):
+            results[block.indices], there[block.indices] = block.results, True
             for message in block.messages:
                 log.error(message)
             if on_block is not None:
                 on_block(block)
     except BrokenProcessPool as error:  # joblib gives up all blocks in flight
         lost = error
-    if not done.all():
+    if not there.all():
         raise RuntimeError(
-            f"only {done.sum()} of {grid.size} points came back from the workers"
+            f"only {there.sum()} of {grid.size} points came back from the workers"
         ) from lost
-    return results
 
 
 def _blocks(
-    grid: Grid, options: Options, execution: Execution, workers: int | None
+    grid: Grid,
+    options: Options,
+    done: NDArray[np.bool_],
+    execution: Execution,
+    workers: int | None,
 ) -> Iterator[Block]:
     """The finished blocks, in any order, from where the person or the config wants them."""
     import joblib
@@ -116,13 +149,12 @@ def _blocks(
     wanted = (workers, get_active_backend()[1], execution.workers)
     jobs = next(number for number in wanted if number is not None)
     if execution.backend == "threads" or _joblib_has_a_backend():
-        yield from _by_joblib(grid, options, jobs, execution.block_points)
+        yield from _by_joblib(grid, options, done, jobs, execution.block_points)
         return
     counted = execution.model_copy(update={"workers": joblib.effective_n_jobs(jobs)})
-    nothing = np.zeros(grid.size, dtype=bool)
     with make_executor(counted) as executor:
         yield from finished_blocks(
-            grid, options, nothing, executor, Stop(), block_points=execution.block_points
+            grid, options, done, executor, Stop(), block_points=execution.block_points
         )
 
 
@@ -135,13 +167,16 @@ def _joblib_has_a_backend() -> bool:
 
 
 def _by_joblib(
-    grid: Grid, options: Options, jobs: int, block_points: int | None
+    grid: Grid,
+    options: Options,
+    done: NDArray[np.bool_],
+    jobs: int,
+    block_points: int | None,
 ) -> Iterator[Block]:
     import joblib
 
     compile_kernels(options, grid)  # once, before several workers would begin to
-    nothing = np.zeros(grid.size, dtype=bool)
-    blocks = blocks_of(grid, nothing, joblib.effective_n_jobs(jobs), block_points=block_points)
+    blocks = blocks_of(grid, done, joblib.effective_n_jobs(jobs), block_points=block_points)
     # Blocks are small and read once, so that mapping them into memory as files gains nothing.
     parallel = joblib.Parallel(
         jobs, prefer="threads", return_as="generator_unordered", batch_size=1, max_nbytes=None

@@ -30,6 +30,7 @@ class Counts:
         self.found = int(statuses.sum())
         self.costs = Costs()
         self._statuses = statuses
+        self._expected = total
         self._begun = time.monotonic()
         self._slots: Callable[[], int] = lambda: 1
 
@@ -38,6 +39,14 @@ class Counts:
         self._slots = slots
         if not self.computed:
             self._begun = time.monotonic()
+
+    def expect(self, points: int) -> None:
+        """Say how many points are computed next: all that are left, but where a grid is refined."""
+        self._expected = self.done + points
+
+    def fill(self, points: int) -> None:
+        """Count so many points as there without having been computed."""
+        self.found += points
 
     def lose(self, points: int) -> None:
         """Count so many finished points as not there any more."""
@@ -76,7 +85,8 @@ class Counts:
     @property
     def seconds_left(self) -> float | None:
         """The time for the rest on the workers of now; None while nothing is known."""
-        return self.costs.estimate(self.left, self._slots()) if self.computed else None
+        due = self._expected - self.done
+        return self.costs.estimate(due, self._slots()) if self.computed else None
 
     def as_dict(self) -> dict[str, Any]:
         """The same for a heartbeat."""

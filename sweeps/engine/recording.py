@@ -8,13 +8,17 @@ from contextlib import ExitStack
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from stickslip.options import Options
 from sweeps.config.schema import Execution
 from sweeps.engine.dispatch import finished_blocks
+from sweeps.engine.executors.base import Executor
 from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.existing import Target
 from sweeps.engine.options import options_of
 from sweeps.engine.order.product import PILOT_BLOCKS, pilot_points
+from sweeps.engine.order.refine import Refinement, refinement_of
 from sweeps.engine.outcome import Console, Outcome
 from sweeps.engine.progress import Counts, Progress, make_progress
 from sweeps.engine.signals import Stop, wait_for
@@ -52,8 +56,8 @@ class Recorder:
         remote = execution.backend == "dask" and execution.scheduler
         if not remote and not wait_for(lambda: compile_kernels(options, target.grid), self._stop):
             return
-        left = self._counts.left
-        pilot = pilot_points(left) if left >= _PILOT_FROM else 0
+        refinement = refinement_of(target.config.refine, target.grid)
+        rounds = refinement.rounds(self._rows) if refinement else [np.ones(target.grid.size, bool)]
         with ExitStack() as stack:
             executor = stack.enter_context(make_executor(execution))
             progress = stack.enter_context(
@@ -62,16 +66,47 @@ class Recorder:
             self._stop.at_once += [executor.kill, progress.stop]
             self._counts.begin(lambda: executor.slots)
             stack.enter_context(self._folder.beating(lambda: self._beat(execution)))
-            blocks = finished_blocks(
-                target.grid,
-                options,
-                self._journal.done,
-                executor,
-                self._stop,
-                block_points=execution.block_points,
-                pilot=pilot,
-            )
-            self._record(blocks, progress, judged=PILOT_BLOCKS if pilot else _BLOCKS_TO_JUDGE)
+            for needed in rounds:
+                self._compute_round(target, options, needed, executor, progress)
+        if refinement and not self._stop.requested:
+            self._fill_in(refinement)
+
+    def _compute_round(
+        self,
+        target: Target,
+        options: Options,
+        needed: NDArray[np.bool_],
+        executor: Executor,
+        progress: Progress,
+    ) -> None:
+        """Compute what the journal lacks of the points (size,) that are needed."""
+        done = self._journal.done | ~needed
+        left = len(done) - int(np.count_nonzero(done))
+        self._counts.expect(left)
+        pilot = pilot_points(left) if left >= _PILOT_FROM else 0
+        blocks = finished_blocks(
+            target.grid,
+            options,
+            done,
+            executor,
+            self._stop,
+            block_points=target.config.execution.block_points,
+            pilot=pilot,
+        )
+        self._record(blocks, progress, judged=PILOT_BLOCKS if pilot else _BLOCKS_TO_JUDGE)
+
+    def _rows(self) -> NDArray[np.float64]:
+        """The result rows (size, columns) of what the journal holds, NaN where it has no point."""
+        chunks = range(len(self._journal.chunks))
+        return np.concatenate([self._journal.chunk(number).copy() for number in chunks])
+
+    def _fill_in(self, refinement: Refinement) -> None:
+        """Journal what lies between the computed points of a refined grid."""
+        numbers, rows = refinement.interpolated(self._rows())
+        with self._journaling():
+            self._journal.append(numbers, rows)
+            self._journal.flush()
+        self._counts.fill(len(numbers))
 
     def outcome(self, ended: Outcome) -> Outcome:
         """How the sweep ended, with what this run has done."""

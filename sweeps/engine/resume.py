@@ -94,6 +94,8 @@ def _continues(manifest: Manifest, target: Target, output: Path, policy: Existin
     """Whether a journal has the points of this computation, and this command left it behind."""
     if manifest["key"] != target.key.hex() or columns_of(manifest) != RESULT_COLUMNS:
         return False
+    if manifest["config"].get("refine") != target.config.resolved().get("refine"):
+        return False  # what was interpolated is no point
     if policy.afresh:
         return bool(manifest["afresh"] and not manifest["finished"])
     return bool(manifest["afresh"]) or manifest["output"] == fingerprint(output)

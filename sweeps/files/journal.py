@@ -39,11 +39,12 @@ class Journal:
     """The finished points of one computation on a grid of `size` points.
 
     `done` (size,) tells which points are there, `statuses` (128,) how many have each status,
-    `manifest` what they belong to; its key is that of the records, its columns those of the rows.
+    `chunks` how they are cut, `manifest` what they belong to; its key is that of the records, its
+    columns those of the rows.
     """
 
     def __init__(self, log: RecordLog, manifest: Manifest, chunks: Chunks, size: int) -> None:
-        self._log, self._key, self._chunks = log, bytes.fromhex(manifest["key"]), chunks
+        self._log, self._key, self.chunks = log, bytes.fromhex(manifest["key"]), chunks
         self.manifest, self.columns = manifest, columns_of(manifest)
         self._status = self.columns.index("status")
         self.done = np.zeros(size, dtype=bool)
@@ -145,7 +146,7 @@ class Journal:
         fresh = ~self.done[indices]
         order = np.flatnonzero(fresh)[np.argsort(indices[fresh], kind="stable")]
         indices, rows = indices[order].astype("<i8"), rows[order].astype("<f8")
-        borders = np.flatnonzero(np.diff(self._chunks.of(indices))) + 1
+        borders = np.flatnonzero(np.diff(self.chunks.of(indices))) + 1
         for first, last in zip([0, *borders], [*borders, len(indices)], strict=True):
             if last > first:
                 part, results = indices[first:last], rows[first:last]
@@ -162,7 +163,7 @@ class Journal:
     def _count_in(self, start: int, indices: Indices, rows: Rows) -> None:
         self.done[indices] = True
         self.statuses += status_counts(rows[:, self._status])
-        self._chunk.append(int(self._chunks.of(indices[:1])[0]))
+        self._chunk.append(int(self.chunks.of(indices[:1])[0]))
         self._offset.append(start)
         self._count.append(len(indices))
 
@@ -173,7 +174,7 @@ class Journal:
         Raises DamagedRecordError where a record is not any more what was appended; so does
         `records`.
         """
-        begin, end = self._chunks.range(number)
+        begin, end = self.chunks.range(number)
         if self._room is None or len(self._room) < end - begin:
             self._room = np.empty((end - begin, len(self.columns)))
         found = self._room[: end - begin]

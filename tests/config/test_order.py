@@ -61,7 +61,7 @@ def test_a_refinement_is_read(where: str, miss: float | None) -> None:
         ("refine: {levels: 2}", "refine.axes: must name the axes to refine"),
         ("refine: {axes: [T, T], levels: 2}", "refine.axes: names an axis twice"),
         ("refine: {axes: [Tt], levels: 2}", "must name a swept axis, not 'Tt'"),
-        ("refine: {axes: [T], levels: 0}", "refine.levels: must be 1 to 10, not 0"),
+        ("refine: {axes: [T], levels: 0}", "refine.levels: must be 1 to 6, not 0"),
         (
             "refine: {axes: [T], levels: 4}",
             "temperature has 9 values; 4 levels need a multiple of 16 and one more, such as 17",

@@ -1,0 +1,274 @@
+"""Refinement: axes computed coarsely first, then finer only where it matters.
+
+The refined axes are cut into cells of 2^levels steps. Of each cell the corners and the middle are
+computed; where they disagree the cell is halved along each axis, down to single steps. What is left
+is interpolated. A cell is looked at again whenever a neighbour has computed a value on its border.
+
+Which points are computed follows from the values of those computed before, round by round, and from
+nothing else: not from how the rounds were cut into blocks, nor from interruptions.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.parameters import ParameterValues
+from stickslip.status import Status
+from stickslip.variables import RESULT_COLUMNS, RESULTS
+from sweeps.config.order import Refine
+from sweeps.grid import Grid
+
+Rows = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# What tells kinds of motion apart, and more bits than it needs.
+_KINDS = {
+    RESULT_COLUMNS.index(name): bits
+    for name, bits in (("status", 8), ("regime", 8), ("orbit_periods", 16), ("melting_count", 31))
+}
+_AMPLITUDES = [
+    RESULT_COLUMNS.index(n) for n in ("elastic_stress_amplitude", "friction_force_amplitude")
+]
+_EXTREMA = [
+    [RESULT_COLUMNS.index(f"{n}_{end}") for end in ("max", "min")]
+    for n in ("elastic_stress", "friction_force")
+]
+_STATUS, _ERROR, _PERIODS = (
+    RESULT_COLUMNS.index(n) for n in ("status", "amplitude_error", "periods_integrated")
+)
+_COUNTED = [i for i, n in enumerate(RESULT_COLUMNS) if RESULTS[n].dtype != "f8"]
+_GOOD = [status for status in Status if status.is_result]
+
+_NO_RESULT = -1  # among the kinds of motion
+
+# An amplitude below this part of the full force of the springs is compared with that part, as in
+# `amplitude_error`.
+_FLOOR = 0.01
+
+# What an interpolated value may be off by, in misses of its own cell and of those around it: a
+# middle can be right by accident, and is not where a cell misses most.
+_SAFETY = 3.0
+
+
+@dataclass
+class _Level:
+    """The cells of one size: those that are looked at, and those of them that are cut.
+
+    `stride` steps a side; arrays (others, cells along each axis). `misses` is the largest part of
+    an amplitude by which a computed value in the cell misses interpolation.
+    """
+
+    stride: int
+    active: Mask
+    cut: Mask
+    misses: NDArray[np.float64]
+
+
+class Refinement:
+    """Chooses the points of a grid that are computed, and interpolates the others."""
+
+    def __init__(self, refine: Refine, grid: Grid) -> None:
+        axes = [grid.dims.index(name) for name in refine.axes]
+        inner = tuple(grid.shape[axis] for axis in axes)
+        moved = np.moveaxis(np.arange(grid.size).reshape(grid.shape), axes, range(-len(axes), 0))
+        self._numbers = moved.reshape(-1, *inner)
+        self._asked = np.zeros(self._numbers.shape, dtype=bool)
+        self._limit = np.inf if refine.miss is None else refine.miss
+        self._floors = _floors(grid)[self._numbers]
+        self._levels = [
+            _new_level(self._numbers.shape, 2**level) for level in range(refine.levels + 1)
+        ]
+        self._levels[-1].active[:] = True
+
+    def rounds(self, rows_of: Callable[[], Rows]) -> Iterator[Mask]:
+        """The points (size,) that each round needs; `rows_of` gives the rows of what is there.
+
+        Rows (size, columns) are NaN where a point is not there. A round is over when all that it
+        needs is there.
+        """
+        while True:
+            self._ask()
+            needed = np.zeros(self._numbers.size, dtype=bool)
+            needed[self._numbers[self._asked]] = True
+            rows = rows_of()
+            if np.isnan(rows[needed, _STATUS]).any():
+                yield needed
+                rows = rows_of()
+            if np.isnan(rows[needed, _STATUS]).any() or not self._cut(rows):
+                return
+
+    def interpolated(self, rows: Rows) -> tuple[NDArray[np.int64], Rows]:
+        """The points that are not there after the last round: numbers (n,), rows (n, columns)."""
+        known = ~np.isnan(rows[:, _STATUS])[self._numbers]
+        filled = rows[self._numbers]
+        for level in reversed(self._levels[1:]):
+            self._fill(level, filled)
+        missing = ~known
+        return self._numbers[missing], filled[missing]
+
+    # --- which points ---
+
+    def _ask(self) -> None:
+        """Ask for the corners and the middle of each cell that is looked at."""
+        for level in self._levels:
+            half = level.stride // 2
+            offsets = list(itertools.product((0, level.stride), repeat=self._axes))
+            for offset in [*offsets, *([(half,) * self._axes] if half else [])]:
+                self._asked[self._at(level, offset)] |= level.active
+
+    def _cut(self, rows: Rows) -> bool:
+        """Cut the cells whose values disagree; whether there were any."""
+        kinds, amplitudes = self._kinds(rows), rows[:, _AMPLITUDES][self._numbers]
+        cut = [self._judge(level, kinds, amplitudes) for level in self._levels[1:]]
+        for finer, level, new in zip(self._levels, self._levels[1:], cut, strict=False):
+            level.cut |= new
+            halves = new
+            for axis in range(1, halves.ndim):
+                halves = halves.repeat(2, axis=axis)
+            finer.active |= halves
+        return any(new.any() for new in cut)
+
+    def _kinds(self, rows: Rows) -> NDArray[np.int64]:
+        """A number for each kind of motion, `_NO_RESULT` for none."""
+        good, kinds = np.isin(rows[:, _STATUS], _GOOD), np.zeros(len(rows), dtype=np.int64)
+        for column, bits in _KINDS.items():
+            kinds = (kinds << bits) + np.where(good, rows[:, column], 0).astype(np.int64)
+        return np.where(good, kinds, _NO_RESULT)[self._numbers]
+
+    def _judge(
+        self, level: _Level, kinds: NDArray[np.int64], amplitudes: NDArray[np.float64]
+    ) -> Mask:
+        """The cells of a level to be cut now; takes note of by how much values miss."""
+        whole = level.active & ~level.cut
+        own = kinds[self._at(level, (0,) * self._axes)]
+        bad = own == _NO_RESULT
+        level.misses[:] = 0.0
+        corners = self._corners(level, amplitudes)
+        for offset in itertools.product(range(level.stride + 1), repeat=self._axes):
+            place = self._at(level, offset)
+            there = self._asked[place] & whole
+            if not there.any():
+                continue
+            bad |= there & (kinds[place] != own)
+            expected = _blend(corners, offset, level.stride)
+            miss = _part(amplitudes[place] - expected, amplitudes[place], self._floors[place])
+            np.maximum(level.misses, np.where(there, miss, 0.0), out=level.misses)
+        return np.asarray(whole & (bad | (level.misses > self._limit)))
+
+    # --- what is left ---
+
+    def _fill(self, level: _Level, filled: Rows) -> None:
+        """Interpolate within the whole cells of a level; finer levels come after, and decide."""
+        whole = level.active & ~level.cut
+        if not whole.any():
+            return
+        corners = _one_way_round(self._corners(level, filled))
+        error = np.max([corner[..., _ERROR] for corner in corners.values()], axis=0)
+        error = error + _SAFETY * _around(np.where(whole, level.misses, 0.0))
+        first = next(iter(corners.values()))
+        for offset in itertools.product(range(level.stride + 1), repeat=self._axes):
+            place = self._at(level, offset)
+            missing = whole & ~self._asked[place]
+            if not missing.any():
+                continue
+            values = _blend(corners, offset, level.stride)
+            values[..., _COUNTED] = first[..., _COUNTED]
+            values[..., _ERROR] = error
+            values[..., _STATUS], values[..., _PERIODS] = Status.INTERPOLATED, 0.0
+            target = filled[place]  # a view
+            target[missing] = values[missing]
+
+    # --- places ---
+
+    @property
+    def _axes(self) -> int:
+        return self._numbers.ndim - 1
+
+    def _at(self, level: _Level, offset: tuple[int, ...]) -> tuple[slice, ...]:
+        """The points at an offset from the first corner of each cell, as an index."""
+        cells = zip(offset, level.active.shape[1:], strict=True)
+        s = level.stride
+        return (slice(None), *(slice(o, o + s * (n - 1) + 1, s) for o, n in cells))
+
+    def _corners(
+        self, level: _Level, values: NDArray[np.float64]
+    ) -> dict[tuple[int, ...], NDArray[np.float64]]:
+        """The values at the corners of each cell, by which end of each axis they lie at."""
+        ends = itertools.product((0, 1), repeat=self._axes)
+        return {end: values[self._at(level, tuple(level.stride * e for e in end))] for end in ends}
+
+
+def refinement_of(refine: Refine | None, grid: Grid) -> Refinement | None:
+    """The refinement of a grid, where it is refined."""
+    return Refinement(refine, grid) if refine else None
+
+
+def _new_level(shape: tuple[int, ...], stride: int) -> _Level:
+    cells = (shape[0], *((length - 1) // stride for length in shape[1:]))
+    return _Level(stride, np.zeros(cells, bool), np.zeros(cells, bool), np.zeros(cells))
+
+
+def _floors(grid: Grid) -> NDArray[np.float64]:
+    """Below which amplitudes (size, 2) of stress and force count as this large."""
+    p = ParameterValues(*grid.points(0, grid.size).T)
+    stiffness = np.maximum(
+        2.0 * np.asarray(p.spring_stiffness),
+        np.asarray(p.block_mass) * np.asarray(p.angular_frequency) ** 2,
+    )
+    force = _FLOOR * stiffness * np.abs(p.drive_amplitude)
+    return np.column_stack([force / np.asarray(p.contact_area), force])
+
+
+def _blend(
+    corners: dict[tuple[int, ...], NDArray[np.float64]], offset: tuple[int, ...], stride: int
+) -> NDArray[np.float64]:
+    """Multilinear interpolation between corners, at an offset from the first one."""
+    total = np.zeros_like(next(iter(corners.values())))
+    for ends, values in corners.items():
+        parts = [o / stride if e else 1.0 - o / stride for o, e in zip(offset, ends, strict=True)]
+        if weight := float(np.prod(parts)):
+            total += weight * values
+    return total
+
+
+def _part(
+    difference: NDArray[np.float64], value: NDArray[np.float64], floor: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """A difference of amplitudes (..., 2) as a part of them, the worse of the two; 0 for NaN."""
+    part = np.abs(difference) / np.maximum(np.abs(value), floor)
+    return np.asarray(np.nan_to_num(part, nan=0.0).max(axis=-1))
+
+
+def _one_way_round(
+    corners: dict[tuple[int, ...], NDArray[np.float64]],
+) -> dict[tuple[int, ...], NDArray[np.float64]]:
+    """The same corners with their extrema turned to lean to the side of the first corner.
+
+    An asymmetric orbit and its mirror image are the same motion; between the two nothing may be
+    interpolated.
+    """
+    lean = [corner[..., _EXTREMA[0]].sum(axis=-1) for corner in corners.values()]
+    turned = {}
+    for (ends, corner), own in zip(corners.items(), lean, strict=True):
+        other = (own * lean[0] < 0.0)[..., None]
+        corner = corner.copy()
+        for pair in _EXTREMA:
+            corner[..., pair] = np.where(other, -corner[..., pair[::-1]], corner[..., pair])
+        turned[ends] = corner
+    return turned
+
+
+def _around(misses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The largest miss of each cell and of those around it, in the same slice."""
+    for axis in range(1, misses.ndim):
+        padded = np.pad(misses, [(0, 0)] * axis + [(1, 1)] + [(0, 0)] * (misses.ndim - axis - 1))
+        sides = [
+            np.take(padded, range(shift, shift + misses.shape[axis]), axis) for shift in range(3)
+        ]
+        misses = np.max(sides, axis=0)
+    return misses
