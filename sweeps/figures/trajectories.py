@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from stickslip.variables import PARAMETERS
-from sweeps.figures.labels import Quantity, shown
-from sweeps.figures.layout import MOST_FACETS, Selection, point_label, selections
+from sweeps.figures.labels import Quantity, point_label, shown
+from sweeps.figures.layout import MOST_FACETS, Selection, selections
 from sweeps.figures.style import (
     BLACK,
     COLUMN,
@@ -24,10 +24,9 @@ from sweeps.figures.style import (
     TEXT,
     CurveStyle,
     new_panels,
-    put_legend,
-    put_note,
     width_of,
 )
+from sweeps.figures.text import put_legend, put_note
 
 # The dashes lie on a wide light line, so that both show while the blocks move together.
 LOWER = CurveStyle(SKY, 1.6)
