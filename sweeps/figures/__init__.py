@@ -17,8 +17,7 @@ from sweeps.figures.amplitudes import draw_results
 from sweeps.figures.labels import changed_parameters
 from sweeps.figures.options import PlotOptions
 from sweeps.figures.save import ENDINGS, save
-from sweeps.figures.style import styled
-from sweeps.figures.text import put_note
+from sweeps.figures.style import put_note, styled
 from sweeps.human import did_you_mean
 
 __all__ = ["ENDINGS", "PlotOptions", "default_figure", "draw", "obstacle", "save"]

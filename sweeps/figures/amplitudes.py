@@ -18,7 +18,7 @@ from sweeps.figures.options import (
 )
 from sweeps.figures.scatter import cases_to_scatter, draw_scatter
 from sweeps.figures.single_point import draw_point
-from sweeps.figures.text import put_note
+from sweeps.figures.style import put_note
 
 
 def amplitudes(ds: xr.Dataset) -> Figure:

@@ -17,8 +17,7 @@ from sweeps.figures.labels import DIRECTION, DIRECTIONS, Array, legend_label, sh
 from sweeps.figures.layout import MANY, Axis, Layout, axis_of, thinned
 from sweeps.figures.missing import missing_notes, missing_points, trusted, value_range
 from sweeps.figures.panels import Panel, facet_panels, label_axes
-from sweeps.figures.style import CurveStyle, curve_style, make_logarithmic
-from sweeps.figures.text import put_legend, put_note
+from sweeps.figures.style import CurveStyle, curve_style, make_logarithmic, put_legend, put_note
 
 _FEW = 20  # points that are worth a marker each
 _ROW = 0.035  # of a panel's height: one row of crosses for missing points

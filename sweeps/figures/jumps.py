@@ -27,7 +27,7 @@ def jumps(ds: xr.Dataset, steps: Array, y: Array) -> Array:
     changes, rises = _changes(ds, y.size), np.abs(np.diff(y))
     slopes = np.where(changes | (steps == 0), np.nan, rises / np.where(steps == 0, 1.0, steps))
     explained = _MARKED * _steepest_beside(slopes) * steps
-    # A NaN compares as no jump: a missing point is a gap already.
+    # A NaN compares as no jump: there is a gap already, or nothing to compare with.
     found: Array = changes & (rises > explained) & (rises > _VISIBLE * np.nanmax(np.abs(y)))
     return found
 
@@ -55,13 +55,7 @@ def _changes(ds: xr.Dataset, count: int) -> Array:
 
 
 def _steepest_beside(slopes: Array) -> Array:
-    """The steepest of the two intervals on each side; where none counts, that of the whole curve.
-
-    A curve without an interval of one kind has nothing to compare with, and no jump.
-    """
-    padded = np.pad(slopes, 2, constant_values=np.nan)
-    n = slopes.size
-    beside = np.stack([padded[shift : shift + n] for shift in (0, 1, 3, 4)])
-    everywhere = np.nanmedian(slopes) if np.isfinite(slopes).any() else np.inf
-    steepest = np.fmax.reduce(beside)
-    return np.where(np.isnan(steepest), everywhere, steepest)
+    """The steepest of the two intervals on each side; NaN where none of them counts."""
+    padded, count = np.pad(slopes, 2, constant_values=np.nan), slopes.size
+    beside = [padded[shift : shift + count] for shift in (0, 1, 3, 4)]
+    return np.asarray(np.fmax.reduce(beside))

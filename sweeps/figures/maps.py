@@ -15,8 +15,7 @@ from sweeps.figures.labels import Array
 from sweeps.figures.layout import Axis, Layout, axis_of
 from sweeps.figures.missing import missing_notes
 from sweeps.figures.panels import Panel, facet_panels, label_axes
-from sweeps.figures.style import make_logarithmic
-from sweeps.figures.text import put_legend, put_note
+from sweeps.figures.style import make_logarithmic, put_legend, put_note
 
 _STRIP = "strip"  # the axis without extent of kinds along a single axis
 

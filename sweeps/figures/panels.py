@@ -12,8 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweeps.figures.layout import MOST_FACETS, Layout, Selection, selections, thinned
-from sweeps.figures.style import new_panels, width_of
-from sweeps.figures.text import wrapped
+from sweeps.figures.style import new_panels, width_of, wrapped
 
 _MOST_ROWS = 6  # rows of panels that still fit on a page
 _MOST_WRAPPED = 9  # facets of a single variable, in rows of three

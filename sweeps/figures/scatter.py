@@ -17,8 +17,7 @@ from sweeps.figures.labels import Array, parameters_along, shown
 from sweeps.figures.layout import MANY, is_scattered
 from sweeps.figures.missing import missing_notes, trusted
 from sweeps.figures.options import PlotOptions, slice_in_the_middle
-from sweeps.figures.style import BLACK, make_logarithmic, new_panels, width_of
-from sweeps.figures.text import put_legend, put_note
+from sweeps.figures.style import BLACK, make_logarithmic, new_panels, put_legend, put_note, width_of
 from sweeps.grid import CASE
 
 _ROW, _FRAME = 2.0, 0.7  # inches: a row of panels, what is above and below them

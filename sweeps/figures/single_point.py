@@ -15,8 +15,7 @@ from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.colours import KINDS, code_name
 from sweeps.figures.labels import shown
 from sweeps.figures.missing import missing_notes, missing_points, trusted
-from sweeps.figures.style import SMALL, TEXT, new_figure
-from sweeps.figures.text import wrapped
+from sweeps.figures.style import SMALL, TEXT, new_figure, wrapped
 
 _LINE = 0.18  # inches
 _MARGIN = 0.12  # inches

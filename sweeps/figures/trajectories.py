@@ -24,9 +24,10 @@ from sweeps.figures.style import (
     TEXT,
     CurveStyle,
     new_panels,
+    put_legend,
+    put_note,
     width_of,
 )
-from sweeps.figures.text import put_legend, put_note
 
 # The dashes lie on a wide light line, so that both show while the blocks move together.
 LOWER = CurveStyle(SKY, 1.6)

@@ -13,6 +13,7 @@ from stickslip.status import Status
 from sweeps.figures import PlotOptions, draw
 
 K = np.geomspace(1e4, 2e5, 12)
+STIFFNESS = [1e3, 2e3, 3e3, 4e3]
 ORANGE = "#e69f00"
 
 
@@ -74,6 +75,15 @@ def test_regimes_along_one_axis_are_a_strip_for_each_fluid():
     assert mesh.get_array().shape == (1, 35)
     assert axes.get_yticks().size == 0
     assert legend_of(alone) == ["stick-slip, symmetric"]
+
+
+def test_a_hue_of_regimes_is_a_strip_for_each_value():
+    ds = with_regimes(
+        sweep(temperature=[200.0, 250.0], spring_stiffness=STIFFNESS), np.zeros((2, 4))
+    )
+    figure = draw(ds, None, PlotOptions(variable="regime", hue="K"))
+    (axes,) = panels(figure)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("$T$ (K)", "$K$ (N/m)")
 
 
 def test_a_point_without_a_regime_is_grey_and_counted():

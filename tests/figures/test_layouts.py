@@ -158,6 +158,10 @@ def test_a_long_note_is_wrapped_and_never_cut():
     assert figure.bbox.x0 <= small_print.x0
     assert small_print.x1 <= figure.bbox.x1
     assert figure.bbox.y0 <= small_print.y0
+    first, *others = figure.get_supxlabel().split("\n")
+    assert first.startswith("With ")
+    assert others  # and no unit is parted from its number
+    assert all(line.startswith("$") for line in others)
     assert small_print.y1 < panels(figure)[1].xaxis.label.get_window_extent().y0
 
 
