@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from common import arguments, finish, timed
 
-from stickslip.options import Options
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import load

@@ -42,13 +42,15 @@ FIGURES: Mapping[str, FigureEntry] = MappingProxyType(
     {
         "amplitudes": FigureEntry("amplitudes.amplitudes", "sweep", AMPLITUDES),
         "time_courses": FigureEntry(
-            "trajectories.time_courses", "trajectory", (*_POSITIONS, *_VELOCITIES, *_FORCES)
+            "motion.trajectories.time_courses", "trajectory", (*_POSITIONS, *_VELOCITIES, *_FORCES)
         ),
         "relative_motion": FigureEntry(
-            "trajectories.relative_motion", "trajectory", (*_POSITIONS, *_VELOCITIES)
+            "motion.trajectories.relative_motion", "trajectory", (*_POSITIONS, *_VELOCITIES)
         ),
         "phase_portraits": FigureEntry(
-            "trajectories.phase_portraits", "trajectory", ("lower_displacement", "lower_velocity")
+            "motion.trajectories.phase_portraits",
+            "trajectory",
+            ("lower_displacement", "lower_velocity"),
         ),
         "free_energy": FigureEntry(
             "phases.free_energy", "phases", ("free_energy", "melting_temperature")

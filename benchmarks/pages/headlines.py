@@ -158,6 +158,28 @@ def _random_times(taken: Results) -> Lines:
     return lines
 
 
+def _refinement(results: Results) -> Lines:
+    times, refined = results["full_seconds"], results["refined"]
+    lines = {
+        f"{results['points']} points in full, refined": (
+            f"{times:.3g} s, {results['refined_seconds']:.3g} s"
+        ),
+        "computed of the refined map": f"{refined['computed']}, {refined['computed_part']:.2%}",
+        "wrong pixels: regime or status, amplitude": (
+            f"{refined['wrong_kind']}, {refined['missed']} ({refined['wrong_part']:.4%})"
+        ),
+        "stated error of the interpolated, median and largest": (
+            f"{refined['stated_error_median']:.1e}, {refined['stated_error_max']:.1e}"
+        ),
+    }
+    for row in results["curve"]:
+        asked = "regime" if row["miss"] is None else f"regime, {row['miss']:g}"
+        lines[f"{row['levels']} levels, where {asked}"] = (
+            f"{row['computed_part']:.1%} computed; {row['wrong_kind'] + row['missed']} wrong"
+        )
+    return lines
+
+
 def _skips(results: Results) -> Lines:
     return {
         row["skip"]: (
@@ -378,6 +400,7 @@ HEADLINES: dict[str, Callable[[Results], Lines]] = {
     "fixed_lanes": _fixed_lanes,
     "methods": _methods,
     "random": _random,
+    "refinement": _refinement,
     "skips": _skips,
     "stability": _stability,
     "sweeps": _sweeps,

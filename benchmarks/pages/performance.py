@@ -148,7 +148,17 @@ _TABLES: dict[str, tuple[str, Callable[[Results], str]]] = {
     "faults": ("faults", _attacks),
 } | {
     name: (name, _lines_of(name))
-    for name in ("random", "figures", "sweeps", "engine", "cube", "skips", "methods", "stability")
+    for name in (
+        "random",
+        "figures",
+        "sweeps",
+        "engine",
+        "cube",
+        "refinement",
+        "skips",
+        "methods",
+        "stability",
+    )
 }
 
 

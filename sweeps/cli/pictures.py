@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from sweeps.config.load import Config
+    from sweeps.figures import PlotOptions
 
 
 def simulate(
@@ -82,26 +83,56 @@ def figure(
         raise typer.Exit(Exit.FAILED_POINTS)
 
 
+def _axis_option(*flags: str, does: str) -> Any:
+    return typer.Option(*flags, metavar="AXIS", help=does)
+
+
 def plot(
     file: Annotated[Path, typer.Argument(help="Result file of a sweep or a trajectory.")],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Picture, .png or .pdf; left out, both.")
+        Path | None,
+        typer.Option("-o", "--output", help="Picture, .png, .pdf or .svg; left out, PNG and PDF."),
     ] = None,
     figure: Annotated[
         str | None,
         typer.Option(metavar="NAME", help="A figure by name; left out, the one of its config."),
     ] = None,
+    variable: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="A result variable; left out, both amplitudes."),
+    ] = None,
+    x: Annotated[str | None, _axis_option("-x", does="Axis across, by name or symbol.")] = None,
+    y: Annotated[str | None, _axis_option("-y", does="Axis upward, which makes a map.")] = None,
+    hue: Annotated[str | None, _axis_option("--hue", does="Axis with a curve a value.")] = None,
+    row: Annotated[str | None, _axis_option("--row", does="Axis with a row a value.")] = None,
+    col: Annotated[str | None, _axis_option("--col", does="Axis with a column a value.")] = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=VALUE", help="Only the nearest point of an axis; SI units."),
+    ] = None,
+    log: Annotated[
+        str, typer.Option(metavar="x,y,z", help="Logarithmic scales; z: colours or values.")
+    ] = "",
+    style: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="A matplotlib style file.")
+    ] = None,
 ) -> None:
-    """Draw a picture of a result file."""
+    """Draw a picture of a result file; docs/plot.md has examples."""
     from sweeps.engine.existing import seal_note
+    from sweeps.figures import PlotOptions
     from sweeps.files.datasets import open_result
 
+    options = PlotOptions(variable, x, y, hue, row, col, tuple(at or ()), log, style)
+    if options.asks and figure is not None:
+        stop_with(
+            "--figure names a whole picture: leave out what chooses variables and axes", Exit.USAGE
+        )
     ds = open_result(file)
     if note := seal_note(file):
         say(f"warning: {note}")
     target = output or (file.with_suffix("") if file.suffix == ".nc" else file)
     _refuse_picture_name(target)
-    _draw(ds, target, figure or _asked_figure(ds))
+    _draw(ds, target, figure or _asked_figure(ds), options)
 
 
 def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: bool) -> int:
@@ -153,14 +184,17 @@ def _write_trajectories(config: Config, path: Path) -> None:
     print(path)
 
 
-def _draw(ds: xr.Dataset, target: Path, name: str | None) -> None:
-    """Draw the named figure, or the one that suits the file, into one or two pictures."""
+def _draw(
+    ds: xr.Dataset, target: Path, name: str | None, options: PlotOptions | None = None
+) -> None:
+    """Draw the named figure, the one that suits the file or the options, into its pictures."""
     from sweeps.figures import draw, save
     from sweeps.files.atomic import storage_errors
 
     try:
         with storage_errors(f"cannot write {target}"):
-            pictures = save(draw(ds, name), target)
+            style = options.style if options else None
+            pictures = save(draw(ds, name, options), target, style)
     except ValueError as error:
         stop_with(str(error), Exit.USAGE)
     for picture in pictures:
@@ -180,8 +214,11 @@ def _asked_figure(ds: xr.Dataset) -> str | None:
 
 
 def _refuse_picture_name(path: Path) -> None:
+    from sweeps.figures import ENDINGS
+
     if path.is_dir():
         stop_with(f"{path} is a folder; -o names a picture", Exit.STORAGE)
     ending = path.suffix.lower()
-    if ending[1:].isalpha() and ending not in (".png", ".pdf"):
-        stop_with(f"{path}: a picture ends in .png or .pdf, or in neither for both", Exit.USAGE)
+    if ending[1:].isalpha() and ending not in ENDINGS:
+        known = "a picture ends in .png, .pdf or .svg, or in none of them for PNG and PDF"
+        stop_with(f"{path}: {known}", Exit.USAGE)

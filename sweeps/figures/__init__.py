@@ -13,27 +13,48 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from sweeps.figure_table import FIGURES, Data
-from sweeps.figures.save import save
+from sweeps.figures.amplitudes import draw_results
+from sweeps.figures.labels import changed_parameters
+from sweeps.figures.options import PlotOptions
+from sweeps.figures.save import ENDINGS, save
+from sweeps.figures.style import put_note, styled
 from sweeps.human import did_you_mean
 
-__all__ = ["default_figure", "draw", "obstacle", "save"]
+__all__ = ["ENDINGS", "PlotOptions", "default_figure", "draw", "obstacle", "save"]
 
 
-def draw(ds: xr.Dataset, figure: str | None = None) -> Figure:
+def draw(ds: xr.Dataset, figure: str | None = None, options: PlotOptions | None = None) -> Figure:
     """The picture of a dataset, drawn; `save` writes it.
 
     `ds` is a sweep result, or a trajectory along `time` or along (axis, sample) with a 2-D `time`;
-    `figure` a key of `FIGURES`, by default `default_figure(ds)`.
+    `figure` a key of `FIGURES`, by default `default_figure(ds)`. `options` choose the variable and
+    the axes of a sweep's picture instead of a figure by name, and the style of any.
 
     Raises ValueError for an unknown name, and for a figure that the dataset has no data for.
     """
-    name = default_figure(ds) if figure is None else figure
-    if refused := obstacle(ds, name):
-        raise ValueError(refused)
-    module, function = FIGURES[name].function.split(".")
-    picture: Figure = getattr(importlib.import_module(f"{__name__}.{module}"), function)(ds)
+    options = options or PlotOptions()
+    with styled(options.style):
+        picture = _chosen(ds, options) if options.asks else _named(ds, figure or default_figure(ds))
+        if picture.axes:  # the table of a single point has all parameters, and no axes
+            put_note(picture, [changed_parameters(ds)])
     picture.set_label(str(ds.attrs.get("title", "")))
     return picture
+
+
+def _named(ds: xr.Dataset, name: str) -> Figure:
+    if refused := obstacle(ds, name):
+        raise ValueError(refused)
+    module, _, function = FIGURES[name].function.rpartition(".")
+    picture: Figure = getattr(importlib.import_module(f"{__name__}.{module}"), function)(ds)
+    return picture
+
+
+def _chosen(ds: xr.Dataset, options: PlotOptions) -> Figure:
+    if data_of(ds) != "sweep":
+        raise ValueError("this file holds a trajectory: variables and axes are chosen of a sweep")
+    if options.variable is None and (refused := obstacle(ds, "amplitudes")):
+        raise ValueError(refused)
+    return draw_results(ds, options)
 
 
 def data_of(ds: xr.Dataset) -> Data:

@@ -1,71 +1,78 @@
-"""Amplitudes along one axis (Figs. 7-9): stress above, force below, one curve per lubricant."""
+"""Variables along one axis (Figs. 7-9): a row of panels each, one curve per lubricant."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
-from sweeps.figure_table import AMPLITUDES
-from sweeps.figures.labels import Array, shown
-from sweeps.figures.layout import MOST_FACETS, Axis, Layout, axis_of, point_label, selections
-from sweeps.figures.missing import highest, missing_note, missing_points, trusted
-from sweeps.figures.style import (
-    STACKED,
-    TEXT,
-    CurveStyle,
-    curve_style,
-    name_columns,
-    new_panels,
-    put_legend,
-    put_note,
-    set_scale,
-    width_of,
-)
+from stickslip.variables import RESULTS
+from sweeps.figures.jumps import break_line, draw_jumps, jumps
+from sweeps.figures.labels import DIRECTION, DIRECTIONS, Array, legend_label, shown
+from sweeps.figures.layout import MANY, Axis, Layout, axis_of, thinned
+from sweeps.figures.missing import missing_notes, missing_points, trusted, value_range
+from sweeps.figures.panels import Panel, facet_panels, label_axes
+from sweeps.figures.style import CurveStyle, curve_style, make_logarithmic, put_legend, put_note
 
 _FEW = 20  # points that are worth a marker each
 _ROW = 0.035  # of a panel's height: one row of crosses for missing points
+_DOWNWARD = (0, (3.0, 2.0))  # dashes
 
 
-def draw_curves(ds: xr.Dataset, layout: Layout) -> Figure:
-    """Two panels that share the x axis, a column of them for each facet.
+def draw_curves(
+    ds: xr.Dataset, layout: Layout, variables: Sequence[str], scales: frozenset[str] = frozenset()
+) -> Figure:
+    """A row of panels for each variable, which share the x axis, and a column for each facet.
 
     A missing point is a gap in its curve and a cross in the curve's colour at the panel's top.
     """
-    axis = axis_of(ds, layout.axes[0])
+    ds, note = thinned(ds, layout.hue, MANY)
+    axis = axis_of(ds, str(layout.x), log="x" in scales)
     ds = ds.isel({axis.dim: axis.order})
-    facets, note = selections(ds, layout.facets, MOST_FACETS)
-    size = (width_of(len(facets)), STACKED)
-    figure, panels = new_panels(2, len(facets), size, sharex=True, sharey="row")
-    crosses = _rows_of_crosses(ds, layout.curve)
-    for row, name in zip(panels, AMPLITUDES, strict=True):
-        for axes, facet in zip(row, facets, strict=True):
-            _draw_panel(axes, facet.dataset, name, axis, layout.curve, crosses)
-        # From just below zero, so that a curve at zero shows, to above the highest point.
-        top, room = highest(ds, name), 1.0 / (1.0 - _ROW * crosses[-1])
-        row[0].set_ylim(-0.03 * top, 1.05 * top * room)
-        row[0].set_ylabel(shown(ds[name]).label, fontsize=TEXT)
-    name_columns(panels, [facet.label for facet in facets], axis.label)
-    for axes in panels[1]:
-        set_scale(axes, "x", axis.geometric)
-        axes.margins(x=0.02)
-    figure.align_ylabels()
-    if layout.curve is not None:
-        put_legend(figure, _legend(ds, layout.curve))
-    put_note(figure, [missing_note(ds, "× "), note])
-    return figure
+    drawn = facet_panels(ds, layout, variables, of_axes=False)
+    crosses = _rows_of_crosses(drawn.dataset, layout.hue, variables)
+    log = bool(scales & {"y", "z"})
+    for panel in drawn.panels:
+        _draw_panel(panel, axis, layout, variables, crosses)
+        panel.axes.set_xmargin(0.02)
+        panel.axes.update_datalim([(x, 0.0) for x in axis.quantity.values[[0, -1]]], updatey=False)
+        make_logarithmic(panel.axes, ["x"] * axis.geometric + ["y"] * log)
+        low, high = value_range(drawn.dataset, panel.variable, log=log)
+        panel.axes.set(ylim=_limits(low, high, 1.0 / (1.0 - _ROW * crosses[-1]), log=log))
+    label_axes(drawn, axis.label, [shown(ds[name]).label for name in variables])
+    if handles := _legend(ds, layout):
+        put_legend(drawn.figure, handles)
+    missing = missing_notes(drawn.dataset, variables, "× ", log=log)
+    put_note(drawn.figure, [*missing, note, *drawn.notes])
+    return drawn.figure
 
 
 def _draw_panel(
-    axes: Axes, ds: xr.Dataset, name: str, axis: Axis, curve: str | None, rows: list[int]
+    panel: Panel, axis: Axis, layout: Layout, variables: Sequence[str], rows: list[int]
 ) -> None:
-    x = axis.quantity.values
-    for row, (line, style) in zip(rows, _curves(ds, curve), strict=True):
-        values = shown(trusted(line, name)).values
-        axes.plot(x, values, marker="o", markevery=_marked(values), **style.line())
-        _draw_crosses(axes, x[missing_points(line).values], row, style)
+    axes = panel.axes
+    for row, (line, style) in zip(rows, _curves(panel.dataset, layout.hue), strict=True):
+        for way, dashed in _ways(line, style, layout):
+            _draw_curve(axes, way, panel.variable, axis, dashed)
+            missing = missing_points(way, variables).values
+            _draw_crosses(axes, axis.quantity.values[missing], row, style)
+    if axis.names:
+        axes.set_xticks(axis.quantity.values, labels=axis.names)
+    if RESULTS[panel.variable].dtype.startswith("i"):
+        axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+
+
+def _draw_curve(axes: Axes, ds: xr.Dataset, name: str, axis: Axis, style: CurveStyle) -> None:
+    values = shown(trusted(ds, name)).values
+    places = jumps(ds, axis.steps, values)
+    x, y = break_line(axis, values, places)
+    axes.plot(x, y, marker="o", markevery=_marked(y), **style.line())
+    draw_jumps(axes, axis, values, places, style.colour)
 
 
 def _curves(ds: xr.Dataset, curve: str | None) -> list[tuple[xr.Dataset, CurveStyle]]:
@@ -73,6 +80,20 @@ def _curves(ds: xr.Dataset, curve: str | None) -> list[tuple[xr.Dataset, CurveSt
         return [(ds, curve_style(0, 1))]
     count = ds.sizes[curve]
     return [(ds.isel({curve: i}), curve_style(i, count)) for i in range(count)]
+
+
+def _ways(ds: xr.Dataset, style: CurveStyle, layout: Layout) -> list[tuple[xr.Dataset, CurveStyle]]:
+    """The curve upward and, dashed and thinner, downward; or the one that there is."""
+    if not layout.both_ways:
+        return [(ds, style)]
+    ways = [str(way) for way in ds[DIRECTION].values]
+    return [(ds.isel({DIRECTION: i}), _way_style(style, way)) for i, way in enumerate(ways)]
+
+
+def _way_style(style: CurveStyle, way: str) -> CurveStyle:
+    if way == "up":
+        return style._replace(dashes="solid")
+    return style._replace(dashes=_DOWNWARD, width=0.6 * style.width)
 
 
 def _marked(values: Array) -> list[int]:
@@ -94,15 +115,31 @@ def _draw_crosses(axes: Axes, x: Array, row: int, style: CurveStyle) -> None:
     crosses.set_gid("missing")
 
 
-def _rows_of_crosses(ds: xr.Dataset, curve: str | None) -> list[int]:
+def _rows_of_crosses(ds: xr.Dataset, curve: str | None, variables: Sequence[str]) -> list[int]:
     """The row of each curve's crosses: from the top, curves without a missing point skipped."""
-    missing = missing_points(ds)
+    missing = missing_points(ds, variables)
     gaps = missing.any([dim for dim in missing.dims if dim != curve]).values
     return [int(row) for row in np.cumsum(np.atleast_1d(gaps))]
 
 
-def _legend(ds: xr.Dataset, curve: str) -> list[Line2D]:
-    return [
-        Line2D([], [], **style.line(), label=point_label(ds, curve, index))
-        for index, (_, style) in enumerate(_curves(ds, curve))
-    ]
+def _limits(low: float, high: float, room: float, *, log: bool) -> tuple[float, float]:
+    """From just below the lowest, so that a curve at zero shows, to above the highest point."""
+    if log:
+        span = max(high / low, 1.1)
+        return low * span**-0.03, low * (span**1.05) ** room
+    span = high - low
+    return low - 0.03 * span, low + 1.05 * span * room
+
+
+def _legend(ds: xr.Dataset, layout: Layout) -> list[Line2D]:
+    ways = [str(way) for way in ds[DIRECTION].values] if layout.both_ways else []
+    handles: list[Line2D] = []
+    if layout.hue is not None:
+        for index, (_, style) in enumerate(_curves(ds, layout.hue)):
+            shown_style = _way_style(style, "up") if ways else style
+            label = legend_label(ds, layout.hue, index)
+            handles.append(Line2D([], [], **shown_style.line(), label=label))
+    for way in ways:
+        line = _way_style(curve_style(0, 1), way).line()
+        handles.append(Line2D([], [], **line, label=DIRECTIONS.get(way, way)))
+    return handles

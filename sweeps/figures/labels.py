@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -39,6 +40,10 @@ SCALES_BY_NAME = {
     "elastic_coefficient": Scale(1e-12, "TPa"),
 }
 
+# The followed axis of a sweep that goes both ways, and what its two values are called.
+DIRECTION = "direction"
+DIRECTIONS = {"up": "upward", "down": "downward"}
+
 _LARGEST_DENOMINATOR = 12  # beyond it a fraction is no easier to read than a decimal
 
 
@@ -56,11 +61,15 @@ class Quantity:
         return f"{self.symbol} ({self.units})" if self.units else self.symbol
 
     @property
+    def value(self) -> str:
+        """The value of a scalar, with its unit."""
+        number = _number(float(self.values), rational=not self.units)
+        return f"${number}$" + (f" {self.units}" if self.units else "")
+
+    @property
     def equation(self) -> str:
         """Symbol and value of a scalar, as in a legend."""
-        number = _number(float(self.values), rational=not self.units)
-        name = self.symbol.strip("$")
-        return f"${name} = {number}$" + (f" {self.units}" if self.units else "")
+        return f"${self.symbol.strip('$')} = {self.value[1:]}"
 
 
 def shown(data: xr.DataArray) -> Quantity:
@@ -73,7 +82,66 @@ def shown(data: xr.DataArray) -> Quantity:
         scale = SCALES_BY_NAME[name]
     values = np.asarray(data.values, dtype=float) * scale.factor
     called = str(data.attrs.get("long_name", name)).replace("_", " ")
-    return Quantity(values, f"${variable.tex}$" if variable else called, typeset_units(scale.units))
+    typeset = typeset_units(scale.units)
+    if name == "viscosity_coefficient" and units == VARIABLES[name].units:
+        typeset = _unit_of_k(data)
+    return Quantity(values, f"${variable.tex}$" if variable else called, typeset)
+
+
+def _unit_of_k(data: xr.DataArray) -> str:
+    """The unit Pa s^(gamma+1) of k, Eq. 7, with the number where all of `data` has one gamma."""
+    gamma = data.coords.get("rheological_index")
+    if gamma is None or np.ptp(gamma.values) > 0:
+        return r"Pa$\cdot$s$^{\gamma+1}$"
+    power = _number(float(gamma.values.flat[0]) + 1.0, rational=True)
+    return r"Pa$\cdot$s" + ("" if power == "1" else f"$^{{{power}}}$")
+
+
+def point_label(ds: xr.Dataset, dim: str, index: int) -> str:
+    """What to call one point of a dimension: the value of its parameter, or of all linked ones."""
+    return slice_label(ds, {dim: index})
+
+
+def slice_label(ds: xr.Dataset, places: Mapping[str, int]) -> str:
+    """What to call a point of several dimensions."""
+    point = ds.isel(places)
+    names = [name for dim in places for name in parameters_along(ds, dim) or [dim]]
+    return ", ".join(_equation(point[name]) for name in names)
+
+
+def _equation(scalar: xr.DataArray) -> str:
+    if scalar.name == DIRECTION:
+        return DIRECTIONS.get(str(scalar.values), str(scalar.values))
+    return shown(scalar).equation
+
+
+def legend_label(ds: xr.Dataset, dim: str, index: int) -> str:
+    """The same, with the kind of fluid where the dimension is the rheological index."""
+    label = point_label(ds, dim, index)
+    return f"{fluid(float(ds[dim][index]))}, {label}" if dim == "rheological_index" else label
+
+
+def fluid(gamma: float) -> str:
+    """The kind of fluid with a rheological index."""
+    return "Newtonian" if gamma == 0 else "pseudoplastic" if gamma < 0 else "dilatant"
+
+
+def parameters_along(ds: xr.Dataset, dim: str) -> list[str]:
+    """The parameters that vary along a dimension: one, or those that cases link."""
+    names = [str(name) for name in ds.coords if ds[name].dims == (dim,) and name in PARAMETERS]
+    return sorted(names, key=lambda name: name != dim)
+
+
+def changed_parameters(ds: xr.Dataset) -> str:
+    """The fixed parameters that are not the paper's, as a sentence; empty where all are."""
+    changed = [
+        shown(ds[name]).equation
+        for name, parameter in PARAMETERS.items()
+        if name in ds.variables
+        and ds[name].size == 1
+        and not math.isclose(float(ds[name].values.flat[0]), parameter.default, rel_tol=1e-12)
+    ]
+    return f"With {', '.join(changed)}." if changed else ""
 
 
 def typeset_units(units: str) -> str:

@@ -1,18 +1,27 @@
-"""Which role each dimension of a result plays in its picture: x axis, y axis, curve or facet."""
+"""Which role each dimension of a result plays in its picture: x, y, curve, row, column, or none."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
 
 from stickslip.variables import PARAMETERS
-from sweeps.figures.labels import Quantity, shown
+from sweeps.figures.labels import (
+    DIRECTION,
+    Array,
+    Quantity,
+    legend_label,
+    parameters_along,
+    shown,
+    slice_label,
+)
+from sweeps.figures.options import ROLES, PlotOptions, named_roles
 from sweeps.figures.style import CURVES
+from sweeps.grid import CASE
 
 MANY = len(CURVES)  # an axis is long when its points would need more curves than there are styles
 MOST_FACETS = 4  # columns that still fit on a page
@@ -20,22 +29,51 @@ MOST_FACETS = 4  # columns that still fit on a page
 
 @dataclass(frozen=True)
 class Layout:
-    """The dimensions by role: no axis for a single point, one for curves, two for maps."""
+    """The dimensions by role: no axis for a single point, x for curves, x and y for maps.
 
-    axes: tuple[str, ...] = ()
-    curve: str | None = None
-    facets: tuple[str, ...] = ()
+    `both_ways` says that each curve is followed upward and downward.
+    """
+
+    x: str | None = None
+    y: str | None = None
+    hue: str | None = None
+    row: str | None = None
+    col: str | None = None
+    both_ways: bool = False
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """The dimensions that have a role."""
+        given = (self.x, self.y, self.hue, self.row, self.col)
+        ways = DIRECTION if self.both_ways else None
+        return tuple(dim for dim in (*given, ways) if dim is not None)
 
 
 @dataclass(frozen=True)
 class Axis:
-    """A dimension as an axis: the order of its points, their shown values, and its scale."""
+    """A dimension as an axis: the order of its points, their shown values, names, and its scale.
+
+    `names` are those of points that are no numbers, or too few to lie on a scale.
+    """
 
     dim: str
     order: np.ndarray[tuple[int], np.dtype[np.int_]]
     quantity: Quantity
     label: str
     geometric: bool
+    names: tuple[str, ...] = ()
+
+    @property
+    def middles(self) -> Array:
+        """The middles between neighbours, on the axis's own scale."""
+        below, above = self.quantity.values[:-1], self.quantity.values[1:]
+        return np.sqrt(below * above) if self.geometric else (below + above) / 2
+
+    @property
+    def steps(self) -> Array:
+        """The distances between neighbours, on the axis's own scale."""
+        values = np.log(self.quantity.values) if self.geometric else self.quantity.values
+        return np.diff(values)
 
 
 @dataclass(frozen=True)
@@ -46,17 +84,57 @@ class Selection:
     dataset: xr.Dataset
 
 
-def layout_of(ds: xr.Dataset) -> Layout:
-    """Curves along one long axis, maps over two, facets beyond; a single point has no axis."""
-    dims = [str(dim) for dim, size in ds.sizes.items() if size > 1]
-    if not dims:
-        return Layout()
-    ranked = sorted(dims, key=lambda dim: _rank(ds, dim))
-    if len(ranked) > 1 and ds.sizes[ranked[1]] > MANY:
-        axes = tuple(dim for dim in dims if dim in ranked[:2])
-        return Layout(axes, facets=tuple(dim for dim in dims if dim not in axes))
-    others = [dim for dim in dims if dim != ranked[0]]
-    return Layout((ranked[0],), others[0] if others else None, tuple(others[1:]))
+def layout_of(
+    ds: xr.Dataset, options: PlotOptions | None = None, *, discrete: bool = False, rows: int = 2
+) -> Layout:
+    """Curves along one long axis, maps over two, facets beyond; a single point has no axis.
+
+    Values that are `discrete` are drawn as maps. Where the variables take one of the `rows` of
+    panels only, a short axis may take others. A dimension that finds no place has no role.
+    """
+    named = named_roles(ds, options or PlotOptions())
+    if "y" in named and "hue" in named:
+        raise ValueError("y makes a map and hue makes curves: choose one of them")
+    if discrete and "hue" in named:
+        named["y"] = named.pop("hue")  # kinds make no curves: a strip of colour for each
+    free = [str(dim) for dim in ds.sizes if ds.sizes[dim] > 1 and dim not in named.values()]
+    x, y, hue, row, col = (named.get(role) for role in ROLES)
+    layout = _place_axes(ds, Layout(x, y, hue, row, col), free, discrete)
+    if layout.x is None and layout.dims:
+        raise ValueError("no axis is left for x: give another role to fewer axes")
+    free = [dim for dim in free if dim not in layout.dims]
+    if layout.y is None and not discrete and DIRECTION in free:
+        layout = replace(layout, both_ways=True)
+        free.remove(DIRECTION)
+    return _place_facets(ds, layout, free, rows)
+
+
+def _place_axes(ds: xr.Dataset, layout: Layout, free: list[str], discrete: bool) -> Layout:
+    ranked = sorted((dim for dim in free if dim != DIRECTION), key=lambda dim: _rank(ds, dim))
+    chosen = layout.x is None
+    if chosen and ranked:
+        layout = replace(layout, x=ranked.pop(0))
+    if layout.x is None or layout.y or layout.hue or not ranked:
+        return layout
+    if not discrete and ds.sizes[ranked[0]] <= MANY:
+        fluids = "rheological_index"
+        first = next(dim for dim in free if dim in ranked)
+        return replace(layout, hue=fluids if fluids in ranked else first)
+    axes = [layout.x, ranked[0]]
+    if chosen and ds.sizes[ranked[0]] > MANY:
+        axes = [dim for dim in free if dim in axes]
+    return replace(layout, x=axes[0], y=axes[1])
+
+
+def _place_facets(ds: xr.Dataset, layout: Layout, free: list[str], rows: int) -> Layout:
+    # Both ways of a map side by side; then what takes the fewest panels.
+    ranked = sorted(free, key=lambda dim: (dim != DIRECTION, ds.sizes[dim]))
+    if layout.col is None and ranked:
+        layout = replace(layout, col=ranked.pop(0))
+    few = [dim for dim in ranked if ds.sizes[dim] <= MOST_FACETS]
+    if layout.row is None and few and rows == 1 and ds.sizes[layout.col] <= MOST_FACETS:
+        layout = replace(layout, row=few[0])
+    return layout
 
 
 def _rank(ds: xr.Dataset, dim: str) -> tuple[bool, bool, int]:
@@ -65,33 +143,47 @@ def _rank(ds: xr.Dataset, dim: str) -> tuple[bool, bool, int]:
     return size <= MANY, dim not in PARAMETERS, -size
 
 
-def axis_of(ds: xr.Dataset, dim: str) -> Axis:
-    """The axis of a dimension; linked cases lie along the first parameter that tells them apart."""
+def is_scattered(ds: xr.Dataset, dim: str) -> bool:
+    """Whether linked cases follow one another along none of their parameters."""
+    steps = [np.diff(ds[name].values) for name in parameters_along(ds, dim)]
+    return bool(steps) and not any((step > 0).all() or (step < 0).all() for step in steps)
+
+
+def axis_of(ds: xr.Dataset, dim: str, *, log: bool = False, named: bool = False) -> Axis:
+    """The axis of a dimension; linked cases lie along the first parameter that tells them apart.
+
+    `log` asks for a logarithmic scale, and `named` for the names of the points of a short axis.
+    """
     coordinate = _coordinate(ds, dim)
+    few = named and ds.sizes[dim] <= MANY
+    if coordinate.dtype.kind not in "fiu" or (few and dim in ("rheological_index", CASE)):
+        return _named_axis(ds, dim)
     order = np.argsort(shown(coordinate).values, kind="stable")
     quantity = shown(coordinate[order])
-    label = _axis_label(ds, coordinate)
-    return Axis(dim, order, quantity, label, is_geometric(quantity.values))
+    if log and quantity.values[0] <= 0:
+        raise ValueError(f"a logarithmic scale needs numbers above 0, {coordinate.name} has others")
+    geometric = log or is_geometric(quantity.values)
+    return Axis(dim, order, quantity, _axis_label(ds, coordinate), geometric)
+
+
+def _named_axis(ds: xr.Dataset, dim: str) -> Axis:
+    places = np.arange(ds.sizes[dim])
+    labels = [legend_label(ds, dim, place) for place in range(places.size)]
+    names = tuple(label.replace(", ", ",\n", 1) for label in labels)
+    return Axis(dim, places, Quantity(places.astype(float), "", ""), "", False, names)
 
 
 def _coordinate(ds: xr.Dataset, dim: str) -> xr.DataArray:
-    for name in _linked(ds, dim):
-        if np.unique(ds[name].values).size == ds.sizes[dim]:
+    for name in parameters_along(ds, dim):
+        if name == dim or np.unique(ds[name].values).size == ds.sizes[dim]:
             return ds[name]
     return ds[dim]
 
 
-def _linked(ds: xr.Dataset, dim: str) -> list[Hashable]:
-    """The parameters that vary along a dimension which is none itself."""
-    if dim in PARAMETERS:
-        return []
-    return [name for name in ds.coords if name in PARAMETERS and ds[name].dims == (dim,)]
-
-
 def _axis_label(ds: xr.Dataset, coordinate: xr.DataArray) -> str:
     label = shown(coordinate).label
-    linked = _linked(ds, str(coordinate.dims[0]))
-    others = [shown(ds[name]).symbol for name in linked if name != coordinate.name]
+    along = parameters_along(ds, str(coordinate.dims[0]))
+    others = [shown(ds[name]).symbol for name in along if name != coordinate.name]
     return f"{label}, linked with {', '.join(others)}" if others else label
 
 
@@ -110,12 +202,20 @@ def selections(ds: xr.Dataset, dims: tuple[str, ...], most: int) -> tuple[list[S
     chosen = []
     for i in kept:
         index = dict(zip(dims, indices[i], strict=True))
-        labels = [point_label(ds, dim, place) for dim, place in index.items()]
-        chosen.append(Selection(", ".join(labels), ds.isel(index)))
+        chosen.append(Selection(slice_label(ds, index), ds.isel(index)))
     if len(kept) == len(indices):
         return chosen, ""
     names = ", ".join(shown(_coordinate(ds, dim)).symbol for dim in dims)
     return chosen, f"{len(kept)} of {len(indices)} values of {names} are drawn."
+
+
+def thinned(ds: xr.Dataset, dim: str | None, most: int) -> tuple[xr.Dataset, str]:
+    """At most `most` points of a dimension, evenly chosen, and a note on those left out."""
+    if dim is None or ds.sizes[dim] <= most:
+        return ds, ""
+    name = shown(_coordinate(ds, dim)).symbol
+    note = f"{most} of {ds.sizes[dim]} values of {name} are drawn."
+    return ds.isel({dim: _evenly(ds.sizes[dim], most)}), note
 
 
 def _evenly(count: int, most: int) -> list[int]:
@@ -123,9 +223,3 @@ def _evenly(count: int, most: int) -> list[int]:
     if count <= most:
         return list(range(count))
     return [math.floor(i * (count - 1) / (most - 1) + 0.5) for i in range(most)]
-
-
-def point_label(ds: xr.Dataset, dim: str, index: int) -> str:
-    """What to call one point of a dimension: the value of its parameter, or of all linked ones."""
-    names = _linked(ds, dim) or [dim]
-    return ", ".join(shown(ds[name].isel({dim: index})).equation for name in names)

@@ -1,87 +1,92 @@
-"""Amplitudes over two axes: a map of the stress above, of the force below, each with a scale."""
+"""Variables over two axes, or kinds of motion along one: coloured cells with named colours."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
-from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from sweeps.figure_table import AMPLITUDES
-from sweeps.figures.labels import Array, shown
-from sweeps.figures.layout import MOST_FACETS, Axis, Layout, axis_of, selections
-from sweeps.figures.missing import highest, missing_note, trusted
-from sweeps.figures.style import (
-    GREY,
-    SMALL,
-    STACKED,
-    TEXT,
-    name_columns,
-    new_panels,
-    put_note,
-    set_scale,
-    width_of,
-)
+from sweeps.figures.colours import Colours, colours_of
+from sweeps.figures.labels import Array
+from sweeps.figures.layout import Axis, Layout, axis_of
+from sweeps.figures.missing import missing_notes
+from sweeps.figures.panels import Panel, facet_panels, label_axes
+from sweeps.figures.style import make_logarithmic, put_legend, put_note
+
+_STRIP = "strip"  # the axis without extent of kinds along a single axis
 
 
-def draw_maps(ds: xr.Dataset, layout: Layout) -> Figure:
-    """Two maps on the same axes, a column of them for each facet, with one scale a row.
+def draw_maps(
+    ds: xr.Dataset, layout: Layout, variables: Sequence[str], scales: frozenset[str] = frozenset()
+) -> Figure:
+    """A map of each variable on the same axes, a column of them for each facet, with one scale.
 
-    A missing point is grey.
+    A missing point is grey; a line parts cells of different kinds or counts.
     """
-    across, up = (axis_of(ds, dim) for dim in layout.axes)
+    if layout.y is None:
+        ds = ds.expand_dims(_STRIP)
+    across = axis_of(ds, str(layout.x), log="x" in scales)
+    up = axis_of(ds, layout.y or _STRIP, log="y" in scales, named=True)
     ds = ds.isel({across.dim: across.order, up.dim: up.order})
-    facets, note = selections(ds, layout.facets, MOST_FACETS)
-    size = (width_of(len(facets)), STACKED)
-    figure, panels = new_panels(2, len(facets), size, sharex=True, sharey=True)
-    for row, name in zip(panels, AMPLITUDES, strict=True):
-        top = highest(ds, name)
-        for axes, facet in zip(row, facets, strict=True):
-            mesh = _draw_map(axes, facet.dataset, name, across, up, top)
-        _draw_scale(figure, mesh, list(row), shown(ds[name]).label)
-    name_columns(panels, [facet.label for facet in facets], across.label)
-    _label(panels, across, up)
-    put_note(figure, [missing_note(ds, "Grey: "), note])
-    return figure
+    drawn = facet_panels(ds, layout, variables, of_axes=True)
+    for name in variables:
+        colours = colours_of(drawn.dataset, name, log="z" in scales)
+        for panel in drawn.of(name):
+            _draw_map(panel, colours, across, up)
+        colours.draw_scale(drawn.figure, [panel.axes for panel in drawn.of(name)])
+        if colours.legend:
+            put_legend(drawn.figure, colours.legend)
+    label_axes(drawn, across.label, [up.label if layout.y else ""])
+    missing = missing_notes(drawn.dataset, variables, "Grey: ", log="z" in scales)
+    put_note(drawn.figure, [*missing, *drawn.notes])
+    return drawn.figure
 
 
-def _draw_map(
-    axes: Axes, ds: xr.Dataset, name: str, across: Axis, up: Axis, top: float
-) -> QuadMesh:
-    values = shown(trusted(ds, name).transpose(up.dim, across.dim)).values
-    return axes.pcolormesh(
-        cell_edges(across),
-        cell_edges(up),
-        np.ma.masked_invalid(values),
-        cmap=colormaps["viridis"].with_extremes(bad=GREY),
-        vmin=0.0,
-        vmax=top,
+def _draw_map(panel: Panel, colours: Colours, across: Axis, up: Axis) -> None:
+    cells = colours.placed(panel.dataset.transpose(up.dim, across.dim, ...))
+    edges = cell_edges(across), cell_edges(up)
+    panel.axes.pcolormesh(
+        *edges,
+        cells,
+        cmap=colours.cmap,
+        norm=colours.norm,
         rasterized=True,  # thousands of cells as vectors make a slow file with hairlines
     )
+    if colours.codes:
+        panel.axes.add_collection(_borders(np.ma.filled(cells, -1.0), *edges), autolim=False)
+    panel.axes.tick_params(direction="out", which="both", top=False, right=False)
+    make_logarithmic(panel.axes, ["x"] * across.geometric + ["y"] * up.geometric)
+    _name_points(panel.axes, across, up)
+
+
+def _name_points(axes: Axes, across: Axis, up: Axis) -> None:
+    if across.names:
+        axes.set_xticks(across.quantity.values, labels=across.names)
+    if up.names or up.dim == _STRIP:
+        axes.set_yticks(up.quantity.values if up.names else [], labels=up.names)
+        axes.tick_params(axis="y", length=0)
 
 
 def cell_edges(axis: Axis) -> Array:
     """The borders between the points of an axis, halfway on its own scale."""
-    values = np.log(axis.quantity.values) if axis.geometric else axis.quantity.values
-    middles = (values[1:] + values[:-1]) / 2
-    first, last = 2 * values[0] - middles[0], 2 * values[-1] - middles[-1]
-    edges = np.concatenate([[first], middles, [last]])
-    return np.exp(edges) if axis.geometric else edges
+    values, middles = axis.quantity.values, axis.middles
+    if values.size == 1:
+        middles = values + 0.5
+    ends, inner = values[[0, -1]], middles[[0, -1]]
+    first, last = ends**2 / inner if axis.geometric else 2 * ends - inner
+    if values.size == 1:
+        return np.array([first, middles[0]])
+    return np.concatenate([[first], middles, [last]])
 
 
-def _draw_scale(figure: Figure, mesh: QuadMesh, row: list[Axes], label: str) -> None:
-    bar = figure.colorbar(mesh, ax=row, pad=0.02, aspect=25)
-    bar.set_label(label, fontsize=TEXT)
-    bar.ax.tick_params(labelsize=TEXT, direction="in")
-    bar.ax.yaxis.get_offset_text().set_fontsize(SMALL)
-
-
-def _label(panels: Array, across: Axis, up: Axis) -> None:
-    for axes in panels[:, 0]:
-        axes.set_ylabel(up.label, fontsize=TEXT)
-    for axes in panels.flat:
-        axes.tick_params(direction="out", which="both", top=False, right=False)
-        set_scale(axes, "x", across.geometric)
-        set_scale(axes, "y", up.geometric)
+def _borders(codes: Array, x: Array, y: Array) -> LineCollection:
+    """The edges between cells (y, x) of different codes."""
+    rows, columns = np.nonzero(codes[:, 1:] != codes[:, :-1])
+    upright = [[(x[j + 1], y[i]), (x[j + 1], y[i + 1])] for i, j in zip(rows, columns, strict=True)]
+    rows, columns = np.nonzero(codes[1:] != codes[:-1])
+    level = [[(x[j], y[i + 1]), (x[j + 1], y[i + 1])] for i, j in zip(rows, columns, strict=True)]
+    return LineCollection(upright + level, colors="black", linewidths=0.4, capstyle="projecting")

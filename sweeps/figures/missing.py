@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 
 from stickslip.status import Status
+from stickslip.variables import RESULTS
 from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.labels import shown
 
@@ -13,27 +16,57 @@ _RESULTS = [int(status) for status in Status if status.is_result]
 
 
 def trusted(ds: xr.Dataset, name: str) -> xr.DataArray:
-    """An amplitude where the point has a result, NaN elsewhere whatever the file holds there."""
-    return ds[name].where(ds["status"].isin(_RESULTS)) if "status" in ds else ds[name]
+    """A variable where the point has a result, NaN elsewhere whatever the file holds there."""
+    if name == "status":
+        return ds[name].astype(float)
+    absent = RESULTS[name].missing if name in RESULTS else np.nan
+    values = ds[name].where(ds[name] != absent)
+    return values.where(ds["status"].isin(_RESULTS)) if "status" in ds else values
 
 
-def highest(ds: xr.Dataset, name: str) -> float:
-    """The highest of an amplitude's trusted values as they are shown; 1 where none is above 0."""
+def value_range(ds: xr.Dataset, name: str, *, log: bool = False) -> tuple[float, float]:
+    """The range of a variable's trusted values as they are shown, with 0 but on a log scale."""
     values = shown(trusted(ds, name)).values
-    return float(values.max(initial=0.0, where=np.isfinite(values))) or 1.0
+    values = values[np.isfinite(values) & (values > 0 if log else True)]
+    if values.size == 0:
+        return (0.1, 1.0) if log else (0.0, 1.0)
+    if log:
+        return float(values.min()), float(values.max())
+    low, high = float(values.min(initial=0.0)), float(values.max(initial=0.0))
+    return (low, high) if low < high else (0.0, 1.0)
 
 
-def missing_points(ds: xr.Dataset) -> xr.DataArray:
-    """True where a point lacks a trusted amplitude."""
-    first, second = (trusted(ds, name).isnull() for name in AMPLITUDES)
-    return first | second
+def missing_points(ds: xr.Dataset, names: Sequence[str] = AMPLITUDES) -> xr.DataArray:
+    """True where a point lacks a result, or an amplitude that every result has."""
+    missing = xr.zeros_like(ds[names[0]], dtype=bool)
+    for name in names:
+        values = trusted(ds, name)
+        lacking = values.isnull()
+        if name not in AMPLITUDES and "status" in ds:
+            lacking = lacking & ~ds["status"].isin(_RESULTS)
+        missing = missing | lacking
+    return missing
 
 
-def missing_note(ds: xr.Dataset, mark: str) -> str:
-    """A sentence that counts the missing points by reason; empty where there are none."""
-    missing = missing_points(ds).values
-    if not missing.any():
-        return ""
+def missing_notes(
+    ds: xr.Dataset, names: Sequence[str], mark: str, *, log: bool = False
+) -> list[str]:
+    """Sentences that count the points that are not drawn, by reason; none where all are."""
+    missing = missing_points(ds, names)
+    notes = [_count_by_reason(ds, missing.values, mark)] if missing.any() else []
+    for name in names:
+        values = trusted(ds, name)
+        undefined = int((values.isnull() & ~missing).sum())
+        if undefined:
+            notes.append(f"{shown(ds[name]).symbol} is not defined at {undefined} points.")
+        if log and (below := int((values <= 0).sum())):
+            notes.append(f"{shown(ds[name]).symbol} is not above 0 at {below} points: not drawn.")
+    return notes
+
+
+def _count_by_reason(
+    ds: xr.Dataset, missing: np.ndarray[tuple[int, ...], np.dtype[np.bool_]], mark: str
+) -> str:
     if "status" in ds:
         codes, counts = np.unique(ds["status"].values[missing], return_counts=True)
         reasons = [f"{n} {_reason(code)}" for code, n in zip(codes, counts, strict=True)]

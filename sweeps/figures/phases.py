@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sweeps.figures.labels import Array, shown
-from sweeps.figures.layout import point_label
+from sweeps.figures.labels import Array, point_label, shown
 from sweeps.figures.style import (
     BLUE,
     COLUMN,

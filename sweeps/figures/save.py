@@ -7,27 +7,32 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from sweeps.figures.style import styled
 from sweeps.files.atomic import replacing
 
-_DPI = 200
+ENDINGS = (".png", ".pdf", ".svg")
+_USUAL = (".png", ".pdf")  # what is written where no ending is given
 # What changes between two runs, the date, or between two installations, the writer, is left out.
 _ANONYMOUS: dict[str, dict[str, str | None]] = {
     ".png": {"Software": None},
     ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+    ".svg": {"Date": None, "Creator": None},
 }
 
 
-def save(figure: Figure, path: Path) -> list[Path]:
+def save(figure: Figure, path: Path, style: Path | None = None) -> list[Path]:
     """Write a figure and return the files, complete or not written at all; raises OSError.
 
-    A path with the ending `.png` or `.pdf` is that file, any other the stem of one of each.
+    A path with the ending `.png`, `.pdf` or `.svg` is that file, any other the stem of a PNG and a
+    PDF. `style` is the style file that the figure was drawn with.
     """
     # Not with_suffix: a stem like T=1.5 has no ending to replace.
-    both = [path.with_name(path.name + suffix) for suffix in _ANONYMOUS]
-    targets = [path] if path.suffix.lower() in _ANONYMOUS else both
-    figure.draw_without_rendering()  # the layout is made once: it is half of the work
-    figure.set_layout_engine("none")
-    pictures = [_render(figure, target.suffix.lower()) for target in targets]
+    both = [path.with_name(path.name + suffix) for suffix in _USUAL]
+    targets = [path] if path.suffix.lower() in ENDINGS else both
+    with styled(style):
+        figure.draw_without_rendering()  # the layout is made once: it is half of the work
+        figure.set_layout_engine("none")
+        pictures = [_render(figure, target.suffix.lower()) for target in targets]
     for target, picture in zip(targets, pictures, strict=True):
         target.parent.mkdir(parents=True, exist_ok=True)
         with replacing(target, fsync=False) as temporary:
@@ -37,6 +42,7 @@ def save(figure: Figure, path: Path) -> list[Path]:
 
 def _render(figure: Figure, suffix: str) -> bytes:
     picture = io.BytesIO()
-    metadata = {**_ANONYMOUS[suffix], "Title": str(figure.get_label()) or None}
-    figure.savefig(picture, format=suffix[1:], dpi=_DPI, metadata=metadata)
+    title = str(figure.get_label())
+    metadata = _ANONYMOUS[suffix] | ({"Title": title} if title else {})
+    figure.savefig(picture, format=suffix[1:], metadata=metadata)
     return picture.getvalue()

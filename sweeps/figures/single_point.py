@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Iterable
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -12,50 +12,61 @@ from matplotlib.figure import Figure
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.figure_table import AMPLITUDES
+from sweeps.figures.colours import KINDS, code_name
 from sweeps.figures.labels import shown
-from sweeps.figures.missing import missing_note, trusted
-from sweeps.figures.style import COLUMN, SMALL, TEXT, new_figure
+from sweeps.figures.missing import missing_notes, missing_points, trusted
+from sweeps.figures.style import SMALL, TEXT, new_figure, wrapped
 
 _LINE = 0.18  # inches
 _MARGIN = 0.12  # inches
-_LETTERS = 58  # of SMALL size in a column
+_WIDTH = 5.2  # inches
+# Inches from the left: symbols of results, their values, symbols of parameters, their values.
+_COLUMNS = (_MARGIN, 1.25, 3.2, 3.65)
+
+
+class _Row(NamedTuple):
+    symbol: str
+    value: str
 
 
 def draw_point(ds: xr.Dataset) -> Figure:
     """The results on the left, the parameters on the right, how the point ended above."""
-    head = textwrap.wrap(_ending(ds), _LETTERS)
-    results = _equations(ds, RESULTS)
-    parameters = _equations(ds, PARAMETERS)
-    lines = len(head) + 1 + max(len(results), len(parameters))
-    figure = new_figure((COLUMN, 2 * _MARGIN + _LINE * lines))
-    _write(figure, head, first=0, x=_MARGIN, size=SMALL)
-    _write(figure, results, first=len(head) + 1, x=_MARGIN, size=TEXT)
-    _write(figure, parameters, first=len(head) + 1, x=_MARGIN + COLUMN / 2, size=TEXT)
+    results = [_row(ds, name) for name in RESULTS if name in ds.variables and name != "status"]
+    parameters = [_row(ds, name) for name in PARAMETERS if name in ds.variables]
+    longest = max(len(results), len(parameters))
+    figure = new_figure((_WIDTH, 1.0))
+    head = wrapped(figure, _ending(ds), _WIDTH - 2 * _MARGIN, SMALL).split("\n")
+    first = len(head) + 1
+    figure.set_figheight(2 * _MARGIN + _LINE * (first + longest))
+    _write(figure, head, 0, _MARGIN, SMALL)
+    cells = (*zip(*results, strict=True), *zip(*parameters, strict=True))
+    for column, x in zip(cells, _COLUMNS, strict=False):
+        _write(figure, column, first, x, TEXT)
     return figure
 
 
 def _ending(ds: xr.Dataset) -> str:
-    note = missing_note(ds, "")
-    if not note:
+    notes = missing_notes(ds, AMPLITUDES, "")
+    if not notes:
         return "A single point: nothing was swept."
     code = int(ds["status"]) if "status" in ds else None
-    sentence = Status(code).sentence if code in list(Status) else note
+    sentence = Status(code).sentence if code in list(Status) else notes[0]
     return f"A single point, without a result. {sentence}"
 
 
-def _equations(ds: xr.Dataset, names: Iterable[str]) -> list[str]:
-    return [_equation(ds, name) for name in names if name in ds.variables and name != "status"]
+def _row(ds: xr.Dataset, name: str) -> _Row:
+    quantity = shown(trusted(ds, name) if name in RESULTS else ds[name])
+    if np.isfinite(quantity.values):
+        kind = name in KINDS or name == "orbit_periods"
+        return _Row(
+            quantity.symbol, code_name(name, int(quantity.values)) if kind else quantity.value
+        )
+    # Of a point with a result, what lacks does not exist: the Lyapunov exponent of a closed orbit.
+    absent = "missing" if name in AMPLITUDES or missing_points(ds).item() else "none"
+    return _Row(quantity.symbol, absent)
 
 
-def _equation(ds: xr.Dataset, name: str) -> str:
-    quantity = shown(trusted(ds, name) if name in AMPLITUDES else ds[name])
-    no_count = name in RESULTS and not quantity.units and quantity.values < 0
-    if no_count or not np.isfinite(quantity.values):
-        return f"{quantity.symbol} missing"
-    return quantity.equation
-
-
-def _write(figure: Figure, lines: list[str], first: int, x: float, size: float) -> None:
+def _write(figure: Figure, lines: Sequence[str], first: int, x: float, size: str) -> None:
     width, height = figure.get_size_inches()
     for index, line in enumerate(lines, start=first):
         y = height - _MARGIN - _LINE * (index + 0.5)

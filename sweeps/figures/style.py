@@ -1,25 +1,35 @@
-"""What all pictures share: sizes, colours, line styles, and an empty figure to draw in.
+"""What all pictures share: settings, colours, line styles, empty panels, legends and small print.
 
-The object-oriented API with the Agg canvas keeps no global state: no pyplot, no rcParams.
+The object-oriented API with the Agg canvas needs no pyplot. Matplotlib's settings are global, so
+they are those of the house, and of a style file, only while `styled` lasts, in one thread.
 """
 
 from __future__ import annotations
 
+import contextlib
+import math
 import re
-import textwrap
-from typing import Any, Literal, NamedTuple
+import threading
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
 
+import matplotlib as mpl
 import numpy as np
+from cycler import cycler
+from matplotlib import style as mpl_style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
+from matplotlib.text import Text
+
+from sweeps.human import did_you_mean
 
 COLUMN = 3.4  # inches: one column of a journal
 PAGE = 7.0  # inches: its two columns
-STACKED = 4.8  # inches: the height of two panels
-TEXT = 8.0  # points
-SMALL = 6.5  # points: notes and labels inside a panel
+TEXT, SMALL = "medium", "small"  # relative to the font size, which a style file may change
 
 # Okabe & Ito: told apart with every common colour blindness.
 BLACK, VERMILLION, SKY = "#000000", "#D55E00", "#56B4E9"
@@ -61,10 +71,87 @@ CURVES = (
 )
 SINGLE = CurveStyle(BLACK, 1.2)
 
+HOUSE: dict[str, Any] = {
+    "font.size": 8.0,
+    "axes.titlesize": TEXT,
+    "axes.labelsize": TEXT,
+    "axes.linewidth": 0.6,
+    "axes.formatter.limits": (-3, 5),
+    "axes.formatter.use_mathtext": True,
+    "axes.prop_cycle": cycler(color=[style.colour for style in CURVES]),
+    "xtick.labelsize": TEXT,
+    "ytick.labelsize": TEXT,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "legend.fontsize": TEXT,
+    "legend.frameon": False,
+    "savefig.dpi": 200,
+}
+# Not for a style file to change: journals reject Type 3 fonts, words in an SVG stay words, and the
+# names inside an SVG are the same in every run.
+OUTPUT: dict[str, Any] = {
+    "pdf.fonttype": 42,
+    "ps.fonttype": 42,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "stickslip",
+}
+
+# Windows, toolbars and the like: matplotlib warns of them in a style.
+_NO_STYLE = (
+    *("backend", "webagg", "interactive", "toolbar", "timezone", "docstring", "date.epoch", "tk."),
+    *("figure.raise_window", "figure.max_open_warning", "savefig.directory"),
+)
+
+# A space outside of mathtext, and not between a number and its unit.
+_BETWEEN_WORDS = re.compile(r"(?<!\$) (?=(?:[^$]*\$[^$]*\$)*[^$]*$)")
+_MARGIN = 0.1  # inches, left and right of small print
+_LINE = 1.35  # font sizes: the distance of two lines
+_HANDLE, _PAD, _GAP = 2.6, 0.8, 1.2  # of a legend, in font sizes
+
+_settings = threading.RLock()
+
+
+@contextlib.contextmanager
+def styled(file: Path | None = None) -> Iterator[None]:
+    """Matplotlib's settings are those of the house and of a style file; then what they were.
+
+    Raises ValueError where the file is none that matplotlib understands.
+    """
+    asked = {} if file is None else style_settings(file)
+    with _settings, mpl_style.context([HOUSE, asked, OUTPUT], after_reset=True):
+        yield
+
+
+def style_settings(file: Path) -> dict[str, Any]:
+    """What a style file sets."""
+    remedy = "it has lines such as `font.size: 9`"
+    try:
+        _require_settings(file)
+        found = mpl.rc_params_from_file(file, fail_on_error=True, use_default_template=False)
+    except FileNotFoundError:
+        raise ValueError(f"the style file {file} does not exist") from None
+    except (OSError, ValueError) as error:
+        raise ValueError(f"{file} is no matplotlib style file: {error}; {remedy}") from None
+    return {name: found[name] for name in found if not name.startswith(_NO_STYLE)}
+
+
+def _require_settings(file: Path) -> None:
+    """Raise ValueError where a line sets nothing: matplotlib would only warn of it."""
+    for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), start=1):
+        name, colon, _ = line.partition("#")[0].partition(":")
+        if name.strip() and (not colon or name.strip() not in mpl.rcParams):
+            hint = did_you_mean(name.strip(), mpl.rcParams)
+            raise ValueError(f"line {number} names no setting of matplotlib{hint}")
+
 
 def curve_style(index: int, count: int) -> CurveStyle:
-    """The style of curve `index` out of `count`."""
-    return SINGLE if count == 1 else CURVES[index % len(CURVES)]
+    """The style of curve `index` out of `count`, in the colours of the settings."""
+    if count == 1:
+        return SINGLE
+    colours = mpl.rcParams["axes.prop_cycle"].by_key().get("color", [BLACK])
+    return CURVES[index % len(CURVES)]._replace(colour=colours[index % len(colours)])
 
 
 def new_figure(size: tuple[float, float], layout: str | None = None) -> Figure:
@@ -81,7 +168,8 @@ def new_panels(
     figure = new_figure(size, layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, **share)
     for axes in panels.flat:
-        _dress(axes)
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.get_offset_text().set_fontsize(SMALL)
     return figure, panels
 
 
@@ -90,51 +178,64 @@ def width_of(columns: int) -> float:
     return COLUMN if columns == 1 else min(PAGE, 1.0 + 2.0 * columns)
 
 
-def _dress(axes: Axes) -> None:
-    axes.tick_params(which="both", direction="in", top=True, right=True, labelsize=TEXT)
-    axes.ticklabel_format(scilimits=(-3, 5), useMathText=True)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.get_offset_text().set_fontsize(SMALL)
-    axes.spines[:].set_linewidth(0.6)
-
-
-def name_columns(panels: np.ndarray[Any, np.dtype[Any]], titles: list[str], label: str) -> None:
-    """A title above each column of panels, and what its x axes have in common below."""
-    for column, title in zip(panels.T, titles, strict=True):
-        column[0].set_title(title, fontsize=TEXT)
-        column[-1].set_xlabel(label, fontsize=TEXT)
-
-
-def set_scale(axes: Axes, direction: Literal["x", "y"], geometric: bool) -> None:
-    """A logarithmic axis where its points are spaced geometrically."""
-    if geometric:
+def make_logarithmic(axes: Axes, directions: Sequence[str]) -> None:
+    """Logarithmic axes in the `directions` x and y."""
+    for direction in directions:
         axes.set(**{f"{direction}scale": "log"})
-        axes.tick_params(axis=direction, which="minor", labelsize=SMALL)
+        axes.tick_params(axis=direction, which="minor", labelsize=SMALL)  # type: ignore[arg-type]
 
 
-def put_legend(figure: Figure, lines: list[Line2D]) -> None:
-    """A legend above the panels, where it cannot hide a curve."""
+def wrapped(figure: Figure, text: str, inches: float, size: str = TEXT) -> str:
+    """A text in lines of at most so many inches, broken between words."""
+    lines = [""]
+    for word in _BETWEEN_WORDS.split(text):
+        longer = f"{lines[-1]} {word}".strip()
+        if lines[-1] and width_in_inches(figure, longer, size) > inches:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return "\n".join(lines)
+
+
+def width_in_inches(figure: Figure, text: str, size: str = TEXT) -> float:
+    """How wide one line of text is."""
+    drawn = Text(text=text, fontsize=size, figure=figure)
+    return float(drawn.get_window_extent().width) / figure.dpi
+
+
+def put_legend(figure: Figure, handles: Sequence[Line2D]) -> None:
+    """A legend above the panels, where it cannot hide a curve; the figure grows by its height."""
+    labels = [str(handle.get_label()) for handle in handles]
+    length = _HANDLE if any(handle.get_linestyle() != "None" for handle in handles) else 0.8
+    beside = (length + _PAD + _GAP) * _inches(TEXT)
+    widest = max(width_in_inches(figure, label) for label in labels) + beside
+    columns = max(1, min(len(labels), int(figure.get_figwidth() / widest)))
+    _grow(figure, math.ceil(len(labels) / columns), TEXT)
     figure.legend(
-        handles=lines,
+        handles=list(handles),
         loc="outside upper center",
-        ncols=_legend_columns(figure, [str(line.get_label()) for line in lines]),
-        fontsize=TEXT,
-        frameon=False,
-        handlelength=2.6,
-        columnspacing=1.2,
+        ncols=columns,
+        handlelength=length,
+        handletextpad=_PAD,
+        columnspacing=_GAP,
         borderaxespad=0.2,
     )
 
 
-def _legend_columns(figure: Figure, labels: list[str]) -> int:
-    letters = max(len(re.sub(r"[${}_^]|(?<=\\)[a-z]+", "", label)) for label in labels)
-    inches = 0.55 + 0.065 * letters  # handle and gap, then a letter of TEXT size
-    return max(1, min(len(labels), int(figure.get_figwidth() / inches)))
-
-
-def put_note(figure: Figure, sentences: list[str]) -> None:
-    """Small print below the panels, wrapped to the width of the figure."""
-    letters = int(figure.get_figwidth() / 0.055)  # of SMALL size
-    lines = [line for sentence in sentences for line in textwrap.wrap(sentence, letters)]
+def put_note(figure: Figure, sentences: Sequence[str]) -> None:
+    """Small print below the panels, under what is there already; the figure grows by its height."""
+    inches = figure.get_figwidth() - 2 * _MARGIN
+    lines = [wrapped(figure, sentence, inches, SMALL) for sentence in sentences if sentence]
     if lines:
-        figure.supxlabel("\n".join(lines), fontsize=SMALL)
+        there = figure.get_supxlabel()
+        _grow(figure, sum(line.count("\n") + 1 for line in lines), SMALL)
+        figure.supxlabel("\n".join([there, *lines] if there else lines), fontsize=SMALL)
+
+
+def _grow(figure: Figure, lines: int, size: str) -> None:
+    figure.set_figheight(figure.get_figheight() + lines * _LINE * _inches(size))
+
+
+def _inches(size: str) -> float:
+    """The font size in inches."""
+    return float(FontProperties(size=size).get_size_in_points()) / 72.0

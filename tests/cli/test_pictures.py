@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
+from support.pictures import GAMMAS, TEMPERATURES, curves, note, panels, sweep
 from support.sweeps.commands import Command, entries
 
 import stickslip
 from stickslip import Parameters
 from sweeps.exits import Exit
+from sweeps.figures import PlotOptions
 from sweeps.files.datasets import open_result
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -80,9 +84,9 @@ def test_plot_draws_what_the_config_asks_for(
     asked: list[str | None] = []
     draw = figures.draw
 
-    def observed(ds: xr.Dataset, name: str | None = None) -> object:
+    def observed(ds: xr.Dataset, name: str | None, options: PlotOptions | None) -> object:
         asked.append(name)
-        return draw(ds, name)
+        return draw(ds, name, options)
 
     monkeypatch.setattr(figures, "draw", observed)
     pick = ("--set", "T=250", "--set", "gamma=0")
@@ -101,3 +105,64 @@ def test_plot_draws_what_the_config_asks_for(
     assert (code, "draws a trajectory" in err, Path("b.png").exists()) == (Exit.USAGE, True, False)
     code, _, err = command("plot", "results/a.nc", "--figure", "amplitude")
     assert (code, "did you mean 'amplitudes'?" in err) == (Exit.USAGE, True)
+
+
+@pytest.fixture
+def result(command: Command) -> Path:
+    """A result file that was made by hand."""
+    file = Path("made.nc")
+    sweep(temperature=TEMPERATURES, rheological_index=list(GAMMAS)).to_netcdf(file)
+    return file
+
+
+def test_plot_draws_what_the_options_ask_for(
+    command: Command, result: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from sweeps import figures
+
+    drawn: list[Figure] = []
+    draw = figures.draw
+
+    def observed(*arguments: Any) -> Figure:
+        drawn.append(draw(*arguments))
+        return drawn[-1]
+
+    monkeypatch.setattr(figures, "draw", observed)
+    Path("mine.mplstyle").write_text("font.size: 11")
+    options = ("--variable", "elastic_stress_amplitude", "-x", "T", "--at", "gamma=0", "--log", "x")
+    named = ("-o", "new/a.svg", "--style", "mine.mplstyle")
+    code, out, _ = command("plot", str(result), *options, *named)
+    assert (code, out) == (0, "new/a.svg\n")
+    assert "<svg" in Path("new/a.svg").read_text(encoding="utf-8")
+    (axes,) = drawn[0].axes
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
+    assert axes.yaxis.label.get_size() == 11.0
+    assert len(curves(axes)) == 1
+    assert note(drawn[0]) == r"At $\gamma = 0$."
+    command("plot", str(result), "--hue", "T", "-x", "gamma", "-o", "b.png")
+    command("plot", str(result), "-y", "T", "-x", "gamma", "-o", "b.png")
+    command("plot", str(result), "--row", "gamma", "-o", "b.png")
+    command("plot", str(result), "--col", "gamma", "-o", "b.png")
+    assert [len(panels(figure)) for figure in drawn[1:]] == [2, 2, 6, 6]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--variable", "melting_cuont"), "did you mean 'melting_count'?"),
+        (("-x", "temprature"), "did you mean 'temperature'?"),
+        (("--at", "K=1000"), "spring_stiffness is 3000.0 in all of this file"),
+        (("--log", "u"), "there is no 'u'"),
+        (("--style", "none"), "the style file none does not exist"),
+        (("--figure", "amplitudes", "-x", "T"), "--figure names a whole picture"),
+        (("-o", "a.jpg"), "a picture ends in .png, .pdf or .svg"),
+    ],
+)
+def test_plot_refuses_what_it_cannot_draw(
+    command: Command, result: Path, options: tuple[str, ...], words: str
+) -> None:
+    code, out, err = command("plot", str(result), *options)
+    assert (code, out) == (Exit.USAGE, "")
+    last = err.splitlines()[-1]
+    assert words in last
+    assert entries() == ["a.yaml", "made.nc"]

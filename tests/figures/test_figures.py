@@ -13,6 +13,7 @@ from support.pictures import (
     TEMPERATURES,
     curves,
     described,
+    legend_of,
     panels,
     portraits,
     sweep,
@@ -49,11 +50,26 @@ def test_labels_come_from_the_registry_with_the_shown_unit():
     assert lower.get_ylabel() == r"$F_\mathrm{max}$ (mN)"
 
 
-def test_the_legend_names_the_lubricants_as_fractions():
+def test_the_legend_names_the_fluids_with_fractions():
     ds = sweep(temperature=TEMPERATURES, rheological_index=[*GAMMAS, 0.5])
-    (legend,) = draw(ds).legends
-    labels = [text.get_text() for text in legend.get_texts()]
-    assert labels == [r"$\gamma = -2/3$", r"$\gamma = 0$", r"$\gamma = 2/3$", r"$\gamma = 0.5$"]
+    assert legend_of(draw(ds)) == [
+        r"pseudoplastic, $\gamma = -2/3$",
+        r"Newtonian, $\gamma = 0$",
+        r"dilatant, $\gamma = 2/3$",
+        r"dilatant, $\gamma = 0.5$",
+    ]
+
+
+def test_the_unit_of_k_is_that_of_its_fluid():
+    k = np.linspace(1e4, 2e5, 12)
+
+    def label(ds):
+        return panels(draw(ds))[1].get_xlabel()
+
+    ds = sweep(viscosity_coefficient=k, rheological_index=list(GAMMAS))
+    assert label(ds) == r"$k$ (Pa$\cdot$s$^{\gamma+1}$)"
+    assert label(ds.isel(rheological_index=0)) == r"$k$ (Pa$\cdot$s$^{1/3}$)"
+    assert label(ds.isel(rheological_index=1)) == r"$k$ (Pa$\cdot$s)"
 
 
 def test_curves_that_coincide_stay_visible():

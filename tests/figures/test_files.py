@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
@@ -20,7 +23,7 @@ from support.pictures import (
 
 from stickslip import phase_diagram
 from sweeps.figure_table import FIGURES
-from sweeps.figures import draw, obstacle, save
+from sweeps.figures import PlotOptions, draw, obstacle, save
 
 # --- files --------------------------------------------------------------------------------------
 
@@ -59,8 +62,60 @@ def test_an_older_picture_survives_a_failure(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == [old]
 
 
+@pytest.mark.parametrize(
+    "ds", [sweep(viscosity_coefficient=TEMPERATURES, rheological_index=list(GAMMAS)), trajectory()]
+)
+def test_fonts_are_truetype_and_words_of_an_svg_stay_words(tmp_path, ds):
+    figure = draw(ds)
+    pdf = save(figure, tmp_path / "a.pdf")[0].read_bytes()
+    assert b"/Type3" not in pdf
+    assert b"/FontFile2" in pdf
+    svg = save(figure, tmp_path / "a.svg")[0].read_text(encoding="utf-8")
+    assert svg.startswith("<?xml")
+    words = "".join("".join(ET.fromstring(svg).itertext()).split())
+    assert "Newtonian" in words or "upperblock" in words
+
+
+def test_no_style_file_brings_other_fonts_back(tmp_path):
+    style = tmp_path / "mine.mplstyle"
+    style.write_text("pdf.fonttype: 3\nsvg.fonttype: path\n")
+    figure = draw(sweep(temperature=TEMPERATURES), None, PlotOptions(style=style))
+    assert b"/Type3" not in save(figure, tmp_path / "a.pdf", style)[0].read_bytes()
+    assert "<text" in save(figure, tmp_path / "a.svg", style)[0].read_text(encoding="utf-8")
+
+
+_HASHED = """
+import hashlib, sys
+from pathlib import Path
+sys.path.insert(0, "tests")
+from support.pictures import TEMPERATURES, sweep
+from sweeps.figures import draw, save
+figure = draw(sweep(temperature=TEMPERATURES))
+for name in ("a.png", "a.pdf", "a.svg"):
+    print(hashlib.sha256(save(figure, Path(sys.argv[1]) / name)[0].read_bytes()).hexdigest())
+"""
+
+
+@pytest.mark.slow
+def test_two_processes_give_the_same_bytes(tmp_path):
+    digests = [
+        subprocess.run(
+            [sys.executable, "-c", _HASHED, str(tmp_path)],
+            capture_output=True,
+            text=True,
+            check=True,
+            cwd=Path(__file__).parents[2],
+            env=os.environ | {"PYTHONHASHSEED": seed},
+        ).stdout
+        for seed in ("1", "2")
+    ]
+    assert digests[0] == digests[1]
+
+
 def contents(ds: xr.Dataset, folder) -> list[bytes]:
-    return [path.read_bytes() for path in save(draw(ds), folder / "picture")]
+    figure = draw(ds)
+    pictures = [*save(figure, folder / "picture"), *save(figure, folder / "picture.svg")]
+    return [path.read_bytes() for path in pictures]
 
 
 @pytest.mark.parametrize("kind", one_then("stress", ["trajectory", "curves", "map"]))

@@ -57,6 +57,22 @@ def linked(ds: xr.Dataset) -> xr.Dataset:
     return described(ds.assign_coords(case=np.arange(count, dtype="i4"), **linked_coords))
 
 
+def both_ways(ds: xr.Dataset) -> xr.Dataset:
+    """The sweep upward, and downward with half its stress."""
+    down = ds.assign(elastic_stress_amplitude=ds.elastic_stress_amplitude * 0.5)
+    both = xr.concat([ds, down], dim="direction", combine_attrs="override")
+    return described(both.assign_coords(direction=["up", "down"]))
+
+
+def random_cases(count: int = 60, **varied: tuple[float, float]) -> xr.Dataset:
+    """A sweep over linked cases in no order; a third of them each of the regimes 0, 1 and 2."""
+    ds = sweep(case=np.arange(count))
+    rng = np.random.default_rng(7)
+    coords = {name: ("case", rng.uniform(*bounds, count)) for name, bounds in varied.items()}
+    ds = ds.drop_vars([name for name in coords if name in ds.coords]).assign_coords(coords)
+    return described(ds.assign(regime=("case", (np.arange(count) % 3).astype("i1"))))
+
+
 def motion(omega: float = 10.0, start: float = 0.0, samples: int = 400) -> dict[str, np.ndarray]:
     t = start + np.linspace(0.0, 2 * 2 * np.pi / omega, samples)
     X, V = 0.8e-6 * np.cos(omega * t), -0.8e-6 * omega * np.sin(omega * t)
@@ -85,12 +101,21 @@ def portraits() -> xr.Dataset:
 
 def curves(axes):
     """The lines of a panel that show data."""
-    furniture = {"missing", "origin", "border"}
+    furniture = {"missing", "origin", "border", "jump"}
     return [line for line in axes.get_lines() if line.get_gid() not in furniture]
 
 
 def crosses(axes):
     return [line for line in axes.get_lines() if line.get_gid() == "missing"]
+
+
+def jumps(axes):
+    """Where the dotted lines of a panel are."""
+    return [float(line.get_xdata()[0]) for line in axes.get_lines() if line.get_gid() == "jump"]
+
+
+def legend_of(figure) -> list[str]:
+    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
 
 
 def note(figure) -> str:

@@ -14,9 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from stickslip.variables import PARAMETERS
-from sweeps.figures.insets import put_inset
-from sweeps.figures.labels import Quantity, shown
-from sweeps.figures.layout import MOST_FACETS, Selection, point_label, selections
+from sweeps.figures.labels import Quantity, point_label, shown
+from sweeps.figures.layout import MOST_FACETS, Selection, selections
+from sweeps.figures.motion.insets import put_inset
 from sweeps.figures.style import (
     BLACK,
     COLUMN,

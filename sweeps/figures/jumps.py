@@ -1,0 +1,61 @@
+"""Where a curve jumps: the motion changes its kind and the value does not go on as it did."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from sweeps.figures.labels import Array
+from sweeps.figures.layout import Axis
+from sweeps.figures.missing import trusted
+
+_KINDS = ("regime", "orbit_periods", "melting_count")  # what tells one kind of motion from another
+_MARKED = 4.0  # times the steepest slope beside it: less is a bend
+_VISIBLE = 0.02  # of the range of the curve: less is no gap on paper
+
+
+def jumps(ds: xr.Dataset, steps: Array, y: Array) -> Array:
+    """True for each interval of a curve over which the value jumps, (n - 1,).
+
+    `steps` (n - 1,) are the distances of its points along x, `y` (n,) the values as drawn. The
+    kind of motion differs at the two ends, and the value goes several times as far as the slopes
+    beside it explain; those are taken within one kind of motion.
+    """
+    if y.size < 2 or not np.isfinite(y).any():
+        return np.zeros(max(y.size - 1, 0), dtype=bool)
+    changes, rises = _changes(ds, y.size), np.abs(np.diff(y))
+    slopes = np.where(changes | (steps == 0), np.nan, rises / np.where(steps == 0, 1.0, steps))
+    explained = _MARKED * _steepest_beside(slopes) * steps
+    # A NaN compares as no jump: there is a gap already, or nothing to compare with.
+    found: Array = changes & (rises > explained) & (rises > _VISIBLE * np.nanmax(np.abs(y)))
+    return found
+
+
+def break_line(axis: Axis, y: Array, places: Array) -> tuple[Array, Array]:
+    """The curve with a gap in the middle of each jump."""
+    at = np.flatnonzero(places)
+    return np.insert(axis.quantity.values, at + 1, axis.middles[at]), np.insert(y, at + 1, np.nan)
+
+
+def draw_jumps(axes: Axes, axis: Axis, y: Array, places: Array, colour: str) -> None:
+    """A thin dotted vertical line in the middle of each jump."""
+    for i in np.flatnonzero(places):
+        middle = [axis.middles[i]] * 2
+        axes.plot(middle, y[i : i + 2], ":", color=colour, linewidth=0.7, gid="jump")
+
+
+def _changes(ds: xr.Dataset, count: int) -> Array:
+    changes = np.zeros(count - 1, dtype=bool)
+    for name in _KINDS:
+        if name in ds:
+            kinds = trusted(ds, name).values
+            changes |= (kinds[1:] != kinds[:-1]) & np.isfinite(kinds[1:] + kinds[:-1])
+    return changes
+
+
+def _steepest_beside(slopes: Array) -> Array:
+    """The steepest of the two intervals on each side; NaN where none of them counts."""
+    padded, count = np.pad(slopes, 2, constant_values=np.nan), slopes.size
+    beside = [padded[shift : shift + count] for shift in (0, 1, 3, 4)]
+    return np.asarray(np.fmax.reduce(beside))

@@ -1,0 +1,1 @@
+"""Pictures of motions in time: courses, relative motion, phase portraits."""

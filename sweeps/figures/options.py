@@ -1,0 +1,151 @@
+"""What a user may choose about the picture of a sweep: names and values, found in its Dataset."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from stickslip.variables import PARAMETERS, RESULTS, canonical_name
+from sweeps.config.numbers import number
+from sweeps.figure_table import AMPLITUDES
+from sweeps.figures.labels import parameters_along, slice_label
+from sweeps.human import did_you_mean
+
+ROLES = ("x", "y", "hue", "row", "col")
+
+
+@dataclass(frozen=True)
+class PlotOptions:
+    """A result variable and the roles of axes, by full name or symbol; what is left out is chosen.
+
+    `at` has texts such as `temperature=228`: the nearest point of that axis. `log` names
+    logarithmic scales, such as `x,z`; z is the scale of the variable. `style` is a style file.
+    """
+
+    variable: str | None = None
+    x: str | None = None
+    y: str | None = None
+    hue: str | None = None
+    row: str | None = None
+    col: str | None = None
+    at: tuple[str, ...] = ()
+    log: str = ""
+    style: Path | None = None
+
+    @property
+    def asks(self) -> bool:
+        """Whether anything about the picture of a sweep is chosen."""
+        named = (self.variable, *(getattr(self, role) for role in ROLES))
+        return any(named) or bool(self.at) or bool(self.log)
+
+    @property
+    def scales(self) -> frozenset[str]:
+        """The letters of `log`; raises ValueError for others than x, y and z."""
+        letters = [letter.strip() for letter in self.log.split(",") if letter.strip()]
+        if unknown := [letter for letter in letters if letter not in ("x", "y", "z")]:
+            raise ValueError(f"log scales are x, y and z, as in `x,z`; there is no '{unknown[0]}'")
+        return frozenset(letters)
+
+
+def variables_of(ds: xr.Dataset, options: PlotOptions) -> tuple[str, ...]:
+    """The result variables to draw: the one asked for, or both amplitudes."""
+    name = options.variable
+    if name is None:
+        return AMPLITUDES
+    if name not in RESULTS:
+        hint = did_you_mean(name, RESULTS) or f"; there are {', '.join(RESULTS)}"
+        raise ValueError(f"unknown variable '{name}'{hint}")
+    if name not in ds.variables:
+        raise ValueError(f"this file lacks {name}: it is of an older version; sweep it again")
+    return (name,)
+
+
+def named_roles(ds: xr.Dataset, options: PlotOptions) -> dict[str, str]:
+    """The dimension of each role that has one by name."""
+    roles: dict[str, str] = {}
+    for role in ROLES:
+        name = getattr(options, role)
+        if name is None:
+            continue
+        dim, _ = axis_named(ds, name)
+        if other := next((known for known, taken in roles.items() if taken == dim), None):
+            raise ValueError(f"{dim} is both {other} and {role}; an axis has one place")
+        roles[role] = dim
+    return roles
+
+
+def axis_named(ds: xr.Dataset, name: str) -> tuple[str, str]:
+    """The dimension along which a name varies, and the coordinate that it is."""
+    full = canonical_name(name) or name
+    if full in ds.sizes and ds.sizes[full] > 1:
+        return full, full
+    if full in ds.coords and ds[full].size > 1:
+        return str(ds[full].dims[0]), full
+    if full in ds.coords:
+        value = ds[full].values.item()
+        raise ValueError(f"{full} is {value} in all of this file; {_axes_of(ds)}")
+    hint = did_you_mean(name, [*_varying(ds), *PARAMETERS])
+    raise ValueError(f"unknown axis '{name}'{hint}; {_axes_of(ds)}")
+
+
+def lie_along(ds: xr.Dataset, options: PlotOptions) -> xr.Dataset:
+    """The dataset with its cases along the linked parameter that is named for a role, if one is."""
+    for role in ROLES:
+        name = getattr(options, role)
+        if name is not None:
+            dim, coordinate = axis_named(ds, name)
+            ds = ds.swap_dims({dim: coordinate}) if dim != coordinate else ds
+    return ds
+
+
+def slice_at(ds: xr.Dataset, at: Iterable[str]) -> tuple[xr.Dataset, str]:
+    """The dataset at the points that are nearest, and a sentence that says where that is."""
+    places: dict[str, int] = {}
+    for text in at:
+        key, _, value = (part.strip() for part in text.partition("="))
+        if not key or not value:
+            raise ValueError(f"'{text}' must be KEY=VALUE, for example temperature=228")
+        dim, name = axis_named(ds, key)
+        if dim in places:
+            raise ValueError(f"'{text}': {dim} is sliced before already; an axis is sliced once")
+        places[dim] = _nearest(ds[name], value, text)
+    return ds.isel(places), f"At {slice_label(ds, places)}." if places else ""
+
+
+def slice_in_the_middle(ds: xr.Dataset, dims: Iterable[str]) -> tuple[xr.Dataset, str]:
+    """The dataset in the middle of some dimensions, and a sentence that says where that is."""
+    places = {dim: ds.sizes[dim] // 2 for dim in dims}
+    where = f"In the middle of further axes: {slice_label(ds, places)}." if places else ""
+    return ds.isel(places), where
+
+
+def _nearest(coordinate: xr.DataArray, text: str, whole: str) -> int:
+    values = coordinate.values
+    if values.dtype.kind not in "fiu":
+        known = [str(value) for value in values]
+        if text in known:
+            return known.index(text)
+        raise ValueError(f"'{whole}': there are {' and '.join(known)}")
+    try:
+        value = number(text) if "/" in text else float(text)
+    except ValueError:
+        raise ValueError(f"'{whole}': {text} is no number") from None
+    if not math.isfinite(value):
+        raise ValueError(f"'{whole}': must be a finite number")
+    return int(np.argmin(np.abs(values - value)))
+
+
+def _varying(ds: xr.Dataset) -> list[str]:
+    dims = [str(dim) for dim, size in ds.sizes.items() if size > 1]
+    return [name for dim in dims for name in dict.fromkeys([dim, *parameters_along(ds, dim)])]
+
+
+def _axes_of(ds: xr.Dataset) -> str:
+    symbols = {name: f" ({PARAMETERS[name].symbol})" for name in PARAMETERS}
+    names = [f"{name}{symbols.get(name, '')}" for name in _varying(ds)]
+    return f"its axes are {', '.join(names)}" if names else "it has no axes: it is a single point"

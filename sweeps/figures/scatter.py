@@ -1,0 +1,140 @@
+"""Linked cases in no order, such as random ones: points against each parameter that they vary."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from stickslip.variables import RESULTS, canonical_name
+from sweeps.figures.colours import Colours, colours_of, is_discrete
+from sweeps.figures.labels import Array, parameters_along, shown
+from sweeps.figures.layout import MANY, is_scattered
+from sweeps.figures.missing import missing_notes, trusted
+from sweeps.figures.options import PlotOptions, slice_in_the_middle
+from sweeps.figures.style import BLACK, make_logarithmic, new_panels, put_legend, put_note, width_of
+from sweeps.grid import CASE
+
+_ROW, _FRAME = 2.0, 0.7  # inches: a row of panels, what is above and below them
+_AREA = 9.0  # square points of a dot where there are few; many are smaller
+_WIDE = 5.0  # largest over smallest value: from here on a logarithmic axis may fit better
+
+
+class _Cloud(NamedTuple):
+    """What one panel shows: the quantities across and up, and that which colours the points."""
+
+    across: str
+    up: str
+    colour: str
+
+
+def cases_to_scatter(ds: xr.Dataset, options: PlotOptions) -> bool:
+    """Whether the picture is one of points: cases in no order that have no other role."""
+    if ds.sizes.get(CASE, 1) == 1 or not is_scattered(ds, CASE):
+        return False
+    along = {CASE, *parameters_along(ds, CASE)}
+    roles = (options.x, options.y, options.hue, options.row, options.col)
+    named = {canonical_name(name) or name for name in roles if name}
+    return named <= along and (ds.sizes[CASE] > MANY or len(ds.sizes) == 1)
+
+
+def draw_scatter(
+    ds: xr.Dataset, variables: Sequence[str], options: PlotOptions
+) -> tuple[Figure, str]:
+    """A panel for each variable and parameter, and where other axes are cut.
+
+    A point has the colour of its regime; over two parameters, or of kinds, that of its value.
+    """
+    if options.hue or options.row or options.col:
+        raise ValueError("cases in no order are points over x and y: they have no hue, row or col")
+    ds, middle = slice_in_the_middle(ds, [str(dim) for dim in ds.sizes if dim != CASE])
+    rows = _clouds(ds, variables, options)
+    figure, panels = _panels(rows)
+    scales = options.scales
+    for row, line in zip(rows, panels, strict=True):
+        for axes, cloud in zip(line, row, strict=True):
+            _draw_cloud(axes, ds, cloud, scales)
+        for axes in line[:: _across(len(row))]:
+            axes.set_ylabel(shown(ds[row[0].up]).label)
+        colours = _colours(ds, row[0], scales)
+        if colours and not colours.legend:
+            colours.draw_scale(figure, line)
+    legends = [colours.legend for row in rows if (colours := _colours(ds, row[0], scales))]
+    if legends and legends[0]:
+        put_legend(figure, legends[0])
+    figure.align_labels()
+    put_note(figure, missing_notes(ds, variables, "Not drawn: "))
+    return figure, middle
+
+
+def _clouds(ds: xr.Dataset, variables: Sequence[str], options: PlotOptions) -> list[list[_Cloud]]:
+    """A list for each variable: over each parameter, or coloured by it over two of them."""
+    along = parameters_along(ds, CASE)
+    x, y = (canonical_name(name) if name else None for name in (options.x, options.y))
+    if y is None and is_discrete(ds, variables[0]) and len(along) > 1:
+        y = next(name for name in along if name != x)
+    across = [x] if x else [name for name in along if name != y]
+    return [
+        [_Cloud(name, y or variable, variable if y else "regime") for name in across]
+        for variable in variables
+    ]
+
+
+def _panels(rows: list[list[_Cloud]]) -> tuple[Figure, list[list[Axes]]]:
+    """Panels for the clouds: those of each variable in lines of their own."""
+    count = len(rows[0])
+    across = _across(count)
+    down = math.ceil(count / across)
+    size = (width_of(across), _FRAME + _ROW * down * len(rows))
+    figure, grid = new_panels(down * len(rows), across, size, sharey="row")
+    lines = []
+    for lines_of_one in np.split(grid, len(rows)):
+        for unused in lines_of_one.flat[count:]:
+            unused.remove()
+        lines.append(list(lines_of_one.flat[:count]))
+    return figure, lines
+
+
+def _across(count: int) -> int:
+    """How many of the panels of a variable lie side by side."""
+    return count if count <= 4 else 3
+
+
+def _draw_cloud(axes: Axes, ds: xr.Dataset, cloud: _Cloud, scales: frozenset[str]) -> None:
+    x, y = (shown(trusted(ds, name) if name in RESULTS else ds[name]) for name in cloud[:2])
+    colours = _colours(ds, cloud, scales)
+    axes.scatter(
+        x.values,
+        y.values,
+        s=_AREA * min(1.0, 300 / x.values.size),
+        c=colours.placed(ds) if colours else BLACK,
+        cmap=colours.cmap if colours else None,
+        norm=colours.norm if colours else None,
+        linewidths=0,
+        rasterized=True,
+    )
+    axes.set_xlabel(x.label)
+    is_value = cloud.up in RESULTS
+    log_y = bool(scales & {"y", "z"}) if is_value else "y" in scales or _fits_log(y.values)
+    log_x = "x" in scales or _fits_log(x.values)
+    make_logarithmic(axes, ["x"] * log_x + ["y"] * log_y)
+
+
+def _colours(ds: xr.Dataset, cloud: _Cloud, scales: frozenset[str]) -> Colours | None:
+    """The colours of the points; none where the file does not know what colours them."""
+    if cloud.colour not in ds:
+        return None
+    return colours_of(ds, cloud.colour, log="z" in scales and cloud.up not in RESULTS)
+
+
+def _fits_log(values: Array) -> bool:
+    """Whether the middle one of the values is nearer to their middle on a logarithmic scale."""
+    low, middle, high = np.quantile(values, [0.0, 0.5, 1.0])
+    if low <= 0 or high < _WIDE * low:
+        return False
+    return bool(abs(math.log(middle**2 / (low * high))) < abs(math.log(2 * middle / (low + high))))

@@ -1,0 +1,128 @@
+"""Kinds of motion and counts in colours: one colour for a kind in every picture, and its name."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection, QuadMesh
+from matplotlib.colors import to_hex
+from support.pictures import GAMMAS, TEMPERATURES, described, failed, legend_of, note, panels, sweep
+
+from stickslip.regime import Regime
+from stickslip.status import Status
+from sweeps.figures import PlotOptions, draw
+
+K = np.geomspace(1e4, 2e5, 12)
+STIFFNESS = [1e3, 2e3, 3e3, 4e3]
+ORANGE = "#e69f00"
+
+
+def with_regimes(ds, codes):
+    return described(ds.assign(regime=(ds.status.dims, np.asarray(codes, dtype="i1"))))
+
+
+def mapped(ds, variable="regime"):
+    figure = draw(ds, None, PlotOptions(variable=variable))
+    (axes,) = panels(figure)
+    (mesh,) = (drawn for drawn in axes.collections if isinstance(drawn, QuadMesh))
+    return figure, axes, mesh
+
+
+def cell_colours(mesh):
+    mesh.update_scalarmappable()
+    return np.array([to_hex(colour) for colour in mesh.get_facecolors().reshape(-1, 4)])
+
+
+def test_a_map_of_regimes_names_those_that_are_there():
+    ds = sweep(temperature=TEMPERATURES, viscosity_coefficient=K)
+    codes = np.zeros((35, 12))
+    codes[10:20] = Regime.STICK_SLIP_SYMMETRIC
+    figure, _, mesh = mapped(with_regimes(ds, codes))
+    assert legend_of(figure) == ["liquid", "stick-slip, symmetric"]
+    orange = (cell_colours(mesh) == ORANGE).reshape(12, 35)
+    np.testing.assert_array_equal(orange, codes.T == Regime.STICK_SLIP_SYMMETRIC)
+
+
+def test_a_regime_keeps_its_colour_beside_other_regimes():
+    ds = sweep(temperature=TEMPERATURES, viscosity_coefficient=K)
+    for others in (Regime.LIQUID, Regime.APERIODIC):
+        codes = np.full((35, 12), int(others))
+        codes[0, 0] = Regime.STICK_SLIP_SYMMETRIC
+        _, _, mesh = mapped(with_regimes(ds, codes))
+        assert (cell_colours(mesh) == ORANGE).sum() == 1
+
+
+def test_a_line_parts_regimes():
+    ds = sweep(temperature=[200.0, 210.0, 220.0], viscosity_coefficient=[1e4, 2e4])
+    _, axes, _ = mapped(with_regimes(ds, [[0, 0], [2, 2], [2, 0]]))
+    (borders,) = (drawn for drawn in axes.collections if isinstance(drawn, LineCollection))
+    assert {tuple(map(tuple, line)) for line in borders.get_segments()} == {
+        ((205.0, 5e3), (205.0, 1.5e4)),
+        ((205.0, 1.5e4), (205.0, 2.5e4)),
+        ((215.0, 1.5e4), (215.0, 2.5e4)),
+        ((215.0, 1.5e4), (225.0, 1.5e4)),
+    }
+
+
+def test_regimes_along_one_axis_are_a_strip_for_each_fluid():
+    ds = sweep(temperature=TEMPERATURES, rheological_index=list(GAMMAS))
+    codes = np.tile([2, 1, 0], (35, 1))
+    _, axes, mesh = mapped(with_regimes(ds, codes))
+    assert mesh.get_array().shape == (3, 35)
+    names = [label.get_text() for label in axes.get_yticklabels()]
+    assert names[0] == "pseudoplastic,\n$\\gamma = -2/3$"
+    alone, axes, mesh = mapped(with_regimes(ds, codes).isel(rheological_index=0))
+    assert mesh.get_array().shape == (1, 35)
+    assert axes.get_yticks().size == 0
+    assert legend_of(alone) == ["stick-slip, symmetric"]
+
+
+def test_a_hue_of_regimes_is_a_strip_for_each_value():
+    ds = with_regimes(
+        sweep(temperature=[200.0, 250.0], spring_stiffness=STIFFNESS), np.zeros((2, 4))
+    )
+    figure = draw(ds, None, PlotOptions(variable="regime", hue="K"))
+    (axes,) = panels(figure)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("$T$ (K)", "$K$ (N/m)")
+
+
+def test_a_point_without_a_regime_is_grey_and_counted():
+    ds = with_regimes(sweep(temperature=TEMPERATURES), np.zeros(35))
+    ds["regime"][3] = Regime.UNKNOWN
+    figure, _, mesh = mapped(failed(ds, Status.DIVERGED, temperature=3))
+    assert legend_of(figure) == ["liquid"]
+    assert np.flatnonzero(mesh.get_array().mask).tolist() == [3]
+    assert note(figure) == "Grey: 1 of 35 points missing (1 diverged)"
+
+
+def test_statuses_are_named_and_none_is_missing():
+    ds = sweep(temperature=TEMPERATURES)
+    ds["status"][:3] = [Status.DIVERGED, 9, Status.PENDING]
+    figure, _, mesh = mapped(ds, "status")
+    assert legend_of(figure) == ["ok", "diverged", "interpolated", "pending"]
+    assert not np.ma.getmaskarray(mesh.get_array()).any()
+    assert note(figure) == ""
+
+
+@pytest.mark.parametrize(
+    ("variable", "counts", "ticks"),
+    [
+        ("melting_count", [0, 2, 2, 7], ["0", "2", "7"]),
+        ("orbit_periods", [0, 1, 1, 2], ["aperiodic", "1", "2"]),
+    ],
+)
+def test_counts_have_a_colour_each_with_a_whole_number(variable, counts, ticks):
+    ds = sweep(temperature=[200.0, 210.0, 220.0, 230.0])
+    ds = described(ds.assign({variable: ("temperature", np.array(counts, dtype="i4"))}))
+    figure, axes, mesh = mapped(ds, variable)
+    (bar,) = (other for other in figure.axes if other is not axes)
+    assert [label.get_text() for label in bar.get_yticklabels()] == ticks
+    assert len(set(cell_colours(mesh))) == 3
+
+
+def test_many_counts_are_a_curve():
+    ds = sweep(temperature=TEMPERATURES)
+    ds = ds.assign(periods_integrated=("temperature", np.arange(35, dtype="i4")))
+    (axes,) = panels(draw(described(ds), None, PlotOptions(variable="periods_integrated")))
+    assert not axes.collections
+    np.testing.assert_array_equal(axes.get_lines()[0].get_ydata(), np.arange(35))

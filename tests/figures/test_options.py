@@ -1,0 +1,128 @@
+"""What a user chooses about a picture: variable, axes, slices, scales, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib.collections import QuadMesh
+from support.pictures import GAMMAS, TEMPERATURES, curves, linked, note, panels, sweep, trajectory
+
+from sweeps.figures import PlotOptions, draw
+
+STIFFNESS = np.geomspace(500.0, 1e4, 6)
+
+
+@pytest.fixture
+def ds():
+    return sweep(
+        temperature=TEMPERATURES, spring_stiffness=STIFFNESS, rheological_index=list(GAMMAS)
+    )
+
+
+def chosen(ds, **options):
+    return draw(ds, None, PlotOptions(**options))
+
+
+def test_a_variable_has_a_single_row_of_panels(ds):
+    figure = chosen(ds, variable="friction_force_amplitude", at=("K=3000",))
+    (axes,) = panels(figure)
+    assert axes.get_ylabel() == r"$F_\mathrm{max}$ (mN)"
+    np.testing.assert_allclose(curves(axes)[0].get_ydata(), 4.768)
+
+
+def test_axes_are_named_by_symbol_or_name(ds):
+    figure = chosen(ds, x="K", hue="gamma", col="temperature", at=())
+    assert [axes.get_xlabel() for axes in panels(figure)[4:]] == ["$K$ (N/m)"] * 4
+    assert note(figure) == "4 of 35 values of $T$ are drawn."
+    line = curves(panels(figure)[3])[2]
+    expected = ds.elastic_stress_amplitude.isel(temperature=-1, rheological_index=2) * 1e-6
+    np.testing.assert_allclose(line.get_ydata(), expected)
+
+
+def test_a_slice_is_at_the_nearest_point_and_says_where(ds):
+    figure = chosen(ds, at=("K=2900", "gamma=-2/3"))
+    assert note(figure) == r"At $K = 3017.09$ N/m, $\gamma = -2/3$."
+    expected = ds.elastic_stress_amplitude.isel(spring_stiffness=3, rheological_index=0) * 1e-6
+    np.testing.assert_allclose(curves(panels(figure)[0])[0].get_ydata(), expected)
+
+
+def test_y_makes_a_map(ds):
+    figure = chosen(ds, x="T", y="K", at=("gamma=0",))
+    for axes in panels(figure):
+        assert any(isinstance(drawn, QuadMesh) for drawn in axes.collections)
+    assert panels(figure)[0].get_ylabel() == "$K$ (N/m)"
+    assert panels(figure)[0].get_yscale() == "log"
+
+
+def test_rows_and_columns_of_a_variable(ds):
+    figure = chosen(ds, variable="elastic_stress_amplitude", row="gamma", col="K")
+    assert len(panels(figure)) == 12
+    axes = panels(figure)[4 + 3]
+    expected = ds.elastic_stress_amplitude.isel(rheological_index=1, spring_stiffness=5) * 1e-6
+    np.testing.assert_allclose(curves(axes)[0].get_ydata(), expected)
+    assert panels(figure)[4].get_ylabel().startswith("$\\gamma = 0$\n")
+
+
+def test_facets_of_one_variable_are_wrapped(ds):
+    figure = chosen(ds, variable="elastic_stress_amplitude", col="K")
+    assert len(panels(figure)) == 6
+    rows = {axes.get_subplotspec().rowspan.start for axes in panels(figure)}
+    assert rows == {0, 1}
+    assert note(figure) == ""
+
+
+def test_scales_are_logarithmic_where_asked(ds):
+    one = {"at": ("gamma=0", "K=3000"), "variable": "elastic_stress_amplitude"}
+    (axes,) = panels(chosen(ds, log="x,z", **one))
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+    (axes,) = panels(chosen(ds, **one))
+    assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
+    figure = chosen(ds, x="T", y="K", at=("gamma=0",), log="z")
+    assert [bar.get_yscale() for bar in figure.axes[2:]] == ["log", "log"]
+
+
+def test_what_has_no_place_on_a_logarithmic_scale_is_told(ds):
+    ds["elastic_stress_amplitude"][:4] = 0.0
+    one = ("gamma=0", "K=3000")
+    figure = chosen(ds, variable="elastic_stress_amplitude", at=one, log="z")
+    assert "is not above 0 at 4 points: not drawn." in note(figure)
+
+
+def test_a_linked_parameter_can_be_the_axis():
+    cases = linked(sweep(case=np.arange(9)))
+    assert panels(chosen(cases, x="omega"))[1].get_xlabel() == (
+        r"$\omega$ (rad/s), linked with $X_m$"
+    )
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"variable": "regme"}, r"unknown variable 'regme' \(did you mean 'regime'\?\)"),
+        ({"variable": "regime"}, "this file lacks regime"),
+        ({"x": "temprature"}, r"unknown axis 'temprature' \(did you mean 'temperature'\?\)"),
+        ({"x": "M"}, r"block_mass is 0.4 in all of this file; its axes are temperature \(T\)"),
+        ({"x": "T", "hue": "temperature"}, "temperature is both x and hue"),
+        ({"y": "T", "hue": "K"}, "choose one of them"),
+        ({"at": ("T",)}, "'T' must be KEY=VALUE"),
+        ({"at": ("T=warm",)}, "'T=warm': warm is no number"),
+        ({"at": ("T=nan",)}, "must be a finite number"),
+        ({"at": ("T=200", "temperature=250")}, "an axis is sliced once"),
+        ({"log": "w"}, "log scales are x, y and z"),
+        ({"log": "x", "x": "gamma"}, "needs numbers above 0"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused_with_the_remedy(ds, options, words):
+    with pytest.raises(ValueError, match=words):
+        chosen(ds, **options)
+
+
+def test_a_slice_of_words_is_refused_with_the_words():
+    both = sweep(temperature=TEMPERATURES).expand_dims(direction=["up", "down"])
+    with pytest.raises(ValueError, match="'direction=left': there are up and down"):
+        chosen(both, at=("direction=left",))
+
+
+def test_a_trajectory_has_no_axes_to_choose():
+    with pytest.raises(ValueError, match="this file holds a trajectory"):
+        chosen(trajectory(), x="T")

@@ -1,0 +1,80 @@
+"""Linked cases in no order: points, coloured by regime, and no line that joins them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib.collections import PathCollection
+from support.pictures import described, legend_of, note, panels, random_cases
+
+from sweeps.figures import PlotOptions, draw
+
+VARIED = {"temperature": (150.0, 320.0), "spring_stiffness": (500.0, 1e4), "block_mass": (0.3, 0.5)}
+
+
+def points(axes):
+    (cloud,) = (drawn for drawn in axes.collections if isinstance(drawn, PathCollection))
+    return np.asarray(cloud.get_offsets()).T
+
+
+def test_each_amplitude_against_each_parameter_and_no_lines():
+    ds = random_cases(**VARIED)
+    figure = draw(ds)
+    assert [axes.get_xlabel() for axes in panels(figure)] == [
+        "$T$ (K)",
+        "$K$ (N/m)",
+        "$M$ (kg)",
+    ] * 2
+    assert not any(axes.get_lines() for axes in panels(figure))
+    for axes, name in zip(panels(figure)[:3], VARIED, strict=True):
+        np.testing.assert_allclose(points(axes), [ds[name], ds.elastic_stress_amplitude * 1e-6])
+    assert legend_of(figure) == ["liquid", "locked", "stick-slip, symmetric"]
+
+
+def test_six_parameters_have_lines_of_their_own_for_each_amplitude():
+    more = {"angular_frequency": (5.0, 60.0), "film_thickness": (1e-9, 2e-9)}
+    figure = draw(random_cases(**VARIED, **more, drive_amplitude=(1e-7, 1e-6)))
+    assert len(panels(figure)) == 12
+    assert panels(figure)[3].get_ylabel() == r"$\sigma_\mathrm{el,max}$ (MPa)"
+    assert panels(figure)[6].get_ylabel() == r"$F_\mathrm{max}$ (mN)"
+
+
+def test_a_chosen_parameter_is_the_only_one_across():
+    figure = draw(random_cases(**VARIED), None, PlotOptions(x="K", variable="melting_count"))
+    assert [axes.get_xlabel() for axes in panels(figure)] == ["$K$ (N/m)"]
+
+
+def test_a_value_over_two_parameters_is_a_colour():
+    ds = random_cases(**VARIED)
+    options = PlotOptions(x="T", y="K", variable="elastic_stress_amplitude")
+    figure = draw(ds, None, options)
+    (axes,) = panels(figure)
+    np.testing.assert_allclose(points(axes), [ds.temperature, ds.spring_stiffness])
+    assert figure.axes[1].get_ylabel() == r"$\sigma_\mathrm{el,max}$ (MPa)"
+
+
+def test_regimes_lie_over_two_parameters():
+    ds = random_cases(**VARIED)
+    figure = draw(ds, None, PlotOptions(variable="regime"))
+    np.testing.assert_allclose(points(panels(figure)[0]), [ds.spring_stiffness, ds.temperature])
+    assert legend_of(figure) == ["liquid", "locked", "stick-slip, symmetric"]
+
+
+def test_a_missing_case_is_counted():
+    ds = random_cases(**VARIED)
+    ds["status"][4] = 3
+    assert note(draw(ds)) == "Not drawn: 1 of 60 points missing (1 diverged)"
+
+
+def test_cases_in_no_order_have_no_curves():
+    with pytest.raises(ValueError, match="cases in no order are points over x and y"):
+        draw(random_cases(**VARIED), None, PlotOptions(hue="T"))
+
+
+@pytest.mark.parametrize(("spaced", "scale"), [(np.geomspace, "log"), (np.linspace, "linear")])
+def test_a_parameter_sampled_over_decades_has_a_logarithmic_axis(spaced, scale):
+    ds = random_cases(temperature=(150.0, 320.0)).drop_vars("spring_stiffness")
+    stiffness = np.random.default_rng(1).permutation(spaced(100.0, 1e4, 60))
+    figure = draw(described(ds.assign_coords(spring_stiffness=("case", stiffness))))
+    scales = {axes.get_xlabel(): axes.get_xscale() for axes in panels(figure)}
+    assert scales == {"$T$ (K)": "linear", "$K$ (N/m)": scale}

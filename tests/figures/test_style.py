@@ -1,0 +1,64 @@
+"""Matplotlib's settings: those of the house and of a style file, while a picture is drawn."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import pytest
+from support.pictures import TEMPERATURES, curves, panels, sweep
+
+from sweeps.figures import PlotOptions, draw, save
+
+
+def test_settings_are_afterwards_what_they_were(tmp_path):
+    style = tmp_path / "large.mplstyle"
+    style.write_text("font.size: 12\naxes.grid: True\n")
+    before = dict(mpl.rcParams)
+    save(
+        draw(sweep(temperature=TEMPERATURES), None, PlotOptions(style=style)), tmp_path / "a", style
+    )
+    with pytest.raises(ValueError, match="unknown variable"):
+        draw(sweep(temperature=TEMPERATURES), None, PlotOptions(variable="x", style=style))
+    assert dict(mpl.rcParams) == before
+
+
+def test_a_style_file_changes_fonts_and_colours(tmp_path):
+    style = tmp_path / "large.mplstyle"
+    style.write_text("# mine\nfont.size: 12  # points\naxes.prop_cycle: cycler(color=['red'])\n")
+    ds = sweep(temperature=TEMPERATURES, rheological_index=[-0.5, 0.0])
+    usual, large = (panels(draw(ds, None, PlotOptions(style=s)))[0] for s in (None, style))
+    assert usual.yaxis.label.get_size() == 8.0
+    assert large.yaxis.label.get_size() == 12.0
+    assert {line.get_color() for line in curves(large)} == {"red"}
+
+
+def test_settings_of_the_user_make_no_other_picture(tmp_path, monkeypatch):
+    ds = sweep(temperature=TEMPERATURES)
+    (usual,) = save(draw(ds), tmp_path / "a.png")
+    monkeypatch.setitem(mpl.rcParams, "font.size", 20.0)
+    monkeypatch.setitem(mpl.rcParams, "axes.grid", True)
+    (again,) = save(draw(ds), tmp_path / "b.png")
+    assert again.read_bytes() == usual.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (None, "large.mplstyle does not exist"),
+        ("font.sise: 9\n", r"line 1 names no setting of matplotlib \(did you mean 'font.size'\?\)"),
+        ("font.size: 9\nhello\n", "line 2 names no setting"),
+        ("font.size: big and bold\n", "is no matplotlib style file"),
+    ],
+)
+def test_a_style_file_that_cannot_be_used_is_refused(tmp_path, text, words):
+    style = tmp_path / "large.mplstyle"
+    if text is not None:
+        style.write_text(text)
+    with pytest.raises(ValueError, match=words):
+        draw(sweep(temperature=TEMPERATURES), None, PlotOptions(style=style))
+
+
+def test_windows_and_toolbars_are_no_matter_of_style(tmp_path):
+    style = tmp_path / "mine.mplstyle"
+    style.write_text("backend: TkAgg\ninteractive: True\nfont.size: 9\n")
+    draw(sweep(temperature=TEMPERATURES), None, PlotOptions(style=style))
+    assert not mpl.rcParams["interactive"]
