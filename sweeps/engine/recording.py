@@ -16,7 +16,8 @@ from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.existing import Target
 from sweeps.engine.options import options_of
 from sweeps.engine.outcome import Console, Outcome
-from sweeps.engine.progress import Counts, Progress, make_progress
+from sweeps.engine.progress.counts import Counts
+from sweeps.engine.progress.display import Progress, make_progress
 from sweeps.engine.signals import Stop, wait_for
 from sweeps.engine.worker import Block, compile_kernels
 from sweeps.exits import Exit
@@ -60,7 +61,8 @@ class Recorder:
                 make_progress(self._counts, wanted=self._console.progress)
             )
             self._stop.at_once += [executor.kill, progress.stop]
-            self._counts.begin(lambda: executor.slots)
+            self._stop.in_flight = self._counts.in_flight.__str__
+            self._counts.begin(lambda: executor.slots, self._stop)
             stack.enter_context(self._folder.beating(lambda: self._beat(execution)))
             blocks = finished_blocks(
                 target.grid,
@@ -70,6 +72,7 @@ class Recorder:
                 self._stop,
                 block_points=execution.block_points,
                 pilot=pilot,
+                in_flight=self._counts.in_flight,
             )
             self._record(blocks, progress, judged=PILOT_BLOCKS if pilot else _BLOCKS_TO_JUDGE)
 
@@ -93,7 +96,6 @@ class Recorder:
         try:
             for number, block in enumerate(blocks, start=1):
                 self._take_in(block)
-                progress.refresh()
                 if number == 1:
                     self._stop_if_all_fail(block)
                 if number == judged:
