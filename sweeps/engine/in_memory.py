@@ -19,6 +19,7 @@ from sweeps.engine.blocks import Blocks
 from sweeps.engine.dispatch import finished_blocks
 from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.options import options_of, unstable_step
+from sweeps.engine.progress.compiling import Compiling
 from sweeps.engine.signals import Stop
 from sweeps.engine.worker import Block, compile_kernels, compute_block, task_of
 from sweeps.files.attributes import result_dataset
@@ -139,7 +140,8 @@ def _by_joblib(
 ) -> Iterator[Block]:
     import joblib
 
-    compile_kernels(options, grid)  # once, before several workers would begin to
+    with Compiling():
+        compile_kernels(options, grid)  # once, before several workers would begin to
     nothing = np.zeros(grid.size, dtype=bool)
     blocks = Blocks(nothing, joblib.effective_n_jobs(jobs), block_points=block_points)
     # Blocks are small and read once, so that mapping them into memory as files gains nothing.

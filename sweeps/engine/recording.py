@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stickslip.options import Options
 from sweeps.config.schema import Execution
 from sweeps.engine.blocks import PILOT_BLOCKS, pilot_points
 from sweeps.engine.dispatch import finished_blocks
@@ -16,6 +17,7 @@ from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.existing import Target
 from sweeps.engine.options import options_of
 from sweeps.engine.outcome import Console, Outcome
+from sweeps.engine.progress.compiling import Compiling
 from sweeps.engine.progress.counts import Counts
 from sweeps.engine.progress.display import Progress, make_progress
 from sweeps.engine.signals import Stop, wait_for
@@ -24,6 +26,7 @@ from sweeps.exits import Exit
 from sweeps.files.atomic import StorageError
 from sweeps.files.journal import Journal
 from sweeps.files.run_folder import RunFolder
+from sweeps.grid import Grid
 from sweeps.human import duration, reason
 
 # From so many points on, the first blocks are a pilot that tells the cost of the rest.
@@ -51,7 +54,7 @@ class Recorder:
         """
         options, execution = options_of(target.config), target.config.execution
         remote = execution.backend == "dask" and execution.scheduler
-        if not remote and not wait_for(lambda: compile_kernels(options, target.grid), self._stop):
+        if not remote and not self._compiled(options, target.grid):
             return
         left = self._counts.left
         pilot = pilot_points(left) if left >= _PILOT_FROM else 0
@@ -85,6 +88,12 @@ class Recorder:
             kernel_seconds=self._counts.costs.seconds,
             suspicious=(int(self._suspicious[0]), int(self._suspicious[1])),
         )
+
+    def _compiled(self, options: Options, grid: Grid) -> bool:
+        """Compile what the grid needs; returns False where a stop was requested meanwhile."""
+        with Compiling(wanted=self._console.progress) as compiling:
+            self._stop.at_once.append(compiling.stop)
+            return wait_for(lambda: compile_kernels(options, grid), self._stop)
 
     def _beat(self, execution: Execution) -> dict[str, object]:
         """What the heartbeat says."""
