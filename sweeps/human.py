@@ -18,6 +18,23 @@ def duration(seconds: float) -> str:
     return f"{minutes // 60} h {minutes % 60} min"
 
 
+def clock(seconds: float) -> str:
+    """A duration as a clock shows it, second by second: `0:08`, `3:20`, `2:05:07`."""
+    minutes, rest = divmod(int(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+def points_per_time(points_per_second: float) -> str:
+    """A rate in the unit that suits it: `8.5 points/s`, `1.3 points/min`, `0.2 points/h`."""
+    rate = points_per_second
+    for unit in ("s", "min", "h"):
+        if rate >= 0.1 or unit == "h":
+            break
+        rate *= 60.0
+    return f"{rate:.1f} points/{unit}"
+
+
 def size_text(count: float) -> str:
     """A number of bytes as people say it: `512 bytes`, `1.5 MiB`."""
     for unit in ("bytes", "KiB", "MiB", "GiB"):

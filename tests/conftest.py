@@ -29,6 +29,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture(autouse=True)
+def compiling_is_not_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a command says does not depend on whether its kernels are cached."""
+    monkeypatch.setattr("sweeps.engine.progress.compiling._MOMENT", 1e6)
+
+
+@pytest.fixture(autouse=True)
 def no_process_is_left() -> Iterator[None]:
     """A test that fails leaves no process to the next one."""
     yield

@@ -1,6 +1,6 @@
 import pytest
 
-from sweeps.human import did_you_mean, duration, reason, size_text
+from sweeps.human import clock, did_you_mean, duration, points_per_time, reason, size_text
 
 
 @pytest.mark.parametrize(
@@ -17,6 +17,24 @@ from sweeps.human import did_you_mean, duration, reason, size_text
 )
 def test_a_duration_never_says_sixty_seconds(seconds, text):
     assert duration(seconds) == text
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(0.0, "0:00"), (8.9, "0:08"), (200.0, "3:20"), (3599.9, "59:59"), (7507.0, "2:05:07"),
+     (360_000.0, "100:00:00")],
+)  # fmt: skip
+def test_a_clock_goes_on_second_by_second(seconds, text):
+    assert clock(seconds) == text
+
+
+@pytest.mark.parametrize(
+    ("points_per_second", "text"),
+    [(833.33, "833.3 points/s"), (0.1, "0.1 points/s"), (0.09, "5.4 points/min"),
+     (0.001, "3.6 points/h"), (0.0, "0.0 points/h")],
+)  # fmt: skip
+def test_a_rate_is_in_the_unit_that_shows_more_than_zero(points_per_second, text):
+    assert points_per_time(points_per_second) == text
 
 
 @pytest.mark.parametrize(

@@ -24,13 +24,16 @@ app = typer.Typer(
     name="stickslip",
     help="Boundary friction with a first-order phase transition: orbits, sweeps, figures.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings={
+        "help_option_names": ["-h", "--help"],
+        "max_content_width": 160,  # columns: longer lines are hard to read
+    },
 )
 for verb in (sweep, plan, status, check, simulate, figure, plot, schema, info):
-    app.command()(verb)
+    # Without a `short_help` the list of verbs cuts sentences at the end of a line.
+    app.command(short_help=(verb.__doc__ or "").partition("\n\n")[0])(verb)
 
 
 def main() -> None:

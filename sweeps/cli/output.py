@@ -16,7 +16,7 @@ from sweeps.files.atomic import replacing
 from sweeps.files.attributes import software
 from sweeps.files.datasets import content_hash
 from sweeps.files.versions import version_note
-from sweeps.human import duration, printable, size_text
+from sweeps.human import duration, points_per_time, printable, size_text
 
 if TYPE_CHECKING:
     import numpy as np
@@ -55,10 +55,12 @@ def print_summary(outcome: Outcome) -> None:
     if outcome.computed:
         rate = outcome.computed / max(outcome.seconds, 1e-9)
         computed = "" if outcome.computed == outcome.points else f", {outcome.computed} computed"
-        points += f"{computed} in {duration(outcome.seconds)} ({rate:.1f} points/s)"
+        points += f"{computed} in {duration(outcome.seconds)} ({points_per_time(rate)})"
     worst = outcome.worst_error
     error = "" if math.isnan(worst) else f", largest amplitude error {worst:.1e}"
-    print(f"{points}, {outcome.failures} failed{error}")
+    left = int(outcome.statuses[Status.PENDING])
+    pending = f", {left} pending" if left else ""
+    print(f"{points}, {outcome.failures} failed{pending}{error}")
     print_reasons(outcome.statuses)
     print_suspicions(outcome.suspicious)
 
@@ -106,9 +108,10 @@ def print_state(state: Mapping[str, Any]) -> None:
     if "points" not in state:
         return
     _print(f"{state['done']} of {state['points']} points done, {state['failed']} failed")
-    if state.get("seconds_left") is not None:
-        left = duration(state["seconds_left"])
-        _print(f"{state['points_per_second']:.1f} points/s, about {left} left")
+    if state.get("points_per_second"):
+        left = state.get("seconds_left")
+        ahead = "" if left is None else f", about {duration(left)} left"
+        _print(f"{points_per_time(state['points_per_second'])}{ahead}")
     if "pid" in state:
         _print(f"process {state['pid']} on {state['host']}, last heard of {state['updated']}")
     for name, count in state["statuses"].items():

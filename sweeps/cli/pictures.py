@@ -37,6 +37,7 @@ def simulate(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an existing output.")
     ] = False,
+    no_progress: NoProgressOption = False,
 ) -> None:
     """Compute one trajectory; the default file is results/<name of the config>-trajectory.nc."""
     from sweeps.engine.trajectories import AxisLeftError
@@ -54,7 +55,7 @@ def simulate(
             f"{path} exists already; --overwrite replaces it, -o writes elsewhere", Exit.USAGE
         )
     require_writable(path)
-    _write_trajectories(config, path)
+    _write_trajectories(config, path, progress=not no_progress)
 
 
 def figure(
@@ -153,7 +154,7 @@ def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: b
     elif data == "phases":
         _write_phases(config, path)
     else:
-        _write_trajectories(config, path)
+        _write_trajectories(config, path, progress=progress)
     _draw(open_result(path), folder / f"fig{number}", plan.figure)
     return failures
 
@@ -166,16 +167,21 @@ def _write_phases(config: Config, path: Path) -> None:
     print(path)
 
 
-def _write_trajectories(config: Config, path: Path) -> None:
+def _write_trajectories(config: Config, path: Path, *, progress: bool) -> None:
     """Write the trajectory of a config or, where it has an axis, one for each of its values."""
     from stickslip import IntegrationError, NoiseError
+    from sweeps.engine.progress.compiling import Compiling
     from sweeps.engine.signals import interruptible
     from sweeps.engine.trajectories import trajectories, trajectory
     from sweeps.files.datasets import write_dataset
 
-    compute = trajectories if config.sweep else trajectory
+    compute, compiling = trajectories if config.sweep else trajectory, Compiling(wanted=progress)
     try:
-        ds = interruptible(lambda: compute(config), "Interrupted; nothing was kept.")
+        ds = interruptible(
+            lambda: compute(config, compiling),
+            "Interrupted; nothing was kept.",
+            at_once=compiling.stop,
+        )
     except NoiseError as error:
         stop_with(str(error), Exit.USAGE)
     except IntegrationError as error:

@@ -117,15 +117,21 @@ def plan(
     backend: BackendOption = None,
     scheduler: SchedulerOption = None,
     set_: SetOption = None,
+    no_progress: NoProgressOption = False,
 ) -> None:
     """Say what a sweep would take: points, blocks, bytes, and the time, from a pilot sample."""
     from sweeps.cli.output import print_plan
     from sweeps.engine.plan import plan as make_plan
+    from sweeps.engine.progress.compiling import Compiling
     from sweeps.engine.signals import interruptible
 
     config = checked_config(file, [*(set_ or []), *execution_changes(workers, backend, scheduler)])
-    path = output or Path(config.output)
-    made = interruptible(lambda: make_plan(config, path), "Interrupted; nothing was kept.")
+    path, compiling = output or Path(config.output), Compiling(wanted=not no_progress)
+    made = interruptible(
+        lambda: make_plan(config, path, compiling),
+        "Interrupted; nothing was kept.",
+        at_once=compiling.stop,
+    )
     print_plan(made, f"{config.execution.workers} workers ({config.execution.backend})")
 
 

@@ -15,6 +15,7 @@ from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostErr
 from sweeps.engine.order.cut import blocks_of
 from sweeps.engine.order.follow import Lines
 from sweeps.engine.order.product import Blocks
+from sweeps.engine.progress.in_flight import InFlight
 from sweeps.engine.signals import Stop
 from sweeps.engine.worker import Block, Task, failed_block, is_answer, task_of
 from sweeps.grid import Grid
@@ -32,12 +33,14 @@ def finished_blocks(
     *,
     block_points: int | None = None,
     pilot: int = 0,
+    in_flight: InFlight | None = None,
 ) -> Iterator[Block]:
     """The points of a grid that are not done, computed, block by block as they are finished.
 
     After a request to stop no further block is begun, and those in flight still come. Where workers
     die, the blocks in flight are given again one at a time and in ever smaller pieces, until the
-    point, or the line, is alone that no worker survives; it gets the status `failed`.
+    point, or the line, is alone that no worker survives; it gets the status `failed`. `in_flight`
+    always knows which tasks have not come back.
 
     Raises ExecutorError where something else than a block comes back.
     """
@@ -45,26 +48,34 @@ def finished_blocks(
     blocks = blocks_of(
         grid, done, executor.slots, seconds=seconds, block_points=block_points, pilot=pilot
     )
-    tasks = _Tasks(grid, options, blocks, stop)
+    in_flight = in_flight or InFlight()
+    tasks = _Tasks(grid, options, blocks, stop, in_flight)
     suspects: list[Task] | None = []
     while suspects is not None:
-        yield from _one_at_a_time(suspects, executor, stop)
+        yield from _one_at_a_time(suspects, executor, stop, in_flight)
         suspects = None
         try:
             for block in executor.blocks(tasks, stop):
                 tasks.finished(block)
                 yield block
         except WorkersLostError:
-            suspects = tasks.in_flight()
+            suspects = in_flight.clear()
 
 
 class _Tasks:
-    """The tasks of a sweep, taken by several threads, and which of them have not come back."""
+    """The tasks of a sweep, taken by several threads."""
 
-    def __init__(self, grid: Grid, options: Options, blocks: Blocks | Lines, stop: Stop) -> None:
+    def __init__(
+        self,
+        grid: Grid,
+        options: Options,
+        blocks: Blocks | Lines,
+        stop: Stop,
+        in_flight: InFlight,
+    ) -> None:
         self._grid, self._options, self._stop = grid, options, stop
         self._blocks, self._cut = blocks, iter(blocks)
-        self._flying: dict[int, Task] = {}
+        self._in_flight = in_flight
         self._lock = threading.Lock()
 
     def __iter__(self) -> Iterator[Task]:
@@ -75,33 +86,29 @@ class _Tasks:
             if self._stop.requested:
                 raise StopIteration
             task = task_of(self._grid, next(self._cut), self._options)
-            self._flying[int(task.indices[0])] = task
+            self._in_flight.begin(task)
             return task
 
     def finished(self, block: Block) -> None:
         """Take note of a block; raises ExecutorError where it is that of no task."""
-        with self._lock:
-            task = self._flying.pop(_first_point(block), None)
-        _require_answer(block, task)
+        _require_answer(block, self._in_flight.end(_first_point(block)))
         self._blocks.learn(len(block.indices), block.seconds)
 
-    def in_flight(self) -> list[Task]:
-        """The tasks that have not come back; they are forgotten here."""
-        with self._lock:
-            flying, self._flying = list(self._flying.values()), {}
-        return flying
 
-
-def _one_at_a_time(suspects: list[Task], executor: Executor, stop: Stop) -> Iterator[Block]:
+def _one_at_a_time(
+    suspects: list[Task], executor: Executor, stop: Stop, in_flight: InFlight
+) -> Iterator[Block]:
     waiting, deaths = deque(suspects), 0
     while waiting and not stop.requested:
         task = waiting.popleft()
+        in_flight.begin(task)
         try:
             for block in executor.blocks(iter([task]), stop):
-                _require_answer(block, task)
+                _require_answer(block, in_flight.end(_first_point(block)))
                 yield block
             deaths = 0
         except WorkersLostError as error:
+            in_flight.clear()
             if len(task.indices) > task.line:
                 waiting.extendleft(reversed(_halves(task)))
                 continue

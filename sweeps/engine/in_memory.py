@@ -21,6 +21,7 @@ from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.options import options_of, unstable_step
 from sweeps.engine.order.cut import blocks_of
 from sweeps.engine.order.refine import refinement_of
+from sweeps.engine.progress.compiling import Compiling
 from sweeps.engine.signals import Stop
 from sweeps.engine.worker import Block, compile_kernels, compute_block, task_of
 from sweeps.files.attributes import result_dataset
@@ -175,7 +176,8 @@ def _by_joblib(
 ) -> Iterator[Block]:
     import joblib
 
-    compile_kernels(options, grid)  # once, before several workers would begin to
+    with Compiling():
+        compile_kernels(options, grid)  # once, before several workers would begin to
     blocks = blocks_of(grid, done, joblib.effective_n_jobs(jobs), block_points=block_points)
     # Blocks are small and read once, so that mapping them into memory as files gains nothing.
     parallel = joblib.Parallel(

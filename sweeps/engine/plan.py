@@ -20,6 +20,7 @@ from sweeps.engine.options import options_of
 from sweeps.engine.order.cut import blocks_of
 from sweeps.engine.order.product import PILOT_BLOCKS, Costs, pilot_blocks, pilot_points
 from sweeps.engine.outcome import RESULT_BYTES_PER_POINT
+from sweeps.engine.progress.compiling import SILENT, Compiling
 from sweeps.engine.signals import Stop
 from sweeps.engine.worker import compile_kernels, task_of
 from sweeps.files.journal import BYTES_PER_POINT
@@ -47,8 +48,10 @@ class Plan:
     pilot_points: int
 
 
-def plan(config: Config, output: Path) -> Plan:
+def plan(config: Config, output: Path, compiling: Compiling = SILENT) -> Plan:
     """What the sweep of a config would take; computes a pilot sample and keeps nothing.
+
+    `compiling` says that kernels are compiled.
 
     Raises RefusalError and StorageError where what is at the output cannot be read, ExecutorError.
     """
@@ -58,7 +61,8 @@ def plan(config: Config, output: Path) -> Plan:
     costs, seconds, block_seconds = Costs(), 0.0, 1.0
     if left:
         options = options_of(config)
-        compile_kernels(options, target.grid)
+        with compiling:
+            compile_kernels(options, target.grid)
         with make_executor(execution) as executor:
             costs = _pilot(target.grid, options, done, executor)
             seconds = costs.estimate(left, executor.slots)

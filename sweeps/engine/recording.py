@@ -20,13 +20,16 @@ from sweeps.engine.options import options_of
 from sweeps.engine.order.product import PILOT_BLOCKS, pilot_points
 from sweeps.engine.order.refine import Refinement, refinement_of
 from sweeps.engine.outcome import Console, Outcome
-from sweeps.engine.progress import Counts, Progress, make_progress
+from sweeps.engine.progress.compiling import Compiling
+from sweeps.engine.progress.counts import Counts
+from sweeps.engine.progress.display import Progress, make_progress
 from sweeps.engine.signals import Stop, wait_for
 from sweeps.engine.worker import Block, compile_kernels
 from sweeps.exits import Exit
 from sweeps.files.atomic import StorageError
 from sweeps.files.journal import Journal
 from sweeps.files.run_folder import RunFolder
+from sweeps.grid import Grid
 from sweeps.human import duration, reason
 
 # From so many points on, the first blocks are a pilot that tells the cost of the rest.
@@ -54,7 +57,7 @@ class Recorder:
         """
         options, execution = options_of(target.config), target.config.execution
         remote = execution.backend == "dask" and execution.scheduler
-        if not remote and not wait_for(lambda: compile_kernels(options, target.grid), self._stop):
+        if not remote and not self._compiled(options, target.grid):
             return
         refinement = refinement_of(target.config.refine, target.grid)
         rounds = refinement.rounds(self._rows) if refinement else [np.ones(target.grid.size, bool)]
@@ -64,7 +67,8 @@ class Recorder:
                 make_progress(self._counts, wanted=self._console.progress)
             )
             self._stop.at_once += [executor.kill, progress.stop]
-            self._counts.begin(lambda: executor.slots)
+            self._stop.in_flight = self._counts.in_flight.__str__
+            self._counts.begin(lambda: executor.slots, self._stop)
             stack.enter_context(self._folder.beating(lambda: self._beat(execution)))
             for needed in rounds:
                 self._compute_round(target, options, needed, executor, progress)
@@ -92,6 +96,7 @@ class Recorder:
             self._stop,
             block_points=target.config.execution.block_points,
             pilot=pilot,
+            in_flight=self._counts.in_flight,
         )
         self._record(blocks, progress, judged=PILOT_BLOCKS if pilot else _BLOCKS_TO_JUDGE)
 
@@ -118,6 +123,12 @@ class Recorder:
             suspicious=(int(self._suspicious[0]), int(self._suspicious[1])),
         )
 
+    def _compiled(self, options: Options, grid: Grid) -> bool:
+        """Compile what the grid needs; returns False where a stop was requested meanwhile."""
+        with Compiling(wanted=self._console.progress) as compiling:
+            self._stop.at_once.append(compiling.stop)
+            return wait_for(lambda: compile_kernels(options, grid), self._stop)
+
     def _beat(self, execution: Execution) -> dict[str, object]:
         """What the heartbeat says."""
         state = "stopping" if self._stop.reason else "running"
@@ -128,7 +139,6 @@ class Recorder:
         try:
             for number, block in enumerate(blocks, start=1):
                 self._take_in(block)
-                progress.refresh()
                 if number == 1:
                     self._stop_if_all_fail(block)
                 if number == judged:

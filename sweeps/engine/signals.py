@@ -44,12 +44,16 @@ def parse_duration(text: str) -> float:
 
 
 class Stop:
-    """Whether a sweep is to end before it is done, why, and with which exit code."""
+    """Whether a sweep is to end before it is done, why, and with which exit code.
+
+    `in_flight` says what would be waited for, in words; an empty text where nothing is.
+    """
 
     def __init__(self, max_runtime: float | None = None) -> None:
         self._deadline = None if max_runtime is None else time.monotonic() + max_runtime
         self.reason = ""
         self.code = Exit.STOPPED
+        self.in_flight: Callable[[], str] = lambda: ""
         self.at_once: list[Callable[[], None]] = []
 
     @property
@@ -86,7 +90,7 @@ def listening(stop: Stop) -> Iterator[None]:
             _write("Ended at once; what was journaled is kept.")
             os._exit(code)
         stop.request("Ctrl-C" if from_keyboard else signal.Signals(number).name, code)
-        _write(f"{stop.reason}: finishing the blocks in flight; a second signal ends at once")
+        _write(f"{stop.reason}: {_awaited(stop, 'Ctrl-C' if from_keyboard else 'signal')}")
 
     heeded = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
     before = {number: signal.signal(number, hear) for number in heeded}
@@ -97,22 +101,34 @@ def listening(stop: Stop) -> Iterator[None]:
             signal.signal(number, handler)
 
 
+def _awaited(stop: Stop, again: str) -> str:
+    """What happens before a stop, and what the next signal costs."""
+    in_flight = stop.in_flight()
+    if not in_flight:
+        return "ending"
+    return f"finishing {in_flight}.\nAnother {again} ends at once and gives up what is in flight."
+
+
 def _write(message: str) -> None:
     sys.stderr.write(f"\n{message}\n")  # the terminal has written ^C, or the bar a line
     sys.stderr.flush()
 
 
-def interruptible(work: Callable[[], _T], message: str) -> _T:
+def interruptible(
+    work: Callable[[], _T], message: str, *, at_once: Callable[[], None] = lambda: None
+) -> _T:
     """The result of `work`, computed in a thread while the main thread listens for Ctrl-C.
 
-    On Ctrl-C `message` is printed and the process ends at once with exit code 130: nothing that
-    would have to be tidied up may happen inside `work`. What `work` raises is raised here.
+    On Ctrl-C `at_once` is called, `message` is printed and the process ends with exit code 130:
+    nothing else that would have to be tidied up may happen inside `work`. What `work` raises is
+    raised here.
     """
     try:
         outcome = _in_thread(work)
         while not _is_over(outcome):
             pass
     except KeyboardInterrupt:
+        at_once()
         _write(message)
         sys.stdout.flush()
         os._exit(Exit.INTERRUPTED)

@@ -8,7 +8,7 @@ from typing import Any
 
 from stickslip.status import Status
 from sweeps.engine.existing import found_in_file, found_in_journal
-from sweeps.engine.progress import tally
+from sweeps.engine.progress.counts import tally
 from sweeps.files.atomic import refuse_odd_output
 from sweeps.files.chunks import Chunks
 from sweeps.files.journal import Journal, readable_manifest

@@ -20,7 +20,7 @@ from sweeps.engine.outcome import (
     JournaledResult,
     Outcome,
 )
-from sweeps.engine.progress import Counts
+from sweeps.engine.progress.counts import Counts
 from sweeps.engine.recording import Recorder
 from sweeps.engine.resume import ExistingPolicy, PreparedJournal, complete_already, prepare_journal
 from sweeps.engine.signals import Stop, listening

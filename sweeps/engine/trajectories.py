@@ -5,10 +5,17 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from stickslip.kernels.trajectories import OBSERVABLES, observables_kernel, write_start
+from stickslip.model.state import WIDTH
+from stickslip.options import METHODS
+from stickslip.orbit import prepare_kernels
 from stickslip.parameters import Parameters
 from stickslip.trajectory import simulate
 from sweeps.config.load import Config
 from sweeps.engine.options import options_of
+from sweeps.engine.progress.compiling import SILENT, Compiling
 from sweeps.exits import ExpectedError
 from sweeps.files.attributes import add_provenance
 from sweeps.grid import Grid
@@ -33,18 +40,22 @@ class AxisLeftError(ExpectedError, ValueError):
         )
 
 
-def trajectory(config: Config) -> xr.Dataset:
+def trajectory(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
     """The trajectory that a config without axes describes.
+
+    `compiling` says that kernels are compiled.
 
     Raises AxisLeftError, and what `stickslip.simulate` raises.
     """
     if config.sweep or config.cases:
         raise AxisLeftError(config)
+    with compiling:
+        _compile_kernels(config)
     title = config.title or "Trajectory"
     return add_provenance(_simulated(config, config.parameters()), config, title, _SUMMARY)
 
 
-def trajectories(config: Config) -> xr.Dataset:
+def trajectories(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
     """One trajectory for each value of the only axis of a config, along (axis, sample).
 
     `time` becomes a coordinate along both, because drive periods differ.
@@ -55,6 +66,8 @@ def trajectories(config: Config) -> xr.Dataset:
         raise ValueError("several trajectories need a config with exactly one axis")
     grid = Grid.from_config(config)
     (axis,) = grid.dims
+    with compiling:
+        _compile_kernels(config)
     runs = [
         _simulated(config, Parameters(*point)).reset_index("time").rename_dims(time="sample")
         for point in grid.points(0, grid.size)
@@ -64,6 +77,20 @@ def trajectories(config: Config) -> xr.Dataset:
     )
     together = together.set_coords("time")
     return add_provenance(together, config, config.title or "Trajectories", _SUMMARY)
+
+
+def _compile_kernels(config: Config) -> None:
+    """Compile or load what `simulate` needs: a trajectory of no steps calls the same kernels."""
+    options, grid = options_of(config), Grid.from_config(config)
+    point, start, states = grid.points(0, 1)[0], np.empty(WIDTH), np.empty((1, WIDTH))
+    method = METHODS[options.method].kernels
+    method.largest_step(point[None, :], options)
+    write_start(point, start)
+    method.trajectory(point, options, start, 1, states)
+    observables = np.empty((0, len(OBSERVABLES)))
+    observables_kernel(options.friction)(point, np.empty(0), states[:0], 0.0, observables)
+    if config.simulation.start == "stationary":
+        prepare_kernels(options, grid.values("rheological_index"))
 
 
 def _simulated(config: Config, parameters: Parameters) -> xr.Dataset:

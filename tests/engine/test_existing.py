@@ -282,7 +282,9 @@ def test_partial_writes_what_is_there_and_the_sweep_goes_on(shell: Shell) -> Non
     first = shell.values("temperature")
     code, out, _ = shell("sweep", config, "-o", "b.nc", "--partial")
     assert (code, shell.computed) == (0, [])
-    assert out.splitlines()[0] == "b.nc"
+    path, summary = out.splitlines()
+    assert path == "b.nc"
+    assert summary.startswith(f"4 points, 0 failed, {4 - len(first)} pending, largest amplitude")
     part = open_result(Path("b.nc"))
     there = np.isin(part.temperature, first)
     assert np.array_equal(part.status, np.where(there, 0, 127))

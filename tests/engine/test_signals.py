@@ -136,6 +136,7 @@ def test_a_signal_requests_a_stop_and_the_next_one_ends_at_once(
     monkeypatch.setattr(os, "_exit", ended.append)
     before = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
     stop = Stop()
+    stop.in_flight = lambda: "256 points in flight, the oldest for 0:12"
     stop.at_once += [lambda: ended.append("first"), lambda: ended.append("second")]
     with default_signals(), listening(stop):
         assert not stop.requested
@@ -144,8 +145,21 @@ def test_a_signal_requests_a_stop_and_the_next_one_ends_at_once(
         assert ended == []
         signal.raise_signal(number)
     assert ended == ["second", "first", code]
-    assert "finishing the blocks in flight; a second signal ends at once" in capsys.readouterr().err
+    again = "Ctrl-C" if number == signal.SIGINT else "signal"
+    assert capsys.readouterr().err.startswith(
+        f"\n{reason}: finishing 256 points in flight, the oldest for 0:12.\n"
+        f"Another {again} ends at once and gives up what is in flight.\n"
+        "\nEnded at once; what was journaled is kept.\n"
+    )
     assert [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)] == before
+
+
+def test_a_signal_while_nothing_is_in_flight_says_that_it_is_heard(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with default_signals(), listening(Stop()):
+        signal.raise_signal(signal.SIGINT)
+    assert capsys.readouterr().err == "\nCtrl-C: ending\n"
 
 
 def test_elsewhere_than_in_the_main_thread_signals_are_left_alone() -> None:
@@ -254,13 +268,14 @@ def in_run_folder(output: str) -> list[str]:
 def test_ctrl_c_during_a_sweep(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(LONG)
     child = Running("-m", "sweeps.cli", "sweep", "a.yaml", cwd=tmp_path)
-    child.says("/2000 points, 0 failed, ")  # compiled and under way
+    child.says(" points/s, ")  # compiled and under way
     assert child.err.startswith("2000 points; 2000 to compute\n")
     child.signal(signal.SIGINT)
     code, out, err = child.ended()
     assert (code, out) == (130, "")
-    heard, kept, again = err[err.index("\nCtrl-C") :].strip().splitlines()
-    assert heard == "Ctrl-C: finishing the blocks in flight; a second signal ends at once"
+    heard, at_once, kept, again = err[err.index("\nCtrl-C") :].strip().splitlines()
+    assert re.fullmatch(r"Ctrl-C: finishing [12] points? in flight.*\.", heard)
+    assert at_once == "Another Ctrl-C ends at once and gives up what is in flight."
     assert re.fullmatch(
         r"Stopped: Ctrl-C\. \d+ of 2000 points are kept in results/a\.nc\.run\. To resume:", kept
     )
@@ -295,7 +310,7 @@ def test_ctrl_c_on_a_terminal_shows_the_cursor_again(tmp_path: Path) -> None:
     tail = seen[seen.rindex(b"\x1b[?25l") :].decode()
     bar, message = tail.split("\x1b[?25h")
     assert "/2000" in bar
-    assert "Ctrl-C: finishing the blocks in flight" in bar
+    assert re.search(r"Ctrl-C: finishing [12] points? in flight", bar)
     assert message.strip().startswith("Stopped: Ctrl-C. ")
     assert message.strip().endswith("To resume:\r\n  stickslip sweep a.yaml -o a.nc")
     assert old.read_bytes() == b"an older result"
@@ -318,5 +333,7 @@ def test_ctrl_c_during_a_trajectory(tmp_path: Path) -> None:
     child = Running("-c", code, "simulate", *arguments, cwd=tmp_path)
     child.says("ready\n")
     child.signal(signal.SIGINT)
-    assert child.ended() == (130, "ready\n", "\nInterrupted; nothing was kept.\n")
+    code, out, err = child.ended()
+    assert (code, out) == (130, "ready\n")
+    assert err.endswith("\nInterrupted; nothing was kept.\n")
     assert left_over(tmp_path) == []

@@ -27,7 +27,7 @@ from support.sweeps.sweeping import (
     write,
 )
 
-from sweeps.engine import progress
+from sweeps.engine.progress import display
 
 FOUR = "sweep: {temperature: [200, 210, 230, 250]}\noutput: a.nc\n"
 # Minutes of work, in blocks of one point or all at once.
@@ -197,13 +197,13 @@ def test_a_log_has_a_line_now_and_then_and_no_control_characters(
 ) -> None:
     said = threading.Semaphore(0)
 
-    class Lines(progress._Lines):
+    class Lines(display._Lines):
         def say(self, line: str) -> None:
             super().say(line)
             said.release()
 
-    monkeypatch.setattr(progress, "_Lines", Lines)
-    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.02)
+    monkeypatch.setattr(display, "_Lines", Lines)
+    monkeypatch.setattr(display, "_SECONDS_BETWEEN_LINES", 0.02)
     shell.disturb = lambda _: said.acquire(timeout=HANGS)
     code, out, err = shell("sweep", "a.yaml")
     assert code == 0
@@ -211,7 +211,7 @@ def test_a_log_has_a_line_now_and_then_and_no_control_characters(
     assert first == "4 points; 4 to compute"
     assert len(lines) >= 4
     for line in lines:
-        assert re.fullmatch(r"[0-4]/4 points, 0 failed, \d+\.\d points/s(, about .* left)?", line)
+        assert re.fullmatch(r"[0-4]/4 points, 0 failed, 0:\d\d elapsed(, [^,]+)+", line)
     assert (out + err).replace("\n", "").isprintable()
 
 
@@ -238,7 +238,9 @@ def test_a_signal_finishes_what_is_in_flight_and_says_how_to_go_on(
     said = Path("messages").read_text()
     assert process.exitcode == code, said
     name = "Ctrl-C" if number == signal.SIGINT else number.name
-    assert f"{name}: finishing the blocks in flight; a second signal ends at once\n" in said
+    assert re.search(rf"\n{name}: finishing [12] points? in flight.*\.\n", said)
+    again = "Ctrl-C" if number == signal.SIGINT else "signal"
+    assert f"Another {again} ends at once and gives up what is in flight.\n" in said
     kept = re.search(rf"Stopped: {name}\. (\d+) of 2000 points are kept in a\.nc\.run\.", said)
     assert kept
     assert said.endswith("To resume:\n  stickslip sweep long.yaml\n")
@@ -256,7 +258,7 @@ def test_a_signal_finishes_what_is_in_flight_and_says_how_to_go_on(
 def test_a_second_signal_ends_at_once(shell: Shell, number: signal.Signals, code: int) -> None:
     process = begun(IN_ONE)
     os.kill(process.pid, number)
-    wait_until(lambda: "finishing the blocks" in Path("messages").read_text(), process.is_alive)
+    wait_until(lambda: "gives up what" in Path("messages").read_text(), process.is_alive)
     os.kill(process.pid, number)
     process.join(HANGS)
     said = Path("messages").read_text()

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
+from support.sweeps.processes import HANGS
 
 import stickslip
 from stickslip import IntegrationError, Parameters, Status
@@ -95,6 +99,26 @@ def test_an_axis_left_is_refused_with_a_way_out_that_works(
     _, *choices = str(caught.value).split(" --set ")
     settings = from_mapping({"simulation": SHORT} | parts, overrides=choices)
     assert trajectory(settings).sizes == {"time": 51}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["{method: adaptive}", "{method: euler-cromer, dt: 1e-8}"])
+def test_all_that_is_compiled_is_compiled_while_that_is_told(tmp_path: Path, method: str) -> None:
+    code = (
+        "import sys\n"
+        "from pathlib import Path\n"
+        "from sweeps.config.load import from_yaml\n"
+        "from sweeps.engine import trajectories\n"
+        f"config = from_yaml('simulation: {{periods: 1}}\\nintegrator: {method}\\n')\n"
+        "kept = lambda: {p.name: p.stat().st_size for p in Path('cache').rglob('*')}\n"
+        "trajectories._compile_kernels(config)\n"
+        "compiled = kept()\n"
+        "trajectories.trajectory(config)\n"
+        "assert compiled and kept() == compiled, kept().keys() - compiled.keys()\n"
+    )
+    own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    process = [sys.executable, "-c", code]
+    subprocess.run(process, cwd=tmp_path, env=own, check=True, timeout=HANGS)
 
 
 def test_trajectories_along_an_axis_are_those_of_simulate() -> None:

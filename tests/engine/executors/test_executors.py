@@ -120,13 +120,14 @@ def all_gone(processes: list[Any]) -> bool:
 def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process(backend: str) -> None:
     sweep, processes = begun(backend, doing("gated_block"))
     os.killpg(sweep.pid, signal.SIGINT)  # as a terminal does
-    sweep.says("finishing the blocks in flight")
+    sweep.says("gives up what is in flight")
     open_gate()
     code, err = ended(sweep)
     assert code == 130
     assert all_gone(processes)
     said = re.fullmatch(
-        r"\nCtrl-C: finishing the blocks in flight; a second signal ends at once\n"
+        r"\nCtrl-C: finishing \d points? in flight.*\.\n"
+        r"Another Ctrl-C ends at once and gives up what is in flight\.\n"
         r"Stopped: Ctrl-C\. (\d+) of 24 points are kept in a\.nc\.run\. To resume:\n.*\n",
         err,
     )
@@ -139,7 +140,7 @@ def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process(backend: str) -> No
 def test_a_second_ctrl_c_waits_for_nobody(backend: str) -> None:
     sweep, processes = begun(backend, doing("stuck_block"))
     os.killpg(sweep.pid, signal.SIGINT)
-    sweep.says("finishing the blocks in flight")
+    sweep.says("gives up what is in flight")
     os.killpg(sweep.pid, signal.SIGINT)
     code, err = ended(sweep)
     assert code == 130

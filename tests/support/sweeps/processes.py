@@ -10,13 +10,25 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from typing import IO, Any
+from typing import IO, Any, Protocol
 
 HANGS = 120.0  # seconds: longer than anything takes, on any machine
 
 _SIGNALS = (signal.SIGINT, signal.SIGHUP, signal.SIGTERM, signal.SIGQUIT)
 
-_started: list[Running] = []
+
+class Ending(Protocol):
+    """What ends at once when it is told to."""
+
+    def end(self) -> None: ...
+
+
+_started: list[Ending] = []
+
+
+def ends_with_its_test(process: Ending) -> None:
+    """Have `end_all` end it, whatever happens."""
+    _started.append(process)
 
 
 @contextlib.contextmanager
@@ -62,7 +74,7 @@ class Running:
                 start_new_session=session,
                 **settings,
             )
-        _started.append(self)
+        ends_with_its_test(self)
 
     @property
     def pid(self) -> int:

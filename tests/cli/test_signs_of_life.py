@@ -1,0 +1,142 @@
+"""What a person sees of a sweep whose kernels or blocks take long, on a terminal and in a log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from support.sweeps.commands import FOUR_POINTS
+from support.sweeps.processes import Running
+from support.sweeps.watching import HIDDEN, VISIBLE, OnTerminal, plain
+
+pytestmark = pytest.mark.slow
+
+# The command, in which seconds are short.
+HASTY = """\
+import time
+from pathlib import Path
+from sweeps.engine import plan, recording, trajectories
+from sweeps.engine.executors import threads
+from sweeps.engine.progress import compiling, counts, display, in_flight
+from sweeps.cli import main
+counts._LONG_SILENCE = in_flight._SOON = 0.1
+compiling._MOMENT = 0.0
+display._SECONDS_BETWEEN_LINES = compiling._SECONDS_BETWEEN_LINES = 0.1
+def waiting_for_gate(function):
+    def waiting(*arguments):
+        while not Path("gate").exists():
+            time.sleep(0.01)
+        return function(*arguments)
+    return waiting
+"""
+SLOW_BLOCKS = HASTY + (
+    "threads.compute_block = waiting_for_gate(threads.compute_block)\n"
+    "compiling._MOMENT = 1000.0\n"
+    "main()\n"
+)
+SLOW_COMPILER = HASTY + (
+    "recording.compile_kernels = waiting_for_gate(recording.compile_kernels)\n"
+    "plan.compile_kernels = waiting_for_gate(plan.compile_kernels)\n"
+    "trajectories._compile_kernels = waiting_for_gate(trajectories._compile_kernels)\n"
+    "main()\n"
+)
+
+WORD = "compiling for this processor: about a minute, and kept for later runs"
+SWEEP = ["sweep", "a.yaml", "-o", "a.nc", "--set", "execution.block_points=4"]
+SIMULATE = ["simulate", "-o", "a.nc", "--periods", "1"]
+COMMANDS = [SWEEP, ["plan", "a.yaml"], SIMULATE]
+STUCK = "no block has finished yet, 4 points in flight, the oldest for 0:"
+FINISHING = "Ctrl-C: finishing 4 points in flight, the oldest for 0:"
+AT_ONCE = "Another Ctrl-C ends at once and gives up what is in flight."
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "a.yaml").write_text(FOUR_POINTS)
+    return tmp_path
+
+
+def open_gate(folder: Path) -> None:
+    (folder / "gate").touch()
+
+
+# --- blocks that take long ---
+
+
+def test_a_log_tells_what_is_waited_for(folder: Path) -> None:
+    child = Running("-c", SLOW_BLOCKS, *SWEEP, cwd=folder)
+    child.says(STUCK, times=2)
+    open_gate(folder)
+    code, out, err = child.ended()
+    assert code == 0
+    assert out.startswith("a.nc\n4 points in ")
+    assert err.startswith("4 points (2 x 2); 4 to compute\n0/4 points, 0 failed, ")
+    assert err.replace("\n", "").isprintable()
+
+
+def test_a_terminal_tells_what_is_waited_for_and_what_ctrl_c_means(folder: Path) -> None:
+    child = OnTerminal(SLOW_BLOCKS, *SWEEP, folder=folder)
+    child.shows(STUCK)
+    child.types(b"\x03")
+    child.shows(FINISHING)
+    child.shows(AT_ONCE)
+    child.shows(f"stopping, {STUCK}")
+    open_gate(folder)
+    assert child.ended() == 0  # nothing was missing in the end
+    assert child.text.count(HIDDEN) == child.text.count(VISIBLE) == 1
+    assert "4/4 points, 0 failed, " in plain(child.text)
+
+
+def test_another_ctrl_c_gives_the_terminal_back_and_the_points_up(folder: Path) -> None:
+    child = OnTerminal(SLOW_BLOCKS, *SWEEP, folder=folder)
+    child.shows(STUCK)
+    child.types(b"\x03")
+    child.shows(FINISHING)
+    child.types(b"\x03")
+    assert child.ended() == 130
+    assert child.text.count(HIDDEN) == child.text.count(VISIBLE) == 1
+    assert plain(child.text).endswith("Ended at once; what was journaled is kept.\r\n")
+
+
+# --- kernels that take long ---
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command[0])
+def test_a_log_tells_that_kernels_are_compiled(folder: Path, command: list[str]) -> None:
+    child = Running("-c", SLOW_COMPILER, *command, cwd=folder)
+    child.says(f"{WORD}\n")
+    child.says("compiling, 0:", times=2)
+    open_gate(folder)
+    code, _, err = child.ended()
+    assert code == 0
+    assert err.count(WORD) == 1
+    assert err.replace("\n", "").isprintable()
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command[0])
+def test_no_progress_silences_that_too(folder: Path, command: list[str]) -> None:
+    open_gate(folder)
+    child = Running("-c", SLOW_COMPILER, *command, "--no-progress", cwd=folder)
+    code, _, err = child.ended()
+    assert (code, err) == (0, "")
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command[0])
+def test_ctrl_c_while_compiling_leaves_a_clean_terminal(folder: Path, command: list[str]) -> None:
+    child = OnTerminal(SLOW_COMPILER, *command, folder=folder)
+    child.shows(WORD)
+    child.types(b"\x03")
+    assert child.ended() == 130
+    assert child.text.count(HIDDEN) == child.text.count(VISIBLE) == 1
+    last = plain(child.text.rpartition("\x1b[2K")[2])
+    assert WORD not in last
+    assert "Stopped: Ctrl-C. 0 of 4 points" in last or "Interrupted; nothing was kept." in last
+
+
+def test_the_word_has_gone_before_the_bar_begins(folder: Path) -> None:
+    child = OnTerminal(SLOW_COMPILER, *SWEEP, folder=folder)
+    child.shows(WORD)
+    open_gate(folder)
+    assert child.ended() == 0
+    assert child.text.rindex(WORD) < child.text.index(VISIBLE) < child.text.index("0/4 points")
+    assert child.text.count(HIDDEN) == child.text.count(VISIBLE) == 2

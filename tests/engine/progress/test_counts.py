@@ -1,0 +1,176 @@
+"""How far a sweep is: the numbers, and that a time left is told only where it can be believed."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from support.sweeps.watching import Clock, advanced, found, task
+
+from sweeps.engine.progress.counts import Counts
+from sweeps.engine.signals import Stop
+
+# Words between commas: none is empty.
+SOUND = r"[^ ,][^,]*(, [^ ,][^,]*)*"
+
+
+def test_what_was_found_and_what_this_run_adds_is_counted(clock: Clock) -> None:
+    statuses = found(ok=30, diverged=2)
+    counts = Counts(100, statuses)
+    clock.now += 77.0  # compiling
+    workers = 1
+    counts.begin(lambda: workers)
+    assert (counts.total, counts.found, counts.computed) == (100, 32, 0)
+    assert (counts.done, counts.left, counts.failed) == (32, 68, 2)
+    assert (counts.seconds, counts.rate, counts.seconds_left) == (0.0, 0.0, None)
+    clock.now += 2.0
+    advanced(counts, statuses, 3.4, ok=13, not_stationary=4)
+    assert (counts.found, counts.computed, counts.done, counts.left) == (32, 17, 49, 51)
+    assert (counts.failed, counts.seconds, counts.rate) == (6, 2.0, 8.5)
+    assert counts.seconds_left == pytest.approx(51 * 3.4 / 17)
+    workers = 2  # one more has come
+    assert counts.seconds_left == pytest.approx(51 * 3.4 / 17 / 2)
+    expected = "49/100 points, 6 failed, 0:02 elapsed, 8.5 points/s, about 5.1 s left"
+    assert str(counts) == expected
+    advanced(counts, statuses, ok=51)
+    assert (counts.left, counts.seconds_left) == (0, 0.0)
+    assert str(counts) == "100/100 points, 6 failed, 0:02 elapsed, 34.0 points/s"
+
+
+def test_a_heartbeat_tells_the_same_numbers(clock: Clock) -> None:
+    statuses = found(ok=1)
+    counts = Counts(10, statuses)
+    assert counts.as_dict()["seconds_left"] is None
+    clock.now += 4.0
+    advanced(counts, statuses, 4.0, ok=1, step_limit=1)
+    told = {
+        "points": 10,
+        "done": 3,
+        "failed": 1,
+        "pending": 7,
+        "computed": 2,
+        "statuses": {"ok": 2, "step_limit": 1},
+        "seconds": 4.0,
+        "points_per_second": 0.5,
+        "seconds_left": 14.0,
+        "slots": 1,
+    }
+    assert counts.as_dict() == told
+    counts.in_flight.begin(task(3, 7))
+    clock.now += 30.0
+    assert counts.as_dict()["seconds_left"] is None
+
+
+# --- the time left ---
+
+
+def computing(clock: Clock, slots: int, flying: list[int], stop: Stop | None = None) -> Counts:
+    """A sweep of 100 points that has computed 40, each in half a second, with tasks in flight."""
+    statuses = found()
+    counts = Counts(100, statuses)
+    counts.begin(lambda: slots, stop)
+    clock.now += 10.0
+    advanced(counts, statuses, 20.0, ok=40)
+    counts.in_flight.begin(task(0, 1))
+    counts.in_flight.end(0)  # a block has come back just now
+    for number, points in enumerate(flying):
+        counts.in_flight.begin(task(100 * number, points))
+    return counts
+
+
+def test_what_is_in_flight_counts_as_partly_done(clock: Clock) -> None:
+    counts = computing(clock, 2, [10, 10])
+    assert counts.seconds_left == pytest.approx(60 * 0.5 / 2)
+    clock.now += 3.0
+    assert counts.seconds_left == pytest.approx(60 * 0.5 / 2 - 3.0)
+
+
+def test_what_waits_at_a_worker_is_not_begun(clock: Clock) -> None:
+    counts = computing(clock, 1, [10, 10])
+    clock.now += 3.0
+    assert counts.seconds_left == pytest.approx(60 * 0.5 - 3.0)
+
+
+def test_the_last_block_takes_its_own_time_however_many_workers_are_idle(clock: Clock) -> None:
+    counts = computing(clock, 8, [60])
+    assert counts.seconds_left == pytest.approx(60 * 0.5)
+
+
+@pytest.mark.parametrize("flying", [[1], [10, 10], [50, 10], [60]])
+def test_the_time_left_never_grows_because_nothing_comes_back(
+    clock: Clock, flying: list[int]
+) -> None:
+    counts, told = computing(clock, 2, flying), []
+    for _ in range(200):
+        told.append(counts.seconds_left)
+        clock.now += 1.0
+    assert told == sorted(told, reverse=True)
+    assert told[-1] >= 0.0
+
+
+def test_after_a_request_to_stop_it_is_the_time_until_the_end(clock: Clock) -> None:
+    stop = Stop()
+    counts = computing(clock, 2, [10, 10], stop)
+    stop.request("enough")
+    assert counts.seconds_left == pytest.approx(5.0)
+    assert counts.outlook == "stopping, 4.0 points/s, about 5.0 s left, 20 points in flight"
+
+
+# --- silence ---
+
+
+def test_a_block_that_takes_as_long_as_expected_is_no_silence(clock: Clock) -> None:
+    counts = computing(clock, 1, [60])
+    clock.now += 29.0
+    expected = "1.0 points/s, about 1.0 s left, 60 points in flight, the oldest for 0:29"
+    assert counts.outlook == expected
+
+
+def test_no_time_left_is_told_when_blocks_are_overdue(clock: Clock) -> None:
+    counts = computing(clock, 1, [20])
+    clock.now += 41.0
+    expected = "no block has finished for 0:41, 20 points in flight, the oldest for 0:41"
+    assert counts.outlook == expected
+
+
+def test_while_others_come_back_a_slow_block_is_named_and_no_silence(clock: Clock) -> None:
+    counts = computing(clock, 2, [20, 1])
+    clock.now += 50.0
+    counts.in_flight.end(100)
+    clock.now += 1.0
+    assert counts.outlook.endswith("left, 20 points in flight, the oldest for 0:51")
+
+
+def test_the_first_block_is_told_to_be_awaited(clock: Clock) -> None:
+    counts = Counts(1200, found())
+    clock.now += 60.0  # compiling
+    counts.begin(lambda: 2)
+    assert str(counts) == "0/1200 points, 0 failed, 0:00 elapsed"
+    counts.in_flight.begin(task(0, 256))
+    clock.now += 4.0
+    assert str(counts) == "0/1200 points, 0 failed, 0:04 elapsed, 256 points in flight"
+    clock.now += 36.0
+    assert str(counts) == (
+        "0/1200 points, 0 failed, 0:40 elapsed, "
+        "no block has finished yet, 256 points in flight, the oldest for 0:40"
+    )
+
+
+@pytest.mark.parametrize("stopping", [False, True])
+@pytest.mark.parametrize("seconds", [0.0, 6.0, 100.0])
+@pytest.mark.parametrize("flying", [0, 1, 2])
+@pytest.mark.parametrize("done", [0, 100])
+def test_no_comma_is_left_over(
+    clock: Clock, stopping: bool, seconds: float, flying: int, done: int
+) -> None:
+    stop, statuses = Stop(), found()
+    counts = Counts(100, statuses)
+    counts.begin(lambda: 2, stop)
+    if done:
+        advanced(counts, statuses, 1.0, ok=done)
+    for number in range(flying):
+        counts.in_flight.begin(task(number, 1))
+    if stopping:
+        stop.request("enough")
+    clock.now += seconds
+    assert re.fullmatch(SOUND, str(counts)), str(counts)

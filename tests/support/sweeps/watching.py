@@ -1,0 +1,147 @@
+"""What tests of progress share: a clock, streams, counts of points, tasks, a real terminal."""
+
+from __future__ import annotations
+
+import io
+import os
+import pty
+import re
+import select
+import signal
+import struct
+import sys
+import termios
+import threading
+import time
+from collections.abc import Callable
+from fcntl import ioctl
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip import Options, Status
+from support.sweeps.processes import HANGS, default_signals, ends_with_its_test
+from sweeps.engine.progress.counts import Counts
+from sweeps.engine.worker import Task
+
+HIDDEN, VISIBLE = "\x1b[?25l", "\x1b[?25h"
+
+
+class Clock:
+    """Monotonic time that goes on when it is told to."""
+
+    def __init__(self) -> None:
+        self.now = 1000.0
+
+    def monotonic(self) -> float:
+        return self.now
+
+
+class Terminal(io.StringIO):
+    """A stream that says that it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def terminal_of(monkeypatch: pytest.MonkeyPatch) -> Terminal:
+    """A terminal of 80 columns for messages; in the body of a test, pytest would replace it."""
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    return terminal
+
+
+class Log(io.StringIO):
+    """Tells when so many lines are there."""
+
+    def __init__(self, wanted: int) -> None:
+        super().__init__()
+        self._wanted, self.there = wanted, threading.Event()
+
+    def write(self, text: str) -> int:
+        written = super().write(text)
+        if self.getvalue().count("\n") >= self._wanted:
+            self.there.set()
+        return written
+
+
+def found(**by_status: int) -> np.ndarray:
+    """Statuses (128,) as a journal counts them."""
+    statuses = np.zeros(128, dtype=np.int64)
+    for name, count in by_status.items():
+        statuses[Status[name.upper()]] = count
+    return statuses
+
+
+def task(first: int, points: int) -> Task:
+    """A task of so many points, of which the first has this number."""
+    indices = np.arange(first, first + points)
+    return Task(indices, np.zeros((points, 1)), Options(), "code")
+
+
+def advanced(counts: Counts, statuses: np.ndarray, seconds: float = 0.0, **by_status: int) -> None:
+    """A block is finished: the journal counts in the statuses, then its cost is told."""
+    statuses += found(**by_status)
+    counts.costs.learn(sum(by_status.values()), seconds)
+
+
+def plain(text: str) -> str:
+    """A text without what steers a terminal."""
+    return re.sub(r"\x1b\[[\d;?]*\w", "", text)
+
+
+class OnTerminal:
+    """A Python process on a terminal of 80 columns; whatever happens, it ends with its test."""
+
+    def __init__(self, code: str, *arguments: str, folder: Path) -> None:
+        self.text = ""
+        with default_signals():
+            self._pid, self._handle = pty.fork()
+            if self._pid == 0:  # still within: what is ignored here would be ignored there
+                os.chdir(folder)
+                os.environ |= {"TERM": "xterm", "COLUMNS": "80", "LINES": "24"}
+                os.execv(sys.executable, [sys.executable, "-c", code, *arguments])
+        ends_with_its_test(self)
+        ioctl(self._handle, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+
+    def shows(self, text: str) -> None:
+        """Wait until it has written this, wherever."""
+        self._read_until(lambda: text in plain(self.text))
+        assert text in plain(self.text), f"it has ended; it said {self.text!r}"
+
+    def types(self, keys: bytes) -> None:
+        os.write(self._handle, keys)
+
+    def ended(self) -> int:
+        """Its exit code; waits for its end."""
+        self._read_until(lambda: False)
+        return os.waitstatus_to_exitcode(self._left())
+
+    def end(self) -> None:
+        """Kill it."""
+        if self._pid:
+            os.kill(self._pid, signal.SIGKILL)
+            self._left()
+
+    def _left(self) -> int:
+        """The status with which it ended; nothing is left of it."""
+        os.close(self._handle)
+        _, status = os.waitpid(self._pid, 0)
+        self._pid = 0
+        return status
+
+    def _read_until(self, condition: Callable[[], bool]) -> None:
+        """Take in what it writes, until the condition holds or it has ended."""
+        latest = time.monotonic() + HANGS
+        while not condition():
+            assert time.monotonic() < latest, f"it hangs; it said {self.text!r}"
+            if not select.select([self._handle], [], [], 1.0)[0]:
+                continue
+            try:
+                self.text += os.read(self._handle, 65536).decode(errors="replace")
+            except OSError:  # the other end has closed
+                return
