@@ -1,0 +1,244 @@
+"""Refined grids: which points are computed, and what lies between them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.sweeps.processes import HANGS
+from support.sweeps.sweeping import Mishap, Shell, child, hash_at_once, hash_of, write
+
+from stickslip import Status
+from stickslip.regime import Regime
+from stickslip.variables import RESULT_COLUMNS
+from sweeps import run
+from sweeps.config.load import from_mapping
+from sweeps.config.order import Refine
+from sweeps.engine.order.refine import Refinement
+from sweeps.files.datasets import content_hash, open_result
+from sweeps.grid import Grid
+
+COLUMN = {name: number for number, name in enumerate(RESULT_COLUMNS)}
+T, OMEGA = np.linspace(200, 264, 33), np.linspace(10, 42, 33)
+
+Law = Callable[[np.ndarray, np.ndarray], dict[str, np.ndarray]]
+
+
+def grid_of(**more: list[float]) -> Grid:
+    sweep = {"temperature": T.tolist(), "omega": OMEGA.tolist(), **more}
+    return Grid.from_config(from_mapping({"sweep": sweep}))
+
+
+def made(grid: Grid, law: Law) -> np.ndarray:
+    """Result rows of a whole grid, with the columns that a law of (T, omega) gives."""
+    rows, points = np.zeros((grid.size, len(RESULT_COLUMNS))), grid.points(0, grid.size)
+    rows[:, COLUMN["elastic_stress_amplitude"]] = 4e6
+    rows[:, COLUMN["friction_force_amplitude"]] = 2e-3
+    rows[:, COLUMN["orbit_periods"]] = 1
+    for name, values in law(points[:, 0], points[:, 4]).items():
+        rows[:, COLUMN[name]] = values
+    return rows
+
+
+def refined(grid: Grid, full: np.ndarray, refine: Refine) -> tuple[np.ndarray, np.ndarray]:
+    """What a refinement makes of a grid whose rows are known: the mask computed, and the rows."""
+    rows, refinement = np.full_like(full, np.nan), Refinement(refine, grid)
+    for needed in refinement.rounds(lambda: rows):
+        assert needed[~np.isnan(rows[:, 0])].all()  # what was needed stays so
+        rows[needed] = full[needed]
+    computed = ~np.isnan(rows[:, 0])
+    numbers, between = refinement.interpolated(rows)
+    rows[numbers] = between
+    return computed.reshape(grid.shape), rows
+
+
+BOTH = Refine(("temperature", "angular_frequency"), 3, 1e-2)
+
+
+def flat(T: np.ndarray, omega: np.ndarray) -> dict[str, np.ndarray]:
+    return {}
+
+
+def tongue(T: np.ndarray, omega: np.ndarray) -> dict[str, np.ndarray]:
+    """A thin slanted tongue of another regime, two steps wide."""
+    return {"regime": np.where(np.abs(omega - 12 - 0.4 * (T - 200)) < 1.1, 3, 2)}
+
+
+# --- which points ---------------------------------------------------------------------------------
+
+
+def test_where_nothing_changes_corners_and_middles_are_enough() -> None:
+    computed, rows = refined(grid_of(), made(grid_of(), flat), BOTH)
+    expected = np.zeros((33, 33), dtype=bool)
+    expected[::8, ::8] = expected[4::8, 4::8] = True
+    np.testing.assert_array_equal(computed, expected)
+    assert (rows[~computed.ravel(), COLUMN["status"]] == Status.INTERPOLATED).all()
+
+
+def test_a_thin_tongue_is_followed_to_its_border() -> None:
+    grid = grid_of()
+    full = made(grid, tongue)
+    computed, rows = refined(grid, full, BOTH)
+    np.testing.assert_array_equal(rows[:, COLUMN["regime"]], full[:, COLUMN["regime"]])
+    assert computed.mean() < 0.55
+
+
+@pytest.mark.parametrize("name", ["regime", "orbit_periods", "melting_count"])
+def test_any_change_of_kind_is_refined(name: str) -> None:
+    grid = grid_of()
+    full = made(grid, lambda T, _: {name: np.where(T < 221, 2, 1)})
+    computed, rows = refined(grid, full, BOTH)
+    np.testing.assert_array_equal(rows[:, COLUMN[name]], full[:, COLUMN[name]])
+    assert computed[10:12].all()  # 220 and 222 K, the two sides of the border
+
+
+def test_points_without_a_result_are_refined_around() -> None:
+    grid = grid_of()
+
+    def failing(T: np.ndarray, omega: np.ndarray) -> dict[str, np.ndarray]:
+        return {"status": np.where(T < 211, float(Status.STEP_LIMIT), 0.0)}
+
+    computed, rows = refined(grid, made(grid, failing), BOTH)
+    assert computed[:7].all()
+    expected = made(grid, failing)[:, COLUMN["status"]] == Status.STEP_LIMIT
+    np.testing.assert_array_equal(rows[:, COLUMN["status"]] == Status.STEP_LIMIT, expected)
+
+
+def test_a_middle_that_misses_is_refined_unless_only_the_regime_counts() -> None:
+    grid = grid_of()
+
+    def bump(T: np.ndarray, omega: np.ndarray) -> dict[str, np.ndarray]:
+        return {"elastic_stress_amplitude": 4e6 * (1 + np.exp(-(((T - 230) / 6) ** 2)))}
+
+    full = made(grid, bump)
+    coarse, _ = refined(grid, full, Refine(BOTH.axes, 3, None))
+    fine, rows = refined(grid, full, BOTH)
+    assert coarse.sum() < fine.sum()
+    column = COLUMN["elastic_stress_amplitude"]
+    assert np.abs(rows[:, column] / full[:, column] - 1).max() < 0.02
+
+
+def test_slices_are_refined_on_their_own() -> None:
+    grid = grid_of(rheological_index=[-0.5, 0.0])
+    full = made(grid, tongue)
+    full[1::2, COLUMN["regime"]] = 2  # no tongue for the second fluid
+    computed, _ = refined(grid, full, BOTH)
+    assert computed[..., 1].sum() == 5 * 5 + 4 * 4
+    assert computed[..., 0].sum() > 200
+
+
+def test_one_axis_or_three_are_refined_as_well() -> None:
+    grid = grid_of()
+    full = made(grid, lambda T, _: {"regime": np.where(T < 221, 2, 1)})
+    computed, rows = refined(grid, full, Refine(("temperature",), 3, 1e-2))
+    np.testing.assert_array_equal(rows[:, COLUMN["regime"]], full[:, COLUMN["regime"]])
+    assert computed.sum() == 33 * (5 + 4 + 2 + 2)  # corners, middles, the way to the border
+    cube = grid_of(spring_stiffness=list(range(1000, 1009)))
+    computed, _ = refined(cube, made(cube, flat), Refine((*BOTH.axes, "spring_stiffness"), 3, 0.1))
+    assert computed.sum() == 5 * 5 * 2 + 4 * 4 * 1
+
+
+# --- what lies between ----------------------------------------------------------------------------
+
+
+def test_between_the_points_values_are_multilinear_and_errors_those_of_the_middles() -> None:
+    grid = grid_of()
+
+    def bowl(T: np.ndarray, omega: np.ndarray) -> dict[str, np.ndarray]:
+        return {
+            "elastic_stress_amplitude": 4e6 + 40.0 * (T - 232) ** 2 + 1e3 * T * omega,
+            "amplitude_error": np.full_like(T, 1e-6),
+        }
+
+    full = made(grid, bowl)
+    computed, rows = refined(grid, full, BOTH)
+    between = ~computed.ravel()
+    column, error = COLUMN["elastic_stress_amplitude"], COLUMN["amplitude_error"]
+    miss = np.abs(rows[between, column] / full[between, column] - 1)
+    assert 0 < miss.max() < 1e-2
+    assert (miss <= rows[between, error]).all()
+    assert np.median(rows[between, error]) < 30 * np.median(miss)
+    assert (rows[between, COLUMN["periods_integrated"]] == 0).all()
+    assert (rows[between, COLUMN["orbit_periods"]] == 1).all()
+
+
+def test_an_orbit_and_its_mirror_image_are_not_averaged() -> None:
+    grid = grid_of()
+    lean = np.random.default_rng(1).choice([-1, 1], grid.size)
+
+    def leaning(T: np.ndarray, omega: np.ndarray) -> dict[str, np.ndarray]:
+        high, low = np.where(lean > 0, 3e6, 1e6), np.where(lean > 0, -1e6, -3e6)
+        return {"elastic_stress_max": high, "elastic_stress_min": low, "regime": np.full_like(T, 3)}
+
+    _, rows = refined(grid, made(grid, leaning), BOTH)
+    extrema = {tuple(pair) for pair in rows[:, [COLUMN["elastic_stress_max"], 3]].tolist()}
+    assert extrema == {(3e6, -1e6), (1e6, -3e6)}
+
+
+# --- sweeps ---------------------------------------------------------------------------------------
+
+LOOSE = "integrator: {rtol: 1e-4}\nstationary: {rtol: 1e-4}\n"
+AXES = "sweep: {T: {linspace: [180, 300], num: 17}, omega: {linspace: [10, 50], num: 17}}\n"
+MAP = f"{AXES}refine: {{axes: [T, omega], levels: 2, where: [regime]}}\n"
+
+
+@pytest.fixture
+def shell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Shell:
+    return Shell(tmp_path, monkeypatch, capsys)
+
+
+def test_a_refined_file_is_the_whole_cube(shell: Shell) -> None:
+    write("a.yaml", MAP, LOOSE)
+    code, out, err = shell("sweep", "a.yaml", "-o", "a.nc")
+    assert code == 0
+    assert "289 points, " in out
+    assert "interpolated: The point lies between computed ones" in err
+    ds, full = open_result(Path("a.nc")), run(from_mapping(_without_refine()))
+    filled = ds.status == Status.INTERPOLATED
+    assert 40 < int(filled.sum()) < 250
+    assert (ds.status == full.status).where(~filled, True).all()
+    assert float((ds.regime != full.regime).mean()) < 0.02
+    assert set(np.unique(ds.regime)) <= {*Regime}
+    assert float(ds.elastic_stress_amplitude.isnull().sum()) == 0
+    assert len(shell.computed) == 289 - int(filled.sum())
+
+
+def _without_refine() -> dict:
+    return {
+        "sweep": {
+            "T": {"linspace": [180, 300], "num": 17},
+            "omega": {"linspace": [10, 50], "num": 17},
+        },
+        "integrator": {"rtol": 1e-4},
+        "stationary": {"rtol": 1e-4},
+    }
+
+
+def test_workers_blocks_and_kills_change_nothing(shell: Shell) -> None:
+    write("a.yaml", MAP, LOOSE)
+    hashes = {content_hash(run("a.yaml", workers=workers)) for workers in (1, 2, 8)}
+    command = ["sweep", "a.yaml", "-o", "a.nc", "--set", "execution.block_points=16"]
+    for record in (3, 9):
+        block = ("sweeps.files.record_log:RecordLog", "append", record)
+        process = child(command, Mishap("os", "pwrite", 3, "half", within=block))
+        process.join(HANGS)
+        assert process.exitcode == -9
+    assert shell(*command).code == 0
+    assert hashes == {hash_of("a.nc")}
+
+
+def test_another_refinement_computes_only_what_it_needs_more(shell: Shell) -> None:
+    write("a.yaml", MAP, LOOSE)
+    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    coarse = len(shell.computed)
+    assert "nothing to do" in shell("sweep", "a.yaml", "-o", "a.nc").err
+    write("a.yaml", AXES, LOOSE)  # without `refine` interpolated points are missing ones
+    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
+    assert code == 0
+    assert f"289 points (17 x 17): {coarse} in a.nc; {289 - coarse} to compute" in err
+    assert len(shell.computed) == 289 - coarse
+    assert hash_of("a.nc") == hash_at_once("a.yaml")
