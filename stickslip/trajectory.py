@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 StartName = Literal["initial", "stationary"]
 
+# CF keeps the name `time` for a time of the calendar.
+TIME = "elapsed_time"
+
 # What samples hold.
 _SAMPLED = ("lower_displacement", "lower_velocity", "order_parameter")
 
@@ -70,8 +73,8 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Variables of `variables.TRAJECTORY` over the dimension `time` [s], the parameters as
-        scalar coordinates, scheduled ones along `time`; order 3 between the steps of the adaptive
+        Variables of `variables.TRAJECTORY` over the dimension `elapsed_time` [s], the parameters as
+        scalar coordinates, scheduled ones along it; order 3 between the steps of the adaptive
         method. The sample at which two sections meet has the parameters of the first.
 
     Raises
@@ -185,11 +188,11 @@ def _section(
     states = dict(zip(_SAMPLED, samples.T, strict=True))
     columns = states | dict(zip(OBSERVABLES, observables.T, strict=True))
     data = {
-        name: ("time", columns[name], attributes(TRAJECTORY[name]))
+        name: (TIME, columns[name], attributes(TRAJECTORY[name]))
         for name in TRAJECTORY
-        if name != "time"
+        if name != TIME
     }
-    coords = {"time": ("time", times, attributes(TRAJECTORY["time"]))} | {
+    coords = {TIME: (TIME, times, attributes(TRAJECTORY[TIME]))} | {
         name: ((), value, attributes(PARAMETERS[name]))
         for name, value in parameters._asdict().items()
     }
@@ -202,12 +205,12 @@ def _joined(parts: list[xr.Dataset], scheduled: Iterable[str]) -> xr.Dataset:
 
     if not scheduled:
         return parts[0]
-    rest = (part.isel(time=slice(1, None)) for part in parts[1:])
+    rest = (part.isel({TIME: slice(1, None)}) for part in parts[1:])
     along = [
-        part.assign_coords({name: part[name].expand_dims(time=part.time) for name in scheduled})
+        part.assign_coords({name: part[name].broadcast_like(part[TIME]) for name in scheduled})
         for part in (parts[0], *rest)
     ]
-    return xr.concat(along, dim="time")
+    return xr.concat(along, dim=TIME)
 
 
 def attributes(variable: Variable) -> dict[str, str]:

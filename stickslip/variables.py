@@ -138,7 +138,7 @@ _ELASTIC_STRAIN = Variable(
     "elastic_strain", "epsilon_el", r"\varepsilon_\mathrm{el}", "1", "elastic shear strain")
 
 TRAJECTORY: Mapping[str, Variable] = _by_name(
-    Variable("time", "t", "t", "s", "time since the start"),
+    Variable("elapsed_time", "t", "t", "s", "time since the start"),
     Variable("upper_displacement", "X", "X", "m", "displacement of the upper block"),
     Variable("lower_displacement", "x", "x", "m", "displacement of the lower block"),
     Variable("upper_velocity", "V", "V", "m s-1", "velocity of the upper block"),

@@ -248,7 +248,9 @@ def test_without_noise_a_melted_film_stays_liquid() -> None:
     # logarithm of the order parameter falls for ever, and means nothing below a floor.
     scene = {"initial_order_parameter": 0.6}
     assert orbits(row(**scene), noise="none", max_periods=300).status == Status.OK
-    last = simulate(Parameters(**scene), noise="none", periods=20).isel(time=slice(-2000, None))
+    last = simulate(Parameters(**scene), noise="none", periods=20).isel(
+        elapsed_time=slice(-2000, None)
+    )
     assert float(np.abs(last.elastic_stress).max()) < 1.0
     assert float(last.friction_force.max()) == pytest.approx(0.599e-3, rel=1e-3)
 

@@ -33,10 +33,10 @@ def fig_3() -> xr.Dataset:
 
 
 def test_the_variables_are_those_of_the_registry(fig_3: xr.Dataset) -> None:
-    assert {"time", *map(str, fig_3.data_vars)} == set(TRAJECTORY)
-    assert dict(fig_3.sizes) == {"time": 1001}
+    assert {"elapsed_time", *map(str, fig_3.data_vars)} == set(TRAJECTORY)
+    assert dict(fig_3.sizes) == {"elapsed_time": 1001}
     for name, variable in TRAJECTORY.items():
-        assert fig_3[name].dims == ("time",)
+        assert fig_3[name].dims == ("elapsed_time",)
         assert fig_3[name].dtype == np.float64
         assert fig_3[name].attrs["units"] == variable.units
         assert fig_3[name].attrs["symbol"] == variable.symbol
@@ -46,7 +46,7 @@ def test_the_variables_are_those_of_the_registry(fig_3: xr.Dataset) -> None:
 def test_the_parameters_are_scalar_coordinates() -> None:
     p = Parameters(temperature=250.0, rheological_index=0.0)
     ds = simulate(p, periods=1, samples_per_period=2)
-    assert set(map(str, ds.coords)) == {"time", *PARAMETERS}
+    assert set(map(str, ds.coords)) == {"elapsed_time", *PARAMETERS}
     for name, variable in PARAMETERS.items():
         assert ds[name].ndim == 0
         assert float(ds[name]) == getattr(p, name)
@@ -55,7 +55,7 @@ def test_the_parameters_are_scalar_coordinates() -> None:
 
 
 def test_the_observables_follow_from_the_states(fig_3: xr.Dataset) -> None:
-    t, p = fig_3.time.values, Parameters()
+    t, p = fig_3.elapsed_time.values, Parameters()
     np.testing.assert_allclose(fig_3.upper_displacement, X_M * np.cos(10 * t), atol=1e-20)
     np.testing.assert_allclose(fig_3.upper_velocity, -X_M * 10 * np.sin(10 * t), atol=1e-20)
     u = (fig_3.upper_velocity - fig_3.lower_velocity).values
@@ -73,7 +73,7 @@ def test_the_observables_follow_from_the_states(fig_3: xr.Dataset) -> None:
 def test_the_states_obey_the_equations_of_motion() -> None:
     p = Parameters(temperature=300.0, initial_displacement=X_M)
     ds = simulate(p, periods=1, samples_per_period=20_000, rtol=1e-9)
-    dt = float(ds.time[1])
+    dt = float(ds.elapsed_time[1])
     x, v = ds.lower_displacement.values, ds.lower_velocity.values
     middle = slice(1, -1)
     # On nine samples of ten: what the start leaves decays faster than differences can follow.
@@ -100,8 +100,8 @@ def test_samples_are_equidistant_and_hold_both_ends(periods: int, per_period: in
     ds = simulate(p, periods=periods, samples_per_period=per_period)
     period = 2 * math.pi / 10
     expected = np.linspace(0.0, periods * period, periods * per_period + 1)
-    np.testing.assert_allclose(ds.time, expected, rtol=1e-14)
-    first = ds.isel(time=0)
+    np.testing.assert_allclose(ds.elapsed_time, expected, rtol=1e-14)
+    first = ds.isel(elapsed_time=0)
     assert float(first.lower_displacement) == 2e-7
     assert float(first.lower_velocity) == 1e-6
     assert float(first.order_parameter) == pytest.approx(0.3, rel=1e-15)
@@ -113,7 +113,7 @@ def test_sampling_does_not_touch_the_motion(method: str) -> None:
     p = Parameters(elastic_coefficient=0.0)
     options = {"periods": 3, "method": method, "dt": 2e-5}
     dense, sparse = (simulate(p, samples_per_period=n, **options) for n in (640, 10))
-    every = dense.isel(time=slice(None, None, 64))
+    every = dense.isel(elapsed_time=slice(None, None, 64))
     for name in ("lower_displacement", "lower_velocity", "order_parameter"):
         ends = slice(None, None, 10)  # whole periods: no interpolation
         np.testing.assert_array_equal(sparse[name][ends], every[name][ends])
@@ -121,7 +121,7 @@ def test_sampling_does_not_touch_the_motion(method: str) -> None:
 
 
 def test_a_start_at_rest_and_phi_0_is_lifted_to_the_noise() -> None:
-    first = simulate(periods=1, samples_per_period=1).isel(time=0)
+    first = simulate(periods=1, samples_per_period=1).isel(elapsed_time=0)
     level = math.sqrt(0.2807297 * 1e-18 / (2 * 0.95 * 100 * 90))
     assert float(first.order_parameter) == pytest.approx(level, rel=1e-6)
     assert float(first.lower_displacement) == float(first.lower_velocity) == 0.0
@@ -129,7 +129,7 @@ def test_a_start_at_rest_and_phi_0_is_lifted_to_the_noise() -> None:
 
 def test_more_periods_continue_the_same_motion() -> None:
     short, long = (simulate(periods=n, samples_per_period=50) for n in (2, 5))
-    head = long.isel(time=slice(0, 101))
+    head = long.isel(elapsed_time=slice(0, 101))
     np.testing.assert_array_equal(head.lower_displacement, short.lower_displacement)
 
 
@@ -205,19 +205,21 @@ def test_a_section_begins_where_the_one_before_ended(method: str) -> None:
     both = simulate(liquid, schedule=STEPS, **shorter)
     first = simulate(liquid, **shorter)
     np.testing.assert_array_equal(both.lower_velocity[:81], first.lower_velocity)
-    end = first.isel(time=-1)
+    end = first.isel(elapsed_time=-1)
     start = {
         "initial_displacement": float(end.lower_displacement),
         "initial_velocity": float(end.lower_velocity),
         "initial_order_parameter": float(end.order_parameter),
     }
     p = liquid._replace(temperature=250.0, angular_frequency=20.0, **start)
-    second = simulate(p, **shorter).isel(time=slice(1, None))
+    second = simulate(p, **shorter).isel(elapsed_time=slice(1, None))
     for name in list(TRAJECTORY)[1:]:
         found, alone = both[name].values[81:], second[name].values
         np.testing.assert_allclose(found, alone, rtol=1e-9, atol=1e-12 * np.abs(alone).max())
-    np.testing.assert_allclose(both.time[81:], second.time + float(end.time), rtol=1e-14)
-    assert np.all(np.diff(both.time) > 0)
+    np.testing.assert_allclose(
+        both.elapsed_time[81:], second.elapsed_time + float(end.elapsed_time), rtol=1e-14
+    )
+    assert np.all(np.diff(both.elapsed_time) > 0)
 
 
 def test_scheduled_parameters_lie_along_the_time() -> None:

@@ -45,7 +45,7 @@ PARAMETER_SYMBOLS = {
     "noise_intensity": ("D", "s-1"),
 }
 TRAJECTORY_UNITS = {
-    "time": "s",
+    "elapsed_time": "s",
     "upper_displacement": "m",
     "lower_displacement": "m",
     "upper_velocity": "m s-1",

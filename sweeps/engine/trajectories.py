@@ -12,7 +12,7 @@ from stickslip.model.state import WIDTH
 from stickslip.options import METHODS
 from stickslip.orbit import prepare_kernels
 from stickslip.parameters import Parameters
-from stickslip.trajectory import simulate
+from stickslip.trajectory import TIME, simulate
 from sweeps.config.load import Config
 from sweeps.engine.options import options_of
 from sweeps.engine.progress.compiling import SILENT, Compiling
@@ -58,7 +58,7 @@ def trajectory(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
 def trajectories(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
     """One trajectory for each value of the only axis of a config, along (axis, sample).
 
-    `time` becomes a coordinate along both, because drive periods differ.
+    `elapsed_time` becomes a coordinate along both, because drive periods differ.
     """
     import xarray as xr
 
@@ -69,13 +69,13 @@ def trajectories(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
     with compiling:
         _compile_kernels(config)
     runs = [
-        _simulated(config, Parameters(*point)).reset_index("time").rename_dims(time="sample")
+        _simulated(config, Parameters(*point)).reset_index(TIME).rename_dims({TIME: "sample"})
         for point in grid.points(0, grid.size)
     ]
     together = xr.concat(
-        [run.reset_coords("time") for run in runs], dim=axis, combine_attrs="drop_conflicts"
+        [run.reset_coords(TIME) for run in runs], dim=axis, combine_attrs="drop_conflicts"
     )
-    together = together.set_coords("time")
+    together = together.set_coords(TIME)
     return add_provenance(together, config, config.title or "Trajectories", _SUMMARY)
 
 

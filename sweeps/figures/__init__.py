@@ -26,13 +26,15 @@ __all__ = ["ENDINGS", "PlotOptions", "default_figure", "draw", "obstacle", "save
 def draw(ds: xr.Dataset, figure: str | None = None, options: PlotOptions | None = None) -> Figure:
     """The picture of a dataset, drawn; `save` writes it.
 
-    `ds` is a sweep result, or a trajectory along `time` or along (axis, sample) with a 2-D `time`;
+    `ds` is a sweep result, or a trajectory along `elapsed_time` or along (axis, sample) with a 2-D
+    `elapsed_time`, which older files call `time`;
     `figure` a key of `FIGURES`, by default `default_figure(ds)`. `options` choose the variable and
     the axes of a sweep's picture instead of a figure by name, and the style of any.
 
     Raises ValueError for an unknown name, and for a figure that the dataset has no data for.
     """
     options = options or PlotOptions()
+    ds = ds.rename(time="elapsed_time") if "time" in ds.variables else ds
     with styled(options.style):
         picture = _chosen(ds, options) if options.asks else _named(ds, figure or default_figure(ds))
         if picture.axes:  # the table of a single point has all parameters, and no axes
@@ -61,7 +63,8 @@ def data_of(ds: xr.Dataset) -> Data:
     """What a dataset holds; whatever is neither a motion in time nor phases counts as a sweep."""
     if "free_energy" in ds.variables or "melting_temperature" in ds.variables:
         return "phases"
-    return "trajectory" if "time" in ds.variables and ds["time"].ndim > 0 else "sweep"
+    times = [ds[name] for name in ("elapsed_time", "time") if name in ds.variables]
+    return "trajectory" if any(time.ndim for time in times) else "sweep"
 
 
 def default_figure(ds: xr.Dataset) -> str:

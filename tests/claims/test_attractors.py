@@ -10,6 +10,7 @@ import pytest
 from support.marks import one_then
 
 from stickslip import Parameters, Status, stationary_orbit
+from stickslip.regime import Regime
 
 # T, k, K, gamma, omega, and the stress amplitude [Pa] to which plain iteration leads at rtol 1e-9.
 FROZEN_LATE = [
@@ -46,6 +47,49 @@ def test_jumps_are_kept_where_the_film_forgets() -> None:
         p = Parameters(temperature=temperature, spring_stiffness=200.0)
         plain = stationary_orbit(p, accelerate=False)
         assert 2 * stationary_orbit(p).periods_integrated < plain.periods_integrated
+
+
+# omega = 38 (unless given), x_0 in parts of X_m: there are two orbits, and the ratio of the first
+# displacements looks steady by accident. Plain iteration ends on the asymmetric one.
+TWO_ORBITS = [0.65625, 0.8125, 0.4375, 0.9375]
+
+
+@pytest.mark.parametrize("start", one_then("stress", TWO_ORBITS))
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-9])
+def test_where_two_orbits_exist_a_search_ends_where_plain_iteration_does(
+    start: float, rtol: float
+) -> None:
+    p = Parameters(angular_frequency=38.0, initial_displacement=start * 0.8e-6)
+    plain = stationary_orbit(p, rtol=1e-9, accelerate=False)
+    found = stationary_orbit(p, rtol=rtol)
+    assert plain.regime is found.regime is Regime.STICK_SLIP_ASYMMETRIC
+    stress = plain.elastic_stress_amplitude
+    assert found.elastic_stress_amplitude == pytest.approx(stress, rel=1e-3)
+
+
+# T, k, K, gamma, omega, x_0, v_0, phi_0, and the stress amplitude [Pa]: at a tolerance of 1e-4 on
+# the way these films missed the moment in which they freeze, and stayed liquid for good.
+MISSED = [
+    ((187.927171, 71315.2112, 1369.64214, -0.8, 37.1608344,
+      3.57042358e-07, 2.5157232e-06, 0.0378500092), 2.6427008e6),
+    ((217.756365, 23443.3251, 2725.77206, -0.8, 36.9476275,
+      6.47192859e-07, 4.09688238e-06, 0.00265822837), 2.1085326e6),
+    ((256.665696, 16685.0226, 3708.02302, -0.8, 16.7259538,
+      1.15663251e-07, -3.3896899e-06, 4.08246782e-06), 7.901171e5),
+    ((166.510561, 14754.4633, 3137.49007, -0.8, 47.523083,
+      -1.19877589e-07, 5.1846598e-07, 1.47600996e-08), 6.2222697e6),
+]  # fmt: skip
+STARTS = ("initial_displacement", "initial_velocity", "initial_order_parameter")
+
+
+@pytest.mark.parametrize(("values", "stress"), one_then("stress", MISSED))
+@pytest.mark.parametrize("accelerate", [True, False])
+def test_a_loose_tolerance_does_not_miss_a_freezing_film(
+    values: tuple[float, ...], stress: float, accelerate: bool
+) -> None:
+    p = Parameters(**dict(zip(NAMES + STARTS, values, strict=True)))
+    found = stationary_orbit(p, rtol=1e-4, accelerate=accelerate)
+    assert found.elastic_stress_amplitude == pytest.approx(stress, rel=1e-3)
 
 
 # Parameters far from the paper's: plain iteration drifts through 8.4e-7 of X_m a period.

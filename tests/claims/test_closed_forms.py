@@ -102,7 +102,9 @@ def test_at_the_resonance_the_force_vanishes(viscosity: float, rtol: float) -> N
 def test_at_the_resonance_the_block_moves_with_the_drive() -> None:
     # With this viscosity what the start leaves decays at 10 per second.
     p = Parameters(**liquid(1e3, RESONANCE, 300.0))
-    ds = simulate(p, periods=60, samples_per_period=50, rtol=1e-8).isel(time=slice(-51, None))
+    ds = simulate(p, periods=60, samples_per_period=50, rtol=1e-8).isel(
+        elapsed_time=slice(-51, None)
+    )
     lag = (ds.lower_displacement - ds.upper_displacement) / X_M
     assert float(np.abs(lag).max()) < 1e-6
 

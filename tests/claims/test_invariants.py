@@ -80,7 +80,9 @@ def test_energy_is_conserved_along_a_trajectory(scene: str) -> None:
     # Work of friction on the block = energy gained, by the trapezoidal rule on the samples.
     p, ds = Parameters(**SCENES[scene]), trajectory(scene)
     power = (ds.friction_force * ds.lower_velocity).values
-    work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]))]) * float(ds.time[1])
+    work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]))]) * float(
+        ds.elapsed_time[1]
+    )
     energy = 0.5 * p.block_mass * ds.lower_velocity.values**2
     energy = energy + p.spring_stiffness * ds.lower_displacement.values**2
     assert np.max(np.abs(work - (energy - energy[0]))) < 2e-3 * np.max(energy)

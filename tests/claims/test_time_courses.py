@@ -28,9 +28,9 @@ STUCK_SPEED = 1e-9 * 6.8293e-6 / 1e-8
 def fig_3() -> xr.Dataset:
     """A stationary period at 200 K and 10 rad/s, rolled to begin with a solidification."""
     ds = simulate(periods=1, start="stationary", samples_per_period=20_000, rtol=1e-8)
-    ds = ds.isel(time=slice(None, -1))  # the last sample is the first one again
+    ds = ds.isel(elapsed_time=slice(None, -1))  # the last sample is the first one again
     start = next(s for s in runs(ds.order_parameter.values >= SOLID) if s.start > 0).start
-    return ds.roll(time=-start, roll_coords=False)
+    return ds.roll(elapsed_time=-start, roll_coords=False)
 
 
 def relative_velocity(ds: xr.Dataset) -> np.ndarray:
@@ -90,7 +90,7 @@ def test_fig_4_the_distance_of_the_blocks_is_constant_while_they_stick() -> None
 def test_fig_4_the_creep_of_a_stuck_block_is_that_of_a_dashpot() -> None:
     ds = fig_3()
     distance = (ds.upper_displacement - ds.lower_displacement).values
-    dt = float(ds.time[1] - ds.time[0])
+    dt = float(ds.elapsed_time[1] - ds.elapsed_time[0])
     mobility = 1e-9 / (0.6e-9 * 4e12 * 1e-8)
     bound = mobility * np.abs(ds.friction_force.values) / ds.order_parameter.values**2 * dt
     for stick in sticks():
@@ -185,7 +185,7 @@ def test_fig_6_at_300_K_the_film_is_liquid_throughout() -> None:
 def fig_6() -> list[xr.Dataset]:
     """The sections of one run through four temperatures, the way to each orbit left out."""
     ds = simulate(periods=3, schedule={"temperature": [200.0, 220.0, 250.0, 300.0]})
-    return [ds.isel(time=slice(end - 2000, end)) for end in range(6001, 24002, 6000)]
+    return [ds.isel(elapsed_time=slice(end - 2000, end)) for end in range(6001, 24002, 6000)]
 
 
 def test_fig_6_peaks_in_one_run_are_those_of_each_temperature_alone() -> None:

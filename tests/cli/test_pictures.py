@@ -35,7 +35,7 @@ def test_simulate_needs_no_config(command: Command) -> None:
     code, out, _ = command("simulate", *arguments)
     assert (code, out) == (0, "x/y.nc\n")
     ds = open_result(Path("x/y.nc"))
-    assert ds.sizes == {"time": 21}
+    assert ds.sizes == {"elapsed_time": 21}
     expected = stickslip.simulate(periods=1, samples_per_period=20)
     xr.testing.assert_identical(ds.drop_attrs(deep=False), expected)
     code, _, err = command("simulate", *arguments)

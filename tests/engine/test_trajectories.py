@@ -34,7 +34,7 @@ def test_a_trajectory_is_that_of_simulate() -> None:
     found = trajectory(config(model={"T": 250, "gamma": 0}))
     p = Parameters(temperature=250.0, rheological_index=0.0)
     same_numbers(found, stickslip.simulate(p, **SHORT))
-    assert found.sizes == {"time": 51}
+    assert found.sizes == {"elapsed_time": 51}
 
 
 @pytest.mark.parametrize(
@@ -98,7 +98,7 @@ def test_an_axis_left_is_refused_with_a_way_out_that_works(
         trajectory(config(**parts))
     _, *choices = str(caught.value).split(" --set ")
     settings = from_mapping({"simulation": SHORT} | parts, overrides=choices)
-    assert trajectory(settings).sizes == {"time": 51}
+    assert trajectory(settings).sizes == {"elapsed_time": 51}
 
 
 @pytest.mark.slow
@@ -124,14 +124,14 @@ def test_all_that_is_compiled_is_compiled_while_that_is_told(tmp_path: Path, met
 def test_trajectories_along_an_axis_are_those_of_simulate() -> None:
     found = trajectories(config(sweep={"omega": [10, 15, 32]}, title="Three"))
     assert found.friction_force.dims == ("angular_frequency", "sample")
-    assert found.time.dims == ("angular_frequency", "sample")
-    assert "time" in found.coords
+    assert found.elapsed_time.dims == ("angular_frequency", "sample")
+    assert "elapsed_time" in found.coords
     np.testing.assert_array_equal(found.angular_frequency, [10.0, 15.0, 32.0])
     assert found.temperature.shape == ()
     for omega in (10.0, 15.0, 32.0):
         one = stickslip.simulate(Parameters(angular_frequency=omega), **SHORT)
         run = found.sel(angular_frequency=omega)
-        for name in [*one.data_vars, "time"]:
+        for name in [*one.data_vars, "elapsed_time"]:
             np.testing.assert_array_equal(run[name].values, one[name].values)
             assert run[name].attrs == one[name].attrs
     assert found.attrs["title"] == "Three"

@@ -143,7 +143,7 @@ def test_time_courses_are_four_panels_with_the_upper_block_dashed():
         lower, upper = curves(panel)
         assert (lower.get_linestyle(), upper.get_linestyle()) == ("-", "--")
         assert upper.get_zorder() > lower.get_zorder()
-        np.testing.assert_array_equal(lower.get_xdata(), ds.time)
+        np.testing.assert_array_equal(lower.get_xdata(), ds.elapsed_time)
         np.testing.assert_allclose(lower.get_ydata(), ds[f"lower_{name}"] * factor)
         np.testing.assert_allclose(upper.get_ydata(), ds[f"upper_{name}"] * factor)
     np.testing.assert_allclose(curves(axes[2])[0].get_ydata(), ds.elastic_stress * 1e-6)
@@ -191,13 +191,13 @@ def test_several_trajectories_get_a_column_each():
 
 def test_a_parameter_that_steps_along_time_makes_sections():
     ds = trajectory()
-    temperature = np.where(ds.time < ds.time[150], 200.0, 250.0)
-    ds = described(ds.assign_coords(temperature=("time", temperature)))
+    temperature = np.where(ds.elapsed_time < ds.elapsed_time[150], 200.0, 250.0)
+    ds = described(ds.assign_coords(temperature=("elapsed_time", temperature)))
     figure = draw(ds)
     assert [text.get_text() for text in panels(figure)[0].texts] == ["$T = 200$ K", "$T = 250$ K"]
     assert [line.get_xdata().size for line in curves(panels(figure)[3])] == [150, 251]
     (border,) = (line for line in panels(figure)[2].get_lines() if line.get_gid() == "border")
-    assert border.get_xdata()[0] == pytest.approx(float(ds.time[149]))
+    assert border.get_xdata()[0] == pytest.approx(float(ds.elapsed_time[149]))
 
 
 # --- choosing, labels, units --------------------------------------------------------------------

@@ -70,7 +70,7 @@ def test_figures_3_and_4_are_made_together(command: Command) -> None:
     third, fourth = (open_result(Path(f"results/fig{n}.nc")) for n in (3, 4))
     assert third.attrs["title"].startswith("Fig. 3 - ")
     assert fourth.attrs["title"].startswith("Fig. 4 - ")
-    assert third.sizes == {"time": 8001}
+    assert third.sizes == {"elapsed_time": 8001}
     assert third.friction_force.equals(fourth.friction_force)
     assert Path("results/fig3.png").read_bytes() != Path("results/fig4.png").read_bytes()
 

@@ -55,6 +55,7 @@ FLAGS = {
     "invariant_violated": 6,
     "aperiodic": 7,
     "inaccurate": 8,
+    "interpolated": 9,
     "pending": 127,
 }
 ATTRIBUTES = {
@@ -317,12 +318,20 @@ def test_trajectories_follow_the_cf_conventions(tmp_path: Path) -> None:
 
 
 @checked
-def test_a_trajectory_follows_the_cf_conventions(tmp_path: Path) -> None:
-    write_dataset(trajectory(from_mapping(SHORT)), tmp_path / "a.nc")
-    # The checker goes by the name: it asks any axis called `time` for standard_name `time`, which
-    # is for points in time, counted from a date. Ours is a time that has elapsed, and has no date.
-    only = "Coordinate variable 'time' should have standard_name='time', found: 'None'"
-    assert cf_findings(tmp_path / "a.nc") == [only]
+@pytest.mark.parametrize("schedule", [None, {"temperature": [200.0, 250.0]}])
+def test_a_trajectory_follows_the_cf_conventions(
+    tmp_path: Path, schedule: dict[str, list[float]] | None
+) -> None:
+    config = {"simulation": SHORT["simulation"] | {"schedule": schedule}}
+    write_dataset(trajectory(from_mapping(config)), tmp_path / "a.nc")
+    assert cf_findings(tmp_path / "a.nc") == []
+
+
+@checked
+def test_a_followed_sweep_follows_the_cf_conventions(tmp_path: Path) -> None:
+    config = {"sweep": {"omega": [10, 11]}, "follow": "omega", "integrator": {"rtol": 1e-4}}
+    write_dataset(run(config), tmp_path / "a.nc")
+    assert cf_findings(tmp_path / "a.nc") == []
 
 
 @checked

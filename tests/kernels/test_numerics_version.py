@@ -22,7 +22,7 @@ from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 
-VERSION = 8
+VERSION = 9
 MADE_ON = ("rocketlake", "0.68.1", "0.50.0")
 """Processor, numba and llvmlite of the table."""
 
@@ -43,30 +43,30 @@ SOLID = (  # a light block under a small film: few and short periods to an orbit
 # Changes to Fig. 3, options; stress amplitude [Pa], force amplitude [N], periods integrated; and
 # the beginning of the SHA-256 of all that comes back.
 TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
-    ((), LOOSE, (4304775.897487301, 0.0028121358758203953, 5), "26a5f49a8ecd401b"),
+    ((), LOOSE, (4304775.79397821, 0.002812136012021575, 5), "aea4761f0ba1b9db"),
     (
         (("angular_frequency", 38.0),),
         LOOSE,
-        (2168517.2443703786, 0.0019155289280794415, 6),
-        "88fb833e3e775a5d",
+        (2168517.995915833, 0.0019155292161137805, 6),
+        "4e94b31fbcd45880",
     ),
     (
         (("rheological_index", 0.0),),
         LOOSE,
-        (1758421.4371849236, 0.0047674319313236605, 5),
-        "111f51857d59c17e",
+        (1758421.7536688384, 0.004767432830133943, 6),
+        "f72e7adc64b5ef08",
     ),
     (
         (("rheological_index", 2 / 3),),
         LOOSE,
-        (298047.06136793754, 0.004767981735574066, 5),
-        "2dd7a2df4123dedc",
+        (298047.0665412416, 0.0047679818716540945, 6),
+        "fcedaa4fef8776fb",
     ),
     (
         (("rheological_index", -0.5), ("temperature", 250.0)),
         LOOSE,
-        (1853960.9784566863, 0.002580619896934249, 4),
-        "9b0516bebe0068c8",
+        (1853960.9890339088, 0.002580619952316699, 4),
+        "43c478b7f318935d",
     ),
     (
         (
@@ -77,8 +77,8 @@ TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
             ("angular_frequency", 29.403538),
         ),
         LOOSE,
-        (338284.23811516725, 0.0032235573928908797, 25),
-        "e4b38b973e83aa61",
+        (338284.2683875302, 0.003223557641284298, 25),
+        "d557f3c153e3c1cf",
     ),
     ((VISCOUS,), Options(dt=2e-5, **COARSE), (0.0, 0.0005992449187231228, 4), "4d621cc63402b4e1"),
     (
@@ -103,25 +103,25 @@ TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
         (VISCOUS, ("rheological_index", 2 / 3), ("viscosity_coefficient", 10.0)),
         Options(dt=2e-5, **COARSE),
         (0.0, 0.004277576626034167, 7),
-        "bbd71f173308b115",
+        "dfd6a6bda540708b",
     ),
     (
         SOLID,
         Options(dt=5e-9, **COARSE),
         (1451762.4705775229, 1.010712229933089e-06, 6),
-        "870cdd7959a820e8",
+        "ebe68267feff4cd3",
     ),
     (
         (*SOLID, ("rheological_index", 0.0)),
         Options(dt=5e-9, **COARSE),
         (431332.7639399719, 1.1472177327739448e-06, 12),
-        "a2a4b2c5472a63bc",
+        "921f270421b40878",
     ),
     (
         (*SOLID, ("rheological_index", -0.5)),
         Options(dt=5e-9, **COARSE),
         (1277325.2321558087, 1.0485902147058254e-06, 6),
-        "f54815f0c9a0f83d",
+        "53041f81ffcd2469",
     ),
 ]
 ADVICE = "the numbers have changed: raise NUMERICS_VERSION and renew this table"

@@ -84,9 +84,9 @@ def motion(omega: float = 10.0, start: float = 0.0, samples: int = 400) -> dict[
 
 def trajectory() -> xr.Dataset:
     columns = motion()
-    time = columns.pop("time")
-    data = {name: ("time", values) for name, values in columns.items()}
-    return described(xr.Dataset(data, {"time": time, "temperature": 200.0}))
+    time = columns.pop("elapsed_time")
+    data = {name: ("elapsed_time", values) for name, values in columns.items()}
+    return described(xr.Dataset(data, {"elapsed_time": time, "temperature": 200.0}))
 
 
 def trajectories(dim: str, values, columns) -> xr.Dataset:

@@ -149,9 +149,9 @@ def _slow(ratio: float, cycle: int) -> bool:
 
 @jit
 def _steady_cycle(memory: Any, newest: int, noise: float) -> int:
-    """Smallest cycle whose last three displacements shrink by one ratio along one line; or 0."""
+    """Smallest cycle whose last four displacements shrink by one ratio along one line; or 0."""
     for cycle in range(1, memory.longest_cycle + 1):
-        if 3 * cycle > newest:
+        if 4 * cycle > newest:
             return 0
         if _steady(memory, newest, cycle, noise):
             return cycle
@@ -160,7 +160,7 @@ def _steady_cycle(memory: Any, newest: int, noise: float) -> int:
 
 @jit
 def _steady(memory: Any, newest: int, cycle: int, noise: float) -> bool:
-    """Whether the last three displacements by `cycle` applications plainly lead to a limit.
+    """Whether the last four displacements by `cycle` applications plainly lead to a limit.
 
     An asymmetric orbit is approached with displacements whose ratio tends to -1: its distance
     from -1 then shrinks, which the comparison with the earlier ratio sees.
@@ -168,10 +168,12 @@ def _steady(memory: Any, newest: int, cycle: int, noise: float) -> bool:
     oldest = displacement(memory, newest - 2 * cycle, newest - 3 * cycle)
     before = displacement(memory, newest - cycle, newest - 2 * cycle)
     last = displacement(memory, newest, newest - cycle)
+    first = displacement(memory, newest - 3 * cycle, newest - 4 * cycle)
+    begun, _ = _contraction(oldest, first)
     earlier, _ = _contraction(before, oldest)
     ratio, bend = _contraction(last, before)
     room = min(1.0 - abs(ratio), abs(ratio))
-    steady = abs(ratio - earlier) <= _STEADY * room and bend <= _BEND
+    steady = max(abs(ratio - earlier), abs(ratio - begun)) <= _STEADY * room and bend <= _BEND
     clear = _clear(ratio, _length(before), noise)
     return steady and clear and _slow(ratio, cycle) and _length(last) <= memory.calm
 

@@ -92,7 +92,7 @@ def _stack(ds: xr.Dataset, rows: tuple[tuple[Trace, ...], ...], height: float) -
         for axes, traces in zip(axes_of_column, rows, strict=True):
             _draw_traces(axes, traces, stack)
         _name_sections(axes_of_column[0], stack)
-        axes_of_column[-1].set_xlabel(shown(stack[0].dataset["time"]).label, fontsize=TEXT)
+        axes_of_column[-1].set_xlabel(shown(stack[0].dataset["elapsed_time"]).label, fontsize=TEXT)
     for axes, traces in zip(panels[:, 0], rows, strict=True):
         axes.set_ylabel(_label(stacks[0][0].dataset, traces), fontsize=TEXT)
     figure.align_ylabels()
@@ -102,11 +102,11 @@ def _stack(ds: xr.Dataset, rows: tuple[tuple[Trace, ...], ...], height: float) -
 
 def _draw_traces(axes: Axes, traces: tuple[Trace, ...], stack: list[Selection]) -> None:
     for section in stack:
-        time = shown(section.dataset["time"]).values
+        time = shown(section.dataset["elapsed_time"]).values
         for trace in traces:
             axes.plot(time, trace.quantity(section.dataset).values, **trace.style.line())
     for section in stack[1:]:
-        border = float(np.nanmin(section.dataset["time"].values))
+        border = float(np.nanmin(section.dataset["elapsed_time"].values))
         axes.axvline(border, color="0.5", linewidth=0.6, gid="border")
     axes.margins(x=0.0)
 
@@ -123,7 +123,7 @@ def _name_sections(axes: Axes, stack: list[Selection]) -> None:
         axes.set_title(stack[0].label, fontsize=TEXT)
         return
     for section in stack:
-        time = section.dataset["time"].values
+        time = section.dataset["elapsed_time"].values
         middle = (np.nanmin(time) + np.nanmax(time)) / 2
         axes.annotate(
             section.label,
@@ -165,12 +165,12 @@ def _portrait_panels(count: int) -> tuple[Figure, list[Axes]]:
     return figure, list(panels.flat[:count])
 
 
-# --- the trajectories in a dataset: one along `time`, or several along (axis, sample) ---
+# --- the trajectories in a dataset: one along `elapsed_time`, or several along (axis, sample) ---
 
 
 def _runs(ds: xr.Dataset, most: int) -> tuple[list[Selection], str]:
     """The trajectories, at most `most`, and a note where that leaves some out."""
-    along = ds["time"].dims[-1]
+    along = ds["elapsed_time"].dims[-1]
     dims = tuple(str(dim) for dim in ds["lower_displacement"].dims if dim != along)
     return selections(ds, dims, most)
 
@@ -181,7 +181,7 @@ def _sections(run: Selection) -> list[Selection]:
     Each begins with the instant at which the one before ends, so that no line is broken there.
     """
     ds = run.dataset
-    along = str(ds["time"].dims[0])
+    along = str(ds["elapsed_time"].dims[0])
     stepped = [name for name in ds.coords if name in PARAMETERS and ds[name].dims == (along,)]
     if not stepped:
         return [run]
