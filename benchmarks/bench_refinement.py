@@ -51,13 +51,17 @@ def main() -> None:
         "refined_seconds": seconds,
         "refined": _compared(grid, full, refined),
         "curve": [
-            {"levels": levels, "miss": miss}
+            {"levels": levels, "where": _named(miss)}
             | _played(grid, full, Refine(chosen.axes, levels, miss))
             for levels in LEVELS
             for miss in MISSES
         ],
     }
     finish("refinement", results, quick=options.quick)
+
+
+def _named(miss: float | None) -> str:
+    return "regime" if miss is None else f"regime, {miss:g}"
 
 
 def _warm_up(config: Any, grid: Grid) -> None:

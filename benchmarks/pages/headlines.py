@@ -159,25 +159,17 @@ def _random_times(taken: Results) -> Lines:
 
 
 def _refinement(results: Results) -> Lines:
-    times, refined = results["full_seconds"], results["refined"]
-    lines = {
-        f"{results['points']} points in full, refined": (
-            f"{times:.3g} s, {results['refined_seconds']:.3g} s"
-        ),
-        "computed of the refined map": f"{refined['computed']}, {refined['computed_part']:.2%}",
-        "wrong pixels: regime or status, amplitude": (
-            f"{refined['wrong_kind']}, {refined['missed']} ({refined['wrong_part']:.4%})"
-        ),
-        "stated error of the interpolated, median and largest": (
-            f"{refined['stated_error_median']:.1e}, {refined['stated_error_max']:.1e}"
-        ),
+    full, seconds, found = (results[key] for key in ("full_seconds", "refined_seconds", "refined"))
+    return {
+        f"{results['points']} points in full, refined": f"{full:.3g} s, {seconds:.3g} s",
+        "computed of the refined map": f"{found['computed']}, {found['computed_part']:.2%}",
+        "wrong pixels: kind, amplitude": f"{found['wrong_kind']}, {found['missed']}",
+        "stated error of the interpolated, largest": shown(found["stated_error_max"]),
+    } | {
+        f"{row['levels']} levels, where {row['where']}": f"{row['computed_part']:.1%} computed; "
+        f"{row['wrong_kind'] + row['missed']} wrong"
+        for row in results["curve"]
     }
-    for row in results["curve"]:
-        asked = "regime" if row["miss"] is None else f"regime, {row['miss']:g}"
-        lines[f"{row['levels']} levels, where {asked}"] = (
-            f"{row['computed_part']:.1%} computed; {row['wrong_kind'] + row['missed']} wrong"
-        )
-    return lines
 
 
 def _skips(results: Results) -> Lines:
