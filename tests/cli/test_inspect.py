@@ -68,7 +68,7 @@ def test_info_describes_a_file(command: Command) -> None:
 def test_info_describes_a_trajectory_and_a_single_point(command: Command) -> None:
     command("simulate", "--periods", "1", "-o", "t.nc")
     out = command("info", "t.nc").out
-    assert "dimensions: time 2001\n" in out
+    assert "dimensions: elapsed_time 2001\n" in out
     assert "friction_force" in out
     Path("p.yaml").write_text("integrator: {rtol: 1e-3}\nstationary: {rtol: 1e-3}\n")
     command("sweep", "p.yaml")

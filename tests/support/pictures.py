@@ -91,7 +91,7 @@ def trajectory() -> xr.Dataset:
 
 def trajectories(dim: str, values, columns) -> xr.Dataset:
     data = {name: ((dim, "sample"), np.stack([c[name] for c in columns])) for name in TRAJECTORY}
-    return described(xr.Dataset(data, {dim: list(values)}).set_coords("time"))
+    return described(xr.Dataset(data, {dim: list(values)}).set_coords("elapsed_time"))
 
 
 def portraits() -> xr.Dataset:

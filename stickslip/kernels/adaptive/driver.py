@@ -41,10 +41,6 @@ from stickslip.variables import RESULT_COLUMNS
 # The least tolerance: below it rounding decides.
 TIGHTEST = 1e-13
 
-# The largest tolerance on the way to an orbit: beyond it a film may miss the moment in which it
-# freezes, and end on another orbit.
-_SEARCH = 1e-5
-
 
 def compile_for(indices: np.ndarray, options: Options) -> None:
     """Compile or load what points with these rheological indices (n,) need."""
@@ -148,8 +144,7 @@ def _settle(
     A point that wanders is watched, and goes on with its search where it is not aperiodic.
     """
     halves, steps = 2 * settings.max_periods, settings.max_steps
-    rtol = min(settings.rtol, _SEARCH)
-    task = Pass(SETTLE, rtol, settings.stationary_rtol, halves, steps, settings.accelerate)
+    task = Pass(SETTLE, settings.rtol, settings.stationary_rtol, halves, steps, settings.accelerate)
     pending, aperiodic = np.arange(len(points)), []
     while len(pending):
         part = part_of(queue, pending)

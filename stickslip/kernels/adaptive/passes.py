@@ -44,6 +44,10 @@ orbit; so many with a record."""
 REFINEMENT = 0.1
 """The finer tolerance of the search, and of the measurement, as a part of the coarser one."""
 
+# The largest tolerance on the way to an orbit: beyond it a film may miss the moment in which it
+# freezes, and end on another orbit.
+_SEARCH = 1e-5
+
 # Over such a part of the offset a film that may freeze late does so, or does not.
 _LATE_JUMP = 0.1
 
@@ -190,10 +194,10 @@ def _apply_verdict(lanes: Lanes, task: Pass, lane: int, y: Any) -> int:
     if verdict == search.WANDERING:
         return APERIODIC
     if verdict == search.FINER:
-        put(values, SLOTS.rtol, lane, REFINEMENT * rtol)
+        put(values, SLOTS.rtol, lane, task.rtol * REFINEMENT**memory.fineness)
     elif verdict == search.RESTORE:
         put_state(values, SLOTS.state, lane, _unjudged(memory.stored))
-        put(values, SLOTS.rtol, lane, task.rtol)
+        put(values, SLOTS.rtol, lane, min(task.rtol, _SEARCH))
     return -1
 
 
@@ -240,6 +244,7 @@ def _make_load(begin_record: Any) -> Any:
         put(values, SLOTS.limit, lane, float(task.max_steps - queue.counts[row, ATTEMPTED]))
         lanes.rows[lane], lanes.halves[lane] = row, 0
         if task.mode == SETTLE:
+            put(values, SLOTS.rtol, lane, min(task.rtol, _SEARCH))
             lanes.halves[lane] = queue.counts[row, HALVES]
             search.start(lanes.memories[lane], judged(y), 2, task.accelerate, True)
         elif task.mode == MEASURE:

@@ -149,9 +149,9 @@ def _slow(ratio: float, cycle: int) -> bool:
 
 @jit
 def _steady_cycle(memory: Any, newest: int, noise: float) -> int:
-    """Smallest cycle whose last four displacements shrink by one ratio along one line; or 0."""
+    """Smallest cycle whose last displacements shrink by one ratio along one line; or 0."""
     for cycle in range(1, memory.longest_cycle + 1):
-        if 4 * cycle > newest:
+        if 3 * cycle > newest:
             return 0
         if _steady(memory, newest, cycle, noise):
             return cycle
@@ -160,22 +160,36 @@ def _steady_cycle(memory: Any, newest: int, noise: float) -> int:
 
 @jit
 def _steady(memory: Any, newest: int, cycle: int, noise: float) -> bool:
-    """Whether the last four displacements by `cycle` applications plainly lead to a limit.
+    """Whether the last displacements by `cycle` applications plainly lead to a limit.
 
-    An asymmetric orbit is approached with displacements whose ratio tends to -1: its distance
-    from -1 then shrinks, which the comparison with the earlier ratio sees.
+    Three of them shrink by one ratio, of an alternating sequence four: of one that ends on an
+    asymmetric orbit the first two ratios can agree by accident, and the jump to the middle would
+    land on a symmetric orbit, which may attract too. An asymmetric orbit is approached with
+    displacements whose ratio tends to -1: its distance from -1 then shrinks, which the comparison
+    with the earlier ratio sees.
     """
     oldest = displacement(memory, newest - 2 * cycle, newest - 3 * cycle)
     before = displacement(memory, newest - cycle, newest - 2 * cycle)
     last = displacement(memory, newest, newest - cycle)
-    first = displacement(memory, newest - 3 * cycle, newest - 4 * cycle)
-    begun, _ = _contraction(oldest, first)
     earlier, _ = _contraction(before, oldest)
     ratio, bend = _contraction(last, before)
     room = min(1.0 - abs(ratio), abs(ratio))
-    steady = max(abs(ratio - earlier), abs(ratio - begun)) <= _STEADY * room and bend <= _BEND
+    steady = abs(ratio - earlier) <= _STEADY * room and bend <= _BEND
+    if steady and ratio < 0.0:
+        steady = _alternates(memory, newest, cycle, ratio, _STEADY * room)
     clear = _clear(ratio, _length(before), noise)
     return steady and clear and _slow(ratio, cycle) and _length(last) <= memory.calm
+
+
+@inline
+def _alternates(memory: Any, newest: int, cycle: int, ratio: float, blur: float) -> bool:
+    """Whether the ratio of the two displacements before the last three is the same."""
+    if 4 * cycle > newest:
+        return False
+    first = displacement(memory, newest - 3 * cycle, newest - 4 * cycle)
+    second = displacement(memory, newest - 2 * cycle, newest - 3 * cycle)
+    begun, _ = _contraction(second, first)
+    return bool(abs(ratio - begun) <= blur)
 
 
 @inline
