@@ -41,6 +41,9 @@ from stickslip.variables import RESULT_COLUMNS
 # The least tolerance: below it rounding decides.
 TIGHTEST = 1e-13
 
+# The largest distance to a limit that counts as none: beyond it long cycles close by accident.
+_LOOSEST = 1e-4
+
 
 def compile_for(indices: np.ndarray, options: Options) -> None:
     """Compile or load what points with these rheological indices (n,) need."""
@@ -144,7 +147,8 @@ def _settle(
     A point that wanders is watched, and goes on with its search where it is not aperiodic.
     """
     halves, steps = 2 * settings.max_periods, settings.max_steps
-    task = Pass(SETTLE, settings.rtol, settings.stationary_rtol, halves, steps, settings.accelerate)
+    distance = min(settings.stationary_rtol, _LOOSEST)
+    task = Pass(SETTLE, settings.rtol, distance, halves, steps, settings.accelerate)
     pending, aperiodic = np.arange(len(points)), []
     while len(pending):
         part = part_of(queue, pending)
