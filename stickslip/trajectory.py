@@ -42,7 +42,7 @@ def simulate(
     parameters: Parameters | None = None,
     *,
     periods: int = 6,
-    start: StartName = "initial",
+    start: StartName | Sequence[float] = "initial",
     samples_per_period: int = 2000,
     schedule: Mapping[str, Sequence[float]] | None = None,
     method: str = DEFAULTS.method,
@@ -62,7 +62,8 @@ def simulate(
     periods, samples_per_period
         Length and sampling; periods*samples_per_period + 1 equidistant samples.
     start
-        'initial': from (x_0, v_0, phi_0). 'stationary': on the orbit that this start leads to.
+        'initial': from (x_0, v_0, phi_0). 'stationary': on the orbit that this start leads to. Or a
+        state (x, v, ln phi) at phase 0 of the drive, such as `Orbit.state`.
     schedule
         Parameters that change along the run, with equally many values of each: `periods` at the
         first values, as many at the second, and so on (Fig. 6 of the paper). Each section begins
@@ -87,13 +88,12 @@ def simulate(
     ParameterError, TypeError
         A scheduled value that is out of range, or no parameter.
     ValueError
-        Fewer than one period or one sample a period, or a schedule whose parameters have no values
-        or not equally many.
+        Fewer than one period or one sample a period, a start that is neither a name nor a state, or
+        a schedule whose parameters have no values or not equally many.
     """
     if periods < 1 or samples_per_period < 1:
         raise ValueError("periods and samples_per_period must be at least 1")
-    if start not in get_args(StartName):
-        raise ValueError(f"start must be one of {get_args(StartName)}, not {start!r}")
+    _refuse_unknown_start(start)
     sections = _sections(parameters or Parameters(), schedule or {})
     options = Options(
         method=method,
@@ -153,12 +153,29 @@ def _sampled(
     return samples
 
 
-def _start_state(point: np.ndarray, options: Options, start: StartName) -> np.ndarray:
+def _refuse_unknown_start(start: StartName | Sequence[float]) -> None:
+    names = get_args(StartName)
+    if isinstance(start, str):
+        known = start in names
+    else:
+        known = np.shape(start) == (WIDTH,) and bool(np.isfinite(start).all())
+    if not known:
+        raise ValueError(
+            f"start must be one of {names}, or a state (x, v, ln phi) of finite numbers; "
+            f"not {start!r}"
+        )
+
+
+def _start_state(
+    point: np.ndarray, options: Options, start: StartName | Sequence[float]
+) -> np.ndarray:
     """The state (x, v, ln phi) at phase 0 from which a trajectory starts, shape (WIDTH,)."""
+    if not isinstance(start, str):
+        return np.array(start, dtype=float)
     if start == "stationary":
         results, finals = compute_orbits(point, options)
         status = Status(int(results[0, STATUS]))
-        if status is not Status.OK:
+        if not status.is_result:
             raise IntegrationError(status, "No stationary start: ")
         return finals[0, :WIDTH].copy()
     state = np.empty(WIDTH)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -40,10 +41,13 @@ class AxisLeftError(ExpectedError, ValueError):
         )
 
 
-def trajectory(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
+def trajectory(
+    config: Config, compiling: Compiling = SILENT, *, start: Sequence[float] | None = None
+) -> xr.Dataset:
     """The trajectory that a config without axes describes.
 
-    `compiling` says that kernels are compiled.
+    `compiling` says that kernels are compiled. `start` is a state (x, v, ln phi) to start from
+    instead of what `simulation.start` names.
 
     Raises AxisLeftError, and what `stickslip.simulate` raises.
     """
@@ -52,7 +56,8 @@ def trajectory(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
     with compiling:
         _compile_kernels(config)
     title = config.title or "Trajectory"
-    return add_provenance(_simulated(config, config.parameters()), config, title, _SUMMARY)
+    simulated = _simulated(config, config.parameters(), start)
+    return add_provenance(simulated, config, title, _SUMMARY)
 
 
 def trajectories(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
@@ -93,8 +98,11 @@ def _compile_kernels(config: Config) -> None:
         prepare_kernels(options, grid.values("rheological_index"))
 
 
-def _simulated(config: Config, parameters: Parameters) -> xr.Dataset:
+def _simulated(
+    config: Config, parameters: Parameters, start: Sequence[float] | None = None
+) -> xr.Dataset:
     options = asdict(options_of(config))
     for option in ("stationary_rtol", "window", "max_error", "accelerate"):
         del options[option]
-    return simulate(parameters, **config.simulation.model_dump(), **options)
+    run = config.simulation.model_dump() | ({} if start is None else {"start": start})
+    return simulate(parameters, **run, **options)

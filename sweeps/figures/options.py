@@ -105,6 +105,15 @@ def lie_along(ds: xr.Dataset, options: PlotOptions) -> xr.Dataset:
 
 def slice_at(ds: xr.Dataset, at: Iterable[str]) -> tuple[xr.Dataset, str]:
     """The dataset at the points that are nearest, and a sentence that says where that is."""
+    places = places_at(ds, at)
+    return ds.isel(places), f"At {slice_label(ds, places)}." if places else ""
+
+
+def places_at(ds: xr.Dataset, at: Iterable[str]) -> dict[str, int]:
+    """The nearest place along each dimension that texts such as `temperature=228` name.
+
+    Raises ValueError for what is no axis, no value, or far off the axis.
+    """
     places: dict[str, int] = {}
     for text in at:
         key, _, value = (part.strip() for part in text.partition("="))
@@ -114,7 +123,7 @@ def slice_at(ds: xr.Dataset, at: Iterable[str]) -> tuple[xr.Dataset, str]:
         if dim in places:
             raise ValueError(f"'{text}': {dim} is sliced before already; an axis is sliced once")
         places[dim] = _nearest(ds[name], value, text)
-    return ds.isel(places), f"At {slice_label(ds, places)}." if places else ""
+    return places
 
 
 def slice_in_the_middle(ds: xr.Dataset, dims: Iterable[str]) -> tuple[xr.Dataset, str]:
@@ -137,6 +146,11 @@ def _nearest(coordinate: xr.DataArray, text: str, whole: str) -> int:
         raise ValueError(f"'{whole}': {text} is no number") from None
     if not math.isfinite(value):
         raise ValueError(f"'{whole}': must be a finite number")
+    low, high = float(values.min()), float(values.max())
+    # Beyond the ends by the longest step there is: nobody means the last point.
+    reach = float(np.diff(np.sort(values)).max(initial=0.0))
+    if not low - reach <= value <= high + reach:
+        raise ValueError(f"'{whole}': {coordinate.name} goes from {low:g} to {high:g} in this file")
     return int(np.argmin(np.abs(values - value)))
 
 

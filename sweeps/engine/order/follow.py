@@ -49,13 +49,35 @@ class Lines:
 def follow(points: NDArray[np.float64], line: int, options: Options) -> NDArray[np.float64]:
     """The result rows (n, columns) of whole lines of so many points (n, parameters) each."""
     lines = points.reshape(-1, line, points.shape[-1])
-    rows = np.empty((*lines.shape[:2], len(RESULT_COLUMNS)))
-    states = np.full((len(lines), len(FINAL_COLUMNS)), np.nan)  # at first, the config's start
-    for number in range(line):
-        rows[:, number], finals = compute_orbits(lines[:, number], options, states)
-        settled = np.isin(rows[:, number, _STATUS], _RESULTS)
-        states[settled] = finals[settled]
+    rows = np.stack([rows for rows, _ in _followed(lines, options)], axis=1)
     return rows.reshape(-1, len(RESULT_COLUMNS))
+
+
+def start_after(points: NDArray[np.float64], options: Options) -> NDArray[np.float64]:
+    """The state (final columns,) from which the next point of a line starts.
+
+    `points` (n, parameters) are those of the line before it; NaN, the config's start, where there
+    are none.
+    """
+    if not len(points):
+        return np.full(len(FINAL_COLUMNS), np.nan)
+    *_, (_, states) = _followed(points[None], options)
+    return np.asarray(states[0])
+
+
+def _followed(
+    lines: NDArray[np.float64], options: Options
+) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Point after point of lines (lines, points, parameters): the result rows, and the states.
+
+    The states (lines, final columns) are those from which the next points start.
+    """
+    states = np.full((len(lines), len(FINAL_COLUMNS)), np.nan)  # at first, the config's start
+    for points in np.moveaxis(lines, 1, 0):
+        rows, finals = compute_orbits(points, options, states)
+        settled = np.isin(rows[:, _STATUS], _RESULTS)
+        states = np.where(settled[:, None], finals, states)
+        yield rows, states
 
 
 def unchanged(grid: Grid, other: Grid) -> NDArray[np.bool_]:

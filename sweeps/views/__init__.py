@@ -1,0 +1,1 @@
+"""From a result back to its points: replay, the xarray accessor, pages to look around in."""

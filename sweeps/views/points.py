@@ -1,0 +1,234 @@
+"""One point of a result: what its computation needs, from the file or Dataset alone."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stickslip.kernels.version import NUMERICS_VERSION
+from stickslip.orbit import Orbit, compute_orbits, orbit_of_row
+from stickslip.parameters import Parameters
+from stickslip.status import Status
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS
+from sweeps.config.load import Config, ConfigError, from_mapping
+from sweeps.config.yaml_reader import read_mapping
+from sweeps.engine.options import options_of
+from sweeps.engine.order.follow import start_after
+from sweeps.engine.trajectories import trajectory
+from sweeps.exits import ExpectedError
+from sweeps.figures.options import places_at
+from sweeps.files.columns import result_values
+from sweeps.grid import CASE, DIRECTION, DIRECTIONS, Grid
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Drive periods that are shown of an orbit that does not close, and of one that was not found.
+_APERIODIC_PERIODS, _FAILED_PERIODS = 20, 6
+
+_SOURCE = "the config of this result"
+# They may be many numbers, which the YAML parser would take long to read.
+_AXES = re.compile(r"^(sweep|cases):.*\n(  .*\n)*", re.MULTILINE)
+
+
+class PointError(ExpectedError, ValueError):
+    """No one point of a result is meant, or it cannot be computed again; the message says why."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of a result, which can be computed again; made by `point_of`.
+
+    `config` asks for this point alone; `where` names it in words. `stored` are the values of its
+    result variables, as the file has them; `before` (n, parameters) the points of a followed line
+    that lead to it. `versions` names what the numbers depend on and is different here.
+    """
+
+    config: Config
+    where: str
+    stored: Mapping[str, float]
+    before: NDArray[np.float64]
+    versions: tuple[str, ...] = ()
+
+    @property
+    def parameters(self) -> Parameters:
+        """All parameters of the point."""
+        return self.config.parameters()
+
+    @property
+    def status(self) -> Status:
+        """How the point ended in the file."""
+        return Status(int(self.stored["status"]))
+
+    @cached_property
+    def _start(self) -> NDArray[np.float64]:
+        """The state (final columns,) that it starts from; NaN for the one of its parameters."""
+        return start_after(self.before, options_of(self.config))
+
+    @cached_property
+    def _computed(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        point = np.array([self.parameters])
+        rows, finals = compute_orbits(point, options_of(self.config), self._start[None])
+        return rows[0], finals[0]
+
+    def orbit(self) -> Orbit:
+        """The stationary orbit, computed again: the bits of the file, by the same version."""
+        return orbit_of_row(*self._computed)
+
+    def differences(self) -> dict[str, tuple[float, float]]:
+        """The result variables whose computed value is not the stored one, with (stored, computed).
+
+        A point that was interpolated is compared in nothing.
+        """
+        if self.status in (Status.INTERPOLATED, Status.PENDING):
+            return {}
+        row = dict(zip(RESULT_COLUMNS, self._computed[0], strict=True))
+        computed = {name: result_values(name, value[None]).item() for name, value in row.items()}
+        pairs = {name: (value, computed[name]) for name, value in self.stored.items()}
+        return {name: pair for name, pair in pairs.items() if not _same(*pair)}
+
+    def simulate(
+        self,
+        periods: int | None = None,
+        start: Literal["initial", "stationary"] | None = None,
+        samples_per_period: int = 2000,
+    ) -> xr.Dataset:
+        """The time courses, as of `stickslip.simulate`.
+
+        `start` is the orbit ('stationary') or the state in which the point began ('initial'); left
+        out, the orbit where there is one. `periods` left out: until the orbit closes, 20 of one
+        that does not, 6 where none was found.
+
+        Raises IntegrationError where the motion cannot be followed.
+        """
+        orbit = self.orbit()
+        start = start or ("stationary" if orbit.status.is_result else "initial")
+        shown = {"periods": periods or _periods_of(orbit), "samples_per_period": samples_per_period}
+        simulation = self.config.simulation.model_copy(update={**shown, "start": start})
+        config = self.config.model_copy(update={"simulation": simulation, "title": self.where})
+        return trajectory(config, start=orbit.state if start == "stationary" else self._initial())
+
+    def _initial(self) -> list[float] | None:
+        start = self._start[:-1]
+        return None if np.isnan(start).all() else start.tolist()
+
+    def portrait(self, periods: int | None = None) -> Figure:
+        """The phase portrait of the orbit: velocity of the lower block against its displacement."""
+        from sweeps.figures import draw
+
+        return draw(self.simulate(periods), "phase_portraits")
+
+
+def point_of(ds: xr.Dataset, at: Iterable[str] = (), **where: Any) -> Point:
+    """The point of a result that names and values choose, each the nearest of its axis.
+
+    Parameters
+    ----------
+    ds
+        The result of a sweep, whole or a part of it that `sel` or `isel` chose.
+    at
+        Texts such as `temperature=228`, by name or symbol, in SI units.
+    where
+        The same as keywords; `case` and `direction` choose as well.
+
+    Raises
+    ------
+    PointError
+        The dataset is no result of a sweep; an axis is unknown, or left to be chosen; a value is
+        far off its axis.
+    """
+    if "config" not in ds.attrs or "status" not in ds.variables:
+        raise PointError("this is no result of a sweep: it has neither a config nor a status")
+    texts = [*at, *(f"{name}={value}" for name, value in where.items())]
+    try:
+        place = places_at(ds, texts)
+    except ValueError as error:
+        raise PointError(str(error)) from None
+    _refuse_open_axes(ds, place)
+    return _point(ds.isel(place).squeeze())
+
+
+def _refuse_open_axes(ds: xr.Dataset, place: Mapping[str, int]) -> None:
+    left = [str(dim) for dim, size in ds.sizes.items() if size > 1 and dim not in place]
+    if left:
+        examples = ", ".join(f"{dim}={_plain(ds[dim].values[0])}" for dim in left)
+        raise PointError(f"several points are left; choose one, for example by {examples}")
+
+
+def _point(chosen: xr.Dataset) -> Point:
+    """The point that is left of a result."""
+    try:
+        written = read_mapping(_AXES.sub("", str(chosen.attrs["config"])), _SOURCE)
+        values = {name: chosen[name].item() for name in PARAMETERS if name in chosen.variables}
+        return Point(
+            config=_config_of(written, values),
+            where=_in_words(chosen, written["model"]),
+            stored={n: chosen[n].item() for n in RESULT_COLUMNS if n in chosen.variables},
+            before=_line_before(chosen, written.get("follow")),
+            versions=_versions(chosen.attrs),
+        )
+    except ConfigError as error:
+        raise PointError(f"the config of this result cannot be read:\n{error}") from None
+
+
+def _config_of(written: Mapping[str, Any], values: Mapping[str, float]) -> Config:
+    """The config of a point alone; `written` is that of the result without its axes."""
+    kept = {key: value for key, value in written.items() if key not in ("follow", "refine")}
+    return from_mapping(kept | {"model": values}, _SOURCE, older=True)
+
+
+def _line_before(chosen: xr.Dataset, followed: str | None) -> NDArray[np.float64]:
+    """The points (n, parameters) of a followed line that lead to a point; none without `follow`."""
+    point = np.array([[chosen[name].item() for name in Parameters._fields]])
+    if followed is None:
+        return point[:0]
+    whole = from_mapping(read_mapping(str(chosen.attrs["config"]), _SOURCE), _SOURCE, older=True)
+    grid = Grid.from_config(whole)
+    number = grid.locate(point)[0] + DIRECTIONS.index(chosen[DIRECTION].item())
+    (line,) = (line.tolist() for line in grid.lines() if number in line)
+    return grid.rows(np.array(line[: line.index(number)], dtype=np.int64))
+
+
+def _versions(attributes: Mapping[str, Any]) -> tuple[str, ...]:
+    """What of a file's making is different here, a sentence each."""
+    from stickslip.compiled.cache import processor
+
+    told = []
+    made_by, here = str(attributes.get("numerics_version", "0")), str(NUMERICS_VERSION)
+    if made_by != here:
+        told.append(f"it was computed by numerics version {made_by}, this is {here}")
+    if processor() not in str(attributes.get("processor", processor())):
+        told.append(f"it was computed on {attributes['processor']}, this is {processor()}")
+    if "mixed_with" in attributes:
+        told.append("some of its points were kept from other settings (mixed_with)")
+    return tuple(told)
+
+
+def _in_words(chosen: xr.Dataset, fixed: Iterable[str]) -> str:
+    """The values that vary over a result, such as `temperature = 228 K`."""
+    varied = [name for name in PARAMETERS if name in chosen.variables and name not in fixed]
+    words = [f"{name} = {_plain(chosen[name].item())} {PARAMETERS[name].units}" for name in varied]
+    words += [f"{dim} = {chosen[dim].item()}" for dim in (CASE, DIRECTION) if dim in chosen.coords]
+    return ", ".join(word.removesuffix(" 1") for word in words) or "the only point"
+
+
+def _same(stored: float, computed: float) -> bool:
+    """Whether two numbers have the same bits; one NaN is as good as another."""
+    return stored == computed or (np.isnan(stored) and np.isnan(computed))
+
+
+def _periods_of(orbit: Orbit) -> int:
+    if orbit.status is Status.APERIODIC:
+        return _APERIODIC_PERIODS
+    return max(1, orbit.orbit_periods) if orbit.status.is_result else _FAILED_PERIODS
+
+
+def _plain(value: Any) -> str:
+    return f"{value:g}" if np.issubdtype(type(value), np.number) else str(value)
