@@ -186,6 +186,14 @@ def force_condition(p: Parameters, record: np.ndarray) -> float:
     return full / max(amplitude, _SMALL_PART * full)
 
 
+@inline
+def stress_part(p: Parameters, record: np.ndarray) -> float:
+    """The amplitude of the stress as a part of what its errors are relative to, up to 1."""
+    amplitude = amplitudes_of(record)[0]
+    least = _SMALL_PART * full_force(p) / p.contact_area
+    return amplitude / max(amplitude, least) if amplitude > 0.0 else 0.0
+
+
 @jit
 def relative_difference(p: Parameters, record: np.ndarray, better: np.ndarray) -> float:
     """Difference of the extrema of two orbits, of stress or of force, whichever is worse.

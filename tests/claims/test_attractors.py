@@ -6,11 +6,14 @@ film freezes or does not; afterwards both orbits attract, and no test at the end
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from support.marks import one_then
 
-from stickslip import Parameters, Status, stationary_orbit
+from stickslip import Options, Parameters, Status, stationary_orbit
+from stickslip.orbit import compute_orbits
 from stickslip.regime import Regime
+from stickslip.variables import RESULT_COLUMNS
 
 # T, k, K, gamma, omega, and the stress amplitude [Pa] to which plain iteration leads at rtol 1e-9.
 FROZEN_LATE = [
@@ -90,6 +93,38 @@ def test_a_loose_tolerance_does_not_miss_a_freezing_film(
     p = Parameters(**dict(zip(NAMES + STARTS, values, strict=True)))
     found = stationary_orbit(p, rtol=1e-4, accelerate=accelerate)
     assert found.elastic_stress_amplitude == pytest.approx(stress, rel=1e-3)
+
+
+# On the way to its symmetric orbit this film freezes for a moment, again and again, and ends on an
+# orbit of 11 periods; the symmetric one attracts too, with another order parameter at phase 0.
+MOMENTS = {
+    "temperature": 202.69676733212248,
+    "viscosity_coefficient": 3682.1773616524547,
+    "spring_stiffness": 2750.0328587272006,
+    "angular_frequency": 29.385261758325036,
+    "initial_displacement": -7.632350145910625e-07,
+    "initial_velocity": -7.015502932784755e-06,
+}
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+def test_a_jump_does_not_outrun_a_film_that_freezes_for_moments(rtol: float) -> None:
+    found = stationary_orbit(Parameters(**MOMENTS), rtol=rtol)
+    assert (found.orbit_periods, found.regime) == (11, Regime.SUBHARMONIC)
+    assert found.elastic_stress_amplitude == pytest.approx(4178462.14886, rel=1e-4)
+
+
+def test_the_memory_of_a_liquid_film_is_in_the_stated_error() -> None:
+    # A step before a jump of the kind of motion, on the way down from 50 rad/s: the stress of a
+    # film that hardly begins to freeze depends on the state ten times as much as elsewhere.
+    down = [Parameters(angular_frequency=50.0 - 0.25 * step) for step in range(7)]
+    options, states = Options(), None
+    for p in down:
+        rows, states = compute_orbits(np.array([p]), options, states)
+    found = dict(zip(RESULT_COLUMNS, rows[0], strict=True))
+    floor = 0.01 * 2.0 * p.spring_stiffness * p.drive_amplitude / p.contact_area
+    true = abs(found["elastic_stress_amplitude"] - 52858.467) / floor  # at 1e-10
+    assert 1e-5 < true <= found["amplitude_error"] < 10.0 * true
 
 
 # Parameters far from the paper's: plain iteration drifts through 8.4e-7 of X_m a period.

@@ -11,13 +11,14 @@ from stickslip.compiled.decorators import inline, kernel, kernel_factory, named_
 from stickslip.compiled.fields import make_map
 from stickslip.kernels.adaptive.passes import CYCLE, HALVES, OUTCOME, Queue
 from stickslip.kernels.points import FIRST_STEP, parameters_of
-from stickslip.measure.accumulate import MELTINGS, RECORD
+from stickslip.measure.accumulate import MELTINGS, PHI_MAX, RECORD
 from stickslip.measure.results import (
     Measured,
     RecordUnits,
     amplitudes_of,
     force_condition,
     relative_difference,
+    stress_part,
     write_failure,
     write_result,
     write_stretch,
@@ -33,11 +34,12 @@ from stickslip.parameters import Parameters
 # The error estimate: what is left of the difference between two tolerances after a cut to a tenth,
 # where it falls a little less than in proportion; the distances from the orbit that an amplitude
 # may be off by; and the least that is believed, in tolerances: on fewer the two measurements agree
-# by accident on more than a point in a hundred. Locked blocks multiply it by the condition of the
-# force.
+# by accident on more than a point in a hundred.
 _FINER_PART = 0.2
 _DISTANCES = 2.0
 _LEAST = 0.03
+_LEAST_OF_LOCKED = 2.5  # as many times, by the condition of the force besides
+_PHI_SQUARED = 2.0  # changes of ln(phi) count twice in the stress
 
 # A film that is solid at phase 0 and moves by more tolerances than this from cycle to cycle has not
 # settled: how far it has to go is told by the multiplier, this one where that is unknown.
@@ -133,12 +135,14 @@ def write_stretches(points: np.ndarray, measured: np.ndarray, records: np.ndarra
 class Orbits(NamedTuple):
     """What is known of n settled orbits besides their finer measurement.
 
-    `begins` (n, WIDTH + 1) states on them, in units of their own; `coarse` (n, RECORD); `symmetric`
-    (n,); `spreads` (n, 2) of stress and force in SI units; `multipliers` (n,).
+    `begins` (n, WIDTH + 1) states on them, in units of their own; `coarse` (n, RECORD), and `ends`
+    (n, WIDTH + 1) after it; `symmetric` (n,); `spreads` (n, 2) of stress and force in SI units;
+    `multipliers` (n,).
     """
 
     begins: np.ndarray
     coarse: np.ndarray
+    ends: np.ndarray
     symmetric: np.ndarray
     spreads: np.ndarray
     multipliers: np.ndarray
@@ -191,7 +195,11 @@ def write_results(
         if math.exp(begin[FILM]) >= film.solid_threshold(p):
             distance += _film_distance(begin, end, cycle, orbits.multipliers[i], rtol)
             if record[MELTINGS] == 0.0:  # solid throughout: the blocks are locked
-                least *= force_condition(p, record)
+                least *= _LEAST_OF_LOCKED * force_condition(p, record)
+        elif record[PHI_MAX] < film.solid_threshold(p):
+            # Liquid throughout, so that its phi remembers the errors of the whole orbit.
+            swings = max(abs(end[FILM] - begin[FILM]), abs(end[FILM] - orbits.ends[i, FILM]))
+            distance += _PHI_SQUARED * swings * stress_part(p, record)
         difference = relative_difference(p, other, record)
         measured = Measured(
             record=record,

@@ -120,6 +120,7 @@ def orbits(
     orbits = conversion.Orbits(
         begins,
         coarse,
+        ends,
         tangents.symmetric(queue, begins, settings.stationary_rtol, finer.rtol, law),
         _spreads(points, queue, begins, watching, law),
         tangents.multipliers_of(queue, begins, ends, settings.rtol, law),

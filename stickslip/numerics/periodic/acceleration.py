@@ -220,7 +220,7 @@ def _part(memory: Any, newest: int, cycle: int, ratio: float, length: float) -> 
         free = memory.allowed == np.inf
         return _HALF_WAY if free and abs(ratio) >= _SLOWEST_PART else 0.0
     whole = 1.0 if memory.jumps > 0 else 1.0 - _SHORTFALL
-    return min(whole, memory.allowed / length)
+    return min(whole, memory.allowed / length, memory.stride / length)
 
 
 @jit
@@ -251,6 +251,22 @@ def jump(memory: Any, tolerance: float, noise: float) -> tuple[float, float]:
 
 
 @inline
+def jump_outran(memory: Any) -> bool:
+    """Whether what a jump does not move is another one after it: it was slaved to the way there.
+
+    The sequence may end elsewhere then, where it passes through all the states in between.
+    """
+    newest, aim = memory.newest, memory.aim
+    if aim == 0 or newest != aim or memory.paired == 0:
+        return False
+    for component in range(2, memory.states.shape[1]):
+        moved = memory.states[newest % REMEMBERED, component] - memory.states[0, component]
+        if not abs(moved) <= _SLAVED:
+            return True
+    return False
+
+
+@inline
 def jump_failed(memory: Any, noise: float) -> bool:
     """Whether the first displacement after a jump is not shorter than the one before it."""
     newest, aim = memory.newest, memory.aim
@@ -276,6 +292,7 @@ def _store_jump(memory: Any, cycle: int, length: float, part: float) -> None:
     shift = abs(_along(displacement(memory, newest, newest - cycle), slow))
     memory.residue = (1.0 - 0.5 * part) * shift  # without the jump it would stay the same
     memory.longest_jump = min((1.0 - 0.5 * part) * length, memory.longest_jump)
+    memory.gone = part * length
     memory.paired = 1
     memory.landing[0], memory.landing[1] = memory.states[older, 0], memory.states[older, 1]
     memory.image[0], memory.image[1] = memory.states[newer, 0], memory.states[newer, 1]

@@ -24,6 +24,7 @@ from stickslip.numerics.periodic.acceleration import (
     displacement,
     jump,
     jump_failed,
+    jump_outran,
     nearly_repeats,
     note_ratios,
 )
@@ -78,6 +79,8 @@ def memory_of(width: int) -> np.dtype[np.void]:
             ("paired", "i8"),  # 1 where `landing` can be compared with the next displacement
             ("stored_mirrored", "i8"),
             ("longest_jump", "f8"),  # longest jump allowed
+            ("gone", "f8"),  # length of the last jump
+            ("stride", "f8"),  # longest part of a way that a jump may go
             ("residue", "f8"),  # longest displacement by which the last jump is a success
             ("calm", "f8"),  # displacements must be shorter before jumps begin again
             ("slow", "f8", 2),  # direction of the slow mode, its larger component 1
@@ -106,6 +109,7 @@ def start(memory: Any, z: Vector, per_period: int, accelerate: bool, refinable: 
     memory.initial_fineness = 0 if refinable else _FINEST
     memory.fineness = memory.initial_fineness
     memory.longest_jump, memory.calm, memory.residue = LONGEST_JUMP, np.inf, 0.0
+    memory.gone, memory.stride = 0.0, np.inf
     for cycle in range(LONGEST_CYCLE):
         memory.ratios[cycle] = UNKNOWN
     for i in range(2):
@@ -174,6 +178,9 @@ def judge(
         return _undo(memory, _MOST_FAILURES)
     if memory.applications >= budget:
         return EXHAUSTED, 0.0, 0.0
+    if jump_outran(memory):
+        memory.stride = 0.5 * memory.gone
+        return _undo(memory, 1)
     if jump_failed(memory, noise):
         return _undo(memory, 1)
     verdict, dx, dv = _proceed(memory, z, tolerance, noise)
