@@ -14,6 +14,7 @@ from stickslip.options import DEFAULTS, METHODS, NoiseError, Options
 from stickslip.parameters import Parameters
 from stickslip.regime import Regime
 from stickslip.status import Status
+from stickslip.tables import value_table
 from stickslip.variables import RESULT_COLUMNS, RESULTS
 
 _NOISE = Parameters._fields.index("noise_intensity")
@@ -38,6 +39,12 @@ if TYPE_CHECKING:
         def _asdict(self) -> dict[str, Any]: ...
 
 else:
+
+    def _orbit_as_html(orbit: Any) -> str:
+        """What a notebook shows: the status in words, and the observables."""
+        values = {name: getattr(orbit, name) for name in RESULT_COLUMNS}
+        return f"<p>{orbit.status.sentence}</p>{value_table(values, RESULTS)}"
+
     Orbit = namedtuple("Orbit", (*RESULT_COLUMNS, "state"), module=__name__)
     Orbit.__doc__ = """The observables of one stationary orbit, in SI units.
 
@@ -45,6 +52,7 @@ else:
     counts -1. `state` is (x, v, ln phi) at the start of a drive period on the orbit, or where the
     search ended.
     """
+    Orbit._repr_html_ = _orbit_as_html
 
 
 def prepared_points(points: np.ndarray, noise: str) -> np.ndarray:

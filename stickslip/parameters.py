@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+from stickslip.tables import value_table
 from stickslip.variables import PARAMETERS
 
 if TYPE_CHECKING:
@@ -71,6 +72,11 @@ class Parameters(ParameterValues):
 
     def _replace(self, **changes: float) -> Self:
         return type(self)(**{**self._asdict(), **changes})
+
+    def _repr_html_(self) -> str:
+        values = self._asdict()
+        changed = [name for name, value in values.items() if value != PARAMETERS[name].default]
+        return value_table(values, PARAMETERS, bold=changed)
 
 
 def _refuse_unknown(names: Iterable[str]) -> None:

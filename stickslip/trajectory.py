@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
@@ -116,6 +118,8 @@ def simulate(
         own = np.arange(len(samples)) * step
         parts.append(_section(section, options, own, begin + own, samples))
         state, begin = _state_of(samples[-1]), begin + own[-1]
+    with contextlib.suppress(ModuleNotFoundError):
+        import_module("sweeps.accessor")  # `ds.stickslip`, where the views are; needed by nothing
     return _joined(parts, schedule or {})
 
 

@@ -150,6 +150,14 @@ TRAJECTORY: Mapping[str, Variable] = _by_name(
     Variable("friction_force", "F", "F", "N", "friction force between the blocks"),
 )
 
+STROBOSCOPIC: Mapping[str, Variable] = _by_name(
+    Variable("period", "n", "n", "1", "drive periods since the start"),
+    Variable("stroboscopic_displacement", "x_n", "x_n", "m",
+        "displacement of the lower block at the beginning of a drive period"),
+    Variable("stroboscopic_velocity", "v_n", "v_n", "m s-1",
+        "velocity of the lower block at the beginning of a drive period"),
+)
+
 PHASES: Mapping[str, Variable] = _by_name(
     _ORDER_PARAMETER,
     _ELASTIC_STRAIN,

@@ -52,6 +52,9 @@ FIGURES: Mapping[str, FigureEntry] = MappingProxyType(
             "trajectory",
             ("lower_displacement", "lower_velocity"),
         ),
+        "orbit": FigureEntry(
+            "motion.orbit.orbit", "trajectory", (*_POSITIONS, *_VELOCITIES, *_FORCES)
+        ),
         "free_energy": FigureEntry(
             "phases.free_energy", "phases", ("free_energy", "melting_temperature")
         ),

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from sweeps.engine.existing import found_in_journal
-from sweeps.engine.in_memory import run
+from sweeps.engine.run import run
 from sweeps.files.datasets import content_hash, open_result
 from sweeps.files.journal import readable_manifest
 from sweeps.files.run_folder import RunFolder

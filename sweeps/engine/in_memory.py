@@ -22,10 +22,12 @@ from sweeps.engine.options import options_of, unstable_step
 from sweeps.engine.order.cut import blocks_of
 from sweeps.engine.order.refine import refinement_of
 from sweeps.engine.progress.compiling import Compiling
+from sweeps.engine.progress.counts import Counts
+from sweeps.engine.progress.display import make_progress
 from sweeps.engine.signals import Stop
 from sweeps.engine.worker import Block, compile_kernels, compute_block, task_of
 from sweeps.files.attributes import result_dataset
-from sweeps.files.columns import STATUS
+from sweeps.files.columns import STATUS, STATUS_CODES, status_counts
 from sweeps.grid import Grid
 
 if TYPE_CHECKING:
@@ -43,43 +45,37 @@ def read_config(source: str | Path | Mapping[str, Any], overrides: Sequence[str]
     return load(source, overrides, checks=[unstable_step])
 
 
-def run(
-    source: str | Path | Mapping[str, Any] | Config,
+def run_in_memory(
+    config: Config,
     *,
     workers: int | None = None,
+    progress: bool = False,
     on_block: Callable[[Block], None] | None = None,
 ) -> xr.Dataset:
     """The result of a sweep, as the command line would write it to a file.
 
-    Nothing is written: for a grid that does not fit into memory, or takes long enough to be
-    interrupted, use `sweeps.engine.sweep`, which is the command line's.
-
-    Where it is computed is decided by `joblib.parallel_config(backend=..., n_jobs=...)`, as for
-    other packages that use joblib, then by `execution` in the config, by default threads.
-
-    Parameters
-    ----------
-    source
-        A YAML file, a dict of the same shape, or a Config.
-    workers
-        Threads or processes, counted as joblib's `n_jobs` (-1: all cores); by default what
-        `parallel_config` says, then what the config says.
-    on_block
-        Called, in the calling thread, with each block of points as it is finished, in any order.
-
-    Raises ConfigError with all problems of the config, ExecutorError where the workers that it asks
-    for cannot be had, RuntimeError where points were lost on the way.
+    Nothing is written. `workers` are counted as joblib's `n_jobs`; the rest is said, with the
+    errors, in `sweeps.run`.
     """
-    config = source if isinstance(source, Config) else read_config(source)
     grid = Grid.from_config(config)
-    results = compute(
-        grid,
-        options_of(config),
-        refine=config.refine,
-        execution=config.execution,
-        workers=workers,
-        on_block=on_block,
-    )
+    statuses = np.zeros(STATUS_CODES, dtype=np.int64)
+    counts = Counts(grid.size, statuses)
+
+    def take_in(block: Block) -> None:
+        statuses[:] += status_counts(block.results[:, STATUS])
+        counts.costs.learn(len(block.indices), block.seconds)
+        if on_block is not None:
+            on_block(block)
+
+    with make_progress(counts, wanted=progress):
+        results = compute(
+            grid,
+            options_of(config),
+            refine=config.refine,
+            execution=config.execution,
+            workers=workers,
+            on_block=take_in,
+        )
     return result_dataset(config, grid, results)
 
 

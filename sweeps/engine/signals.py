@@ -46,10 +46,12 @@ def parse_duration(text: str) -> float:
 class Stop:
     """Whether a sweep is to end before it is done, why, and with which exit code.
 
-    `in_flight` says what would be waited for, in words; an empty text where nothing is.
+    `in_flight` says what would be waited for, in words; an empty text where nothing is. A second
+    signal ends the process where it `ends_process`, else it is a KeyboardInterrupt.
     """
 
-    def __init__(self, max_runtime: float | None = None) -> None:
+    def __init__(self, max_runtime: float | None = None, *, ends_process: bool = True) -> None:
+        self.ends_process = ends_process
         self._deadline = None if max_runtime is None else time.monotonic() + max_runtime
         self.reason = ""
         self.code = Exit.STOPPED
@@ -87,6 +89,8 @@ def listening(stop: Stop) -> Iterator[None]:
         if stop.reason:
             for tidy in reversed(stop.at_once):
                 tidy()
+            if not stop.ends_process:
+                raise KeyboardInterrupt
             _write("Ended at once; what was journaled is kept.")
             os._exit(code)
         stop.request("Ctrl-C" if from_keyboard else signal.Signals(number).name, code)

@@ -12,11 +12,24 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from stickslip.variables import PARAMETERS, PHASES, RESULTS, TRAJECTORY, Variable
+from stickslip.variables import (
+    PARAMETERS,
+    PHASES,
+    RESULTS,
+    STROBOSCOPIC,
+    TRAJECTORY,
+    Variable,
+)
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
-VARIABLES: dict[str, Variable] = {**PARAMETERS, **TRAJECTORY, **PHASES, **RESULTS}
+VARIABLES: dict[str, Variable] = {
+    **PARAMETERS,
+    **TRAJECTORY,
+    **STROBOSCOPIC,
+    **PHASES,
+    **RESULTS,
+}
 
 
 class Scale(NamedTuple):

@@ -16,7 +16,8 @@ from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.orbit import Orbit, compute_orbits, orbit_of_row
 from stickslip.parameters import Parameters
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS, RESULT_COLUMNS
+from stickslip.trajectory import attributes
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS, STROBOSCOPIC
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.yaml_reader import read_mapping
 from sweeps.engine.options import options_of
@@ -29,6 +30,8 @@ from sweeps.grid import CASE, DIRECTION, DIRECTIONS, Grid
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+Start = Literal["initial", "stationary"]
 
 # Drive periods that are shown of an orbit that does not close, and of one that was not found.
 _APERIODIC_PERIODS, _FAILED_PERIODS = 20, 6
@@ -67,6 +70,11 @@ class Point:
         """How the point ended in the file."""
         return Status(int(self.stored["status"]))
 
+    @property
+    def is_comparable(self) -> bool:
+        """Whether the file holds numbers that were computed for this point."""
+        return self.status not in (Status.INTERPOLATED, Status.PENDING)
+
     @cached_property
     def _start(self) -> NDArray[np.float64]:
         """The state (final columns,) that it starts from; NaN for the one of its parameters."""
@@ -87,7 +95,7 @@ class Point:
 
         A point that was interpolated is compared in nothing.
         """
-        if self.status in (Status.INTERPOLATED, Status.PENDING):
+        if not self.is_comparable:
             return {}
         row = dict(zip(RESULT_COLUMNS, self._computed[0], strict=True))
         computed = {name: result_values(name, value[None]).item() for name, value in row.items()}
@@ -97,7 +105,7 @@ class Point:
     def simulate(
         self,
         periods: int | None = None,
-        start: Literal["initial", "stationary"] | None = None,
+        start: Start | None = None,
         samples_per_period: int = 2000,
     ) -> xr.Dataset:
         """The time courses, as of `stickslip.simulate`.
@@ -115,6 +123,26 @@ class Point:
         config = self.config.model_copy(update={"simulation": simulation, "title": self.where})
         return trajectory(config, start=orbit.state if start == "stationary" else self._initial())
 
+    def stroboscopic(self, periods: int = 200) -> xr.Dataset:
+        """The states of the lower block at the beginnings of drive periods, from the start on.
+
+        Variables of `variables.STROBOSCOPIC` along `period`. Raises IntegrationError.
+        """
+        course = self.simulate(periods, "initial", samples_per_period=1)
+        names = {"lower_displacement": "displacement", "lower_velocity": "velocity"}
+        data = {
+            f"stroboscopic_{short}": ("period", course[name].values)
+            for name, short in names.items()
+        }
+        ds = xr.Dataset(data, {"period": np.arange(periods + 1, dtype=np.int32)})
+        for name, variable in STROBOSCOPIC.items():
+            ds[name].attrs.update(attributes(variable))
+        return ds
+
+    def replay(self, periods: int | None = None, start: Start | None = None) -> xr.Dataset:
+        """The time courses as of `simulate`, with the stroboscopic map of the way there."""
+        return self.simulate(periods, start).merge(self.stroboscopic(), combine_attrs="override")
+
     def _initial(self) -> list[float] | None:
         start = self._start[:-1]
         return None if np.isnan(start).all() else start.tolist()
@@ -122,8 +150,9 @@ class Point:
     def portrait(self, periods: int | None = None) -> Figure:
         """The phase portrait of the orbit: velocity of the lower block against its displacement."""
         from sweeps.figures import draw
+        from sweeps.views.notebook import displayed
 
-        return draw(self.simulate(periods), "phase_portraits")
+        return displayed(draw(self.simulate(periods), "phase_portraits"))
 
 
 def point_of(ds: xr.Dataset, at: Iterable[str] = (), **where: Any) -> Point:
@@ -214,9 +243,14 @@ def _versions(attributes: Mapping[str, Any]) -> tuple[str, ...]:
 def _in_words(chosen: xr.Dataset, fixed: Iterable[str]) -> str:
     """The values that vary over a result, such as `temperature = 228 K`."""
     varied = [name for name in PARAMETERS if name in chosen.variables and name not in fixed]
-    words = [f"{name} = {_plain(chosen[name].item())} {PARAMETERS[name].units}" for name in varied]
+    words = [f"{name} = {_plain(chosen[name].item())}{_units(name)}" for name in varied]
     words += [f"{dim} = {chosen[dim].item()}" for dim in (CASE, DIRECTION) if dim in chosen.coords]
-    return ", ".join(word.removesuffix(" 1") for word in words) or "the only point"
+    return ", ".join(words) or "the only point"
+
+
+def _units(name: str) -> str:
+    units = PARAMETERS[name].units
+    return "" if units == "1" else f" {units}"
 
 
 def _same(stored: float, computed: float) -> bool:

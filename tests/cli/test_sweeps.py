@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 from support.sweeps.commands import FOUR_POINTS, Command, entries
 
-from sweeps.engine.in_memory import run
+from sweeps.engine.run import run
 from sweeps.files.datasets import content_hash, open_result
 
 CONFIGS = Path(__file__).parents[2] / "configs"

@@ -18,7 +18,8 @@ from stickslip.orbit import compute_orbits, failed_row
 from sweeps.config.load import ConfigError, from_mapping
 from sweeps.config.schema import Execution
 from sweeps.engine import in_memory, worker
-from sweeps.engine.in_memory import read_config, run
+from sweeps.engine.in_memory import read_config
+from sweeps.engine.run import run
 from sweeps.files.datasets import content_hash, open_result, write_dataset
 
 CONFIG: dict[str, Any] = {
@@ -139,7 +140,7 @@ def test_a_config_that_asks_for_processes_or_dask_gets_them(
 
 
 def test_no_workers_are_refused() -> None:
-    with pytest.raises(ValueError, match="n_jobs == 0"):
+    with pytest.raises(ConfigError, match="workers: must be at least 1"):
         run(CONFIG, workers=0)
 
 

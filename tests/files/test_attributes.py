@@ -22,7 +22,7 @@ from stickslip.parameters import Parameters
 from stickslip.regime import Regime
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping, from_yaml
-from sweeps.engine.in_memory import run
+from sweeps.engine.run import run
 from sweeps.engine.trajectories import trajectories, trajectory
 from sweeps.files.attributes import result_dataset
 from sweeps.files.datasets import write_dataset

@@ -16,8 +16,9 @@ from stickslip.orbit import failed_row
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping
 from sweeps.engine.existing import RefusalError, found_in_file
-from sweeps.engine.in_memory import compute, run
+from sweeps.engine.in_memory import compute
 from sweeps.engine.options import options_of
+from sweeps.engine.run import run
 from sweeps.files import results
 from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import global_attributes

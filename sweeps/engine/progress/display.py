@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Self
 from sweeps.engine.progress.counts import Counts
 
 if TYPE_CHECKING:
+    from IPython.display import HTML
     from rich.console import RenderableType
     from rich.live import Live
 
@@ -43,7 +44,16 @@ def make_progress(counts: Counts, *, wanted: bool = True) -> Progress:
     """The kind of progress that suits where the messages go (the standard error)."""
     if not wanted:
         return Progress()
+    if _is_in_notebook():
+        return _NotebookBar(counts)
     return _Bar(counts) if is_on_terminal() else _Lines(counts)
+
+
+def _is_in_notebook() -> bool:
+    """Whether an IPython kernel runs this, whose pages show HTML."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython else None
+    return shell is not None and hasattr(shell, "kernel")
 
 
 def is_on_terminal() -> bool:
@@ -123,3 +133,38 @@ class _Bar(Progress):
         first.add_row(ProgressBar(counts.goal, counts.done), Text(counts.so_far))
         # Room for all of it in 80 columns.
         return Group(first, Text(counts.outlook.replace("about ", "")))
+
+
+class _NotebookBar(Progress):
+    """A bar with the counts, under the cell of a notebook."""
+
+    def __init__(self, counts: Counts) -> None:
+        self._counts = counts
+
+    def start(self) -> None:
+        from IPython.display import display
+
+        self._over = threading.Event()
+        self._shown = display(self._picture(), display_id=True)
+        # A daemon: the interpreter may end before the sweep does.
+        self._painter = threading.Thread(target=self._keep_drawing, daemon=True)
+        self._painter.start()
+
+    def say(self, line: str) -> None:
+        sys.stderr.write(f"{line}\n")
+
+    def stop(self) -> None:
+        self._over.set()
+        self._painter.join()
+        self._shown.update(self._picture())
+
+    def _keep_drawing(self) -> None:
+        while not self._over.wait(1.0 / _FRAMES_PER_SECOND):
+            self._shown.update(self._picture())
+
+    def _picture(self) -> HTML:
+        from IPython.display import HTML
+
+        counts = self._counts
+        bar = f'<progress value="{counts.done}" max="{counts.goal}" style="width: 20em"></progress>'
+        return HTML(f"{bar} {counts.so_far}<br>{counts.outlook}")

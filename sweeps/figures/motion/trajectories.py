@@ -92,12 +92,25 @@ def _stack(ds: xr.Dataset, rows: tuple[tuple[Trace, ...], ...], height: float) -
         for axes, traces in zip(axes_of_column, rows, strict=True):
             _draw_traces(axes, traces, stack)
         _name_sections(axes_of_column[0], stack)
-        axes_of_column[-1].set_xlabel(shown(stack[0].dataset["elapsed_time"]).label, fontsize=TEXT)
+        _name_time(axes_of_column[-1], stack)
     for axes, traces in zip(panels[:, 0], rows, strict=True):
         axes.set_ylabel(_label(stacks[0][0].dataset, traces), fontsize=TEXT)
     figure.align_ylabels()
     put_note(figure, [note])
     return figure
+
+
+def draw_courses(panels: list[Axes], rows: tuple[tuple[Trace, ...], ...], ds: xr.Dataset) -> None:
+    """Draw one trajectory into panels one below the other, with all their labels."""
+    stack = [Selection("", ds)]
+    for axes, traces in zip(panels, rows, strict=True):
+        _draw_traces(axes, traces, stack)
+        axes.set_ylabel(_label(ds, traces), fontsize=TEXT)
+    _name_time(panels[-1], stack)
+
+
+def _name_time(axes: Axes, stack: list[Selection]) -> None:
+    axes.set_xlabel(shown(stack[0].dataset["elapsed_time"]).label, fontsize=TEXT)
 
 
 def _draw_traces(axes: Axes, traces: tuple[Trace, ...], stack: list[Selection]) -> None:

@@ -1,0 +1,39 @@
+"""Tables of named values for notebooks: names, symbols, values, units."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from stickslip.variables import Variable
+
+_CELL = "text-align: left; padding: 0 1em 0 0"
+
+
+def value_table(
+    values: Mapping[str, Any], variables: Mapping[str, Variable], bold: Iterable[str] = ()
+) -> str:
+    """An HTML table of values with their symbols and units; the meaning shows where one points.
+
+    The names in `bold` stand out.
+    """
+    marked = set(bold)
+    rows = [_row(variables[name], value, name in marked) for name, value in values.items()]
+    return f"<table>{''.join(rows)}</table>"
+
+
+def _row(variable: Variable, value: Any, bold: bool) -> str:
+    units = "" if variable.units == "1" else variable.units
+    cells = [variable.name, variable.symbol, _text(value), units]
+    inner = "".join(f'<td style="{_CELL}">{html.escape(cell)}</td>' for cell in cells)
+    weight = ' style="font-weight: bold"' if bold else ""
+    return f'<tr title="{html.escape(variable.meaning)}"{weight}>{inner}</tr>'
+
+
+def _text(value: Any) -> str:
+    """A value as a person reads it: flags by their names, numbers to seven digits."""
+    name = getattr(value, "name", None)
+    if isinstance(name, str):
+        return name.lower()
+    return f"{value:.7g}" if isinstance(value, float) else str(value)

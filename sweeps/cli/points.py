@@ -1,0 +1,103 @@
+"""The verb that goes from a point of a result back to its motion: replay."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sweeps.cli.shared import NoProgressOption, say, stop_with
+from sweeps.exits import Exit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from sweeps.views.points import Point
+
+
+def replay(
+    file: Annotated[Path, typer.Argument(help="Result file of a sweep.")],
+    at: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=VALUE", help="The nearest point of an axis; SI units."),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="NetCDF file; left out, FILE with -replay."),
+    ] = None,
+    periods: Annotated[
+        int | None, typer.Option(min=1, help="Drive periods; left out, until the orbit closes.")
+    ] = None,
+    start: Annotated[
+        str | None,
+        typer.Option(metavar="initial|stationary", help="Where to begin; left out, on the orbit."),
+    ] = None,
+    no_progress: NoProgressOption = False,
+) -> None:
+    """Compute one point of a result again, and draw its motion.
+
+    The numbers are compared with those of the file; by the same version on the same kind of
+    processor they have the same bits. An older replay of the file is replaced.
+    """
+    from sweeps.engine.progress.compiling import Compiling
+    from sweeps.files.datasets import open_result, write_dataset
+    from sweeps.views.points import point_of
+
+    if start not in (None, "initial", "stationary"):
+        stop_with(f"--start is initial or stationary, not {start}", Exit.USAGE)
+    target = output or file.with_name(f"{file.stem}-replay.nc")
+    if target.suffix != ".nc":
+        stop_with(f"{target}: -o names a NetCDF file, which ends in .nc", Exit.USAGE)
+    if target.exists() and target.samefile(file):
+        stop_with(f"{target} is the result itself; -o names another file", Exit.USAGE)
+    point = point_of(open_result(file, whole=False), at or ())
+    with Compiling(wanted=not no_progress):
+        point.orbit()
+    same = _compare(point)
+    ds = _motion(point, periods, start)
+    write_dataset(ds, target)
+    print(target)
+    _draw(ds, target.with_suffix(""))
+    if not same and not point.versions:
+        raise typer.Exit(Exit.FAILED_POINTS)
+
+
+def _compare(point: Point) -> bool:
+    """Print what the file says of the point, and whether it is computed again; returns that."""
+    from stickslip.variables import RESULTS
+
+    print(point.where)
+    differing = point.differences()
+    for name, stored in point.stored.items():
+        units = "" if RESULTS[name].units == "1" else f" {RESULTS[name].units}"
+        now = f", now {differing[name][1]!r}" if name in differing else ""
+        print(f"  {name}: {stored!r}{units}{now}")
+    print(f"status: {point.status.name.lower()}: {point.status.sentence}")
+    for note in point.versions:
+        say(f"note: {note}")
+    if not point.is_comparable:
+        print("it was not computed for the file; its orbit is computed now")
+    elif differing:
+        say(f"warning: {len(differing)} variables differ from the file in their last bits or more")
+    else:
+        print(f"all {len(point.stored)} variables are computed again with the bits of the file")
+    return not differing
+
+
+def _motion(point: Point, periods: int | None, start: str | None) -> xr.Dataset:
+    from stickslip import IntegrationError
+
+    try:
+        return point.replay(periods, start)  # type: ignore[arg-type] # checked above
+    except IntegrationError as error:
+        stop_with(f"the motion cannot be followed: {error}", Exit.FAILED_POINTS)
+
+
+def _draw(ds: xr.Dataset, target: Path) -> None:
+    from sweeps.figures import draw, save
+    from sweeps.files.atomic import storage_errors
+
+    with storage_errors(f"cannot write {target}"):
+        for picture in save(draw(ds, "orbit"), target):
+            print(picture)

@@ -1,0 +1,104 @@
+"""`stickslip replay`: one point of a file again, compared and drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+import pytest
+from support.sweeps.commands import Command
+
+from sweeps import run
+from sweeps.files.datasets import open_result
+
+CONFIG: dict[str, Any] = {
+    "integrator": {"rtol": 1e-4},
+    "stationary": {"rtol": 1e-4},
+    "sweep": {"T": [200, 300], "gamma": [-2 / 3, 0]},
+}
+POINT = ("--at", "T=200", "--at", "gamma=-2/3")
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("replay") / "mine.nc"
+    run(CONFIG, output=path)
+    return path
+
+
+def test_a_point_is_computed_compared_written_and_drawn(command: Command, result: Path) -> None:
+    done = command(*map(str, ("replay", result, *POINT)))
+    assert done.code == 0, done.err
+    assert "temperature = 200 K, rheological_index = -0.666667" in done.out
+    assert "all 19 variables are computed again with the bits of the file" in done.out
+    for ending in (".nc", ".png", ".pdf"):
+        assert result.with_name(f"mine-replay{ending}").exists()
+    ds = open_result(result.with_name("mine-replay.nc"))
+    assert ds.sizes == {"elapsed_time": 2001, "period": 201}
+    assert ds.title == "temperature = 200 K, rheological_index = -0.666667"
+
+
+def test_where_it_goes_and_what_it_shows_can_be_chosen(
+    command: Command, result: Path, tmp_path: Path
+) -> None:
+    target = tmp_path / "b.nc"
+    done = command(
+        *map(str, ("replay", result, *POINT, "-o", target, "--periods", 2, "--start", "initial"))
+    )
+    assert done.code == 0, done.err
+    ds = open_result(target)
+    assert ds.sizes["elapsed_time"] == 4001
+    assert ds.lower_displacement.values[0] == 0.0
+
+
+def test_other_bits_are_told_and_end_with_3(command: Command, result: Path, tmp_path: Path) -> None:
+    changed = tmp_path / "changed.nc"
+    changed.write_bytes(result.read_bytes())
+    with netCDF4.Dataset(changed, "a") as file:
+        file["melting_count"][:] = 77
+    done = command(*map(str, ("replay", changed, *POINT)))
+    assert done.code == 3
+    assert "1 variables differ" in done.err
+    assert "melting_count: 77, now 4" in done.out
+
+
+def test_by_another_version_other_bits_are_explained(
+    command: Command, result: Path, tmp_path: Path
+) -> None:
+    older = tmp_path / "older.nc"
+    older.write_bytes(result.read_bytes())
+    with netCDF4.Dataset(older, "a") as file:
+        file["friction_force_amplitude"][:] = np.nextafter(1.0, 2.0)
+        file.numerics_version = "1"
+    done = command(*map(str, ("replay", older, *POINT)))
+    assert done.code == 0
+    assert "computed by numerics version 1" in done.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ((), "several points are left"),
+        (("--at", "T=999", "--at", "gamma=0"), "temperature goes from 200 to 300"),
+        ((*POINT, "-o", "a.png"), "names a NetCDF file"),
+        ((*POINT, "--start", "there"), "--start is initial or stationary"),
+    ],
+)
+def test_what_cannot_be_replayed_ends_with_2(
+    command: Command, result: Path, arguments: tuple[str, ...], told: str
+) -> None:
+    done = command(*map(str, ("replay", result, *arguments)))
+    assert done.code == 2
+    assert told in done.err
+
+
+def test_the_result_itself_is_not_replaced(command: Command, result: Path) -> None:
+    done = command(*map(str, ("replay", result, *POINT, "-o", result)))
+    assert done.code == 2
+    assert "the result itself" in done.err
+
+
+def test_a_missing_file_ends_with_5(command: Command, tmp_path: Path) -> None:
+    assert command("replay", str(tmp_path / "no.nc")).code == 5

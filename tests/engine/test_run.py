@@ -1,0 +1,110 @@
+"""`sweeps.run` with a file behind it: resumed, grown, refused, stopped, as on the command line."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sweeps import run
+from sweeps.config.load import ConfigError, from_mapping
+from sweeps.engine import recording
+from sweeps.engine.existing import RefusalError
+from sweeps.engine.run import StoppedError
+from sweeps.engine.worker import Block
+from sweeps.files.datasets import content_hash, open_result
+
+CONFIG: dict[str, Any] = {
+    "integrator": {"rtol": 1e-4},
+    "stationary": {"rtol": 1e-4},
+    "sweep": {"T": [200, 220, 240, 260]},
+}
+SMALLER = CONFIG | {"sweep": {"T": [200, 220]}}
+ONE_BY_ONE = CONFIG | {"execution": {"block_points": 1, "workers": 1}}
+
+
+def test_a_file_holds_what_is_returned(tmp_path: Path) -> None:
+    path = tmp_path / "a.nc"
+    ds = run(CONFIG, output=path)
+    assert content_hash(ds) == content_hash(open_result(path)) == content_hash(run(CONFIG))
+
+
+def test_a_file_grows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.nc"
+    run(SMALLER, output=path)
+    assert capsys.readouterr() == ("", "")
+    grown = run(CONFIG, output=str(path), progress=True)
+    assert "2 in" in capsys.readouterr().err
+    assert content_hash(grown) == content_hash(run(CONFIG))
+
+
+def test_existing_results_that_do_not_fit_are_refused_until_it_is_decided(tmp_path: Path) -> None:
+    path = tmp_path / "a.nc"
+    run(CONFIG, output=path)
+    with pytest.raises(RefusalError, match="no longer names"):
+        run(SMALLER, output=path)
+    assert run(SMALLER, output=path, overwrite=True).sizes["temperature"] == 2
+
+
+@pytest.fixture
+def interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After the first block, a signal."""
+    take_in = recording.Recorder._take_in
+
+    def then_signal(self: recording.Recorder, block: Block) -> None:
+        take_in(self, block)
+        signal.raise_signal(number)
+
+    number = signal.SIGINT
+    monkeypatch.setattr(recording.Recorder, "_take_in", then_signal)
+
+
+@pytest.mark.usefixtures("interrupted")
+def test_ctrl_c_is_an_exception_and_the_same_call_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.nc"
+    with pytest.raises(KeyboardInterrupt, match="the same call goes on"):
+        run(ONE_BY_ONE, output=path)
+    monkeypatch.undo()
+    assert content_hash(run(ONE_BY_ONE, output=path)) == content_hash(run(CONFIG))
+
+
+def test_a_sweep_that_fails_altogether_stops_with_a_reason(tmp_path: Path) -> None:
+    hopeless = ONE_BY_ONE | {"integrator": {"max_steps": 1}}
+    with pytest.raises(StoppedError, match="all 1 points of the first block failed"):
+        run(hopeless, output=tmp_path / "a.nc")
+
+
+@pytest.mark.parametrize("source", [CONFIG, from_mapping(CONFIG)])
+def test_where_to_compute_may_be_given(source: Any) -> None:
+    given = run(source, workers=2, backend="loky")
+    assert content_hash(given) == content_hash(run(CONFIG))
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "told"),
+    [
+        ({"workers": 0}, ConfigError, "run.*execution.workers: must be at least 1"),
+        ({"backend": "gpu"}, ConfigError, "execution.backend: must be"),
+        ({"scheduler": "tcp://h:1", "backend": "loky"}, ConfigError, "belongs to `backend: dask`"),
+        ({"overwrit": True}, TypeError, r"no argument 'overwrit' \(did you mean 'overwrite'\?\)"),
+        ({"overwrite": True}, TypeError, "with output= only"),
+        ({"output": "a.nc", "on_block": print}, TypeError, "in memory only"),
+    ],
+)
+def test_arguments_that_make_no_sense_are_refused(
+    given: dict[str, Any], error: type[Exception], told: str
+) -> None:
+    with pytest.raises(error, match=told):
+        run(CONFIG, **given)
+
+
+def test_progress_in_memory_is_shown_where_it_is_asked_for(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sweeps.engine.progress.display._SECONDS_BETWEEN_LINES", 0.0)
+    run(ONE_BY_ONE, progress=True)
+    assert "/4 points, 0 failed" in capsys.readouterr().err

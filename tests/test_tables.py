@@ -1,0 +1,29 @@
+"""What notebooks show of parameters and orbits."""
+
+from __future__ import annotations
+
+from stickslip import Parameters, stationary_orbit
+from stickslip.tables import value_table
+from stickslip.variables import PARAMETERS, RESULTS
+
+
+def test_parameters_stand_in_a_table_and_changed_ones_stand_out() -> None:
+    shown = Parameters(temperature=228.0)._repr_html_()
+    assert shown.count("<tr") == len(PARAMETERS)
+    assert shown.count("bold") == 1
+    bold = shown[shown.index("bold") :]
+    assert bold.index("temperature") < bold.index("228") < bold.index(">K<")
+
+
+def test_an_orbit_says_how_it_ended_and_what_was_measured() -> None:
+    orbit = stationary_orbit(rtol=1e-4)
+    shown = orbit._repr_html_()
+    assert orbit.status.sentence in shown
+    assert shown.count("<tr") == len(RESULTS)
+    assert ">stick_slip_symmetric<" in shown
+    assert f"{orbit.friction_force_amplitude:.7g}" in shown
+
+
+def test_what_a_table_holds_is_escaped() -> None:
+    table = value_table({"temperature": "<script>"}, PARAMETERS)
+    assert "<script>" not in table

@@ -1,0 +1,81 @@
+"""`ds.stickslip`: points, pictures and masks of a Dataset."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+from stickslip import Status, simulate
+from sweeps import run
+
+MAP = {
+    "integrator": {"rtol": 1e-4},
+    "stationary": {"rtol": 1e-4},
+    "sweep": {"T": {"linspace": [200, 300], "num": 9}, "K": {"linspace": [500, 3000], "num": 9}},
+}
+
+
+@pytest.fixture(scope="module")
+def ds() -> xr.Dataset:
+    return run(MAP)
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import sweeps.accessor",
+        "from sweeps import run; run({'integrator': {'rtol': 1e-4}, 'stationary': {'rtol': 1e-4}})",
+        "from stickslip import simulate; simulate(periods=1)",
+    ],
+)
+def test_a_dataset_knows_it_after(code: str) -> None:
+    told = f"{code}\nimport xarray as xr; assert xr.Dataset().stickslip is not None"
+    subprocess.run([sys.executable, "-c", told], check=True, stderr=subprocess.DEVNULL)
+
+
+def test_importing_the_packages_loads_no_xarray() -> None:
+    code = "import sweeps, stickslip, sys; assert 'xarray' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_point(ds: xr.Dataset) -> None:
+    point = ds.stickslip.at(T=250, K=500)
+    assert point.parameters.temperature == 250.0
+    assert point.differences() == {}
+    assert isinstance(point.portrait(), Figure)
+
+
+def test_failed_points_are_masked(ds: xr.Dataset) -> None:
+    failed = ds.copy(deep=True)
+    failed.status[0, 0], failed.status[1, 1] = Status.DIVERGED, Status.INTERPOLATED
+    masked = failed.stickslip.ok()
+    assert np.isnan(masked.melting_count[0, 0])
+    assert np.isnan(masked.friction_force_amplitude[0, 0])
+    assert masked.melting_count[1, 1] == ds.melting_count[1, 1]
+    assert int(np.isnan(masked.melting_count).sum()) == 1
+    assert masked.attrs == failed.attrs
+
+
+def test_pictures(ds: xr.Dataset) -> None:
+    curves = ds.stickslip.plot("friction_force_amplitude", x="T", at={"K": 500})
+    assert len(curves.axes[0].lines) >= 1
+    assert isinstance(simulate(periods=1).stickslip.plot(), Figure)
+    with pytest.raises(ValueError, match="unknown variable"):
+        ds.stickslip.plot("friction")
+
+
+def test_maps_take_the_longest_axes(ds: xr.Dataset) -> None:
+    assert ds.stickslip.map("regime").axes
+    assert ds.stickslip.map("friction_force_amplitude", x="K").axes
+    with pytest.raises(ValueError, match="a map needs two axes"):
+        ds.stickslip.map("regime", K=500)
+
+
+def test_a_notebook_shows_a_picture_that_pyplot_does_not_know(ds: xr.Dataset) -> None:
+    png = ds.stickslip.plot()._repr_png_()  # type: ignore[attr-defined]
+    assert png.startswith(b"\x89PNG")

@@ -1,0 +1,184 @@
+"""A point of a result is computed again from its file alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from stickslip import IntegrationError, Status
+from stickslip.variables import STROBOSCOPIC
+from sweeps import run
+from sweeps.files.datasets import open_result
+from sweeps.views.points import PointError, point_of
+
+LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
+MAP = LOOSE | {"sweep": {"T": [200, 250, 300], "gamma": [-2 / 3, 0]}}
+LINE = LOOSE | {"sweep": {"omega": [37.0, 38.0, 39.0]}, "follow": "omega"}
+CASES = LOOSE | {
+    "cases": {"T": [200.0, 210.0], "k": [5e4, 6e4]},
+    "model": {"spring_stiffness": 2500},
+}
+
+
+@pytest.fixture(scope="module")
+def ds(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
+    path = tmp_path_factory.mktemp("points") / "a.nc"
+    run(MAP, output=path)
+    return open_result(path)
+
+
+def values_of(ds: xr.Dataset) -> dict[str, float]:
+    return {str(name): ds[name].item() for name in ds.data_vars}
+
+
+@pytest.mark.parametrize("temperature", [200.0, 250.0, 300.0])
+@pytest.mark.parametrize("gamma", [-2 / 3, 0.0])
+def test_a_point_is_computed_again_with_its_bits(
+    ds: xr.Dataset, temperature: float, gamma: float
+) -> None:
+    point = point_of(ds, T=temperature, rheological_index=gamma)
+    chosen = ds.sel(temperature=temperature, rheological_index=gamma)
+    assert (point.parameters.temperature, point.parameters.rheological_index) == (
+        temperature,
+        gamma,
+    )
+    np.testing.assert_equal(dict(point.stored), values_of(chosen))
+    assert point.differences() == {}
+    stress = chosen.elastic_stress_amplitude.item()
+    assert point.orbit().elastic_stress_amplitude == stress
+
+
+def test_another_number_in_the_file_is_seen(ds: xr.Dataset) -> None:
+    changed = ds.copy(deep=True)
+    changed.friction_force_amplitude[0, 0] *= 1.0 + 1e-15
+    point = point_of(changed, T=200, gamma=-2 / 3)
+    assert list(point.differences()) == ["friction_force_amplitude"]
+
+
+def test_a_part_of_a_result_has_points_too(ds: xr.Dataset) -> None:
+    part = ds.sel(rheological_index=0.0).isel(temperature=slice(1, None))
+    point = point_of(part, temperature=251)
+    assert point.where == "temperature = 250 K, rheological_index = 0"
+    assert point.differences() == {}
+
+
+def test_the_time_course_is_that_of_the_orbit(ds: xr.Dataset) -> None:
+    point = point_of(ds, T=200, gamma=-2 / 3)
+    course = point.simulate()
+    assert course.sizes["elapsed_time"] == 2001
+    high, low = course.elastic_stress.max().item(), course.elastic_stress.min().item()
+    assert 0.5 * (high - low) == pytest.approx(point.orbit().elastic_stress_amplitude, rel=1e-2)
+    x = course.lower_displacement.values
+    assert x[-1] == pytest.approx(x[0], abs=1e-3 * 0.8e-6)
+    assert course.attrs["title"] == point.where
+
+
+def test_the_way_there_begins_at_the_start(ds: xr.Dataset) -> None:
+    point = point_of(ds, T=200, gamma=-2 / 3)
+    way = point.simulate(periods=2, start="initial")
+    assert way.lower_displacement.values[0] == 0.0
+    strobes = point.stroboscopic(40)
+    assert set(strobes.variables) == set(STROBOSCOPIC)
+    assert strobes.stroboscopic_displacement.values[0] == 0.0
+    state = point.orbit().state
+    assert strobes.stroboscopic_displacement.values[-1] == pytest.approx(state[0], abs=1e-9)
+
+
+@pytest.mark.parametrize("direction", ["up", "down"])
+@pytest.mark.parametrize("omega", [37.0, 38.0, 39.0])
+def test_a_followed_point_starts_where_the_sweep_did(direction: str, omega: float) -> None:
+    point = point_of(run(LINE), omega=omega, direction=direction)
+    assert point.differences() == {}
+    assert direction in point.where
+
+
+def test_a_followed_point_goes_on_from_its_neighbour() -> None:
+    followed = run(LINE)
+    up, down = (point_of(followed, omega=38.0, direction=way) for way in ("up", "down"))
+    assert len(up.before) == 1
+    assert len(down.before) == 4
+    begun = up.simulate(periods=1, start="initial").lower_displacement.values[0]
+    assert begun != 0.0
+
+
+def test_linked_cases_are_chosen_by_number_or_by_value() -> None:
+    ds = run(CASES)
+    by_number, by_value = point_of(ds, case=1), point_of(ds, T=210)
+    assert by_number.parameters == by_value.parameters
+    assert by_number.parameters.spring_stiffness == 2500.0
+    assert by_number.differences() == {}
+    assert by_number.where == ("temperature = 210 K, viscosity_coefficient = 60000 Pa s, case = 1")
+
+
+def test_a_single_point_needs_no_choice() -> None:
+    point = point_of(run(LOOSE))
+    assert (point.where, point.differences()) == ("the only point", {})
+
+
+def test_an_interpolated_point_is_computed_and_compared_with_nothing(ds: xr.Dataset) -> None:
+    guessed = ds.copy(deep=True)
+    guessed.status[0, 0] = Status.INTERPOLATED
+    point = point_of(guessed, T=200, gamma=-2 / 3)
+    assert not point.is_comparable
+    assert point.differences() == {}
+    assert point.orbit().status is Status.OK
+
+
+def test_of_a_failed_point_the_way_from_its_start_is_shown() -> None:
+    ds = run(MAP | {"stationary": {"max_periods": 1}})
+    point = point_of(ds, T=200, gamma=-2 / 3)
+    assert point.status is Status.NOT_STATIONARY
+    assert point.differences() == {}
+    assert point.simulate().lower_displacement.values[0] == 0.0
+    with pytest.raises(IntegrationError):
+        point_of(run(MAP | {"integrator": {"max_steps": 10}}), T=200, gamma=0).simulate()
+
+
+@pytest.mark.parametrize(
+    ("where", "told"),
+    [
+        ({"T": 250}, "choose one, for example by rheological_index=-0.666667"),
+        ({"T": 400, "gamma": 0}, "temperature goes from 200 to 300"),
+        ({"temprature": 250}, "did you mean 'temperature'"),
+        ({"T": "warm", "gamma": 0}, "warm is no number"),
+        ({"T": 250, "gamma": 0, "omega": 11}, "angular_frequency is 10.0 in all of this file"),
+    ],
+)
+def test_what_names_no_single_point_is_refused(
+    ds: xr.Dataset, where: dict[str, Any], told: str
+) -> None:
+    with pytest.raises(PointError, match=told.replace("(", r"\(")):
+        point_of(ds, **where)
+
+
+def test_a_trajectory_has_no_points_of_a_result(ds: xr.Dataset) -> None:
+    course = point_of(ds, T=200, gamma=0).simulate()
+    with pytest.raises(PointError, match="no result of a sweep"):
+        point_of(course)
+
+
+def test_what_may_change_the_bits_is_named(ds: xr.Dataset) -> None:
+    older = ds.assign_attrs(numerics_version="1", processor="8086", mixed_with="something")
+    versions = point_of(older, T=200, gamma=0).versions
+    assert len(versions) == 3
+    assert point_of(ds, T=200, gamma=0).versions == ()
+
+
+@pytest.mark.slow
+def test_fifty_points_of_the_cube_have_the_bits_of_the_file(tmp_path: Path) -> None:
+    axes = {
+        "temperature": {"linspace": [150, 320], "num": 6},
+        "viscosity_coefficient": {"geomspace": [1e4, 2e5], "num": 3},
+        "spring_stiffness": [1000, 3000, 9000],
+        "rheological_index": [-2 / 3, 0, 2 / 3],
+        "angular_frequency": [7, 15, 31],
+    }
+    run(LOOSE | {"sweep": axes}, output=tmp_path / "cube.nc")
+    cube, rng = open_result(tmp_path / "cube.nc"), np.random.default_rng(5)
+    for _ in range(50):
+        place = {dim: int(rng.integers(size)) for dim, size in cube.sizes.items()}
+        assert point_of(cube.isel(place)).differences() == {}
