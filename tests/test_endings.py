@@ -21,7 +21,7 @@ from stickslip.model import laws
 from stickslip.options import METHODS, Options
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS, RESULTS
-from sweeps.engine.worker import Task, compute_block
+from sweeps.engine.executors.worker import Task, compute_block
 
 VISCOUS = {"elastic_coefficient": 0.0}
 COARSE = {"method": "euler-cromer", "dt": 2e-5}

@@ -38,7 +38,7 @@ class _Flip:
         return f"block {self._block}, place {self._place:.4f}, mask {self._mask}"
 
     def __call__(self) -> None:
-        from sweeps.engine import worker
+        from sweeps.engine.executors import worker
 
         real, begun = worker.compute_orbits, 0
 
@@ -69,7 +69,7 @@ class _Killed:
         self._block = block
 
     def __call__(self) -> None:
-        from sweeps.engine import worker
+        from sweeps.engine.executors import worker
 
         real, begun = worker.compute_orbits, 0
 

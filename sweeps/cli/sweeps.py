@@ -26,6 +26,7 @@ from sweeps.exits import Exit
 
 if TYPE_CHECKING:
     from sweeps.config.load import Config
+    from sweeps.engine.order.part import Part
     from sweeps.engine.outcome import Outcome
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop
@@ -80,12 +81,20 @@ def sweep(
     keep_journal: Annotated[
         bool, typer.Option("--keep-journal", help="Leave the journal beside the result.")
     ] = False,
+    part: Annotated[
+        str | None,
+        typer.Option(
+            metavar="I/N", help="Only every N-th point, from the I-th on: a job of an array."
+        ),
+    ] = None,
 ) -> None:
     """Compute what a config asks for and is not there yet, and write it to NetCDF.
 
     The same command runs, resumes and grows a sweep: after an interruption, with more values on an
-    axis or a finer grid, exactly the missing points are computed.
+    axis or a finer grid, exactly the missing points are computed. The parts 1/16 to 16/16 write
+    files of their own, which `stickslip merge` puts together.
     """
+    from sweeps.engine.order.part import Part
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop, parse_duration
 
@@ -93,8 +102,14 @@ def sweep(
         stop = Stop(None if max_runtime is None else parse_duration(max_runtime))
     except ValueError as error:
         stop_with(f"--max-runtime: {error}", Exit.USAGE)
+    try:
+        chosen = None if part is None else Part.parse(part)
+    except ValueError as error:
+        stop_with(f"--part: {error}", Exit.USAGE)
     config = checked_config(file, [*(set_ or []), *execution_changes(workers, backend, scheduler)])
     path = output or Path(config.output)
+    if chosen and output is None:
+        path = path.with_name(f"{path.stem}.{chosen.suffix}{path.suffix}")
     if path.exists() and path.samefile(file):
         stop_with(f"{path} is the config itself; -o names the result", Exit.USAGE)
     failures = sweep_and_report(
@@ -105,6 +120,7 @@ def sweep(
         progress=not no_progress,
         partial=partial,
         keep_journal=keep_journal,
+        part=chosen,
     )
     if failures:
         raise typer.Exit(Exit.FAILED_POINTS)
@@ -169,6 +185,7 @@ def sweep_and_report(
     progress: bool = True,
     partial: bool = False,
     keep_journal: bool = False,
+    part: Part | None = None,
     timing: bool = True,
 ) -> int:
     """Sweep, and say how it went; returns the number of failed points."""
@@ -190,6 +207,7 @@ def sweep_and_report(
         stop=stop,
         partial=partial,
         keep_journal=keep_journal,
+        part=part,
     )
     if outcome.stopped is not None:
         _leave(outcome)

@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
+import numpy as np
+
 from sweeps.exits import ExpectedError
 from sweeps.human import printable
 
@@ -142,7 +144,7 @@ def located(
                 node.refuse(f"keys must be text, not {quoted(name)}")
         node.value = {n: child(v, n) for n, v in value.items() if isinstance(n, str)}
     elif isinstance(value, (list, tuple)) or getattr(value, "ndim", 0) > 0:
-        items = value if isinstance(value, (list, tuple)) else value.tolist()
+        items = value if isinstance(value, (list, tuple)) else np.asarray(value).tolist()
         node.value = [child(item, i) for i, item in enumerate(items)]
     return node
 

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from stickslip.options import Options
 from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError
+from sweeps.engine.executors.worker import Block, Task, failed_block, is_answer, task_of
 from sweeps.engine.order.cut import blocks_of
 from sweeps.engine.order.follow import Lines
 from sweeps.engine.order.product import Blocks
 from sweeps.engine.progress.in_flight import InFlight
 from sweeps.engine.signals import Stop
-from sweeps.engine.worker import Block, Task, failed_block, is_answer, task_of
 from sweeps.grid import Grid
 
 # A worker may die for reasons of its own, such as a machine that is taken away.

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.parameter_space import PARAMETER_SECTIONS
 from sweeps.config.yaml_reader import read_mapping
 from sweeps.engine.order.follow import lines_of, unchanged
+from sweeps.engine.order.part import Part
 from sweeps.exits import ExpectedError
 from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import data_sha256
@@ -38,7 +40,8 @@ Points = Iterator[tuple[NDArray[np.int64], Rows]]
 
 _NAMED = 5  # differences that a message lists
 
-_WAYS_OUT = "--overwrite replaces it, -o writes elsewhere"
+WAYS_OUT = "--overwrite replaces it, -o writes elsewhere"
+"""What ends a complaint about an output."""
 
 
 class RefusalError(ExpectedError):
@@ -47,19 +50,30 @@ class RefusalError(ExpectedError):
 
 @dataclass(frozen=True)
 class Target:
-    """What a sweep is to compute: the config and what follows from it."""
+    """What a sweep is to compute: the config, what follows from it, and perhaps a part of it."""
 
     config: Config
     grid: Grid
     settings: Settings
     key: bytes
     chunks: Chunks
+    part: Part | None = None
 
     @classmethod
-    def of(cls, config: Config) -> Target:
-        """What this config asks for."""
+    def of(cls, config: Config, part: Part | None = None) -> Target:
+        """What this config asks for; raises RefusalError for parts of a refined grid."""
+        if part is not None and config.refine is not None:
+            raise RefusalError(
+                "a refined grid has no parts: which points are computed depends on all of the "
+                "others; leave out --part, or `refine`"
+            )
         grid, settings = Grid.from_config(config), settings_of(config)
-        return cls(config, grid, settings, key_of(settings, grid), Chunks(grid.shape))
+        return cls(config, grid, settings, key_of(settings, grid), Chunks(grid.shape), part)
+
+    @cached_property
+    def needed(self) -> NDArray[np.bool_]:
+        """Which points (grid.size,) are asked for."""
+        return self.part.points(self.grid) if self.part else np.ones(self.grid.size, dtype=bool)
 
 
 @dataclass(frozen=True)
@@ -189,7 +203,7 @@ def found_in_file(path: Path, *, unsealed: bool = False) -> ExistingPoints:
             config = _config_of(lambda: _described(file), path)
     except DAMAGE as error:
         raise StorageError(
-            f"{path} exists, but is not a readable NetCDF file ({error}); {_WAYS_OUT}"
+            f"{path} exists, but is not a readable NetCDF file ({error}); {WAYS_OUT}"
         ) from error
     grid = Grid.from_config(config)
     settings = settings_of(config, attributes.get("numerics_version", "0"))
@@ -198,7 +212,7 @@ def found_in_file(path: Path, *, unsealed: bool = False) -> ExistingPoints:
     if seal is None and not unsealed:
         raise RefusalError(
             f"{path} carries no seal, so nothing tells whether its numbers are those that were "
-            f"computed; --accept-unsealed takes them as they are, {_WAYS_OUT}"
+            f"computed; --accept-unsealed takes them as they are, {WAYS_OUT}"
         )
     _check_seal(path, seal, key, chunks)
     return ExistingPoints(
@@ -280,7 +294,7 @@ def ok(rows: Rows) -> NDArray[np.bool_]:
 def _refuse_other_file(file: netCDF4.Dataset, path: Path, attributes: dict[str, str]) -> None:
     """Raise RefusalError where a file is no result of a sweep, or that of a newer version."""
     if "config" not in file.ncattrs() or "status" not in file.variables:
-        raise RefusalError(f"{path} exists and is not a result of a sweep; {_WAYS_OUT}")
+        raise RefusalError(f"{path} exists and is not a result of a sweep; {WAYS_OUT}")
     if is_newer(attributes):
         _refuse_newer(path, unknown_variables(file.variables))
 
@@ -289,7 +303,7 @@ def _refuse_newer(path: Path, unknown: list[str]) -> None:
     if unknown:
         raise RefusalError(
             f"{path} was written by a newer version of stickslip: this one does not know "
-            f"{', '.join(unknown)}. Update stickslip to use its points; {_WAYS_OUT}"
+            f"{', '.join(unknown)}. Update stickslip to use its points; {WAYS_OUT}"
         )
 
 
@@ -306,7 +320,7 @@ def _check_seal(path: Path, seal: str | None, key: bytes, chunks: Chunks) -> Non
 def _damaged(path: Path) -> StorageError:
     return StorageError(
         f"{path} is damaged, or was changed after stickslip wrote it, and cannot be resumed; "
-        f"{_WAYS_OUT}"
+        f"{WAYS_OUT}"
     )
 
 
@@ -347,7 +361,7 @@ def _refuse_unknown_values(path: Path, written: dict[str, Any]) -> None:
     if unknown := sorted(name for name in added if PARAMETERS[name].neutral is None):
         raise RefusalError(
             f"{path} was written by an older version and lacks the parameters "
-            f"{', '.join(unknown)}, whose values for its points are not known; {_WAYS_OUT}"
+            f"{', '.join(unknown)}, whose values for its points are not known; {WAYS_OUT}"
         )
 
 

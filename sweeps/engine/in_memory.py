@@ -18,6 +18,7 @@ from sweeps.config.order import Refine
 from sweeps.config.schema import Execution
 from sweeps.engine.dispatch import finished_blocks
 from sweeps.engine.executors.choose import make_executor
+from sweeps.engine.executors.worker import Block, compile_kernels, compute_block, task_of
 from sweeps.engine.options import options_of, unstable_step
 from sweeps.engine.order.cut import blocks_of
 from sweeps.engine.order.refine import refinement_of
@@ -25,7 +26,6 @@ from sweeps.engine.progress.compiling import Compiling
 from sweeps.engine.progress.counts import Counts
 from sweeps.engine.progress.display import make_progress
 from sweeps.engine.signals import Stop
-from sweeps.engine.worker import Block, compile_kernels, compute_block, task_of
 from sweeps.files.attributes import result_dataset
 from sweeps.files.columns import STATUS, STATUS_CODES, status_counts
 from sweeps.grid import Grid

@@ -113,4 +113,6 @@ class JournaledResult:
             attributes["processor"] = ", ".join(manifest["processors"])
         if manifest.get("mixed"):
             attributes["mixed_with"] = "\n".join(manifest["mixed"])
+        if self.target.part and np.array_equal(self.journal.done, self.target.needed):
+            attributes["part"] = str(self.target.part)
         return attributes

@@ -15,6 +15,7 @@ from stickslip.options import Options
 from sweeps.config.load import Config
 from sweeps.engine.executors.base import Executor
 from sweeps.engine.executors.choose import make_executor
+from sweeps.engine.executors.worker import compile_kernels, task_of
 from sweeps.engine.existing import Target, found_beside
 from sweeps.engine.options import options_of
 from sweeps.engine.order.cut import blocks_of
@@ -22,7 +23,6 @@ from sweeps.engine.order.product import PILOT_BLOCKS, Costs, pilot_blocks, pilot
 from sweeps.engine.outcome import RESULT_BYTES_PER_POINT
 from sweeps.engine.progress.compiling import SILENT, Compiling
 from sweeps.engine.signals import Stop
-from sweeps.engine.worker import compile_kernels, task_of
 from sweeps.files.journal import BYTES_PER_POINT
 from sweeps.files.run_folder import RunFolder
 from sweeps.grid import Grid

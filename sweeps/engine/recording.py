@@ -15,6 +15,7 @@ from sweeps.config.schema import Execution
 from sweeps.engine.dispatch import finished_blocks
 from sweeps.engine.executors.base import Executor
 from sweeps.engine.executors.choose import make_executor
+from sweeps.engine.executors.worker import Block, compile_kernels
 from sweeps.engine.existing import Target
 from sweeps.engine.options import options_of
 from sweeps.engine.order.product import PILOT_BLOCKS, pilot_points
@@ -24,7 +25,6 @@ from sweeps.engine.progress.compiling import Compiling
 from sweeps.engine.progress.counts import Counts
 from sweeps.engine.progress.display import Progress, make_progress
 from sweeps.engine.signals import Stop, wait_for
-from sweeps.engine.worker import Block, compile_kernels
 from sweeps.exits import Exit
 from sweeps.files.atomic import StorageError
 from sweeps.files.journal import Journal
@@ -60,7 +60,7 @@ class Recorder:
         if not remote and not self._compiled(options, target.grid):
             return
         refinement = refinement_of(target.config.refine, target.grid)
-        rounds = refinement.rounds(self._rows) if refinement else [np.ones(target.grid.size, bool)]
+        rounds = refinement.rounds(self._rows) if refinement else [target.needed]
         with ExitStack() as stack:
             executor = stack.enter_context(make_executor(execution))
             progress = stack.enter_context(

@@ -86,8 +86,18 @@ def complete_already(target: Target, folder: RunFolder, policy: ExistingPolicy) 
     if not same or not found.fits(target):
         return None
     written = contents(output, target.chunks)
-    pending = written.statuses[Status.PENDING]
+    pending = _lacks_needed(found, written, target)
     return None if pending or (policy.retry_failed and failures(written.statuses)) else written
+
+
+def _lacks_needed(found: ExistingPoints, written: Written, target: Target) -> bool:
+    """Whether points that are asked for are not in a file."""
+    if target.part is None or not written.statuses[Status.PENDING]:
+        return bool(written.statuses[Status.PENDING])
+    there = np.zeros(target.grid.size, dtype=bool)
+    for indices, _ in found.points():
+        there[indices] = True
+    return bool((target.needed & ~there).any())
 
 
 def _continues(manifest: Manifest, target: Target, output: Path, policy: ExistingPolicy) -> bool:
@@ -133,7 +143,7 @@ def _created(
     afresh: bool,
 ) -> PreparedJournal:
     """A new journal with the points of the sources that the target has too."""
-    manifest = _manifest_of(target, folder.output, sources, afresh=afresh)
+    manifest = manifest_of(target, folder.output, sources, afresh=afresh)
     keep = ok if policy.retry_failed else None
     carried = itertools.chain(*(found.carried(target.grid, keep) for found in sources))
     with storage_errors(f"cannot write into {folder.path}", folder.path):
@@ -146,9 +156,10 @@ def _created(
     )
 
 
-def _manifest_of(
+def manifest_of(
     target: Target, output: Path, sources: list[ExistingPoints], *, afresh: bool
 ) -> Manifest:
+    """What a journal says of the computation whose points it holds, and of where they come from."""
     mixed = [line for found in sources for line in found.mixed]
     mixed += [line for found in sources if (line := "; ".join(found.differences(target)))]
     return {

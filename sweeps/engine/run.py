@@ -13,12 +13,12 @@ import joblib
 from stickslip.status import Status
 from sweeps.config.load import Config, from_mapping
 from sweeps.config.schema import Execution
+from sweeps.engine.executors.worker import Block
 from sweeps.engine.in_memory import read_config, run_in_memory
 from sweeps.engine.outcome import Console, Outcome
 from sweeps.engine.resume import ExistingPolicy
 from sweeps.engine.signals import Stop
 from sweeps.engine.sweep import sweep
-from sweeps.engine.worker import Block
 from sweeps.exits import Exit, ExpectedError
 from sweeps.files.datasets import open_result
 from sweeps.human import did_you_mean, printable

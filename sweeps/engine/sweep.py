@@ -10,9 +10,12 @@ from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from stickslip.status import Status
 from sweeps.config.load import Config
 from sweeps.engine.existing import RefusalError, Target
+from sweeps.engine.order.part import Part
 from sweeps.engine.outcome import (
     RESULT_BYTES,
     RESULT_BYTES_PER_POINT,
@@ -50,6 +53,7 @@ def sweep(
     stop: Stop | None = None,
     partial: bool = False,
     keep_journal: bool = False,
+    part: Part | None = None,
 ) -> Outcome:
     """Compute the points of a config that are not there yet, and write the result.
 
@@ -59,13 +63,14 @@ def sweep(
 
     `stop` ends the sweep early, as signals do. `partial` computes nothing and writes what is there,
     the rest with the status `pending`. `keep_journal` leaves the journal beside a complete result.
+    `part` computes part of the points; the others stay `pending` where they are not there already.
 
-    Raises RefusalError where what is there does not fit and no option decides, InUseError where
-    another run holds the output, StorageError, and ExecutorError where the workers cannot be had or
-    were lost; what is finished is kept.
+    Raises RefusalError where a refined grid is to be computed in parts, or where what is there does
+    not fit and no option decides, InUseError where another run holds the output, StorageError, and
+    ExecutorError where the workers cannot be had or were lost; what is finished is kept.
     """
     refuse_odd_output(output)
-    target, folder, stop = Target.of(config), RunFolder(output), stop or Stop()
+    target, folder, stop = Target.of(config, part), RunFolder(output), stop or Stop()
     with folder.held(), listening(stop), _named_after(output):
         folder.discard_leftovers()
         before = fingerprint(folder.output)
@@ -73,13 +78,14 @@ def sweep(
             return _export(target, folder, policy)
         complete = complete_already(target, folder, policy)
         if complete is not None:
-            points = int(complete.statuses.sum())
+            points = int(complete.statuses.sum() - complete.statuses[Status.PENDING])
             console.say(f"{output} is complete: {points} points, nothing to do")
             return Outcome(output, complete.statuses, complete.worst_error)
         prepared = prepare_journal(target, folder, policy)
         with closing(prepared.journal) as journal:
             result = JournaledResult(target, journal, folder, before)
-            counts = Counts(target.grid.size, journal.statuses)
+            beyond = int(np.count_nonzero(journal.done & ~target.needed))
+            counts = Counts(int(target.needed.sum()) + beyond, journal.statuses)
             recorder = Recorder(journal, folder, counts, console, stop)
             _announce(target, prepared, counts, console)
             _require_room(folder, counts)
@@ -130,7 +136,8 @@ def _announce(target: Target, prepared: PreparedJournal, counts: Counts, console
     shape = target.grid.shape
     product = f" ({' x '.join(map(str, shape))})" if len(shape) > 1 else ""
     found = f": {', '.join(prepared.found)}" if prepared.found else ""
-    console.say(f"{counts.total} points{product}{found}; {counts.left} to compute")
+    of = f" of {target.grid.size}" if target.part else ""
+    console.say(f"{counts.total}{of} points{product}{found}; {counts.left} to compute")
 
 
 def _require_room(folder: RunFolder, counts: Counts) -> None:

@@ -19,7 +19,7 @@ from support.sweeps.commands import Command, entries
 
 from stickslip.orbit import compute_orbits
 from sweeps.cli import inspect
-from sweeps.engine import worker
+from sweeps.engine.executors import worker
 from sweeps.files import atomic
 from sweeps.files.datasets import open_result, write_dataset
 

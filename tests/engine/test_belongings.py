@@ -13,7 +13,7 @@ from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_o
 
 from stickslip.options import Options
 from stickslip.parameters import Parameters
-from sweeps.engine.worker import Task, compute_block, is_answer
+from sweeps.engine.executors.worker import Task, compute_block, is_answer
 
 SWEEP = "sweep: {temperature: [200, 250, 270]}\n"
 RUN = Path("a.nc.run")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
 
-from sweeps.engine import worker
+from sweeps.engine.executors import worker
 from sweeps.files.datasets import open_result
 
 FOUR = "sweep: {temperature: [200, 225, 250, 275]}\n"

@@ -11,9 +11,9 @@ import pytest
 from sweeps import run
 from sweeps.config.load import ConfigError, from_mapping
 from sweeps.engine import recording
+from sweeps.engine.executors.worker import Block
 from sweeps.engine.existing import RefusalError
 from sweeps.engine.run import StoppedError
-from sweeps.engine.worker import Block
 from sweeps.files.datasets import content_hash, open_result
 
 CONFIG: dict[str, Any] = {

@@ -11,7 +11,8 @@ import pytest
 
 from stickslip import Status
 from sweeps.config.load import from_mapping
-from sweeps.engine import recording, worker
+from sweeps.engine import recording
+from sweeps.engine.executors import worker
 from sweeps.engine.outcome import Console, Outcome
 from sweeps.engine.sweep import sweep
 from sweeps.files.datasets import StorageError, open_result

@@ -14,8 +14,8 @@ from concurrent.futures import Future
 from itertools import islice
 from typing import Self
 
+from sweeps.engine.executors.worker import Block, Task
 from sweeps.engine.signals import Stop
-from sweeps.engine.worker import Block, Task
 from sweeps.exits import Exit, ExpectedError
 
 Tasks = Iterator[Task]

@@ -11,7 +11,7 @@ from filelock import FileLock
 from stickslip.compiled.cache import cache_folder, source_hash
 from stickslip.orbit import prepare_kernels
 from stickslip.parameters import Parameters
-from sweeps.engine.worker import Block, Task, compute_block
+from sweeps.engine.executors.worker import Block, Task, compute_block
 
 _COMPILE_SECONDS = 300.0  # for another process of the machine to compile the kernels
 

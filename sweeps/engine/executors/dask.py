@@ -15,7 +15,7 @@ from typing import Any, Self
 from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError, first_line
 from sweeps.engine.executors.children import terminal_signals_blocked
 from sweeps.engine.executors.cluster_task import SealedTask, compute_on_cluster
-from sweeps.engine.worker import Block, Task, WorkerMismatchError
+from sweeps.engine.executors.worker import Block, Task, WorkerMismatchError
 
 log = logging.getLogger(__name__)
 

@@ -10,8 +10,8 @@ from typing import Any
 
 from sweeps.engine.executors.base import Executor, Tasks, WorkersLostError, first_line
 from sweeps.engine.executors.children import end_with_parent, terminal_signals_blocked
+from sweeps.engine.executors.worker import Block, Task, compute_block
 from sweeps.engine.signals import Stop
-from sweeps.engine.worker import Block, Task, compute_block
 
 
 class ProcessExecutor(Executor):

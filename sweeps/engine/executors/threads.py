@@ -5,7 +5,7 @@ from __future__ import annotations
 from concurrent.futures import Future, ThreadPoolExecutor
 
 from sweeps.engine.executors.base import Executor
-from sweeps.engine.worker import Block, Task, compute_block
+from sweeps.engine.executors.worker import Block, Task, compute_block
 
 
 class ThreadExecutor(Executor):

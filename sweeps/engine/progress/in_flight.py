@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from sweeps.engine.worker import Task
+from sweeps.engine.executors.worker import Task
 from sweeps.human import clock
 
 _SOON = 5.0  # seconds in flight that are not worth a word

@@ -38,11 +38,11 @@ from sweeps.config.schema import Execution
 from sweeps.engine.executors import cluster_task, dask, processes
 from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError
 from sweeps.engine.executors.choose import make_executor
+from sweeps.engine.executors.worker import Task, task_of
 from sweeps.engine.in_memory import read_config
 from sweeps.engine.options import options_of
 from sweeps.engine.run import run
 from sweeps.engine.signals import Stop
-from sweeps.engine.worker import Task, task_of
 from sweeps.files.datasets import content_hash
 from sweeps.grid import Grid
 

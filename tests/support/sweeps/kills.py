@@ -40,7 +40,7 @@ BLOCK_POINTS, WORKERS = 10, 2
 _NOTING = """\
 import os, sys
 import numpy as np
-from sweeps.engine import worker
+from sweeps.engine.executors import worker
 from sweeps.cli.app import main
 log = os.open("begun", os.O_WRONLY | os.O_APPEND | os.O_CREAT)
 compute_orbits = worker.compute_orbits

@@ -21,7 +21,7 @@ from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
 from support.sweeps.processes import HANGS, default_signals
 from sweeps.cli.app import main
-from sweeps.engine import worker
+from sweeps.engine.executors import worker
 from sweeps.engine.run import run
 from sweeps.engine.signals import Stop
 from sweeps.files.datasets import content_hash, open_result

@@ -22,8 +22,8 @@ import pytest
 
 from stickslip import Options, Status
 from support.sweeps.processes import HANGS, default_signals, ends_with_its_test
+from sweeps.engine.executors.worker import Task
 from sweeps.engine.progress.counts import Counts
-from sweeps.engine.worker import Task
 
 HIDDEN, VISIBLE = "\x1b[?25l", "\x1b[?25h"
 

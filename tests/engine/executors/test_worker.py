@@ -16,9 +16,8 @@ from stickslip.plausibility import suspicious_balance, suspicious_stress
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import from_mapping
 from sweeps.config.schema import Execution
-from sweeps.engine import worker
-from sweeps.engine.in_memory import compute
-from sweeps.engine.worker import (
+from sweeps.engine.executors import worker
+from sweeps.engine.executors.worker import (
     Block,
     Task,
     WorkerMismatchError,
@@ -27,6 +26,7 @@ from sweeps.engine.worker import (
     failed_block,
     task_of,
 )
+from sweeps.engine.in_memory import compute
 from sweeps.grid import Grid
 
 # Different lubricants and temperatures, so that neighbours in a block differ in cost.

@@ -1,0 +1,155 @@
+"""One result out of several of the same config: the parts that the jobs of an array computed."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+from numpy.typing import NDArray
+
+from sweeps.engine.existing import (
+    WAYS_OUT,
+    ExistingPoints,
+    RefusalError,
+    Target,
+    found_in_file,
+)
+from sweeps.engine.order.part import Part
+from sweeps.engine.outcome import JournaledResult
+from sweeps.engine.resume import manifest_of
+from sweeps.files.atomic import StorageError, fingerprint, refuse_odd_output, storage_errors
+from sweeps.files.columns import Rows
+from sweeps.files.journal import Journal
+from sweeps.files.results import Written
+from sweeps.files.run_folder import RunFolder
+
+Indices = NDArray[np.int64]
+
+_NAMED = 8  # parts that a message lists
+
+
+def merge(
+    inputs: Sequence[Path], output: Path, *, overwrite: bool = False, partial: bool = False
+) -> Written:
+    """Write the points of several results of one config into one result.
+
+    It is the file that one sweep would have written; points that several files hold must be equal.
+    Memory takes nine bytes a point, and what a chunk of a file needs.
+
+    Raises RefusalError where the files differ in more than in which points they hold, where points
+    are missing and `partial` does not allow it, or where the output exists and is not to be
+    replaced; StorageError and InUseError.
+    """
+    refuse_odd_output(output)
+    _refuse_output(inputs, output, overwrite)
+    sources = [_source(path) for path in inputs]
+    target = _common_target(sources, inputs[0])
+    folder = RunFolder(output)
+    with folder.held():
+        folder.discard_leftovers()
+        before = fingerprint(folder.output)
+        manifest = manifest_of(target, folder.output, sources, afresh=True)
+        points = _agreeing(sources, target.grid.size)
+        with storage_errors(f"cannot write into {folder.path}", folder.path):
+            journal = Journal.create(
+                folder.journal, manifest, target.chunks, target.grid.size, points
+            )
+        try:
+            with closing(journal):
+                if not partial:
+                    _refuse_gaps(journal, inputs)
+                return JournaledResult(target, journal, folder, before).write()
+        finally:
+            folder.remove()
+
+
+def _source(path: Path) -> ExistingPoints:
+    """The points of a file, whose complaints know no output."""
+    if not path.exists():
+        raise StorageError(f"{path} does not exist")
+    try:
+        return found_in_file(path)
+    except (RefusalError, StorageError) as error:
+        raise type(error)(str(error).replace(f"; {WAYS_OUT}", "")) from error
+
+
+def _refuse_output(inputs: Sequence[Path], output: Path, overwrite: bool) -> None:
+    if any(output.exists() and path.exists() and output.samefile(path) for path in inputs):
+        raise RefusalError(f"{output} is one of the files to be merged; -o names another one")
+    if output.exists() and not overwrite:
+        raise RefusalError(f"{output} exists already; --overwrite replaces it, -o writes elsewhere")
+    if RunFolder(output).journal.exists():
+        raise RefusalError(
+            f"a sweep to {output} was interrupted and can be resumed; finish it, or choose "
+            "another -o"
+        )
+
+
+def _common_target(sources: list[ExistingPoints], first: Path) -> Target:
+    """What all sources are results of; raises RefusalError where that is not one thing."""
+    with storage_errors(f"cannot read {first}"), netCDF4.Dataset(first) as file:
+        sampled = str(getattr(file, "sample", ""))
+    target = Target.of(sources[0].config.model_copy(update={"sampled": sampled}))
+    for found in sources:
+        if found.mixed or found.foreign or found.lacking:
+            odd = "; ".join((*found.mixed, *found.foreign, *found.lacking))
+            raise RefusalError(f"{found.name} is no plain result of one sweep: {odd}")
+        if not found.fits(target):
+            told = "\n  ".join(found.differences(target))
+            raise RefusalError(f"{found.name} was computed otherwise than {first}:\n  {told}")
+        if found.config.resolved_yaml() != target.config.resolved_yaml():
+            raise RefusalError(f"{found.name} is the result of another config than {first}")
+    return target
+
+
+def _agreeing(sources: list[ExistingPoints], size: int) -> Iterator[tuple[Indices, Rows]]:
+    """The points of all sources; raises RefusalError where two have another row for a point."""
+    there, sums = np.zeros(size, dtype=bool), np.zeros(size, dtype=np.uint64)
+    for found in sources:
+        for indices, rows in found.points():
+            checks = _checksums(rows)
+            twice = there[indices]
+            if (sums[indices[twice]] != checks[twice]).any():
+                raise RefusalError(
+                    f"{found.name} has other numbers for points that an earlier file holds too; "
+                    "one of the two was not computed like the other"
+                )
+            there[indices], sums[indices] = True, checks
+            yield indices, rows
+
+
+def _checksums(rows: Rows) -> NDArray[np.uint64]:
+    """A number (n,) for the bits of each row (n, columns): another one wherever one bit differs."""
+    bits = np.ascontiguousarray(np.where(np.isnan(rows), np.nan, rows)).view(np.uint64)
+    # Products with odd numbers are different for different bits, whatever overflows.
+    odd = np.array([pow(3, 2 * column + 1, 1 << 64) for column in range(rows.shape[1])], np.uint64)
+    return np.asarray((bits * odd).sum(axis=1, dtype=np.uint64))
+
+
+def _refuse_gaps(journal: Journal, inputs: Sequence[Path]) -> None:
+    missing = int(np.count_nonzero(~journal.done))
+    if missing:
+        raise RefusalError(
+            f"{missing} of {len(journal.done)} points are in none of the files"
+            f"{_missing_parts(inputs)}; --partial writes what there is, as pending the rest"
+        )
+
+
+def _missing_parts(inputs: Sequence[Path]) -> str:
+    """Which parts are missing, where the files are parts of one array; else nothing."""
+    given = []
+    for path in inputs:
+        with netCDF4.Dataset(path) as file:
+            given.append(str(getattr(file, "part", "")))
+    if not all(given) or len({text.partition("/")[2] for text in given}) != 1:
+        return ""
+    count = Part.parse(given[0]).of
+    lacking = [text for n in range(1, count + 1) if (text := f"{n}/{count}") not in given]
+    if not lacking:
+        return ""
+    listed = ", ".join(itertools.islice(lacking, _NAMED)) + (" ..." if lacking[_NAMED:] else "")
+    return f" (missing parts: {listed})"

@@ -1,0 +1,204 @@
+"""The jobs of an array: parts that are computed apart, and one result out of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+import pytest
+
+from stickslip import Status
+from sweeps import run
+from sweeps.config.load import Config, from_mapping
+from sweeps.engine import recording
+from sweeps.engine.executors.worker import Block
+from sweeps.engine.existing import RefusalError
+from sweeps.engine.merge import merge
+from sweeps.engine.order.part import Part
+from sweeps.engine.outcome import Console, Outcome
+from sweeps.engine.sweep import sweep
+from sweeps.files.atomic import StorageError
+from sweeps.files.datasets import content_hash, open_result
+from sweeps.grid import Grid
+
+LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
+MAP = LOOSE | {
+    "sweep": {"T": {"linspace": [200, 300], "num": 9}, "gamma": [-2 / 3, 0]},
+}
+CASES = LOOSE | {
+    "cases": {"T": [200.0, 210.0, 220.0], "k": [5e4, 6e4, 7e4]},
+    "sweep": {"K": [900, 3000]},
+}
+LINES = LOOSE | {"sweep": {"omega": [37.0, 38.0, 39.0], "T": [200, 210, 220]}, "follow": "omega"}
+SAMPLE = LOOSE | {"sample": {"sobol": 8, "seed": 1, "temperature": [150, 320]}}
+SOME_FAIL = MAP | {
+    "integrator": {"method": "euler-cromer", "dt": 1.6e-7},
+    "stationary": {"max_periods": 1},
+    "sweep": {"h": [1e-9, 1e-5], "T": [290, 310]},
+    "model": {"omega": 2e3, "phi_0": 0.1},
+}
+
+
+def computed(config: Config, path: Path, part: Part | None = None) -> Outcome:
+    return sweep(config, path, console=Console(lambda _: None, progress=False), part=part)
+
+
+def parts_of(config: Config, folder: Path, count: int) -> list[Path]:
+    paths = [folder / f"part{number}.nc" for number in range(1, count + 1)]
+    for number, path in enumerate(paths, start=1):
+        computed(config, path, Part(number, count))
+    return paths
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_a_part_computes_its_points_and_leaves_the_others(number: int, tmp_path: Path) -> None:
+    config = from_mapping(MAP)
+    outcome = computed(config, tmp_path / "a.nc", Part(number, 3))
+    ds = open_result(tmp_path / "a.nc")
+    there = ds.status.values.ravel() != Status.PENDING
+    np.testing.assert_array_equal(there, np.arange(18) % 3 == number - 1)
+    assert ds.attrs["part"] == f"{number}/3"
+    assert (outcome.computed, outcome.failures, outcome.stopped) == (6, 0, None)
+
+
+def test_all_points_belong_to_one_part_and_lines_stay_together() -> None:
+    for mapping in (MAP, CASES, LINES):
+        grid = Grid.from_config(from_mapping(mapping))
+        chosen = np.stack([Part(number, 4).points(grid) for number in range(1, 5)])
+        assert (chosen.sum(axis=0) == 1).all()
+        if grid.followed:
+            assert (
+                chosen[:, grid.lines()].all(axis=2) == chosen[:, grid.lines()].any(axis=2)
+            ).all()
+
+
+@pytest.mark.parametrize("mapping", [MAP, CASES, LINES, SAMPLE, SOME_FAIL])
+def test_parts_that_are_merged_are_the_whole(mapping: dict[str, Any], tmp_path: Path) -> None:
+    config = from_mapping(mapping)
+    computed(config, tmp_path / "whole.nc")
+    merged = tmp_path / "merged.nc"
+    written = merge(parts_of(config, tmp_path, 16), merged)
+    whole = open_result(tmp_path / "whole.nc")
+    assert content_hash(open_result(merged)) == content_hash(whole)
+    assert written.statuses.sum() == whole.status.size
+    assert not (tmp_path / "merged.nc.run").exists()
+
+
+class CrashError(Exception):
+    """The process is not what it was."""
+
+
+def test_a_part_that_crashed_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    config = from_mapping(MAP | {"execution": {"workers": 1, "block_points": 1}})
+    take_in, blocks = recording.Recorder._take_in, []
+
+    def crash(self: recording.Recorder, block: Block) -> None:
+        take_in(self, block)
+        blocks.append(block)
+        if len(blocks) == 2:
+            raise CrashError
+
+    monkeypatch.setattr(recording.Recorder, "_take_in", crash)
+    with pytest.raises(CrashError):
+        computed(config, tmp_path / "part1.nc", Part(1, 2))
+    monkeypatch.undo()
+    assert computed(config, tmp_path / "part1.nc", Part(1, 2)).computed == 7
+    computed(config, tmp_path / "part2.nc", Part(2, 2))
+    merge([tmp_path / "part1.nc", tmp_path / "part2.nc"], tmp_path / "merged.nc")
+    assert content_hash(open_result(tmp_path / "merged.nc")) == content_hash(run(MAP))
+
+
+def test_a_complete_part_has_nothing_to_do_and_a_whole_sweep_completes_it(tmp_path: Path) -> None:
+    config, path = from_mapping(MAP), tmp_path / "a.nc"
+    computed(config, path, Part(2, 3))
+    assert computed(config, path, Part(2, 3)).computed == 0
+    assert computed(config, path).computed == 12
+    assert content_hash(open_result(path)) == content_hash(run(MAP))
+
+
+def test_parts_of_a_refined_grid_are_refused(tmp_path: Path) -> None:
+    axes = {"T": {"linspace": [200, 300], "num": 9}, "K": {"linspace": [900, 3000], "num": 9}}
+    config = from_mapping(LOOSE | {"sweep": axes, "refine": {"axes": ["T", "K"], "levels": 2}})
+    with pytest.raises(RefusalError, match="a refined grid has no parts"):
+        computed(config, tmp_path / "a.nc", Part(1, 2))
+
+
+def test_missing_parts_are_named(tmp_path: Path) -> None:
+    first, _, third = parts_of(from_mapping(MAP), tmp_path, 3)
+    with pytest.raises(RefusalError, match=r"6 of 18 points .* \(missing parts: 2/3\); --partial"):
+        merge([first, third], tmp_path / "m.nc")
+    assert not (tmp_path / "m.nc").exists()
+    written = merge([first, third], tmp_path / "m.nc", partial=True)
+    assert written.statuses[Status.PENDING] == 6
+
+
+def test_equal_overlaps_are_merged_and_others_refused(tmp_path: Path) -> None:
+    first, second = parts_of(from_mapping(MAP), tmp_path, 2)
+    whole = tmp_path / "whole.nc"
+    computed(from_mapping(MAP), whole)
+    merge([first, whole, second], tmp_path / "m.nc")
+    assert content_hash(open_result(tmp_path / "m.nc")) == content_hash(run(MAP))
+
+
+def test_overlaps_that_differ_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first, second = parts_of(from_mapping(MAP), tmp_path, 2)
+    both = tmp_path / "both.nc"
+    both.write_bytes(first.read_bytes())
+    from sweeps.engine import merge as module
+
+    found = module.found_in_file
+
+    def changed(path: Path) -> Any:
+        source = found(path)
+        if path != both:
+            return source
+        points = [(indices, rows + 1e-3) for indices, rows in source.points()]
+        return module.ExistingPoints(**{**vars(source), "points": lambda: iter(points)})
+
+    monkeypatch.setattr(module, "found_in_file", changed)
+    with pytest.raises(RefusalError, match="other numbers for points"):
+        merge([first, second, both], tmp_path / "m.nc")
+    assert not (tmp_path / "m.nc").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"integrator": {"rtol": 1e-5}}, "integrator.rtol: 0.0001 -> 1e-05|1e-05 -> 0.0001"),
+        ({"model": {"K": 2000}}, "another config"),
+        ({"title": "Another"}, "another config"),
+    ],
+)
+def test_results_of_something_else_are_refused(
+    change: dict[str, Any], told: str, tmp_path: Path
+) -> None:
+    (first, _) = parts_of(from_mapping(MAP), tmp_path, 2)
+    computed(from_mapping(MAP | change), tmp_path / "other.nc", Part(2, 2))
+    with pytest.raises(RefusalError, match=told):
+        merge([first, tmp_path / "other.nc"], tmp_path / "m.nc")
+
+
+def test_damaged_parts_are_refused(tmp_path: Path) -> None:
+    first, second = parts_of(from_mapping(MAP), tmp_path, 2)
+    with netCDF4.Dataset(second, "a") as file:
+        file["melting_count"][0, 1] = 55
+    with pytest.raises(StorageError, match=r"part2\.nc is damaged, or was changed"):
+        merge([first, second], tmp_path / "m.nc")
+
+
+def test_outputs_that_would_be_lost_are_refused(tmp_path: Path) -> None:
+    first, second = parts_of(from_mapping(MAP), tmp_path, 2)
+    with pytest.raises(RefusalError, match="one of the files to be merged"):
+        merge([first, second], second)
+    computed(from_mapping(MAP), tmp_path / "m.nc")
+    with pytest.raises(RefusalError, match="exists already; --overwrite"):
+        merge([first, second], tmp_path / "m.nc")
+    merge([first, second], tmp_path / "m.nc", overwrite=True)
+
+
+@pytest.mark.parametrize("text", ["", "3", "0/2", "3/2", "1/0", "-1/2", "a/b", "1/2/3"])
+def test_what_is_no_part_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="is no part; write for example 1/16"):
+        Part.parse(text)
