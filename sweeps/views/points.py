@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.orbit import Orbit, compute_orbits, orbit_of_row
 from stickslip.parameters import Parameters
+from stickslip.regime import Regime
 from stickslip.status import Status
+from stickslip.tables import value_table
 from stickslip.trajectory import attributes
-from stickslip.variables import PARAMETERS, RESULT_COLUMNS, STROBOSCOPIC
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS, STROBOSCOPIC
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.yaml_reader import read_mapping
 from sweeps.engine.options import options_of
@@ -45,7 +47,7 @@ class PointError(ExpectedError, ValueError):
     """No one point of a result is meant, or it cannot be computed again; the message says why."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Point:
     """A point of a result, which can be computed again; made by `point_of`.
 
@@ -59,6 +61,14 @@ class Point:
     stored: Mapping[str, float]
     before: NDArray[np.float64]
     versions: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<Point {self.where}: {self.status.name.lower()}>"
+
+    def _repr_html_(self) -> str:
+        flags = {"status": self.status, "regime": Regime(int(self.stored.get("regime", 127)))}
+        shown = {name: flags.get(name, value) for name, value in self.stored.items()}
+        return f"<p>{self.where}</p>{value_table(shown, RESULTS)}"
 
     @property
     def parameters(self) -> Parameters:

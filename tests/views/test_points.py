@@ -114,6 +114,12 @@ def test_linked_cases_are_chosen_by_number_or_by_value() -> None:
     assert by_number.where == ("temperature = 210 K, viscosity_coefficient = 60000 Pa s, case = 1")
 
 
+def test_a_point_says_what_it_is(ds: xr.Dataset) -> None:
+    point = point_of(ds, T=200, gamma=-2 / 3)
+    assert repr(point) == "<Point temperature = 200 K, rheological_index = -0.666667: ok>"
+    assert ">stick_slip_symmetric<" in point._repr_html_()
+
+
 def test_a_single_point_needs_no_choice() -> None:
     point = point_of(run(LOOSE))
     assert (point.where, point.differences()) == ("the only point", {})
