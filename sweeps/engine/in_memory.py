@@ -67,8 +67,20 @@ def run(
     on_block
         Called, in the calling thread, with each block of points as it is finished, in any order.
 
-    Raises ConfigError with all problems of the config, ExecutorError where the workers that it asks
-    for cannot be had, RuntimeError where points were lost on the way.
+    Returns
+    -------
+    xarray.Dataset
+        One dimension for each axis; the variables of `variables.RESULTS`, parameters as
+        coordinates.
+
+    Raises
+    ------
+    ConfigError
+        All problems of the config.
+    ExecutorError
+        The workers that it asks for cannot be had.
+    RuntimeError
+        Points were lost on the way.
     """
     config = source if isinstance(source, Config) else read_config(source)
     grid = Grid.from_config(config)
