@@ -65,7 +65,7 @@ napoleon_google_docstring = False
 # Types of other packages (their inventories lie on the network), and names for type checkers alone.
 nitpick_ignore_regex = [
     (r"py:.*", r"(xarray|xr|numpy|np|pathlib|collections|typing|sweeps|stickslip)\..*"),
-    (r"py:(class|exc)", r"StartName|Path|Config|Block|ConfigError|ExecutorError"),
+    (r"py:(class|exc)", r"StartName|Figure|Path|Config|Block|\w+Error"),
 ]
 
 html_theme = "furo"
