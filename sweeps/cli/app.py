@@ -13,6 +13,7 @@ from typing import Annotated
 
 import typer
 
+from sweeps.cli.explore import explore
 from sweeps.cli.inspect import check, info, schema
 from sweeps.cli.pictures import figure, plot, simulate
 from sweeps.cli.shared import stop_with
@@ -31,7 +32,7 @@ app = typer.Typer(
         "max_content_width": 160,  # columns: longer lines are hard to read
     },
 )
-for verb in (sweep, plan, status, check, simulate, figure, plot, schema, info):
+for verb in (sweep, plan, status, check, simulate, figure, plot, explore, schema, info):
     # Without a `short_help` the list of verbs cuts sentences at the end of a line.
     app.command(short_help=(verb.__doc__ or "").partition("\n\n")[0])(verb)
 
