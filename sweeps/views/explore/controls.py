@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from bokeh.layouts import column, row
-from bokeh.models import Column, Div, InlineStyleSheet, Row, Slider, TextInput
+from bokeh.models import Column, Div, Row, Slider, TextInput
 
 from stickslip.parameters import ParameterError, Parameters
 from stickslip.variables import PARAMETERS, ParameterVariable
@@ -34,7 +34,7 @@ GROUPS["energy"] = tuple(
 """The parameters by group; the last group has all that no other one names."""
 
 _SYMBOL, _SLIDER, _BOX, _UNIT = 34, 170, 92, 68  # pixels
-_STYLE = InlineStyleSheet(css=Path(__file__).with_name("controls.css").read_text(encoding="utf-8"))
+_STYLE = Path(__file__).with_name("controls.css").read_text(encoding="utf-8")
 
 
 class ParameterControl:
@@ -47,13 +47,12 @@ class ParameterControl:
         self._quiet = False
         start, end = scale.ends
         self.slider = Slider(
-            name=f"slider-{name}", start=start, end=end, step=scale.step,
+            css_classes=[f"slider-{name}"], start=start, end=end, step=scale.step,
             value=scale.position(value), show_value=False, title=None, tooltips=False,
             width=_SLIDER, stylesheets=[_STYLE], bar_color="#0072B2",
         )  # fmt: skip
-        self.box = TextInput(
-            name=f"box-{name}", value=short_text(value), width=_BOX, stylesheets=[_STYLE]
-        )
+        self.box = TextInput(value=short_text(value), width=_BOX, stylesheets=[_STYLE])
+        self.mark(refused=False)
         self.slider.on_change("value", self._slid)
         self.box.on_change("value", self._typed)
 
@@ -82,7 +81,7 @@ class ParameterControl:
 
     def mark(self, *, refused: bool) -> None:
         """Show whether what stands in the box is refused."""
-        self.box.css_classes = ["refused"] if refused else []
+        self.box.css_classes = [f"box-{self._name}", *(["refused"] if refused else [])]
 
     def _slid(self, _attribute: str, _old: float, position: float) -> None:
         if self._quiet:

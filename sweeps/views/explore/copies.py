@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from bokeh.layouts import column
-from bokeh.models import Button, Column, CustomJS, InlineStyleSheet, TextAreaInput
+from bokeh.models import Button, Column, CustomJS, TextAreaInput
 
 from sweeps.views.explore.beginning import Opened
 from sweeps.views.explore.texts import command_text, config_text
 
 _WIDTH = 360  # pixels
-_STYLE = InlineStyleSheet(css="textarea { font: 12px monospace; }")
+_STYLE = "textarea { font: 12px monospace; }"
 _TO_CLIPBOARD = "navigator.clipboard.writeText(box.value); this.origin.label = 'Copied'"
 
 
@@ -25,7 +25,7 @@ class Copies:
         """The boxes, each with its button below."""
         parts = []
         for box in (self.config, self.command):
-            button = Button(label="Copy", width=90, name=f"copy-{box.name}")
+            button = Button(label="Copy", width=90, name="copy")
             # Whether a browser lets a page write to the clipboard, only the browser knows.
             button.js_on_click(CustomJS(args={"box": box}, code=_TO_CLIPBOARD))
             box.js_on_change(
@@ -42,6 +42,6 @@ class Copies:
     def _box(self, name: str, rows: int) -> TextAreaInput:
         titles = {"config": "a config of this point (YAML)", "command": "the command"}
         return TextAreaInput(
-            name=name, title=titles[name], rows=rows, width=_WIDTH, max_length=None,
+            css_classes=[name], title=titles[name], rows=rows, width=_WIDTH, max_length=None,
             stylesheets=[_STYLE],
         )  # fmt: skip

@@ -8,7 +8,7 @@ from pathlib import Path
 from bokeh.core.templates import get_env
 from bokeh.document import Document
 from bokeh.layouts import column
-from bokeh.models import Button, Div, InlineStyleSheet
+from bokeh.models import Button, Div
 from bokeh.resources import Resources
 
 from stickslip.parameters import Parameters
@@ -16,8 +16,8 @@ from sweeps.config.load import Config
 from sweeps.exits import ExpectedError
 from sweeps.human import clock
 from sweeps.views.explore.beginning import Beginning, Opened, lone, open_point, with_parameters
-from sweeps.views.explore.chart import Place
-from sweeps.views.explore.chart_view import ChartView
+from sweeps.views.explore.chart.kinds import Place
+from sweeps.views.explore.chart.view import ChartView
 from sweeps.views.explore.controls import GROUPS, Controls
 from sweeps.views.explore.copies import Copies
 from sweeps.views.explore.latest import Latest
@@ -31,7 +31,7 @@ _LOOK = 200  # milliseconds between looks at whether something is still awaited
 _MOMENT = 0.4  # seconds: what takes no longer is not announced
 _LOADING = 2.0  # seconds: what is compiled already is loaded in less
 _TEMPLATE = Path(__file__).with_name("page.html")
-_STYLE = InlineStyleSheet(css=Path(__file__).with_name("page.css").read_text(encoding="utf-8"))
+_STYLE = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
 
 
 class Page:

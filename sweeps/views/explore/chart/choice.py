@@ -1,40 +1,29 @@
-"""What is drawn of a result, and which of its points is meant by a place in the picture.
-
-A chart is a map of cells, some curves, or a cloud of points; all numbers are in shown units.
-"""
+"""What of a result is drawn, and as which kind of chart."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
 
-import numpy as np
 import xarray as xr
 
-from sweeps.figures.colours import Colours, colours_of, is_discrete
+from sweeps.figures.colours import colours_of, is_discrete
 from sweeps.figures.labels import (
     DIRECTION,
     DIRECTIONS,
-    Array,
     legend_label,
     parameters_along,
     shown,
 )
-from sweeps.figures.layout import Axis, Layout, axis_of, layout_of
-from sweeps.figures.maps import cell_edges
+from sweeps.figures.layout import Layout, axis_of, layout_of
 from sweeps.figures.missing import trusted
 from sweeps.figures.options import PlotOptions
-from sweeps.figures.scatter import cases_to_scatter
-from sweeps.figures.style import CurveStyle, curve_style, styled
+from sweeps.figures.scatter import cases_to_scatter, fits_log
+from sweeps.figures.style import curve_style, styled
 from sweeps.grid import CASE
+from sweeps.views.explore.chart.kinds import STRIP, Cells, Chart, Cloud, Curve, Curves, Place
 from sweeps.views.symbols import plain
-
-Place: TypeAlias = dict[str, int]
-
-STRIP = "strip"  # the axis without extent of kinds along a single axis
-_FINEST = 800  # pixels of a map whose cells are not all of one size
 
 
 @dataclass(frozen=True)
@@ -51,85 +40,6 @@ class Choice:
     def options(self) -> PlotOptions:
         """The same as an option of `plot`."""
         return PlotOptions(variable=self.variable, x=self.across, y=self.up)
-
-
-@dataclass(frozen=True)
-class Cells:
-    """A map: a cell for each point of two axes."""
-
-    across: Axis
-    up: Axis
-    colours: Colours
-    values: Array
-    places: Place
-
-    def place_at(self, x: float, y: float) -> Place | None:
-        """The place of the point whose cell is there."""
-        place = dict(self.places)
-        for axis, value in ((self.across, x), (self.up, y)):
-            index = int(np.searchsorted(cell_edges(axis), value)) - 1
-            if not 0 <= index < len(axis.order):
-                return None
-            if axis.dim != STRIP:
-                place[axis.dim] = int(axis.order[index])
-        return place
-
-    def image(self) -> Array:
-        """The values (up, across) on pixels of one size on the scales of the axes."""
-        rows, columns = (_cells_of_pixels(axis) for axis in (self.up, self.across))
-        values = np.ma.filled(self.values.astype(np.float32), np.nan)
-        return np.asarray(values[np.ix_(rows, columns)])
-
-
-@dataclass(frozen=True)
-class Curve:
-    """One curve: values over the axis, and its place along the other axes."""
-
-    label: str
-    style: CurveStyle
-    values: Array
-    places: Place
-
-
-@dataclass(frozen=True)
-class Curves:
-    """Curves over one axis."""
-
-    across: Axis
-    label: str
-    curves: tuple[Curve, ...]
-    log: bool
-
-    def place_at(self, x: float, y: float) -> Place | None:
-        """The place of the point of the nearest curve at the nearest value of the axis."""
-        index = _nearest(self.across, x)
-        heights = np.array([curve.values[index] for curve in self.curves])
-        distances = np.abs(np.nan_to_num(heights, nan=np.inf) - y)
-        if not np.isfinite(distances).any():
-            return None
-        curve = self.curves[int(np.argmin(distances))]
-        return curve.places | {self.across.dim: int(self.across.order[index])}
-
-
-@dataclass(frozen=True)
-class Cloud:
-    """Linked cases in no order: points over two parameters."""
-
-    names: tuple[str, str]
-    x: Array
-    y: Array
-    labels: tuple[str, str]
-    colours: Colours
-    values: Array
-    places: Place
-
-    def place_at(self, x: float, y: float) -> Place | None:
-        """The place of the nearest point, as it is seen: both ranges are of one length."""
-        near = [(values - value) / np.ptp(values) for values, value in ((self.x, x), (self.y, y))]
-        return {**self.places, CASE: int(np.argmin(np.hypot(*near)))}
-
-
-Chart: TypeAlias = Cells | Curves | Cloud
 
 
 def chart_of(result: xr.Dataset, choice: Choice) -> Chart:
@@ -228,21 +138,6 @@ def _cloud(result: xr.Dataset, part: xr.Dataset, choice: Choice, places: Place) 
     x, y = shown(part[across]), shown(part[up])
     colours = colours_of(result, choice.variable, log=choice.log)
     labels = plain(x.label), plain(y.label)
+    geometric = fits_log(x.values), fits_log(y.values)
     values = colours.placed(part)
-    return Cloud((across, up), x.values, y.values, labels, colours, values, places)
-
-
-def _nearest(axis: Axis, value: float) -> int:
-    """The place on an axis that is nearest to a value, on its own scale."""
-    return int(np.clip(np.searchsorted(axis.middles, value), 0, len(axis.order) - 1))
-
-
-def _cells_of_pixels(axis: Axis) -> Array:
-    """The cell that each pixel belongs to, of pixels that are evenly spread on the axis's scale."""
-    edges = np.log(cell_edges(axis)) if axis.geometric else cell_edges(axis)
-    widths = np.diff(edges)
-    if np.allclose(widths, widths[0], rtol=1e-6, atol=0.0):
-        return np.arange(len(widths))
-    count = max(_FINEST, len(widths))
-    middles = edges[0] + (np.arange(count) + 0.5) * (edges[-1] - edges[0]) / count
-    return np.asarray(np.clip(np.searchsorted(edges, middles) - 1, 0, len(widths) - 1))
+    return Cloud((across, up), x.values, y.values, labels, geometric, colours, values, places)

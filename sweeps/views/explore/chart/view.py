@@ -11,22 +11,21 @@ from bokeh.layouts import column, row
 from bokeh.models import Checkbox, Column, Div, Select, Slider
 
 from stickslip.orbit import Orbit
-from stickslip.variables import RESULTS
+from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.colours import is_discrete
-from sweeps.figures.labels import DIRECTION, shown, slice_label
+from sweeps.figures.labels import DIRECTION, slice_label
 from sweeps.figures.layout import MANY
 from sweeps.views.explore.beginning import Opened
-from sweeps.views.explore.chart import (
-    Chart,
+from sweeps.views.explore.chart.choice import (
     Choice,
-    Place,
     axes_to_choose,
     chart_of,
     further_axes,
     is_cloud,
 )
-from sweeps.views.explore.chart_figure import ChartFigure
+from sweeps.views.explore.chart.figure import ChartFigure
+from sweeps.views.explore.chart.kinds import Chart, Place
 from sweeps.views.symbols import plain
 
 _AUTOMATIC = "automatic"
@@ -42,14 +41,14 @@ class ChartView:
         self._drawn: ChartFigure | None = None
         self._quiet = False
         variables = [name for name in RESULTS if name in result.variables]
-        titled = [(name, _titled(result, name)) for name in variables]
+        titled = [(name, _titled(name)) for name in variables]
         self.variable = Select(
             title="variable", options=titled, value=_first(result), name="variable",
             sizing_mode="stretch_width",
         )  # fmt: skip
         choices = [
             (_AUTOMATIC, _AUTOMATIC),
-            *((n, _titled(result, n)) for n in axes_to_choose(result)),
+            *((n, _titled(n)) for n in axes_to_choose(result)),
         ]
         self.across, self.up = (
             Select(title=title, options=choices, value=_AUTOMATIC, width=_NARROW, name=title)
@@ -62,7 +61,7 @@ class ChartView:
         self._labels = {
             dim: Div(text="", disable_math=True, margin=(4, 5, -4, 5)) for dim in self.sliders
         }
-        self.message = Div(text="", css_classes=["trouble"], name="chart-message")
+        self.message = Div(text="", styles={"color": "#b03a00"}, name="chart-message")
         self._place = column(sizing_mode="stretch_width")
         for select in (self.variable, self.across, self.up):
             select.on_change("value", self._moved)
@@ -147,13 +146,10 @@ class ChartView:
         return slider
 
 
-def _titled(result: xr.Dataset, name: str) -> str:
-    """What a variable or an axis is called in a list."""
-    symbol = plain(shown(result[name]).symbol)
-    words = name.replace("_", " ")
-    return (
-        words if symbol.lower() in (words, "") or symbol in words.split() else f"{words} {symbol}"
-    )
+def _titled(name: str) -> str:
+    """What a variable or an axis is called in a list: a parameter with its symbol."""
+    symbol = f"{plain(f'${PARAMETERS[name].tex}$')} " if name in PARAMETERS else ""
+    return symbol + name.replace("_", " ")
 
 
 def _first(result: xr.Dataset) -> str:
