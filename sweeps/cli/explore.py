@@ -43,7 +43,7 @@ def explore(
     print(server.address)
     sys.stdout.flush()
     say("Ctrl-C ends it.")
-    if not no_browser and _has_display():
+    if not no_browser and has_display():
         _open(server.address)
     server.run_until_signal()
     say("")  # the terminal has written ^C
@@ -72,7 +72,7 @@ def _beginning(target: Path | None) -> Beginning:
         raise PointError(f"{target}: {error}") from None
 
 
-def _has_display() -> bool:
+def has_display() -> bool:
     """Whether there is a screen for a browser; without one, a browser in letters would open."""
     return sys.platform == "darwin" or bool(
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
