@@ -14,6 +14,7 @@ from typing import Annotated
 import typer
 
 from sweeps.cli.exchange import export, merge
+from sweeps.cli.explore import explore
 from sweeps.cli.inspect import check, info, schema
 from sweeps.cli.pictures import figure, plot, simulate
 from sweeps.cli.points import replay
@@ -33,20 +34,10 @@ app = typer.Typer(
         "max_content_width": 160,  # columns: longer lines are hard to read
     },
 )
-for verb in (
-    sweep,
-    plan,
-    status,
-    check,
-    simulate,
-    figure,
-    plot,
-    replay,
-    export,
-    merge,
-    schema,
-    info,
-):
+_SWEEPS = (sweep, plan, status, check)
+_MOTIONS = (simulate, replay, explore)
+_FILES = (figure, plot, export, merge, schema, info)
+for verb in (*_SWEEPS, *_MOTIONS, *_FILES):
     # Without a `short_help` the list of verbs cuts sentences at the end of a line.
     app.command(short_help=(verb.__doc__ or "").partition("\n\n")[0])(verb)
 

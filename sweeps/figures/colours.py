@@ -140,10 +140,15 @@ def code_name(name: str, code: int) -> str:
     return words.replace("_", " ")
 
 
+def kind_colour(name: str, code: int) -> str:
+    """The colour of a kind, the same in every picture."""
+    fixed: dict[int, str] = {"regime": _REGIMES, "status": _STATUSES}[name]  # type: ignore[assignment]
+    return fixed.get(code, "0.6")
+
+
 def _palette(name: str, codes: Sequence[int]) -> list[Any]:
     if name in KINDS:
-        fixed: dict[int, str] = {"regime": _REGIMES, "status": _STATUSES}[name]  # type: ignore[assignment]
-        return [fixed.get(code, "0.6") for code in codes]
+        return [kind_colour(name, code) for code in codes]
     return list(colormaps[mpl.rcParams["image.cmap"]](np.linspace(0.0, 1.0, len(codes))))
 
 

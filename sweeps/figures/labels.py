@@ -101,6 +101,11 @@ def shown(data: xr.DataArray) -> Quantity:
     return Quantity(values, f"${variable.tex}$" if variable else called, typeset)
 
 
+def shown_number(name: str, value: float) -> Quantity:
+    """The quantity of one value of a variable of the registry."""
+    return shown(xr.DataArray(value, name=name, attrs={"units": VARIABLES[name].units}))
+
+
 def _unit_of_k(data: xr.DataArray) -> str:
     """The unit Pa s^(gamma+1) of k, Eq. 7, with the number where all of `data` has one gamma."""
     gamma = data.coords.get("rheological_index")

@@ -120,8 +120,8 @@ def _draw_cloud(axes: Axes, ds: xr.Dataset, cloud: _Cloud, scales: frozenset[str
     )
     axes.set_xlabel(x.label)
     is_value = cloud.up in RESULTS
-    log_y = bool(scales & {"y", "z"}) if is_value else "y" in scales or _fits_log(y.values)
-    log_x = "x" in scales or _fits_log(x.values)
+    log_y = bool(scales & {"y", "z"}) if is_value else "y" in scales or fits_log(y.values)
+    log_x = "x" in scales or fits_log(x.values)
     make_logarithmic(axes, ["x"] * log_x + ["y"] * log_y)
 
 
@@ -132,7 +132,7 @@ def _colours(ds: xr.Dataset, cloud: _Cloud, scales: frozenset[str]) -> Colours |
     return colours_of(ds, cloud.colour, log="z" in scales and cloud.up not in RESULTS)
 
 
-def _fits_log(values: Array) -> bool:
+def fits_log(values: Array) -> bool:
     """Whether the middle one of the values is nearer to their middle on a logarithmic scale."""
     low, middle, high = np.quantile(values, [0.0, 0.5, 1.0])
     if low <= 0 or high < _WIDE * low:

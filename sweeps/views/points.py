@@ -128,7 +128,7 @@ class Point:
         """
         orbit = self.orbit()
         start = start or ("stationary" if orbit.status.is_result else "initial")
-        shown = {"periods": periods or _periods_of(orbit), "samples_per_period": samples_per_period}
+        shown = {"periods": periods or periods_of(orbit), "samples_per_period": samples_per_period}
         simulation = self.config.simulation.model_copy(update={**shown, "start": start})
         config = self.config.model_copy(update={"simulation": simulation, "title": self.where})
         return trajectory(config, start=orbit.state if start == "stationary" else self._initial())
@@ -268,7 +268,8 @@ def _same(stored: float, computed: float) -> bool:
     return stored == computed or (np.isnan(stored) and np.isnan(computed))
 
 
-def _periods_of(orbit: Orbit) -> int:
+def periods_of(orbit: Orbit) -> int:
+    """The drive periods over which an orbit is shown."""
     if orbit.status is Status.APERIODIC:
         return _APERIODIC_PERIODS
     return max(1, orbit.orbit_periods) if orbit.status.is_result else _FAILED_PERIODS

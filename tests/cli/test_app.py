@@ -17,7 +17,18 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 HEAVY = {"numba", "numpy", "xarray", "netCDF4", "matplotlib", "joblib", "scipy", "dask", "ruamel"}
 
 
-VERBS = ("sweep", "plan", "status", "check", "simulate", "figure", "plot", "schema", "info")
+VERBS = (
+    "sweep",
+    "plan",
+    "status",
+    "check",
+    "simulate",
+    "figure",
+    "plot",
+    "explore",
+    "schema",
+    "info",
+)
 
 
 def test_version_and_help(command: Command) -> None:

@@ -6,6 +6,7 @@ point without a result it goes on from the last one that had one.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator
 
 import numpy as np
@@ -25,6 +26,10 @@ _RESULTS = [status for status in Status if status.is_result]
 
 # As many lines as keep the lanes of a kernel busy; more would only come back later.
 _MOST_LINES = 16
+
+# States that `start_after` has come to, by what leads there; a few MB of them.
+_KNOWN: dict[bytes, NDArray[np.float64]] = {}
+_MOST_KNOWN = 20_000
 
 
 class Lines:
@@ -57,22 +62,38 @@ def start_after(points: NDArray[np.float64], options: Options) -> NDArray[np.flo
     """The state (final columns,) from which the next point of a line starts.
 
     `points` (n, parameters) are those of the line before it; NaN, the config's start, where there
-    are none.
+    are none. The states along a line are remembered: it is computed once for all of its points.
     """
-    if not len(points):
-        return np.full(len(FINAL_COLUMNS), np.nan)
-    *_, (_, states) = _followed(points[None], options)
-    return np.asarray(states[0])
+    state, keys = np.full(len(FINAL_COLUMNS), np.nan), _keys(points, options)
+    there = max((n for n, key in enumerate(keys, start=1) if key in _KNOWN), default=0)
+    state = _KNOWN[keys[there - 1]] if there else state
+    if len(_KNOWN) > _MOST_KNOWN:
+        _KNOWN.clear()
+    followed = _followed(points[None, there:], options, state[None])
+    for key, (_, states) in zip(keys[there:], followed, strict=True):
+        state = _KNOWN[key] = states[0]
+    return state
+
+
+def _keys(points: NDArray[np.float64], options: Options) -> list[bytes]:
+    """What tells the beginnings of a line apart: its points (n, parameters) up to each of them."""
+    digest, keys = hashlib.sha256(repr(options).encode()), []
+    for point in points:
+        digest.update(point.tobytes())
+        keys.append(digest.digest())
+    return keys
 
 
 def _followed(
-    lines: NDArray[np.float64], options: Options
+    lines: NDArray[np.float64], options: Options, states: NDArray[np.float64] | None = None
 ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
     """Point after point of lines (lines, points, parameters): the result rows, and the states.
 
-    The states (lines, final columns) are those from which the next points start.
+    The states (lines, final columns) are those from which the next points start; those given are
+    where the lines begin, left out the config's start.
     """
-    states = np.full((len(lines), len(FINAL_COLUMNS)), np.nan)  # at first, the config's start
+    if states is None:
+        states = np.full((len(lines), len(FINAL_COLUMNS)), np.nan)
     for points in np.moveaxis(lines, 1, 0):
         rows, finals = compute_orbits(points, options, states)
         settled = np.isin(rows[:, _STATUS], _RESULTS)

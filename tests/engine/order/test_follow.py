@@ -17,7 +17,7 @@ from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
 from sweeps.config.load import from_mapping
 from sweeps.engine.order import follow as following
-from sweeps.engine.order.follow import Lines, follow, lines_of, unchanged
+from sweeps.engine.order.follow import Lines, follow, lines_of, start_after, unchanged
 from sweeps.files.datasets import content_hash, open_result
 from sweeps.grid import Grid
 
@@ -51,6 +51,39 @@ def test_each_point_starts_where_the_one_before_has_settled(method: str) -> None
         np.testing.assert_array_equal(row, expected[0])
     from_rest, _ = compute_orbits(points, options)
     assert not np.array_equal(rows[1:], from_rest[1:])
+
+
+def test_the_states_of_a_line_are_computed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    options = Options(rtol=1e-4, stationary_rtol=1e-4)
+    points = np.array([Parameters(angular_frequency=w) for w in (14.0, 14.5, 15.0, 15.5)])
+    state, states = None, []
+    for point in points:
+        _, state = compute_orbits(point, options, state)
+        states.append(state[0])
+    counted = []
+
+    def counting(some: np.ndarray, *rest: object) -> object:
+        counted.append(len(some))
+        return compute_orbits(some, *rest)
+
+    monkeypatch.setattr(following, "_KNOWN", {})
+    monkeypatch.setattr(following, "compute_orbits", counting)
+    for number, computed in ((2, 2), (4, 4), (3, 4), (4, 4)):
+        np.testing.assert_array_equal(start_after(points[:number], options), states[number - 1])
+        assert len(counted) == computed
+    other = Options(rtol=1e-5, stationary_rtol=1e-4)
+    assert not np.array_equal(start_after(points, other), states[-1])
+    assert len(counted) == 8
+    assert np.isnan(start_after(points[:0], options)).all()
+
+
+def test_the_memory_of_states_has_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    options = Options(rtol=1e-4, stationary_rtol=1e-4)
+    monkeypatch.setattr(following, "_KNOWN", {})
+    monkeypatch.setattr(following, "_MOST_KNOWN", 2)
+    for temperature in (200.0, 210.0, 220.0, 230.0):
+        start_after(np.array([Parameters(temperature=temperature)]), options)
+    assert len(following._KNOWN) <= 3
 
 
 def test_the_film_remembers_the_way_that_it_came() -> None:

@@ -1,0 +1,85 @@
+"""The verb `explore`: a local page with a slider for every parameter."""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sweeps.cli.shared import checked_config, say, stop_with
+from sweeps.exits import Exit
+
+if TYPE_CHECKING:
+    from sweeps.views.explore.beginning import Beginning
+
+
+def explore(
+    target: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[FILE_OR_CONFIG]",
+            help="Result file, whose points open on a click, or config; left out, the paper's.",
+        ),
+    ] = None,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Port on this machine; 0 for a free one.")
+    ] = 0,
+    no_browser: Annotated[
+        bool, typer.Option("--no-browser", help="Print the address and open nothing.")
+    ] = False,
+) -> None:
+    """Open a page on which every parameter is a slider and the orbit follows; Ctrl-C ends it."""
+    if find_spec("bokeh") is None:
+        stop_with("bokeh is not installed; try: pip install 'stickslip[explore]'", Exit.USAGE)
+    from sweeps.views.explore.page import Page
+    from sweeps.views.explore.serving import PageServer
+
+    beginning = _beginning(target)
+    server = PageServer(lambda document: Page(beginning).open_in(document), port)
+    print(server.address)
+    sys.stdout.flush()
+    say("Ctrl-C ends it.")
+    if not no_browser and has_display():
+        _open(server.address)
+    server.run_until_signal()
+    say("")  # the terminal has written ^C
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(Exit.DONE)  # compiled code at work in a thread would keep the process alive
+
+
+def _beginning(target: Path | None) -> Beginning:
+    """What the page begins with; raises what opening the file raises."""
+    from sweeps.engine.existing import seal_note
+    from sweeps.files.datasets import open_result
+    from sweeps.views.explore import beginning
+    from sweeps.views.points import PointError
+
+    if target is None:
+        return beginning.of_nothing()
+    if target.suffix.lower() in (".yaml", ".yml"):
+        return beginning.of_config(checked_config(target, None), target.name)
+    result, note = open_result(target), seal_note(target)
+    if note:
+        say(f"warning: {note}")
+    try:
+        return beginning.of_result(result, target.name, (note,) if note else ())
+    except PointError as error:
+        raise PointError(f"{target}: {error}") from None
+
+
+def has_display() -> bool:
+    """Whether there is a screen for a browser; without one, a browser in letters would open."""
+    return sys.platform == "darwin" or bool(
+        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    )
+
+
+def _open(address: str) -> None:
+    import webbrowser
+
+    webbrowser.open(address)

@@ -1,0 +1,1 @@
+"""A local page on which every parameter is a slider, and the orbit follows."""

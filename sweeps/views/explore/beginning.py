@@ -1,0 +1,127 @@
+"""What the page begins with: the paper's point, that of a config, or one of a result file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.parameters import Parameters
+from stickslip.variables import PARAMETERS
+from sweeps.config.load import Config, from_mapping
+from sweeps.config.schema import Integrator, Simulation
+from sweeps.figures.labels import parameters_along, shown_number, slice_label
+from sweeps.views.explore.ranges import Scale, scales_of
+from sweeps.views.points import Point, point_of
+from sweeps.views.symbols import plain
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A point to show: what computes it, what to call it, and its place in the file, if any."""
+
+    point: Point
+    label: str
+    place: Mapping[str, int] | None = None
+
+    @property
+    def config(self) -> Config:
+        """The config that asks for this point alone."""
+        return self.point.config
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """The first point, the sliders and, of a file, the result to choose points from."""
+
+    name: str
+    first: Opened
+    scales: Mapping[str, Scale]
+    result: xr.Dataset | None = None
+    notes: tuple[str, ...] = ()
+
+
+def of_nothing() -> Beginning:
+    """The paper's values."""
+    config = from_mapping({})
+    return Beginning("", lone(with_parameters(config, config.parameters())), scales_of({}))
+
+
+def of_config(config: Config, name: str) -> Beginning:
+    """The fixed values of a config, the middle of its axes, its first case."""
+    middle = {axis: values[len(values) // 2] for axis, values in config.sweep.items()}
+    first = {linked: values[0] for linked, values in config.cases.items()}
+    parameters = config.parameters()._replace(**middle, **first)
+    alone, notes = _adaptive(with_parameters(config, parameters))
+    return Beginning(name, lone(alone), scales_of({**config.sweep, **config.cases}), notes=notes)
+
+
+def of_result(result: xr.Dataset, name: str, notes: tuple[str, ...] = ()) -> Beginning:
+    """A result, opened in the middle of its axes.
+
+    Raises PointError where it is no result of a sweep.
+    """
+    middle = {str(dim): size // 2 for dim, size in result.sizes.items() if size > 1}
+    first, more = _opened(result, middle)
+    axes = {str(dim): parameters_along(result, str(dim)) for dim in middle}
+    values = {n: result[n].values.tolist() for names in axes.values() for n in names}
+    return Beginning(name, first, scales_of(values), result if middle else None, (*notes, *more))
+
+
+def open_point(result: xr.Dataset, place: Mapping[str, int]) -> Opened:
+    """The point of a result at a place along each of its axes."""
+    return _opened(result, place)[0]
+
+
+def lone(config: Config) -> Opened:
+    """The point of a config without axes, which begins at its own initial values."""
+    nothing, label = np.empty((0, len(Parameters._fields))), _in_words(config.parameters())
+    return Opened(Point(config, label, stored={}, before=nothing), label)
+
+
+def with_parameters(config: Config, parameters: Parameters) -> Config:
+    """The config of one point and its stationary orbit."""
+    return config.model_copy(
+        update={
+            "title": None,
+            "model": parameters._asdict(),
+            "sweep": {},
+            "cases": {},
+            "follow": None,
+            "refine": None,
+            "simulation": Simulation(),
+        }
+    )
+
+
+def _opened(result: xr.Dataset, place: Mapping[str, int]) -> tuple[Opened, tuple[str, ...]]:
+    point = point_of(result.isel(dict(place)))
+    config, notes = _adaptive(with_parameters(point.config, point.parameters))
+    # Of a point that another method computed there is nothing to compare with.
+    stored = {} if notes else point.stored
+    label = plain(slice_label(result, place)) or "the only point"
+    return Opened(replace(point, config=config, stored=stored), label, place), notes
+
+
+def _adaptive(config: Config) -> tuple[Config, tuple[str, ...]]:
+    """The config with the adaptive method, and a note where it had another, too slow to follow."""
+    method, adaptive = config.integrator.method, Integrator()
+    if method == adaptive.method:
+        return config, ()
+    note = f"This page computes with the method {adaptive.method}, not with {method}."
+    return config.model_copy(update={"integrator": adaptive}), (note,)
+
+
+def _in_words(parameters: Parameters) -> str:
+    """The parameters that are not the paper's, as in `T = 250 K`."""
+    changed = [
+        plain(shown_number(name, value).equation)
+        for name, value in parameters._asdict().items()
+        if value != PARAMETERS[name].default
+    ]
+    return f"{', '.join(changed)}; the rest as in the paper" if changed else "the paper's values"

@@ -1,0 +1,143 @@
+"""What of a result is drawn, and as which kind of chart."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import xarray as xr
+
+from sweeps.figures.colours import colours_of, is_discrete
+from sweeps.figures.labels import (
+    DIRECTION,
+    DIRECTIONS,
+    legend_label,
+    parameters_along,
+    shown,
+)
+from sweeps.figures.layout import Layout, axis_of, layout_of
+from sweeps.figures.missing import trusted
+from sweeps.figures.options import PlotOptions
+from sweeps.figures.scatter import cases_to_scatter, fits_log
+from sweeps.figures.style import curve_style, styled
+from sweeps.grid import CASE
+from sweeps.views.explore.chart.kinds import STRIP, Cells, Chart, Cloud, Curve, Curves, Place
+from sweeps.views.symbols import plain
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What of a result is to be drawn; `places` are those along the axes that find no room."""
+
+    variable: str
+    across: str | None = None
+    up: str | None = None
+    log: bool = False
+    places: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def options(self) -> PlotOptions:
+        """The same as an option of `plot`."""
+        return PlotOptions(variable=self.variable, x=self.across, y=self.up)
+
+
+def chart_of(result: xr.Dataset, choice: Choice) -> Chart:
+    """The chart of a result; raises ValueError for axes that cannot be drawn so."""
+    with styled():  # the colours of the house, whatever the settings of matplotlib
+        return _chart_of(result, choice)
+
+
+def _chart_of(result: xr.Dataset, choice: Choice) -> Chart:
+    further = further_axes(result, choice)
+    places = {dim: choice.places.get(dim, 0) for dim in further}
+    part = result.isel(places)
+    if is_cloud(result, choice):
+        return _cloud(result, part, choice, places)
+    layout = _layout(result, choice)
+    if layout.y or is_discrete(result, choice.variable):
+        return _cells(result, part, layout, choice, places)
+    return _curves(part, layout, choice, places)
+
+
+def further_axes(result: xr.Dataset, choice: Choice) -> list[str]:
+    """The axes of a result that have no room in its chart, and are cut somewhere."""
+    if is_cloud(result, choice):
+        taken: tuple[str, ...] = (CASE,)
+    else:
+        layout = _layout(result, choice)
+        ways = (DIRECTION,) if layout.both_ways else ()
+        taken = tuple(dim for dim in (layout.x, layout.y, layout.hue, *ways) if dim)
+    return [str(dim) for dim, size in result.sizes.items() if size > 1 and dim not in taken]
+
+
+def axes_to_choose(result: xr.Dataset) -> list[str]:
+    """What may lie across or upward; nothing where there is no choice."""
+    if is_cloud(result, Choice("status")):
+        names = parameters_along(result, CASE)
+    else:
+        names = [str(dim) for dim, size in result.sizes.items() if size > 1 and dim != DIRECTION]
+    return names if len(names) > 2 else []
+
+
+def is_cloud(result: xr.Dataset, choice: Choice) -> bool:
+    """Whether the chart is one of points: linked cases in no order, of two parameters or more."""
+    if CASE not in result.sizes or len(parameters_along(result, CASE)) < 2:
+        return False
+    return cases_to_scatter(result, PlotOptions(x=choice.across, y=choice.up))
+
+
+def _layout(result: xr.Dataset, choice: Choice) -> Layout:
+    discrete = is_discrete(result, choice.variable)
+    return layout_of(result, choice.options, discrete=discrete)
+
+
+def _cells(
+    result: xr.Dataset, part: xr.Dataset, layout: Layout, choice: Choice, places: Place
+) -> Cells:
+    if layout.y is None:
+        part = part.expand_dims(STRIP)
+    across = axis_of(part, str(layout.x))
+    up = axis_of(part, layout.y or STRIP, named=True)
+    colours = colours_of(result, choice.variable, log=choice.log)
+    part = part.isel({across.dim: across.order, up.dim: up.order})
+    values = colours.placed(part.transpose(up.dim, across.dim))
+    return Cells(across, up, colours, values, places)
+
+
+def _curves(part: xr.Dataset, layout: Layout, choice: Choice, places: Place) -> Curves:
+    axis = axis_of(part, str(layout.x))
+    part = part.isel({axis.dim: axis.order})
+    hues = range(part.sizes[layout.hue]) if layout.hue else [None]
+    ways = range(part.sizes[DIRECTION]) if layout.both_ways else [None]
+    curves = []
+    for hue, way in itertools.product(hues, ways):
+        own: Place = {} if hue is None else {str(layout.hue): hue}
+        own |= {} if way is None else {DIRECTION: way}
+        values = shown(trusted(part.isel(own), choice.variable)).values
+        label, style = _called(part, layout, own), curve_style(hue or 0, len(hues))
+        style = style._replace(dashes=(0, (4.0, 3.0)) if way else "solid")
+        curves.append(Curve(label, style, values, places | own))
+    return Curves(axis, plain(shown(part[choice.variable]).label), tuple(curves), choice.log)
+
+
+def _called(part: xr.Dataset, layout: Layout, own: Place) -> str:
+    names = [legend_label(part, layout.hue, own[layout.hue])] if layout.hue in own else []
+    if DIRECTION in own:
+        way = str(part[DIRECTION].values[own[DIRECTION]])
+        names.append(DIRECTIONS.get(way, way))
+    return plain(", ".join(names))
+
+
+def _cloud(result: xr.Dataset, part: xr.Dataset, choice: Choice, places: Place) -> Cloud:
+    along = parameters_along(result, CASE)
+    across = choice.across or next(name for name in along if name != choice.up)
+    up = choice.up or next(name for name in along if name != across)
+    if across == up:
+        raise ValueError(f"{across} lies across already; choose another parameter upward")
+    x, y = shown(part[across]), shown(part[up])
+    colours = colours_of(result, choice.variable, log=choice.log)
+    labels = plain(x.label), plain(y.label)
+    geometric = fits_log(x.values), fits_log(y.values)
+    values = colours.placed(part)
+    return Cloud((across, up), x.values, y.values, labels, geometric, colours, values, places)

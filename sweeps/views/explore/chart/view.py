@@ -1,0 +1,160 @@
+"""The chart of a result with what chooses it: variable, axes, a slider for each further axis."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable
+from dataclasses import replace
+
+import xarray as xr
+from bokeh.layouts import column, row
+from bokeh.models import Checkbox, Column, Div, Select, Slider
+
+from stickslip.orbit import Orbit
+from stickslip.variables import PARAMETERS, RESULTS
+from sweeps.figure_table import AMPLITUDES
+from sweeps.figures.colours import is_discrete
+from sweeps.figures.labels import DIRECTION, slice_label
+from sweeps.figures.layout import MANY
+from sweeps.views.explore.beginning import Opened
+from sweeps.views.explore.chart.choice import (
+    Choice,
+    axes_to_choose,
+    chart_of,
+    further_axes,
+    is_cloud,
+)
+from sweeps.views.explore.chart.figure import ChartFigure
+from sweeps.views.explore.chart.kinds import Chart, Place
+from sweeps.views.symbols import plain
+
+_AUTOMATIC = "automatic"
+_NARROW = 130  # pixels
+
+
+class ChartView:
+    """The chart of a result; `clicked` is told the place of a point."""
+
+    def __init__(self, result: xr.Dataset, clicked: Callable[[Place], None]) -> None:
+        self._result, self._clicked = result, clicked
+        self._opened: tuple[Opened, Orbit | None] | None = None
+        self._drawn: ChartFigure | None = None
+        self._quiet = False
+        variables = [name for name in RESULTS if name in result.variables]
+        titled = [(name, _titled(name)) for name in variables]
+        self.variable = Select(
+            title="variable", options=titled, value=_first(result), name="variable",
+            sizing_mode="stretch_width",
+        )  # fmt: skip
+        choices = [
+            (_AUTOMATIC, _AUTOMATIC),
+            *((n, _titled(n)) for n in axes_to_choose(result)),
+        ]
+        self.across, self.up = (
+            Select(title=title, options=choices, value=_AUTOMATIC, width=_NARROW, name=title)
+            for title in ("across", "upward")
+        )
+        self.log = Checkbox(label="logarithmic values", name="logarithmic")
+        self.sliders: dict[str, Slider] = {
+            str(dim): self._slider(str(dim)) for dim, size in result.sizes.items() if size > 1
+        }
+        self._labels = {
+            dim: Div(text="", disable_math=True, margin=(4, 5, -4, 5)) for dim in self.sliders
+        }
+        self.message = Div(text="", styles={"color": "#b03a00"}, name="chart-message")
+        self._place = column(sizing_mode="stretch_width")
+        for select in (self.variable, self.across, self.up):
+            select.on_change("value", self._moved)
+        self.log.on_change("active", self._moved)
+        self._draw()
+
+    @property
+    def column(self) -> Column:
+        """The chart below its controls."""
+        roles = [self.across, self.up] if len(self.across.options) > 1 else []
+        return column(
+            self.variable,
+            row(*roles, self.log, styles={"align-items": "end"}),
+            self._place,
+            *(part for dim, slider in self.sliders.items() for part in (self._labels[dim], slider)),
+            self.message,
+            name="chart",
+            sizing_mode="stretch_width",
+        )
+
+    @property
+    def chart(self) -> Chart | None:
+        """What is drawn."""
+        return self._drawn.chart if self._drawn else None
+
+    def mark(self, opened: Opened, orbit: Orbit | None) -> None:
+        """Mark a point, and cut further axes where it lies."""
+        moved = False
+        for dim, index in (opened.place or {}).items():
+            moved |= self.sliders[dim].visible and self.sliders[dim].value != index
+            self._quiet = True
+            self.sliders[dim].value = index
+            self._quiet = False
+        self._opened = opened, orbit
+        if moved:
+            self._draw()
+        elif self._drawn:
+            self._drawn.mark(opened, orbit)
+
+    def _moved(self, _attribute: str, _old: object, _new: object) -> None:
+        if not self._quiet:
+            self._draw()
+
+    def _draw(self) -> None:
+        """Draw what is chosen, or say why it cannot be drawn."""
+        choice = self._choice()
+        try:
+            further = further_axes(self._result, choice)
+            chart = chart_of(self._result, choice)
+        except ValueError as error:
+            self.message.text = html.escape(f"{error}.")
+            return
+        self.message.text = ""
+        for dim, slider in self.sliders.items():
+            slider.visible = dim in further
+            self._labels[dim].text = html.escape(
+                plain(slice_label(self._result, {dim: int(slider.value)}))
+            )
+            self._labels[dim].visible = slider.visible
+        self.log.visible = not is_discrete(self._result, choice.variable)
+        self._drawn = ChartFigure(chart, choice.variable, self._clicked)
+        self._place.children = [self._drawn.figure]
+        if self._opened:
+            self._drawn.mark(*self._opened)
+
+    def _choice(self) -> Choice:
+        across, up = (
+            None if select.value == _AUTOMATIC else str(select.value)
+            for select in (self.across, self.up)
+        )
+        choice = Choice(str(self.variable.value), across, up, log=bool(self.log.active))
+        return replace(choice, places={dim: int(s.value) for dim, s in self.sliders.items()})
+
+    def _slider(self, dim: str) -> Slider:
+        size = self._result.sizes[dim]
+        slider = Slider(
+            start=0, end=size - 1, step=1, value=size // 2, show_value=False, tooltips=False,
+            title=None, visible=False, name=f"axis-{dim}", sizing_mode="stretch_width",
+            bar_color="#0072B2",
+        )  # fmt: skip
+        slider.on_change("value", self._moved)
+        return slider
+
+
+def _titled(name: str) -> str:
+    """What a variable or an axis is called in a list: a parameter with its symbol."""
+    symbol = f"{plain(f'${PARAMETERS[name].tex}$')} " if name in PARAMETERS else ""
+    return symbol + name.replace("_", " ")
+
+
+def _first(result: xr.Dataset) -> str:
+    """What is drawn first: over one long axis an amplitude, else the kind of motion."""
+    long = [dim for dim, size in result.sizes.items() if size > MANY and dim != DIRECTION]
+    if "regime" in result and (len(long) > 1 or is_cloud(result, Choice("regime"))):
+        return "regime"
+    return AMPLITUDES[0]

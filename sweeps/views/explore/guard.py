@@ -1,0 +1,61 @@
+"""Who may use the page: whoever knows the token, from this machine, on a page of its own."""
+
+from __future__ import annotations
+
+import secrets
+from typing import Any
+from urllib.parse import parse_qs
+
+from tornado.httputil import HTTPMessageDelegate, HTTPServerRequest
+from tornado.routing import Router
+from tornado.web import Application, RequestHandler
+
+_REFUSED = (
+    "403: this page opens with the whole address that `stickslip explore` has printed, "
+    "with its token.\n"
+)
+
+
+def new_token() -> str:
+    """A token that nobody guesses."""
+    return secrets.token_urlsafe(32)
+
+
+class Guard(Router):
+    """Hands requests to an application; what lacks the token or comes from elsewhere gets 403.
+
+    The name in `Host` and the `Origin` must be those of this page: a foreign page whose name was
+    made to lead to this machine (DNS rebinding) has others.
+    """
+
+    def __init__(self, application: Application, token: str, port: int) -> None:
+        self._application, self._token = application, token.encode()
+        self._hosts = {f"{name}:{port}" for name in ("127.0.0.1", "localhost")}
+        self._origins = {f"http://{host}" for host in self._hosts}
+        self._refusal = Application(default_handler_class=_Refusal, log_function=lambda _: None)
+
+    def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> HTTPMessageDelegate | None:
+        """What answers a request."""
+        application = self._application if self.admits(request) else self._refusal
+        return application.find_handler(request, **kwargs)
+
+    def admits(self, request: HTTPServerRequest) -> bool:
+        """Whether a request may be answered."""
+        origin = request.headers.get("Origin")
+        return (
+            self._has_token(request)
+            and request.headers.get("Host", "").lower() in self._hosts
+            and (origin is None or origin.lower() in self._origins)
+        )
+
+    def _has_token(self, request: HTTPServerRequest) -> bool:
+        """Whether the token is right, in a time that does not tell how much of it is."""
+        given = parse_qs(request.query, encoding="utf-8", errors="replace").get("token", [])
+        return len(given) == 1 and secrets.compare_digest(given[0].encode(), self._token)
+
+
+class _Refusal(RequestHandler):
+    def prepare(self) -> None:
+        self.set_status(403)
+        self.set_header("Content-Type", "text/plain; charset=utf-8")
+        self.finish(_REFUSED)

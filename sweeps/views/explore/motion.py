@@ -1,0 +1,73 @@
+"""What is computed of a point: its stationary orbit, and the motion along it."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.options import NoiseError
+from stickslip.orbit import Orbit, prepare_kernels
+from stickslip.parameters import Parameters
+from stickslip.trajectory import IntegrationError, simulate
+from sweeps.engine.options import options_of
+from sweeps.views.explore.beginning import Opened
+from sweeps.views.points import periods_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_SAMPLES = 2000  # of a drive period
+_MOST_SAMPLES = 8000  # of all periods: more than a picture has pixels
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A point that was computed: its orbit and the time courses, or why there are none."""
+
+    opened: Opened
+    orbit: Orbit | None = None
+    courses: xr.Dataset | None = None
+    trouble: str = ""
+    seconds: float = 0.0
+
+
+def prepare(opened: Opened) -> None:
+    """Compile or load the kernels that a point needs: on the first run of a version, a minute."""
+    options = options_of(opened.config)
+    prepare_kernels(options, np.array([opened.point.parameters.rheological_index]))
+    still = (0.0, 0.0, 0.0)  # any state, to have the kernels of trajectories
+    simulate(Parameters(), periods=1, samples_per_period=1, start=still, friction=options.friction)
+
+
+def compute(opened: Opened, tell: Callable[[str], None]) -> Motion:
+    """The motion of a point; what goes wrong is its `trouble`, in a sentence.
+
+    `tell` is called with what is done: compiling, then computing.
+    """
+    point, orbit = opened.point, None
+    try:
+        tell("compiling")
+        prepare(opened)
+        tell("computing")
+        begun = time.perf_counter()
+        orbit = point.orbit()
+        samples = min(_SAMPLES, _MOST_SAMPLES // periods_of(orbit))
+        courses = point.simulate(samples_per_period=max(samples, 1))
+    except (NoiseError, IntegrationError) as error:
+        return Motion(opened, orbit, trouble=_sentence(error))
+    except Exception as error:
+        log.debug("unexpected", exc_info=True)
+        return Motion(opened, orbit, trouble=f"Unexpected {type(error).__name__}: {error}")
+    return Motion(opened, orbit, courses, seconds=time.perf_counter() - begun)
+
+
+def _sentence(error: Exception) -> str:
+    text = str(error)
+    return text[:1].upper() + text[1:]

@@ -1,0 +1,142 @@
+"""The values that a slider reaches: from where to where, evenly or by their logarithm."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+
+from stickslip.variables import PARAMETERS
+from sweeps.figures.layout import is_geometric
+
+_STEPS = 200  # a linear slider has this many steps, or up to five times as many
+_DECADE = 100  # steps of a logarithmic slider over a factor of ten
+_DIGITS = 4  # of the values of a logarithmic slider
+_WIDE = 100.0  # a slider without a range of its own reaches this many times the default, and a part
+_LARGEST_DENOMINATOR, _LARGEST_FRACTION = 12, 2  # beyond, a decimal is easier to read
+_LONGEST = 9  # letters that a box shows
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The values `lower` to `upper` of a slider, which stands at positions."""
+
+    lower: float
+    upper: float
+    logarithmic: bool = False
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The first and the last position."""
+        return self._place(self.lower), self._place(self.upper)
+
+    @property
+    def step(self) -> float:
+        """The distance between neighbouring positions."""
+        if self.logarithmic:
+            return 1.0 / _DECADE
+        fine = (self.upper - self.lower) / _STEPS
+        power = 10.0 ** math.floor(math.log10(fine))
+        return next(factor * power for factor in (5.0, 2.0, 1.0) if factor * power <= fine * 1.001)
+
+    def position(self, value: float) -> float:
+        """Where the slider stands for a value; at an end for those beyond it."""
+        low, high = self.ends
+        if self.logarithmic and value <= 0.0:
+            return low
+        return min(max(self._place(value), low), high)
+
+    def value(self, position: float) -> float:
+        """The value at a position, as round as its distance to the next one allows."""
+        if position in self.ends:
+            return self.lower if position == self.ends[0] else self.upper
+        if self.logarithmic:
+            return float(f"{10.0**position:.{_DIGITS - 1}e}")
+        decimals = max(0, -math.floor(math.log10(self.step)))
+        return round(round(position / self.step) * self.step, decimals) + 0.0
+
+    def reaching(self, value: float) -> Scale:
+        """The same slider, or a longer one that reaches a value, where it is one of its kind."""
+        if self.logarithmic and value <= 0.0:
+            return self
+        return replace(self, lower=min(self.lower, value), upper=max(self.upper, value))
+
+    def _place(self, value: float) -> float:
+        return math.log10(value) if self.logarithmic else value
+
+
+# Where a lubricant may be looked for; the paper's values lie well inside.
+_SCALES = {
+    "temperature": Scale(100.0, 350.0),
+    "viscosity_coefficient": Scale(1e3, 1e7, logarithmic=True),
+    "spring_stiffness": Scale(10.0, 1e5, logarithmic=True),
+    "rheological_index": Scale(-0.95, 1.0),
+    "angular_frequency": Scale(0.1, 1e3, logarithmic=True),
+    "drive_amplitude": Scale(1e-8, 1e-4, logarithmic=True),
+    "initial_displacement": Scale(-2e-6, 2e-6),
+    "initial_velocity": Scale(-2e-5, 2e-5),
+    "initial_order_parameter": Scale(0.0, 1.0),
+    "critical_temperature": Scale(200.0, 400.0),
+    "noise_intensity": Scale(1e-30, 1e-6, logarithmic=True),
+}
+
+
+def scale_of(name: str) -> Scale:
+    """The slider of a parameter; of one without a range of its own, from its default."""
+    if name in _SCALES:
+        return _SCALES[name]
+    parameter = PARAMETERS[name]
+    if parameter.default > 0.0 and parameter.lower >= 0.0:
+        return Scale(parameter.default / _WIDE, parameter.default * _WIDE, logarithmic=True)
+    reach = _WIDE * abs(parameter.default) or 1.0
+    return Scale(max(-reach, parameter.lower), min(reach, parameter.upper))
+
+
+def scale_of_axis(name: str, values: Sequence[float]) -> Scale:
+    """The slider of a parameter that a sweep varies: from its first to its last value."""
+    ordered = np.unique(np.array(values, dtype=float))
+    low, high = float(ordered[0]), float(ordered[-1])
+    if low == high:
+        return scale_of(name).reaching(low)
+    wanted = scale_of(name).logarithmic and low > 0.0 and not _is_even(ordered)
+    return Scale(low, high, logarithmic=wanted or is_geometric(ordered))
+
+
+def scales_of(axes: Mapping[str, Sequence[float]]) -> dict[str, Scale]:
+    """The slider of each parameter; `axes` are the values of those that a sweep varies."""
+    return {
+        name: scale_of_axis(name, axes[name]) if name in axes else scale_of(name)
+        for name in PARAMETERS
+    }
+
+
+def exact_text(value: float) -> str:
+    """A number as short as it can be written, and read again as the same: `8e-7`, `-2/3`."""
+    short = f"{value:.6g}"
+    if float(short) != value:
+        fraction = Fraction(value).limit_denominator(_LARGEST_DENOMINATOR)
+        if abs(fraction) < _LARGEST_FRACTION and float(fraction) == value:
+            return str(fraction)
+        short = repr(value)
+    return _tidied(short)
+
+
+def short_text(value: float) -> str:
+    """A number as a box shows it: `exact_text`, or its first six digits where that is too long."""
+    exact = exact_text(value)
+    return exact if len(exact) <= _LONGEST else _tidied(f"{value:.6g}")
+
+
+def _tidied(short: str) -> str:
+    """A number without the zeros that Python writes into exponents."""
+    mantissa, _, exponent = short.partition("e")
+    return f"{mantissa}e{int(exponent)}" if exponent else mantissa
+
+
+def _is_even(ordered: np.ndarray) -> bool:
+    """Whether sorted values have one common step, and are enough to tell."""
+    steps = np.diff(ordered)
+    return len(ordered) > 2 and bool(np.allclose(steps, steps.mean(), rtol=1e-6, atol=0.0))

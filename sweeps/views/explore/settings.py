@@ -1,0 +1,64 @@
+"""How the page computes: tolerance, treatment of the noise, friction law."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from bokeh.layouts import column
+from bokeh.models import Column, Select
+
+from stickslip.options import FRICTION_LAWS, NOISE_TREATMENTS
+from sweeps.config.load import Config
+from sweeps.config.schema import Section
+from sweeps.views.explore.ranges import exact_text
+
+_TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10)
+_WIDTH = 340  # pixels
+
+
+class Settings:
+    """Small controls for what a config says of the integration; `changed` is told of each."""
+
+    def __init__(self, config: Config, changed: Callable[[], None]) -> None:
+        self._told, self._quiet = changed, False
+        options = [exact_text(value) for value in _TOLERANCES]
+        self.tolerance = self._select("tolerance (rtol), also of stationarity", options)
+        self.noise = self._select("noise", list(NOISE_TREATMENTS))
+        self.friction = self._select("friction law", list(FRICTION_LAWS))
+        self.friction.visible = len(FRICTION_LAWS) > 1
+        self._config = config
+        self.show(config)
+
+    @property
+    def column(self) -> Column:
+        """The controls, one below the other."""
+        return column(self.tolerance, self.noise, self.friction, name="settings")
+
+    def show(self, config: Config) -> None:
+        """Stand at what a config says, without telling of it."""
+        self._config, self._quiet = config, True
+        rtol = exact_text(config.integrator.rtol)
+        if rtol not in self.tolerance.options:
+            self.tolerance.options = [*self.tolerance.options, rtol]
+        self.tolerance.value, self.noise.value = rtol, config.noise.treatment
+        self.friction.value = config.film.friction
+        self._quiet = False
+
+    def applied(self, config: Config) -> Config:
+        """A config with these settings; what was not changed stays as it is there."""
+        rtol, update = float(self.tolerance.value), dict[str, Section]()
+        if rtol != config.integrator.rtol:
+            update["integrator"] = config.integrator.model_copy(update={"rtol": rtol})
+            update["stationary"] = config.stationary.model_copy(update={"rtol": rtol})
+        update["noise"] = config.noise.model_copy(update={"treatment": self.noise.value})
+        update["film"] = config.film.model_copy(update={"friction": self.friction.value})
+        return config.model_copy(update=update)
+
+    def _select(self, title: str, options: list[str]) -> Select:
+        select = Select(title=title, options=options, width=_WIDTH, name=title.split()[0])
+        select.on_change("value", self._chosen)
+        return select
+
+    def _chosen(self, _attribute: str, _old: object, _new: object) -> None:
+        if not self._quiet:
+            self._told()

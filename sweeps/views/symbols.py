@@ -1,0 +1,97 @@
+"""Labels in mathtext as plain letters and as HTML: pages need no typesetting of formulas."""
+
+from __future__ import annotations
+
+import html
+import re
+from collections.abc import Callable, Iterator
+
+# What the registry, units and numbers make use of.
+_COMMANDS = {
+    "gamma": "γ",
+    "omega": "ω",
+    "varphi": "φ",
+    "tau": "τ",
+    "varepsilon": "ε",
+    "delta": "δ",
+    "alpha": "α",
+    "sigma": "σ",
+    "mu": "μ",
+    "lambda": "λ",
+    "cdot": "·",
+    "times": "×",
+    "max": "max ",
+    "min": "min ",
+    "mathrm": "",
+    ",": " ",
+    " ": " ",
+}
+_TOKEN = re.compile(r"\\[A-Za-z]+|\\.|[_^{}]|.")
+
+# Lowered letters exist too, not all of them, and too small to be read at an axis.
+_LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+_RAISED = str.maketrans("0123456789+−γ", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻ᵞ")
+
+_Script = Callable[[str, str], str]
+
+
+def plain(label: str) -> str:
+    """A label in mathtext, such as `$T_c$ (K)`, in plain letters, such as `T_c (K)`.
+
+    Powers are raised and numbers as indices lowered where the letters exist.
+    """
+    return "".join(_converted(label, str, _plain_script))
+
+
+def as_html(label: str) -> str:
+    """A label in mathtext as HTML; what is not mathtext is escaped."""
+    return "".join(_converted(label, html.escape, _html_script))
+
+
+def _converted(label: str, escape: Callable[[str], str], script: _Script) -> Iterator[str]:
+    for number, part in enumerate(label.split("$")):
+        if number % 2:
+            yield re.sub(" +", " ", _math(iter(_TOKEN.findall(part)), escape, script))
+        else:
+            yield escape(part)
+
+
+def _math(tokens: Iterator[str], escape: Callable[[str], str], script: _Script) -> str:
+    """Tokens up to the end, or to the brace that closes them."""
+    parts = []
+    for token in tokens:
+        if token == "}":
+            break
+        if token in ("_", "^"):
+            parts.append(script(token, _group(tokens, escape, script)))
+        elif token == "{":
+            parts.append(_math(tokens, escape, script))
+        else:
+            parts.append(escape(_symbol(token)))
+    return "".join(parts)
+
+
+def _group(tokens: Iterator[str], escape: Callable[[str], str], script: _Script) -> str:
+    """What follows `_` or `^`: what stands in braces, or one symbol."""
+    token = next(tokens, "")
+    if token == "\\mathrm":
+        token = next(tokens, "")
+    return _math(tokens, escape, script) if token == "{" else escape(_symbol(token))
+
+
+def _symbol(token: str) -> str:
+    if token.startswith("\\"):
+        return _COMMANDS.get(token[1:], token[1:])
+    return "−" if token == "-" else token
+
+
+def _plain_script(kind: str, text: str) -> str:
+    moved = text.translate(_LOWERED if kind == "_" else _RAISED)
+    if not set(moved) & set(text):
+        return moved
+    return f"_{text}" if kind == "_" else f"^({text})"
+
+
+def _html_script(kind: str, text: str) -> str:
+    tag = "sub" if kind == "_" else "sup"
+    return f"<{tag}>{text}</{tag}>"

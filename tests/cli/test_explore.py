@@ -1,0 +1,92 @@
+"""`explore`: its address, its end, and what it refuses."""
+
+from __future__ import annotations
+
+import re
+import signal
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+import pytest
+from support.sweeps.commands import Command
+from support.sweeps.processes import Running
+
+from sweeps.cli import explore
+
+SWEEP = """\
+sweep: {temperature: [200, 250]}
+simulation: {periods: 1, samples_per_period: 50}
+integrator: {rtol: 1e-4}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_prints_one_address_and_ends_on_a_signal(number: signal.Signals) -> None:
+    pytest.importorskip("bokeh", reason="bokeh is not installed")
+    running = Running("-m", "sweeps.cli", "explore", "--no-browser")
+    running.says("\n")
+    found = re.fullmatch(r"(http://127\.0\.0\.1:\d+/)\?token=[\w-]{40,}\n", running.out)
+    assert found
+    with urllib.request.urlopen(running.out.strip(), timeout=60) as page:
+        assert page.status == 200
+    with pytest.raises(urllib.error.HTTPError, match="403"):
+        urllib.request.urlopen(found[1], timeout=60)
+    running.signal(number)
+    code, out, err = running.ended()
+    assert code == 0
+    assert out.count("\n") == 1
+    assert err.strip() == "Ctrl-C ends it."
+
+
+def test_without_bokeh_it_names_the_command(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(explore, "find_spec", lambda _: None)
+    code, out, err = command("explore")
+    assert (code, out) == (2, "")
+    assert err == "bokeh is not installed; try: pip install 'stickslip[explore]'\n"
+
+
+def test_files_that_cannot_be_used(command: Command) -> None:
+    pytest.importorskip("bokeh", reason="bokeh is not installed")
+    assert command("explore", "b.nc") == (5, "", "b.nc does not exist\n")
+    Path("b.nc").write_text("no file")
+    code, _, err = command("explore", "b.nc")
+    assert code == 5
+    assert err.startswith("b.nc is not a readable NetCDF file")
+
+
+def test_a_trajectory_is_no_result_of_a_sweep(command: Command) -> None:
+    pytest.importorskip("bokeh", reason="bokeh is not installed")
+    assert command("simulate", "a.yaml", "--set", "temperature=200", "-o", "t.nc").code == 0
+    code, out, err = command("explore", "t.nc")
+    assert (code, out) == (2, "")
+    assert err.startswith("t.nc: this is no result of a sweep")
+
+
+def test_all_problems_of_a_config_are_told(command: Command) -> None:
+    pytest.importorskip("bokeh", reason="bokeh is not installed")
+    Path("b.yaml").write_text("modle: {}\nsweep: {T: []}\n")
+    code, out, err = command("explore", "b.yaml")
+    assert (code, out) == (2, "")
+    assert "b.yaml:1: modle: unknown key (did you mean 'model'?)" in err
+    assert err.count("\n") == 2
+
+
+@pytest.mark.parametrize(
+    ("display", "opens"),
+    [({}, False), ({"DISPLAY": ":0"}, True), ({"WAYLAND_DISPLAY": "wayland-0"}, True)],
+)
+def test_a_browser_opens_where_there_is_a_screen(
+    monkeypatch: pytest.MonkeyPatch, display: dict[str, str], opens: bool
+) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in display.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr("sys.platform", "linux")
+    assert explore.has_display() is opens
+    monkeypatch.setattr("sys.platform", "darwin")
+    assert explore.has_display()

@@ -1,0 +1,65 @@
+"""A real browser: the Chromium of the system, headless and with an empty profile."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+_NAMES = ("chromium", "chromium-browser", "google-chrome")
+_QUIET = [
+    f"--{flag}"
+    for flag in (
+        "headless",
+        "no-sandbox",
+        "disable-gpu",
+        "disable-quic",
+        "no-first-run",
+        "disable-background-networking",
+        "disable-component-update",
+        "disable-sync",
+    )
+]
+_WAIT = 120_000  # milliseconds: longer than anything takes, compiling included
+
+
+class Tab:
+    """A tab of the browser, and what it asked for: addresses, errors of scripts."""
+
+    def __init__(self, page: Any) -> None:
+        self.page, self.requests, self.errors = page, list[str](), list[str]()
+        page.on("request", lambda request: self.requests.append(request.url))
+        page.on("websocket", lambda socket: self.requests.append(socket.url))
+        page.on("pageerror", lambda error: self.errors.append(str(error)))
+
+    def requests_elsewhere(self, *here: str) -> list[str]:
+        """The addresses that begin with none of these, and hold no data themselves."""
+        known = (*here, "data:", "blob:")
+        return [address for address in self.requests if not address.startswith(known)]
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    """The browser; a module of tests has one, so that no loop of events outlives it."""
+    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    found = [path for path in map(shutil.which, _NAMES) if path]
+    if not found:
+        pytest.skip(f"there is no browser: none of {', '.join(_NAMES)}")
+    with sync_api.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=found[0], args=_QUIET)
+        yield browser
+        browser.close()
+
+
+@contextmanager
+def opened_tab(browser: Any, width: int = 1500, height: int = 950) -> Iterator[Any]:
+    """An empty tab with cookies and storage of its own, for a `Tab`."""
+    context = browser.new_context(viewport={"width": width, "height": height})
+    context.set_default_timeout(_WAIT)
+    try:
+        yield context.new_page()
+    finally:
+        context.close()

@@ -1,0 +1,121 @@
+"""Charts of results: which kind, and which point is meant by a place in one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.pictures import GAMMAS, both_ways, failed, random_cases, sweep
+
+from stickslip.status import Status
+from sweeps.views.explore.chart.choice import Choice, axes_to_choose, chart_of, further_axes
+from sweeps.views.explore.chart.kinds import Cells, Cloud, Curves
+
+STRESS = "elastic_stress_amplitude"
+T, K = np.linspace(150.0, 320.0, 35), np.geomspace(100.0, 1e4, 21)
+GAMMA = list(GAMMAS)
+
+
+def regimes(ds):
+    """Liquid above 280 K, stick-slip below, along one axis."""
+    return ds.assign(regime=("temperature", np.where(T > 280.0, 0, 2).astype("i1")))
+
+
+def test_one_long_axis_gives_a_curve_for_each_value_of_the_other():
+    ds = sweep(temperature=T, rheological_index=GAMMA)
+    chart = chart_of(ds, Choice(STRESS))
+    assert isinstance(chart, Curves)
+    assert [curve.label.split(",")[0] for curve in chart.curves] == [
+        "pseudoplastic",
+        "Newtonian",
+        "dilatant",
+    ]
+    np.testing.assert_allclose(chart.curves[1].values, ds[STRESS][:, 1] / 1e6)
+    assert chart.label == "σ_el,max (MPa)"
+    assert further_axes(ds, Choice(STRESS)) == []
+    middle = float(ds[STRESS][10, 1]) / 1e6
+    assert chart.place_at(T[10] + 1.0, middle) == {"temperature": 10, "rheological_index": 1}
+    assert chart.place_at(-1e9, 1e9) == {"temperature": 0, "rheological_index": 0}
+
+
+def test_points_without_a_value_are_no_nearest_ones():
+    ds = failed(sweep(temperature=T, rheological_index=GAMMA), Status.DIVERGED, temperature=3)
+    chart = chart_of(ds, Choice(STRESS))
+    assert chart.place_at(T[3], 0.0) is None
+    assert np.isnan(chart.curves[0].values[3])
+
+
+def test_two_long_axes_give_a_map_and_the_others_are_cut():
+    ds = sweep(temperature=T, spring_stiffness=K, rheological_index=GAMMA)
+    choice = Choice(STRESS, places={"rheological_index": 2})
+    chart = chart_of(ds, choice)
+    assert isinstance(chart, Cells)
+    assert further_axes(ds, choice) == ["rheological_index"]
+    assert chart.place_at(T[4] + 2.0, K[7] * 1.02) == {
+        "temperature": 4,
+        "spring_stiffness": 7,
+        "rheological_index": 2,
+    }
+    assert chart.place_at(100.0, K[7]) is None
+    assert chart.place_at(T[4], 1e6) is None
+    assert chart.image().shape == (21, 35)
+    np.testing.assert_allclose(chart.image(), ds[STRESS][:, :, 2].T / 1e6, rtol=1e-6)
+
+
+def test_uneven_axes_keep_the_sizes_of_their_cells():
+    uneven = [150.0, 160.0, 170.0, 180.0, 190.0, 200.0, 210.0, 220.0, 300.0]
+    ds = sweep(temperature=uneven, spring_stiffness=K)
+    chart = chart_of(ds, Choice(STRESS))
+    image = chart.image()
+    last = np.mean(image[0] == image[0, -1])
+    assert last == pytest.approx(80.0 / 195.0, abs=0.01)
+    assert image.shape[0] == 21
+
+
+def test_the_axes_may_be_chosen():
+    ds = sweep(temperature=T, spring_stiffness=K, rheological_index=GAMMA)
+    chart = chart_of(ds, Choice(STRESS, across="spring_stiffness", up="rheological_index"))
+    assert isinstance(chart, Cells)
+    assert chart.across.geometric
+    assert chart.up.names[0].startswith("pseudoplastic")
+    assert chart.place_at(K[3], 2.0) == {
+        "temperature": 0,
+        "spring_stiffness": 3,
+        "rheological_index": 2,
+    }
+    assert axes_to_choose(ds) == ["temperature", "spring_stiffness", "rheological_index"]
+    assert axes_to_choose(ds.isel(temperature=0)) == []
+    with pytest.raises(ValueError, match="is both x and y"):
+        chart_of(ds, Choice(STRESS, across="temperature", up="temperature"))
+
+
+def test_kinds_along_one_axis_are_a_strip():
+    ds = regimes(sweep(temperature=T))
+    chart = chart_of(ds, Choice("regime"))
+    assert isinstance(chart, Cells)
+    assert chart.place_at(T[5], 0.2) == {"temperature": 5}
+    assert chart.colours.codes == (0, 2)
+    assert np.unique(chart.image()).tolist() == [0.0, 1.0]
+
+
+def test_both_ways_are_two_curves():
+    ds = both_ways(sweep(angular_frequency=np.linspace(5.0, 50.0, 20)))
+    chart = chart_of(ds, Choice(STRESS))
+    assert [curve.label for curve in chart.curves] == ["upward", "downward"]
+    lower = chart.curves[1].values[4]
+    place = chart.place_at(float(ds.angular_frequency[4]), lower)
+    assert place == {"angular_frequency": 4, "direction": 1}
+
+
+def test_random_cases_are_a_cloud():
+    bounds = {"temperature": (150.0, 320.0), "spring_stiffness": (100.0, 1e4)}
+    ds = random_cases(60, **bounds)
+    chart = chart_of(ds, Choice("regime"))
+    assert isinstance(chart, Cloud)
+    assert chart.names == ("temperature", "spring_stiffness")
+    for case in (0, 17, 59):
+        x, y = (float(ds[name][case]) for name in chart.names)
+        assert chart.place_at(x, y) == {"case": case}
+    swapped = chart_of(ds, Choice("regime", across="spring_stiffness"))
+    assert swapped.names == ("spring_stiffness", "temperature")
+    with pytest.raises(ValueError, match="choose another parameter"):
+        chart_of(ds, Choice("regime", across="temperature", up="temperature"))

@@ -1,0 +1,240 @@
+"""The page in a real browser: what is moved is computed, and what is clicked is opened."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import xarray as xr
+from support.browser import Tab, opened_tab
+from support.sweeps.processes import wait_until
+
+from stickslip import Orbit, Parameters, stationary_orbit
+from sweeps.config.load import from_yaml
+from sweeps.views.explore import motion
+from sweeps.views.explore import serving as module
+from sweeps.views.explore.beginning import Beginning, of_nothing, of_result
+from sweeps.views.explore.page import Page
+from sweeps.views.explore.summary import absolute_errors, amplitude_text
+from sweeps.views.points import point_of
+
+pytestmark = pytest.mark.slow  # a browser starts
+
+
+class View(Tab):
+    """A tab with the page in it."""
+
+    def __init__(self, page: Any, server: Any) -> None:
+        super().__init__(page)
+        address = f"127.0.0.1:{server.port}/"
+        self.here = f"http://{address}", f"ws://{address}"
+        page.goto(server.address)
+        page.wait_for_selector("[data-name=regime]")
+
+    def reset(self) -> None:
+        self.page.get_by_text("Reset").click()
+        self.says("the paper's values")
+
+    def box(self, name: str) -> Any:
+        return self.page.locator(f".box-{name} input")
+
+    def types(self, name: str, text: str) -> None:
+        self.box(name).fill(text)
+        self.box(name).press("Enter")
+
+    def text(self, name: str) -> str:
+        return self.page.locator(f"[data-name={name}]").inner_text()
+
+    def shows(self, orbit: Orbit, parameters: Parameters) -> None:
+        """Wait until the amplitudes are those of an orbit."""
+        for name, error in absolute_errors(orbit, parameters).items():
+            value = amplitude_text(name, getattr(orbit, name), error)
+            self.page.locator(f"[data-name={name}]", has_text=value).wait_for()
+
+    def heading(self) -> str:
+        """The heading of the page."""
+        return self.page.locator(".where .bk-clearfix").inner_text()
+
+    def says(self, text: str) -> None:
+        self.page.get_by_text(text).first.wait_for()
+
+
+def served_page(serving: Any, beginning: Beginning) -> Any:
+    return serving(lambda document: Page(beginning).open_in(document))
+
+
+@pytest.fixture(scope="module")
+def server(serving: Any) -> Iterator[Any]:
+    """Serves the paper's values; what a closed tab leaves is gone in seconds."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "_UNUSED_SECONDS", 5)
+        patch.setattr(module, "_LOOK_SECONDS", 1)
+        with served_page(serving, of_nothing()) as there:
+            yield there
+
+
+@pytest.fixture(scope="module")
+def page(chromium: Any, server: Any) -> Iterator[View]:
+    """The page in a tab."""
+    with opened_tab(chromium) as tab:
+        yield (seen := View(tab, server))
+        assert seen.errors == []
+        assert seen.requests_elsewhere(*seen.here) == []
+
+
+@pytest.fixture
+def view(page: View) -> View:
+    """The page as it begins."""
+    page.reset()
+    return page
+
+
+def test_it_begins_with_the_papers_orbit(view: View):
+    view.shows(stationary_orbit(Parameters()), Parameters())
+    assert view.text("regime") == "stick-slip, symmetric"
+    assert view.text("status") == "ok"
+    assert view.text("orbit_periods") == "1"
+
+
+def test_a_typed_value_moves_the_amplitudes(view: View):
+    view.types("temperature", "250")
+    parameters = Parameters(temperature=250)
+    view.shows(stationary_orbit(parameters), parameters)
+    view.types("spring_stiffness", "1e3")
+    parameters = Parameters(temperature=250, spring_stiffness=1e3)
+    view.shows(stationary_orbit(parameters), parameters)
+    view.says("T = 250 K, K = 1000 N/m")
+
+
+def test_a_slider_moves_the_amplitudes(view: View):
+    handle = view.page.locator(".slider-temperature .noUi-handle").bounding_box()
+    x, y = handle["x"] + handle["width"] / 2, handle["y"] + handle["height"] / 2
+    view.page.mouse.move(x, y)
+    view.page.mouse.down()
+    view.page.mouse.move(x + 20, y, steps=5)
+    view.page.mouse.up()
+    view.page.mouse.move(0, 0)
+    wait_until(lambda: f"T = {view.box('temperature').input_value()} K" in view.heading())
+    temperature = float(view.box("temperature").input_value())
+    assert 220 < temperature < 240
+    parameters = Parameters(temperature=temperature)
+    view.shows(stationary_orbit(parameters), parameters)
+
+
+def test_what_is_not_valid_is_refused_in_a_sentence(view: View):
+    view.types("temperature", "-5")
+    view.says("temperature must be at least 0, not -5.0. Shown is 200 K.")
+    view.types("viscosity_coefficient", "1,5")
+    view.says("viscosity_coefficient must be a number, not '1,5'; write it with a decimal point")
+    view.types("temperature", "210")
+    parameters = Parameters(temperature=210)
+    view.shows(stationary_orbit(parameters), parameters)
+    assert view.page.get_by_text("must be at least").count() == 0
+    view.reset()
+    view.shows(stationary_orbit(Parameters()), Parameters())
+    assert view.box("viscosity_coefficient").input_value() == "50000"
+    assert view.page.get_by_text("must be").count() == 0
+
+
+def test_the_point_can_be_copied(view: View):
+    view.types("temperature", "230")
+    view.says("T = 230 K")
+    view.page.get_by_text("Copy this point").click()
+    written = view.page.locator(".config textarea")
+    wait_until(lambda: "230" in written.input_value())
+    assert from_yaml(written.input_value()).parameters() == Parameters(temperature=230)
+    command = view.page.locator(".command textarea").input_value()
+    assert "--set temperature=230 " in command
+
+
+def test_nothing_is_asked_of_another_machine(view: View):
+    view.types("temperature", "240")
+    view.says("T = 240 K")
+    assert view.requests_elsewhere(*view.here) == []
+    assert {address.partition(":")[0] for address in view.requests} == {"http", "ws"}
+
+
+def test_what_takes_long_is_announced_and_passed_over(view: View, monkeypatch: pytest.MonkeyPatch):
+    end, prepared = threading.Event(), motion.prepare
+
+    def prepare(opened: Any) -> None:
+        if opened.point.parameters.temperature == 260.0:
+            assert end.wait(60)
+        prepared(opened)
+
+    monkeypatch.setattr(motion, "prepare", prepare)
+    view.types("temperature", "260")
+    view.says("compiling for this processor")
+    view.types("temperature", "270")
+    parameters = Parameters(temperature=270)
+    view.shows(stationary_orbit(parameters), parameters)
+    assert view.page.get_by_text("compiling").count() == 0
+    end.set()
+
+
+def test_each_tab_has_its_own_point_and_a_closed_one_frees_its_threads(
+    view: View, chromium: Any, server: Any
+):
+    before = set(threading.enumerate())
+    with opened_tab(chromium) as tab:
+        other = View(tab, server)
+        other.types("temperature", "250")
+        other.says("T = 250 K")
+        assert view.box("temperature").input_value() == "200"
+        assert set(threading.enumerate()) - before
+    wait_until(lambda: not set(threading.enumerate()) - before)
+
+
+@pytest.fixture(scope="module")
+def map_page(chromium: Any, serving: Any, result: xr.Dataset) -> Iterator[View]:
+    served = served_page(serving, of_result(result, "a <map>.nc"))
+    with served as server, opened_tab(chromium) as page:
+        yield (seen := View(page, server))
+        assert seen.errors == []
+        assert seen.requests_elsewhere(*seen.here) == []
+
+
+@pytest.fixture
+def map_view(map_page: View) -> View:
+    """The page as it begins."""
+    map_page.page.get_by_text("Reset").click()
+    map_page.says("T = 250 K, K = 2000 N/m")
+    return map_page
+
+
+def test_a_click_on_the_map_opens_that_point(map_view: View, result: xr.Dataset):
+    map_view.says("a <map>.nc")
+    assert map_view.box("temperature").input_value() == "250"
+    click(map_view, 0.35, 0.3)
+    wait_until(lambda: map_view.box("temperature").input_value() != "250")
+    temperature = float(map_view.box("temperature").input_value())
+    stiffness = float(map_view.box("spring_stiffness").input_value())
+    point = point_of(result, temperature=temperature, spring_stiffness=stiffness)
+    assert point.parameters.temperature == temperature
+    map_view.shows(point.orbit(), point.parameters)
+    map_view.says("The same numbers as in the file, to the last bit.")
+
+
+def test_from_a_point_of_the_file_sliders_go_on(map_view: View, result: xr.Dataset):
+    point = point_of(result, temperature=250, spring_stiffness=2000)
+    map_view.types("temperature", "225.5")
+    parameters = point.parameters._replace(temperature=225.5)
+    map_view.shows(stationary_orbit(parameters, rtol=1e-4), parameters)
+    assert map_view.page.get_by_text("as in the file").count() == 0
+
+
+def click(view: View, across: float, up: float) -> None:
+    """Click on the map, so far across and up."""
+    frame = view.page.locator(".chart canvas").first.bounding_box()
+    x = frame["x"] + across * frame["width"]
+    view.page.mouse.click(x, frame["y"] + (1.0 - up) * frame["height"])
+
+
+def test_the_whole_page_fits_on_narrow_screens(view: View):
+    view.page.set_viewport_size({"width": 700, "height": 900})
+    try:
+        wait_until(lambda: view.page.evaluate("document.documentElement.scrollWidth") <= 700)
+    finally:
+        view.page.set_viewport_size({"width": 1500, "height": 950})
