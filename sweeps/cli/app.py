@@ -18,6 +18,7 @@ from sweeps.cli.explore import explore
 from sweeps.cli.inspect import check, info, schema
 from sweeps.cli.pictures import figure, plot, simulate
 from sweeps.cli.points import replay
+from sweeps.cli.report import report
 from sweeps.cli.shared import stop_with
 from sweeps.cli.streams import lasting_streams, lose
 from sweeps.cli.sweeps import plan, status, sweep
@@ -36,7 +37,7 @@ app = typer.Typer(
 )
 _SWEEPS = (sweep, plan, status, check)
 _MOTIONS = (simulate, replay, explore)
-_FILES = (figure, plot, export, merge, schema, info)
+_FILES = (figure, plot, report, export, merge, schema, info)
 for verb in (*_SWEEPS, *_MOTIONS, *_FILES):
     # Without a `short_help` the list of verbs cuts sentences at the end of a line.
     app.command(short_help=(verb.__doc__ or "").partition("\n\n")[0])(verb)

@@ -87,10 +87,11 @@ def _ways(ds: xr.Dataset, style: CurveStyle, layout: Layout) -> list[tuple[xr.Da
     if not layout.both_ways:
         return [(ds, style)]
     ways = [str(way) for way in ds[DIRECTION].values]
-    return [(ds.isel({DIRECTION: i}), _way_style(style, way)) for i, way in enumerate(ways)]
+    return [(ds.isel({DIRECTION: i}), way_style(style, way)) for i, way in enumerate(ways)]
 
 
-def _way_style(style: CurveStyle, way: str) -> CurveStyle:
+def way_style(style: CurveStyle, way: str) -> CurveStyle:
+    """The style of a curve that is followed upward, or downward: dashed and thinner."""
     if way == "up":
         return style._replace(dashes="solid")
     return style._replace(dashes=_DOWNWARD, width=0.6 * style.width)
@@ -136,10 +137,10 @@ def _legend(ds: xr.Dataset, layout: Layout) -> list[Line2D]:
     handles: list[Line2D] = []
     if layout.hue is not None:
         for index, (_, style) in enumerate(_curves(ds, layout.hue)):
-            shown_style = _way_style(style, "up") if ways else style
+            shown_style = way_style(style, "up") if ways else style
             label = legend_label(ds, layout.hue, index)
             handles.append(Line2D([], [], **shown_style.line(), label=label))
     for way in ways:
-        line = _way_style(curve_style(0, 1), way).line()
+        line = way_style(curve_style(0, 1), way).line()
         handles.append(Line2D([], [], **line, label=DIRECTIONS.get(way, way)))
     return handles

@@ -87,8 +87,14 @@ class StickslipAccessor:
         return self.plot(variable, x=x, y=y, at=at)
 
     def report(self, path: str | Path) -> Path:
-        """Write the page of `stickslip report`, which needs no network; returns its path."""
-        raise NotImplementedError
+        """Write the page of `stickslip report`, which needs no network; returns its path.
+
+        Raises ReportError where no page can be made, StorageError where it cannot be written.
+        """
+        from sweeps.views.report import write_report
+
+        write_report(self._ds, Path(path), name=str(self._ds.attrs.get("title", "a result")))
+        return Path(path)
 
 
 def _listed(ds: xr.Dataset) -> str:

@@ -7,7 +7,7 @@ point without a result it goes on from the last one that had one.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +73,19 @@ def start_after(points: NDArray[np.float64], options: Options) -> NDArray[np.flo
     for key, (_, states) in zip(keys[there:], followed, strict=True):
         state = _KNOWN[key] = states[0]
     return state
+
+
+def remember_starts(lines: Sequence[NDArray[np.float64]], options: Options) -> None:
+    """Have `start_after` know the states along lines of points (n, parameters), many at a time."""
+    for first in range(0, len(lines), _MOST_LINES):
+        some = lines[first : first + _MOST_LINES]
+        longest = max(map(len, some))
+        # Where a line has ended its last point is done again, and not looked at.
+        filled = [np.pad(line, ((0, longest - len(line)), (0, 0)), "edge") for line in some]
+        along = [states for _, states in _followed(np.stack(filled), options)]
+        for number, line in enumerate(some):
+            for key, states in zip(_keys(line, options), along, strict=False):
+                _KNOWN[key] = states[number]
 
 
 def _keys(points: NDArray[np.float64], options: Options) -> list[bytes]:

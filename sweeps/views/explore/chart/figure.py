@@ -29,10 +29,10 @@ from sweeps.views.explore.chart.scales import (
     mapper_of,
     name_ticks,
     put_legend_above,
-    round_numbers,
 )
 from sweeps.views.explore.pictures import new_figure
 from sweeps.views.symbols import plain
+from sweeps.views.ticks import round_numbers
 
 _HEIGHT, _LOW = 460, 200  # pixels
 _DOT, _SMALL_DOT, _FEW = 5.0, 2.0, 40  # pixels: of few points, and of more

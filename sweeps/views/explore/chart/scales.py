@@ -15,8 +15,8 @@ from sweeps.figures.layout import Axis
 from sweeps.figures.style import GREY
 from sweeps.views.explore.chart.kinds import STRIP, ends_of
 from sweeps.views.symbols import plain
+from sweeps.views.ticks import round_numbers
 
-_DECADES = 4  # of a logarithmic axis on which 2 and 5 are named too
 _SHADES = 256
 
 
@@ -32,14 +32,6 @@ def name_ticks(side: Any, axis: Axis) -> None:
         side.ticker = FixedTicker(ticks=places)
         names = [plain(name).replace(",\n", "\n") for name in axis.names]
         side.major_label_overrides = dict(zip(places, names, strict=True))
-
-
-def round_numbers(low: float, high: float) -> list[float]:
-    """1, 2, 5, 10 ... over a range; powers of ten where it is long."""
-    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
-    mantissas = (1, 2, 5) if last - first <= _DECADES else (1,)
-    numbers = [mantissa * 10.0**power for power in range(first, last + 1) for mantissa in mantissas]
-    return [number for number in numbers if low <= number <= high]
 
 
 def mapper_of(colours: Colours) -> ColorMapper:

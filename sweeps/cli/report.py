@@ -1,0 +1,94 @@
+"""The verbs that lead from a result back to its points: report."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sweeps.cli.shared import NoProgressOption, WorkersOption, say, stop_with
+from sweeps.exits import Exit
+
+if TYPE_CHECKING:
+    from sweeps.engine.progress.compiling import Compiling
+
+_SECONDS_BETWEEN_LINES = 5.0
+
+
+def report(
+    file: Annotated[Path, typer.Argument(help="Result file of a sweep.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="HTML file; left out, beside the result."),
+    ] = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=VALUE", help="Only the nearest point of an axis; SI units."),
+    ] = None,
+    orbits: Annotated[
+        int, typer.Option(min=0, max=200, help="Points whose orbits are computed and kept in it.")
+    ] = 200,
+    workers: WorkersOption = None,
+    no_progress: NoProgressOption = False,
+) -> None:
+    """Write a page to look around in a result: one HTML file that needs no network.
+
+    Maps with a slider for each further axis, curves, orbits on a click, failures, provenance;
+    docs/report.md shows one. An older page is replaced.
+    """
+    from sweeps.engine.existing import seal_note
+    from sweeps.engine.progress.compiling import Compiling
+    from sweeps.engine.signals import interruptible
+    from sweeps.files.atomic import refuse_odd_output
+    from sweeps.files.datasets import open_result, require_writable
+    from sweeps.views.report import require_bokeh, write_report
+
+    require_bokeh()
+    page = output or file.with_name(file.name.removesuffix(".nc") + ".html")
+    if page.suffix.lower() not in (".html", ".htm"):
+        stop_with(f"{page}: a page ends in .html", Exit.USAGE)
+    ds = open_result(file)
+    if note := seal_note(file):
+        say(f"warning: {note}")
+    refuse_odd_output(page)
+    require_writable(page)
+    compiling = Compiling(wanted=not no_progress)
+    with ExitStack() as stack:
+        on_orbit = _telling(stack, compiling, wanted=not no_progress)
+        interruptible(
+            lambda: write_report(
+                ds,
+                page,
+                name=file.name,
+                at=at or (),
+                orbits=orbits,
+                workers=workers,
+                warning=note,
+                on_orbit=on_orbit,
+            ),
+            "Interrupted; no page was written.",
+            at_once=compiling.stop,
+        )
+    print(page)
+
+
+def _telling(stack: ExitStack, compiling: Compiling, *, wanted: bool) -> Callable[[int, int], None]:
+    """Says now and then how many orbits are finished; the first one needs what is compiled."""
+    told = time.monotonic()
+
+    def tell(done: int, total: int) -> None:
+        nonlocal told
+        if done == 0:
+            stack.enter_context(compiling)
+        elif done == 1:
+            compiling.stop()
+            told = time.monotonic()
+        elif wanted and time.monotonic() - told > _SECONDS_BETWEEN_LINES:
+            told = time.monotonic()
+            say(f"orbits: {done} of {total}")
+
+    return tell

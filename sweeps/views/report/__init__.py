@@ -1,0 +1,89 @@
+"""`stickslip report`: a result as one HTML file that needs no network.
+
+`write_report` is the way in; `page/` holds what runs in the browser.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sweeps.exits import ExpectedError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_ORBITS = 200
+"""Orbits in a page, about a megabyte."""
+
+MOST_POINTS = 300_000
+"""Points in a page, some 30 megabytes: what a browser still opens."""
+
+
+class ReportError(ExpectedError, ValueError):
+    """No page can be made of a result; the message says what to do."""
+
+
+def write_report(
+    ds: xr.Dataset,
+    path: Path,
+    *,
+    name: str,
+    at: Sequence[str] = (),
+    orbits: int = MOST_ORBITS,
+    workers: int | None = None,
+    warning: str = "",
+    on_orbit: Callable[[int, int], None] = lambda *_: None,
+) -> None:
+    """Write a page to look around in a result.
+
+    Parameters
+    ----------
+    ds
+        The result of a sweep.
+    path
+        The HTML file; an older one is replaced.
+    name
+        What the result is called on the page: the name of its file.
+    at
+        Texts such as `temperature=228`: only the nearest points of those axes.
+    orbits
+        How many points at most have their orbit in the page; it is computed again.
+    workers
+        Threads that compute the orbits; 2 where it is left out.
+    warning
+        A sentence about the result that a reader of the page must know.
+    on_orbit
+        Called with the number of finished orbits, and of all, in any thread: with 0 before the
+        first, which needs its kernels compiled.
+
+    Raises
+    ------
+    ReportError
+        bokeh is not installed; `ds` is no result of a sweep, or has too many points for a page;
+        `at` names no points.
+    StorageError
+        The file cannot be written.
+    """
+    require_bokeh()
+    from sweeps.files.atomic import replacing, storage_errors
+    from sweeps.views.report.build import built
+
+    text = built(
+        ds, name, at=at, orbits=orbits, workers=workers, warning=warning, on_orbit=on_orbit
+    )
+    with storage_errors(f"cannot write {path}", path.parent):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(path, fsync=False) as temporary:
+            # The name of a file need not be text.
+            temporary.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
+
+
+def require_bokeh() -> None:
+    """Raise ReportError where the library that draws is not installed."""
+    if importlib.util.find_spec("bokeh") is None:
+        raise ReportError(
+            "a report needs bokeh, which is not installed; try: pip install 'stickslip[report]'"
+        )

@@ -1,0 +1,115 @@
+"""Which points of a result have their orbits in its page."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stickslip.status import Status
+from sweeps.figures.layout import MANY, is_scattered
+from sweeps.grid import CASE, DIRECTION
+
+Numbers = NDArray[np.int64]
+
+_RESULTS = [int(status) for status in Status if status.is_result]
+
+_TRIES = 50  # for each point: most places that are drawn are free and have a result
+
+
+def failed_points(ds: xr.Dataset) -> Numbers:
+    """The points that were computed and have no result, as their numbers in C order."""
+    return np.flatnonzero(~np.isin(ds["status"].values, [*_RESULTS, Status.PENDING]))
+
+
+def places_of(ds: xr.Dataset, numbers: Numbers) -> list[dict[str, int]]:
+    """Where points are along the dimensions, given their numbers in C order."""
+    dims = list(map(str, ds["status"].dims))
+    if not dims:
+        return [{} for _ in numbers]
+    places = np.stack(np.unravel_index(numbers, ds["status"].shape), axis=-1)
+    return [dict(zip(dims, place, strict=True)) for place in places.tolist()]
+
+
+def chosen_points(ds: xr.Dataset, most: int) -> Numbers:
+    """At most `most` computed points of a result, as their numbers in C order.
+
+    All that have no result; then both sides of the boundaries between regimes, for at most half of
+    what is left, every kind of boundary in turn; then points that are spread evenly over the axes.
+    """
+    failed = failed_points(ds)
+    chosen = _evenly(failed, most)
+    chosen = np.union1d(chosen, _both_sides(_boundaries(ds), (most - chosen.size) // 2))
+    free = np.isin(ds["status"].values, _RESULTS)
+    free.ravel()[chosen] = False
+    return np.union1d(chosen, _spread(free, most - chosen.size))
+
+
+def _evenly(numbers: NDArray[Any], most: int) -> NDArray[Any]:
+    """At most `most` of some numbers, or pairs of them, evenly chosen."""
+    if len(numbers) <= most:
+        return numbers
+    return numbers[np.linspace(0, len(numbers) - 1, most).round().astype(np.int64)]
+
+
+def _boundaries(ds: xr.Dataset) -> list[Numbers]:
+    """For each kind of boundary between regimes the pairs (n, 2) of neighbours on its two sides."""
+    if "regime" not in ds:
+        return []
+    regime = np.where(np.isin(ds["status"].values, _RESULTS), ds["regime"].values, -1).astype(int)
+    numbers = np.arange(regime.size).reshape(regime.shape)
+    pairs, kinds = [], []
+    for axis in _axes_with_neighbours(ds):
+        sides = np.stack([_part(regime, axis, slice(-1)), _part(regime, axis, slice(1, None))])
+        ends = np.stack([_part(numbers, axis, slice(-1)), _part(numbers, axis, slice(1, None))])
+        parted = (sides[0] != sides[1]) & (sides >= 0).all(axis=0)
+        pairs.append(ends[:, parted].T)
+        kinds.append(np.sort(sides[:, parted], axis=0).T)
+    if not pairs:
+        return []
+    of_pair = np.unique(np.concatenate(kinds), axis=0, return_inverse=True)[1].ravel()
+    together = np.concatenate(pairs)
+    return [together[of_pair == kind] for kind in range(of_pair.max(initial=-1) + 1)]
+
+
+def _axes_with_neighbours(ds: xr.Dataset) -> list[int]:
+    """The axes along which points are neighbours; a few fluids are, where no axis is long."""
+    dims = [str(dim) for dim in ds["regime"].dims]
+    near = [d for d in dims if d != DIRECTION and not (d == CASE and is_scattered(ds, d))]
+    long = [dim for dim in near if ds.sizes[dim] > MANY]
+    return [dims.index(dim) for dim in long or near]
+
+
+def _part(values: NDArray[Any], axis: int, part: slice) -> NDArray[Any]:
+    return values[(slice(None),) * axis + (part,)]
+
+
+def _both_sides(boundaries: list[Numbers], most: int) -> Numbers:
+    """At most `most` numbers of evenly chosen pairs; a short boundary leaves room to the others."""
+    chosen = np.empty(0, dtype=np.int64)
+    for left, pairs in enumerate(sorted(boundaries, key=len)):
+        room = (most - chosen.size) // (len(boundaries) - left)
+        chosen = np.union1d(chosen, _evenly(pairs, room // 2))
+    return chosen
+
+
+def _spread(free: NDArray[np.bool_], most: int) -> Numbers:
+    """At most `most` of the free points, evenly spread over the axes of the grid.
+
+    The places are those of the additive sequence with the root of r^(d+1) = r + 1, the golden ratio
+    on one axis, which leaves no large gaps for any number of points.
+    """
+    open_to = np.flatnonzero(free)
+    if open_to.size <= most:
+        return open_to
+    ratio = 2.0
+    for _ in range(50):  # a fixed point, reached long before
+        ratio = (1.0 + ratio) ** (1.0 / (free.ndim + 1))
+    steps = ratio ** -np.arange(1.0, free.ndim + 1)
+    places = (0.5 + np.outer(np.arange(1, _TRIES * most), steps)) % 1.0 * free.shape
+    numbers = np.ravel_multi_index(tuple(places.astype(np.int64).T), free.shape)
+    _, first = np.unique(numbers, return_index=True)
+    drawn = numbers[np.sort(first)]
+    return np.asarray(drawn[free.ravel()[drawn]][:most])

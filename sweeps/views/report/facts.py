@@ -1,0 +1,120 @@
+"""What a page says of a result in words: how its points ended, its config, where it comes from.
+
+Whatever comes from the file is escaped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+import numpy as np
+import xarray as xr
+
+from stickslip.regime import Regime
+from stickslip.status import Status
+from stickslip.variables import PARAMETERS
+from sweeps.figures.colours import code_name
+from sweeps.figures.labels import shown, slice_label
+from sweeps.figures.missing import trusted
+from sweeps.grid import CASE
+from sweeps.views.report.choice import failed_points, places_of
+from sweeps.views.symbols import plain
+
+_MOST_FAILURES = 500  # rows that a browser lays out at once
+_LONGEST_TEXT = 200_000  # letters; the cases of a config may be megabytes
+
+_UNKNOWN_CODE = "A code of another version."
+
+
+def failures_table(ds: xr.Dataset) -> str:
+    """A row for each point without a result: where it is, its status, and what that means."""
+    failed = failed_points(ds)
+    if not failed.size:
+        return "<p>Every point that was computed has a result.</p>"
+    rows = [_failure(ds, number) for number in failed[:_MOST_FAILURES].tolist()]
+    more = failed.size - len(rows)
+    note = f"<p>{more} more are not listed.</p>" if more else ""
+    return _table(("point", "status", "what happened, and what may help"), rows) + note
+
+
+def _failure(ds: xr.Dataset, number: int) -> list[str]:
+    code = int(ds["status"].values.flat[number])
+    where = escape(where_in_words(ds, number))
+    button = f'<button type="button" data-point="{number}">{where}</button>'
+    return [button, escape(code_name("status", code)), escape(_sentence(Status, code))]
+
+
+def where_in_words(ds: xr.Dataset, number: int) -> str:
+    """The values of the axes at a point, by its number in C order."""
+    (index,) = places_of(ds, np.array([number]))
+    case = f"case {index[CASE]}, " if CASE in index else ""
+    return case + plain(slice_label(ds, index)) or "the only point"
+
+
+def counts_table(ds: xr.Dataset) -> str:
+    """How many points have each status and each regime, and what these mean."""
+    statuses = ds["status"].values
+    rows = [["status", *row] for row in _counts(statuses, "status", Status)]
+    if "regime" in ds:
+        regimes = trusted(ds, "regime").fillna(Regime.UNKNOWN).values
+        rows += [["regime", *row] for row in _counts(regimes, "regime", Regime)]
+    return _table(("", "kind", "points", "meaning"), rows)
+
+
+def _counts(codes: np.ndarray, name: str, kinds: type[Status] | type[Regime]) -> list[list[str]]:
+    found, counts = np.unique(codes.astype(int), return_counts=True)
+    return [
+        [escape(code_name(name, code)), str(count), escape(_sentence(kinds, code))]
+        for code, count in zip(found.tolist(), counts.tolist(), strict=True)
+    ]
+
+
+def _sentence(kinds: type[Status] | type[Regime], code: int) -> str:
+    return kinds(code).sentence if code in list(kinds) else _UNKNOWN_CODE
+
+
+def largest_error(ds: xr.Dataset) -> str:
+    """A sentence with the largest error that a point states, and where that is."""
+    errors = trusted(ds, "amplitude_error").values.ravel() if "amplitude_error" in ds else None
+    if errors is None or not np.isfinite(errors).any():
+        return "No point states an error."
+    number = int(np.nanargmax(errors))
+    error = plain(shown(xr.DataArray(float(f"{errors[number]:.1e}"))).value)
+    return f"The largest amplitude error is {error}, at {escape(where_in_words(ds, number))}."
+
+
+def fixed_parameters(ds: xr.Dataset) -> str:
+    """The parameters that are the same at all points; those that are not the paper's stand out."""
+    items = []
+    for name in PARAMETERS:
+        if name in ds.coords and ds[name].size == 1:
+            value = escape(plain(shown(ds[name]).equation))
+            usual = np.isclose(float(ds[name]), PARAMETERS[name].default, rtol=1e-12, atol=0.0)
+            text = value if usual else f"<strong>{value}</strong>"
+            items.append(f'<li title="{escape(PARAMETERS[name].meaning)}">{text}</li>')
+    return f'<ul class="parameters">{"".join(items)}</ul>'
+
+
+def provenance_table(facts: Iterable[tuple[str, object]]) -> str:
+    """Names and texts, such as the attributes of a file."""
+    return _table((), [[escape(name), _text(str(value))] for name, value in facts])
+
+
+def config_text(config: str) -> str:
+    """The config of a result, as YAML."""
+    return f"<pre>{_text(config)}</pre>"
+
+
+def _text(text: str) -> str:
+    if len(text) <= _LONGEST_TEXT:
+        return escape(text)
+    return escape(text[:_LONGEST_TEXT]) + f"\n... ({len(text)} letters in the file)"
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table of cells that are HTML already."""
+    titles = "".join(f"<th>{title}</th>" for title in head)
+    lines = ["<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows]
+    above = f"<thead><tr>{titles}</tr></thead>" if head else ""
+    return f"<table>{above}<tbody>{''.join(lines)}</tbody></table>"
