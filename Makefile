@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 WORKERS ?= 2
 
-.PHONY: help demo test test-fast stress faults lint generated bench bench-quick tables clean
+.PHONY: help demo test test-fast stress faults lint generated docs bench bench-quick tables clean
 
 help:
 	@echo "make demo       Fig. 7 of the paper: results/fig7.nc and its picture"
@@ -16,6 +16,7 @@ help:
 	@echo "make faults     kills, failing disks, damage: the long tests, and the table of attacks; an hour"
 	@echo "make lint       ruff, mypy and the import contracts"
 	@echo "make generated  the schema of configs and docs/configuration.md, from their declarations"
+	@echo "make docs       the documentation as a site: tutorial and gallery computed, every function and command"
 	@echo "make bench      the benchmarks with pictures and tables; an hour or two, on an idle machine"
 	@echo "make tables     the pictures and tables of the benchmarks from their records"
 	@echo "make bench-quick  the same scripts in a minute or two: are they alive?"
@@ -66,6 +67,15 @@ generated: $(VENV)/.core
 	$(BIN)/stickslip schema > configs/stickslip.schema.json
 	$(BIN)/python docs/configuration.py
 
+SITE := docs/_build
+
+docs: $(VENV)/.docs
+	$(BIN)/python docs/gallery.py
+	$(BIN)/sphinx-build --builder html --nitpicky --fail-on-warning --keep-going --quiet -c docs -d $(SITE)/doctrees . $(SITE)/html
+	$(BIN)/python docs/check_links.py
+	@echo
+	@echo "site: $(CURDIR)/$(SITE)/html/index.html"
+
 bench-quick: $(VENV)/.bench
 	set -e; for script in $(BENCHMARKS); do echo "== $$script"; $(BIN)/python $$script --quick; done
 
@@ -84,6 +94,10 @@ $(VENV)/.dev: pyproject.toml | $(VENV)/.created
 	$(PIP) --editable ".[dev]"
 	@touch $(VENV)/.core $@
 
+$(VENV)/.docs: pyproject.toml | $(VENV)/.created
+	$(PIP) --editable ".[docs]"
+	@touch $(VENV)/.core $@
+
 # Each peer by itself: one that cannot be built here must not take the others away.
 $(VENV)/.bench: pyproject.toml | $(VENV)/.created
 	$(PIP) --editable .
@@ -93,6 +107,6 @@ $(VENV)/.bench: pyproject.toml | $(VENV)/.created
 	@touch $@
 
 clean:
-	rm -rf $(VENV) build dist *.egg-info
+	rm -rf $(VENV) build dist *.egg-info docs/_build
 	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	find stickslip sweeps tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -51,7 +51,8 @@ def with_tables(page: str) -> str:
     return _TABLE.sub(made, page)
 
 
-def _table(head: str, rows: Iterable[Iterable[str]]) -> str:
+def table(head: str, rows: Iterable[Iterable[str]]) -> str:
+    """A Markdown table."""
     columns = head.count("|") - 1
     return "\n".join([head, "|---" * columns + "|", *("| " + " | ".join(r) + " |" for r in rows)])
 
@@ -64,7 +65,7 @@ def _keys() -> str:
         reference = value["anyOf"][0].get("$ref", "").removeprefix("#/$defs/")
         meaning = value.get("description") or schema["$defs"][reference]["description"]
         rows.append((f"[`{key}`](#{key})" if reference else f"`{key}`", meaning))
-    return _table("| key | holds |", rows)
+    return table("| key | holds |", rows)
 
 
 def _parameters() -> str:
@@ -82,7 +83,7 @@ def _parameters() -> str:
         )
         for name, variable in PARAMETERS.items()
     )
-    return _table("| parameter | symbol | unit | default | valid | meaning |", rows)
+    return table("| parameter | symbol | unit | default | valid | meaning |", rows)
 
 
 def _axes() -> str:
@@ -90,14 +91,14 @@ def _axes() -> str:
     for axis in _AXES:
         (values,) = from_yaml(f"sweep: {{temperature: {axis}}}").sweep.values()
         rows.append((f"`{axis}`", ", ".join(map(_value, values))))
-    return _table("| written | values |", rows)
+    return table("| written | values |", rows)
 
 
 def _neutral() -> str:
     keys = {f"{n}.{k}": v for n, section in SECTIONS.items() for k, v in section.neutral().items()}
     keys |= {f"model.{n}": v.neutral for n, v in PARAMETERS.items() if v.neutral is not None}
     rows = ((f"`{key}`", _value(value)) for key, value in keys.items())
-    return _table("| key | neutral value |", rows)
+    return table("| key | neutral value |", rows)
 
 
 def _section(name: str) -> str:
@@ -106,7 +107,7 @@ def _section(name: str) -> str:
         (f"`{key}`", _value(value.get("default")), _valid(value), value["description"])
         for key, value in schema["properties"].items()
     )
-    return _table("| key | default | valid | meaning |", rows)
+    return table("| key | default | valid | meaning |", rows)
 
 
 def _sample_keys() -> str:
@@ -118,7 +119,7 @@ def _sample_keys() -> str:
          properties[key]["description"])
         for key in own
     )  # fmt: skip
-    return _table("| key | default | valid | meaning |", rows)
+    return table("| key | default | valid | meaning |", rows)
 
 
 def _valid(schema: Mapping[str, Any]) -> str:
