@@ -18,7 +18,9 @@ from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, RESULTS, TRAJECTORY, ParameterVariable
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("benchmarks/*.md")])
+WRITTEN = (path for path in ROOT.glob("docs/**/*.md") if "_build" not in path.parts)
+PAGES = sorted([*ROOT.glob("*.md"), *WRITTEN, *ROOT.glob("benchmarks/*.md")])
+LINK = re.compile(r"\]\(([^)\s]+)\)|^```\{literalinclude\} (\S+)$", re.MULTILINE)
 EQUATIONS = (ROOT / "docs" / "equations.md").read_text(encoding="utf-8")
 
 
@@ -146,7 +148,7 @@ def scripts(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Any]:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page: Path):
-    for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text("utf-8")):
+    for link in map("".join, LINK.findall(page.read_text("utf-8"))):
         if not link.startswith(("http:", "https:")):
             name, _, heading = link.partition("#")
             target = (page.parent / name).resolve() if name else page

@@ -1,0 +1,93 @@
+"""What the how-tos show can be done: their configs, commands and scripts, in an empty folder."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import sys
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import pytest
+
+from sweeps.cli.app import main
+
+FOLDER = Path(__file__).parents[2] / "docs" / "how-to"
+
+CONFIG = re.compile(
+    r"^```\{code-block\} yaml\n:caption: (\S+)\n\n(.*?)^```", re.MULTILINE | re.DOTALL
+)
+COMMANDS = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
+SCRIPT = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+def run_page(name: str, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """Do what a page says, here; the names that its scripts leave."""
+    page, names = (FOLDER / f"{name}.md").read_text("utf-8"), {}
+    for config, text in CONFIG.findall(page):
+        Path(config).write_text(text)
+    for line in "".join(COMMANDS.findall(page)).splitlines():
+        monkeypatch.setattr(sys, "argv", shlex.split(line))
+        with pytest.raises(SystemExit) as ended:
+            main()
+        assert not ended.value.code, line
+    exec("".join(SCRIPT.findall(page)), names)
+    plt.close("all")
+    return names
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.slow
+def test_my_own_lubricant(
+    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = run_page("my-own-lubricant", monkeypatch)
+    printed = re.findall(r"^(\w+_coefficient): (\S+)$", capsys.readouterr().out, re.MULTILINE)
+    config = Path("lubricant.yaml").read_text()
+    written = dict(re.findall(r"(\w+_coefficient): (\S+)", config))
+    assert [(name, float(value)) for name, value in printed] == [
+        (name, float(written[name])) for name, _ in printed
+    ]
+    assert len(printed) == 4
+    assert names["film"].melting_temperature.values[0] == pytest.approx(names["T_m"])
+    assert names["film"].solidification_temperature.values[0] == pytest.approx(names["T_c"])
+    assert {path.name for path in Path("results").glob("*.png")} == {"lubricant.png", "regimes.png"}
+    lubricant = result("lubricant")
+    slow = lubricant.sel(temperature=names["T"], angular_frequency=5)
+    assert slow.elastic_stress_amplitude == pytest.approx(names["stress"], rel=0.02)
+    assert (lubricant.sel(temperature=slice(names["T_m"], None)).regime == 0).all()
+
+
+@pytest.mark.slow
+def test_a_map_that_grows(
+    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = run_page("map", monkeypatch)
+    assert names["ds"].equals(result("map"))
+    assert (names["ds"].status == 0).all()
+    config = Path("map.yaml").read_text()
+    Path("map.yaml").write_text(config.replace("num: 65", "num: 129"))
+    monkeypatch.setattr(sys, "argv", ["stickslip", "sweep", "map.yaml"])
+    capsys.readouterr()
+    with pytest.raises(SystemExit):
+        main()
+    assert f"{65 * 65} in results/map.nc; " in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_the_error_bar(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    names = run_page("error-bar", monkeypatch)
+    assert (names["force_error"] < 1e-4 * names["ds"].friction_force_amplitude.max()).all()
+    assert abs(names["change"]) <= names["coarse"].amplitude_error
+
+
+def result(name: str) -> Any:
+    import xarray as xr
+
+    return xr.open_dataset(f"results/{name}.nc")
