@@ -69,8 +69,10 @@ generated: $(VENV)/.core
 
 SITE := docs/_build
 
+# All pages anew, since some hang on the code; notebooks and pictures are kept where they would be the same.
 docs: $(VENV)/.docs
 	$(BIN)/python docs/gallery.py
+	rm -rf $(SITE)/html $(SITE)/doctrees
 	$(BIN)/sphinx-build --builder html --nitpicky --fail-on-warning --keep-going --quiet -c docs -d $(SITE)/doctrees . $(SITE)/html
 	$(BIN)/python docs/check_links.py
 	@echo

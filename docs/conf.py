@@ -62,10 +62,11 @@ autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented_params"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
-# Types of other packages (their inventories lie on the network), and names for type checkers alone.
+# Types of other packages, whose inventories lie on the network; names without their module, as
+# docstrings have them and hints that only type checkers read.
 nitpick_ignore_regex = [
     (r"py:.*", r"(xarray|xr|numpy|np|pathlib|collections|typing|sweeps|stickslip)\..*"),
-    (r"py:(class|exc)", r"StartName|Figure|Path|Config|Block|\w+Error"),
+    (r"py:(class|exc)", r"\w+"),
 ]
 
 html_theme = "furo"

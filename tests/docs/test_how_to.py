@@ -40,6 +40,7 @@ def run_page(name: str, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
+    Path("configs").symlink_to(FOLDER.parents[1] / "configs")
     return tmp_path
 
 
@@ -85,6 +86,18 @@ def test_the_error_bar(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     names = run_page("error-bar", monkeypatch)
     assert (names["force_error"] < 1e-4 * names["ds"].friction_force_amplitude.max()).all()
     assert abs(names["change"]) <= names["coarse"].amplitude_error
+
+
+@pytest.mark.slow
+def test_from_pixel_to_orbit(
+    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = run_page("from-pixel-to-orbit", monkeypatch)
+    said = capsys.readouterr().out
+    assert "with the bits of the file" in said
+    assert "3 meltings a period" in said
+    assert names["point"].differences() == {}
+    assert Path("results/fig7-replay.png").is_file()
 
 
 def result(name: str) -> Any:
