@@ -24,26 +24,37 @@ def export(
     """Write a result as a table, for programs that read no NetCDF.
 
     A row for each point: its coordinates, then all result variables, in the units of the file,
-    status and regime as words. Beside TABLE.csv stands TABLE.columns.csv with units, meanings and
-    the parameters that are fixed.
+    status and regime as words; what a point lacks is an empty cell. Beside TABLE.csv stands
+    TABLE.columns.csv with units, meanings and the parameters that are fixed.
     """
     from sweeps.engine.existing import seal_note
     from sweeps.files.datasets import open_result, readable
     from sweeps.files.export import export as write_table
+    from sweeps.files.export import files_of, refuse_other_data
 
     target = output or file.with_suffix(".csv")
-    if target.exists() and not overwrite:
+    for path in files_of(target):
+        _refuse_table(path, file, overwrite=overwrite)
+    with open_result(file, whole=False) as ds:
+        refuse_other_data(ds, file)
+        if note := seal_note(file):
+            say(f"warning: {note}")
+        with readable(file):
+            for path in write_table(ds, target):
+                print(path)
+
+
+def _refuse_table(path: Path, file: Path, *, overwrite: bool) -> None:
+    """End the command where a table would replace what is not to be replaced."""
+    from sweeps.files.atomic import refuse_odd_output
+
+    refuse_odd_output(path)
+    if path.exists() and file.exists() and path.samefile(file):
+        stop_with(f"{path} is the result itself; -o names the table", Exit.USAGE)
+    if path.exists() and not overwrite:
         stop_with(
-            f"{target} exists already; --overwrite replaces it, -o writes elsewhere", Exit.USAGE
+            f"{path} exists already; --overwrite replaces it, -o writes elsewhere", Exit.USAGE
         )
-    ds = open_result(file, whole=False)
-    if "status" not in ds.variables and "lower_displacement" not in ds.variables:
-        stop_with(f"{file} holds neither the result of a sweep nor a trajectory", Exit.USAGE)
-    if note := seal_note(file):
-        say(f"warning: {note}")
-    with readable(file):
-        for path in write_table(ds, target):
-            print(path)
 
 
 def merge(

@@ -8,9 +8,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import netCDF4
 import numpy as np
 
+from sweeps.exits import ExpectedError
 from sweeps.files.atomic import StorageError, beside, remove, replacing, storage_errors
+from sweeps.files.results import whole_chunks
 from sweeps.files.watch import require_readable
 
 if TYPE_CHECKING:
@@ -56,7 +59,10 @@ def open_result(path: Path, *, whole: bool = True) -> xr.Dataset:
     require_readable(path)
     with readable(path):
         if not whole:
-            return xr.open_dataset(path, engine="netcdf4", cache=False)
+            file = netCDF4.Dataset(path)
+            whole_chunks(file)
+            store = xr.backends.NetCDF4DataStore(file)  # type: ignore[no-untyped-call]
+            return xr.open_dataset(store, cache=False)
         with xr.open_dataset(path, engine="netcdf4") as ds:
             return ds.load()
 
@@ -66,7 +72,7 @@ def readable(path: Path) -> Iterator[None]:
     """Raise what reading a damaged file raises as a StorageError."""
     try:
         yield
-    except StorageError:
+    except ExpectedError:  # it has its message already
         raise
     except FileNotFoundError:
         raise StorageError(f"{path} does not exist") from None

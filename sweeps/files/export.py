@@ -1,24 +1,29 @@
 """Results as tables, for people without NetCDF: a row for each point, CSV or Parquet.
 
-The columns are the coordinates along which points differ, then the result variables, with the names
-of the file and in its units; status and regime are words. What a spreadsheet would stumble over,
-units, meanings and the fixed parameters, stands in a second small table beside a CSV file, and in
-the metadata of a Parquet file.
+The columns are the coordinates along which points differ, then the variables, with the names of the
+file and in its units; status and regime are words. The first line holds the names and nothing
+stands above it, because spreadsheets take a comment for data. Units, meanings and the parameters
+that are the same in all rows stand in a second small table beside a CSV file, and in the metadata
+of a Parquet file.
 """
 
 from __future__ import annotations
 
-import io
+import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
+import numpy as np
+
+from stickslip.variables import RESULTS
 from sweeps.exits import ExpectedError
 from sweeps.files.atomic import replacing, storage_errors
 from sweeps.files.chunks import Chunks
 
 if TYPE_CHECKING:
     import pandas as pd
+    import pyarrow as pa
     import xarray as xr
 
 ENDINGS = (".csv", ".parquet")
@@ -28,30 +33,47 @@ class TableError(ExpectedError, ValueError):
     """A table that cannot be made; the message says what helps."""
 
 
-def export(ds: xr.Dataset, path: Path) -> list[Path]:
-    """Write the table of a Dataset, read variable by variable, to `path`; returns the files.
+def files_of(path: Path) -> list[Path]:
+    """The files that a table of this name is written to: itself, and what stands beside a CSV file.
 
-    `ds` is the result of a sweep, or a trajectory, whose samples are the rows. Floats have all
-    their digits; NaN is an empty cell. An older table is replaced completely or not at all.
-
-    Raises TableError where the ending is neither .csv nor .parquet or what writes it is missing,
-    StorageError where it cannot be written.
+    Raises TableError where the ending is neither .csv nor .parquet, or what writes it is missing.
     """
     ending = path.suffix.lower()
     if ending not in ENDINGS:
         raise TableError(f"{path}: a table ends in {' or '.join(ENDINGS)}")
     if ending == ".parquet":
         _require_pyarrow()
+        return [path]
+    return [path, path.with_name(f"{path.stem}.columns.csv")]
+
+
+def refuse_other_data(ds: xr.Dataset, name: Path) -> None:
+    """Raise TableError where a Dataset is neither the result of a sweep nor a trajectory."""
+    if not {"status", "lower_displacement"} & ds.variables.keys():
+        raise TableError(f"{name} holds neither the result of a sweep nor a trajectory")
+
+
+def export(ds: xr.Dataset, path: Path) -> list[Path]:
+    """Write the table of a Dataset, read chunk by chunk, to `path`; returns the files.
+
+    `ds` is the result of a sweep, or a trajectory, whose samples are the rows. Floats have all
+    their digits. What a point without a result lacks is an empty cell: its NaN, and the -1 of its
+    counts. Older files are replaced completely or not at all.
+
+    Raises TableError as `files_of`, StorageError where a file cannot be written.
+    """
+    files = files_of(path)
     with storage_errors(f"cannot write {path}", path.parent):
         path.parent.mkdir(parents=True, exist_ok=True)
-        if ending == ".parquet":
-            _write_parquet(ds, path)
-            return [path]
-        _write_csv(ds, path)
-        beside = path.with_name(f"{path.stem}.columns.csv")
-        with replacing(beside) as temporary:
-            _described(ds).to_csv(temporary, index=False)
-        return [path, beside]
+        with replacing(path) as temporary:
+            if len(files) == 1:
+                _write_parquet(ds, temporary)
+                return files
+            with temporary.open("w", encoding="utf-8", newline="") as file:
+                _write_csv(ds, file)
+            with replacing(files[1]) as beside:
+                _described(ds).to_csv(beside, index=False, lineterminator="\n")
+    return files
 
 
 def _require_pyarrow() -> None:
@@ -65,39 +87,42 @@ def _require_pyarrow() -> None:
         ) from None
 
 
-def _write_csv(ds: xr.Dataset, path: Path) -> None:
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        for number, frame in enumerate(_frames(ds)):
-            text = io.StringIO()
-            frame.to_csv(text, index=False, header=number == 0, lineterminator="\n")
-            file.write(text.getvalue())
+def _write_csv(ds: xr.Dataset, file: TextIO) -> None:
+    for number, frame in enumerate(_frames(ds)):
+        frame.to_csv(file, index=False, header=number == 0, lineterminator="\n")
 
 
 def _write_parquet(ds: xr.Dataset, path: Path) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    described = _described(ds).to_json(orient="records")
-    with replacing(path) as temporary:
-        writer: pq.ParquetWriter | None = None
-        try:
-            for frame in _frames(ds):
-                table = pa.Table.from_pandas(frame, preserve_index=False)
-                if writer is None:
-                    schema = table.schema.with_metadata({"stickslip_columns": described})
-                    writer = pq.ParquetWriter(temporary, schema)
-                writer.write_table(table.cast(writer.schema))
-        finally:
-            if writer is not None:
-                writer.close()
+    frames = _frames(ds)
+    first = pa.Table.from_pandas(next(frames), preserve_index=False)
+    schema = _with_metadata(first.schema, ds)
+    with pq.ParquetWriter(path, schema) as writer:
+        writer.write_table(first.cast(schema))
+        for frame in frames:
+            writer.write_table(pa.Table.from_pandas(frame, schema=schema, preserve_index=False))
+
+
+def _with_metadata(schema: pa.Schema, ds: xr.Dataset) -> pa.Schema:
+    """The same columns with their units and meanings, and what the file says of itself."""
+    described = _described(ds).set_index("name")
+    for place, field in enumerate(schema):
+        told = described.loc[field.name]
+        schema = schema.set(place, field.with_metadata(told[["units", "meaning"]].to_dict()))
+    fixed = described[described["fixed_value"] != ""]
+    about = {name: value for name, value in ds.attrs.items() if isinstance(value, str)}
+    # json writes a float with all its digits.
+    return schema.with_metadata(about | {"fixed_values": json.dumps(dict(fixed["fixed_value"]))})
 
 
 def _frames(ds: xr.Dataset) -> Iterator[pd.DataFrame]:
     """The table chunk by chunk, its rows in the order of the points or samples."""
     import pandas as pd
 
-    template = ds["status"] if "status" in ds.variables else ds["lower_displacement"]
-    dims, columns = list(map(str, template.dims)), _columns(ds, template)
+    template = _template(ds)
+    dims, columns = list(map(str, template.dims)), _columns(ds)
     chunks = Chunks(template.shape)
     for number in range(len(chunks)):
         part = ds.isel(dict(zip(dims, chunks.box(number), strict=True)))
@@ -105,24 +130,43 @@ def _frames(ds: xr.Dataset) -> Iterator[pd.DataFrame]:
         yield pd.DataFrame({name: _values(part[name], shape) for name in columns})
 
 
-def _columns(ds: xr.Dataset, template: xr.DataArray) -> list[str]:
+def _template(ds: xr.Dataset) -> xr.DataArray:
+    """A variable with a value for each row."""
+    return ds["status"] if "status" in ds.variables else ds["lower_displacement"]
+
+
+def _columns(ds: xr.Dataset) -> list[str]:
     """What differs from row to row, axes first: coordinates, then variables."""
-    along = [str(name) for name in ds.coords if ds[name].ndim and name not in template.dims]
-    names = [*map(str, template.dims), *along, *map(str, ds.data_vars)]
-    return [n for n in names if n in ds.variables and set(ds[n].dims) <= set(template.dims)]
+    dims = _template(ds).dims
+    along = [str(name) for name in ds.coords if ds[name].ndim and name not in dims]
+    names = [*map(str, dims), *along, *map(str, ds.data_vars)]
+    return [name for name in names if name in ds.variables and set(ds[name].dims) <= set(dims)]
 
 
 def _values(variable: xr.DataArray, shape: Mapping[str, int]) -> Any:
     """A column: the values (rows,), spread over the dimensions that a variable lacks."""
     lacking = {dim: size for dim, size in shape.items() if dim not in variable.dims}
     whole = variable.variable.set_dims(lacking | dict(variable.sizes))  # type: ignore[no-untyped-call]
-    values = whole.transpose(*shape).values
-    if "flag_meanings" not in variable.attrs:
-        return values.ravel()
-    words = dict(
-        zip(variable.attrs["flag_values"], variable.attrs["flag_meanings"].split(), strict=True)
-    )
-    return [words.get(code, str(code)) for code in values.ravel()]
+    values = whole.transpose(*shape).values.ravel()
+    if "flag_meanings" in variable.attrs:
+        return _words(values, variable.attrs)
+    return _counts(values, str(variable.name)) if values.dtype.kind == "i" else values
+
+
+def _words(codes: np.ndarray, attributes: Mapping[str, Any]) -> list[str]:
+    """The meanings (rows,) of the codes of a flag."""
+    meanings = attributes["flag_meanings"].split()
+    known = dict(zip(attributes["flag_values"], meanings, strict=True))
+    return [known.get(code, str(code)) for code in codes]
+
+
+def _counts(values: np.ndarray, name: str) -> Any:
+    """Whole numbers (rows,), empty where they say that there is none: -1 would enter a mean."""
+    import pandas as pd
+
+    if name not in RESULTS:
+        return values
+    return pd.arrays.IntegerArray(values, values == RESULTS[name].missing)
 
 
 def _described(ds: xr.Dataset) -> pd.DataFrame:
@@ -130,7 +174,6 @@ def _described(ds: xr.Dataset) -> pd.DataFrame:
     import pandas as pd
 
     fixed = {str(name): ds[name].item() for name in ds.coords if not ds[name].ndim}
-    template = ds["status"] if "status" in ds.variables else ds["lower_displacement"]
     rows = [
         {
             "name": name,
@@ -138,6 +181,6 @@ def _described(ds: xr.Dataset) -> pd.DataFrame:
             "meaning": ds[name].attrs.get("long_name", ""),
             "fixed_value": fixed.get(name, ""),
         }
-        for name in [*_columns(ds, template), *fixed]
+        for name in dict.fromkeys([*_columns(ds), *fixed])
     ]
-    return pd.DataFrame(rows).drop_duplicates("name")
+    return pd.DataFrame(rows)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
+import netCDF4
 import pytest
-from support.sweeps.commands import Command
+from support.sweeps.commands import Command, entries
 
 from sweeps.files.datasets import content_hash, open_result
 
@@ -39,7 +41,45 @@ def test_a_table_is_written_once(command: Command) -> None:
     assert (done.code, done.out) == (0, "a.csv\na.columns.csv\n")
     assert "exists already; --overwrite" in command("export", "a.nc").err
     assert command("export", "a.nc", "--overwrite").code == 0
-    assert command("export", "a.nc", "-o", "b.parquet").code == 0
+    assert command("export", "a.nc", "-o", "deep/er/b.csv").code == 0
+    assert entries("deep/er") == ["b.columns.csv", "b.csv"]
+
+
+def test_what_is_no_table_of_ours_is_not_replaced(command: Command) -> None:
+    command("sweep", "a.yaml", "-o", "a.nc")
+    Path("b.columns.csv").write_text("mine")
+    code, out, err = command("export", "a.nc", "-o", "b.csv")
+    assert (code, out) == (2, "")
+    assert err == "b.columns.csv exists already; --overwrite replaces it, -o writes elsewhere\n"
+    assert not Path("b.csv").exists()
+    result = Path("a.nc").rename("c.csv").read_bytes()
+    for more in ([], ["--overwrite"]):
+        code, _, err = command("export", "c.csv", *more)
+        assert (code, err) == (2, "c.csv is the result itself; -o names the table\n")
+    assert Path("c.csv").read_bytes() == result
+
+
+def test_parquet_is_written_or_what_it_needs_is_said(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    command("sweep", "a.yaml", "-o", "a.nc")
+    with monkeypatch.context() as without:
+        without.setitem(sys.modules, "pyarrow.parquet", None)
+        code, _, err = command("export", "a.nc", "-o", "a.parquet")
+    assert code == 2
+    assert err.startswith("Parquet is written by pyarrow, which is not installed: pip install")
+    assert not Path("a.parquet").exists()
+    pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
+    assert command("export", "a.nc", "-o", "a.parquet").out == "a.parquet\n"
+
+
+def test_numbers_that_were_changed_are_told(command: Command) -> None:
+    command("sweep", "a.yaml", "-o", "a.nc")
+    with netCDF4.Dataset("a.nc", "a") as file:
+        file["melting_count"][0, 1] = 55
+    code, _, err = command("export", "a.nc")
+    assert code == 0
+    assert err.startswith("warning: the numbers of a.nc are not those that stickslip wrote")
 
 
 @pytest.mark.parametrize(
@@ -49,6 +89,8 @@ def test_a_table_is_written_once(command: Command) -> None:
         (("merge", "no.nc", "-o", "m.nc"), 5, "no.nc does not exist"),
         (("export", "a.yaml", "-o", "a.csv"), 5, "a.yaml"),
         (("export", "no.nc"), 5, "no.nc does not exist"),
+        (("export", "no.nc", "-o", "a.xlsx"), 2, "a.xlsx: a table ends in .csv or .parquet"),
+        (("export", "no.nc", "-o", "a.yaml/a.csv"), 5, "a.yaml is not a folder"),
     ],
 )
 def test_what_cannot_be_done_is_said(

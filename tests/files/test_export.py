@@ -12,11 +12,18 @@ import pytest
 import xarray as xr
 
 from stickslip import Status, simulate
-from stickslip.variables import RESULT_COLUMNS
+from stickslip.variables import RESULT_COLUMNS, RESULTS
 from sweeps import run
+from sweeps.config.load import from_mapping
+from sweeps.engine.trajectories import trajectories
 from sweeps.files import export as module
+from sweeps.files.atomic import StorageError
 from sweeps.files.chunks import Chunks
-from sweeps.files.export import TableError, export
+from sweeps.files.export import TableError, export, files_of
+
+FLOATS = [name for name in RESULT_COLUMNS if RESULTS[name].dtype == "f8"]
+# What a writer that rounds, or drops a sign, changes.
+ODD = [-2 / 3, 0.1 + 0.2, 1e-18, 5e-324, 1.7976931348623157e308, -0.0]
 
 CONFIG: dict[str, Any] = {
     "integrator": {"rtol": 1e-4},
@@ -31,6 +38,8 @@ def ds() -> xr.Dataset:
     ds = run(CONFIG)
     ds.status[0, 0] = Status.DIVERGED
     ds.friction_force_amplitude[0, 0] = np.nan
+    ds.melting_count[0, 0] = ds.orbit_periods[0, 0] = -1
+    ds.asymmetry[:] = np.reshape(ODD, (3, 2))
     return ds
 
 
@@ -51,10 +60,22 @@ def test_a_row_for_each_point_with_all_digits(ds: xr.Dataset, tmp_path: Path) ->
         point = ds.isel(temperature=number // 2, case=number % 2)
         assert float(row["temperature"]) == point.temperature
         assert float(row["spring_stiffness"]) == point.spring_stiffness
-        assert float(row["elastic_stress_amplitude"]) == point.elastic_stress_amplitude
-        assert int(row["melting_count"]) == point.melting_count
-    assert (rows[0]["status"], rows[0]["friction_force_amplitude"]) == ("diverged", "")
+        assert row["case"] == str(int(point.case))
+    for name in FLOATS:
+        read = np.array([float(row[name] or "nan") for row in rows])
+        assert read.tobytes() == ds[name].values.ravel().tobytes(), name
     assert (rows[1]["status"], rows[1]["regime"]) == ("ok", "stick_slip_symmetric")
+    assert [int(row["melting_count"]) for row in rows[1:]] == ds.melting_count.values.ravel()[
+        1:
+    ].tolist()
+
+
+def test_what_a_point_lacks_is_empty(ds: xr.Dataset, tmp_path: Path) -> None:
+    first = rows_of(export(ds, tmp_path / "a.csv")[0])[0]
+    assert first["status"] == "diverged"
+    empty = ["friction_force_amplitude", "melting_count", "orbit_periods", "lyapunov_exponent"]
+    assert [first[name] for name in empty] == [""] * 4
+    assert int(first["periods_integrated"]) == ds.periods_integrated[0, 0]
 
 
 def test_units_and_what_is_fixed_stand_beside_it(ds: xr.Dataset, tmp_path: Path) -> None:
@@ -74,15 +95,27 @@ def test_chunks_make_the_same_table(
     assert export(ds, tmp_path / "b.csv")[0].read_bytes() == whole
 
 
-def test_parquet_has_the_bits_and_the_units(ds: xr.Dataset, tmp_path: Path) -> None:
-    parquet = pytest.importorskip("pyarrow.parquet")
+def test_parquet_has_the_bits_and_the_units(
+    ds: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
+    monkeypatch.setattr(module, "Chunks", lambda shape: Chunks(shape, most=2))
     (path,) = export(ds, tmp_path / "a.parquet")
+    assert parquet.ParquetFile(path).num_row_groups == 3
     table = parquet.read_table(path)
-    stored = np.asarray(table["elastic_stress_amplitude"])
-    np.testing.assert_array_equal(stored, ds.elastic_stress_amplitude.values.ravel())
+    for name in FLOATS:
+        read = table[name].to_numpy(zero_copy_only=False)  # an empty cell is read as NaN
+        assert read.tobytes() == ds[name].values.ravel().tobytes(), name
+    assert table["friction_force_amplitude"].null_count == 1
+    assert table["melting_count"].to_pylist() == [None, *ds.melting_count.values.ravel()[1:]]
     assert table["status"].to_pylist()[:2] == ["diverged", "ok"]
-    described = json.loads(table.schema.metadata[b"stickslip_columns"])
-    assert {"name": "temperature", "units": "K"}.items() <= described[0].items()
+    about = table.schema.field("friction_force_amplitude").metadata
+    assert about == {b"units": b"N", b"meaning": b"amplitude of the friction force"}
+    fixed = json.loads(table.schema.metadata[b"fixed_values"])
+    assert fixed["rheological_index"] == -2 / 3
+    assert fixed["noise_intensity"] == 1e-18
+    assert "temperature" not in fixed
+    assert table.schema.metadata[b"config"].decode() == ds.attrs["config"]
 
 
 def test_a_single_point_is_one_row(tmp_path: Path) -> None:
@@ -105,11 +138,41 @@ def test_the_samples_of_a_trajectory_are_rows(tmp_path: Path) -> None:
     assert float(rows[3]["elapsed_time"]) == ds.elapsed_time[3]
 
 
+def test_the_samples_of_several_trajectories_are_rows(tmp_path: Path) -> None:
+    short = {"simulation": {"periods": 1, "samples_per_period": 10}}
+    ds = trajectories(from_mapping({"sweep": {"T": [200, 250]}} | short))
+    rows = rows_of(export(ds, tmp_path / "a.csv")[0])
+    assert [row["temperature"] for row in rows] == ["200.0"] * 11 + ["250.0"] * 11
+    assert float(rows[14]["elapsed_time"]) == ds.elapsed_time[1, 3]
+    assert float(rows[14]["friction_force"]) == ds.friction_force[1, 3]
+
+
+def test_an_older_table_stays_where_a_new_one_fails(
+    ds: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    paths = export(ds, tmp_path / "a.csv")
+    before = [path.read_bytes() for path in paths]
+    monkeypatch.setattr(module, "Chunks", lambda shape: Chunks(shape, most=2))
+    values = module._values
+
+    def failing(variable: xr.DataArray, shape: Any) -> Any:
+        if variable.name == "asymmetry" and np.signbit(variable.values).any():
+            raise OSError("Input/output error")
+        return values(variable, shape)
+
+    monkeypatch.setattr(module, "_values", failing)
+    with pytest.raises(StorageError, match=r"cannot write .*a\.csv: Input/output error"):
+        export(ds.assign(asymmetry=-ds.asymmetry), tmp_path / "a.csv")
+    assert [path.read_bytes() for path in paths] == before
+    assert len(list(tmp_path.iterdir())) == 2
+
+
 def test_without_pyarrow_it_is_said_what_to_do(
     ds: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(__import__("sys").modules, "pyarrow.parquet", None)
     with pytest.raises(TableError, match=r'pip install "stickslip\[table\]".*\.csv needs nothing'):
         export(ds, tmp_path / "a.parquet")
+    assert files_of(Path("a.csv")) == [Path("a.csv"), Path("a.columns.csv")]
     with pytest.raises(TableError, match=r"a table ends in \.csv or \.parquet"):
         export(ds, tmp_path / "a.xlsx")
