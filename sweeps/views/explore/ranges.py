@@ -56,7 +56,7 @@ class Scale:
         if self.logarithmic:
             return float(f"{10.0**position:.{_DIGITS - 1}e}")
         decimals = max(0, -math.floor(math.log10(self.step)))
-        return round(round(position / self.step) * self.step, decimals) + 0.0
+        return round(round(position / self.step) * self.step, decimals)
 
     def reaching(self, value: float) -> Scale:
         """The same slider, or a longer one that reaches a value, where it is one of its kind."""
