@@ -56,7 +56,7 @@ class Latest(Generic[Job, Result]):
     def close(self) -> None:
         """Begin nothing more and deliver nothing more; the threads end when their job does."""
         with self._changed:
-            self._closed, self._pending = True, None
+            self._closed = True
             self._changed.notify_all()
 
     def _run(self) -> None:

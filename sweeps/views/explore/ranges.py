@@ -18,6 +18,7 @@ _DIGITS = 4  # of the values of a logarithmic slider
 _WIDE = 100.0  # a slider without a range of its own reaches this many times the default, and a part
 _LARGEST_DENOMINATOR, _LARGEST_FRACTION = 12, 2  # beyond, a decimal is easier to read
 _LONGEST = 9  # letters that a box shows
+_SMALL = 1e-3  # below it a number is written with an exponent
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class Scale:
         if self.logarithmic:
             return float(f"{10.0**position:.{_DIGITS - 1}e}")
         decimals = max(0, -math.floor(math.log10(self.step)))
-        return round(round(position / self.step) * self.step, decimals) + 0.0
+        return round(round(position / self.step) * self.step, decimals)
 
     def reaching(self, value: float) -> Scale:
         """The same slider, or a longer one that reaches a value, where it is one of its kind."""
@@ -115,24 +116,30 @@ def scales_of(axes: Mapping[str, Sequence[float]]) -> dict[str, Scale]:
 
 def exact_text(value: float) -> str:
     """A number as short as it can be written, and read again as the same: `8e-7`, `-2/3`."""
-    short = f"{value:.6g}"
-    if float(short) != value:
-        fraction = Fraction(value).limit_denominator(_LARGEST_DENOMINATOR)
-        if abs(fraction) < _LARGEST_FRACTION and float(fraction) == value:
-            return str(fraction)
-        short = repr(value)
-    return _tidied(short)
+    short = _rounded(value)
+    if float(short) == value:
+        return short
+    fraction = Fraction(value).limit_denominator(_LARGEST_DENOMINATOR)
+    if abs(fraction) < _LARGEST_FRACTION and float(fraction) == value:
+        return str(fraction)
+    return _tidied(repr(value))
 
 
 def short_text(value: float) -> str:
     """A number as a box shows it: `exact_text`, or its first six digits where that is too long."""
     exact = exact_text(value)
-    return exact if len(exact) <= _LONGEST else _tidied(f"{value:.6g}")
+    return exact if len(exact) <= _LONGEST else _rounded(value)
 
 
-def _tidied(short: str) -> str:
-    """A number without the zeros that Python writes into exponents."""
-    mantissa, _, exponent = short.partition("e")
+def _rounded(value: float) -> str:
+    """The first six digits of a number."""
+    return _tidied(f"{value:.5e}" if 0.0 < abs(value) < _SMALL else f"{value:.6g}")
+
+
+def _tidied(written: str) -> str:
+    """A number without zeros at the end of its digits and the beginning of its exponent."""
+    mantissa, _, exponent = written.partition("e")
+    mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
     return f"{mantissa}e{int(exponent)}" if exponent else mantissa
 
 

@@ -89,7 +89,15 @@ def test_an_axis_gives_the_range():
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(200.0, "200"), (8e-7, "8e-7"), (-2 / 3, "-2/3"), (4e12, "4e12"), (0.0, "0"), (0.1, "0.1")],
+    [
+        (200.0, "200"),
+        (8e-7, "8e-7"),
+        (-2 / 3, "-2/3"),
+        (4e12, "4e12"),
+        (0.0, "0"),
+        (0.1, "0.1"),
+        (1e-4, "1e-4"),
+    ],
 )
 def test_numbers_are_written_short(value: float, text: str):
     assert exact_text(value) == short_text(value) == text
