@@ -48,8 +48,7 @@ def info(
             stop_with("--hash needs a FILE", Exit.USAGE)
         describe_installation()
         return
-    with readable(file):
-        ds = open_result(file, whole=False)
+    with readable(file), open_result(file, whole=False) as ds:
         if hash_:
             print(content_hash(ds))
         else:

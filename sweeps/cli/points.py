@@ -41,7 +41,7 @@ def replay(
     processor they have the same bits. An older replay of the file is replaced.
     """
     from sweeps.engine.progress.compiling import Compiling
-    from sweeps.files.datasets import open_result, write_dataset
+    from sweeps.files.datasets import open_result, readable, write_dataset
     from sweeps.views.points import point_of
 
     if start not in (None, "initial", "stationary"):
@@ -51,14 +51,15 @@ def replay(
         stop_with(f"{target}: -o names a NetCDF file, which ends in .nc", Exit.USAGE)
     if target.exists() and target.samefile(file):
         stop_with(f"{target} is the result itself; -o names another file", Exit.USAGE)
-    point = point_of(open_result(file, whole=False), at or ())
+    with readable(file), open_result(file, whole=False) as ds:
+        point = point_of(ds, at or ())
     with Compiling(wanted=not no_progress):
         point.orbit()
     same = _compare(point)
-    ds = _motion(point, periods, start)
-    write_dataset(ds, target)
+    motion = _motion(point, periods, start)
+    write_dataset(motion, target)
     print(target)
-    _draw(ds, target.with_suffix(""))
+    _draw(motion, target.with_suffix(""))
     if not same and not point.versions:
         raise typer.Exit(Exit.FAILED_POINTS)
 
