@@ -51,7 +51,8 @@ def write_timing(outcome: Outcome, workers: int, backend: str) -> None:
 def print_summary(outcome: Outcome) -> None:
     """Print where the result is and how it went."""
     _print(str(outcome.output))
-    points = f"{outcome.points} points"
+    part = f"part {outcome.part}: " if outcome.part else ""
+    points = f"{part}{outcome.points} points"
     if outcome.computed:
         rate = outcome.computed / max(outcome.seconds, 1e-9)
         computed = "" if outcome.computed == outcome.points else f", {outcome.computed} computed"
@@ -104,7 +105,8 @@ def print_plan(plan: Plan, slots: str) -> None:
 
 def print_state(state: Mapping[str, Any]) -> None:
     """Print how a sweep stands."""
-    _print(f"{state['output']}: {state['state']}")
+    part = f" (part {state['part']})" if "part" in state else ""
+    _print(f"{state['output']}: {state['state']}{part}")
     if "points" not in state:
         return
     _print(f"{state['done']} of {state['points']} points done, {state['failed']} failed")

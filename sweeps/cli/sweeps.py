@@ -39,6 +39,11 @@ SchedulerOption = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler, such as tcp://host:8786.")
 ]
 
+PartOption = Annotated[
+    str | None,
+    typer.Option(metavar="I/N", help="Only every N-th point, from the I-th on: a job of an array."),
+]
+
 # Options that decide about existing results once, and not again when the sweep is resumed.
 _ONCE = ("--overwrite", "--recompute", "--accept-mixed", "--retry-failed", "--accept-unsealed")
 
@@ -81,12 +86,7 @@ def sweep(
     keep_journal: Annotated[
         bool, typer.Option("--keep-journal", help="Leave the journal beside the result.")
     ] = False,
-    part: Annotated[
-        str | None,
-        typer.Option(
-            metavar="I/N", help="Only every N-th point, from the I-th on: a job of an array."
-        ),
-    ] = None,
+    part: PartOption = None,
 ) -> None:
     """Compute what a config asks for and is not there yet, and write it to NetCDF.
 
@@ -94,7 +94,6 @@ def sweep(
     axis or a finer grid, exactly the missing points are computed. The parts 1/16 to 16/16 write
     files of their own, which `stickslip merge` puts together.
     """
-    from sweeps.engine.order.part import Part
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop, parse_duration
 
@@ -102,14 +101,9 @@ def sweep(
         stop = Stop(None if max_runtime is None else parse_duration(max_runtime))
     except ValueError as error:
         stop_with(f"--max-runtime: {error}", Exit.USAGE)
-    try:
-        chosen = None if part is None else Part.parse(part)
-    except ValueError as error:
-        stop_with(f"--part: {error}", Exit.USAGE)
+    chosen = _part(part)
     config = checked_config(file, [*(set_ or []), *execution_changes(workers, backend, scheduler)])
-    path = output or Path(config.output)
-    if chosen and output is None:
-        path = path.with_name(f"{path.stem}.{chosen.suffix}{path.suffix}")
+    path = output or _default_output(config, chosen)
     if path.exists() and path.samefile(file):
         stop_with(f"{path} is the config itself; -o names the result", Exit.USAGE)
     failures = sweep_and_report(
@@ -126,6 +120,22 @@ def sweep(
         raise typer.Exit(Exit.FAILED_POINTS)
 
 
+def _part(text: str | None) -> Part | None:
+    """The part that an option names; a wrong one ends the command."""
+    from sweeps.engine.order.part import Part
+
+    try:
+        return None if text is None else Part.parse(text)
+    except ValueError as error:
+        stop_with(f"--part: {error}", Exit.USAGE)
+
+
+def _default_output(config: Config, part: Part | None) -> Path:
+    """Where a result goes where the command does not say it: each part has a file of its own."""
+    path = Path(config.output)
+    return path.with_name(f"{path.stem}.{part.suffix}{path.suffix}") if part else path
+
+
 def plan(
     file: ConfigArgument,
     output: OutputOption = None,
@@ -134,6 +144,7 @@ def plan(
     scheduler: SchedulerOption = None,
     set_: SetOption = None,
     no_progress: NoProgressOption = False,
+    part: PartOption = None,
 ) -> None:
     """Say what a sweep would take: points, blocks, bytes, and the time, from a pilot sample."""
     from sweeps.cli.output import print_plan
@@ -142,9 +153,10 @@ def plan(
     from sweeps.engine.signals import interruptible
 
     config = checked_config(file, [*(set_ or []), *execution_changes(workers, backend, scheduler)])
-    path, compiling = output or Path(config.output), Compiling(wanted=not no_progress)
+    chosen, compiling = _part(part), Compiling(wanted=not no_progress)
+    path = output or _default_output(config, chosen)
     made = interruptible(
-        lambda: make_plan(config, path, compiling),
+        lambda: make_plan(config, path, compiling, chosen),
         "Interrupted; nothing was kept.",
         at_once=compiling.stop,
     )

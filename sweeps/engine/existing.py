@@ -38,6 +38,9 @@ from sweeps.identity import Settings, differences, key_of, near_duplicates, seal
 
 Points = Iterator[tuple[NDArray[np.int64], Rows]]
 
+# Which points (n,), by their numbers (n,) and rows (n, columns), are not to be kept.
+Drop = Callable[[NDArray[np.int64], Rows], NDArray[np.bool_]]
+
 _NAMED = 5  # differences that a message lists
 
 WAYS_OUT = "--overwrite replaces it, -o writes elsewhere"
@@ -75,14 +78,19 @@ class Target:
         """Which points (grid.size,) are asked for."""
         return self.part.points(self.grid) if self.part else np.ones(self.grid.size, dtype=bool)
 
+    def failed(self, indices: NDArray[np.int64], rows: Rows) -> NDArray[np.bool_]:
+        """Which points (n,) with rows (n, columns) are asked for and did not end ok."""
+        ok = np.isin(rows[:, STATUS], [status for status in Status if status.is_result])
+        return np.asarray(~ok & self.needed[indices])
+
 
 @dataclass(frozen=True)
 class ExistingPoints:
     """Finished points, in the grid that they were computed in.
 
     `points` gives their numbers (n,) and result rows (n, columns) with the columns of today, those
-    that were interpolated left out;
-    `lacking` names those that an older version did not compute, `foreign` what a user added.
+    that were interpolated left out; `lacking` names those that an older version did not compute,
+    `foreign` what a user added, `part` the part of the grid that they are, if they are one.
     """
 
     name: str
@@ -94,6 +102,7 @@ class ExistingPoints:
     foreign: tuple[str, ...] = ()
     mixed: tuple[str, ...] = ()
     processors: frozenset[str] = frozenset()
+    part: str = ""
     history: str = ""
 
     def fits(self, target: Target) -> bool:
@@ -121,30 +130,42 @@ class ExistingPoints:
             )
         return told
 
-    def carried(self, grid: Grid, keep: Callable[[Rows], Any] | None = None) -> Points:
-        """The points that a grid has too, by their numbers there."""
-        usable = self._usable(grid, keep)
+    def carried(self, grid: Grid, drop: Drop | None = None) -> Points:
+        """The points that a grid has too, by their numbers there, but those to be dropped."""
+        usable = self._usable(grid, drop)
         for indices, rows in self.points():
             numbers = self.grid.counterparts(indices, grid)
             kept = numbers >= 0
             if usable is not None:
                 kept &= usable[indices]
-            if keep is not None:
-                kept &= keep(rows)
+            if drop is not None:
+                kept &= ~drop(numbers, rows)
             yield numbers[kept], rows[kept]
 
-    def _usable(self, grid: Grid, keep: Callable[[Rows], Any] | None) -> NDArray[np.bool_] | None:
+    def _usable(self, grid: Grid, drop: Drop | None) -> NDArray[np.bool_] | None:
         """Which points of followed lines (n,) a grid would follow in the same way; None: all.
 
-        What follows a point that is not kept is computed anew with it.
+        What follows a point that is dropped is computed anew with it.
         """
         if not (self.grid.followed and self.grid.followed == grid.followed):
             return None
         usable = unchanged(self.grid, grid)
-        if keep is not None:
+        if drop is not None:
             for indices, rows in self.points():
-                usable &= ~lines_of(self.grid, indices[~keep(rows)])
+                gone = drop(self.grid.counterparts(indices, grid), rows)
+                usable &= ~lines_of(self.grid, indices[gone])
         return usable
+
+    def refuse_other_parts(self, target: Target) -> None:
+        """Raise RefusalError where finished points belong to other parts than the target's."""
+        numbers = (found for found, _ in self.carried(target.grid))
+        lost = sum(int(np.count_nonzero(~target.needed[found])) for found in numbers)
+        if lost:
+            raise RefusalError(
+                f"{self.name} has {lost} finished points that do not belong to part {target.part} "
+                "and would be lost: leave out --part to compute all of them anew, -o writes "
+                "elsewhere, --overwrite drops them"
+            )
 
     def refuse_lost_points(self, grid: Grid) -> None:
         """Raise RefusalError where finished points have no place in a grid."""
@@ -226,6 +247,7 @@ def found_in_file(path: Path, *, unsealed: bool = False) -> ExistingPoints:
         mixed=tuple(filter(None, attributes.get("mixed_with", "").split("\n"))),
         processors=frozenset(filter(None, attributes.get("processor", "").split(", "))),
         history=attributes.get("history", ""),
+        part=attributes.get("part", ""),
     )
 
 
@@ -270,10 +292,7 @@ def found_beside(folder: RunFolder, *, unsealed: bool = False) -> list[ExistingP
 
 
 def seal_note(path: Path) -> str:
-    """A sentence where a result of a sweep does not hold what its seal says; empty where it does.
-
-    Empty for other files as well, such as trajectories.
-    """
+    """A sentence where a sweep's result does not hold what its seal says; empty for all else."""
     try:
         found_in_file(path, unsealed=True)
     except StorageError:
@@ -284,11 +303,6 @@ def seal_note(path: Path) -> str:
     except RefusalError:
         return ""
     return ""
-
-
-def ok(rows: Rows) -> NDArray[np.bool_]:
-    """Which rows (n, columns) are finished and did not fail."""
-    return np.isin(rows[:, STATUS], [status for status in Status if status.is_result])
 
 
 def _refuse_other_file(file: netCDF4.Dataset, path: Path, attributes: dict[str, str]) -> None:

@@ -45,11 +45,12 @@ def merge(
     replaced; StorageError and InUseError.
     """
     refuse_odd_output(output)
-    _refuse_output(inputs, output, overwrite)
+    _refuse_output(inputs, output, overwrite)  # before the files are read, which may take long
     sources = [_source(path) for path in inputs]
     target = _common_target(sources, inputs[0])
     folder = RunFolder(output)
     with folder.held():
+        _refuse_output(inputs, output, overwrite)  # nobody can begin a sweep to it any more
         folder.discard_leftovers()
         before = fingerprint(folder.output)
         manifest = manifest_of(target, folder.output, sources, afresh=True)
@@ -61,7 +62,7 @@ def merge(
         try:
             with closing(journal):
                 if not partial:
-                    _refuse_gaps(journal, inputs)
+                    _refuse_gaps(journal, sources)
                 return JournaledResult(target, journal, folder, before).write()
         finally:
             folder.remove()
@@ -70,7 +71,10 @@ def merge(
 def _source(path: Path) -> ExistingPoints:
     """The points of a file, whose complaints know no output."""
     if not path.exists():
-        raise StorageError(f"{path} does not exist")
+        begun = (
+            ": its sweep was begun and is not finished" if RunFolder(path).journal.exists() else ""
+        )
+        raise StorageError(f"{path} does not exist{begun}")
     try:
         return found_in_file(path)
     except (RefusalError, StorageError) as error:
@@ -94,6 +98,11 @@ def _common_target(sources: list[ExistingPoints], first: Path) -> Target:
     with storage_errors(f"cannot read {first}"), netCDF4.Dataset(first) as file:
         sampled = str(getattr(file, "sample", ""))
     target = Target.of(sources[0].config.model_copy(update={"sampled": sampled}))
+    if target.config.refine is not None:
+        raise RefusalError(
+            f"{first} is the result of a refined grid, whose points depend on each other; they are "
+            "one file already"
+        )
     for found in sources:
         if found.mixed or found.foreign or found.lacking:
             odd = "; ".join((*found.mixed, *found.foreign, *found.lacking))
@@ -130,21 +139,18 @@ def _checksums(rows: Rows) -> NDArray[np.uint64]:
     return np.asarray((bits * odd).sum(axis=1, dtype=np.uint64))
 
 
-def _refuse_gaps(journal: Journal, inputs: Sequence[Path]) -> None:
+def _refuse_gaps(journal: Journal, sources: list[ExistingPoints]) -> None:
     missing = int(np.count_nonzero(~journal.done))
     if missing:
         raise RefusalError(
             f"{missing} of {len(journal.done)} points are in none of the files"
-            f"{_missing_parts(inputs)}; --partial writes what there is, as pending the rest"
+            f"{_missing_parts(sources)}; --partial writes what there is, as pending the rest"
         )
 
 
-def _missing_parts(inputs: Sequence[Path]) -> str:
+def _missing_parts(sources: list[ExistingPoints]) -> str:
     """Which parts are missing, where the files are parts of one array; else nothing."""
-    given = []
-    for path in inputs:
-        with netCDF4.Dataset(path) as file:
-            given.append(str(getattr(file, "part", "")))
+    given = [found.part for found in sources]
     if not all(given) or len({text.partition("/")[2] for text in given}) != 1:
         return ""
     count = Part.parse(given[0]).of

@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.status import Status
 from sweeps.engine.existing import Target
+from sweeps.engine.order.part import Part
 from sweeps.exits import Exit
 from sweeps.files.atomic import StorageError, fingerprint
 from sweeps.files.attributes import breaks_of, global_attributes
@@ -26,7 +27,7 @@ RESULT_BYTES = 1 << 17  # of its structure and of what lies beside it
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a sweep ended.
+    """How a sweep, or a part of one, ended.
 
     `statuses` (128,) counts the points of each status, `computed` those that this run added.
     `suspicious` counts points whose power balance, and whose stress, looks wrong without being
@@ -42,6 +43,7 @@ class Outcome:
     suspicious: tuple[int, int] = (0, 0)
     stopped: Exit | None = None
     reason: str = ""
+    part: Part | None = None
 
     @property
     def points(self) -> int:

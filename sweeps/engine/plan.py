@@ -19,6 +19,7 @@ from sweeps.engine.executors.worker import compile_kernels, task_of
 from sweeps.engine.existing import Target, found_beside
 from sweeps.engine.options import options_of
 from sweeps.engine.order.cut import blocks_of
+from sweeps.engine.order.part import Part
 from sweeps.engine.order.product import PILOT_BLOCKS, Costs, pilot_blocks, pilot_points
 from sweeps.engine.outcome import RESULT_BYTES_PER_POINT
 from sweeps.engine.progress.compiling import SILENT, Compiling
@@ -48,15 +49,18 @@ class Plan:
     pilot_points: int
 
 
-def plan(config: Config, output: Path, compiling: Compiling = SILENT) -> Plan:
-    """What the sweep of a config would take; computes a pilot sample and keeps nothing.
+def plan(
+    config: Config, output: Path, compiling: Compiling = SILENT, part: Part | None = None
+) -> Plan:
+    """What the sweep of a config, or a part of it, would take; keeps nothing of a pilot sample.
 
     `compiling` says that kernels are compiled.
 
     Raises RefusalError and StorageError where what is at the output cannot be read, ExecutorError.
     """
-    target, execution = Target.of(config), config.execution
-    done = _done(target, output)
+    target, execution = Target.of(config, part), config.execution
+    done = _done(target, output) | ~target.needed
+    points = int(np.count_nonzero(target.needed))
     left = len(done) - int(np.count_nonzero(done))
     costs, seconds, block_seconds = Costs(), 0.0, 1.0
     if left:
@@ -69,8 +73,8 @@ def plan(config: Config, output: Path, compiling: Compiling = SILENT) -> Plan:
             block_seconds = executor.block_seconds
     block = execution.block_points or max(1, costs.points_in(block_seconds))
     return Plan(
-        points=len(done),
-        there=len(done) - left,
+        points=points,
+        there=points - left,
         blocks=math.ceil(left / block),
         journal_bytes=left * BYTES_PER_POINT,
         result_bytes=len(done) * RESULT_BYTES_PER_POINT,

@@ -50,8 +50,8 @@ class Recorder:
         self._journal, self._folder, self._counts = journal, folder, counts
         self._console, self._stop = console, stop
 
-    def compute(self, target: Target) -> None:
-        """Compute what the journal lacks, until it is done or a stop is requested.
+    def compute(self, target: Target, asked: NDArray[np.bool_]) -> None:
+        """Compute what the journal lacks of the points (size,) that are asked for, unless stopped.
 
         Raises StorageError where the journal cannot be written, ExecutorError.
         """
@@ -60,7 +60,7 @@ class Recorder:
         if not remote and not self._compiled(options, target.grid):
             return
         refinement = refinement_of(target.config.refine, target.grid)
-        rounds = refinement.rounds(self._rows) if refinement else [target.needed]
+        rounds = refinement.rounds(self._rows) if refinement else [asked]
         with ExitStack() as stack:
             executor = stack.enter_context(make_executor(execution))
             progress = stack.enter_context(

@@ -12,7 +12,13 @@ import numpy as np
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
-from sweeps.engine.existing import ExistingPoints, Target, found_beside, found_in_file, ok
+from sweeps.engine.existing import (
+    ExistingPoints,
+    RefusalError,
+    Target,
+    found_beside,
+    found_in_file,
+)
 from sweeps.engine.order.follow import lines_of
 from sweeps.files.atomic import StorageError, fingerprint, storage_errors
 from sweeps.files.attributes import now
@@ -57,12 +63,15 @@ def prepare_journal(target: Target, folder: RunFolder, policy: ExistingPolicy) -
     version, or would be lost; StorageError.
     """
     manifest = _manifest(folder, policy)
+    if manifest and not policy.overwrite:
+        _refuse_another_part(manifest, target, folder.output)
     if manifest and _continues(manifest, target, folder.output, policy):
         return _resumed(target, folder, manifest, policy)
     if policy.afresh:
         if not policy.overwrite:
             for found in found_beside(folder, unsealed=policy.accept_unsealed):
                 found.refuse_lost_points(target.grid)
+                found.refuse_other_parts(target)
         return _created(target, folder, [], policy, afresh=True)
     sources = found_beside(folder, unsealed=policy.accept_unsealed)
     for found in sources:
@@ -111,6 +120,25 @@ def _continues(manifest: Manifest, target: Target, output: Path, policy: Existin
     return bool(manifest["afresh"]) or manifest["output"] == fingerprint(output)
 
 
+def _refuse_another_part(manifest: Manifest, target: Target, output: Path) -> None:
+    """Raise RefusalError where a part of a sweep would end one that was begun from scratch.
+
+    The output would be replaced by what the journal and this part hold, though it may hold more.
+    """
+    begun, part = manifest.get("part", ""), _name_of_part(target)
+    unfinished = manifest["afresh"] and not manifest["finished"]
+    if part and part != begun and unfinished and output.exists():
+        raise RefusalError(
+            f"{output} would lose points to an unfinished sweep that started from scratch, "
+            f"{f'its part {begun}' if begun else 'all of its parts'}: finish that first with the "
+            "command that began it, or choose another -o; --overwrite drops them"
+        )
+
+
+def _name_of_part(target: Target) -> str:
+    return str(target.part) if target.part else ""
+
+
 def _resumed(
     target: Target, folder: RunFolder, manifest: Manifest, policy: ExistingPolicy
 ) -> PreparedJournal:
@@ -124,7 +152,7 @@ def _resumed(
 
 
 def _without_failures(old: Journal, target: Target, folder: RunFolder) -> Journal:
-    gone = [indices[~ok(rows)] for indices, rows in old.records()]
+    gone = [indices[target.failed(indices, rows)] for indices, rows in old.records()]
     lost = np.zeros(target.grid.size, dtype=bool)
     lost[np.concatenate(gone)] = True
     if target.grid.followed:  # what follows a failed point is computed anew with it
@@ -144,8 +172,8 @@ def _created(
 ) -> PreparedJournal:
     """A new journal with the points of the sources that the target has too."""
     manifest = manifest_of(target, folder.output, sources, afresh=afresh)
-    keep = ok if policy.retry_failed else None
-    carried = itertools.chain(*(found.carried(target.grid, keep) for found in sources))
+    drop = target.failed if policy.retry_failed else None
+    carried = itertools.chain(*(found.carried(target.grid, drop) for found in sources))
     with storage_errors(f"cannot write into {folder.path}", folder.path):
         journal = Journal.create(folder.journal, manifest, target.chunks, target.grid.size, carried)
     count, names = int(np.count_nonzero(journal.done)), " and ".join(s.name for s in sources)
@@ -168,6 +196,7 @@ def manifest_of(
         "columns": list(RESULT_COLUMNS),
         "numerics_version": NUMERICS_VERSION,
         "afresh": afresh,
+        "part": _name_of_part(target),
         "finished": False,
         "output": fingerprint(output),
         "mixed": list(dict.fromkeys(mixed)),

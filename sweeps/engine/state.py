@@ -6,8 +6,11 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from stickslip.status import Status
 from sweeps.engine.existing import found_in_file, found_in_journal
+from sweeps.engine.order.part import Part
 from sweeps.engine.progress.counts import tally
 from sweeps.files.atomic import refuse_odd_output
 from sweeps.files.chunks import Chunks
@@ -20,8 +23,10 @@ def state_of(output: Path) -> dict[str, Any]:
     """How the sweep to this output stands; nothing is changed, a running sweep is not disturbed.
 
     `state` is running, stopping, interrupted (its journal can be resumed), partial (a file with
-    pending points), complete or absent; the counts are those of `tally`. A running sweep adds what
-    its heartbeat says. Raises StorageError and RefusalError where what is there cannot be read.
+    pending points), complete or absent; the counts are those of `tally`. A file that holds a part
+    of a sweep, or is to hold it, adds `part`, and the counts are those of its points. A running
+    sweep adds what its heartbeat says. Raises StorageError and RefusalError where what is there
+    cannot be read.
     """
     refuse_odd_output(output)
     folder, told = RunFolder(output), {"output": str(output)}
@@ -29,18 +34,22 @@ def state_of(output: Path) -> dict[str, Any]:
         return told | {"state": "running"} | _understood(folder.last_beat())
     manifest = readable_manifest(folder.journal)
     if manifest is not None:
-        grid = found_in_journal(folder.journal, manifest).grid
-        chunks = Chunks(grid.shape)
+        grid, part = found_in_journal(folder.journal, manifest).grid, manifest.get("part", "")
+        asked = Part.parse(part).points(grid) if part else np.ones(grid.size, dtype=bool)
         with closing(
-            Journal.open(folder.journal, manifest, chunks, grid.size, readonly=True)
+            Journal.open(folder.journal, manifest, Chunks(grid.shape), grid.size, readonly=True)
         ) as journal:
             statuses = journal.statuses.copy()
-        statuses[Status.PENDING] = grid.size - statuses.sum()
+            statuses[Status.PENDING] = np.count_nonzero(asked & ~journal.done)
         whole = statuses[Status.PENDING] == 0 and output.exists()
+        told |= {"part": part} if part else {}
         return told | {"state": "complete" if whole else "interrupted"} | tally(statuses)
     if output.exists():
         found = found_in_file(output, unsealed=True)
         statuses = contents(output, Chunks(found.grid.shape)).statuses
+        if found.part:  # which is written where exactly its points are there
+            statuses[Status.PENDING] = 0
+            told |= {"part": found.part}
         state = "partial" if statuses[Status.PENDING] else "complete"
         return told | {"state": state} | tally(statuses)
     return told | {"state": "absent"}

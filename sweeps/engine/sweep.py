@@ -31,6 +31,7 @@ from sweeps.exits import Exit, ExpectedError
 from sweeps.files.atomic import StorageError, fingerprint, refuse_odd_output
 from sweeps.files.journal import BYTES_PER_POINT, Journal, readable_manifest
 from sweeps.files.record_log import DamagedRecordError
+from sweeps.files.results import Written
 from sweeps.files.run_folder import RunFolder
 from sweeps.human import reason, size_text
 
@@ -78,23 +79,23 @@ def sweep(
             return _export(target, folder, policy)
         complete = complete_already(target, folder, policy)
         if complete is not None:
-            points = int(complete.statuses.sum() - complete.statuses[Status.PENDING])
-            console.say(f"{output} is complete: {points} points, nothing to do")
-            return Outcome(output, complete.statuses, complete.worst_error)
+            ended = _ended(target, output, complete, missing=0)
+            console.say(f"{output} is complete: {ended.points} points, nothing to do")
+            return ended
         prepared = prepare_journal(target, folder, policy)
         with closing(prepared.journal) as journal:
             result = JournaledResult(target, journal, folder, before)
-            beyond = int(np.count_nonzero(journal.done & ~target.needed))
-            counts = Counts(int(target.needed.sum()) + beyond, journal.statuses)
+            asked = target.needed | journal.done  # points of other parts are kept
+            counts = Counts(int(np.count_nonzero(asked)), journal.statuses)
             recorder = Recorder(journal, folder, counts, console, stop)
             _announce(target, prepared, counts, console)
             _require_room(folder, counts)
             result.try_writing()
             for _ in range(_RECOVERIES):
                 if counts.left:
-                    recorder.compute(target)
+                    recorder.compute(target, asked)
                 if counts.left:
-                    return _stopped(result, recorder, stop)
+                    return _stopped(result, recorder, counts, stop)
                 try:
                     return _finished(result, recorder, keep_journal=keep_journal)
                 except DamagedRecordError:
@@ -136,8 +137,9 @@ def _announce(target: Target, prepared: PreparedJournal, counts: Counts, console
     shape = target.grid.shape
     product = f" ({' x '.join(map(str, shape))})" if len(shape) > 1 else ""
     found = f": {', '.join(prepared.found)}" if prepared.found else ""
+    part = f"part {target.part}, " if target.part else ""
     of = f" of {target.grid.size}" if target.part else ""
-    console.say(f"{counts.total}{of} points{product}{found}; {counts.left} to compute")
+    console.say(f"{part}{counts.total}{of} points{product}{found}; {counts.left} to compute")
 
 
 def _require_room(folder: RunFolder, counts: Counts) -> None:
@@ -156,33 +158,39 @@ def _finished(result: JournaledResult, recorder: Recorder, *, keep_journal: bool
     if keep_journal:
         journal.note(journal.manifest | {"finished": True})
     result.folder.remove(keep_journal=keep_journal)
-    return recorder.outcome(Outcome(result.folder.output, written.statuses, written.worst_error))
+    ended = _ended(result.target, result.folder.output, written, missing=0)
+    return recorder.outcome(ended)
 
 
-def _stopped(result: JournaledResult, recorder: Recorder, stop: Stop) -> Outcome:
-    statuses = result.journal.statuses.copy()
-    missing = len(result.journal.done) - int(statuses.sum())
+def _ended(target: Target, output: Path, written: Written, missing: int) -> Outcome:
+    """How a sweep ended that lacks so many of the points that are asked for."""
+    statuses = written.statuses.copy()
+    statuses[Status.PENDING] = missing
+    return Outcome(output, statuses, written.worst_error, part=target.part)
+
+
+def _stopped(result: JournaledResult, recorder: Recorder, counts: Counts, stop: Stop) -> Outcome:
     if not stop.reason:
         raise LostPointsError(
-            f"{missing} of {result.target.grid.size} points did not come back from the workers; "
+            f"{counts.left} of {counts.total} points did not come back from the workers; "
             "what did is kept. Give the same command again"
         )
-    statuses[Status.PENDING] = missing
-    output = result.folder.output
-    ended = Outcome(output, statuses, math.nan, stopped=stop.code, reason=stop.reason)
-    return recorder.outcome(ended)
+    kept = Written(result.journal.statuses, math.nan)
+    ended = _ended(result.target, result.folder.output, kept, missing=counts.left)
+    return recorder.outcome(replace(ended, stopped=stop.code, reason=stop.reason))
 
 
 def _export(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Outcome:
     """Write what is there, and leave the journal for the rest."""
     _refuse_partial(folder, policy)
-    policy = replace(policy, overwrite=False, recompute=False)
+    policy = replace(policy, overwrite=False, recompute=False, retry_failed=False)
     before = fingerprint(folder.output)
     with closing(prepare_journal(target, folder, policy).journal) as journal:
         written = JournaledResult(target, journal, folder, before).write()
-        if journal.done.all():
+        missing = int(np.count_nonzero(target.needed & ~journal.done))
+        if not missing:
             folder.remove()
-    return Outcome(folder.output, written.statuses, written.worst_error)
+    return _ended(target, folder.output, written, missing)
 
 
 def _refuse_partial(folder: RunFolder, policy: ExistingPolicy) -> None:

@@ -93,7 +93,9 @@ class StickslipAccessor:
         """
         from sweeps.views.report import write_report
 
-        write_report(self._ds, Path(path), name=str(self._ds.attrs.get("title", "a result")))
+        # It stands in commands of the page; a result in memory has no file yet.
+        source = self._ds.encoding.get("source", "FILE")
+        write_report(self._ds, Path(path), name=Path(source).name)
         return Path(path)
 
 

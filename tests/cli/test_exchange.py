@@ -18,7 +18,7 @@ def test_an_array_of_jobs_is_the_whole(command: Command) -> None:
         done = command("sweep", "a.yaml", "--part", f"{number}/3")
         assert done.code == 0, done.err
         assert f"results/a.part-{number}-of-3.nc" in done.out
-        assert "pending" in done.out
+        assert f"part {number}/3: " in done.out
     parts = [f"results/a.part-{number}-of-3.nc" for number in (1, 2, 3)]
     done = command("merge", *parts, "-o", "merged.nc")
     assert done.code == 0, done.err
@@ -32,7 +32,7 @@ def test_a_part_says_how_it_stands(command: Command) -> None:
     again = command("sweep", "a.yaml", "--part", "1/2")
     assert "is complete: 2 points, nothing to do" in again.err
     status = command("status", "results/a.part-1-of-2.nc")
-    assert "2 of 4 points done" in status.out
+    assert "complete (part 1/2)" in status.out and "2 of 2 points done" in status.out
 
 
 def test_a_table_is_written_once(command: Command) -> None:

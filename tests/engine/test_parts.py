@@ -17,16 +17,23 @@ from sweeps.engine.executors.worker import Block
 from sweeps.engine.existing import RefusalError
 from sweeps.engine.merge import merge
 from sweeps.engine.order.part import Part
-from sweeps.engine.outcome import Console, Outcome
+from sweeps.engine.outcome import Console, JournaledResult, Outcome
+from sweeps.engine.plan import plan
+from sweeps.engine.resume import ExistingPolicy
+from sweeps.engine.state import state_of
 from sweeps.engine.sweep import sweep
 from sweeps.files.atomic import StorageError
 from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.journal import Journal
+from sweeps.files.record_log import DamagedRecordError
+from sweeps.files.run_folder import RunFolder
 from sweeps.grid import Grid
 
 LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
 MAP = LOOSE | {
     "sweep": {"T": {"linspace": [200, 300], "num": 9}, "gamma": [-2 / 3, 0]},
 }
+BLOCKS_OF_TWO = MAP | {"execution": {"workers": 1, "block_points": 2}}
 CASES = LOOSE | {
     "cases": {"T": [200.0, 210.0, 220.0], "k": [5e4, 6e4, 7e4]},
     "sweep": {"K": [900, 3000]},
@@ -41,8 +48,14 @@ SOME_FAIL = MAP | {
 }
 
 
-def computed(config: Config, path: Path, part: Part | None = None) -> Outcome:
-    return sweep(config, path, console=Console(lambda _: None, progress=False), part=part)
+def computed(
+    config: Config,
+    path: Path,
+    part: Part | None = None,
+    policy: ExistingPolicy = ExistingPolicy(),  # noqa: B008 - immutable
+) -> Outcome:
+    console = Console(lambda _: None, progress=False)
+    return sweep(config, path, console=console, part=part, policy=policy)
 
 
 def parts_of(config: Config, folder: Path, count: int) -> list[Path]:
@@ -90,20 +103,25 @@ class CrashError(Exception):
     """The process is not what it was."""
 
 
-def test_a_part_that_crashed_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    config = from_mapping(MAP | {"execution": {"workers": 1, "block_points": 1}})
+def crash(patch: pytest.MonkeyPatch, after: int, *args: Any, **options: Any) -> None:
+    """Compute a sweep that ends suddenly after so many blocks."""
     take_in, blocks = recording.Recorder._take_in, []
 
-    def crash(self: recording.Recorder, block: Block) -> None:
+    def end(self: recording.Recorder, block: Block) -> None:
         take_in(self, block)
         blocks.append(block)
-        if len(blocks) == 2:
+        if len(blocks) == after:
             raise CrashError
 
-    monkeypatch.setattr(recording.Recorder, "_take_in", crash)
+    patch.setattr(recording.Recorder, "_take_in", end)
     with pytest.raises(CrashError):
-        computed(config, tmp_path / "part1.nc", Part(1, 2))
-    monkeypatch.undo()
+        computed(*args, **options)
+
+
+def test_a_part_that_crashed_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    config = from_mapping(MAP | {"execution": {"workers": 1, "block_points": 1}})
+    with monkeypatch.context() as patch:
+        crash(patch, 2, config, tmp_path / "part1.nc", Part(1, 2))
     assert computed(config, tmp_path / "part1.nc", Part(1, 2)).computed == 7
     computed(config, tmp_path / "part2.nc", Part(2, 2))
     merge([tmp_path / "part1.nc", tmp_path / "part2.nc"], tmp_path / "merged.nc")
@@ -202,3 +220,150 @@ def test_outputs_that_would_be_lost_are_refused(tmp_path: Path) -> None:
 def test_what_is_no_part_is_refused(text: str) -> None:
     with pytest.raises(ValueError, match="is no part; write for example 1/16"):
         Part.parse(text)
+
+
+def statuses_of(path: Path) -> Any:
+    return open_result(path).status.values.ravel()
+
+
+def test_recomputing_a_part_keeps_the_points_of_the_others(tmp_path: Path) -> None:
+    config, path = from_mapping(MAP), tmp_path / "a.nc"
+    computed(config, path)
+    before = path.read_bytes()
+    with pytest.raises(RefusalError, match="9 finished points that do not belong to part 1/2"):
+        computed(config, path, Part(1, 2), ExistingPolicy(recompute=True))
+    assert path.read_bytes() == before
+    computed(config, tmp_path / "part.nc", Part(1, 2))
+    again = computed(config, tmp_path / "part.nc", Part(1, 2), ExistingPolicy(recompute=True))
+    assert again.computed == 9
+
+
+def test_a_part_does_not_end_what_was_begun_from_scratch(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config, path = from_mapping(BLOCKS_OF_TWO), tmp_path / "a.nc"
+    computed(config, path)
+    before = path.read_bytes()
+    with monkeypatch.context() as patch:
+        crash(patch, 2, config, path, policy=ExistingPolicy(recompute=True))
+    for policy in (ExistingPolicy(), ExistingPolicy(recompute=True)):
+        with pytest.raises(RefusalError, match="started from scratch, all of its parts: finish"):
+            computed(config, path, Part(1, 2), policy)
+    assert path.read_bytes() == before
+    assert 0 < computed(config, path).computed < 18
+    assert (statuses_of(path) != Status.PENDING).all()
+
+
+def test_retrying_a_part_keeps_the_failures_of_the_others(tmp_path: Path) -> None:
+    config, path = from_mapping(SOME_FAIL), tmp_path / "a.nc"
+    failures = computed(config, path).failures
+    for number in (1, 2):
+        share = Part(number, 2).points(Grid.from_config(config))
+        mine = int(np.isin(statuses_of(path)[share], [Status.OK], invert=True).sum())
+        ended = computed(config, path, Part(number, 2), ExistingPolicy(retry_failed=True))
+        assert (ended.computed, ended.failures) == (mine, failures)
+    assert (statuses_of(path) != Status.PENDING).all()
+
+
+def test_an_export_drops_no_failures(tmp_path: Path) -> None:
+    config, path = from_mapping(SOME_FAIL), tmp_path / "a.nc"
+    failures = computed(config, path).failures
+    exported = sweep(
+        config,
+        path,
+        console=Console(lambda _: None, progress=False),
+        policy=ExistingPolicy(retry_failed=True),
+        partial=True,
+    )
+    assert exported.failures == failures > 0
+    assert (statuses_of(path) != Status.PENDING).all()
+
+
+def test_points_of_other_parts_that_are_damaged_on_the_way_are_computed_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config, path = from_mapping(MAP), tmp_path / "a.nc"
+    computed(config, path, Part(1, 2))
+    write, torn = JournaledResult.write, []
+
+    def tear(self: JournaledResult) -> Any:
+        if not torn:
+            torn.append(True)
+            raise DamagedRecordError
+        return write(self)
+
+    def recover(self: Journal) -> int:
+        lost = np.flatnonzero(self.done)[:3]
+        self.done[lost] = False
+        self.statuses[Status.OK] -= len(lost)
+        return len(lost)
+
+    monkeypatch.setattr(JournaledResult, "write", tear)
+    monkeypatch.setattr(Journal, "recover", recover)
+    ended = computed(config, path, Part(2, 2))
+    assert ended.computed == 9 + 3
+    assert content_hash(open_result(path)) == content_hash(run(MAP))
+
+
+def test_a_merge_leaves_a_sweep_alone_that_began_meanwhile(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, second = parts_of(from_mapping(MAP), tmp_path, 2)
+    output = tmp_path / "m.nc"
+    from sweeps.engine import merge as module
+
+    common = module._common_target
+
+    def interrupted(*args: Any) -> Any:
+        with monkeypatch.context() as patch:
+            crash(patch, 1, from_mapping(BLOCKS_OF_TWO), output)
+        return common(*args)
+
+    monkeypatch.setattr(module, "_common_target", interrupted)
+    with pytest.raises(RefusalError, match="was interrupted and can be resumed"):
+        merge([first, second], output)
+    assert RunFolder(output).journal.exists()
+    assert computed(from_mapping(MAP), output).computed < 18
+
+
+def test_results_of_refined_grids_are_not_merged(tmp_path: Path) -> None:
+    axes = {"T": {"linspace": [200, 300], "num": 9}, "K": {"linspace": [900, 3000], "num": 9}}
+    config = from_mapping(LOOSE | {"sweep": axes, "refine": {"axes": ["T", "K"], "levels": 2}})
+    computed(config, tmp_path / "a.nc")
+    with pytest.raises(RefusalError, match="refined grid, whose points depend on each other"):
+        merge([tmp_path / "a.nc"], tmp_path / "m.nc", partial=True)
+
+
+def test_parts_computed_by_other_workers_are_merged(tmp_path: Path) -> None:
+    for number in (1, 2):
+        config = from_mapping(MAP | {"execution": {"workers": number}})
+        computed(config, tmp_path / f"{number}.nc", Part(number, 2))
+    merge([tmp_path / "1.nc", tmp_path / "2.nc"], tmp_path / "m.nc")
+    assert content_hash(open_result(tmp_path / "m.nc")) == content_hash(run(MAP))
+
+
+def test_the_state_of_a_part_is_told_by_its_own_points(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config, path = from_mapping(BLOCKS_OF_TWO), tmp_path / "a.nc"
+    with monkeypatch.context() as patch:
+        crash(patch, 2, config, path, Part(1, 2))
+    state = state_of(path)
+    assert (state["state"], state["part"], state["points"]) == ("interrupted", "1/2", 9)
+    assert 0 < state["done"] < 9
+    computed(config, path, Part(1, 2))
+    state = state_of(path)
+    assert (state["state"], state["part"], state["points"], state["done"]) == (
+        "complete",
+        "1/2",
+        9,
+        9,
+    )
+
+
+def test_the_plan_of_a_part_counts_its_points(tmp_path: Path) -> None:
+    planned = plan(from_mapping(MAP), tmp_path / "a.nc", part=Part(1, 2))
+    assert (planned.points, planned.there) == (9, 0)
+    computed(from_mapping(MAP), tmp_path / "a.nc", Part(1, 2))
+    assert plan(from_mapping(MAP), tmp_path / "a.nc", part=Part(1, 2)).there == 9
+    assert plan(from_mapping(MAP), tmp_path / "a.nc").there == 9
