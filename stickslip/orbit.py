@@ -74,7 +74,7 @@ def prepare_kernels(options: Options, indices: np.ndarray) -> None:
 
 
 def compute_orbits(
-    points: np.ndarray, options: Options, starts: np.ndarray | None = None
+    points: np.ndarray, options: Options, starts: np.ndarray | None = None, *, patience: int = 0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Stationary orbits of many points.
 
@@ -87,6 +87,10 @@ def compute_orbits(
     starts
         (n, columns), states at phase 0 to start from instead, as `finals`; a row of NaN means the
         point's own start.
+    patience
+        Drive periods after which the adaptive method leaves a point `pending`, and so one that
+        needs finer tolerances; 0 for as long as it takes. Such points are better computed
+        together, and come out the same.
 
     Returns
     -------
@@ -105,13 +109,15 @@ def compute_orbits(
     finals = np.full((len(points), len(FINAL_COLUMNS)), np.nan)
     stable = options.dt <= method.kernels.largest_step(points, options)
     starts = np.full_like(finals, np.nan) if starts is None else starts
-    results[stable], finals[stable] = _orbits(points[stable], options, starts[stable])
+    results[stable], finals[stable] = _orbits(points[stable], options, starts[stable], patience)
+    if patience and method.refines:
+        results[_is_doubtful(results, options)] = failed_row(Status.PENDING)
     for _ in range(_REFINEMENTS if method.refines else 0):
         doubtful = np.flatnonzero(_is_doubtful(results, options))
         if not len(doubtful):
             break
         options = _finer(options)
-        better = _orbits(points[doubtful], options, starts[doubtful])
+        better = _orbits(points[doubtful], options, starts[doubtful], 0)
         _replace_by_better(results, finals, doubtful, *better)
     inaccurate = _is_inaccurate(results, options)
     periods = results[inaccurate, _PERIODS]
@@ -121,12 +127,12 @@ def compute_orbits(
 
 
 def _orbits(
-    points: np.ndarray, options: Options, starts: np.ndarray
+    points: np.ndarray, options: Options, starts: np.ndarray, patience: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Results (n, columns) and finals (n, columns) of points (n, parameters), as they come."""
     results = np.full((len(points), len(RESULT_COLUMNS)), np.nan)
     finals = np.full((len(points), len(FINAL_COLUMNS)), np.nan)
-    METHODS[options.method].kernels.orbits(points, options, starts, results, finals)
+    METHODS[options.method].kernels.orbits(points, options, starts, results, finals, patience)
     return results, finals
 
 

@@ -20,7 +20,7 @@ from stickslip.measure.results import (
     relative_difference,
     write_result,
 )
-from stickslip.measure.window import Window, standard_errors
+from stickslip.measure.window import Window, amplitudes_of, mean_in_order, standard_errors
 
 # Periods after which tangents point where they grow fastest, and those in which their growth is
 # judged; a growth above the least, per period, is none that leads to a cycle soon.
@@ -47,12 +47,20 @@ class Walk(Protocol):
         """Go on for a period: the records (n, RECORD) of it as a stretch, in SI units."""
         ...
 
-    def growth(self) -> np.ndarray:
-        """Logarithms (n,) of the growth of tangent vectors over the last period."""
+    def part(self, which: np.ndarray) -> Walk:
+        """The walk of some of the motions alone, from where they are."""
         ...
 
     def outcomes(self) -> np.ndarray:
         """The Status (n,) of each so far, OK while it goes on."""
+        ...
+
+
+class TangentWalk(Walk, Protocol):
+    """Motions with tangent vectors."""
+
+    def growth(self) -> np.ndarray:
+        """Logarithms (n,) of the growth of tangent vectors over the last period."""
         ...
 
 
@@ -81,7 +89,7 @@ class Watched(NamedTuple):
         return Watched(*(column[which] for column in self))
 
 
-def watch(walk: Walk, length: int) -> Watched:
+def watch(walk: TangentWalk, length: int) -> Watched:
     """Watch motions over a window of `length` drive periods.
 
     Ends early where no motion is aperiodic.
@@ -105,14 +113,14 @@ def watch(walk: Walk, length: int) -> Watched:
         means=singles.mean(axis=0),
         errors=_SIGMAS * standard_errors(singles),
         spreads=singles.std(axis=0),
-        exponents=np.mean(grown[_ALIGNING:], axis=0),
+        exponents=mean_in_order(grown[_ALIGNING:]),
         aperiodic=_grows(grown),
         periods=np.full(n, len(grown)),
     )
 
 
 def _grows(grown: list[np.ndarray]) -> np.ndarray:
-    return np.asarray(np.mean(grown[_ALIGNING:_JUDGED], axis=0) > _LEAST_GROWTH)
+    return mean_in_order(grown[_ALIGNING:_JUDGED]) > _LEAST_GROWTH
 
 
 def spreads_of(walk: Walk, periods: np.ndarray) -> np.ndarray:
@@ -120,13 +128,14 @@ def spreads_of(walk: Walk, periods: np.ndarray) -> np.ndarray:
 
     `periods` (n,) after which they close; 0 where that is one.
     """
-    window = Window(len(periods))
-    for _ in range(int(periods.max(initial=0))):
-        window.add(walk.next_period())
-    spreads = np.zeros((len(periods), 2))
-    for i, period in enumerate(periods):
-        spreads[i] = window.amplitudes[:period, i].std(axis=0)
-    return spreads
+    longest, rows = int(periods.max(initial=0)), np.arange(len(periods))
+    singles = np.zeros((longest, len(periods), 2))
+    for period in range(longest):
+        on = periods[rows] > period
+        if not on.all():
+            walk, rows = walk.part(on), rows[on]
+        singles[period, rows] = amplitudes_of(walk.next_period())
+    return np.array([singles[:n, i].std(axis=0) for i, n in enumerate(periods)]).reshape(-1, 2)
 
 
 @kernel

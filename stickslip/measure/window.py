@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -32,6 +33,11 @@ _HIGHEST, _LOWEST = [STRESS_MAX, FORCE_MAX, PHI_MAX], [STRESS_MIN, FORCE_MIN]
 _SUMS = [BLOCK_WORK, ABSOLUTE_WORK, MELTINGS, SOLID_TIME, UNSEEN_TIME]
 
 
+def amplitudes_of(records: np.ndarray) -> np.ndarray:
+    """Amplitudes (n, 2) of stress and force in records (n, RECORD), in their units."""
+    return 0.5 * (records[:, [STRESS_MAX, FORCE_MAX]] - records[:, [STRESS_MIN, FORCE_MIN]])
+
+
 class Window:
     """Consecutive drive periods of n motions, taken in one after the other.
 
@@ -48,9 +54,7 @@ class Window:
         """Take in a period of each motion: `records` (n, RECORD) of stretches, in SI units."""
         whole, before = self.record, self.record[:, LAST_PHASE].copy()
         begin, end = records[:, FIRST_PHASE], records[:, LAST_PHASE]
-        self._amplitudes.append(
-            0.5 * (records[:, [STRESS_MAX, FORCE_MAX]] - records[:, [STRESS_MIN, FORCE_MIN]])
-        )
+        self._amplitudes.append(amplitudes_of(records))
         whole[:, _HIGHEST] = np.maximum(whole[:, _HIGHEST], records[:, _HIGHEST])
         whole[:, _LOWEST] = np.minimum(whole[:, _LOWEST], records[:, _LOWEST])
         whole[:, _SUMS] += records[:, _SUMS]
@@ -67,6 +71,14 @@ class Window:
     def amplitudes(self) -> np.ndarray:
         """Amplitudes of stress [Pa] and force [N] of single periods, (periods, n, 2)."""
         return np.array(self._amplitudes)
+
+
+def mean_in_order(values: Sequence[np.ndarray]) -> np.ndarray:
+    """The mean (n,) of values (n,), added one after the other.
+
+    NumPy adds those of a single motion in pairs: its last bit would tell whether it was alone.
+    """
+    return np.asarray(np.cumsum(values, axis=0)[-1] / len(values))
 
 
 def standard_errors(values: np.ndarray) -> np.ndarray:

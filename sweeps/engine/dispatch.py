@@ -16,6 +16,7 @@ from sweeps.engine.executors.worker import Block, Task, failed_block, is_answer,
 from sweeps.engine.order.cut import blocks_of
 from sweeps.engine.order.follow import Lines
 from sweeps.engine.order.product import Blocks
+from sweeps.engine.order.stragglers import Stragglers
 from sweeps.engine.progress.in_flight import InFlight
 from sweeps.engine.signals import Stop
 from sweeps.grid import Grid
@@ -49,17 +50,18 @@ def finished_blocks(
         grid, done, executor.slots, seconds=seconds, block_points=block_points, pilot=pilot
     )
     in_flight = in_flight or InFlight()
-    tasks = _Tasks(grid, options, blocks, stop, in_flight)
+    stragglers = Stragglers(block_points, ever=not grid.followed)
+    tasks = _Tasks(grid, options, blocks, stragglers, executor, stop, in_flight)
     suspects: list[Task] | None = []
     while suspects is not None:
         yield from _one_at_a_time(suspects, executor, stop, in_flight)
         suspects = None
         try:
             for block in executor.blocks(tasks, stop):
-                tasks.finished(block)
-                yield block
+                if len((finished := tasks.finished(block)).indices):
+                    yield finished
         except WorkersLostError:
-            suspects = in_flight.clear()
+            suspects = [replace(task, patience=0) for task in in_flight.clear()]
 
 
 class _Tasks:
@@ -70,12 +72,16 @@ class _Tasks:
         grid: Grid,
         options: Options,
         blocks: Blocks | Lines,
+        stragglers: Stragglers,
+        executor: Executor,
         stop: Stop,
         in_flight: InFlight,
     ) -> None:
         self._grid, self._options, self._stop = grid, options, stop
         self._blocks, self._cut = blocks, iter(blocks)
-        self._in_flight = in_flight
+        self._stragglers = stragglers
+        self._rest: list[NDArray[np.int64]] = []
+        self._in_flight, self._executor = in_flight, executor
         self._lock = threading.Lock()
 
     def __iter__(self) -> Iterator[Task]:
@@ -85,14 +91,33 @@ class _Tasks:
         with self._lock:
             if self._stop.requested:
                 raise StopIteration
-            task = task_of(self._grid, next(self._cut), self._options)
+            task = self._next()
             self._in_flight.begin(task)
             return task
 
-    def finished(self, block: Block) -> None:
-        """Take note of a block; raises ExecutorError where it is that of no task."""
-        _require_answer(block, self._in_flight.end(_first_point(block)))
-        self._blocks.learn(len(block.indices), block.seconds)
+    def _next(self) -> Task:
+        """Late points where there are enough of them, else a block of the cut, then the rest.
+
+        Raises StopIteration where nothing can be begun before blocks in flight come back.
+        """
+        late = self._stragglers.together()
+        if late is None and (block := next(self._cut, None)) is not None:
+            return task_of(self._grid, block, self._options, self._stragglers.patience)
+        if late is None:
+            if not any(task.patience for task in self._in_flight.tasks):
+                self._rest += self._stragglers.rest(self._executor.slots)
+            if not self._rest:
+                raise StopIteration
+            late = self._rest.pop(0)
+        return task_of(self._grid, late, self._options)
+
+    def finished(self, block: Block) -> Block:
+        """What is finished of a block; raises ExecutorError where it is that of no task."""
+        task = self._in_flight.end(_first_point(block))
+        _require_answer(block, task)
+        if task is not None and task.patience:
+            self._blocks.learn(len(block.indices), block.seconds)
+        return block.part(self._stragglers.finished(block.indices, block.results))
 
 
 def _one_at_a_time(

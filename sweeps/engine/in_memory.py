@@ -22,6 +22,7 @@ from sweeps.engine.executors.worker import Block, compile_kernels, compute_block
 from sweeps.engine.options import options_of, unstable_step
 from sweeps.engine.order.cut import blocks_of
 from sweeps.engine.order.refine import refinement_of
+from sweeps.engine.order.stragglers import Stragglers
 from sweeps.engine.progress.compiling import Compiling
 from sweeps.engine.progress.counts import Counts
 from sweeps.engine.progress.display import make_progress
@@ -174,12 +175,17 @@ def _by_joblib(
 
     with Compiling():
         compile_kernels(options, grid)  # once, before several workers would begin to
-    blocks = blocks_of(grid, done, joblib.effective_n_jobs(jobs), block_points=block_points)
+    slots = joblib.effective_n_jobs(jobs)
+    blocks = blocks_of(grid, done, slots, block_points=block_points)
+    stragglers = Stragglers(block_points, ever=not grid.followed)
     # Blocks are small and read once, so that mapping them into memory as files gains nothing.
     parallel = joblib.Parallel(
         jobs, prefer="threads", return_as="generator_unordered", batch_size=1, max_nbytes=None
     )
-    tasks = (joblib.delayed(compute_block)(task_of(grid, cut, options)) for cut in blocks)
-    for block in parallel(tasks):
+    task = joblib.delayed(compute_block)
+    impatient = (task(task_of(grid, cut, options, stragglers.patience)) for cut in blocks)
+    for block in parallel(impatient):
         blocks.learn(len(block.indices), block.seconds)
-        yield block
+        yield block.part(stragglers.finished(block.indices, block.results))
+    if rest := stragglers.rest(slots):
+        yield from parallel(task(task_of(grid, late, options)) for late in rest)

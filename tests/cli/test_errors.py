@@ -282,10 +282,10 @@ def test_a_file_without_anything_to_draw(command: Command) -> None:
 
 
 def test_a_point_that_raises_is_counted(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    def poisoned(points: np.ndarray, options: object) -> tuple[np.ndarray, np.ndarray]:
+    def poisoned(points: np.ndarray, options: object, **how: Any) -> tuple[np.ndarray, np.ndarray]:
         if np.any(np.atleast_2d(points)[:, 0] == 250.0):
             raise ValueError("poison")
-        return compute_orbits(points, options)
+        return compute_orbits(points, options, **how)
 
     monkeypatch.setattr(worker, "compute_orbits", poisoned)
     code, out, err = command("sweep", "a.yaml")

@@ -32,7 +32,8 @@ def test_a_part_says_how_it_stands(command: Command) -> None:
     again = command("sweep", "a.yaml", "--part", "1/2")
     assert "is complete: 2 points, nothing to do" in again.err
     status = command("status", "results/a.part-1-of-2.nc")
-    assert "complete (part 1/2)" in status.out and "2 of 2 points done" in status.out
+    assert "complete (part 1/2)" in status.out
+    assert "2 of 2 points done" in status.out
 
 
 def test_a_table_is_written_once(command: Command) -> None:

@@ -285,8 +285,8 @@ def test_a_violated_invariant_reaches_the_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # No config is known to break one for good: a better integrator would make its point ok.
-    def violated(points: np.ndarray, options: object) -> tuple[np.ndarray, np.ndarray]:
-        results, finals = compute_orbits(points, options)
+    def violated(points: np.ndarray, options: object, **how: Any) -> tuple[np.ndarray, np.ndarray]:
+        results, finals = compute_orbits(points, options, **how)
         results[1] = failed_row()
         results[1, -1] = Status.INVARIANT_VIOLATED
         return results, finals
@@ -299,10 +299,10 @@ def test_a_violated_invariant_reaches_the_file(
 def test_a_point_that_raises_reaches_the_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def poisoned(points: np.ndarray, options: object) -> tuple[np.ndarray, np.ndarray]:
+    def poisoned(points: np.ndarray, options: object, **how: Any) -> tuple[np.ndarray, np.ndarray]:
         if np.any(np.atleast_2d(points)[:, 0] == 250.0):
             raise MemoryError
-        return compute_orbits(points, options)
+        return compute_orbits(points, options, **how)
 
     monkeypatch.setattr(worker, "compute_orbits", poisoned)
     found = statuses({"sweep": {"T": [200, 250, 300]}}, tmp_path / "a.nc")

@@ -105,7 +105,7 @@ def test_a_disk_without_room_is_told_before_anything_is_computed(
 ) -> None:
     usage = namedtuple("usage", "total used free")
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(10, 10, 1000))
-    monkeypatch.setattr(worker, "compute_orbits", lambda *_: pytest.fail("computed"))
+    monkeypatch.setattr(worker, "compute_orbits", lambda *_, **__: pytest.fail("computed"))
     with pytest.raises(
         StorageError, match=r"has 1000 bytes left, but the sweep may need 137\.8 KiB"
     ):

@@ -16,9 +16,11 @@ from stickslip.kernels.adaptive.passes import (
     CYCLE,
     HALVES,
     MEASURE,
+    NOT_STATIONARY,
     OUTCOME,
     REFINEMENT,
     SETTLE,
+    TIGHTEST,
     TRAVEL,
     Pass,
     Queue,
@@ -26,7 +28,7 @@ from stickslip.kernels.adaptive.passes import (
     pass_kernel,
 )
 from stickslip.kernels.adaptive.queues import part_of, put_back, reduced_queue, work_through
-from stickslip.kernels.adaptive.walk import AdaptiveWalk
+from stickslip.kernels.adaptive.walk import AdaptiveWalk, TangentWalk
 from stickslip.kernels.families import families
 from stickslip.kernels.observation import Watched, spreads_of, watch, write_aperiodic
 from stickslip.kernels.points import FINAL_COLUMNS
@@ -36,10 +38,8 @@ from stickslip.model.state import WIDTH
 from stickslip.numerics.adaptive import OK
 from stickslip.options import Options, Settings
 from stickslip.parameters import Parameters
+from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
-
-# The least tolerance: below it rounding decides.
-TIGHTEST = 1e-13
 
 # The largest distance to a limit that counts as none: beyond it long cycles close by accident.
 _LOOSEST = 1e-4
@@ -48,8 +48,8 @@ _LOOSEST = 1e-4
 def compile_for(indices: np.ndarray, options: Options) -> None:
     """Compile or load what points with these rheological indices (n,) need."""
     nobody = np.empty((0, len(Parameters._fields)))
-    columns = (len(RESULT_COLUMNS), len(FINAL_COLUMNS))
-    orbits(nobody, options, *(np.empty((0, count)) for count in (columns[1], *columns)))
+    results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, FINAL_COLUMNS))
+    orbits(nobody, options, finals, results, finals)
     settings = options.settings()
     task = Pass(TRAVEL, settings.rtol, settings.rtol, 0, 0, False)
     for family, _ in families(options.friction, indices):
@@ -84,6 +84,7 @@ def orbits(
     starts: np.ndarray,
     results: np.ndarray,
     finals: np.ndarray,
+    patience: int = 0,
 ) -> None:
     """Stationary orbits.
 
@@ -104,6 +105,8 @@ def orbits(
         (n, columns), written in the order of `variables.RESULT_COLUMNS`.
     finals
         (n, columns), written in the order of `points.FINAL_COLUMNS`.
+    patience
+        Drive periods after which a point is left pending; 0 for as long as it takes.
     """
     settings, law = options.settings(), options.friction
     queue = reduced_queue(points, law)
@@ -111,7 +114,7 @@ def orbits(
     measuring = Pass(MEASURE, settings.rtol, settings.rtol, 0, settings.max_steps, False)
     finer = measuring._replace(rtol=max(REFINEMENT * settings.rtol, TIGHTEST))
     watching = measuring._replace(rtol=min(finer.rtol, observation.RTOL))
-    aperiodic = _settle(points, queue, settings, watching, law)
+    aperiodic = _settle(points, queue, options, watching, patience)
     begins = queue.states.copy()
     work_through(queue, measuring, law)
     coarse, ends = queue.measured.copy(), queue.states.copy()
@@ -122,7 +125,7 @@ def orbits(
         coarse,
         ends,
         tangents.symmetric(queue, begins, settings.stationary_rtol, finer.rtol, law),
-        _spreads(points, queue, begins, watching, law),
+        _spreads(points, queue, begins, finer, law),
         tangents.multipliers_of(queue, begins, ends, settings.rtol, law),
     )
     conversion.write_results(points, queue, orbits, settings.rtol, results)
@@ -141,15 +144,20 @@ def _start_elsewhere(points: np.ndarray, starts: np.ndarray, queue: Queue) -> No
 
 
 def _settle(
-    points: np.ndarray, queue: Queue, settings: Settings, watching: Pass, law: str
+    points: np.ndarray, queue: Queue, options: Options, watching: Pass, patience: int
 ) -> list[tuple[np.ndarray, Watched]]:
     """Bring the points of the queue to their orbits; those that are aperiodic: rows, and as seen.
 
-    A point that wanders is watched, and goes on with its search where it is not aperiodic.
+    A point that wanders is watched, and goes on with its search where it is not aperiodic; one that
+    takes longer than the patience is left pending.
     """
-    halves, steps = 2 * settings.max_periods, settings.max_steps
-    distance = min(settings.stationary_rtol, _LOOSEST)
-    task = Pass(SETTLE, settings.rtol, distance, halves, steps, settings.accelerate)
+    settings, law = options.settings(), options.friction
+    task = _search_of(settings)
+    if 0 < patience < settings.max_periods:
+        work_through(queue, task._replace(max_halves=2 * patience), law)
+        late = np.isin(queue.counts[:, OUTCOME], (NOT_STATIONARY, APERIODIC))
+        queue.counts[late, OUTCOME] = int(Status.PENDING)
+        return []
     pending, aperiodic = np.arange(len(points)), []
     while len(pending):
         part = part_of(queue, pending)
@@ -163,11 +171,18 @@ def _settle(
     return aperiodic
 
 
+def _search_of(settings: Settings) -> Pass:
+    """The pass that brings points to their orbits."""
+    distance = min(settings.stationary_rtol, _LOOSEST)
+    halves, steps = 2 * settings.max_periods, settings.max_steps
+    return Pass(SETTLE, settings.rtol, distance, halves, steps, settings.accelerate)
+
+
 def _watch(
     points: np.ndarray, queue: Queue, rows: np.ndarray, window: int, watching: Pass, law: str
 ) -> tuple[np.ndarray, Watched]:
     """Watch the wandering points in these rows (m,) of the queue: which are aperiodic, (m,)."""
-    walk = AdaptiveWalk(points[rows], part_of(queue, rows), watching, law)
+    walk = TangentWalk(points[rows], part_of(queue, rows), watching, law)
     watched = watch(walk, window)
     part, found = walk.queue, watched.aperiodic & (walk.outcomes() == OK)
     part.counts[:, HALVES] += 2 * watched.periods
@@ -191,7 +206,7 @@ def _write_aperiodic(
 
 
 def _spreads(
-    points: np.ndarray, queue: Queue, begins: np.ndarray, watching: Pass, law: str
+    points: np.ndarray, queue: Queue, begins: np.ndarray, measuring: Pass, law: str
 ) -> np.ndarray:
     """Standard deviations (n, 2) of the amplitudes of single drive periods, SI units."""
     spreads = np.zeros((len(points), 2))
@@ -200,7 +215,7 @@ def _spreads(
         part, cycles = part_of(queue, rows), queue.counts[rows, CYCLE]
         part.states[:] = begins[rows]
         periods = np.where(cycles % 2 == 1, cycles, cycles // 2)
-        spreads[rows] = spreads_of(AdaptiveWalk(points[rows], part, watching, law), periods)
+        spreads[rows] = spreads_of(AdaptiveWalk(points[rows], part, measuring, law), periods)
     return spreads
 
 

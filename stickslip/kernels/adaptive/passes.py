@@ -44,6 +44,9 @@ orbit; so many with a record."""
 REFINEMENT = 0.1
 """The finer tolerance of the search, and of the measurement, as a part of the coarser one."""
 
+TIGHTEST = 1e-13
+"""The least tolerance: below it rounding decides."""
+
 # The largest tolerance on the way to an orbit: beyond it a film may miss the moment in which it
 # freezes, and end on another orbit.
 _SEARCH = 1e-5
@@ -176,6 +179,13 @@ _with_plane = make_map(
 )
 
 
+@inline
+def _finer(task: Pass, cuts: int) -> float:
+    """The tolerance of a search after so many cuts: the first one leaves no noise above its aim."""
+    first = min(task.rtol * REFINEMENT, _SEARCH, max(task.stationary_rtol, TIGHTEST))
+    return first * REFINEMENT ** (cuts - 1)
+
+
 @jit
 def _apply_verdict(lanes: Lanes, task: Pass, lane: int, y: Any) -> int:
     """Ask the search what to do after a half period, and do it; -1 while the search goes on."""
@@ -194,7 +204,7 @@ def _apply_verdict(lanes: Lanes, task: Pass, lane: int, y: Any) -> int:
     if verdict == search.WANDERING:
         return APERIODIC
     if verdict == search.FINER:
-        put(values, SLOTS.rtol, lane, task.rtol * REFINEMENT**memory.fineness)
+        put(values, SLOTS.rtol, lane, _finer(task, memory.fineness))
     elif verdict == search.RESTORE:
         put_state(values, SLOTS.state, lane, _unjudged(memory.stored))
         put(values, SLOTS.rtol, lane, min(task.rtol, _SEARCH))

@@ -13,45 +13,54 @@ from stickslip.numerics.adaptive import OK
 
 
 class AdaptiveWalk:
-    """Points (n, parameters) on their way, from the states of a `queue`, by measuring passes.
-
-    The copies that carry the tangents go through the lanes together with them.
-    """
+    """Points (n, parameters) on their way, from the states of a `queue`, by measuring passes."""
 
     def __init__(self, points: np.ndarray, queue: Queue, measuring: Pass, law: str) -> None:
         self.points, self.measuring, self.law = points, measuring, law
-        self._count = len(points)
-        self._both = part_of(queue, np.tile(np.arange(self._count), 2))
-        self._both.counts[:, CYCLE], self._both.counts[:, OUTCOME] = 2, OK
-        self._tangents = Tangents(self._count, measuring.rtol)
-
-    @property
-    def queue(self) -> Queue:
-        """That of the points, as it is now."""
-        return part_of(self._both, np.arange(self._count))
+        self.queue = self._lanes = part_of(queue, np.arange(len(points)))
+        self.queue.counts[:, CYCLE], self.queue.counts[:, OUTCOME] = 2, OK
 
     def states(self) -> np.ndarray:
         """As `observation.Walk`."""
-        states = self.queue.states
+        states = self.queue.states.copy()
         conversion.restore_states(self.points, states)
         return states
 
     def next_period(self) -> np.ndarray:
         """As `observation.Walk`."""
-        states = self._both.states
-        self._both.counts[:, ATTEMPTED] = 0  # each period has the whole budget
-        states[self._count :] = self._tangents.displaced(states[: self._count])
-        work_through(self._both, self.measuring, self.law)
-        records = np.empty((self._count, RECORD))
-        conversion.write_stretches(self.points, self._both.measured[: self._count], records)
+        self._lanes.counts[:, ATTEMPTED] = 0  # each period has the whole budget
+        work_through(self._lanes, self.measuring, self.law)
+        records = np.empty((len(self.points), RECORD))
+        conversion.write_stretches(self.points, self.queue.measured, records)
         return records
 
-    def growth(self) -> np.ndarray:
-        """As `observation.Walk`; not a number where a copy was lost."""
-        states, lost = self._both.states, self._both.counts[self._count :, OUTCOME] != OK
-        growth = self._tangents.carried(states[: self._count], states[self._count :])
-        return np.where(lost, np.nan, growth)
+    def part(self, which: np.ndarray) -> AdaptiveWalk:
+        """As `observation.Walk`."""
+        rows = np.flatnonzero(which)
+        return AdaptiveWalk(self.points[rows], part_of(self.queue, rows), self.measuring, self.law)
 
     def outcomes(self) -> np.ndarray:
         """As `observation.Walk`."""
-        return self._both.counts[: self._count, OUTCOME].copy()
+        return self.queue.counts[:, OUTCOME].copy()
+
+
+class TangentWalk(AdaptiveWalk):
+    """The same with copies that carry tangents, through the lanes together with the points."""
+
+    def __init__(self, points: np.ndarray, queue: Queue, measuring: Pass, law: str) -> None:
+        super().__init__(points, queue, measuring, law)
+        count = len(points)
+        self._lanes = part_of(self.queue, np.tile(np.arange(count), 2))
+        self.queue = Queue(*(column[:count] for column in self._lanes))
+        self._copies = Queue(*(column[count:] for column in self._lanes))
+        self._tangents = Tangents(count, measuring.rtol)
+
+    def next_period(self) -> np.ndarray:
+        """As `observation.Walk`."""
+        self._copies.states[:] = self._tangents.displaced(self.queue.states)
+        return super().next_period()
+
+    def growth(self) -> np.ndarray:
+        """As `observation.TangentWalk`; not a number where a copy was lost."""
+        growth = self._tangents.carried(self.queue.states, self._copies.states)
+        return np.where(self._copies.counts[:, OUTCOME] != OK, np.nan, growth)

@@ -40,8 +40,8 @@ def compile_for(indices: np.ndarray, options: Options) -> None:
     """Compile or load what points with these rheological indices (n,) need."""
     nobody = np.empty((0, len(Parameters._fields)))
     adaptive.compile_for(indices, options)  # of the reference orbit
-    columns = (len(RESULT_COLUMNS), len(FINAL_COLUMNS))
-    orbits(nobody, options, *(np.empty((0, count)) for count in (columns[1], *columns)))
+    results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, FINAL_COLUMNS))
+    orbits(nobody, options, finals, results, finals)
     tasks = March(nobody, np.empty(0, np.int64), np.empty((0, 3)), options.friction).tasks
     noisy = options.noise != "none"
     for family, _ in families(options.friction, indices):
@@ -73,6 +73,7 @@ def orbits(
     starts: np.ndarray,
     results: np.ndarray,
     finals: np.ndarray,
+    patience: int = 0,
 ) -> None:
     """Stationary orbits; arrays as of `adaptive.driver.orbits`.
 
@@ -214,6 +215,10 @@ class _Walk:
         self.whole.march.clear_records(alive)
         self.whole.one_period(alive, measured=True)
         return self.whole.march.records(closed=False)[self.rows]
+
+    def part(self, which: np.ndarray) -> _Walk:
+        """As `observation.Walk`."""
+        return _Walk(self.whole, self.rows[which])
 
     def growth(self) -> np.ndarray:
         """As `observation.Walk`."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,7 @@ class Task:
     """A block of points to compute: their numbers, parameters (n, 20) and options.
 
     `line` points at a time belong together, each starting from the one before; 1 for points alone.
+    Points that take longer than `patience` drive periods are left `pending`, where it is not 0.
     """
 
     indices: NDArray[np.int64]
@@ -41,6 +42,7 @@ class Task:
     options: Options
     code: str
     line: int = 1
+    patience: int = 0
 
 
 @dataclass(frozen=True)
@@ -58,16 +60,20 @@ class Block:
     suspicious: tuple[int, int] = (0, 0)
     messages: tuple[str, ...] = ()
 
+    def part(self, which: NDArray[np.bool_]) -> Block:
+        """The same with some of the points (n,) alone."""
+        return replace(self, indices=self.indices[which], results=self.results[which])
+
     @property
     def failures(self) -> int:
         """How many of the points did not end ok."""
         return failures(status_counts(self.results[:, STATUS]))
 
 
-def task_of(grid: Grid, indices: NDArray[np.int64], options: Options) -> Task:
+def task_of(grid: Grid, indices: NDArray[np.int64], options: Options, patience: int = 0) -> Task:
     """The task of computing these points of a grid."""
     line = grid.lines().shape[1] if grid.followed else 1
-    return Task(indices, grid.rows(indices), options, source_hash(), line)
+    return Task(indices, grid.rows(indices), options, source_hash(), line, patience)
 
 
 def compile_kernels(options: Options, grid: Grid) -> None:
@@ -129,7 +135,7 @@ def _results(points: NDArray[np.float64], task: Task) -> NDArray[np.float64]:
     """The result rows (n, columns) of some of the points of a task, whole lines of them."""
     if task.line > 1:
         return follow(points, task.line, task.options)
-    return compute_orbits(points, task.options)[0]
+    return compute_orbits(points, task.options, patience=task.patience)[0]
 
 
 def _alone(points: NDArray[np.float64], task: Task, messages: list[str]) -> NDArray[np.float64]:

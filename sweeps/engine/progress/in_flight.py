@@ -37,6 +37,11 @@ class InFlight:
         return [task for task, _ in begun.values()]
 
     @property
+    def tasks(self) -> list[Task]:
+        """The tasks in flight."""
+        return [task for task, _ in list(self._begun.values())]
+
+    @property
     def ages(self) -> list[tuple[int, float]]:
         """The points of each task and its seconds in flight, the oldest task first."""
         now = time.monotonic()

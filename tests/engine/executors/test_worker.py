@@ -110,8 +110,8 @@ def test_failures_of_a_block_are_the_points_that_are_not_ok() -> None:
 
 
 def test_a_block_counts_the_results_that_look_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
-    def odd(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
-        results, finals = compute_orbits(points, options)
+    def odd(points: np.ndarray, options: Options, **how: Any) -> tuple[np.ndarray, np.ndarray]:
+        results, finals = compute_orbits(points, options, **how)
         results[:5, RESULT_COLUMNS.index("power_balance_error")] = 5e-3
         results[4:7, RESULT_COLUMNS.index("elastic_stress_max")] *= 100.0
         assert suspicious_balance(results).sum() == 5
@@ -130,10 +130,12 @@ def test_a_block_counts_the_results_that_look_wrong(monkeypatch: pytest.MonkeyPa
 def poisoned(temperature: float) -> Callable[..., tuple[np.ndarray, np.ndarray]]:
     """`compute_orbits`, which raises where a point has this temperature."""
 
-    def compute_some(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
+    def compute_some(
+        points: np.ndarray, options: Options, **how: Any
+    ) -> tuple[np.ndarray, np.ndarray]:
         if np.any(np.atleast_2d(points)[:, 0] == temperature):
             raise ZeroDivisionError("poison")
-        return compute_orbits(points, options)
+        return compute_orbits(points, options, **how)
 
     return compute_some
 
@@ -179,10 +181,12 @@ def test_points_that_no_worker_survives_are_failed_and_told() -> None:
 def test_ctrl_c_is_no_failed_point(monkeypatch: pytest.MonkeyPatch, workers: int) -> None:
     presses = [KeyboardInterrupt]
 
-    def interrupted(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
+    def interrupted(
+        points: np.ndarray, options: Options, **how: Any
+    ) -> tuple[np.ndarray, np.ndarray]:
         if presses:
             raise presses.pop()
-        return compute_orbits(points, options)
+        return compute_orbits(points, options, **how)
 
     monkeypatch.setattr(worker, "compute_orbits", interrupted)
     with pytest.raises(KeyboardInterrupt):

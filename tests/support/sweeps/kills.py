@@ -44,9 +44,9 @@ from sweeps.engine.executors import worker
 from sweeps.cli.app import main
 log = os.open("begun", os.O_WRONLY | os.O_APPEND | os.O_CREAT)
 compute_orbits = worker.compute_orbits
-def noted(points, options):
+def noted(points, options, **how):
     os.write(log, np.ascontiguousarray(points).tobytes())
-    return compute_orbits(points, options)
+    return compute_orbits(points, options, **how)
 worker.compute_orbits = noted
 main()
 """

@@ -95,12 +95,12 @@ class Shell:
         _REQUEST(stop, *arguments, **settings)
         self._heard.set()
 
-    def _watched(self, points: np.ndarray, options: Any) -> Any:
+    def _watched(self, points: np.ndarray, options: Any, **how: Any) -> Any:
         rows = np.atleast_2d(points)
         if self.disturb is not None:
             self.disturb(rows)
         self.computed += [Parameters(*row) for row in rows.tolist()]
-        return compute_orbits(points, options)
+        return compute_orbits(points, options, **how)
 
 
 def write(name: str, *parts: str) -> str:
@@ -180,9 +180,9 @@ def _live(arguments: list[str], mishaps: tuple[Mishap, ...], log: str, begun: st
 
 
 def _announce(begun: str) -> None:
-    def announced(points: np.ndarray, options: Any) -> Any:
+    def announced(points: np.ndarray, options: Any, **how: Any) -> Any:
         Path(begun).touch()
-        return compute_orbits(points, options)
+        return compute_orbits(points, options, **how)
 
     worker.compute_orbits = announced
 

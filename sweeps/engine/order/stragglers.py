@@ -1,0 +1,61 @@
+"""Points that take far longer than most, gathered until they fill the lanes of a kernel.
+
+A lane that goes on alone costs as much as all of them together, and an orbit that never closes
+takes thousands of times what others do: one in each block would cost most of a sweep.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.status import Status
+from sweeps.files.columns import STATUS, Rows
+
+_PATIENCE = 64  # drive periods; of a hundred points less than one needs more
+_TOGETHER = 64  # points: four for each lane
+
+# Where a larger part of the points is late than this, blocks are full of such points anyway.
+_SELDOM = 0.125
+_FEW = 64  # points, before that can be told
+
+
+class Stragglers:
+    """The late points of a sweep: taken out of finished blocks, and given again together.
+
+    `most` points at a time, where that is given; none are `ever` late where points of a line need
+    each other.
+    """
+
+    def __init__(self, most: int | None = None, *, ever: bool = True) -> None:
+        self._ever = ever
+        self._together = min(most or _TOGETHER, _TOGETHER)
+        self._waiting: list[int] = []
+        self._tried, self._late = 0, 0
+
+    @property
+    def patience(self) -> int:
+        """The drive periods that points of a block may take; 0 for as long as it takes."""
+        seldom = self._late <= _FEW + _SELDOM * self._tried
+        return _PATIENCE if seldom and self._ever else 0
+
+    def finished(self, indices: NDArray[np.int64], rows: Rows) -> NDArray[np.bool_]:
+        """Which points (n,) of a block, with rows (n, columns), were not left out as late."""
+        late = rows[:, STATUS] == Status.PENDING
+        self._tried += len(late)
+        self._late += int(np.count_nonzero(late))
+        self._waiting += indices[late].tolist()
+        return np.asarray(~late)
+
+    def together(self) -> NDArray[np.int64] | None:
+        """Points that are computed together, as long as it takes; None while they are too few."""
+        return self._given(self._together) if len(self._waiting) >= self._together else None
+
+    def rest(self, slots: int) -> list[NDArray[np.int64]]:
+        """All that wait, where no others can come, shared out among so many slots."""
+        share = max(1, min(self._together, -(-len(self._waiting) // max(slots, 1))))
+        return [self._given(share) for _ in range(0, len(self._waiting), share)]
+
+    def _given(self, count: int) -> NDArray[np.int64]:
+        given, self._waiting = self._waiting[:count], self._waiting[count:]
+        return np.sort(np.array(given, dtype=np.int64))

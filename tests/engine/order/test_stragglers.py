@@ -1,0 +1,96 @@
+"""Points that take far longer than most: left out of blocks, and computed together."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stickslip import Status
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
+from stickslip.variables import RESULT_COLUMNS
+from sweeps import run
+from sweeps.config.load import from_mapping
+from sweeps.engine.executors import worker
+from sweeps.engine.order.stragglers import Stragglers
+from sweeps.files.columns import STATUS
+from sweeps.files.datasets import content_hash
+from sweeps.grid import Grid
+
+# Of these points some wander for hundreds of periods, and two never close.
+ODD = {
+    "model": {"k": 22802, "K": 2349.9, "T": 205.9},
+    "sweep": {"omega": {"linspace": [34, 37], "num": 13}},
+    "integrator": {"rtol": 1e-4},
+    "stationary": {"rtol": 1e-4, "window": 40},
+}
+
+
+def rows_with(*statuses: Status) -> np.ndarray:
+    rows = np.zeros((len(statuses), len(RESULT_COLUMNS)))
+    rows[:, STATUS] = statuses
+    return rows
+
+
+def test_pending_points_are_left_out_and_given_again() -> None:
+    stragglers = Stragglers(most=2)
+    rows = rows_with(Status.OK, Status.PENDING, Status.DIVERGED)
+    np.testing.assert_array_equal(
+        stragglers.finished(np.array([7, 3, 9]), rows), [True, False, True]
+    )
+    assert stragglers.together() is None
+    stragglers.finished(np.array([8, 1]), rows_with(Status.PENDING, Status.PENDING))
+    np.testing.assert_array_equal(stragglers.together(), [3, 8])
+    assert [part.tolist() for part in stragglers.rest(4)] == [[1]]
+    assert stragglers.rest(4) == []
+
+
+@pytest.mark.parametrize("slots", [1, 2, 5])
+def test_the_rest_is_shared_out(slots: int) -> None:
+    stragglers = Stragglers()
+    stragglers.finished(np.arange(11), rows_with(*[Status.PENDING] * 11))
+    parts = stragglers.rest(slots)
+    assert sorted(np.concatenate(parts)) == list(range(11))
+    assert len(parts) <= slots
+
+
+def test_where_many_are_late_nobody_is_left_out() -> None:
+    stragglers = Stragglers()
+    assert stragglers.patience > 0
+    stragglers.finished(np.arange(100), rows_with(*[Status.PENDING] * 100))
+    assert stragglers.patience == 0
+    assert Stragglers(ever=False).patience == 0
+
+
+def test_late_points_come_out_the_same() -> None:
+    grid = Grid.from_config(from_mapping(ODD))
+    points, options = grid.rows(np.arange(grid.size)), Options(rtol=1e-4, stationary_rtol=1e-4)
+    whole, finals = compute_orbits(points, options)
+    some, their_finals = compute_orbits(points, options, patience=64)
+    late = some[:, STATUS] == Status.PENDING
+    assert 0 < late.sum() < len(late)
+    assert some[~late].tobytes() == whole[~late].tobytes()
+    assert their_finals[~late].tobytes() == finals[~late].tobytes()
+
+
+@pytest.mark.parametrize("execution", [{"workers": 2}, {"block_points": 1}, {"backend": "loky"}])
+def test_a_sweep_computes_them_together(
+    execution: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = run(ODD | {"execution": {"workers": 1}})
+    given: list[int] = []
+
+    def watched(points: np.ndarray, options: Options, patience: int) -> Any:
+        given.append(patience)
+        return compute_orbits(points, options, patience=patience)
+
+    monkeypatch.setattr(worker, "compute_orbits", watched)
+    ds = run(ODD | {"execution": execution})
+    assert content_hash(ds) == content_hash(whole)
+    assert not (ds.status == Status.PENDING).any()
+    assert (ds.status == Status.APERIODIC).any()
+    if execution.get("backend") != "loky":  # whose workers are not watched
+        assert 0 in given
+        assert max(given) > 0
