@@ -44,7 +44,7 @@ from stickslip.measure.accumulate import (
     accumulator,
 )
 from stickslip.measure.results import relative_difference
-from stickslip.model import drive, film
+from stickslip.model import drive, solids
 from stickslip.model.rhs import equations, relative_state
 from stickslip.model.scaling import KEPT, LITERALS, Reduced
 from stickslip.model.state import WIDTH
@@ -113,14 +113,14 @@ def _scalar_periods(observed: bool) -> Any:
     def look(
         problem: Any, t: float, h: float, y0: Any, y1: Any, d1: Any, d2: Any, record: Any
     ) -> None:
-        solid = film.solid_threshold(problem.p)
+        solid = solids.solid_threshold(problem.p)
         for i in range(1, _LOOKS + 1):
             y = _interpolate(i / _LOOKS, y0, y1, d1, d2)
             phi = math.exp(y[2])
             sigma, force = _stress_and_force(problem.p, y[1], phi, problem.u_s)
             _record.see_extremum(record, 0, STRESS_MAX, sigma, True)
             _record.see_extremum(record, 0, FORCE_MAX, force, True)
-            _record.see_phase(record, 0, phi, solid, film.MELTED_PART * solid, 0.0, True)
+            _record.see_phase(record, 0, phi, solid, solids.MELTED_PART * solid, 0.0, True)
 
     drive_on = adaptive_drive(FUNCTIONS.error_weight, look if observed else ignore, RODAS4P2)
 

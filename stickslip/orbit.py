@@ -68,9 +68,12 @@ def prepared_points(points: np.ndarray, noise: str) -> np.ndarray:
     return points
 
 
-def prepare_kernels(options: Options, indices: np.ndarray) -> None:
-    """Compile or load what `compute_orbits` needs for fluids with these rheological indices."""
-    METHODS[options.method].kernels.compile_for(indices, options)
+def prepare_kernels(options: Options, kinds: np.ndarray) -> None:
+    """Compile or load what `compute_orbits` needs for points of these kinds (n, 2).
+
+    Their columns are the parameters named in `kernels.families.KIND`.
+    """
+    METHODS[options.method].kernels.compile_for(kinds, options)
 
 
 def compute_orbits(

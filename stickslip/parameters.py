@@ -11,7 +11,7 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from stickslip.tables import value_table
-from stickslip.variables import PARAMETERS
+from stickslip.variables import ENERGY_COEFFICIENTS, PARAMETERS, unbounded
 
 if TYPE_CHECKING:
 
@@ -59,6 +59,9 @@ class Parameters(ParameterValues):
             for (name, variable), value in zip(PARAMETERS.items(), values, strict=True)
             if (complaint := variable.complaint(value))
         ]
+        by_name = dict(zip(cls._fields, values, strict=True))
+        if not complaints and (growth := unbounded(*(by_name[n] for n in ENERGY_COEFFICIENTS))):
+            complaints.append(f"{growth}: the order parameter would grow without bound")
         if complaints:
             raise ParameterError("; ".join(complaints))
         return super().__new__(cls, *values)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.model import film
+from stickslip.model import film, solids
 from stickslip.parameters import Parameters
 from stickslip.trajectory import attributes
 from stickslip.variables import PARAMETERS, PHASES
@@ -62,15 +62,18 @@ def phase_diagram(
         raise ValueError("a phase diagram needs a temperature and at least two samples")
     p = parameters or Parameters()
     films = [p._replace(temperature=T) for T in temperatures]
-    phi = np.linspace(0.0, _BEYOND * max(map(film.largest_order_parameter, films)), samples)
-    eps = np.linspace(0.0, film.melting_strain(p), samples)
+    phi = np.linspace(0.0, _BEYOND * max(map(solids.largest_order_parameter, films)), samples)
+    eps = np.linspace(0.0, solids.melting_strain(p), samples)
     along: dict[str, tuple[str, list[float]]] = {
-        "melting_strain": ("temperature", [film.melting_strain(at) for at in films]),
-        "solidification_strain": ("temperature", [film.solidification_strain(at) for at in films]),
-        "melting_temperature": ("elastic_strain", [film.melting_temperature(p, e) for e in eps]),
+        "melting_strain": ("temperature", [solids.melting_strain(at) for at in films]),
+        "solidification_strain": (
+            "temperature",
+            [solids.solidification_strain(at) for at in films],
+        ),
+        "melting_temperature": ("elastic_strain", [solids.melting_temperature(p, e) for e in eps]),
         "solidification_temperature": (
             "elastic_strain",
-            [film.solidification_temperature(p, e) for e in eps],
+            [solids.solidification_temperature(p, e) for e in eps],
         ),
     }
     energy = [[film.free_energy(at, x, strain) for x in phi] for at in films]

@@ -25,6 +25,7 @@ def right_hand_side(t: float, y: np.ndarray, p: Parameters) -> list[float]:
     B = 2 * p.thermal_coefficient * (p.temperature - p.critical_temperature)
     B += p.elastic_coefficient * strain**2
     growth = B - p.cubic_coefficient * phi + p.quartic_coefficient * phi**2
+    growth += -p.quintic_coefficient * phi**3 + p.sextic_coefficient * phi**4
     noise = _D_EFF_OVER_D * p.noise_intensity / max(phi**2, 1e-300)
     acceleration = (force - 2 * p.spring_stiffness * x) / p.block_mass
     return [v, acceleration, noise - p.kinetic_coefficient * growth]
@@ -46,7 +47,11 @@ def friction_force(u: float, phi: float, p: Parameters) -> float:
 def starting_state(p: Parameters) -> list[float]:
     """(x_0, v_0, ln phi) with phi_0 lifted to the level of the noise."""
     D_eff = _D_EFF_OVER_D * p.noise_intensity
-    levels = [(D_eff / (p.quartic_coefficient * p.kinetic_coefficient)) ** 0.25]
+    levels = []
+    if p.quartic_coefficient:
+        levels.append((D_eff / (p.quartic_coefficient * p.kinetic_coefficient)) ** 0.25)
+    if p.sextic_coefficient:
+        levels.append((D_eff / (p.sextic_coefficient * p.kinetic_coefficient)) ** (1 / 6))
     if p.cubic_coefficient:
         levels.append((D_eff / (p.cubic_coefficient * p.kinetic_coefficient)) ** (1 / 3))
     linear = 2 * p.thermal_coefficient * p.kinetic_coefficient

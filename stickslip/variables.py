@@ -126,10 +126,16 @@ PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
         default=4e12),
     _not_negative("cubic_coefficient", "b", "b", "J m-3", "cubic coefficient of the free energy",
         default=230.0, phi_power=1),
-    _positive("quartic_coefficient", "c", "c", "J m-3", "quartic coefficient of the free energy",
-        default=850.0, phi_power=2),
+    _not_negative("quartic_coefficient", "c", "c", "J m-3",
+        "quartic coefficient of the free energy", default=850.0, phi_power=2),
     _not_negative("noise_intensity", "D", "D", "s-1", "noise intensity",
         "dphi = -delta f'(phi) dt + sqrt(2 D) dW, reflected at phi = 0", default=1e-18),
+    _not_negative("quintic_coefficient", "d", "d", "J m-3",
+        "quintic coefficient of the free energy", "needs a sextic coefficient e > 0", default=0.0,
+        neutral=0.0, phi_power=3),
+    _not_negative("sextic_coefficient", "e", "e", "J m-3", "sextic coefficient of the free energy",
+        "with d it lets a soft solid exist beside a hard one", default=0.0, neutral=0.0,
+        phi_power=4),
 )
 
 _ORDER_PARAMETER = Variable(
@@ -202,6 +208,10 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
     ResultVariable("melting_count", "meltings", r"n_\mathrm{melt}", "1",
         f"number of solid to liquid transitions {_ORBIT}",
         "solid from phi >= b/2c, melted at phi <= 0.1 b/2c", dtype="i4", missing=-1),
+    ResultVariable("solid_transition_count", "solid transitions", r"n_\mathrm{solid}", "1",
+        f"number of changes between a soft and a hard solid {_ORBIT}",
+        "films whose free energy goes to sixth order; on the way to and from the liquid as well",
+        dtype="i4", missing=-1),
     ResultVariable("asymmetry", "asymmetry", r"\mathrm{asymmetry}", "1",
         "asymmetry of the elastic stress: |max + min| / (max - min)", "0 where max - min < 1 Pa"),
     ResultVariable("periods_integrated", "periods", r"n_\mathrm{periods}", "1",
@@ -230,6 +240,21 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
 )
 
 # fmt: on
+
+ENERGY_COEFFICIENTS = ("quartic_coefficient", "quintic_coefficient", "sextic_coefficient")
+
+
+def unbounded(quartic: float, quintic: float, sextic: float) -> str | None:
+    """What lets an order parameter with these coefficients grow without bound; None if nothing.
+
+    In the order of `ENERGY_COEFFICIENTS`.
+    """
+    if sextic > 0 or (quartic > 0 and quintic == 0):
+        return None
+    if quintic > 0:
+        return "quintic_coefficient (d) > 0 needs a sextic_coefficient (e) > 0"
+    return "quartic_coefficient (c) = 0 needs a sextic_coefficient (e) > 0"
+
 
 RESULT_COLUMNS: tuple[str, ...] = tuple(RESULTS)
 """Columns of a result row, in the order of the registry."""

@@ -52,7 +52,9 @@ def reason(error: BaseException) -> str:
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """` (did you mean 'temperature'?)` where a known name is close to `name`, else nothing."""
     names = {candidate.lower(): candidate for candidate in known}
-    close = difflib.get_close_matches(name[:_LONGEST_NAME].lower(), names, n=1)
+    written = name[:_LONGEST_NAME].lower()
+    begun = [candidate for candidate in names if len(written) > 2 and candidate.startswith(written)]
+    close = begun[:1] if len(begun) == 1 else difflib.get_close_matches(written, names, n=1)
     return f" (did you mean {names[close[0]]!r}?)" if close else ""
 
 

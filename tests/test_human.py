@@ -60,6 +60,7 @@ def test_the_reason_of_another_error_is_what_it_says():
 def test_a_near_miss_is_told_in_its_right_spelling():
     assert did_you_mean("Temprature", ["temperature", "K"]) == " (did you mean 'temperature'?)"
     assert did_you_mean("t_c", ["T_c", "K"]) == " (did you mean 'T_c'?)"
+    assert did_you_mean("temp", ["temperature", "K"]) == " (did you mean 'temperature'?)"
 
 
 def test_what_is_like_nothing_known_gets_no_hint():

@@ -18,7 +18,7 @@ from stickslip.orbit import Orbit, compute_orbits, failed_row, prepared_points, 
 from stickslip.regime import Regime
 from stickslip.variables import RESULT_COLUMNS, RESULTS
 
-COUNTS = {"orbit_periods", "melting_count", "periods_integrated"}
+COUNTS = {"orbit_periods", "melting_count", "solid_transition_count", "periods_integrated"}
 
 VISCOUS = {"elastic_coefficient": 0.0}
 """Without elasticity the film allows fixed steps of 4e-5 s: an orbit in milliseconds."""

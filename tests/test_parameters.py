@@ -38,6 +38,8 @@ FIG_3 = {
     "cubic_coefficient": 230,
     "quartic_coefficient": 850,
     "noise_intensity": 1e-18,  # not in the paper: model choice, see docs/equations.md
+    "quintic_coefficient": 0,  # the paper ends with the fourth order
+    "sextic_coefficient": 0,
 }
 
 POSITIVE = [
@@ -45,7 +47,6 @@ POSITIVE = [
     "strain_relaxation_time",
     "contact_area",
     "block_mass",
-    "quartic_coefficient",
     "kinetic_coefficient",
     "angular_frequency",
 ]
@@ -58,10 +59,14 @@ NOT_NEGATIVE = [
     "temperature",
     "critical_temperature",
     "noise_intensity",
+    "sextic_coefficient",
 ]
+# The highest one that is not 0 must be positive, or the order parameter grows without bound.
+BOUNDED = {"quartic_coefficient": {}, "quintic_coefficient": {"sextic_coefficient": 1.0}}
 LARGE = 1e300
 
 VALID = [
+    *((name, value) for name in BOUNDED for value in (TINY, LARGE)),
     *((name, TINY) for name in POSITIVE),
     *((name, LARGE) for name in POSITIVE + NOT_NEGATIVE),
     *((name, 0.0) for name in NOT_NEGATIVE),
@@ -79,7 +84,7 @@ VALID = [
 ]
 INVALID = [
     *((name, value) for name in POSITIVE for value in (0.0, -0.0, -TINY)),
-    *((name, -TINY) for name in NOT_NEGATIVE),
+    *((name, -TINY) for name in (*NOT_NEGATIVE, *BOUNDED)),
     ("rheological_index", -1.0),
     ("rheological_index", math.nextafter(-1, -2)),
     ("initial_order_parameter", -TINY),
@@ -104,13 +109,26 @@ def test_fields_are_the_registry_in_its_order():
 
 @pytest.mark.parametrize(("name", "value"), VALID)
 def test_valid_value_is_kept(name: str, value: float):
-    assert getattr(Parameters(**{name: value}), name) == value
+    assert getattr(Parameters(**{name: value} | BOUNDED.get(name, {})), name) == value
 
 
 @pytest.mark.parametrize(("name", "value"), INVALID)
 def test_invalid_value_is_refused_by_name(name: str, value: float):
     with pytest.raises(ParameterError, match=rf"^{name} must .*"):
         Parameters(**{name: value})
+
+
+@pytest.mark.parametrize(
+    ("values", "told"),
+    [
+        ({"quartic_coefficient": 0.0}, r"quartic_coefficient \(c\) = 0 needs a sextic"),
+        ({"quintic_coefficient": 1.0}, r"quintic_coefficient \(d\) > 0 needs a sextic"),
+    ],
+)
+def test_a_film_whose_order_parameter_would_grow_is_refused(values: dict[str, float], told: str):
+    with pytest.raises(ParameterError, match=told):
+        Parameters(**values)
+    assert Parameters(**values, sextic_coefficient=1.0).sextic_coefficient == 1.0
 
 
 def test_all_invalid_values_are_named_at_once():
@@ -220,4 +238,4 @@ def test_accepted_exactly_where_the_registry_does_not_complain(name: str, value:
         with pytest.raises(ParameterError):
             Parameters(**{name: value})
     else:
-        assert getattr(Parameters(**{name: value}), name) == value
+        assert getattr(Parameters(**{name: value} | BOUNDED.get(name, {})), name) == value

@@ -43,6 +43,8 @@ PARAMETER_SYMBOLS = {
     "cubic_coefficient": ("b", "J m-3"),
     "quartic_coefficient": ("c", "J m-3"),
     "noise_intensity": ("D", "s-1"),
+    "quintic_coefficient": ("d", "J m-3"),
+    "sextic_coefficient": ("e", "J m-3"),
 }
 TRAJECTORY_UNITS = {
     "elapsed_time": "s",
@@ -67,6 +69,7 @@ RESULT_UNITS = {
     "power_balance_error": "1",
     "orbit_periods": "1",
     "melting_count": "1",
+    "solid_transition_count": "1",
     "asymmetry": "1",
     "periods_integrated": "1",
     "solid_fraction": "1",
@@ -177,14 +180,15 @@ def test_a_neutral_value_is_a_valid_one(variable: Variable):
 
 
 def test_powers_of_the_order_parameter_are_those_of_the_free_energy():
-    # The force on ln(phi) is 2 alpha (T - T_c) - b phi + c phi^2.
+    # The force on ln(phi) is 2 alpha (T - T_c) - b phi + c phi^2 - d phi^3 + e phi^4.
     powers = {v.name: v.phi_power for v in PARAMETERS.values() if v.phi_power}
-    assert powers == {"cubic_coefficient": 1, "quartic_coefficient": 2}
+    degrees = ("cubic", "quartic", "quintic", "sextic")
+    assert powers == {f"{name}_coefficient": power for power, name in enumerate(degrees, start=1)}
 
 
 # --- what a result declares -----------------------------------------------------------------------
 
-COUNTS = {"orbit_periods", "melting_count", "periods_integrated"}
+COUNTS = {"orbit_periods", "melting_count", "solid_transition_count", "periods_integrated"}
 
 
 def test_columns_are_in_the_order_of_the_registry():

@@ -14,28 +14,35 @@ import numpy as np
 
 from stickslip.model.laws import friction_law
 
+KIND = ("rheological_index", "sextic_coefficient")
+"""The parameters that decide on the family of a point."""
+
 
 class Family(NamedTuple):
-    """Fluids that share a kernel: those with one rheological index, or, for None, all others."""
+    """Points that share a kernel: those with one rheological index, or, for None, all others.
+
+    `sextic` where their free energy goes to sixth order.
+    """
 
     law: str
     gamma: float | None
+    sextic: bool = False
 
     def __str__(self) -> str:
         gamma = "any" if self.gamma is None else f"{self.gamma:.17g}"
-        return f"{self.law},gamma={gamma}"
+        return f"{self.law},gamma={gamma}{',sextic' if self.sextic else ''}"
 
 
-def families(law: str, indices: np.ndarray) -> Iterator[tuple[Family, np.ndarray]]:
-    """The families that occur among fluids with these rheological indices (n,).
+def families(law: str, kinds: np.ndarray) -> Iterator[tuple[Family, np.ndarray]]:
+    """The families that occur among points of these kinds (n, 2), in the order of `KIND`.
 
     Each comes with the positions (m,) of its members.
     """
     special = friction_law(law).special_indices
-    for index in special:
-        members = np.flatnonzero(indices == index)
-        if len(members):
-            yield Family(law, index), members
-    others = np.flatnonzero(~np.isin(indices, list(special)))
-    if len(others):
-        yield Family(law, None), others
+    indices, has_sextic = kinds[:, 0], kinds[:, 1] > 0.0
+    for sextic in (False, True):
+        for index in (*special, None):
+            same = indices == index if index is not None else ~np.isin(indices, list(special))
+            members = np.flatnonzero(same & (has_sextic == sextic))
+            if len(members):
+                yield Family(law, index, sextic), members

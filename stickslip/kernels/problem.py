@@ -10,6 +10,7 @@ from stickslip.compiled.decorators import inline
 from stickslip.compiled.elementary import exponentials
 from stickslip.model import film, noise
 from stickslip.model.rhs import Equations, equations
+from stickslip.model.solids import Thresholds, thresholds
 from stickslip.model.state import State
 from stickslip.parameters import Parameters
 
@@ -36,6 +37,8 @@ class Problem(NamedTuple):
     p: Parameters
     u_s: float
     """Relative speed [m/s] below which a cusp of the law is rounded."""
+    phases: Thresholds
+    """Order parameters by which the phases of the film are told apart."""
 
 
 @inline
@@ -47,7 +50,7 @@ def rounding_speed(p: Parameters, rtol: float) -> float:
 @inline
 def problem_of(p: Parameters, rtol: float) -> Problem:
     """The problem of the parameters `p` at a tolerance."""
-    return Problem(p, rounding_speed(p, rtol))
+    return Problem(p, rounding_speed(p, rtol), thresholds(p))
 
 
 class ProblemFunctions(NamedTuple):

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.compiled.decorators import inline, jit, kernel, kernel_factory, named_kernel
 from stickslip.kernels.points import parameters_of
-from stickslip.model import film, friction
+from stickslip.model import film, friction, solids
 from stickslip.model.laws import friction_law
 from stickslip.parameters import Parameters
 
@@ -29,10 +29,10 @@ STRAINS = 200
 @jit
 def _static_strength(p: Parameters, strains: int) -> float:
     """Largest static elastic stress a phi_plus^2 eps [Pa] of a solid film (Eqs. 13, 16, 19)."""
-    limit, largest = film.melting_strain(p), 0.0
+    limit, largest = solids.melting_strain(p), 0.0
     for i in range(strains):
         eps = limit * i / (strains - 1)
-        phi = film.solid_order_parameter(p, film.melting_function(p, eps))
+        phi = solids.solid_order_parameter(p, film.melting_function(p, eps))
         largest = max(largest, film.elastic_stress(p, phi, eps))
     return largest
 
@@ -113,7 +113,7 @@ def rates_kernel(law_name: str) -> Any:
     def fastest_rates(points: np.ndarray, rates: np.ndarray) -> None:
         for i in range(points.shape[0]):
             p = parameters_of(points[i])
-            phi, slip = film.largest_order_parameter(p), limited_speed(p, _slip_speed(p))
+            phi, slip = solids.largest_order_parameter(p), limited_speed(p, _slip_speed(p))
             slope = film.shear_modulus(p, phi) * friction.strain_slope(p) + stable_slope(p, slip)
             of_velocity = slope * p.contact_area / p.block_mass
             springs = math.sqrt(2.0 * p.spring_stiffness / p.block_mass)

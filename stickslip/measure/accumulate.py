@@ -29,11 +29,17 @@ from stickslip.numerics.lane_array import lane_array
     UNSEEN_TIME,  # before a phase was seen
     FIRST_PHASE,  # of the film that was seen, and the last one
     LAST_PHASE,
+    SOLID_CHANGES,  # from a soft solid to a hard one, and back
+    FIRST_SOLID,  # which of the two was seen first, and last
+    LAST_SOLID,
     RECORD,  # length of a record
-) = range(13)
+) = range(16)
 
 UNSEEN, MELTED, SOLID = 0.0, 1.0, 2.0
 """Phases of the film; between the thresholds of the count it keeps the one that it had."""
+
+SOFT, HARD = 1.0, 2.0
+"""Kinds of solid, of films that have two; between them and in the liquid it keeps its own."""
 
 
 class Accumulator(NamedTuple):
@@ -50,6 +56,10 @@ class Accumulator(NamedTuple):
     """(lanes, lane, phi, solid, melted, duration, seen): update the largest order parameter, and
     count a melting: from phi >= solid to phi <= melted. `phi` ends or stands for an interval of
     this `duration`."""
+
+    see_solid: Callable[..., None]
+    """(lanes, lane, phi, solid, soft, hard, seen): count a change between a soft solid, with phi
+    between `solid` and `soft`, and a hard one, with phi >= hard."""
 
     see_work: Callable[..., None]
     """(lanes, lane, block, absolute, seen): add to the integrals."""
@@ -106,6 +116,25 @@ def accumulator(lanes: int, first: int) -> Accumulator:
         put(lanes, first + PHI_MAX, lane, phi if seen & (phi > largest) else largest)
 
     @inline
+    def see_solid(
+        lanes: np.ndarray,
+        lane: int,
+        phi: float,
+        solid: float,
+        soft: float,
+        hard: float,
+        seen: bool,
+    ) -> None:
+        begin, last = get(lanes, first + FIRST_SOLID, lane), get(lanes, first + LAST_SOLID, lane)
+        kind = SOFT if seen & (phi >= solid) & (phi <= soft) else last
+        kind = HARD if seen & (phi >= hard) else kind
+        changes = (kind != last) & (last != UNSEEN)
+        count = get(lanes, first + SOLID_CHANGES, lane)
+        put(lanes, first + SOLID_CHANGES, lane, count + (1.0 if changes else 0.0))
+        put(lanes, first + FIRST_SOLID, lane, kind if begin == UNSEEN else begin)
+        put(lanes, first + LAST_SOLID, lane, kind)
+
+    @inline
     def see_work(lanes: np.ndarray, lane: int, block: float, absolute: float, seen: bool) -> None:
         # What is not seen need not be finite: a choice, not a factor.
         done, size = get(lanes, first + BLOCK_WORK, lane), get(lanes, first + ABSOLUTE_WORK, lane)
@@ -119,4 +148,4 @@ def accumulator(lanes: int, first: int) -> Accumulator:
             put(lanes, first + slot, lane, -get(lanes, first + slot + 1, lane))
             put(lanes, first + slot + 1, lane, -high)
 
-    return Accumulator(clear, see_extremum, see_phase, see_work, mirror)
+    return Accumulator(clear, see_extremum, see_phase, see_solid, see_work, mirror)

@@ -18,20 +18,23 @@ from stickslip.measure.accumulate import (
     ABSOLUTE_WORK,
     BLOCK_WORK,
     FIRST_PHASE,
+    FIRST_SOLID,
     FORCE_MAX,
     FORCE_MIN,
     LAST_PHASE,
+    LAST_SOLID,
     MELTED,
     MELTINGS,
     PHI_MAX,
     RECORD,
     SOLID,
+    SOLID_CHANGES,
     SOLID_TIME,
     STRESS_MAX,
     STRESS_MIN,
     UNSEEN_TIME,
 )
-from stickslip.model import film
+from stickslip.model import solids
 from stickslip.model.rhs import starting_state
 from stickslip.parameters import Parameters
 from stickslip.regime import Regime
@@ -120,6 +123,7 @@ def write_whole_orbit(
     """
     write_stretch(record, units, _passes(cycle), target)
     target[MELTINGS] = _passes(cycle) * _melting_count(record)
+    target[SOLID_CHANGES] = _passes(cycle) * _solid_changes(record)
     if record[LAST_PHASE] == SOLID:  # as the orbit ends, so it begins
         target[SOLID_TIME] += target[UNSEEN_TIME]
         target[UNSEEN_TIME] = 0.0
@@ -147,6 +151,7 @@ def write_stretch(record: np.ndarray, units: RecordUnits, passes: int, target: n
         target[slot] = passes * (record[slot] * units.time)
     target[PHI_MAX] = record[PHI_MAX] * units.phi
     target[MELTINGS] = passes * record[MELTINGS]
+    target[SOLID_CHANGES] = passes * record[SOLID_CHANGES]
 
 
 @jit
@@ -154,6 +159,13 @@ def _melting_count(record: np.ndarray) -> float:
     """Solid to liquid transitions, counted cyclically."""
     wrapped = record[LAST_PHASE] == SOLID and record[FIRST_PHASE] == MELTED
     return record[MELTINGS] + (1.0 if wrapped else 0.0)
+
+
+@jit
+def _solid_changes(record: np.ndarray) -> float:
+    """Changes between a soft and a hard solid, counted cyclically."""
+    wrapped = record[FIRST_SOLID] != record[LAST_SOLID]
+    return record[SOLID_CHANGES] + (1.0 if wrapped else 0.0)
 
 
 @inline
@@ -236,7 +248,7 @@ def _power_balance(p: Parameters, m: Measured) -> tuple[float, bool]:
 def _bounds_kept(p: Parameters, m: Measured) -> bool:
     """Whether the order parameter stayed below the value that it cannot exceed."""
     start = math.exp(starting_state(p)[2])
-    return m.record[PHI_MAX] <= max(film.largest_order_parameter(p), start) * _BOUND_MARGIN
+    return m.record[PHI_MAX] <= max(solids.largest_order_parameter(p), start) * _BOUND_MARGIN
 
 
 @inline
@@ -251,7 +263,7 @@ def _solid_fraction(p: Parameters, m: Measured) -> float:
 
     Without a cubic term the thresholds are 0, which every film exceeds; above T_c it is liquid.
     """
-    if film.solid_threshold(p) == 0.0 and p.temperature >= p.critical_temperature:
+    if solids.solid_threshold(p) == 0.0 and p.temperature >= p.critical_temperature:
         return 0.0
     return min(m.record[SOLID_TIME] / (m.cycle * _passes(m.cycle)), 1.0)
 
@@ -292,6 +304,7 @@ def _result_row(p: Parameters, m: Measured) -> tuple[ResultRow, bool]:
         power_balance_error=balance,
         orbit_periods=float(_periods(m)),
         melting_count=m.record[MELTINGS],
+        solid_transition_count=m.record[SOLID_CHANGES],
         asymmetry=_asymmetry(high, low),
         periods_integrated=float(m.periods),
         solid_fraction=_solid_fraction(p, m),

@@ -11,14 +11,17 @@ from stickslip.measure.accumulate import (
     ABSOLUTE_WORK,
     BLOCK_WORK,
     FIRST_PHASE,
+    FIRST_SOLID,
     FORCE_MAX,
     FORCE_MIN,
     LAST_PHASE,
+    LAST_SOLID,
     MELTED,
     MELTINGS,
     PHI_MAX,
     RECORD,
     SOLID,
+    SOLID_CHANGES,
     SOLID_TIME,
     STRESS_MAX,
     STRESS_MIN,
@@ -30,7 +33,7 @@ from stickslip.measure.accumulate import (
 _BATCHES = 20
 
 _HIGHEST, _LOWEST = [STRESS_MAX, FORCE_MAX, PHI_MAX], [STRESS_MIN, FORCE_MIN]
-_SUMS = [BLOCK_WORK, ABSOLUTE_WORK, MELTINGS, SOLID_TIME, UNSEEN_TIME]
+_SUMS = [BLOCK_WORK, ABSOLUTE_WORK, MELTINGS, SOLID_TIME, UNSEEN_TIME, SOLID_CHANGES]
 
 
 def amplitudes_of(records: np.ndarray) -> np.ndarray:
@@ -59,6 +62,9 @@ class Window:
         whole[:, _LOWEST] = np.minimum(whole[:, _LOWEST], records[:, _LOWEST])
         whole[:, _SUMS] += records[:, _SUMS]
         whole[:, MELTINGS] += (before == SOLID) & (begin == MELTED)  # on the border of two periods
+        kind, first = whole[:, LAST_SOLID].copy(), records[:, FIRST_SOLID]
+        whole[:, SOLID_CHANGES] += (kind != UNSEEN) & (first != UNSEEN) & (kind != first)
+        whole[:, LAST_SOLID] = np.where(first == UNSEEN, kind, records[:, LAST_SOLID])
         known = before != UNSEEN  # a film keeps the phase that it had
         whole[known, UNSEEN_TIME] -= records[known, UNSEEN_TIME]
         frozen = before == SOLID

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 
 from stickslip.compiled.decorators import inline
-from stickslip.model import film
+from stickslip.model import film, solids
 from stickslip.parameters import Parameters
 
 # exp(E ln chi^2_1) = exp(-Euler's constant)/2.
@@ -63,11 +63,15 @@ def starting_order_parameter(p: Parameters) -> float:
 def level(p: Parameters) -> float:
     """Order parameter of a liquid film at rest that the noise alone keeps up.
 
-    It balances D_eff/phi with the linear, the quadratic or the cubic term of Eq. 26,
+    It balances D_eff/phi with the linear, the quadratic, the cubic or the quintic term of Eq. 26,
     whichever limits it first; terms with a vanishing coefficient do not limit it.
     """
     D_eff, b, delta = effective_intensity(p), p.cubic_coefficient, p.kinetic_coefficient
-    balanced = math.sqrt(math.sqrt(D_eff / (p.quartic_coefficient * delta)))
+    balanced = math.inf
+    if p.quartic_coefficient > 0.0:
+        balanced = math.sqrt(math.sqrt(D_eff / (p.quartic_coefficient * delta)))
+    if p.sextic_coefficient > 0.0:
+        balanced = min(balanced, (D_eff / (p.sextic_coefficient * delta)) ** (1.0 / 6.0))
     linear = abs(film.heating(p)) * delta
     if linear > 0.0:
         balanced = min(balanced, math.sqrt(D_eff / linear))
@@ -93,4 +97,4 @@ def freezes_late(p: Parameters) -> bool:
 @inline
 def in_between(p: Parameters, phi: float) -> bool:
     """Whether a film is neither solid nor at the level of the noise: it may be freezing."""
-    return _NEAR * level(p) <= phi < film.solid_threshold(p)
+    return _NEAR * level(p) <= phi < solids.solid_threshold(p)

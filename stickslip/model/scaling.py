@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.fields import make_tuple_maker
-from stickslip.model import film
+from stickslip.model import film, solids
 from stickslip.model.laws import friction_law
 from stickslip.parameters import Parameters, ParameterValues
 from stickslip.variables import PARAMETERS
@@ -37,16 +37,25 @@ LITERALS: Mapping[str, float] = {
 """Parameters that have one value in the nondimensional model. They are written out as literals, so
 that the compiler removes what they make superfluous."""
 
+HIGHEST = ("quintic_coefficient", "sextic_coefficient")
+"""The coefficients of the free energy that most films do without."""
+
 KEPT = tuple(name for name in PARAMETERS if name not in LITERALS)
 """The parameters that are left."""
+
+DERIVED = solids.Thresholds._fields
+"""What is worth computing once: the thresholds of the phases of a film."""
 
 if TYPE_CHECKING:
 
     class Reduced(ParameterValues):
-        """The parameters that are left, in units of `units_of`; temperature is the heating."""
+        """The parameters that are left, in units of `units_of`; temperature is the heating.
+
+        Behind them `DERIVED`.
+        """
 
 else:
-    Reduced = namedtuple("Reduced", KEPT, module=__name__)
+    Reduced = namedtuple("Reduced", (*KEPT, *DERIVED), module=__name__)
 
 
 class Units(NamedTuple):
@@ -134,22 +143,29 @@ def reduction(law_name: str) -> Callable[[Parameters], Reduced]:
         for name in KEPT
     }
     written = {name: expression.format(name=name) for name, expression in values.items()}
-    make = make_tuple_maker(Reduced, "p, s", written, names | {"heating": film.heating})
+    written |= {name: f"t.{name}" for name in DERIVED}
+    make = make_tuple_maker(Reduced, "p, s, t", written, names | {"heating": film.heating})
 
     @inline
     def reduced(p: Parameters) -> Reduced:
-        return make(p, _scales_of(p))
+        return make(p, _scales_of(p), solids.thresholds(p))
 
     return reduced
 
 
+def literals_of(index: float | None, *, sextic: bool) -> dict[str, float]:
+    """The parameters that are written out as literals for a family of fluids."""
+    known = {} if index is None else {"rheological_index": index}
+    return known if sextic else known | dict.fromkeys(HIGHEST, 0.0)
+
+
 @cache
-def model_values(index: float | None) -> Callable[[Reduced], ParameterValues]:
+def model_values(index: float | None, *, sextic: bool = True) -> Callable[..., ParameterValues]:
     """The inline function that gives reduced parameters as the model's functions take them.
 
-    With the rheological index as a literal, or that of the parameters for None.
+    With the rheological index as a literal, or that of the parameters for None; with the highest
+    coefficients of the free energy only where it is `sextic`.
     """
-    values = {name: f"q.{name}" for name in KEPT} | dict(LITERALS)
-    if index is not None:
-        values["rheological_index"] = index
+    values: dict[str, Any] = {name: f"q.{name}" for name in KEPT} | dict(LITERALS)
+    values |= literals_of(index, sextic=sextic)
     return make_tuple_maker(ParameterValues, "q", values, {})

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from sweeps.cli.shared import ConfigArgument, SetOption, checked_config, say, stop_with
 from sweeps.exits import Exit
+
+if TYPE_CHECKING:
+    from sweeps.grid import Grid
 
 
 def check(file: ConfigArgument, set_: SetOption = None) -> None:
@@ -21,8 +24,25 @@ def check(file: ConfigArgument, set_: SetOption = None) -> None:
     method = ", ".join(f"{key} {value}" for key, value in config.integrator.used().items())
     print(f"{file}: valid")
     print(f"points: {grid.size}" + (f" ({' x '.join(axes)})" if axes else ""))
+    print(f"parameters: {_described(grid)}")
     print(f"integrator: {method}")
     print(f"output: {config.output}")
+
+
+def _described(grid: Grid) -> str:
+    """The parameters that are not the paper's, and that the others are."""
+    from stickslip.variables import PARAMETERS
+
+    told = []
+    for name, variable in PARAMETERS.items():
+        values = grid.values(name)
+        low, high = values[0], values[-1]
+        if low < high:
+            told.append(f"{variable.symbol} {low:g} to {high:g} {variable.units}")
+        elif low != variable.default:
+            told.append(f"{variable.symbol} {low:g} {variable.units}")
+    rest = "the others as in the paper" if told else "as in the paper"
+    return ", ".join([*told, rest]).replace(" 1,", ",")
 
 
 def schema() -> None:

@@ -66,6 +66,7 @@ def replay(
 
 def _compare(point: Point) -> bool:
     """Print what the file says of the point, and whether it is computed again; returns that."""
+    from stickslip.regime import Regime
     from stickslip.variables import RESULTS
 
     print(point.where)
@@ -73,7 +74,8 @@ def _compare(point: Point) -> bool:
     for name, stored in point.stored.items():
         units = "" if RESULTS[name].units == "1" else f" {RESULTS[name].units}"
         now = f", now {differing[name][1]!r}" if name in differing else ""
-        print(f"  {name}: {stored!r}{units}{now}")
+        words = f" ({Regime(int(stored)).name.lower()})" if name == "regime" else ""
+        print(f"  {name}: {stored!r}{units}{words}{now}")
     print(f"status: {point.status.name.lower()}: {point.status.sentence}")
     for note in point.versions:
         say(f"note: {note}")

@@ -21,6 +21,7 @@ from sweeps.config.parameter_space import (
     PARAMETER_SECTIONS,
     read_parameter_space,
     refuse_frozen_start,
+    refuse_unbounded_films,
 )
 from sweeps.config.sample import settle_sample
 from sweeps.config.schedule import settle_schedule
@@ -203,6 +204,7 @@ def _fields(root: Located, case: Located | None, output: str, older: bool) -> di
     settle_schedule(root, space)
     sections = {name: read_section(root, name, older=older) for name in SECTIONS}
     _refuse_strangers(root)
+    refuse_unbounded_films(root, space)
     noise = sections["noise"]
     if isinstance(noise, Noise):
         refuse_frozen_start(root, space, noise.treatment)

@@ -5,10 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import TypeAlias
 
-from stickslip.variables import BY_SYMBOL, PARAMETERS, canonical_name
+from stickslip.variables import (
+    BY_SYMBOL,
+    ENERGY_COEFFICIENTS,
+    PARAMETERS,
+    STARTING,
+    ParameterVariable,
+    canonical_name,
+    unbounded,
+)
 from sweeps.config.axes import Axis, parse_axis
 from sweeps.config.diagnostics import UNREADABLE, Located, quoted
 from sweeps.config.numbers import finite, whole
@@ -21,6 +29,12 @@ PARAMETER_SECTIONS = ("model", "sweep", "cases")
 _NEAR_DUPLICATE = 1e-9
 # The paper's k lies above, its K below; both on the wrong side look exchanged.
 _K_BORDER = 1e4
+# So many times the paper's value, or less than that part of it, is the value of another unit.
+_FAR = 1e4
+# Kelvin; below it a temperature was meant in degrees Celsius.
+_COLD = 70.0
+# Parameters whose sizes say nothing: of any power of ten, or of another unit for each fluid.
+_OF_ANY_SIZE = ("viscosity_coefficient", "noise_intensity", "rheological_index", *STARTING)
 
 # Parameters as a section gives them: the full name, and the value under the key that was written.
 _Given: TypeAlias = list[tuple[str, Located]]
@@ -43,6 +57,17 @@ class ParameterSpace:
         """All values that the parameter takes."""
         default: float = PARAMETERS[name].default
         return self.sweep.get(name) or self.cases.get(name) or (self.model.get(name, default),)
+
+    def combinations(self, names: Collection[str]) -> set[tuple[float, ...]]:
+        """The values that these parameters take together at any point."""
+        linked = [name for name in names if name in self.cases]
+        free = [name for name in names if name not in linked]
+        together = zip(*(self.cases[name] for name in linked), strict=True) if linked else [()]
+        found = set()
+        for values in product(set(together), *(set(self.values(name)) for name in free)):
+            by_name = dict(zip((*linked, *free), (*values[0], *values[1:]), strict=True))
+            found.add(tuple(by_name[name] for name in names))
+        return found
 
     def with_neutral_values(self) -> ParameterSpace:
         """The space of an older file: parameters that it does not name have their neutral value."""
@@ -75,6 +100,7 @@ def read_parameter_space(root: Located, case: Located | None) -> ParameterSpace:
     )
     _refuse_repeated_cases(root, space)
     _warn_of_exchange(root, space)
+    _warn_of_magnitudes(root, space)
     return _one_case(space, case)
 
 
@@ -93,6 +119,18 @@ def refuse_frozen_start(root: Located, space: ParameterSpace, treatment: str) ->
         node.refuse(message)
     else:
         root.refuse(message, "noise", "treatment")
+
+
+def refuse_unbounded_films(root: Located, space: ParameterSpace) -> None:
+    """Refuse points whose order parameter would grow without bound."""
+    if any(_is_refused(root, space, name) for name in ENERGY_COEFFICIENTS):
+        return
+    for values in space.combinations(ENERGY_COEFFICIENTS):
+        if growth := unbounded(*values):
+            nodes = (_where_given(root, name) for name in ENERGY_COEFFICIENTS)
+            node = next(filter(None, nodes))  # the defaults are bounded
+            node.refuse(f"{growth}: the order parameter would grow without bound")
+            return
 
 
 def _starts_at_zero(space: ParameterSpace, treatment: str, start: str, noise: str) -> bool:
@@ -214,6 +252,29 @@ def _warn_of_exchange(root: Located, space: ParameterSpace) -> None:
             f"K = {K[0]:g} N/m with k = {k[0]:g} Pa s: both are far from their usual magnitude "
             "(K about 3000, k about 5e4), as if k and K were exchanged"
         )
+
+
+def _warn_of_magnitudes(root: Located, space: ParameterSpace) -> None:
+    """Warn of values that look like those of another unit: finite, valid, and meant otherwise."""
+    for name in sorted(space.names):
+        variable, node = PARAMETERS[name], _where_given(root, name)
+        far = [value for value in space.values(name) if _is_far(value, variable)]
+        if name in _OF_ANY_SIZE or not far or node is None:
+            continue
+        if variable.units == "K":
+            told = f"{far[0]:g} K is {far[0] - 273.15:.0f} degrees Celsius"
+        else:
+            told = f"{far[0]:g} {variable.units}, against {variable.default:g} in the paper"
+        node.warn(f"{variable.symbol} = {told}: is it in another unit? all values are in SI units")
+
+
+def _is_far(value: float, variable: ParameterVariable) -> bool:
+    """Whether a value looks like that of another unit; 0 does not."""
+    if value == 0.0 or variable.default == 0.0:
+        return False
+    if variable.units == "K":
+        return value < _COLD
+    return not 1.0 / _FAR <= abs(value / variable.default) <= _FAR
 
 
 def _is_refused(root: Located, space: ParameterSpace, name: str) -> bool:

@@ -15,6 +15,7 @@ from stickslip.orbit import prepare_kernels
 from stickslip.parameters import Parameters
 from stickslip.trajectory import TIME, simulate
 from sweeps.config.load import Config
+from sweeps.engine.executors.worker import kinds_of
 from sweeps.engine.options import options_of
 from sweeps.engine.progress.compiling import SILENT, Compiling
 from sweeps.exits import ExpectedError
@@ -95,7 +96,7 @@ def _compile_kernels(config: Config) -> None:
     observables = np.empty((0, len(OBSERVABLES)))
     observables_kernel(options.friction)(point, np.empty(0), states[:0], 0.0, observables)
     if config.simulation.start == "stationary":
-        prepare_kernels(options, grid.values("rheological_index"))
+        prepare_kernels(options, kinds_of(grid))
 
 
 def _simulated(

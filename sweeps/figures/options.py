@@ -16,6 +16,8 @@ from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.labels import parameters_along, slice_label
 from sweeps.human import did_you_mean
 
+_BY_SYMBOL = {variable.symbol: name for name, variable in RESULTS.items()}
+
 ROLES = ("x", "y", "hue", "row", "col")
 
 
@@ -57,6 +59,7 @@ def variables_of(ds: xr.Dataset, options: PlotOptions) -> tuple[str, ...]:
     name = options.variable
     if name is None:
         return AMPLITUDES
+    name = _BY_SYMBOL.get(name, name)
     if name not in RESULTS:
         hint = did_you_mean(name, RESULTS) or f"; there are {', '.join(RESULTS)}"
         raise ValueError(f"unknown variable '{name}'{hint}")
@@ -104,8 +107,22 @@ def lie_along(ds: xr.Dataset, options: PlotOptions) -> xr.Dataset:
 
 
 def slice_at(ds: xr.Dataset, at: Iterable[str]) -> tuple[xr.Dataset, str]:
-    """The dataset at the points that are nearest, and a sentence that says where that is."""
-    places = places_at(ds, at)
+    """The dataset at the points that are nearest, and a sentence that says where that is.
+
+    `temperature=180,220,300` keeps several points of an axis, and the axis with them.
+    """
+    texts: list[str] = []
+    some: dict[str, list[int]] = {}
+    for text in at:
+        key, _, value = (part.strip() for part in text.partition("="))
+        if "," not in value:
+            texts.append(text)
+            continue
+        each = [f"{key}={one}" for one in value.strip("[]").split(",")]
+        found = [places_at(ds, [one]) for one in each]
+        some |= {dim: list(dict.fromkeys(place[dim] for place in found)) for dim in found[0]}
+    ds = ds.isel(some)
+    places = places_at(ds, texts)
     return ds.isel(places), f"At {slice_label(ds, places)}." if places else ""
 
 
@@ -121,7 +138,9 @@ def places_at(ds: xr.Dataset, at: Iterable[str]) -> dict[str, int]:
             raise ValueError(f"'{text}' must be KEY=VALUE, for example temperature=228")
         dim, name = axis_named(ds, key)
         if dim in places:
-            raise ValueError(f"'{text}': {dim} is sliced before already; an axis is sliced once")
+            raise ValueError(
+                f"'{text}': {dim} is sliced before already; several points are {key}=180,220,300"
+            )
         places[dim] = _nearest(ds[name], value, text)
     return places
 

@@ -21,6 +21,7 @@ def test_check_says_what_would_be_computed(command: Command) -> None:
     assert out.splitlines() == [
         "a.yaml: valid",
         "points: 4 (temperature 2 x rheological_index 2)",
+        "parameters: T 200 to 250 K, gamma -0.666667 to 0, the others as in the paper",
         "integrator: method adaptive, rtol 0.0001, max_error 0.01",
         "output: results/a.nc",
     ]

@@ -41,8 +41,9 @@ def test_each_config_has_the_expected_outcome(
         config = load(path)
         assert isinstance(config, Config)
         expected = [f"{path}:{outcome.line}: "] if outcome.kind == "warned" else []
-        assert len(config.warnings) == len(expected)
-        for warning, start in zip(config.warnings, expected, strict=True):
+        warnings = [text for text in config.warnings if "in another unit?" not in text]
+        assert len(warnings) == len(expected)
+        for warning, start in zip(warnings, expected, strict=True):
             assert warning.startswith(start)
             assert outcome.part in warning
 

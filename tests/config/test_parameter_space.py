@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 from support.sweeps.configs import problems
 
-from stickslip.variables import PARAMETERS
+from stickslip.variables import BY_SYMBOL, PARAMETERS
 from sweeps.config.load import ConfigError, from_mapping, from_yaml
+from sweeps.config.parameter_space import ParameterSpace
 
 
 def test_symbols_and_names_mean_the_same() -> None:
@@ -57,3 +58,43 @@ def test_what_is_no_finite_number_is_refused_for_every_parameter(section: str, v
         with pytest.raises(ConfigError) as caught:
             from_yaml(section % (name, value))
         assert {p.line for p in caught.value.problems} == {1}
+
+
+@pytest.mark.parametrize(
+    ("model", "told"),
+    [
+        ({"T_c": 27}, "T_c = 27 K is -246 degrees Celsius"),
+        ({"a": 3}, "a = 3 Pa, against 4e+12 in the paper: is it in another unit?"),
+        ({"h": 1}, "h = 1 m, against 1e-09"),
+        ({"X_m": -0.8}, "X_m = -0.8 m"),
+    ],
+)
+def test_values_of_another_unit_are_noticed(model: dict[str, float], told: str) -> None:
+    (name,) = model
+    (warning,) = from_mapping({"model": model}).warnings
+    assert told in str(warning)
+    swept = from_mapping({"sweep": {name: [model[name], PARAMETERS[BY_SYMBOL[name]].default]}})
+    assert told in str(swept.warnings[0])
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        {"T": 0},
+        {"T": 80},
+        {"a": 0},
+        {"K": 0},
+        {"k": 10, "gamma": 2 / 3},
+        {"D": 1e-30},
+        {"d": 3, "e": 5},
+    ],
+)
+def test_unusual_values_are_not_taken_for_another_unit(model: dict[str, float]) -> None:
+    assert not from_mapping({"model": model}).warnings
+
+
+def test_values_that_occur_together_are_all_combinations_but_of_linked_ones() -> None:
+    config = from_mapping({"sweep": {"c": [850, 900]}, "cases": {"d": [0, 1], "e": [0, 5]}})
+    space = ParameterSpace(config.model, config.sweep, config.cases)
+    found = space.combinations(("quartic_coefficient", "quintic_coefficient", "sextic_coefficient"))
+    assert found == {(c, d, e) for c in (850.0, 900.0) for d, e in ((0.0, 0.0), (1.0, 5.0))}

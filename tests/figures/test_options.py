@@ -46,6 +46,21 @@ def test_a_slice_is_at_the_nearest_point_and_says_where(ds):
     np.testing.assert_allclose(curves(panels(figure)[0])[0].get_ydata(), expected)
 
 
+def test_several_points_of_an_axis_are_kept_with_it(ds):
+    figure = chosen(ds, hue="T", x="K", at=("T=[180, 200, 300]", "gamma=-2/3"))
+    wanted = [float(ds.temperature.sel(temperature=T, method="nearest")) for T in (180, 200, 300)]
+    found = curves(panels(figure)[0])
+    assert len(found) == 3
+    expected = ds.elastic_stress_amplitude.sel(temperature=wanted).isel(rheological_index=0) * 1e-6
+    for line, values in zip(found, expected.values, strict=True):
+        np.testing.assert_allclose(line.get_ydata(), values)
+
+
+def test_a_variable_may_be_named_by_its_symbol(ds):
+    (axes,) = panels(chosen(ds, variable="F_max", at=("K=3000",)))
+    assert axes.get_ylabel() == r"$F_\mathrm{max}$ (mN)"
+
+
 def test_y_makes_a_map(ds):
     figure = chosen(ds, x="T", y="K", at=("gamma=0",))
     for axes in panels(figure):
@@ -107,7 +122,7 @@ def test_a_linked_parameter_can_be_the_axis():
         ({"at": ("T",)}, "'T' must be KEY=VALUE"),
         ({"at": ("T=warm",)}, "'T=warm': warm is no number"),
         ({"at": ("T=nan",)}, "must be a finite number"),
-        ({"at": ("T=200", "temperature=250")}, "an axis is sliced once"),
+        ({"at": ("T=200", "temperature=250")}, "several points are temperature=180,220,300"),
         ({"log": "w"}, "log scales are x, y and z"),
         ({"log": "x", "x": "gamma"}, "needs numbers above 0"),
     ],

@@ -44,7 +44,9 @@ FLOATS = {
     "elastic_stress_amplitude_spread": "Pa",
     "friction_force_amplitude_spread": "N",
 }
-COUNTS = {"orbit_periods": "1", "melting_count": "1", "periods_integrated": "1"}
+COUNTS = dict.fromkeys(
+    ("orbit_periods", "melting_count", "solid_transition_count", "periods_integrated"), "1"
+)
 FLAGS = {
     "ok": 0,
     "not_stationary": 1,

@@ -33,6 +33,8 @@ BASE = fast(
     rheological_index=0.4,  # a general power: the kernels of special fluids have it as a literal
     initial_order_parameter=0.5,
     noise_intensity=0.5,
+    quintic_coefficient=300.0,
+    sextic_coefficient=500.0,
 )
 """A point at which everything matters: a period is too short to forget the start."""
 

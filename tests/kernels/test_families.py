@@ -22,7 +22,7 @@ COUNTS = [RESULT_COLUMNS.index(name) for name in ("orbit_periods", "melting_coun
 
 
 def members(indices: list[float]) -> dict[float | None, list[int]]:
-    found = families(LAW, np.array(indices))
+    found = families(LAW, np.array([(index, 0.0) for index in indices]).reshape(-1, 2))
     return {family.gamma: positions.tolist() for family, positions in found}
 
 

@@ -43,30 +43,30 @@ SOLID = (  # a light block under a small film: few and short periods to an orbit
 # Changes to Fig. 3, options; stress amplitude [Pa], force amplitude [N], periods integrated; and
 # the beginning of the SHA-256 of all that comes back.
 TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
-    ((), LOOSE, (4304776.7626851145, 0.0028121348892043395, 5), "5a4af50562313b01"),
+    ((), LOOSE, (4304776.7626851145, 0.0028121348892043395, 5), "053e93f4e559d666"),
     (
         (("angular_frequency", 38.0),),
         LOOSE,
         (2168518.2746554543, 0.0019155292186684735, 6),
-        "fe5c0b222cbafd06",
+        "09c0a5910da90a5b",
     ),
     (
         (("rheological_index", 0.0),),
         LOOSE,
         (1758421.4660047085, 0.004767432005556518, 6),
-        "a8b75cc3401865ff",
+        "c002e5e204c3f4af",
     ),
     (
         (("rheological_index", 2 / 3),),
         LOOSE,
         (298047.06217489735, 0.004767981756795779, 6),
-        "ff9f6a01621ca12a",
+        "724afd6b3a98e124",
     ),
     (
         (("rheological_index", -0.5), ("temperature", 250.0)),
         LOOSE,
         (1853961.0631200199, 0.0025806199241216374, 4),
-        "6124d5032a2496c7",
+        "06398217208d4003",
     ),
     (
         (
@@ -78,50 +78,50 @@ TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
         ),
         LOOSE,
         (338283.40396249533, 0.0032235574121253032, 25),
-        "de7e98fc21bf67c2",
+        "946f5bf57886e273",
     ),
-    ((VISCOUS,), Options(dt=2e-5, **COARSE), (0.0, 0.0005992449187231228, 4), "4d621cc63402b4e1"),
+    ((VISCOUS,), Options(dt=2e-5, **COARSE), (0.0, 0.0005992449187231228, 4), "0174e915d7a5512d"),
     (
         (VISCOUS, ("rheological_index", -0.5)),
         Options(dt=2e-5, **COARSE),
         (0.0, 0.0025636309746984373, 4),
-        "5c3085e8dcf77f1d",
+        "d689ded6a5a94bef",
     ),
     (
         (VISCOUS, ("drive_amplitude", -0.5e-6)),
         Options(dt=2e-5, **COARSE),
         (0.0, 0.0005130722087228642, 4),
-        "409a7cf47bca2eb4",
+        "f6ab5135f3a1f126",
     ),
     (
         (VISCOUS, ("rheological_index", 0.0), ("viscosity_coefficient", 1e3)),
         Options(dt=2e-5, **COARSE),
         (0.0, 0.003382572951478408, 5),
-        "1cf46a14f35478e9",
+        "ac89e9ea4e85ad19",
     ),
     (
         (VISCOUS, ("rheological_index", 2 / 3), ("viscosity_coefficient", 10.0)),
         Options(dt=2e-5, **COARSE),
         (0.0, 0.004277576626034167, 7),
-        "dfd6a6bda540708b",
+        "ba45da7240335e35",
     ),
     (
         SOLID,
         Options(dt=5e-9, **COARSE),
         (1451762.4705775229, 1.010712229933089e-06, 6),
-        "ebe68267feff4cd3",
+        "7a89aa9d0c09df68",
     ),
     (
         (*SOLID, ("rheological_index", 0.0)),
         Options(dt=5e-9, **COARSE),
         (431332.7639399719, 1.1472177327739448e-06, 12),
-        "921f270421b40878",
+        "6dcd099ce42ac508",
     ),
     (
         (*SOLID, ("rheological_index", -0.5)),
         Options(dt=5e-9, **COARSE),
         (1277325.2321558087, 1.0485902147058254e-06, 6),
-        "53041f81ffcd2469",
+        "7795ca2e3c8a400c",
     ),
     (
         (
@@ -132,7 +132,7 @@ TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
         ),
         Options(rtol=1e-4),
         (5864948.775263247, 0.0035892968778039724, 57),
-        "94128346ff5a3d1b",
+        "d8ba0bd7fa3ae981",
     ),
 ]
 ADVICE = "the numbers have changed: raise NUMERICS_VERSION and renew this table"

@@ -11,14 +11,19 @@ from stickslip.measure.accumulate import (
     ABSOLUTE_WORK,
     BLOCK_WORK,
     FIRST_PHASE,
+    FIRST_SOLID,
     FORCE_MAX,
     FORCE_MIN,
+    HARD,
     LAST_PHASE,
+    LAST_SOLID,
     MELTED,
     MELTINGS,
     PHI_MAX,
     RECORD,
+    SOFT,
     SOLID,
+    SOLID_CHANGES,
     SOLID_TIME,
     STRESS_MAX,
     STRESS_MIN,
@@ -45,7 +50,7 @@ def fresh() -> np.ndarray:
 
 def test_slots_follow_each_other_and_a_minimum_lies_behind_its_maximum() -> None:
     assert (STRESS_MIN, FORCE_MIN) == (STRESS_MAX + 1, FORCE_MAX + 1)
-    assert LAST_PHASE == RECORD - 1
+    assert LAST_SOLID == RECORD - 1
 
 
 def test_a_lane_touches_only_its_own_slots() -> None:
@@ -56,6 +61,7 @@ def test_a_lane_touches_only_its_own_slots() -> None:
     record.clear(lanes, LANE)
     record.see_extremum(lanes, LANE, STRESS_MAX, 5.0, True)
     record.see_phase(lanes, LANE, 0.6, THRESHOLD, MELTING, 1.0, True)
+    record.see_solid(lanes, LANE, 0.6, THRESHOLD, 0.5, 0.55, True)
     record.see_work(lanes, LANE, 1.0, 2.0, True)
     record.mirror(lanes, LANE)
     values = lanes.reshape(-1, LANES)
@@ -63,6 +69,7 @@ def test_a_lane_touches_only_its_own_slots() -> None:
     alone = fresh()
     ALONE.see_extremum(alone, 0, STRESS_MAX, 5.0, True)
     ALONE.see_phase(alone, 0, 0.6, THRESHOLD, MELTING, 1.0, True)
+    ALONE.see_solid(alone, 0, 0.6, THRESHOLD, 0.5, 0.55, True)
     ALONE.see_work(alone, 0, 1.0, 2.0, True)
     ALONE.mirror(alone, 0)
     np.testing.assert_array_equal(values[own], alone)
@@ -168,3 +175,22 @@ def test_the_time_in_the_solid_phase_adds_up_and_so_does_that_before_a_phase_is_
         ALONE.see_phase(record, 0, phi, THRESHOLD, MELTING, duration, True)
         ALONE.see_phase(record, 0, 0.6, THRESHOLD, MELTING, 32.0, False)
     assert record[[SOLID_TIME, UNSEEN_TIME]].tolist() == [6.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("phis", "changes", "first", "last"),
+    [
+        ([0.0, 0.05], 0, UNSEEN, UNSEEN),  # liquid
+        ([0.2, 0.3, 0.45, 0.3], 0, SOFT, SOFT),  # between the two it stays what it was
+        ([0.6, 0.45, 0.3, 0.45, 0.6], 2, HARD, HARD),
+        ([0.6, 0.3, 0.05, 0.3], 1, HARD, SOFT),  # on the way to the liquid as well
+    ],
+)
+def test_changes_between_two_solids_are_counted(
+    phis: list[float], changes: int, first: float, last: float
+) -> None:
+    record = fresh()
+    for phi in phis:
+        ALONE.see_solid(record, 0, phi, 0.12, 0.4, 0.5, True)
+        ALONE.see_solid(record, 0, 0.9 - phi, 0.12, 0.4, 0.5, False)  # a rejected step
+    assert record[[SOLID_CHANGES, FIRST_SOLID, LAST_SOLID]].tolist() == [changes, first, last]

@@ -79,6 +79,7 @@ def test_a_row_holds_what_was_measured_under_its_name() -> None:
         "power_balance_error": 0.0,
         "orbit_periods": 1,
         "melting_count": 0,
+        "solid_transition_count": 0,
         "asymmetry": 0.5,
         "periods_integrated": 9,
         "solid_fraction": 0.0,

@@ -108,10 +108,14 @@ def test_a_mirrored_drive_has_mirrored_units_and_the_same_reduced_parameters(law
         )
 
 
+def is_old(name: str) -> bool:
+    return name not in PARAMETERS or PARAMETERS[name].neutral is None
+
+
 def reduced(p: Parameters) -> dict[str, float]:
     """The paper's reduced parameters; how a scaling changes later ones is not known here."""
     q = scaling.reduction("power-law")(p)
-    return {name: x for name, x in q._asdict().items() if PARAMETERS[name].neutral is None}
+    return {name: x for name, x in q._asdict().items() if is_old(name)}
 
 
 SCALINGS = [
@@ -175,7 +179,7 @@ def test_the_fixed_ones_are_ones(law: str) -> None:
 
 def test_every_parameter_is_kept_or_has_one_value() -> None:
     assert {*scaling.KEPT, *scaling.LITERALS} == set(PARAMETERS)
-    assert scaling.Reduced._fields == scaling.KEPT
+    assert scaling.Reduced._fields == (*scaling.KEPT, *scaling.DERIVED)
     assert not set(scaling.KEPT) & set(scaling.LITERALS)
 
 
@@ -190,6 +194,14 @@ def test_the_rheological_index_can_be_a_literal_too(law: str) -> None:
     q = scaling.reduction(law)(Parameters(rheological_index=0.3))
     assert scaling.model_values(-2 / 3)(q).rheological_index == -2 / 3
     assert scaling.model_values(-2 / 3)(q)[:3] == scaling.model_values(None)(q)[:3]
+
+
+def test_the_highest_coefficients_are_literals_where_they_are_not_needed(law: str) -> None:
+    q = scaling.reduction(law)(Parameters(quintic_coefficient=3.0, sextic_coefficient=5.0))
+    low, high = (scaling.model_values(None, sextic=sextic)(q) for sextic in (False, True))
+    assert (low.quintic_coefficient, low.sextic_coefficient) == (0.0, 0.0)
+    assert high.quintic_coefficient == 30.0  # delta/omega
+    assert high.sextic_coefficient == 50.0
 
 
 def test_the_temperature_counts_as_the_heating(law: str) -> None:

@@ -85,25 +85,24 @@ RECIPES = {
         parameter("eyring_speed", "u_0", "m s-1", "default=1e-6, neutral=1e-6"),
     ],
     "free energy": [
-        parameter("sextic_coefficient", "e", "J m-3", "default=0.0, neutral=0.0, phi_power=4"),
+        parameter("octic_coefficient", "g", "J m-3", "default=0.0, neutral=0.0, phi_power=6"),
         Edit(
             "stickslip/model/film.py",
-            "    return harmonic - cubic",
-            "    sextic = p.sextic_coefficient / 6.0 * (phi2 * phi2 * phi2)\n"
-            "    harmonic = harmonic + sextic\n",
+            "    low = harmonic - cubic",
+            "    harmonic += p.octic_coefficient / 8.0 * (phi2 * phi2) * (phi2 * phi2)\n",
         ),
         Edit(
             "stickslip/model/film.py",
-            "    return B - p.cubic_coefficient * phi",
-            "    B = B + p.sextic_coefficient * (phi * phi) * (phi * phi)\n",
+            "    low = B - p.cubic_coefficient * phi",
+            "    B = B + p.octic_coefficient * (phi * phi * phi) * (phi * phi * phi)\n",
         ),
         Edit(
             "stickslip/model/film.py",
-            "    return phi * (2.0 * p.quartic_coefficient * phi",
-            "    if p.sextic_coefficient > 0.0:\n"
-            "        sextic = 4.0 * p.sextic_coefficient * (phi * phi) * (phi * phi)\n"
+            "    low = phi * (2.0 * p.quartic_coefficient * phi",
+            "    if p.octic_coefficient > 0.0:\n"
+            "        octic = 6.0 * p.octic_coefficient * (phi * phi * phi) * (phi * phi * phi)\n"
             "        quartic = 2.0 * p.quartic_coefficient * phi - p.cubic_coefficient\n"
-            "        return phi * quartic + sextic\n",
+            "        return phi * quartic + octic\n",
         ),
     ],
     "parameter": [
@@ -187,7 +186,7 @@ CASES = {
     "eyring": ({"gamma": "-2/3"}, EYRING),
     "stiffer eyring": ({"gamma": "-2/3", "eyring_stress": 4e5}, EYRING),
     "liquid eyring": ({"gamma": "-2/3", "T": 310, "K": 1e4}, EYRING),
-    "sextic": ({"sextic_coefficient": 400.0}, {}),
+    "octic": ({"octic_coefficient": 400.0}, {}),
     "plateau": ({"plateau_viscosity": 5e4}, {}),
 }
 found = {}

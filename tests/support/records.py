@@ -8,12 +8,15 @@ from stickslip.measure.accumulate import (
     ABSOLUTE_WORK,
     BLOCK_WORK,
     FIRST_PHASE,
+    FIRST_SOLID,
     FORCE_MAX,
     FORCE_MIN,
     LAST_PHASE,
+    LAST_SOLID,
     MELTINGS,
     PHI_MAX,
     RECORD,
+    SOLID_CHANGES,
     SOLID_TIME,
     STRESS_MAX,
     STRESS_MIN,
@@ -34,6 +37,7 @@ def record_of(**slots: float) -> np.ndarray:
         "BLOCK_WORK": 0.0, "ABSOLUTE_WORK": 1e-8, "PHI_MAX": 0.6,
         "MELTINGS": 0.0, "SOLID_TIME": 0.0, "UNSEEN_TIME": 0.0,
         "FIRST_PHASE": UNSEEN, "LAST_PHASE": UNSEEN,
+        "SOLID_CHANGES": 0.0, "FIRST_SOLID": UNSEEN, "LAST_SOLID": UNSEEN,
     } | slots  # fmt: skip
     record = np.empty(RECORD)
     for name, value in found.items():
@@ -46,4 +50,5 @@ SLOTS = {
     "FORCE_MIN": FORCE_MIN, "BLOCK_WORK": BLOCK_WORK, "ABSOLUTE_WORK": ABSOLUTE_WORK,
     "PHI_MAX": PHI_MAX, "MELTINGS": MELTINGS, "SOLID_TIME": SOLID_TIME, "UNSEEN_TIME": UNSEEN_TIME,
     "FIRST_PHASE": FIRST_PHASE, "LAST_PHASE": LAST_PHASE,
+    "SOLID_CHANGES": SOLID_CHANGES, "FIRST_SOLID": FIRST_SOLID, "LAST_SOLID": LAST_SOLID,
 }  # fmt: skip

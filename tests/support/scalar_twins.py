@@ -28,7 +28,7 @@ from stickslip.measure.accumulate import (
     STRESS_MAX,
     accumulator,
 )
-from stickslip.model import drive, film, noise
+from stickslip.model import drive, film, noise, solids
 from stickslip.model.rhs import (
     block_acceleration,
     equations,
@@ -56,8 +56,8 @@ _LOOKS = 32
 def _see(p, t, dt, u, phi, u_s, record):
     """Take in a state that stands for the interval `dt`."""
     sigma, F = _stress_and_force(p, u, phi, u_s)
-    solid = film.solid_threshold(p)
-    melted = film.MELTED_PART * solid if solid > 0.0 else -1.0
+    solid = solids.solid_threshold(p)
+    melted = solids.MELTED_PART * solid if solid > 0.0 else -1.0
     _see_extremum(record, 0, STRESS_MAX, sigma, True)
     _see_extremum(record, 0, FORCE_MAX, F, True)
     _see_phase(record, 0, phi, solid, melted, dt / (0.5 * drive.period(p)), True)

@@ -24,7 +24,7 @@ from stickslip.measure.results import (
     write_stretch,
     write_whole_orbit,
 )
-from stickslip.model import film
+from stickslip.model import solids
 from stickslip.model.rhs import relative_state, starting_state
 from stickslip.model.scaling import reduction, units_of
 from stickslip.model.state import FILM, STATE, WIDTH
@@ -192,11 +192,11 @@ def write_results(
         write_whole_orbit(orbits.coarse[i], own, cycle, other)
         distance = _distance(begin, end, queue.ratios[i])
         least = _LEAST * rtol
-        if math.exp(begin[FILM]) >= film.solid_threshold(p):
+        if math.exp(begin[FILM]) >= solids.solid_threshold(p):
             distance += _film_distance(begin, end, cycle, orbits.multipliers[i], rtol)
             if record[MELTINGS] == 0.0:  # solid throughout: the blocks are locked
                 least *= _LEAST_OF_LOCKED * force_condition(p, record)
-        elif record[PHI_MAX] < film.solid_threshold(p):
+        elif record[PHI_MAX] < solids.solid_threshold(p):
             # Liquid throughout, so that its phi remembers the errors of the whole orbit.
             swings = max(abs(end[FILM] - begin[FILM]), abs(end[FILM] - orbits.ends[i, FILM]))
             distance += _PHI_SQUARED * swings * stress_part(p, record)

@@ -45,14 +45,14 @@ from stickslip.variables import RESULT_COLUMNS
 _LOOSEST = 1e-4
 
 
-def compile_for(indices: np.ndarray, options: Options) -> None:
-    """Compile or load what points with these rheological indices (n,) need."""
+def compile_for(kinds: np.ndarray, options: Options) -> None:
+    """Compile or load what points of these kinds (n, 2) need; see `families.KIND`."""
     nobody = np.empty((0, len(Parameters._fields)))
     results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, FINAL_COLUMNS))
     orbits(nobody, options, finals, results, finals)
     settings = options.settings()
     task = Pass(TRAVEL, settings.rtol, settings.rtol, 0, 0, False)
-    for family, _ in families(options.friction, indices):
+    for family, _ in families(options.friction, kinds):
         pass_kernel(family)(reduced_queue(nobody, options.friction), new_lanes(), task, 0)
 
 

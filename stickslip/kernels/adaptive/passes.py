@@ -19,10 +19,11 @@ from stickslip.compiled.simd import LANES
 from stickslip.kernels.adaptive import recording
 from stickslip.kernels.adaptive.recording import SLOTS, get, get_state, put, put_state
 from stickslip.kernels.families import Family
-from stickslip.kernels.problem import Problem, problem_functions, problem_of
+from stickslip.kernels.problem import Problem, problem_functions, problem_of, rounding_speed
 from stickslip.measure.accumulate import RECORD
 from stickslip.model.noise import freezes_late, in_between
 from stickslip.model.scaling import Reduced, model_values
+from stickslip.model.solids import Thresholds
 from stickslip.model.state import FILM, STATE, WIDTH
 from stickslip.numerics import step_control
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
@@ -221,13 +222,19 @@ def _longest_jump(p: Parameters, phi: float) -> float:
 
 def _make_problems(family: Family) -> Any:
     """The problem of a lane, for fluids of one family."""
-    values_of = model_values(family.gamma)
+    values_of: Any = model_values(family.gamma, sextic=family.sextic)
 
     @inline
     def problem(values: np.ndarray, lane: int) -> Problem:
         return problem_of(values_of(_reduced_of(values, lane)), get(values, SLOTS.rtol, lane))
 
-    return problem
+    @inline
+    def sextic_problem(values: np.ndarray, lane: int) -> Problem:
+        q = _reduced_of(values, lane)
+        p, phases = values_of(q), Thresholds(q.solid, q.soft, q.hard)
+        return Problem(p, rounding_speed(p, get(values, SLOTS.rtol, lane)), phases)
+
+    return sextic_problem if family.sextic else problem
 
 
 def _make_load(begin_record: Any) -> Any:
@@ -301,8 +308,10 @@ def _make_handle_event(problems: Any, begin_record: Any, refine: Any) -> Any:
     return handle_event
 
 
-def make_pass(problems: Any, law: str) -> Any:
+def make_pass(problems: Any, law: str, *, two_solids: bool = False) -> Any:
     """A pass for the problems that `problems(lanes, lane)` finds in lanes, not yet a kernel.
+
+    Changes between a soft and a hard solid are counted where there may be `two_solids`.
 
     It maps (queue, lanes, task, attempts) to the number of points still to be finished: it works
     for so many attempts of all lanes together, and is called again until that is 0.
@@ -312,7 +321,7 @@ def make_pass(problems: Any, law: str) -> Any:
     attempt = make_attempt(rhs, jacobian, weight, problems, RODAS4P2, operations)
     step = make_step(rhs, RODAS4P2, operations)
     see, begin_record = (
-        recording.make_see(problems, functions),
+        recording.make_see(problems, functions, two_solids=two_solids),
         recording.make_begin(problems, functions),
     )
     refine = recording.make_refine(problems, functions, step)
@@ -345,4 +354,5 @@ def make_pass(problems: Any, law: str) -> Any:
 @kernel_factory
 def pass_kernel(family: Family) -> Any:
     """The kernel of a family of fluids: what `make_pass` describes."""
-    return named_kernel(f"adaptive_pass[{family}]", make_pass(_make_problems(family), family.law))
+    work = make_pass(_make_problems(family), family.law, two_solids=family.sextic)
+    return named_kernel(f"adaptive_pass[{family}]", work)

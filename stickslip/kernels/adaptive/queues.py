@@ -13,12 +13,12 @@ from stickslip.kernels.adaptive.passes import (
     new_queue,
     pass_kernel,
 )
-from stickslip.kernels.families import families
+from stickslip.kernels.families import KIND, families
 from stickslip.model.scaling import Reduced
 from stickslip.model.state import WIDTH
 from stickslip.numerics.adaptive import OK
 
-_INDEX = Reduced._fields.index("rheological_index")
+_KIND = [Reduced._fields.index(name) for name in KIND]
 
 # Attempts of all lanes together in one call of a kernel: about a second.
 _WORK = 2_000_000
@@ -46,7 +46,7 @@ def put_back(queue: Queue, rows: np.ndarray, part: Queue) -> None:
 def work_through(queue: Queue, task: Pass, law: str) -> None:
     """One pass of the points of a queue that are ok so far through the lanes, by family."""
     alive = np.flatnonzero(queue.counts[:, OUTCOME] == OK)
-    for family, members in families(law, queue.points[alive, _INDEX]):
+    for family, members in families(law, queue.points[:, _KIND][alive]):
         rows = alive[members]
         part, lanes = part_of(queue, rows), new_lanes()
         while pass_kernel(family)(part, lanes, task, _WORK) > 0:

@@ -17,8 +17,9 @@ from stickslip.compiled.elementary import exponentials
 from stickslip.compiled.simd import LANES, for_lanes
 from stickslip.kernels.problem import Problem, ProblemFunctions
 from stickslip.measure.accumulate import FORCE_MAX, RECORD, STRESS_MAX, accumulator
-from stickslip.model import drive, film
+from stickslip.model import drive, solids
 from stickslip.model.scaling import Reduced
+from stickslip.model.solids import Thresholds
 from stickslip.model.state import WIDTH, State
 from stickslip.numerics.adaptive_lanes import slots_for
 from stickslip.numerics.lane_array import lane_array, lane_vectors
@@ -44,7 +45,8 @@ Values = tuple[float, float, float, float]
 _array, _vectors = lane_array(LANES), lane_vectors(LANES, WIDTH)
 get, put, get_state, put_state = _array.get, _array.put, _vectors.get, _vectors.put
 record = accumulator(LANES, RECORD_BEGIN)
-_see_extremum, _see_phase, _see_work = record.see_extremum, record.see_phase, record.see_work
+_see_extremum, _see_phase = record.see_extremum, record.see_phase
+_see_solid, _see_work = record.see_solid, record.see_work
 _interpolate = algebra(WIDTH).interpolate
 
 
@@ -103,6 +105,20 @@ def _see_step_work(
 
 
 @inline
+def _see_one_solid(
+    lanes: np.ndarray, lane: int, phi: float, phases: Thresholds, seen: bool
+) -> None:
+    pass
+
+
+@inline
+def _see_either_solid(
+    lanes: np.ndarray, lane: int, phi: float, phases: Thresholds, seen: bool
+) -> None:
+    _see_solid(lanes, lane, phi, phases.solid, phases.soft, phases.hard, seen)
+
+
+@inline
 def vertex(x0: float, x1: float, x2: float, y0: float, y1: float, y2: float) -> float:
     """Where the parabola through three points has its vertex; NaN or inf for a straight line."""
     left, right = (y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1)
@@ -123,11 +139,14 @@ def make_node(functions: ProblemFunctions) -> Any:
     return node
 
 
-def make_see(problems: Callable[..., Problem], functions: ProblemFunctions) -> Any:
+def make_see(
+    problems: Callable[..., Problem], functions: ProblemFunctions, *, two_solids: bool
+) -> Any:
     """What takes in the step tried last, in every lane where it was accepted; maps lanes to None.
 
     `problems(lanes, lane)` is the problem of a lane.
     """
+    see_solid = _see_either_solid if two_solids else _see_one_solid
     node, observables_and_rates = make_node(functions), functions.equations.observables_and_rates
 
     @inline
@@ -149,12 +168,16 @@ def make_see(problems: Callable[..., Problem], functions: ProblemFunctions) -> A
         _see_extremum(lanes, lane, FORCE_MAX, F1, seen)
         put(lanes, PROMISING, lane, 1.0 if inside else 0.0)
         put(lanes, SLOTS.event, lane, 1.0 if inside else get(lanes, SLOTS.event, lane))
-        solid = film.solid_threshold(problem.p)
-        melted = film.MELTED_PART * solid
+        solid = problem.phases.solid
+        melted = solids.MELTED_PART * solid
+        phi1 = exponentials(step.y1[2])[0]
         dta, dtb, dt1 = (_PARTS[0] * step.used, _PARTS[1] * step.used, _PARTS[2] * step.used)
         _see_phase(lanes, lane, phia, solid, melted, dta, seen)
         _see_phase(lanes, lane, phib, solid, melted, dtb, seen)
-        _see_phase(lanes, lane, exponentials(step.y1[2])[0], solid, melted, dt1, seen)
+        _see_phase(lanes, lane, phi1, solid, melted, dt1, seen)
+        see_solid(lanes, lane, phia, problem.phases, seen)
+        see_solid(lanes, lane, phib, problem.phases, seen)
+        see_solid(lanes, lane, phi1, problem.phases, seen)
         _see_step_work(lanes, lane, problem, step, (step.y0[1], ua, ub, step.y1[1]), forces, seen)
         put(lanes, _STRESS, lane, sigma1 if seen else sigma0)
         put(lanes, _FORCE, lane, F1 if seen else F0)

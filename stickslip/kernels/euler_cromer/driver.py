@@ -36,15 +36,15 @@ NOT_STATIONARY, APERIODIC = int(Status.NOT_STATIONARY), int(Status.APERIODIC)
 _BLOCK = 2048
 
 
-def compile_for(indices: np.ndarray, options: Options) -> None:
-    """Compile or load what points with these rheological indices (n,) need."""
+def compile_for(kinds: np.ndarray, options: Options) -> None:
+    """Compile or load what points of these kinds (n, 2) need; see `families.KIND`."""
     nobody = np.empty((0, len(Parameters._fields)))
-    adaptive.compile_for(indices, options)  # of the reference orbit
+    adaptive.compile_for(kinds, options)  # of the reference orbit
     results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, FINAL_COLUMNS))
     orbits(nobody, options, finals, results, finals)
     tasks = March(nobody, np.empty(0, np.int64), np.empty((0, 3)), options.friction).tasks
     noisy = options.noise != "none"
-    for family, _ in families(options.friction, indices):
+    for family, _ in families(options.friction, kinds):
         for measured in (False, True):
             march_kernel(family, noisy, measured)(tasks, np.empty(0, np.int64), 0)
 

@@ -8,12 +8,12 @@ import numpy as np
 
 from stickslip.kernels.euler_cromer.layout import SLOTS, clear_records, row_kernels
 from stickslip.kernels.euler_cromer.march import march_kernel
-from stickslip.kernels.families import Family, families
+from stickslip.kernels.families import KIND, Family, families
 from stickslip.measure.accumulate import RECORD
 from stickslip.numerics.euler_cromer_lanes import PENDING, Tasks
 from stickslip.parameters import Parameters
 
-_INDEX = Parameters._fields.index("rheological_index")
+_KIND = [Parameters._fields.index(name) for name in KIND]
 _NOISE = Parameters._fields.index("noise_intensity")
 
 # Steps of all lanes together between two looks at the interpreter: a tenth of a second.
@@ -78,7 +78,7 @@ class March:
     def _families(self) -> Iterator[tuple[Family, bool, np.ndarray]]:
         """Points that share a kernel: their family, whether there is noise, their indices."""
         pending = np.flatnonzero(self.tasks.status == PENDING)
-        for family, members in families(self.law, self.points[pending, _INDEX]):
+        for family, members in families(self.law, self.points[:, _KIND][pending]):
             rows = pending[members]
             with_noise = self.points[rows, _NOISE] > 0.0
             for noisy in (False, True):

@@ -32,7 +32,8 @@ from stickslip.numerics.euler_cromer_lanes import (
 from stickslip.parameters import ParameterValues
 
 _record = accumulator(WIDTH, RECORD_BEGIN)
-_see_extremum, _see_phase, _see_work = _record.see_extremum, _record.see_phase, _record.see_work
+_see_extremum, _see_phase = _record.see_extremum, _record.see_phase
+_see_solid, _see_work = _record.see_solid, _record.see_work
 _own_parameters = make_lane_reader(StepParameters, FREE, get)
 
 
@@ -59,7 +60,7 @@ def _kick(phi: float, own: StepParameters) -> float:
 
 def _make_parameters(family: Family) -> Any:
     """What a lane holds, for fluids of one family."""
-    values_of = step_values(family.gamma)
+    values_of = step_values(family.gamma, sextic=family.sextic)
 
     @inline
     def parameters(lanes: np.ndarray, lane: int) -> _Lane:
@@ -88,7 +89,7 @@ def _make_increments(stress_and_force: Any, *, noisy: bool) -> Any:
     return noisy_increments if noisy else increments
 
 
-def _make_observe(stress_and_force: Any, *, measured: bool) -> Any:
+def _make_observe(stress_and_force: Any, *, measured: bool, two_solids: bool) -> Any:
     """What is taken from a step at its start, which stands for the step: (p, V, y, lanes, lane)."""
 
     @inline
@@ -104,7 +105,14 @@ def _make_observe(stress_and_force: Any, *, measured: bool) -> Any:
         _see_work(lanes, lane, F * v, abs(F * V), True)
         _see_phase(lanes, lane, phi, p.own.solid, p.own.melted, 1.0, True)
 
-    return measure if measured else ignore
+    @inline
+    def measure_solids(p: _Lane, V: float, y: State, lanes: np.ndarray, lane: int) -> None:
+        measure(p, V, y, lanes, lane)
+        _see_solid(lanes, lane, y[2], p.own.solid, p.own.soft, p.own.hard, True)
+
+    if not measured:
+        return ignore
+    return measure_solids if two_solids else measure
 
 
 @kernel_factory
@@ -119,7 +127,7 @@ def march_kernel(family: Family, noisy: bool, measured: bool) -> Any:
     march = make_euler_cromer_lanes(
         _make_parameters(family),
         _make_increments(stress_and_force, noisy=noisy),
-        _make_observe(stress_and_force, measured=measured),
+        _make_observe(stress_and_force, measured=measured, two_solids=family.sextic),
         _sine,
         SLOTS,
     )

@@ -16,9 +16,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.fields import make_tuple_maker
 from stickslip.measure.results import RecordUnits
-from stickslip.model import film, noise
+from stickslip.model import noise, solids
 from stickslip.model.laws import friction_law
-from stickslip.model.scaling import KEPT, LITERALS, Reduced, model_values, reduction, units_of
+from stickslip.model.scaling import (
+    KEPT,
+    LITERALS,
+    Reduced,
+    literals_of,
+    model_values,
+    reduction,
+    units_of,
+)
 from stickslip.model.state import State
 from stickslip.parameters import Parameters, ParameterValues
 from stickslip.variables import PARAMETERS
@@ -38,6 +46,8 @@ _DERIVED = (
     "least_phi",  # the noise of a single step, below which its typical path has no meaning
     "solid",  # order parameter from which a film counts as solid ...
     "melted",  # ... and up to which it counts as melted
+    "soft",  # up to here a solid is soft ...
+    "hard",  # ... and from here on hard
 )
 
 if TYPE_CHECKING:
@@ -50,6 +60,8 @@ if TYPE_CHECKING:
         least_phi: float
         solid: float
         melted: float
+        soft: float
+        hard: float
 
 else:
     StepParameters = namedtuple("StepParameters", (*_KEPT, *_DERIVED), module=__name__)
@@ -79,8 +91,9 @@ class _Scales(NamedTuple):
 
 @inline
 def _scales(q: Reduced, angle: float) -> _Scales:
-    """Without elasticity the strain has no effect, and its unit is free: c takes the place of a."""
-    a = q.elastic_coefficient if q.elastic_coefficient > 0.0 else q.quartic_coefficient
+    """Without elasticity the strain has no effect, and its unit is free: c or e for a."""
+    highest = max(q.quartic_coefficient, q.sextic_coefficient)
+    a = q.elastic_coefficient if q.elastic_coefficient > 0.0 else highest
     strain, stress = math.sqrt(angle * a), (angle * angle) * q.contact_area
     return _Scales(angle, strain, math.sqrt(stress * a / strain), stress)
 
@@ -109,8 +122,10 @@ _SPECIAL: Mapping[str, str] = {
     "angle": "s.angle",
     "D_eff": "effective_intensity(v) * s.angle * (s.phi * s.phi)",
     "least_phi": "sqrt(effective_intensity(v) * s.angle * (s.phi * s.phi))",
-    "solid": "s.phi * solid",
-    "melted": "melted_part * s.phi * solid if solid > 0.0 else -1.0",  # always solid: never melted
+    "solid": "s.phi * t.solid",
+    "melted": "melted_part * s.phi * t.solid if t.solid > 0.0 else -1.0",  # solid: never melted
+    "soft": "s.phi * t.soft",
+    "hard": "s.phi * t.hard",
 }
 
 
@@ -129,15 +144,15 @@ def step_reduction(law_name: str) -> Callable[[Parameters, int], StepParameters]
 
     names: dict[str, Any] = {f"law_{name}": function for name, function in law.scaled.items()}
     names |= {"effective_intensity": noise.effective_intensity, "sqrt": math.sqrt}
-    names |= {"relaxation_time": _relaxation_time, "melted_part": film.MELTED_PART}
+    names |= {"relaxation_time": _relaxation_time, "melted_part": solids.MELTED_PART}
     fields = {name: expression(name) for name in (*_KEPT, *_DERIVED)}
-    make = make_tuple_maker(StepParameters, "q, v, s, solid", fields, names)
+    make = make_tuple_maker(StepParameters, "q, v, s, t", fields, names)
 
     @inline
     def step_parameters(p: Parameters, steps: int) -> StepParameters:
         q = reduced(p)
         scales = _scales(q, 2.0 * math.pi / steps)
-        return make(q, values_of(q), scales, film.solid_threshold(p))
+        return make(q, values_of(q), scales, solids.thresholds(p))
 
     return step_parameters
 
@@ -169,15 +184,14 @@ def record_units(units: StepUnits, steps: int) -> RecordUnits:
 
 
 @cache
-def step_values(index: float | None) -> Callable[[StepParameters], ParameterValues]:
+def step_values(index: float | None, *, sextic: bool = True) -> Callable[..., ParameterValues]:
     """The inline function that gives the parameters of a lane as the model's functions take them.
 
-    With the rheological index as a literal, or that of the parameters for None.
+    Arguments as of `model_values`.
     """
-    values = {name: f"s.{name}" for name in _KEPT} | dict(_OWN_LITERALS)
+    values: dict[str, Any] = {name: f"s.{name}" for name in _KEPT} | dict(_OWN_LITERALS)
     values["angular_frequency"] = "s.angle"
-    if index is not None:
-        values["rheological_index"] = index
+    values |= literals_of(index, sextic=sextic)
     return make_tuple_maker(ParameterValues, "s", values, {})
 
 

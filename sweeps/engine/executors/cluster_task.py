@@ -9,20 +9,21 @@ from typing import Any
 from filelock import FileLock
 
 from stickslip.compiled.cache import cache_folder, source_hash
+from stickslip.kernels.families import KIND
 from stickslip.orbit import prepare_kernels
 from stickslip.parameters import Parameters
 from sweeps.engine.executors.worker import Block, Task, compute_block
 
 _COMPILE_SECONDS = 300.0  # for another process of the machine to compile the kernels
 
-_GAMMA = Parameters._fields.index("rheological_index")
+_KIND = [Parameters._fields.index(name) for name in KIND]
 
 
 def compute_on_cluster(task: Task) -> Block:
     """The block of a task, on a machine where perhaps nobody has compiled the kernels yet."""
     if task.code == source_hash():
         with _alone_on_the_machine():
-            prepare_kernels(task.options, task.points[:, _GAMMA])
+            prepare_kernels(task.options, task.points[:, _KIND])
     return compute_block(task)
 
 

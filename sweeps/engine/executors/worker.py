@@ -5,11 +5,13 @@ from __future__ import annotations
 import logging
 import time
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled.cache import processor, source_hash
+from stickslip.kernels.families import KIND
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits, failed_row, prepare_kernels
 from stickslip.plausibility import suspicious_balance, suspicious_stress
@@ -78,7 +80,12 @@ def task_of(grid: Grid, indices: NDArray[np.int64], options: Options, patience: 
 
 def compile_kernels(options: Options, grid: Grid) -> None:
     """Compile or load what the grid needs, before workers would wait for it."""
-    prepare_kernels(options, grid.values("rheological_index"))
+    prepare_kernels(options, kinds_of(grid))
+
+
+def kinds_of(grid: Grid) -> NDArray[np.float64]:
+    """The kinds (n, 2) of points that may occur in a grid, as `prepare_kernels` takes them."""
+    return np.array(list(product(*(grid.values(name) for name in KIND))))
 
 
 def compute_block(task: Task) -> Block:

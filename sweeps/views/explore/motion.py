@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.kernels.families import KIND
 from stickslip.options import NoiseError
 from stickslip.orbit import Orbit, prepare_kernels
 from stickslip.parameters import Parameters
@@ -41,7 +42,7 @@ class Motion:
 def prepare(opened: Opened) -> None:
     """Compile or load the kernels that a point needs: on the first run of a version, a minute."""
     options = options_of(opened.config)
-    prepare_kernels(options, np.array([opened.point.parameters.rheological_index]))
+    prepare_kernels(options, np.array([[getattr(opened.point.parameters, name) for name in KIND]]))
     still = (0.0, 0.0, 0.0)  # any state, to have the kernels of trajectories
     simulate(Parameters(), periods=1, samples_per_period=1, start=still, friction=options.friction)
 

@@ -287,11 +287,17 @@ SWEEPS: list[tuple[str, str | bytes, Outcome]] = [
         "cases: {D: [0, 1e-18], phi_0: [0, 0.1]}\n",
         refused(1, "could never solidify"),
     ),
+    (
+        "a quintic term somewhere without a sextic one",
+        "sweep:\n  d: [0, 1]\n  e: [0, 1]\n",
+        refused(2, "would grow without bound"),
+    ),
+    ("quintic terms with sextic ones", "cases: {d: [0, 1], e: [0, 1]}\n", valid),
     ("no noise, solid start", "model: {phi_0: 0.6}\nnoise: {treatment: none}\n", valid),
 ]
 
-POSITIVE = ("omega", "M", "h", "tau", "A", "delta", "c")
-NOT_NEGATIVE = ("T", "k", "K", "T_c", "a", "alpha", "b")
+POSITIVE = ("omega", "M", "h", "tau", "A", "delta")
+NOT_NEGATIVE = ("T", "k", "K", "T_c", "a", "alpha", "b", "e")
 
 
 def bounds() -> list[tuple[str, str | bytes, Outcome]]:
@@ -318,6 +324,12 @@ def bounds() -> list[tuple[str, str | bytes, Outcome]]:
         "D: 5e-324": valid,
         "X_m: 0": refused(1, "must not be 0"),
         "X_m: -0.8e-6": valid,
+        "c: 0": refused(1, "c) = 0 needs a sextic_coefficient (e) > 0: the order parameter would"),
+        "c: -5e-324": refused(1, "at least 0"),
+        "d: 1": refused(1, "d) > 0 needs a sextic_coefficient (e) > 0"),
+        "d: -5e-324": refused(1, "at least 0"),
+        "d: 1, e: 1": valid,
+        "c: 0, e: 1": valid,
         "x_0: -1": valid,
         "v_0: -1": valid,
     }.items():

@@ -1,0 +1,100 @@
+"""Films with a soft and a hard solid in motion: against an independent solver, and by counting."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from stickslip import Options, Parameters, Status, reference, simulate, stationary_orbit
+from stickslip.model import solids
+from stickslip.orbit import compute_orbits
+from stickslip.variables import RESULT_COLUMNS
+
+# Order parameters at which the balance of these films turns: 0.12, 0.4 and 0.5.
+TWO = {
+    "cubic_coefficient": 230.0,
+    "quartic_coefficient": 1475.83,
+    "quintic_coefficient": 3258.33,
+    "sextic_coefficient": 2395.83,
+}
+FLUIDS = (-2 / 3, 0.0, 0.3, 2 / 3)
+
+
+def film(**changes: float) -> Parameters:
+    return Parameters(**TWO | changes)
+
+
+@pytest.mark.parametrize("gamma", FLUIDS)
+def test_a_trajectory_is_that_of_an_independent_solver(gamma: float) -> None:
+    p = film(rheological_index=gamma, viscosity_coefficient=5e4 if gamma < 0 else 10.0)
+    ds = simulate(p, periods=1, samples_per_period=50, rtol=1e-9)
+    states = reference.trajectory(p, ds.elapsed_time.values, method="LSODA", rtol=1e-10)
+    off = np.abs(ds.lower_displacement.values - states[:, 0]).max() / abs(p.drive_amplitude)
+    assert off < 1e-5
+    np.testing.assert_allclose(ds.order_parameter.values[-1], math.exp(states[-1, 2]), rtol=1e-3)
+
+
+@pytest.mark.parametrize("gamma", FLUIDS)
+def test_an_orbit_is_what_a_trajectory_along_it_shows(gamma: float) -> None:
+    p = film(rheological_index=gamma, viscosity_coefficient=5e4 if gamma < 0 else 10.0)
+    orbit = stationary_orbit(p)
+    assert orbit.status is Status.OK
+    ds = simulate(p, periods=orbit.orbit_periods, start=orbit.state, samples_per_period=20_000)
+    for name in ("elastic_stress", "friction_force"):
+        high, low = float(ds[name].max()), float(ds[name].min())
+        amplitude = getattr(orbit, f"{name}_amplitude")
+        sampled = 0.5 * (high - low)  # samples miss the very peak of a spike
+        assert 0.99 * amplitude < sampled < (1.0 + 1e-5) * amplitude
+    phi, turns = ds.order_parameter.values, solids.turning_points(p)
+    kinds = np.where(
+        phi >= turns.hard, 2, np.where((phi >= turns.soft) & (phi <= turns.between), 1, 0)
+    )
+    seen = kinds[kinds > 0]
+    assert orbit.solid_transition_count == np.count_nonzero(seen != np.roll(seen, 1))
+
+
+def test_scalings_and_the_mirror_change_no_bit_of_it() -> None:
+    p = film()
+    mirrored = p._replace(drive_amplitude=-p.drive_amplitude)
+    energy = {f"{degree}_coefficient": 2.0 for degree in ("cubic", "quartic", "quintic", "sextic")}
+    energy |= {"thermal_coefficient": 2.0, "elastic_coefficient": 2.0, "kinetic_coefficient": 0.5}
+    energy |= {"contact_area": 0.5, "viscosity_coefficient": 2.0}
+    scaled = p._replace(**{name: factor * getattr(p, name) for name, factor in energy.items()})
+    own, other, twice = (stationary_orbit(point) for point in (p, mirrored, scaled))
+    assert other.elastic_stress_max == -own.elastic_stress_min
+    assert other.friction_force_amplitude == own.friction_force_amplitude
+    assert twice.elastic_stress_amplitude == 2.0 * own.elastic_stress_amplitude
+    assert twice.friction_force_amplitude == own.friction_force_amplitude
+
+
+def test_neighbours_in_the_lanes_change_no_bit_of_it() -> None:
+    points = np.array(
+        [film(temperature=T, rheological_index=g) for T in (200, 260) for g in FLUIDS]
+    )
+    plain = np.array(
+        [Parameters(temperature=T, rheological_index=g) for T in (200, 260) for g in FLUIDS]
+    )
+    mixed, _ = compute_orbits(np.concatenate([points, plain]), Options(rtol=1e-5))
+    alone = [compute_orbits(point, Options(rtol=1e-5))[0][0] for point in (*points, *plain)]
+    assert mixed.tobytes() == np.array(alone).tobytes()
+
+
+def test_euler_cromer_goes_the_same_way() -> None:
+    light = film(
+        angular_frequency=2e4, drive_amplitude=1e-11, contact_area=6e-13, block_mass=1e-5,
+        spring_stiffness=6e4, initial_order_parameter=0.6,
+    )  # fmt: skip
+    fine = stationary_orbit(light, rtol=1e-8)
+    steps = stationary_orbit(light, method="euler-cromer", dt=2e-9, rtol=1e-5)
+    assert steps.status is Status.OK
+    for name in ("elastic_stress_amplitude", "friction_force_amplitude"):
+        difference = abs(getattr(steps, name) / getattr(fine, name) - 1.0)
+        assert difference <= steps.amplitude_error
+        assert difference < 1e-2
+
+
+def test_films_of_fourth_order_have_no_such_transition() -> None:
+    row = compute_orbits(np.array(Parameters()), Options())[0][0]
+    assert row[RESULT_COLUMNS.index("solid_transition_count")] == 0

@@ -1,0 +1,139 @@
+"""Films with a soft and a hard solid: where the free energy of sixth order puts them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stickslip import Parameters
+from stickslip.model import film, noise, solids
+
+P, Q, R = 0.12, 0.4, 0.5
+
+
+def with_turns(p: float, q: float, r: float, e: float = 2395.83, **more: float) -> Parameters:
+    """A film whose balance turns at these order parameters."""
+    return Parameters(
+        cubic_coefficient=4.0 * e * p * q * r,
+        quartic_coefficient=2.0 * e * (p * q + p * r + q * r),
+        quintic_coefficient=4.0 * e * (p + q + r) / 3.0,
+        sextic_coefficient=e,
+        **more,
+    )
+
+
+TWO = with_turns(P, Q, R)
+
+
+def test_the_balance_turns_where_the_coefficients_put_it() -> None:
+    assert tuple(solids.turning_points(TWO)) == pytest.approx((P, Q, R), rel=1e-12)
+
+
+@given(
+    turns=st.lists(st.floats(0.01, 1.5), min_size=3, max_size=3, unique=True),
+    e=st.floats(1.0, 1e5),
+)
+def test_turning_points_are_found_whatever_they_are(turns: list[float], e: float) -> None:
+    p, q, r = sorted(turns)
+    if min(q - p, r - q) < 1e-3:
+        return  # nearly one: rounding of the coefficients decides
+    found = solids.turning_points(with_turns(p, q, r, e))
+    np.testing.assert_allclose(found, (p, q, r), rtol=1e-7)
+
+
+def test_one_solid_has_one_turning_point() -> None:
+    film_of_one = Parameters(sextic_coefficient=2000.0)
+    turns = solids.turning_points(film_of_one)
+    assert turns.between == turns.hard == math.inf
+    slope = film.log_force_slope(film_of_one, turns.soft)
+    assert slope == pytest.approx(0.0, abs=1e-9)
+    assert 0.0 < turns.soft < solids.turning_points(Parameters()).soft
+
+
+def test_without_terms_of_sixth_order_it_is_b_over_2c() -> None:
+    assert solids.turning_points(Parameters()).soft == 230.0 / 1700.0
+    assert tuple(solids.thresholds(Parameters())) == (230.0 / 1700.0, math.inf, math.inf)
+
+
+def test_limits_of_the_solids() -> None:
+    # What the two solids of this film were designed to have.
+    limits = [solids.balance(TWO, phi) for phi in solids.turning_points(TWO)]
+    assert limits == pytest.approx([11.482, 3.067, 3.594], abs=1e-3)
+    strains = [math.sqrt((B - film.heating(TWO)) / TWO.elastic_coefficient) for B in limits]
+    assert strains[2] == pytest.approx(6.6067e-6, abs=1e-10)  # hard to soft
+    assert solids.melting_strain(TWO) == pytest.approx(6.7543e-6, abs=1e-10)
+    assert solids.solidification_strain(TWO) == pytest.approx(6.5383e-6, abs=1e-10)
+    assert solids.coexistence_limit(TWO) == pytest.approx(11.482, abs=1e-3)
+
+
+def test_the_hard_solid_at_rest() -> None:
+    at_rest = solids.largest_order_parameter(TWO)
+    assert at_rest == pytest.approx(0.8904, abs=5e-5)
+    assert film.log_force(TWO, at_rest, film.heating(TWO)) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("B", "low", "high"), [(-100.0, R, 2.0), (3.5, R, 2.0), (3.6, P, Q), (11.4, P, Q)]
+)
+def test_the_hardest_stable_solid(B: float, low: float, high: float) -> None:
+    phi = solids.solid_order_parameter(TWO, B)
+    assert low < phi < high
+    assert film.log_force(TWO, phi, B) == pytest.approx(0.0, abs=1e-9)
+    assert film.log_force_slope(TWO, phi) > 0.0
+
+
+def test_where_the_film_is_liquid_only_it_is_where_the_last_solid_is_lost() -> None:
+    assert solids.solid_order_parameter(TWO, 20.0) == pytest.approx(P, rel=1e-12)
+    harder = with_turns(0.2, 0.25, 0.6)  # whose hard solid is lost last
+    assert solids.solid_order_parameter(harder, 1e4) == pytest.approx(0.6, rel=1e-12)
+
+
+def test_thresholds_of_a_film_that_freezes_continuously() -> None:
+    p = Parameters(cubic_coefficient=0.0, sextic_coefficient=500.0)
+    assert solids.solid_threshold(p) == pytest.approx(0.5 * solids.largest_order_parameter(p))
+
+
+def test_the_order_of_transitions_under_a_slow_ramp_of_the_strain() -> None:
+    """The film follows a strain that rises and falls; its phases change where they should."""
+    eps = np.concatenate([np.linspace(6.4e-6, 6.9e-6, 2001), np.linspace(6.9e-6, 6.4e-6, 2001)])
+    phi, found, phase = solids.largest_order_parameter(TWO), [], "hard"
+    for at in eps:
+        B = film.melting_function(TWO, at)
+        for _ in range(60):  # long against the film, short against the ramp
+            phi = relaxed(phi, B)
+        now = "hard" if phi >= R else "soft" if P <= phi <= Q else "liquid" if phi < 0.01 else phase
+        if now != phase:
+            found.append((phase, now, at))
+            phase = now
+    assert [step[:2] for step in found] == [
+        ("hard", "soft"),
+        ("soft", "liquid"),
+        ("liquid", "hard"),
+    ]
+    expected = 6.6067e-6, 6.7543e-6, 6.5383e-6
+    np.testing.assert_allclose([step[2] for step in found], expected, atol=1e-9)
+
+
+def relaxed(phi: float, B: float, time: float = 0.2) -> float:
+    """phi after a time [s] under B, by small implicit steps, with the noise that lets it grow."""
+    steps = 40
+    for _ in range(steps):
+        force = film.log_force(TWO, phi, B) - noise.typical_path(TWO, 1.0 / phi) / 100.0
+        slope = film.log_force_slope(TWO, phi)
+        h = 100.0 * time / steps
+        psi = math.log(phi) - h * force / (1.0 + h * max(slope, 0.0))
+        phi = math.exp(min(max(psi, math.log(phi) - 2.0), math.log(phi) + 2.0))
+        phi = max(phi, noise.level(TWO))
+    return phi
+
+
+def test_the_noise_keeps_up_a_level_that_the_quintic_term_limits() -> None:
+    p = Parameters(
+        temperature=290.0, cubic_coefficient=0.0, quartic_coefficient=0.0, sextic_coefficient=500.0
+    )
+    D_eff = noise.effective_intensity(p)
+    assert noise.level(p) == pytest.approx((D_eff / (500.0 * 100.0)) ** (1 / 6), rel=1e-12)
