@@ -210,7 +210,7 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
         "solid from phi >= b/2c, melted at phi <= 0.1 b/2c", dtype="i4", missing=-1),
     ResultVariable("solid_transition_count", "solid transitions", r"n_\mathrm{solid}", "1",
         f"number of changes between a soft and a hard solid {_ORBIT}",
-        "films whose free energy goes to sixth order; on the way to and from the liquid as well",
+        "films whose free energy goes to sixth order; not with the liquid between the two",
         dtype="i4", missing=-1),
     ResultVariable("asymmetry", "asymmetry", r"\mathrm{asymmetry}", "1",
         "asymmetry of the elastic stress: |max + min| / (max - min)", "0 where max - min < 1 Pa"),

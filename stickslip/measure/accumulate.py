@@ -38,8 +38,8 @@ from stickslip.numerics.lane_array import lane_array
 UNSEEN, MELTED, SOLID = 0.0, 1.0, 2.0
 """Phases of the film; between the thresholds of the count it keeps the one that it had."""
 
-SOFT, HARD = 1.0, 2.0
-"""Kinds of solid, of films that have two; between them and in the liquid it keeps its own."""
+LIQUID, SOFT, HARD = 1.0, 2.0, 3.0
+"""The same where there are two solids."""
 
 
 class Accumulator(NamedTuple):
@@ -58,8 +58,8 @@ class Accumulator(NamedTuple):
     this `duration`."""
 
     see_solid: Callable[..., None]
-    """(lanes, lane, phi, solid, soft, hard, seen): count a change between a soft solid, with phi
-    between `solid` and `soft`, and a hard one, with phi >= hard."""
+    """(lanes, lane, is_liquid, is_soft, is_hard, seen): count a change between a soft and a hard
+    solid, without the liquid between them; in none of the three a film keeps its phase."""
 
     see_work: Callable[..., None]
     """(lanes, lane, block, absolute, seen): add to the integrals."""
@@ -119,16 +119,16 @@ def accumulator(lanes: int, first: int) -> Accumulator:
     def see_solid(
         lanes: np.ndarray,
         lane: int,
-        phi: float,
-        solid: float,
-        soft: float,
-        hard: float,
+        is_liquid: bool,
+        is_soft: bool,
+        is_hard: bool,
         seen: bool,
     ) -> None:
         begin, last = get(lanes, first + FIRST_SOLID, lane), get(lanes, first + LAST_SOLID, lane)
-        kind = SOFT if seen & (phi >= solid) & (phi <= soft) else last
-        kind = HARD if seen & (phi >= hard) else kind
-        changes = (kind != last) & (last != UNSEEN)
+        kind = LIQUID if seen & is_liquid else last
+        kind = SOFT if seen & is_soft else kind
+        kind = HARD if seen & is_hard else kind
+        changes = (kind != last) & (kind >= SOFT) & (last >= SOFT)
         count = get(lanes, first + SOLID_CHANGES, lane)
         put(lanes, first + SOLID_CHANGES, lane, count + (1.0 if changes else 0.0))
         put(lanes, first + FIRST_SOLID, lane, kind if begin == UNSEEN else begin)

@@ -27,6 +27,7 @@ from stickslip.measure.accumulate import (
     MELTINGS,
     PHI_MAX,
     RECORD,
+    SOFT,
     SOLID,
     SOLID_CHANGES,
     SOLID_TIME,
@@ -164,7 +165,8 @@ def _melting_count(record: np.ndarray) -> float:
 @jit
 def _solid_changes(record: np.ndarray) -> float:
     """Changes between a soft and a hard solid, counted cyclically."""
-    wrapped = record[FIRST_SOLID] != record[LAST_SOLID]
+    first, last = record[FIRST_SOLID], record[LAST_SOLID]
+    wrapped = first != last and first >= SOFT and last >= SOFT
     return record[SOLID_CHANGES] + (1.0 if wrapped else 0.0)
 
 

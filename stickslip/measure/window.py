@@ -20,6 +20,7 @@ from stickslip.measure.accumulate import (
     MELTINGS,
     PHI_MAX,
     RECORD,
+    SOFT,
     SOLID,
     SOLID_CHANGES,
     SOLID_TIME,
@@ -63,7 +64,7 @@ class Window:
         whole[:, _SUMS] += records[:, _SUMS]
         whole[:, MELTINGS] += (before == SOLID) & (begin == MELTED)  # on the border of two periods
         kind, first = whole[:, LAST_SOLID].copy(), records[:, FIRST_SOLID]
-        whole[:, SOLID_CHANGES] += (kind != UNSEEN) & (first != UNSEEN) & (kind != first)
+        whole[:, SOLID_CHANGES] += (kind >= SOFT) & (first >= SOFT) & (kind != first)
         whole[:, LAST_SOLID] = np.where(first == UNSEEN, kind, records[:, LAST_SOLID])
         known = before != UNSEEN  # a film keeps the phase that it had
         whole[known, UNSEEN_TIME] -= records[known, UNSEEN_TIME]

@@ -144,6 +144,7 @@ def reduction(law_name: str) -> Callable[[Parameters], Reduced]:
     }
     written = {name: expression.format(name=name) for name, expression in values.items()}
     written |= {name: f"t.{name}" for name in DERIVED}
+    written |= {name: f"t.{name} * s.energy" for name in ("weakest", "strongest")}
     make = make_tuple_maker(Reduced, "p, s, t", written, names | {"heating": film.heating})
 
     @inline

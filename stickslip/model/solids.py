@@ -34,7 +34,7 @@ class TurningPoints(NamedTuple):
 
 
 class Thresholds(NamedTuple):
-    """Order parameters by which phases are told apart."""
+    """By what phases are told apart: order parameters, and the B [J/m3] of the soft solid."""
 
     solid: float
     """From here on a film counts as solid ..."""
@@ -42,6 +42,10 @@ class Thresholds(NamedTuple):
     """... up to here on as a soft solid ..."""
     hard: float
     """... and from here on as a hard one; infinite where there is one solid."""
+    weakest: float
+    """The soft solid exists above this B ..."""
+    strongest: float
+    """... and below this one."""
 
 
 @jit
@@ -204,8 +208,18 @@ def solid_threshold(p: Parameters) -> float:
 
 @inline
 def thresholds(p: Parameters) -> Thresholds:
-    """The order parameters by which the phases of a film are told apart."""
+    """By what the phases of a film are told apart."""
     if p.sextic_coefficient == 0.0:
-        return Thresholds(solid_threshold(p), math.inf, math.inf)
+        return Thresholds(solid_threshold(p), math.inf, math.inf, 0.0, 0.0)
     turns = turning_points(p)
-    return Thresholds(solid_threshold(p), turns.between, turns.hard)
+    if turns.hard == math.inf:
+        return Thresholds(solid_threshold(p), math.inf, math.inf, 0.0, 0.0)
+    weakest, strongest = balance(p, turns.between), balance(p, turns.soft)
+    return Thresholds(solid_threshold(p), turns.between, turns.hard, weakest, strongest)
+
+
+@inline
+def is_soft(phases: Thresholds, phi: float, B: float) -> bool:
+    """Whether a film is a soft solid: not merely on its way through, where that does not exist."""
+    within = (phi >= phases.solid) & (phi <= phases.soft)
+    return within & (phases.weakest < B) & (phases.strongest > B)

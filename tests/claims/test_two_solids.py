@@ -6,9 +6,11 @@ import math
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from stickslip import Options, Parameters, Status, reference, simulate, stationary_orbit
 from stickslip.model import solids
+from stickslip.model.film import melting_function
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 
@@ -47,12 +49,33 @@ def test_an_orbit_is_what_a_trajectory_along_it_shows(gamma: float) -> None:
         amplitude = getattr(orbit, f"{name}_amplitude")
         sampled = 0.5 * (high - low)  # samples miss the very peak of a spike
         assert 0.99 * amplitude < sampled < (1.0 + 1e-5) * amplitude
-    phi, turns = ds.order_parameter.values, solids.turning_points(p)
-    kinds = np.where(
-        phi >= turns.hard, 2, np.where((phi >= turns.soft) & (phi <= turns.between), 1, 0)
-    )
+    assert orbit.solid_transition_count == transitions(ds, p)
+
+
+def transitions(ds: xr.Dataset, p: Parameters) -> int:
+    """Changes between the solids along a closed orbit, each state judged by itself."""
+    phi, eps = ds.order_parameter.values, ds.elastic_strain.values
+    phases = solids.thresholds(p)
+    soft = [
+        solids.is_soft(phases, x, melting_function(p, e)) for x, e in zip(phi, eps, strict=True)
+    ]
+    kinds = np.select([phi >= phases.hard, soft, phi <= 0.1 * phases.solid], [3, 2, 1], default=0)
     seen = kinds[kinds > 0]
-    assert orbit.solid_transition_count == np.count_nonzero(seen != np.roll(seen, 1))
+    before = np.roll(seen, 1)
+    return int(np.count_nonzero((seen != before) & (seen > 1) & (before > 1)))
+
+
+def test_under_a_slow_strain_the_film_melts_in_two_steps() -> None:
+    # Stiff springs hold the block: the strain follows the drive, slowly for the film.
+    p = film(spring_stiffness=1e9, drive_amplitude=7.2e-8, initial_order_parameter=0.85)
+    orbit = stationary_orbit(p)
+    assert (orbit.melting_count, orbit.solid_transition_count) == (2, 2)  # twice a period
+    ds = simulate(p, periods=1, start=orbit.state, samples_per_period=20_000)
+    assert transitions(ds, p) == 2
+    gentle = stationary_orbit(p._replace(drive_amplitude=6.68e-8))
+    assert (gentle.melting_count, gentle.solid_transition_count) == (0, 4)  # to and fro
+    paper = stationary_orbit(film())  # sheared off at once
+    assert (paper.melting_count, paper.solid_transition_count) == (1, 0)
 
 
 def test_scalings_and_the_mirror_change_no_bit_of_it() -> None:

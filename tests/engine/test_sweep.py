@@ -107,7 +107,7 @@ def test_a_disk_without_room_is_told_before_anything_is_computed(
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(10, 10, 1000))
     monkeypatch.setattr(worker, "compute_orbits", lambda *_, **__: pytest.fail("computed"))
     with pytest.raises(
-        StorageError, match=r"has 1000 bytes left, but the sweep may need 137\.8 KiB"
+        StorageError, match=r"has 1000 bytes left, but the sweep may need 138\.1 KiB"
     ):
         swept(tmp_path / "a.nc", Heard())
 

@@ -17,6 +17,7 @@ from stickslip.measure.accumulate import (
     HARD,
     LAST_PHASE,
     LAST_SOLID,
+    LIQUID,
     MELTED,
     MELTINGS,
     PHI_MAX,
@@ -61,7 +62,7 @@ def test_a_lane_touches_only_its_own_slots() -> None:
     record.clear(lanes, LANE)
     record.see_extremum(lanes, LANE, STRESS_MAX, 5.0, True)
     record.see_phase(lanes, LANE, 0.6, THRESHOLD, MELTING, 1.0, True)
-    record.see_solid(lanes, LANE, 0.6, THRESHOLD, 0.5, 0.55, True)
+    record.see_solid(lanes, LANE, False, False, True, True)
     record.see_work(lanes, LANE, 1.0, 2.0, True)
     record.mirror(lanes, LANE)
     values = lanes.reshape(-1, LANES)
@@ -69,7 +70,7 @@ def test_a_lane_touches_only_its_own_slots() -> None:
     alone = fresh()
     ALONE.see_extremum(alone, 0, STRESS_MAX, 5.0, True)
     ALONE.see_phase(alone, 0, 0.6, THRESHOLD, MELTING, 1.0, True)
-    ALONE.see_solid(alone, 0, 0.6, THRESHOLD, 0.5, 0.55, True)
+    ALONE.see_solid(alone, 0, False, False, True, True)
     ALONE.see_work(alone, 0, 1.0, 2.0, True)
     ALONE.mirror(alone, 0)
     np.testing.assert_array_equal(values[own], alone)
@@ -180,10 +181,10 @@ def test_the_time_in_the_solid_phase_adds_up_and_so_does_that_before_a_phase_is_
 @pytest.mark.parametrize(
     ("phis", "changes", "first", "last"),
     [
-        ([0.0, 0.05], 0, UNSEEN, UNSEEN),  # liquid
+        ([0.05, 0.0, 0.05], 0, LIQUID, LIQUID),
         ([0.2, 0.3, 0.45, 0.3], 0, SOFT, SOFT),  # between the two it stays what it was
         ([0.6, 0.45, 0.3, 0.45, 0.6], 2, HARD, HARD),
-        ([0.6, 0.3, 0.05, 0.3], 1, HARD, SOFT),  # on the way to the liquid as well
+        ([0.6, 0.3, 0.0, 0.6], 1, HARD, HARD),  # by way of the liquid it is another film
     ],
 )
 def test_changes_between_two_solids_are_counted(
@@ -191,6 +192,7 @@ def test_changes_between_two_solids_are_counted(
 ) -> None:
     record = fresh()
     for phi in phis:
-        ALONE.see_solid(record, 0, phi, 0.12, 0.4, 0.5, True)
-        ALONE.see_solid(record, 0, 0.9 - phi, 0.12, 0.4, 0.5, False)  # a rejected step
+        soft, hard = 0.12 <= phi <= 0.4, phi >= 0.5
+        ALONE.see_solid(record, 0, phi <= 0.012, soft, hard, True)
+        ALONE.see_solid(record, 0, soft, hard, soft, False)  # a rejected step
     assert record[[SOLID_CHANGES, FIRST_SOLID, LAST_SOLID]].tolist() == [changes, first, last]

@@ -56,7 +56,8 @@ def test_one_solid_has_one_turning_point() -> None:
 
 def test_without_terms_of_sixth_order_it_is_b_over_2c() -> None:
     assert solids.turning_points(Parameters()).soft == 230.0 / 1700.0
-    assert tuple(solids.thresholds(Parameters())) == (230.0 / 1700.0, math.inf, math.inf)
+    thresholds = solids.thresholds(Parameters())
+    assert tuple(thresholds) == (230.0 / 1700.0, math.inf, math.inf, 0.0, 0.0)
 
 
 def test_limits_of_the_solids() -> None:
@@ -74,6 +75,21 @@ def test_the_hard_solid_at_rest() -> None:
     at_rest = solids.largest_order_parameter(TWO)
     assert at_rest == pytest.approx(0.8904, abs=5e-5)
     assert film.log_force(TWO, at_rest, film.heating(TWO)) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("phi", "B", "soft"),
+    [
+        (0.3, 5.0, True),
+        (0.3, 2.0, False),
+        (0.3, 12.0, False),
+        (0.45, 5.0, False),
+        (0.1, 5.0, False),
+    ],
+)
+def test_a_film_is_soft_where_a_soft_solid_exists(phi: float, B: float, soft: bool) -> None:
+    assert solids.is_soft(solids.thresholds(TWO), phi, B) == soft
+    assert not solids.is_soft(solids.thresholds(Parameters()), phi, B)
 
 
 @pytest.mark.parametrize(

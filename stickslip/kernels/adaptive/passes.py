@@ -231,7 +231,7 @@ def _make_problems(family: Family) -> Any:
     @inline
     def sextic_problem(values: np.ndarray, lane: int) -> Problem:
         q = _reduced_of(values, lane)
-        p, phases = values_of(q), Thresholds(q.solid, q.soft, q.hard)
+        p, phases = values_of(q), Thresholds(q.solid, q.soft, q.hard, q.weakest, q.strongest)
         return Problem(p, rounding_speed(p, get(values, SLOTS.rtol, lane)), phases)
 
     return sextic_problem if family.sextic else problem

@@ -18,8 +18,8 @@ from stickslip.compiled.simd import LANES, for_lanes
 from stickslip.kernels.problem import Problem, ProblemFunctions
 from stickslip.measure.accumulate import FORCE_MAX, RECORD, STRESS_MAX, accumulator
 from stickslip.model import drive, solids
+from stickslip.model.rhs import film_melting_function
 from stickslip.model.scaling import Reduced
-from stickslip.model.solids import Thresholds
 from stickslip.model.state import WIDTH, State
 from stickslip.numerics.adaptive_lanes import slots_for
 from stickslip.numerics.lane_array import lane_array, lane_vectors
@@ -106,16 +106,18 @@ def _see_step_work(
 
 @inline
 def _see_one_solid(
-    lanes: np.ndarray, lane: int, phi: float, phases: Thresholds, seen: bool
+    lanes: np.ndarray, lane: int, problem: Problem, u: float, phi: float, seen: bool
 ) -> None:
     pass
 
 
 @inline
 def _see_either_solid(
-    lanes: np.ndarray, lane: int, phi: float, phases: Thresholds, seen: bool
+    lanes: np.ndarray, lane: int, problem: Problem, u: float, phi: float, seen: bool
 ) -> None:
-    _see_solid(lanes, lane, phi, phases.solid, phases.soft, phases.hard, seen)
+    B, phases = film_melting_function(problem.p, u), problem.phases
+    is_liquid, is_hard = phi <= solids.MELTED_PART * phases.solid, phi >= phases.hard
+    _see_solid(lanes, lane, is_liquid, solids.is_soft(phases, phi, B), is_hard, seen)
 
 
 @inline
@@ -175,9 +177,9 @@ def make_see(
         _see_phase(lanes, lane, phia, solid, melted, dta, seen)
         _see_phase(lanes, lane, phib, solid, melted, dtb, seen)
         _see_phase(lanes, lane, phi1, solid, melted, dt1, seen)
-        see_solid(lanes, lane, phia, problem.phases, seen)
-        see_solid(lanes, lane, phib, problem.phases, seen)
-        see_solid(lanes, lane, phi1, problem.phases, seen)
+        see_solid(lanes, lane, problem, ua, phia, seen)
+        see_solid(lanes, lane, problem, ub, phib, seen)
+        see_solid(lanes, lane, problem, step.y1[1], phi1, seen)
         _see_step_work(lanes, lane, problem, step, (step.y0[1], ua, ub, step.y1[1]), forces, seen)
         put(lanes, _STRESS, lane, sigma1 if seen else sigma0)
         put(lanes, _FORCE, lane, F1 if seen else F0)

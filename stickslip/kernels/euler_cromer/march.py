@@ -21,6 +21,7 @@ from stickslip.kernels.families import Family
 from stickslip.measure.accumulate import FORCE_MAX, STRESS_MAX, accumulator
 from stickslip.model import drive, film
 from stickslip.model.rhs import block_acceleration, equations, film_melting_function
+from stickslip.model.solids import Thresholds, is_soft
 from stickslip.model.state import State
 from stickslip.numerics.euler_cromer_lanes import (
     FREE,
@@ -108,7 +109,11 @@ def _make_observe(stress_and_force: Any, *, measured: bool, two_solids: bool) ->
     @inline
     def measure_solids(p: _Lane, V: float, y: State, lanes: np.ndarray, lane: int) -> None:
         measure(p, V, y, lanes, lane)
-        _see_solid(lanes, lane, y[2], p.own.solid, p.own.soft, p.own.hard, True)
+        own, B = p.own, film_melting_function(p.values, V - y[1])
+        phases = Thresholds(own.solid, own.soft, own.hard, own.weakest, own.strongest)
+        phi = y[2]
+        is_liquid, is_hard = phi <= own.melted, phi >= own.hard
+        _see_solid(lanes, lane, is_liquid, is_soft(phases, phi, B), is_hard, True)
 
     if not measured:
         return ignore

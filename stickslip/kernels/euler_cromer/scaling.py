@@ -48,6 +48,8 @@ _DERIVED = (
     "melted",  # ... and up to which it counts as melted
     "soft",  # up to here a solid is soft ...
     "hard",  # ... and from here on hard
+    "weakest",  # the soft solid exists above this B ...
+    "strongest",  # ... and below this one
 )
 
 if TYPE_CHECKING:
@@ -62,6 +64,8 @@ if TYPE_CHECKING:
         melted: float
         soft: float
         hard: float
+        weakest: float
+        strongest: float
 
 else:
     StepParameters = namedtuple("StepParameters", (*_KEPT, *_DERIVED), module=__name__)
@@ -126,6 +130,8 @@ _SPECIAL: Mapping[str, str] = {
     "melted": "melted_part * s.phi * t.solid if t.solid > 0.0 else -1.0",  # solid: never melted
     "soft": "s.phi * t.soft",
     "hard": "s.phi * t.hard",
+    "weakest": "q.weakest * s.angle",
+    "strongest": "q.strongest * s.angle",
 }
 
 

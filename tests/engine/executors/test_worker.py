@@ -206,4 +206,4 @@ def test_kernels_are_made_ready_for_the_fluids_of_the_grid(
 
     monkeypatch.setattr(worker, "prepare_kernels", observed)
     compile_kernels(OPTIONS, GRID)
-    assert asked == [(OPTIONS, [-2 / 3, 0.0, 2 / 3])]
+    assert asked == [(OPTIONS, [[-2 / 3, 0.0], [0.0, 0.0], [2 / 3, 0.0]])]
