@@ -115,7 +115,11 @@ def test_a_huge_grid_costs_only_the_points_that_are_asked_for() -> None:
 def test_points_are_float64_rows_of_their_own() -> None:
     grid = Grid.from_config(from_mapping(BOTH))
     block = grid.points(2, 5)
-    assert (block.shape, block.dtype, block.flags.c_contiguous) == ((3, len(Parameters._fields)), np.float64, True)
+    assert (block.shape, block.dtype, block.flags.c_contiguous) == (
+        (3, len(Parameters._fields)),
+        np.float64,
+        True,
+    )
     block[:] = 0
     assert grid.points(2, 5).any()
     assert grid.points(4, 4).shape == (0, len(Parameters._fields))
