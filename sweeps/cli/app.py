@@ -9,9 +9,12 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from typing import Annotated
+from collections.abc import Callable, Iterator, Mapping
+from typing import Annotated, Any
 
 import typer
+import typer.main
+from typer.core import TyperGroup
 
 from sweeps.cli.exchange import export, merge
 from sweeps.cli.explore import explore
@@ -24,8 +27,48 @@ from sweeps.cli.streams import lasting_streams, lose
 from sweeps.cli.sweeps import plan, status, sweep
 from sweeps.exits import Exit, ExpectedError
 
+_SWEEPS = (sweep, plan, status, check)
+_MOTIONS = (simulate, replay, explore)
+_FILES = (figure, plot, report, export, merge, schema, info)
+_VERBS = {verb.__name__: verb for verb in (*_SWEEPS, *_MOTIONS, *_FILES)}
+
+
+class _Commands(Mapping[str, Any]):
+    """The commands of the verbs, made when they are asked for: `--help` needs none of them."""
+
+    def __getitem__(self, name: str) -> Any:
+        """The command of a verb; raises KeyError for what is none."""
+        verb, alone = _VERBS[name], typer.Typer(add_completion=False, rich_markup_mode=None)
+        alone.command(name, short_help=_sentence(verb))(verb)
+        return typer.main.get_command(alone)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_VERBS)
+
+    def __len__(self) -> int:
+        return len(_VERBS)
+
+
+class _Program(TyperGroup):
+    """The program: its verbs, each with the first sentence of what it does."""
+
+    def __init__(self, **attributes: Any) -> None:
+        super().__init__(**attributes | {"commands": _Commands()})
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: ARG002 - its shape
+        """Write the list of verbs."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, _sentence(verb)) for name, verb in _VERBS.items()])
+
+
+def _sentence(verb: Callable[..., None]) -> str:
+    """The first sentence of a verb; without it the list would cut what does not fit into a line."""
+    return (verb.__doc__ or "").partition("\n\n")[0]
+
+
 app = typer.Typer(
     name="stickslip",
+    cls=_Program,
     help="Boundary friction with a first-order phase transition: orbits, sweeps, figures.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -35,12 +78,6 @@ app = typer.Typer(
         "max_content_width": 160,  # columns: longer lines are hard to read
     },
 )
-_SWEEPS = (sweep, plan, status, check)
-_MOTIONS = (simulate, replay, explore)
-_FILES = (figure, plot, report, export, merge, schema, info)
-for verb in (*_SWEEPS, *_MOTIONS, *_FILES):
-    # Without a `short_help` the list of verbs cuts sentences at the end of a line.
-    app.command(short_help=(verb.__doc__ or "").partition("\n\n")[0])(verb)
 
 
 def main() -> None:

@@ -206,11 +206,12 @@ def _point(chosen: xr.Dataset) -> Point:
     try:
         written = read_mapping(_AXES.sub("", str(chosen.attrs["config"])), _SOURCE)
         values = {name: chosen[name].item() for name in PARAMETERS if name in chosen.variables}
+        config = _config_of(written, values)
         return Point(
-            config=_config_of(written, values),
+            config=config,
             where=_in_words(chosen, written["model"]),
             stored={n: chosen[n].item() for n in RESULT_COLUMNS if n in chosen.variables},
-            before=_line_before(chosen, written.get("follow")),
+            before=_line_before(chosen, config.parameters(), written.get("follow")),
             versions=_versions(chosen.attrs),
         )
     except ConfigError as error:
@@ -223,9 +224,11 @@ def _config_of(written: Mapping[str, Any], values: Mapping[str, float]) -> Confi
     return from_mapping(kept | {"model": values}, _SOURCE, older=True)
 
 
-def _line_before(chosen: xr.Dataset, followed: str | None) -> NDArray[np.float64]:
+def _line_before(
+    chosen: xr.Dataset, parameters: Parameters, followed: str | None
+) -> NDArray[np.float64]:
     """The points (n, parameters) of a followed line that lead to a point; none without `follow`."""
-    point = np.array([[chosen[name].item() for name in Parameters._fields]])
+    point = np.array([parameters])
     if followed is None:
         return point[:0]
     whole = from_mapping(read_mapping(str(chosen.attrs["config"]), _SOURCE), _SOURCE, older=True)

@@ -103,6 +103,14 @@ def test_a_file_from_before_a_parameter_is_complete_described_and_drawn(
     assert added_parameter("plot", "a.nc", "-o", "a.png").code == 0
 
 
+def test_a_point_of_a_file_from_before_a_parameter_is_computed_again(
+    added_parameter: Shell,
+) -> None:
+    code, out, err = added_parameter("replay", "a.nc", "--at", "T=225")
+    assert (code, err) == (0, "")
+    assert "variables are computed again with the bits of the file" in out
+
+
 @pytest.mark.parametrize("values", ["[0.3, 0.5]", "[0.5, 0.3]"])
 def test_a_file_from_before_a_parameter_grows_along_it(added_parameter: Shell, values: str) -> None:
     shell = added_parameter
