@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.marks import one_then
 
 from stickslip import Status
 from stickslip.options import Options
@@ -22,7 +23,7 @@ from sweeps.grid import Grid
 # Of these points some wander for hundreds of periods, and two never close.
 ODD = {
     "model": {"k": 22802, "K": 2349.9, "T": 205.9},
-    "sweep": {"omega": {"linspace": [34, 37], "num": 13}},
+    "sweep": {"omega": {"linspace": [34, 37], "num": 7}},
     "integrator": {"rtol": 1e-4},
     "stationary": {"rtol": 1e-4, "window": 40},
 }
@@ -75,7 +76,9 @@ def test_late_points_come_out_the_same() -> None:
     assert their_finals[~late].tobytes() == finals[~late].tobytes()
 
 
-@pytest.mark.parametrize("execution", [{"workers": 2}, {"block_points": 1}, {"backend": "loky"}])
+@pytest.mark.parametrize(
+    "execution", one_then("stress", [{"block_points": 1}, {"workers": 2}, {"backend": "loky"}])
+)
 def test_a_sweep_computes_them_together(
     execution: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
