@@ -36,7 +36,7 @@ test-fast: $(VENV)/.dev
 	$(BIN)/python -m pytest -n $(WORKERS) -m "not slow and not stress and not faults"
 
 stress: $(VENV)/.dev
-	$(BIN)/python -m pytest -n $(WORKERS) -m stress
+	$(BIN)/python -m pytest -n $(WORKERS) -m "stress or hypothesis" --hypothesis-profile=search
 	$(BIN)/python benchmarks/bench_stability.py
 	$(MAKE) --no-print-directory tables
 

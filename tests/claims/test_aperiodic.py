@@ -79,3 +79,21 @@ def test_an_orbit_that_closes_late_is_periodic(
     assert found.melting_count / periods == pytest.approx(meltings, abs=5e-3)
     assert found.floquet_multiplier < 1.0
     assert np.isnan(found.lyapunov_exponent)
+
+
+def test_a_slow_spiral_is_followed_to_its_orbit() -> None:
+    # A thin liquid film at a high frequency: the free motion of the block dies out in thousands of
+    # periods, growing and shrinking by turns. The force is that of 6000 periods of plain iteration.
+    p = Parameters(
+        temperature=100.0,
+        viscosity_coefficient=1e3,
+        spring_stiffness=300.0,
+        angular_frequency=133.0,
+        drive_amplitude=1.70017e-6,
+        block_mass=1.25,
+        kinetic_coefficient=10.0,
+    )
+    found = orbits(np.array(p)[None], max_periods=5000)
+    assert (found.status, found.orbit_periods) == (Status.OK, 1)
+    assert found.floquet_multiplier == pytest.approx(0.9976, abs=3e-4)
+    assert found.friction_force_amplitude == pytest.approx(3.65538e-5, rel=2e-6)

@@ -16,7 +16,7 @@ from stickslip import Parameters, Status, simulate
 from stickslip.regime import Regime
 from stickslip.variables import RESULT_COLUMNS
 
-COUNTS = ("orbit_periods", "melting_count")
+COUNTS = ("orbit_periods", "melting_count", "solid_transition_count")
 
 
 @pytest.mark.slow
@@ -160,7 +160,7 @@ def test_an_orbit_is_ok_with_its_invariants_or_says_why_not(changes: dict[str, f
     if not status.is_result:
         assert status in (Status.NOT_STATIONARY, Status.STEP_LIMIT)
         del found["periods_integrated"]
-        assert [found.pop(name) for name in COUNTS] == [-1, -1]
+        assert [found.pop(name) for name in COUNTS] == [-1] * len(COUNTS)
         assert found.pop("regime") == Regime.UNKNOWN
         assert all(np.isnan(value) for value in found.values())
         return
@@ -176,8 +176,11 @@ def test_an_orbit_is_ok_with_its_invariants_or_says_why_not(changes: dict[str, f
     for name in ("elastic_stress", "friction_force"):
         half = 0.5 * (found[f"{name}_max"] - found[f"{name}_min"])
         size = max(abs(found[f"{name}_max"]), abs(found[f"{name}_min"]))
-        assert found[f"{name}_amplitude"] == pytest.approx(half, rel=0, abs=1e-15 * size)
         assert half >= 0
+        if status is Status.OK:
+            assert found[f"{name}_amplitude"] == pytest.approx(half, rel=0, abs=1e-15 * size)
+        else:  # the mean of single periods, where max and min are those of the whole window
+            assert found[f"{name}_amplitude"] <= half * (1 + 1e-9)
         assert found[f"{name}_max"] >= found[f"{name}_min"]
     # Friction never does less than its elastic part asks for.
     assert found["friction_force_max"] >= p.contact_area * found["elastic_stress_max"] * (1 - 1e-9)

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip import Parameters
+from stickslip.compiled.decorators import jit
 from stickslip.model import film, noise, solids
 
 P, Q, R = 0.12, 0.4, 0.5
@@ -119,8 +120,7 @@ def test_the_order_of_transitions_under_a_slow_ramp_of_the_strain() -> None:
     phi, found, phase = solids.largest_order_parameter(TWO), [], "hard"
     for at in eps:
         B = film.melting_function(TWO, at)
-        for _ in range(60):  # long against the film, short against the ramp
-            phi = relaxed(phi, B)
+        phi = relaxed(TWO, phi, B)  # long against the film, short against the ramp
         now = "hard" if phi >= R else "soft" if P <= phi <= Q else "liquid" if phi < 0.01 else phase
         if now != phase:
             found.append((phase, now, at))
@@ -134,16 +134,16 @@ def test_the_order_of_transitions_under_a_slow_ramp_of_the_strain() -> None:
     np.testing.assert_allclose([step[2] for step in found], expected, atol=1e-9)
 
 
-def relaxed(phi: float, B: float, time: float = 0.2) -> float:
-    """phi after a time [s] under B, by small implicit steps, with the noise that lets it grow."""
-    steps = 40
-    for _ in range(steps):
-        force = film.log_force(TWO, phi, B) - noise.typical_path(TWO, 1.0 / phi) / 100.0
-        slope = film.log_force_slope(TWO, phi)
-        h = 100.0 * time / steps
+@jit
+def relaxed(p: Parameters, phi: float, B: float) -> float:
+    """phi after 12 s under B, by small implicit steps, with the noise that lets it grow."""
+    h = 100.0 * 12.0 / 2400
+    for _ in range(2400):
+        force = film.log_force(p, phi, B) - noise.typical_path(p, 1.0 / phi) / 100.0
+        slope = film.log_force_slope(p, phi)
         psi = math.log(phi) - h * force / (1.0 + h * max(slope, 0.0))
         phi = math.exp(min(max(psi, math.log(phi) - 2.0), math.log(phi) + 2.0))
-        phi = max(phi, noise.level(TWO))
+        phi = max(phi, noise.level(p))
     return phi
 
 

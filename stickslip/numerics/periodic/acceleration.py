@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.compiled.decorators import inline, jit
-from stickslip.numerics.periodic.convergence import REMEMBERED, distance, reach
+from stickslip.numerics.periodic.convergence import REMEMBERED, displacement, distance, reach
 
 # A ratio is measured where displacements are this many times the noise of the map, taken for one
 # tolerance of the integrator, and believed where the noise blurs its distance from 1 by no more
@@ -63,13 +63,6 @@ _SHORTFALL = 0.01
 
 # From this distance on the finer tolerance is taken.
 _COARSE = 1e-4
-
-
-@inline
-def displacement(memory: Any, newer: int, older: int) -> tuple[float, float]:
-    """Displacement of (x, v) between two remembered states."""
-    states, i, j = memory.states, newer % REMEMBERED, older % REMEMBERED
-    return states[i, 0] - states[j, 0], states[i, 1] - states[j, 1]
 
 
 @inline

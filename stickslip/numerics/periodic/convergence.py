@@ -71,6 +71,13 @@ def distance(memory: Any, newer: int, older: int) -> float:
 
 
 @inline
+def displacement(memory: Any, newer: int, older: int) -> tuple[float, float]:
+    """Displacement of (x, v) between two remembered states."""
+    states, i, j = memory.states, newer % REMEMBERED, older % REMEMBERED
+    return states[i, 0] - states[j, 0], states[i, 1] - states[j, 1]
+
+
+@inline
 def reach(ratio: float) -> float:
     """Remaining way to the limit in units of the last displacement, with its sign."""
     return ratio / (1.0 - ratio)
@@ -208,17 +215,49 @@ def wanders(memory: Any, newest: int, tolerance: float, noise: float) -> bool:
 
 @jit
 def _in_sight(memory: Any, newest: int, cycle: int, watched: int, blur: float) -> bool:
-    """Whether the displacements by `cycle` applications seldom grew, or seldom shrank.
+    """Whether the sequence approaches the cycle, or leaves it, at whatever pace.
 
-    At whatever pace: then it approaches the cycle, or leaves it.
+    Along a line its displacements by `cycle` applications then seldom grew, or seldom shrank. On a
+    spiral they grow and shrink by turns, but the areas between them go one way. Areas that stay as
+    they are say nothing: a motion round and round without end has such.
     """
-    first = newest - watched + 2 * cycle
+    rarely_grew, rarely_shrank = _trend(memory, newest, cycle, watched, blur, _moved)
+    if rarely_grew or rarely_shrank:
+        return True
+    rarely_grew, rarely_shrank = _trend(memory, newest, cycle, watched, blur, _swept)
+    return rarely_grew != rarely_shrank
+
+
+@jit
+def _trend(
+    memory: Any, newest: int, cycle: int, watched: int, blur: float, extent: Any
+) -> tuple[bool, bool]:
+    """Whether `extent` seldom grew, and seldom shrank, by more than what of it is noise."""
+    first = newest - watched + 3 * cycle
     grew, shrank, most = 0, 0, int(_SELDOM * (newest - first + 1))
     for newer in range(first, newest + 1):
-        moved = distance(memory, newer, newer - cycle)
-        before = distance(memory, newer - cycle, newer - 2 * cycle)
-        grew += 1 if moved > before + blur else 0
-        shrank += 1 if moved < before - blur else 0
+        now, noise = extent(memory, newer, cycle, blur)
+        before, _ = extent(memory, newer - cycle, cycle, blur)
+        grew += 1 if now > before + noise else 0
+        shrank += 1 if now < before - noise else 0
         if grew > most and shrank > most:
-            return False
-    return True
+            break
+    return grew <= most, shrank <= most
+
+
+@jit
+def _moved(memory: Any, newer: int, cycle: int, blur: float) -> tuple[float, float]:
+    """The length of the displacement by `cycle` applications, and what of it is noise."""
+    return distance(memory, newer, newer - cycle), blur
+
+
+@jit
+def _swept(memory: Any, newer: int, cycle: int, blur: float) -> tuple[float, float]:
+    """The area in (x, v) between the last two displacements, and what of it is noise.
+
+    A linear map multiplies it by its determinant, whatever the shape of the spiral.
+    """
+    last = displacement(memory, newer, newer - cycle)
+    before = displacement(memory, newer - cycle, newer - 2 * cycle)
+    longest = max(abs(last[0]), abs(last[1]), abs(before[0]), abs(before[1]))
+    return abs(last[0] * before[1] - last[1] * before[0]), blur * longest

@@ -21,7 +21,6 @@ from stickslip.numerics.linear import Vector
 from stickslip.numerics.periodic.acceleration import (
     LONGEST_JUMP,
     compare_landing,
-    displacement,
     jump,
     jump_failed,
     jump_outran,
@@ -33,6 +32,7 @@ from stickslip.numerics.periodic.convergence import (
     REMEMBERED,
     UNKNOWN,
     closing_cycle,
+    displacement,
     reach,
     stalled,
     wanders,

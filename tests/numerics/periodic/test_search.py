@@ -66,16 +66,33 @@ def test_without_acceleration_nothing_is_added(find: Find, ratio: float) -> None
 
 
 def test_a_spiral_is_followed_to_its_limit(find: Find) -> None:
-    turn = 0.95 * np.array([[math.cos(0.5), -math.sin(0.5)], [math.sin(0.5), math.cos(0.5)]])
-
-    def S(z: State, noise: float) -> State:
-        x, v = LIMIT[:2] + turn @ (np.array(z[:2]) - LIMIT[:2])
-        return x, v, LIMIT[2]
-
     for accelerate in (False, True):
-        found = find(S, accelerate=accelerate)
+        found = find(spiral(0.95, 0.5, 1.0), accelerate=accelerate)
         assert (found.verdict, found.cycle) == (search.SETTLED, 1)
         assert found.z == pytest.approx(LIMIT, abs=10 * TOL)
+
+
+def spiral(ratio: float, angle: float, thickness: float) -> Callable[[State, float], State]:
+    """Turns about the limit on ellipses: displacements grow and shrink on their way down."""
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    shape = np.diag([1.0, thickness])
+    A = ratio * shape @ turn @ np.linalg.inv(shape)
+
+    def S(z: State, noise: float) -> State:
+        x, v = LIMIT[:2] + A @ (np.array(z[:2]) - LIMIT[:2])
+        return x, v, LIMIT[2]
+
+    return S
+
+
+@pytest.mark.parametrize("thickness", [1.0, 0.2])
+@pytest.mark.parametrize("angle", [0.1, 0.52, 1.03, 2.2, 3.0])
+@pytest.mark.parametrize("ratio", [0.99, 0.996, 0.999])
+def test_a_slow_spiral_does_not_wander(
+    find: Find, ratio: float, angle: float, thickness: float
+) -> None:
+    found = find(spiral(ratio, angle, thickness), budget=3000)
+    assert found.verdict in (search.SETTLED, search.EXHAUSTED)
 
 
 # --- cycles --------------------------------------------------------------------------------------
