@@ -47,28 +47,28 @@ from stickslip.measure.results import relative_difference
 from stickslip.model import drive, solids
 from stickslip.model.rhs import equations, relative_state
 from stickslip.model.scaling import KEPT, LITERALS, Reduced
-from stickslip.model.state import WIDTH
+from stickslip.model.state import STATE
 from stickslip.numerics import step_control
 from stickslip.numerics.adaptive import make_adaptive
 from stickslip.numerics.linear import algebra, larger
 from stickslip.numerics.tableaus import RODAS4P2, RosenbrockTableau
-from stickslip.options import DEFAULTS, METHODS, Options
+from stickslip.options import DEFAULTS, METHODS, Options, Physics
 from stickslip.parameters import Parameters, ParameterValues
 from stickslip.variables import RESULT_COLUMNS
 
 __all__ = ["FIRST_STEP", "March", "end_states", "problem_of"]  # passed on, beside what is made here
 
 State = tuple[float, float, float]
-LAW = DEFAULTS.friction
+PHYSICS, WIDTH = DEFAULTS.physics, len(STATE)
 
 _LOOKS = 32  # at a step: enough that between two of them nothing is 1e-8 higher
 _record = accumulator(1, 0)
 _interpolate = algebra(WIDTH).interpolate
-_stress_and_force = equations(LAW).rounded_stress_and_force
+_observables = equations(PHYSICS).observables
 
 # --- the scalar adaptive drive --------------------------------------------------------------------
 
-FUNCTIONS: ProblemFunctions = problem_functions(LAW)
+FUNCTIONS: ProblemFunctions = problem_functions(PHYSICS)
 """The right-hand side, the Jacobian and the error weights of the model."""
 
 
@@ -117,7 +117,7 @@ def _scalar_periods(observed: bool) -> Any:
         for i in range(1, _LOOKS + 1):
             y = _interpolate(i / _LOOKS, y0, y1, d1, d2)
             phi = math.exp(y[2])
-            sigma, force = _stress_and_force(problem.p, y[1], phi, problem.u_s)
+            sigma, force = _observables(problem.p, y, phi, problem.u_s)
             _record.see_extremum(record, 0, STRESS_MAX, sigma, True)
             _record.see_extremum(record, 0, FORCE_MAX, force, True)
             _record.see_phase(record, 0, phi, solid, solids.MELTED_PART * solid, 0.0, True)
@@ -176,20 +176,20 @@ class Attempts(NamedTuple):
 
 def search(points: np.ndarray, options: Options) -> passes.Queue:
     """A queue of points after the search for their orbits."""
-    queue = reduced_queue(points, LAW)
-    work_through(queue, _search(options), LAW)
+    queue = reduced_queue(points, PHYSICS)
+    work_through(queue, _search(options), PHYSICS)
     return queue
 
 
 def attempts_of(points: np.ndarray, options: Options) -> Attempts:
     """What the three passes of `compute_orbits` take."""
-    queue, task = reduced_queue(points, LAW), _search(options)
+    queue, task = reduced_queue(points, PHYSICS), _search(options)
     measure = task._replace(mode=passes.MEASURE)
     finer = measure._replace(rtol=passes.REFINEMENT * options.rtol)
     counted = []
     for each in (task, measure, finer):
         before, begins = attempted(queue), queue.states.copy()
-        work_through(queue, each, LAW)
+        work_through(queue, each, PHYSICS)
         counted.append(attempted(queue) - before)
         if each is measure:
             queue.states[:] = begins
@@ -224,18 +224,18 @@ def measured(
     `queue` is left as it is.
     """
     fresh = passes.Queue(*(array.copy() for array in queue))
-    work_through(fresh, _search(options)._replace(mode=passes.MEASURE), LAW)
+    work_through(fresh, _search(options)._replace(mode=passes.MEASURE), PHYSICS)
     records = np.empty((len(points), RECORD))
-    conversion.write_records(points, half_periods(fresh), fresh.measured, records)
+    conversion.write_records(points, half_periods(fresh), fresh.measured, records, False)
     return _amplitudes(records), fresh.states
 
 
 def first_period(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
     """States (x, v, phi) in SI units after a period from the start, (n, 3), and its amplitudes."""
-    queue = reduced_queue(points, LAW)
+    queue = reduced_queue(points, PHYSICS)
     half_periods(queue)[:] = 2
     amplitudes, states = measured(queue, points, options)
-    conversion.restore_states(points, states)
+    conversion.restore_states(points, states, False)
     ends = states[:, :WIDTH].copy()
     ends[:, 2] = np.exp(ends[:, 2])
     return ends, amplitudes
@@ -265,8 +265,8 @@ def _search(options: Options) -> passes.Pass:
 def general_kernels() -> Iterator[None]:
     """Let the kernel for any rheological index do all points."""
 
-    def one_family(law: str, indices: np.ndarray) -> Iterator[tuple[Family, np.ndarray]]:
-        yield Family(law, None), np.arange(len(indices))
+    def one_family(physics: Physics, indices: np.ndarray) -> Iterator[tuple[Family, np.ndarray]]:
+        yield Family(physics, None), np.arange(len(indices))
 
     with patch.object(queues, "families", one_family):
         yield
@@ -282,6 +282,7 @@ def replaced_kernel(kernel: Any) -> Iterator[None]:
 def kernel_without_noise(gamma: float) -> Any:
     """A compiled kernel for a rheological index, without the closure of the noise."""
     fixed = dict(LITERALS) | {"rheological_index": gamma, "noise_intensity": 0.0}
+    fixed["film_thickness"] = 1.0
     values = make_tuple_maker(ParameterValues, "q", {n: f"q.{n}" for n in KEPT} | fixed, {})
     reduced = make_lane_reader(Reduced, SLOTS.parameters, get)
 
@@ -289,9 +290,9 @@ def kernel_without_noise(gamma: float) -> Any:
     def problem(lanes: np.ndarray, lane: int) -> Any:
         return problem_of(values(reduced(lanes, lane)), get(lanes, SLOTS.rtol, lane))
 
-    kernel = jit(passes.make_pass(problem, LAW))
-    nobody = reduced_queue(np.empty((0, len(Parameters._fields))), LAW)
-    kernel(nobody, passes.new_lanes(), _search(Options()), 0)
+    kernel = jit(passes.make_pass(problem, PHYSICS))
+    nobody = reduced_queue(np.empty((0, len(Parameters._fields))), PHYSICS)
+    kernel(nobody, passes.new_lanes(WIDTH), _search(Options()), 0)
     return kernel
 
 
@@ -338,12 +339,12 @@ def fixed_lanes(points: np.ndarray, dt: float, phi: float | None = None) -> Marc
     write_starts(points, states)
     if phi is not None:
         states[:, 2] = phi
-    return March(points, steps, states, LAW)
+    return March(points, steps, states, PHYSICS)
 
 
 def march_assembly(gamma: float, noisy: bool, measured: bool, lanes: March) -> str:
     """The machine code of the kernel for a rheological index, compiled anew."""
-    ((family, _),) = families(LAW, np.array([gamma]))
+    ((family, _),) = families(PHYSICS, np.array([gamma]))
     fresh = jit(march_kernel(family, noisy, measured).py_func).alone
     fresh(lanes.tasks, np.arange(1), 1)
     return str(fresh.inspect_asm(fresh.signatures[0]))
@@ -357,14 +358,14 @@ def fixed_amplitudes(lanes: March) -> np.ndarray:
 def reference_period(points: np.ndarray, finals: np.ndarray, rtol: float) -> np.ndarray:
     """Records (n, RECORD) in SI units of a period by the adaptive method from stroboscopic states.
 
-    `finals` (n, columns) as `points.FINAL_COLUMNS`.
+    `finals` (n, columns) as `points.final_columns`.
     """
-    queue, records = reduced_queue(points, LAW), np.empty((len(points), RECORD))
+    queue, records = reduced_queue(points, PHYSICS), np.empty((len(points), RECORD))
     queue.states[:] = finals
-    conversion.scale_states(points, queue.states)
+    conversion.scale_states(points, queue.states, False)
     half_periods(queue)[:] = 2
-    work_through(queue, passes.Pass(passes.MEASURE, rtol, rtol, 0, 10**9, False), LAW)
-    conversion.write_records(points, half_periods(queue), queue.measured, records)
+    work_through(queue, passes.Pass(passes.MEASURE, rtol, rtol, 0, 10**9, False), PHYSICS)
+    conversion.write_records(points, half_periods(queue), queue.measured, records, False)
     return records
 
 
@@ -379,7 +380,7 @@ def fixed_period(
     points, steps, start = row[None], np.empty(1, np.int64), final[None, :WIDTH].copy()
     start[:, 2] = np.exp(start[:, 2])
     write_steps(points, dt, steps)
-    march = March(points, steps, start, LAW)
+    march = March(points, steps, start, PHYSICS)
     march.start(np.arange(1))
     march.march(measured=True)
     records, ends = march.records(), march.states()

@@ -13,6 +13,16 @@ from numbers import Real
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+ADIABATIC, RELAXING = "adiabatic", "relaxing"
+
+STRAINS: Mapping[str, str] = MappingProxyType(
+    {
+        ADIABATIC: "it follows the relative velocity at once (Eq. 24)",
+        RELAXING: "it is a variable of its own (Eq. 23; adaptive method)",
+    }
+)
+"""How the elastic strain of the film is modelled."""
+
 
 @dataclass(frozen=True)
 class Method:
@@ -21,7 +31,7 @@ class Method:
     `module` has what it does: `compile_for`, `orbits`, `trajectory`, `largest_step`, `rounding`, as
     `kernels/adaptive/driver.py` describes them. `own_option` is the option that only this method
     uses; `max_steps` its budget of steps a point where none is given; `refines` whether finer
-    tolerances make it more accurate.
+    tolerances make it more accurate; `strains` the models of the strain that it knows.
     """
 
     meaning: str
@@ -30,6 +40,7 @@ class Method:
     max_steps: int
     accelerates: bool
     refines: bool
+    strains: tuple[str, ...]
 
     @property
     def kernels(self) -> Any:
@@ -46,6 +57,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             max_steps=20_000_000,  # a point of the paper's figures takes 1e4 to 1e6
             accelerates=True,
             refines=True,
+            strains=(ADIABATIC, RELAXING),
         ),
         "euler-cromer": Method(
             meaning="the paper's explicit scheme with a fixed step, order 1",
@@ -54,6 +66,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             max_steps=10**15,  # known beforehand: 1e10 a period at the paper's step
             accelerates=False,
             refines=False,
+            strains=(ADIABATIC,),
         ),
     }
 )
@@ -71,6 +84,16 @@ FRICTION_LAWS: Mapping[str, str] = MappingProxyType(
     }
 )
 """The laws of the viscous stress, each with the module that declares it."""
+
+
+class Physics(NamedTuple):
+    """Which equations are integrated; kernels are made for one of these."""
+
+    friction: str
+    strain: str = ADIABATIC
+
+    def __str__(self) -> str:
+        return self.friction + ("" if self.strain == ADIABATIC else f",strain={self.strain}")
 
 
 class Range(NamedTuple):
@@ -187,6 +210,7 @@ class Options:
     accelerate: bool = True
     noise: str = "typical-path"
     friction: str = "power-law"
+    strain: str = ADIABATIC
 
     def __post_init__(self) -> None:
         """Raise OptionError for a value that no computation could follow."""
@@ -195,15 +219,29 @@ class Options:
             raise OptionError("; ".join(complaints))
 
     def _complaints(self) -> Iterator[str]:
-        choices = {"method": METHODS, "noise": NOISE_TREATMENTS, "friction": FRICTION_LAWS}
+        choices = {
+            "method": METHODS,
+            "noise": NOISE_TREATMENTS,
+            "friction": FRICTION_LAWS,
+            "strain": STRAINS,
+        }
         for name, known in choices.items():
             value = getattr(self, name)
             if value not in known:
                 yield f"{name} must be one of {', '.join(known)}, not {value!r}"
+        method = METHODS.get(self.method)
+        if method and self.strain in STRAINS and self.strain not in method.strains:
+            able = [name for name, known in METHODS.items() if self.strain in known.strains]
+            yield f"strain {self.strain!r} needs the method {' or '.join(able)}"
         for name, option in OPTIONS.items():
             value = getattr(self, name)
             if not ((value is None and option.default is None) or option.range.holds(value)):
                 yield f"{name} must be {option.range}, not {value!r}"
+
+    @property
+    def physics(self) -> Physics:
+        """The equations that are integrated."""
+        return Physics(self.friction, self.strain)
 
     def settings(self) -> Settings:
         """The same as kernels take it."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.kernels.points import FINAL_COLUMNS
+from stickslip.kernels.points import final_columns
 from stickslip.measure.results import STATUS
 from stickslip.options import DEFAULTS, METHODS, NoiseError, Options
 from stickslip.parameters import Parameters
@@ -49,8 +49,8 @@ else:
     Orbit.__doc__ = """The observables of one stationary orbit, in SI units.
 
     `variables.RESULTS` has the meanings. Unless `status` is ok the amplitudes are NaN and the
-    counts -1. `state` is (x, v, ln phi) at the start of a drive period on the orbit, or where the
-    search ended.
+    counts -1. `state` is (x, v, ln phi), with a strain that relaxes behind
+    them, at the start of a drive period on the orbit, or where the search ended.
     """
     Orbit._repr_html_ = _orbit_as_html
 
@@ -100,7 +100,7 @@ def compute_orbits(
     results
         (n, columns) in the order of `variables.RESULT_COLUMNS`.
     finals
-        (n, columns) in the order of `kernels.points.FINAL_COLUMNS`.
+        (n, columns) in the order of `kernels.points.final_columns`.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def compute_orbits(
     """
     points, method = prepared_points(points, options.noise), METHODS[options.method]
     results = np.tile(failed_row(Status.REFUSED), (len(points), 1))
-    finals = np.full((len(points), len(FINAL_COLUMNS)), np.nan)
+    finals = np.full((len(points), len(final_columns(options.physics))), np.nan)
     stable = options.dt <= method.kernels.largest_step(points, options)
     starts = np.full_like(finals, np.nan) if starts is None else starts
     results[stable], finals[stable] = _orbits(points[stable], options, starts[stable], patience)
@@ -134,7 +134,7 @@ def _orbits(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Results (n, columns) and finals (n, columns) of points (n, parameters), as they come."""
     results = np.full((len(points), len(RESULT_COLUMNS)), np.nan)
-    finals = np.full((len(points), len(FINAL_COLUMNS)), np.nan)
+    finals = np.full((len(points), len(final_columns(options.physics))), np.nan)
     METHODS[options.method].kernels.orbits(points, options, starts, results, finals, patience)
     return results, finals
 
@@ -187,6 +187,7 @@ def stationary_orbit(
     dt: float = DEFAULTS.dt,
     noise: str = DEFAULTS.noise,
     friction: str = DEFAULTS.friction,
+    strain: str = DEFAULTS.strain,
     max_periods: int = DEFAULTS.max_periods,
     max_steps: int | None = DEFAULTS.max_steps,
     max_error: float = DEFAULTS.max_error,
@@ -208,6 +209,8 @@ def stationary_orbit(
         'typical-path', or 'none' for the deterministic equation.
     friction
         The law of the viscous stress, one of `options.FRICTION_LAWS`.
+    strain
+        The elastic strain: 'adiabatic' (Eq. 24) or 'relaxing', a variable of its own (Eq. 23).
     max_periods, max_steps
         Budgets of drive periods and of steps.
     max_error
@@ -238,6 +241,7 @@ def stationary_orbit(
         accelerate=accelerate,
         noise=noise,
         friction=friction,
+        strain=strain,
     )
     results, finals = compute_orbits(np.array(parameters or Parameters()), options)
     return orbit_of_row(results[0], finals[0])

@@ -16,32 +16,37 @@ _D_EFF_OVER_D = 0.28072974  # exp(E ln chi^2_1)
 
 
 def right_hand_side(t: float, y: np.ndarray, p: Parameters) -> list[float]:
-    """Rates of (x, v, ln phi) in SI units: Eqs. 2, 3, 10, 24, 26 and the noise closure."""
-    x, v, psi = y
+    """Rates of (x, v, ln phi) in SI units: Eqs. 2, 3, 10, 24, 26 and the noise closure.
+
+    With a strain behind them, of (x, v, ln phi, eps): Eq. 23 in place of Eq. 24.
+    """
+    x, v, psi, *own_strain = y
     phi = math.exp(psi)
     V = -p.drive_amplitude * p.angular_frequency * math.sin(p.angular_frequency * t)
-    force = friction_force(V - v, phi, p)
-    strain = (V - v) * p.strain_relaxation_time / p.film_thickness
+    adiabatic = (V - v) * p.strain_relaxation_time / p.film_thickness
+    strain = own_strain[0] if own_strain else adiabatic
+    force = friction_force(V - v, phi, p, strain)
     B = 2 * p.thermal_coefficient * (p.temperature - p.critical_temperature)
     B += p.elastic_coefficient * strain**2
     growth = B - p.cubic_coefficient * phi + p.quartic_coefficient * phi**2
     growth += -p.quintic_coefficient * phi**3 + p.sextic_coefficient * phi**4
     noise = _D_EFF_OVER_D * p.noise_intensity / max(phi**2, 1e-300)
     acceleration = (force - 2 * p.spring_stiffness * x) / p.block_mass
-    return [v, acceleration, noise - p.kinetic_coefficient * growth]
+    relaxing = [(adiabatic - strain) / p.strain_relaxation_time] * len(own_strain)
+    return [v, acceleration, noise - p.kinetic_coefficient * growth, *relaxing]
 
 
-def elastic_stress(u: float, phi: float, p: Parameters) -> float:
-    """Elastic stress [Pa], Eqs. 13 and 24, at the relative velocity `u` [m/s]."""
-    strain = u * p.strain_relaxation_time / p.film_thickness
-    return p.elastic_coefficient * phi**2 * strain
+def elastic_stress(u: float, phi: float, p: Parameters, strain: float | None = None) -> float:
+    """Elastic stress [Pa], Eq. 13, at the relative velocity `u` [m/s]: by Eq. 24 without a strain."""
+    adiabatic = u * p.strain_relaxation_time / p.film_thickness
+    return p.elastic_coefficient * phi**2 * (adiabatic if strain is None else strain)
 
 
-def friction_force(u: float, phi: float, p: Parameters) -> float:
+def friction_force(u: float, phi: float, p: Parameters, strain: float | None = None) -> float:
     """Friction force [N], Eqs. 10 and 11."""
     sign = 1.0 if u >= 0 else -1.0
     viscous = p.viscosity_coefficient * (abs(u) / p.film_thickness) ** (p.rheological_index + 1)
-    return (elastic_stress(u, phi, p) + sign * viscous) * p.contact_area
+    return (elastic_stress(u, phi, p, strain) + sign * viscous) * p.contact_area
 
 
 def starting_state(p: Parameters) -> list[float]:
@@ -63,24 +68,36 @@ def starting_state(p: Parameters) -> list[float]:
 
 
 def trajectory(
-    p: Parameters, times: np.ndarray, method: str = "LSODA", rtol: float = 1e-8
+    p: Parameters,
+    times: np.ndarray,
+    method: str = "LSODA",
+    rtol: float = 1e-8,
+    *,
+    relaxing: bool = False,
 ) -> np.ndarray:
     """States (x, v, ln phi) at `times` [s] from the start, shape (n, 3), by SciPy's `method`.
+
+    Where the strain is `relaxing`, (x, v, ln phi, eps), shape (n, 4).
 
     Raises RuntimeError where the solver gives up.
     """
     from scipy.integrate import solve_ivp
 
-    X_m = abs(p.drive_amplitude)
+    X_m, start = abs(p.drive_amplitude), starting_state(p)
+    sizes = [X_m, X_m * p.angular_frequency, 1.0]
+    if relaxing:  # the drive begins at rest
+        slope = p.strain_relaxation_time / p.film_thickness
+        start.append(-p.initial_velocity * slope)
+        sizes.append(X_m * p.angular_frequency * slope)
     solution = solve_ivp(
         right_hand_side,
         (float(times[0]), float(times[-1])),
-        starting_state(p),
+        start,
         method=method,
         t_eval=times,
         args=(p,),
         rtol=rtol,
-        atol=[rtol * X_m, rtol * X_m * p.angular_frequency, rtol],
+        atol=[rtol * size for size in sizes],
     )
     if not solution.success:
         raise RuntimeError(solution.message)

@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.kernels.trajectories import OBSERVABLES, observables_kernel, write_start
 from stickslip.measure.results import STATUS
-from stickslip.model.state import FILM, WIDTH
+from stickslip.model.state import FILM, components_of
 from stickslip.options import DEFAULTS, METHODS, Options
 from stickslip.orbit import compute_orbits, prepared_points
 from stickslip.parameters import Parameters
@@ -52,6 +52,7 @@ def simulate(
     dt: float = DEFAULTS.dt,
     noise: str = DEFAULTS.noise,
     friction: str = DEFAULTS.friction,
+    strain: str = DEFAULTS.strain,
     max_steps: int | None = DEFAULTS.max_steps,
     max_periods: int = DEFAULTS.max_periods,
 ) -> xr.Dataset:
@@ -65,12 +66,13 @@ def simulate(
         Length and sampling; periods*samples_per_period + 1 equidistant samples.
     start
         'initial': from (x_0, v_0, phi_0). 'stationary': on the orbit that this start leads to. Or a
-        state (x, v, ln phi) at phase 0 of the drive, such as `Orbit.state`.
+        state (x, v, ln phi, with a strain that relaxes behind them) at phase 0 of the drive, such
+        as `Orbit.state`.
     schedule
         Parameters that change along the run, with equally many values of each: `periods` at the
         first values, as many at the second, and so on (Fig. 6 of the paper). Each section begins
         in the state (x, v, phi) in which the one before ended, at phase 0 of the drive.
-    method, rtol, dt, noise, friction, max_steps, max_periods
+    method, rtol, dt, noise, friction, strain, max_steps, max_periods
         As for `stationary_orbit`; `max_steps` is the budget of each section.
 
     Returns
@@ -95,7 +97,6 @@ def simulate(
     """
     if periods < 1 or samples_per_period < 1:
         raise ValueError("periods and samples_per_period must be at least 1")
-    _refuse_unknown_start(start)
     sections = _sections(parameters or Parameters(), schedule or {})
     options = Options(
         method=method,
@@ -106,7 +107,9 @@ def simulate(
         max_periods=max_periods,
         noise=noise,
         friction=friction,
+        strain=strain,
     )
+    _refuse_unknown_start(start, _width(options))
     points = prepared_points(np.array(sections), noise)
     _refuse_unstable(points, options)
     state = _start_state(points[0], options, start)
@@ -148,8 +151,8 @@ def _refuse_unstable(points: np.ndarray, options: Options) -> None:
 def _sampled(
     point: np.ndarray, options: Options, state: np.ndarray, periods: int, per_period: int
 ) -> np.ndarray:
-    """The states (x, v, phi) at the sample times, shape (periods*per_period + 1, WIDTH)."""
-    samples = np.empty((periods * per_period + 1, WIDTH))
+    """The states (x, v, phi, ...) at the sample times, (periods*per_period + 1, width)."""
+    samples = np.empty((periods * per_period + 1, _width(options)))
     kernels = METHODS[options.method].kernels
     status = Status(kernels.trajectory(point, options, state, per_period, samples))
     if status is not Status.OK:
@@ -157,15 +160,21 @@ def _sampled(
     return samples
 
 
-def _refuse_unknown_start(start: StartName | Sequence[float]) -> None:
+def _width(options: Options) -> int:
+    """Number of state variables."""
+    return len(components_of(options.strain))
+
+
+def _refuse_unknown_start(start: StartName | Sequence[float], width: int) -> None:
     names = get_args(StartName)
     if isinstance(start, str):
         known = start in names
     else:
-        known = np.shape(start) == (WIDTH,) and bool(np.isfinite(start).all())
+        known = np.shape(start) == (width,) and bool(np.isfinite(start).all())
     if not known:
         raise ValueError(
-            f"start must be one of {names}, or a state (x, v, ln phi) of finite numbers; "
+            f"start must be one of {names}, or a state (x, v, ln phi{', strain' * (width > 3)}) "
+            "of finite numbers; "
             f"not {start!r}"
         )
 
@@ -173,7 +182,7 @@ def _refuse_unknown_start(start: StartName | Sequence[float]) -> None:
 def _start_state(
     point: np.ndarray, options: Options, start: StartName | Sequence[float]
 ) -> np.ndarray:
-    """The state (x, v, ln phi) at phase 0 from which a trajectory starts, shape (WIDTH,)."""
+    """The state (x, v, ln phi) at phase 0 from which a trajectory starts, shape (width,)."""
     if not isinstance(start, str):
         return np.array(start, dtype=float)
     if start == "stationary":
@@ -181,16 +190,16 @@ def _start_state(
         status = Status(int(results[0, STATUS]))
         if not status.is_result:
             raise IntegrationError(status, "No stationary start: ")
-        return finals[0, :WIDTH].copy()
-    state = np.empty(WIDTH)
+        return finals[0, :-1].copy()
+    state = np.empty(_width(options))
     write_start(point, state)
     return state
 
 
 def _state_of(sample: np.ndarray) -> np.ndarray:
-    """The state (x, v, ln phi) of a sample (x, v, phi), shape (WIDTH,)."""
+    """The state (x, v, ln phi) of a sample (x, v, phi, ...), shape (width,)."""
     with np.errstate(divide="ignore"):  # a fixed step may end at phi = 0
-        return np.where(np.arange(WIDTH) == FILM, np.log(np.abs(sample)), sample)
+        return np.where(np.arange(len(sample)) == FILM, np.log(np.abs(sample)), sample)
 
 
 def _section(
@@ -205,8 +214,8 @@ def _section(
 
     observables = np.empty((len(own), len(OBSERVABLES)))
     u_s = METHODS[options.method].kernels.rounding(parameters, options)
-    observables_kernel(options.friction)(np.array(parameters), own, samples, u_s, observables)
-    states = dict(zip(_SAMPLED, samples.T, strict=True))
+    observables_kernel(options.physics)(np.array(parameters), own, samples, u_s, observables)
+    states = dict(zip(_SAMPLED, samples.T, strict=False))  # a strain is an observable
     columns = states | dict(zip(OBSERVABLES, observables.T, strict=True))
     data = {
         name: (TIME, columns[name], attributes(TRAJECTORY[name]))

@@ -128,7 +128,9 @@ def colder(points: np.ndarray) -> np.ndarray:
 
 def adaptive_of_colder_films(monkeypatch: pytest.MonkeyPatch) -> None:
     reduced = adaptive.reduced_queue
-    monkeypatch.setattr(adaptive, "reduced_queue", lambda points, law: reduced(colder(points), law))
+    monkeypatch.setattr(
+        adaptive, "reduced_queue", lambda points, physics: reduced(colder(points), physics)
+    )
 
 
 def euler_cromer_of_colder_films(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -279,7 +279,7 @@ def test_an_older_file_is_read_with_neutral_values_and_not_with_todays_defaults(
 
 def test_a_resolved_config_names_the_neutral_value(second_law: None) -> None:
     old = from_mapping({}, older=True)
-    assert old.resolved()["film"] == {"friction": "power-law"}
+    assert old.resolved()["film"] == {"friction": "power-law", "strain": "adiabatic"}
     assert from_mapping(old.resolved()) == old
 
 

@@ -12,7 +12,7 @@ from stickslip import NoiseError, OptionError, Options, Parameters, Status, simu
 from stickslip.kernels.adaptive import conversion
 from stickslip.kernels.adaptive.passes import pass_kernel
 from stickslip.kernels.families import Family
-from stickslip.kernels.points import FINAL_COLUMNS
+from stickslip.kernels.points import final_columns
 from stickslip.options import DEFAULTS, METHODS
 from stickslip.orbit import Orbit, compute_orbits, failed_row, prepared_points, stationary_orbit
 from stickslip.regime import Regime
@@ -174,7 +174,7 @@ def test_points_are_left_as_they_are() -> None:
 def test_one_compiled_version_serves_all() -> None:
     compute_orbits(row(), Options(max_periods=1))
     compute_orbits(rows("temperature", [200, 210]), Options(rtol=np.float32(1e-3), max_steps=5))
-    law = DEFAULTS.friction
+    law = DEFAULTS.physics
     kernels = pass_kernel(Family(law, -2 / 3)), conversion.reduction_kernel(law)
     for kernel in (*kernels, conversion.write_results):
         assert len(kernel.signatures) == 1
@@ -183,7 +183,7 @@ def test_one_compiled_version_serves_all() -> None:
 def test_no_points_give_no_results() -> None:
     results, finals = compute_orbits(np.empty((0, len(Parameters._fields))), Options())
     assert results.shape == (0, len(RESULT_COLUMNS))
-    assert finals.shape == (0, len(FINAL_COLUMNS))
+    assert finals.shape == (0, len(final_columns(DEFAULTS.physics)))
 
 
 # --- budgets, refusals, noise ---------------------------------------------------------------------

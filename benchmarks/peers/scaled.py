@@ -19,7 +19,7 @@ from stickslip.model.rhs import equations
 from stickslip.options import DEFAULTS
 from stickslip.parameters import ParameterValues
 
-EQUATIONS = equations(DEFAULTS.friction)
+EQUATIONS = equations(DEFAULTS.physics)
 rhs, jacobian = EQUATIONS.rhs, EQUATIONS.jacobian
 
 # The flags of stickslip.compiled, for code that cannot be a kernel of it.

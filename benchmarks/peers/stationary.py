@@ -20,7 +20,7 @@ from stickslip.kernels.points import parameters_of
 from stickslip.kernels.trajectories import write_start
 from stickslip.parameters import Parameters
 
-stress_and_force = EQUATIONS.stress_and_force
+stress_and_force = EQUATIONS.exact
 
 _TURN = 2.0 * np.pi
 _LONGEST_CYCLE = 8

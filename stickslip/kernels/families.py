@@ -2,7 +2,7 @@
 
 A law of friction names rheological indices for which the compiler makes better code; points with
 these go to kernels of their own, all others to a general one. Kernels are made when they are first
-asked for, by factories that are given the law and the index.
+asked for, by factories that are given the physics and the index.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip.model.laws import friction_law
+from stickslip.options import Physics
 
 KIND = ("rheological_index", "sextic_coefficient")
 """The parameters that decide on the family of a point."""
@@ -24,25 +25,25 @@ class Family(NamedTuple):
     `sextic` where their free energy goes to sixth order.
     """
 
-    law: str
+    physics: Physics
     gamma: float | None
     sextic: bool = False
 
     def __str__(self) -> str:
         gamma = "any" if self.gamma is None else f"{self.gamma:.17g}"
-        return f"{self.law},gamma={gamma}{',sextic' if self.sextic else ''}"
+        return f"{self.physics},gamma={gamma}{',sextic' if self.sextic else ''}"
 
 
-def families(law: str, kinds: np.ndarray) -> Iterator[tuple[Family, np.ndarray]]:
+def families(physics: Physics, kinds: np.ndarray) -> Iterator[tuple[Family, np.ndarray]]:
     """The families that occur among points of these kinds (n, 2), in the order of `KIND`.
 
     Each comes with the positions (m,) of its members.
     """
-    special = friction_law(law).special_indices
+    special = friction_law(physics.friction).special_indices
     indices, has_sextic = kinds[:, 0], kinds[:, 1] > 0.0
     for sextic in (False, True):
         for index in (*special, None):
             same = indices == index if index is not None else ~np.isin(indices, list(special))
             members = np.flatnonzero(same & (has_sextic == sextic))
             if len(members):
-                yield Family(law, index, sextic), members
+                yield Family(physics, index, sextic), members

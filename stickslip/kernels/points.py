@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from stickslip.compiled.fields import make_row_reader
-from stickslip.model.state import STATE
+from stickslip.model.state import components_of
+from stickslip.options import Physics
 from stickslip.parameters import ParameterValues
 
 parameters_of = make_row_reader(ParameterValues)
 """Inline: the parameters held by a row of numbers in the order of `Parameters._fields`."""
 
-FINAL_COLUMNS = (*(component.name for component in STATE), "step")
-"""Columns of a final row: the stroboscopic state (x, v, ln phi) on the orbit, the next step."""
-
 FIRST_STEP = 1e-6
 """The first step as a part of the drive period: short against every rate of the paper's figures,
 and the controller lengthens it six-fold a step."""
+
+
+def final_columns(physics: Physics) -> tuple[str, ...]:
+    """Columns of a final row: the stroboscopic state (x, v, ln phi, ...), the next step."""
+    return (*(component.name for component in components_of(physics.strain)), "step")

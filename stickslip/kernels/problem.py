@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.elementary import exponentials
-from stickslip.model import film, noise
+from stickslip.model import film, friction, noise
 from stickslip.model.rhs import Equations, equations
 from stickslip.model.solids import Thresholds, thresholds
-from stickslip.model.state import State
+from stickslip.model.state import State, components_of
+from stickslip.options import ADIABATIC, Physics
 from stickslip.parameters import Parameters
 
 # An error of the velocity counts also by the error of the force that it makes, against this many
@@ -58,6 +59,9 @@ class ProblemFunctions(NamedTuple):
 
     equations: Equations
 
+    width: int
+    """Number of state variables."""
+
     rhs: Callable[..., State]
     """(problem, t, y): the rates of the state."""
 
@@ -65,13 +69,13 @@ class ProblemFunctions(NamedTuple):
     """(problem, t, y): the rows of the Jacobian, and d(rhs)/dt."""
 
     error_weight: Callable[..., State]
-    """(problem, y, J): weights [1/m, s/m, 1] with which the errors of (x, u, ln phi) count."""
+    """(problem, y, J): weights [1/m, s/m, 1, 1] with which the errors of y count."""
 
 
 @cache
-def problem_functions(law: str) -> ProblemFunctions:
-    """What a drive needs, with the law of friction of this name."""
-    bound = equations(law)
+def problem_functions(physics: Physics) -> ProblemFunctions:
+    """What a drive needs to integrate these physics."""
+    bound = equations(physics)
     model_rhs, model_jacobian, has_cusp = bound.rhs, bound.jacobian, bound.law.has_cusp
 
     @inline
@@ -87,13 +91,33 @@ def problem_functions(law: str) -> ProblemFunctions:
         p = problem.p
         X_m = abs(p.drive_amplitude)
         V_m = X_m * p.angular_frequency
-        locking = 2.0 * p.spring_stiffness * X_m + p.block_mass * p.angular_frequency * V_m
-        force = V_m * (-J[1][1] * p.block_mass) / (_FORCE_WEIGHT * locking)
+        force = V_m * (-J[1][1] * p.block_mass) / (_FORCE_WEIGHT * _locking_force(p))
         if has_cusp(p):  # the slope of the rounded cusp grows with the tolerance
             force = _LARGEST_AT_CUSP if force > _LARGEST_AT_CUSP else force
         return 1.0 / X_m, (1.0 + force) / V_m, _film_weight(p, y[2])
 
-    return ProblemFunctions(bound, rhs, jacobian, error_weight)
+    @inline
+    def relaxing_weight(problem: Problem, y: State, J: tuple[State, ...]) -> State:
+        p = problem.p
+        x_weight, u_weight, psi_weight = error_weight(problem, y, J)
+        # An error of the strain counts like that of the velocity that it belongs to in the end,
+        # by itself and by its force.
+        V_m = abs(p.drive_amplitude) * p.angular_frequency
+        strain = V_m * friction.strain_slope(p)
+        force = strain * (-J[1][3] * p.block_mass) / (_FORCE_WEIGHT * _locking_force(p))
+        return x_weight, u_weight, psi_weight, (1.0 + force) / strain
+
+    weight = error_weight if physics.strain == ADIABATIC else relaxing_weight
+    width = len(components_of(physics.strain))
+    return ProblemFunctions(bound, width, rhs, jacobian, weight)
+
+
+@inline
+def _locking_force(p: Parameters) -> float:
+    """The sum of the forces that springs and inertia of a locked block need [N]."""
+    X_m = abs(p.drive_amplitude)
+    V_m = X_m * p.angular_frequency
+    return 2.0 * p.spring_stiffness * X_m + p.block_mass * p.angular_frequency * V_m
 
 
 @inline

@@ -11,21 +11,20 @@ from stickslip.compiled.decorators import inline, jit, kernel, kernel_factory, n
 from stickslip.compiled.fields import make_map
 from stickslip.kernels.points import FIRST_STEP, parameters_of
 from stickslip.kernels.problem import Problem, problem_functions, problem_of
-from stickslip.model import drive, film, friction, noise
+from stickslip.model import drive, film, noise
+from stickslip.model.relaxing import starting_state_with_strain
 from stickslip.model.rhs import (
     block_acceleration,
     equations,
     film_melting_function,
-    relative_state,
     relative_velocity,
-    starting_state,
 )
-from stickslip.model.state import WIDTH, State
+from stickslip.model.state import FILM, STATE, State, components_of
 from stickslip.numerics.adaptive import OK, make_adaptive
 from stickslip.numerics.euler_cromer import make_euler_cromer
 from stickslip.numerics.linear import algebra
 from stickslip.numerics.tableaus import RODAS4P2
-from stickslip.options import Settings
+from stickslip.options import Physics, Settings
 from stickslip.parameters import Parameters
 
 OBSERVABLES = (
@@ -38,36 +37,39 @@ OBSERVABLES = (
 )
 """What `observables_kernel` computes; the names are those of `variables.TRAJECTORY`."""
 
-_interpolate = algebra(WIDTH).interpolate
-_row_state = make_map("row_state", "row", (f"row[{i}]" for i in range(WIDTH)), {})
-
 
 class Samples(NamedTuple):
-    """Rows (n, WIDTH) for the states at the phase times j dt, and the number of the next one."""
+    """Rows (n, width) for the states at the phase times j dt, and the number of the next one."""
 
     rows: np.ndarray
     cursor: np.ndarray
     dt: float
 
 
-@jit
-def _sample_step(t: float, h: float, y0: State, y1: State, d1: Any, d2: Any, s: Samples) -> None:
-    """Write the states at the sample times within a step."""
-    rows, cursor = s.rows, s.cursor
-    while cursor[0] < rows.shape[0] and cursor[0] * s.dt < t + h:
-        y = _interpolate((cursor[0] * s.dt - t) / h, y0, y1, d1, d2)
-        for component in range(rows.shape[1]):
-            rows[cursor[0], component] = y[component]
-        cursor[0] += 1
+def _make_sample_step(width: int) -> Any:
+    """What writes the states at the sample times within a step."""
+    interpolate = algebra(width).interpolate
+
+    @jit
+    def sample_step(t: float, h: float, y0: State, y1: State, d1: Any, d2: Any, s: Samples) -> None:
+        rows, cursor = s.rows, s.cursor
+        while cursor[0] < rows.shape[0] and cursor[0] * s.dt < t + h:
+            y = interpolate((cursor[0] * s.dt - t) / h, y0, y1, d1, d2)
+            for component in range(rows.shape[1]):
+                rows[cursor[0], component] = y[component]
+            cursor[0] += 1
+
+    return sample_step
 
 
-def _make_trajectory(period_map: Any, own_state: Any, motion: Any) -> Any:
-    """The sampling of one trajectory with one method.
+def _make_trajectory(width: int, period_map: Any, own_state: Any, motion: Any) -> Any:
+    """The sampling of one trajectory of states of so many components with one method.
 
     `period_map(p, settings, y, h, budget, samples)` gives (y, h, steps, status) after a drive
-    period; `own_state(p, y)` turns (x, v, ln phi) at phase 0 into the method's own state,
-    `motion(p, t, y)` that into (x, v, phi) at phase time t.
+    period; `own_state(p, y)` turns (x, v, ln phi, ...) at phase 0 into the method's own state,
+    `motion(p, t, y)` that into (x, v, phi, ...) at phase time t.
     """
+    row_state = make_map(f"row_state[{width}]", "row", (f"row[{i}]" for i in range(width)), {})
 
     def trajectory(
         point: np.ndarray,
@@ -77,7 +79,7 @@ def _make_trajectory(period_map: Any, own_state: Any, motion: Any) -> Any:
         samples: np.ndarray,
     ) -> int:
         p, last = parameters_of(point), samples.shape[0] - 1
-        y, h, steps, status = own_state(p, _row_state(start)), FIRST_STEP * drive.period(p), 0, OK
+        y, h, steps, status = own_state(p, row_state(start)), FIRST_STEP * drive.period(p), 0, OK
         dt = drive.period(p) / per_period
         for first in range(0, last, per_period):
             rows = samples[first : first + per_period]
@@ -89,22 +91,12 @@ def _make_trajectory(period_map: Any, own_state: Any, motion: Any) -> Any:
         for component in range(samples.shape[1]):
             samples[last, component] = y[component]
         for i in range(samples.shape[0]):
-            sample = motion(p, (i % per_period) * dt, _row_state(samples[i]))
+            sample = motion(p, (i % per_period) * dt, row_state(samples[i]))
             for component in range(samples.shape[1]):
                 samples[i, component] = sample[component]
         return status
 
     return trajectory
-
-
-@inline
-def _relative(p: Parameters, y: State) -> State:
-    return relative_state(p, 0.0, y)
-
-
-@inline
-def _motion(p: Parameters, t: float, y: State) -> State:
-    return _with_phi(p, relative_state(p, t, y))
 
 
 @inline
@@ -118,23 +110,35 @@ def _as_it_is(p: Parameters, t: float, y: State) -> State:
 
 
 @kernel_factory
-def adaptive_trajectory(law: str) -> Any:
+def adaptive_trajectory(physics: Physics) -> Any:
     """The kernel of a trajectory by the adaptive method.
 
     It maps (point, settings, start, per_period, samples) to the Status as an integer: `point`
-    (parameters,); `start` (WIDTH,) the state (x, v, ln phi) at phase 0; `samples`
-    (periods*per_period + 1, WIDTH) receives (x, v, phi) at equal times.
+    (parameters,); `start` (width,) the state (x, v, ln phi, ...) at phase 0; `samples`
+    (periods*per_period + 1, width) receives (x, v, phi, ...) at equal times.
     """
-    functions = problem_functions(law)
+    functions = problem_functions(physics)
+    width, relative_state = functions.width, functions.equations.relative_state
+    sample_step = _make_sample_step(width)
+    numbered = (f"exp(y[{i}])" if i == FILM else f"y[{i}]" for i in range(width))
+    with_phi = make_map(f"with_phi[{width}]", "y", numbered, {"exp": math.exp})
+
+    @inline
+    def relative(p: Parameters, y: State) -> State:
+        return relative_state(p, 0.0, y)
+
+    @inline
+    def motion(p: Parameters, t: float, y: State) -> State:
+        return with_phi(relative_state(p, t, y))
 
     @inline
     def observe(
         problem: Problem, t: float, h: float, y0: State, y1: State, d1: State, d2: State, s: Samples
     ) -> None:
-        _sample_step(t, h, y0, y1, d1, d2, s)
+        sample_step(t, h, y0, y1, d1, d2, s)
 
     rhs, jacobian, weight = functions.rhs, functions.jacobian, functions.error_weight
-    travel = make_adaptive(rhs, jacobian, weight, observe, RODAS4P2, algebra(WIDTH))
+    travel = make_adaptive(rhs, jacobian, weight, observe, RODAS4P2, algebra(width))
 
     @jit
     def period(
@@ -143,17 +147,17 @@ def adaptive_trajectory(law: str) -> Any:
         problem = problem_of(p, settings.rtol)
         return travel(problem, settings.rtol, 0.0, drive.period(p), y, h, budget, s)
 
-    trajectory = _make_trajectory(period, _relative, _motion)
-    return named_kernel(f"adaptive_trajectory[{law}]", trajectory)
+    trajectory = _make_trajectory(width, period, relative, motion)
+    return named_kernel(f"adaptive_trajectory[{physics}]", trajectory)
 
 
 @kernel_factory
-def euler_cromer_trajectory(law: str) -> Any:
+def euler_cromer_trajectory(physics: Physics) -> Any:
     """The kernel of a trajectory by Euler-Cromer; as `adaptive_trajectory`.
 
     The drive period is divided evenly, so a step may be a little below dt.
     """
-    stress_and_force = equations(law).stress_and_force
+    stress_and_force, sample_step = equations(physics).exact, _make_sample_step(len(STATE))
 
     @inline
     def increments(p: Parameters, t: float, dt: float, y: State) -> tuple[float, float]:
@@ -167,7 +171,7 @@ def euler_cromer_trajectory(law: str) -> Any:
     @inline
     def observe(p: Parameters, t: float, h: float, y0: State, y1: State, s: Samples) -> None:
         zero = (0.0, 0.0, 0.0)
-        _sample_step(t, h, y0, y1, zero, zero, s)
+        sample_step(t, h, y0, y1, zero, zero, s)
 
     march = make_euler_cromer(increments, observe)
 
@@ -179,20 +183,22 @@ def euler_cromer_trajectory(law: str) -> Any:
         y, used, status = march(p, 0.0, drive.period(p), steps, y, budget, s)
         return y, h, used, status
 
-    trajectory = _make_trajectory(period, _with_phi, _as_it_is)
-    return named_kernel(f"euler_cromer_trajectory[{law}]", trajectory)
+    trajectory = _make_trajectory(len(STATE), period, _with_phi, _as_it_is)
+    return named_kernel(f"euler_cromer_trajectory[{physics}]", trajectory)
 
 
 @kernel_factory
-def observables_kernel(law: str) -> Any:
-    """The kernel of what follows from the states (x, v, phi) of a trajectory.
+def observables_kernel(physics: Physics) -> Any:
+    """The kernel of what follows from the states (x, v, phi, ...) of a trajectory.
 
-    It takes `point` (parameters,), `times` (n,), `samples` (n, WIDTH), the speed `u_s` [m/s] below
+    It takes `point` (parameters,), `times` (n,), `samples` (n, width), the speed `u_s` [m/s] below
     which the method rounded a cusp of the law, and writes `observables` (n, 6), in the order of
     OBSERVABLES.
     """
-    bound = equations(law)
-    stress_and_force, rounded = bound.rounded_stress_and_force, bound.law.rounded
+    bound, width = equations(physics), len(components_of(physics.strain))
+    observables_at, rounded, strain = bound.observables, bound.law.rounded, bound.strain
+    values = ["row[0]", "u", *(f"row[{i}]" for i in range(2, width))]
+    own_state = make_map(f"own_state[{width}]", "row, u", values, {})
 
     def observables_of(
         point: np.ndarray,
@@ -205,17 +211,18 @@ def observables_kernel(law: str) -> Any:
         for i in range(times.shape[0]):
             t, row = times[i], observables[i]
             u = relative_velocity(p, t, samples[i, 1])
+            y = own_state(samples[i], u)  # with phi in place of its logarithm, which nobody needs
             row[0], row[1] = drive.upper_displacement(p, t), drive.upper_velocity(p, t)
-            row[2] = friction.elastic_strain(p, u)
-            row[3], row[5] = stress_and_force(p, u, samples[i, 2], u_s)
+            row[2] = strain(p, y)
+            row[3], row[5] = observables_at(p, y, samples[i, 2], u_s)
             row[4] = rounded(p, u, u_s)[0]
 
-    return named_kernel(f"observables[{law}]", observables_of)
+    return named_kernel(f"observables[{physics}]", observables_of)
 
 
 @kernel
 def write_start(point: np.ndarray, state: np.ndarray) -> None:
-    """Write the start (x, v, ln phi) of the parameters `point` (n,) into `state` (WIDTH,)."""
-    y = starting_state(parameters_of(point))
-    for component in range(WIDTH):
+    """Write the start (x, v, ln phi, ...) of the parameters `point` (n,) into `state` (width,)."""
+    y = starting_state_with_strain(parameters_of(point))
+    for component in range(state.shape[0]):
         state[component] = y[component]

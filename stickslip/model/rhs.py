@@ -1,6 +1,7 @@
 """The equations of motion: Eq. 3 with x' = v, and Eq. 26 for ln(phi).
 
-What is integrated is (x, u, psi). With the relative velocity u = V - v as unknown the slip of a
+What is integrated is (x, u, psi), with the elastic strain behind them where it relaxes
+(`relaxing.py`). With the relative velocity u = V - v as unknown the slip of a
 locked block, parts in 1e5 of the drive, is known to the tolerance, and with it the steep friction
 force. psi = ln(phi) neither underflows nor changes sign, and grows linearly in time while the film
 is liquid.
@@ -11,13 +12,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.elementary import exponentials
 from stickslip.model import drive, film, friction, noise
 from stickslip.model.laws import FrictionLaw, friction_law
 from stickslip.model.state import State
+from stickslip.options import ADIABATIC, Physics
 from stickslip.parameters import Parameters
 
 
@@ -28,12 +30,6 @@ def relative_velocity(p: Parameters, t: float, v: float) -> float:
 
 
 @inline
-def relative_state(p: Parameters, t: float, y: State) -> State:
-    """(x, V - v, psi) of (x, v, psi) at phase time `t` [s]; its own inverse."""
-    return y[0], relative_velocity(p, t, y[1]), y[2]
-
-
-@inline
 def block_acceleration(p: Parameters, x: float, F: float) -> float:
     """Acceleration of the lower block [m/s2], Eq. 3."""
     return (F - 2.0 * p.spring_stiffness * x) / p.block_mass
@@ -41,7 +37,7 @@ def block_acceleration(p: Parameters, x: float, F: float) -> float:
 
 @inline
 def film_melting_function(p: Parameters, u: float) -> float:
-    """Melting function B [J/m3] (Eq. 15) at relative velocity `u`."""
+    """Melting function B [J/m3] (Eq. 15) at relative velocity `u`, in the adiabatic limit."""
     return film.melting_function(p, friction.elastic_strain(p, u))
 
 
@@ -52,52 +48,105 @@ def starting_state(p: Parameters) -> State:
     return p.initial_displacement, p.initial_velocity, math.log(phi)
 
 
+@inline
+def stress_and_force(p: Parameters, phi: float, eps: float, sigma_v: float) -> tuple[float, float]:
+    """Elastic stress [Pa] (Eq. 13) and friction force [N] (Eq. 10) of a film under a strain.
+
+    `sigma_v` is the viscous stress [Pa].
+    """
+    sigma_el = film.elastic_stress(p, phi, eps)
+    return sigma_el, friction.friction_force(p, sigma_el, sigma_v)
+
+
 class Equations(NamedTuple):
-    """The equations of motion with one law of friction, as inline functions."""
+    """The equations of motion of one `Physics`, as inline functions.
+
+    y is the state that is integrated, (x, u, psi) or (x, u, psi, eps).
+    """
 
     law: FrictionLaw
 
-    stress_and_force: Callable[..., tuple[float, float]]
-    """(p, u, phi): elastic stress [Pa] (Eq. 13) and friction force [N] (Eq. 10)."""
+    exact: Callable[..., tuple[float, float]]
+    """(p, u, phi): elastic stress [Pa] and friction force [N] in the adiabatic limit, the cusp of
+    the law as it is."""
 
-    rounded_stress_and_force: Callable[..., tuple[float, float]]
-    """(p, u, phi, u_s): the same where a cusp of the law is rounded for |u| < u_s [m/s]."""
+    relative_state: Callable[..., State]
+    """(p, t, y): (x, V - v, ...) of (x, v, ...) at phase time t [s]; its own inverse."""
+
+    strain: Callable[..., float]
+    """(p, y): the elastic strain."""
 
     rhs: Callable[..., State]
-    """(p, t, y, u_s): rates of (x, u, psi) [m/s, m/s2, 1/s] at phase time t [s]; with u_s > 0 a
-    cusp of the law is rounded."""
+    """(p, t, y, u_s): rates of y [m/s, m/s2, 1/s, 1/s] at phase time t [s]; with u_s > 0 a cusp of
+    the law is rounded for |u| < u_s [m/s]."""
 
     jacobian: Callable[..., tuple[State, ...]]
     """(p, t, y, u_s): the rows of d(rhs)/dy, and d(rhs)/dt behind them."""
+
+    observables: Callable[..., tuple[float, float]]
+    """(p, y, phi, u_s): elastic stress [Pa] and friction force [N], of y and its phi = exp(psi)."""
 
     observables_and_rates: Callable[..., tuple[float, float, float, float]]
     """(p, t, y, u_s): elastic stress [Pa], friction force [N] and their rates along the motion.
     From Eqs. 10 and 13 with phi' = phi psi': where a rate changes sign, there is an extremum."""
 
+    power: Callable[..., float]
+    """(p, V, y, F): the power [W] of the drive at the velocity V [m/s] of the upper block, under a
+    friction force F [N], less what the film dissipates. Where it stores nothing it is F v."""
+
+    stored_energy: Callable[..., float] | None
+    """(p, y): the energy [J] that the film may give back; None where it stores nothing."""
+
 
 @cache
-def equations(law_name: str) -> Equations:
-    """The equations of motion with the law of friction of this name."""
-    law = friction_law(law_name)
-    stress, rounded = law.stress, law.rounded
+def equations(physics: Physics) -> Equations:
+    """The equations of motion of these physics."""
+    if physics.strain == ADIABATIC:
+        return _adiabatic_equations(friction_law(physics.friction))
+    from stickslip.model.relaxing import relaxing_equations
+
+    return relaxing_equations(friction_law(physics.friction))
+
+
+@inline
+def relative_state(p: Parameters, t: float, y: State) -> State:
+    """(x, V - v, psi) of (x, v, psi) at phase time `t` [s]; its own inverse."""
+    return y[0], relative_velocity(p, t, y[1]), y[2]
+
+
+@inline
+def _strain(p: Parameters, y: State) -> float:
+    return friction.elastic_strain(p, y[1])
+
+
+@inline
+def _power(p: Parameters, V: float, y: State, F: float) -> float:
+    return F * (V - y[1])
+
+
+def make_exact(law: FrictionLaw) -> Any:
+    """`Equations.exact` of a law."""
+    stress = law.stress
 
     @inline
-    def stress_and_force(p: Parameters, u: float, phi: float) -> tuple[float, float]:
-        sigma_el = film.elastic_stress(p, phi, friction.elastic_strain(p, u))
-        return sigma_el, friction.friction_force(p, sigma_el, stress(p, u))
+    def exact(p: Parameters, u: float, phi: float) -> tuple[float, float]:
+        return stress_and_force(p, phi, friction.elastic_strain(p, u), stress(p, u))
+
+    return exact
+
+
+def _adiabatic_equations(law: FrictionLaw) -> Equations:
+    rounded = law.rounded
 
     @inline
-    def rounded_stress_and_force(
-        p: Parameters, u: float, phi: float, u_s: float
-    ) -> tuple[float, float]:
-        sigma_el = film.elastic_stress(p, phi, friction.elastic_strain(p, u))
-        return sigma_el, friction.friction_force(p, sigma_el, rounded(p, u, u_s)[0])
+    def observables(p: Parameters, y: State, phi: float, u_s: float) -> tuple[float, float]:
+        return stress_and_force(p, phi, _strain(p, y), rounded(p, y[1], u_s)[0])
 
     @inline
     def rhs(p: Parameters, t: float, y: State, u_s: float) -> State:
         x, u, psi = y
         phi, inverse_phi = exponentials(psi)
-        _, F = rounded_stress_and_force(p, u, phi, u_s)
+        _, F = observables(p, y, phi, u_s)
         u_rate = drive.upper_acceleration(p, t) - block_acceleration(p, x, F)
         force = film.log_force(p, phi, film_melting_function(p, u))
         psi_rate = noise.typical_path(p, inverse_phi) - p.kinetic_coefficient * force
@@ -129,7 +178,7 @@ def equations(law_name: str) -> Equations:
     ) -> tuple[float, float, float, float]:
         _, u, psi = y
         phi, _ = exponentials(psi)
-        sigma_el, F = rounded_stress_and_force(p, u, phi, u_s)
+        sigma_el, F = observables(p, y, phi, u_s)
         _, u_rate, psi_rate = rhs(p, t, y, u_s)
         mu, eps_u = film.shear_modulus(p, phi), friction.strain_slope(p)
         sigma_rate = mu * eps_u * (u_rate + 2.0 * u * psi_rate)
@@ -137,5 +186,14 @@ def equations(law_name: str) -> Equations:
         return sigma_el, F, sigma_rate, (sigma_rate + sigma_v_rate) * p.contact_area
 
     return Equations(
-        law, stress_and_force, rounded_stress_and_force, rhs, jacobian, observables_and_rates
+        law=law,
+        exact=make_exact(law),
+        relative_state=relative_state,
+        strain=_strain,
+        rhs=rhs,
+        jacobian=jacobian,
+        observables=observables,
+        observables_and_rates=observables_and_rates,
+        power=_power,
+        stored_energy=None,
     )

@@ -1,9 +1,9 @@
 """The nondimensional model: time 1/omega, length |X_m|, mass M, and the film's in 1/delta.
 
 The equations keep their form under scalings of their units (docs/equations.md). Together these turn
-X_m, omega, M, h and delta into 1, which leaves few parameters, no division by a parameter, and a
-state whose components are the ones that tolerances refer to. A drive with X_m < 0 is the mirror
-image of its positive twin.
+X_m, omega, M, h and delta into 1 (h where the strain follows at once), which leaves few parameters,
+no division by a parameter, and a state whose components are the ones that tolerances refer to. A
+drive with X_m < 0 is the mirror image of its positive twin.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from stickslip.compiled.decorators import inline
 from stickslip.compiled.fields import make_tuple_maker
 from stickslip.model import film, solids
 from stickslip.model.laws import friction_law
+from stickslip.options import ADIABATIC, Physics
 from stickslip.parameters import Parameters, ParameterValues
 from stickslip.variables import PARAMETERS
 
@@ -25,7 +26,6 @@ LITERALS: Mapping[str, float] = {
     "angular_frequency": 1.0,
     "drive_amplitude": 1.0,
     "block_mass": 1.0,
-    "film_thickness": 1.0,
     "kinetic_coefficient": 1.0,
     "initial_displacement": 0.0,
     "initial_velocity": 0.0,
@@ -66,6 +66,7 @@ class Units(NamedTuple):
     stress: float
     force: float
     time: float
+    strain: float
 
 
 class _Scales(NamedTuple):
@@ -75,16 +76,27 @@ class _Scales(NamedTuple):
     length: float
     speed: float
     rate: float
-    """Strain rate at the speed of the drive [1/s]."""
+    """Strain rate [1/s] that is 1."""
     energy: float
-    """delta/omega [m3/J]: what makes an energy density or a stress of the film a number."""
+    """delta/omega [m3/J]: what makes an energy density of the film a number."""
+    stress: float
+    """What makes a stress a number [1/Pa]."""
+    strain: float
+    """The strain that is 1."""
+    thickness: float
+    """The film's, in units of its own."""
+    relaxation: float
+    """What makes the relaxation time of the strain a number [1/s]."""
     inertia: float
     """M omega^2 [N/m]."""
 
 
 @inline
 def units_of(p: Parameters) -> Units:
-    """Units of length [m], speed [m/s], stress [Pa], force [N] and time [s] for `p`."""
+    """Units of length [m], speed [m/s], stress [Pa], force [N], time [s] and strain for `p`.
+
+    In the adiabatic limit; where the strain relaxes, `relaxing_units_of`.
+    """
     X_m, omega = p.drive_amplitude, p.angular_frequency
     sign = math.copysign(1.0, X_m)
     return Units(
@@ -93,26 +105,59 @@ def units_of(p: Parameters) -> Units:
         sign * (omega / p.kinetic_coefficient),
         p.block_mass * (omega * omega) * X_m,
         1.0 / omega,
+        sign,
     )
+
+
+@inline
+def relaxing_units_of(p: Parameters) -> Units:
+    """The same where the strain is a variable of its own."""
+    u, strain = units_of(p), _relaxing_scales_of(p).strain
+    return Units(u.length, u.speed, u.stress / strain, u.force, u.time, u.strain * strain)
 
 
 @inline
 def _scales_of(p: Parameters) -> _Scales:
     omega, length = p.angular_frequency, abs(p.drive_amplitude)
+    rate, energy = length / p.film_thickness * omega, p.kinetic_coefficient / omega
     return _Scales(
         omega=omega,
         length=length,
         speed=length * omega,
-        rate=length / p.film_thickness * omega,
-        energy=p.kinetic_coefficient / omega,
+        rate=rate,
+        energy=energy,
+        stress=energy,
+        strain=1.0,
+        thickness=1.0,
+        relaxation=rate,  # the strain is a length over h
         inertia=p.block_mass * (omega * omega),
+    )
+
+
+@inline
+def _relaxing_scales_of(p: Parameters) -> _Scales:
+    """Where the strain is a variable of its own it is 1 at the speed of the drive."""
+    s = _scales_of(p)
+    omega, time = s.omega, p.strain_relaxation_time
+    strain = s.rate * time
+    return _Scales(
+        omega=omega,
+        length=s.length,
+        speed=s.speed,
+        rate=omega * strain,
+        energy=s.energy,
+        stress=s.energy * strain,  # with the strain it makes an energy
+        strain=strain,
+        thickness=omega * time,  # so that the strain slope is 1
+        relaxation=omega,
+        inertia=s.inertia,
     )
 
 
 _BY_UNIT: Mapping[str, str] = {
     "1": "p.{name}",
-    "Pa": "p.{name} * s.energy",
-    "Pa s": "p.{name} * s.energy * s.rate",
+    "Pa": "p.{name} * s.stress",
+    "Pa s": "p.{name} * s.stress * s.rate",
     "J m-3": "p.{name} * s.energy",
     "N m-1": "p.{name} / s.inertia",
     "s-1": "p.{name} / s.omega",
@@ -124,20 +169,25 @@ _BY_UNIT: Mapping[str, str] = {
 
 _SPECIAL: Mapping[str, str] = {
     "temperature": "heating(p) * s.energy",
-    "strain_relaxation_time": "p.{name} * s.rate",  # the strain is a length over h
-    "contact_area": "p.{name} / s.length / s.inertia / s.energy",  # a force over a stress
+    "elastic_coefficient": "p.{name} * s.energy * (s.strain * s.strain)",
+    "film_thickness": "s.thickness",
+    "strain_relaxation_time": "p.{name} * s.relaxation",
+    "contact_area": "p.{name} / s.length / s.inertia / s.stress",  # a force over a stress
 }
 
 
 @cache
-def reduction(law_name: str) -> Callable[[Parameters], Reduced]:
+def reduction(physics: Physics) -> Callable[[Parameters], Reduced]:
     """The inline function that gives the parameters `p` in the units of `units_of`.
+
+    Or of `relaxing_units_of`.
 
     Raises KeyError for a parameter whose unit is in no table: it must say how it is scaled.
     """
-    law = friction_law(law_name)
+    law = friction_law(physics.friction)
+    scales_of = _scales_of if physics.strain == ADIABATIC else _relaxing_scales_of
     names: dict[str, Any] = {f"law_{name}": function for name, function in law.scaled.items()}
-    by_law = {name: f"law_{name}(p, s.rate, 1.0 / s.energy)" for name in law.scaled}
+    by_law = {name: f"law_{name}(p, s.rate, 1.0 / s.stress)" for name in law.scaled}
     values = {
         name: by_law.get(name) or _SPECIAL.get(name) or _BY_UNIT[PARAMETERS[name].units]
         for name in KEPT
@@ -149,24 +199,28 @@ def reduction(law_name: str) -> Callable[[Parameters], Reduced]:
 
     @inline
     def reduced(p: Parameters) -> Reduced:
-        return make(p, _scales_of(p), solids.thresholds(p))
+        return make(p, scales_of(p), solids.thresholds(p))
 
     return reduced
 
 
-def literals_of(index: float | None, *, sextic: bool) -> dict[str, float]:
+def literals_of(index: float | None, *, sextic: bool, relaxing: bool = False) -> dict[str, float]:
     """The parameters that are written out as literals for a family of fluids."""
     known = {} if index is None else {"rheological_index": index}
+    known |= {} if relaxing else {"film_thickness": 1.0}
     return known if sextic else known | dict.fromkeys(HIGHEST, 0.0)
 
 
 @cache
-def model_values(index: float | None, *, sextic: bool = True) -> Callable[..., ParameterValues]:
+def model_values(
+    index: float | None, *, sextic: bool = True, relaxing: bool = False
+) -> Callable[..., ParameterValues]:
     """The inline function that gives reduced parameters as the model's functions take them.
 
     With the rheological index as a literal, or that of the parameters for None; with the highest
-    coefficients of the free energy only where it is `sextic`.
+    coefficients of the free energy only where it is `sextic`, a thickness only where the strain is
+    `relaxing`.
     """
     values: dict[str, Any] = {name: f"q.{name}" for name in KEPT} | dict(LITERALS)
-    values |= literals_of(index, sextic=sextic)
+    values |= literals_of(index, sextic=sextic, relaxing=relaxing)
     return make_tuple_maker(ParameterValues, "q", values, {})

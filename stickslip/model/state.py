@@ -13,13 +13,15 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from stickslip.options import ADIABATIC
+
 State = tuple[float, ...]
 
 
 class Component(NamedTuple):
     """A state variable.
 
-    `unit` names the field of `scaling.Units` that it is measured in ("" for a pure number);
+    `unit` names the field of `scaling.Units` that it is measured in ("" where it is its own);
     `mirror` is its sign under the odd half-period symmetry; `weight` tells how its repetition is
     judged: ln(phi) repeats to a thousand tolerances, since it is slaved to the motion and swings
     by hundreds. Values below `floor` are judged as equal: a film without noise that has melted for
@@ -33,7 +35,7 @@ class Component(NamedTuple):
     floor: float
 
 
-STATE = (
+STATE: tuple[Component, ...] = (
     Component("displacement", unit="length", mirror=-1.0, weight=1.0, floor=-math.inf),
     Component("velocity", unit="speed", mirror=-1.0, weight=1.0, floor=-math.inf),
     Component("log_order_parameter", unit="", mirror=1.0, weight=1e-3, floor=-300.0),
@@ -42,5 +44,10 @@ STATE = (
 FILM = [component.name for component in STATE].index("log_order_parameter")
 """Index of ln(phi)."""
 
-WIDTH = len(STATE)
-"""Number of state variables."""
+STRAIN = Component("elastic_strain", unit="strain", mirror=-1.0, weight=1.0, floor=-math.inf)
+"""The elastic strain, where it is a variable of its own."""
+
+
+def components_of(strain: str) -> tuple[Component, ...]:
+    """The state variables of a model of the strain, one of `options.STRAINS`."""
+    return STATE if strain == ADIABATIC else (*STATE, STRAIN)

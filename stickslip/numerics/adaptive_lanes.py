@@ -22,7 +22,10 @@ from stickslip.numerics.tableaus import RosenbrockTableau
 
 
 class Slots(NamedTuple):
-    """Where the numbers of a lane lie; the vectors take one slot a component from there on."""
+    """Where the numbers of a lane lie; the vectors take one slot a component from there on.
+
+    What comes before the vectors lies where it is for any number of components.
+    """
 
     time: int
     end: int
@@ -44,20 +47,22 @@ class Slots(NamedTuple):
     """1 where the step has shrunk to rounding."""
     event: int
     """1 where any of this needs attention."""
+    parameters: int
+    """The first of the slots in which the user of the lanes keeps what is his."""
     state: int
     old: int
     """The state at the begin of the step tried last ..."""
     d1: int
     d2: int
     """... and the coefficients of its continuous extension."""
-    parameters: int
-    """The first slot behind: what the user of the lanes keeps there."""
+    total: int
+    """How many there are."""
 
 
-def slots_for(width: int) -> Slots:
-    """The slots of lanes whose state has so many components."""
+def slots_for(width: int, room: int) -> Slots:
+    """The slots of lanes whose state has so many components, with `room` for what a user keeps."""
     scalars = Slots._fields.index("state")
-    vectors = (scalars + width * i for i in range(len(Slots._fields) - scalars))
+    vectors = (scalars - 1 + room + width * i for i in range(len(Slots._fields) - scalars))
     return Slots(*range(scalars), *vectors)
 
 
@@ -68,15 +73,16 @@ def make_attempt(
     parameters: Callable[..., Any],
     tableau: RosenbrockTableau,
     algebra: Algebra,
+    room: int,
 ) -> Any:
     """One attempted step in every lane, of y' = rhs(p, t, y) with p = parameters(lanes, lane).
 
-    The other arguments are those of `make_adaptive`. What comes back maps the array of lanes to
-    nothing: lanes that have arrived at their end stay there.
+    `room` as of `slots_for`; the other arguments are those of `make_adaptive`. What comes
+    back maps the array of lanes to nothing: lanes that have arrived at their end stay there.
     """
     step, defect_error = make_step(rhs, tableau, algebra), make_defect_error(algebra)
     largest, choose = algebra.largest, algebra.choose
-    slots = slots_for(algebra.width)
+    slots = slots_for(algebra.width, room)
     array, vectors = lane_array(LANES), lane_vectors(LANES, algebra.width)
     get, put, get_vector, put_vector = array.get, array.put, vectors.get, vectors.put
 

@@ -25,7 +25,15 @@ from pydantic import (
 from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import ValidationInfo, literal_schema
 
-from stickslip.options import DEFAULTS, FRICTION_LAWS, METHODS, NOISE_TREATMENTS, OPTIONS
+from stickslip.options import (
+    ADIABATIC,
+    DEFAULTS,
+    FRICTION_LAWS,
+    METHODS,
+    NOISE_TREATMENTS,
+    OPTIONS,
+    STRAINS,
+)
 from sweeps.config.diagnostics import UNREADABLE, Located, quoted
 from sweeps.config.numbers import number, text, whole
 from sweeps.figure_table import FIGURES
@@ -204,6 +212,11 @@ class Film(Section):
 
     friction: Annotated[str, _one_of(FRICTION_LAWS), Neutral("power-law")] = Field(
         DEFAULTS.friction, description="law of the viscous stress"
+    )
+    strain: Annotated[str, _one_of(STRAINS), Neutral(ADIABATIC)] = Field(
+        DEFAULTS.strain,
+        description="the elastic strain; "
+        + "; ".join(f"{name}: {meaning}" for name, meaning in STRAINS.items()),
     )
 
 

@@ -26,6 +26,7 @@ def options_of(config: Config) -> Options:
         accelerate=config.stationary.accelerate,
         noise=config.noise.treatment,  # stochastic is refused on reading
         friction=config.film.friction,
+        strain=config.film.strain,
     )
 
 

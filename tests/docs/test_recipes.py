@@ -217,16 +217,17 @@ def test_a_step_that_is_left_out_is_an_error_and_no_wrong_number(step: str, tmp_
         "from stickslip import Options, Parameters\n"
         "from stickslip.kernels.adaptive import conversion\n"
         "from stickslip.kernels.stability import fastest_rate\n"
-        f"law = Options(friction={law!r}).friction\n"
+        f"physics = Options(friction={law!r}).physics\n"
         "points = np.array([Parameters()])\n"
-        "print(fastest_rate(points, law))\n"
+        "print(fastest_rate(points, physics.friction))\n"
         "from stickslip.kernels.trajectories import observables_kernel\n"
-        "observables_kernel(law)(points[0], np.zeros(1), np.ones((1, 3)), 0.0, np.zeros((1, 6)))\n"
+        "observables_kernel(physics)(\n"
+        "    points[0], np.zeros(1), np.ones((1, 3)), 0.0, np.zeros((1, 6)))\n"
         "from stickslip.kernels.adaptive.passes import new_queue\n"
         "queue = new_queue(np.zeros((1, 40)), np.zeros((1, 4)))\n"
         "orbits = conversion.Orbits(np.zeros((1, 4)), queue.measured.copy(), np.zeros((1, 4)),\n"
         "    np.zeros(1, bool), np.zeros((1, 2)), np.zeros(1))\n"
-        "conversion.write_results(points, queue, orbits, 1e-6, np.zeros((1, 30)))\n"
+        "conversion.write_results(points, queue, orbits, 1e-6, False, np.zeros((1, 30)))\n"
     )
     done = output_of(code, copy, cache=copy / "cache")
     assert done.returncode != 0

@@ -25,7 +25,7 @@ from stickslip.measure.accumulate import (
     RECORD,
     STRESS_MAX,
 )
-from stickslip.model.state import WIDTH
+from stickslip.model.state import STATE
 from stickslip.options import DEFAULTS, METHODS
 from stickslip.variables import PARAMETERS
 
@@ -64,16 +64,16 @@ def by_lanes(method: str) -> Measured:
 
 def adaptive_lanes() -> tuple[np.ndarray, np.ndarray]:
     points = np.array(list(POINTS.values()))
-    queue = queues.reduced_queue(points, DEFAULTS.friction)
+    queue = queues.reduced_queue(points, DEFAULTS.physics)
     queue.counts[:, CYCLE] = 2
     for mode in (TRAVEL, MEASURE):  # a period without a record: the very start is in none
         task = Pass(mode, TOLERANCE, TOLERANCE, 0, 10**7, False)
-        queues.work_through(queue, task, DEFAULTS.friction)
+        queues.work_through(queue, task, DEFAULTS.physics)
     assert np.all(queue.counts[:, OUTCOME] == Status.OK)
     records = np.empty((len(points), RECORD))
-    conversion.write_records(points, queue.counts[:, CYCLE], queue.measured, records)
-    conversion.restore_states(points, queue.states)
-    states = queue.states[:, :WIDTH]
+    conversion.write_records(points, queue.counts[:, CYCLE], queue.measured, records, False)
+    conversion.restore_states(points, queue.states, False)
+    states = queue.states[:, :-1]
     return np.column_stack([states[:, :2], np.exp(states[:, 2])]), records
 
 
@@ -86,7 +86,7 @@ def euler_cromer_lanes() -> tuple[np.ndarray, np.ndarray]:
 def by_twin(method: str, p: Parameters) -> tuple[np.ndarray, np.ndarray]:
     if method == "euler-cromer":
         return euler_cromer_period(p, FAST_DT)[:2]
-    start = np.empty(WIDTH)
+    start = np.empty(len(STATE))
     write_start(np.array(p), start)
     begin = adaptive_periods(p, start, 1, TOLERANCE)[0][-1]
     states, record = adaptive_periods(p, begin, 1, TOLERANCE)

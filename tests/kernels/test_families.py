@@ -12,17 +12,18 @@ from stickslip import Options, Status
 from stickslip.kernels.families import Family, families
 from stickslip.measure.results import STATUS
 from stickslip.model.laws import friction_law
-from stickslip.options import FRICTION_LAWS
+from stickslip.options import FRICTION_LAWS, Physics
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 
 LAW = "power-law"
+PHYSICS = Physics(LAW)
 EXTREMA = [i for i, name in enumerate(RESULT_COLUMNS) if name.endswith(("_max", "_min"))]
 COUNTS = [RESULT_COLUMNS.index(name) for name in ("orbit_periods", "melting_count")]
 
 
 def members(indices: list[float]) -> dict[float | None, list[int]]:
-    found = families(LAW, np.array([(index, 0.0) for index in indices]).reshape(-1, 2))
+    found = families(PHYSICS, np.array([(index, 0.0) for index in indices]).reshape(-1, 2))
     return {family.gamma: positions.tolist() for family, positions in found}
 
 
@@ -53,8 +54,8 @@ def test_families_that_do_not_occur_are_not_compiled() -> None:
 def test_names_tell_families_apart(law: str) -> None:
     # The name of a family names its kernels, and their entries in the cache.
     gammas = [*friction_law(law).special_indices, None]
-    assert len({str(Family(law, gamma)) for gamma in gammas}) == len(gammas)
-    assert str(Family(law, 0.1)) == f"{law},gamma=0.10000000000000001"
+    assert len({str(Family(Physics(law), gamma)) for gamma in gammas}) == len(gammas)
+    assert str(Family(Physics(law), 0.1)) == f"{law},gamma=0.10000000000000001"
 
 
 @pytest.mark.parametrize("gamma", GAMMAS)

@@ -10,7 +10,7 @@ from support.parameters import random_parameters
 from stickslip import reference
 from stickslip.model import noise
 from stickslip.model.rhs import Equations, equations, relative_state, starting_state
-from stickslip.options import FRICTION_LAWS
+from stickslip.options import FRICTION_LAWS, Physics
 from stickslip.parameters import Parameters
 
 INDICES = [-2 / 3, -0.5, 0.0, 1 / 3, 2 / 3]
@@ -20,7 +20,7 @@ WEIGHTS = (1 / 12, -8 / 12, 8 / 12, -1 / 12)
 
 @pytest.fixture(scope="module", params=FRICTION_LAWS)
 def model(request: pytest.FixtureRequest) -> Equations:
-    return equations(request.param)
+    return equations(Physics(request.param))
 
 
 class Case(NamedTuple):
@@ -69,7 +69,7 @@ def derivative(
         values.append(model.rhs(p, at[3], tuple(at[:3]), u_s))
     # What rounding leaves of the largest terms.
     psi = y[2]
-    _, F = model.stress_and_force(p, u, math.exp(psi))
+    _, F = model.exact(p, u, math.exp(psi))
     heating = 2 * p.thermal_coefficient * (p.temperature + p.critical_temperature)
     strain = u * p.strain_relaxation_time / p.film_thickness
     sizes = np.array(
@@ -87,7 +87,7 @@ def derivative(
 
 @pytest.mark.parametrize("gamma", INDICES)
 def test_the_right_hand_side_agrees_with_the_independent_twin(gamma: float) -> None:
-    model = equations("power-law")  # the only law that the twin knows
+    model = equations(Physics("power-law"))  # the only law that the twin knows
     for p, t, y, u in cases(gamma):
         x, _, psi = y
         speed, omega = abs(p.drive_amplitude) * p.angular_frequency, p.angular_frequency
@@ -152,7 +152,7 @@ def test_a_rounding_far_below_the_slip_changes_little(
 ) -> None:
     for p, t, y, u in cases(gamma, 50):
         sharp, blunt = model.rhs(p, t, y, 0.0), model.rhs(p, t, y, 1e-3 * abs(u))
-        F = abs(model.stress_and_force(p, u, math.exp(y[2]))[1])
+        F = abs(model.exact(p, u, math.exp(y[2]))[1])
         spring = 2 * p.spring_stiffness * abs(y[0])
         # |gamma|/2 times the square of the ratio of speeds, of the viscous part of the force.
         assert abs(blunt[1] - sharp[1]) <= (4e-7 * F + 1e-13 * (F + spring)) / p.block_mass
@@ -168,15 +168,11 @@ def test_the_rates_of_stress_and_force_are_their_derivatives_along_the_motion(
         rates = np.array(model.rhs(p, t, y, 0.0))
         u_dot, psi_dot = rates[1:]
         sigma, F, sigma_rate, F_rate = model.observables_and_rates(p, t, y, 0.0)
-        assert (sigma, F) == pytest.approx(
-            model.stress_and_force(p, u, math.exp(y[2])), rel=1e-9, abs=0
-        )
+        assert (sigma, F) == pytest.approx(model.exact(p, u, math.exp(y[2])), rel=1e-9, abs=0)
         # A time in which neither the slip nor ln(phi) nor the drive changes by more than 1e-3.
         step = 1e-3 / max(abs(u_dot / u), abs(psi_dot), p.angular_frequency)
         values = [
-            model.stress_and_force(
-                p, u + times * step * u_dot, math.exp(y[2] + times * step * psi_dot)
-            )
+            model.exact(p, u + times * step * u_dot, math.exp(y[2] + times * step * psi_dot))
             for times in FIVE_POINTS
         ]
         differences = np.dot(WEIGHTS, values) / step

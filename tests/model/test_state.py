@@ -5,11 +5,12 @@ import pytest
 
 from stickslip.model import scaling
 from stickslip.model.rhs import equations, starting_state
-from stickslip.model.state import STATE, WIDTH
-from stickslip.options import FRICTION_LAWS
+from stickslip.model.state import STATE
+from stickslip.options import FRICTION_LAWS, Physics
 from stickslip.parameters import Parameters
 
 PAPER = Parameters()
+WIDTH = len(STATE)
 MIRROR = np.array([component.mirror for component in STATE])
 
 
@@ -41,14 +42,14 @@ def test_the_start_is_a_state() -> None:
 
 @pytest.mark.parametrize("law", FRICTION_LAWS)
 def test_the_equations_have_the_width_of_the_table(law: str) -> None:
-    model, y = equations(law), starting_state(PAPER)
+    model, y = equations(Physics(law)), starting_state(PAPER)
     assert len(model.rhs(PAPER, 0.1, y, 0.0)) == WIDTH
     assert np.shape(model.jacobian(PAPER, 0.1, y, 0.0)) == (WIDTH + 1, WIDTH)
 
 
 @pytest.mark.parametrize("law", FRICTION_LAWS)
 def test_the_rates_of_the_mirror_image_are_the_mirror_image_of_the_rates(law: str) -> None:
-    rhs, rng = equations(law).rhs, np.random.default_rng(1)
+    rhs, rng = equations(Physics(law)).rhs, np.random.default_rng(1)
     for gamma in (-2 / 3, 0.0, 0.7):
         p = PAPER._replace(rheological_index=gamma)
         mirrored = p._replace(drive_amplitude=-p.drive_amplitude)  # what half a period does

@@ -18,7 +18,7 @@ from stickslip.numerics.linear import algebra
 from stickslip.numerics.tableaus import RODAS4P2
 
 START = (0.4, 1.0, 0.7)
-SLOTS = slots_for(3)
+SLOTS = slots_for(3, 1)
 STATE, OLD = (list(range(first, first + 3)) for first in (SLOTS.state, SLOTS.old))
 
 _get = lane_array(LANES).get
@@ -59,13 +59,13 @@ def speed(values, lane):
     return _get(values, SLOTS.parameters, lane)
 
 
-attempt = make_attempt(rhs, jacobian, unit_weight, speed, RODAS4P2, algebra(3))
+attempt = make_attempt(rhs, jacobian, unit_weight, speed, RODAS4P2, algebra(3), 1)
 scalar = make_adaptive(rhs, jacobian, unit_weight, count, RODAS4P2, algebra(3))
 
 
 def loaded(speeds: np.ndarray, rtols: np.ndarray, ends: np.ndarray, h: float = 1e-3) -> np.ndarray:
     """Lanes at the start, one problem in each."""
-    table = np.zeros((SLOTS.parameters + 1, LANES))
+    table = np.zeros((SLOTS.total, LANES))
     for slot, value in (
         (SLOTS.end, ends), (SLOTS.step, h), (SLOTS.rtol, rtols), (SLOTS.grows, 1.0),
         (SLOTS.remembered, step_control.START), (SLOTS.limit, np.inf), (SLOTS.parameters, speeds),
@@ -187,20 +187,20 @@ def test_after_a_rejection_an_accepted_step_does_not_grow() -> None:
 
 @pytest.mark.parametrize("width", [1, 2, 3, 4])
 def test_the_slots_of_a_lane_do_not_overlap(width: int) -> None:
-    slots = slots_for(width)
+    slots = slots_for(width, 7)
     vectors = ("state", "old", "d1", "d2")
     taken = [
         getattr(slots, name) + i
         for name in Slots._fields
-        for i in range(width if name in vectors else 1)
+        for i in range(width if name in vectors else 7 if name == "parameters" else 1)
     ]
-    assert taken == list(range(slots.parameters + 1))  # no gap either
+    assert taken == list(range(slots.total + 1))  # no gap either
 
 
 # --- another width -------------------------------------------------------------------------------
 
 
-TWO = slots_for(2)
+TWO = slots_for(2, 1)
 
 
 @inline
@@ -225,9 +225,9 @@ def stiffness(values, lane):
 
 def test_a_state_of_two_variables_is_integrated_as_well() -> None:
     attempt = make_attempt(
-        oscillation, oscillation_jacobian, two_weights, stiffness, RODAS4P2, algebra(2)
+        oscillation, oscillation_jacobian, two_weights, stiffness, RODAS4P2, algebra(2), 1
     )
-    table = np.zeros((TWO.parameters + 1, LANES))
+    table = np.zeros((TWO.total, LANES))
     for slot, value in (
         (TWO.end, 2.0), (TWO.step, 1e-3), (TWO.rtol, 1e-8), (TWO.grows, 1.0),
         (TWO.remembered, step_control.START), (TWO.limit, np.inf),

@@ -10,6 +10,7 @@ from stickslip.compiled.decorators import inline
 from stickslip.kernels.problem import ProblemFunctions, problem_functions
 from stickslip.model.laws import FrictionLaw
 from stickslip.model.rhs import equations
+from stickslip.options import Physics
 from stickslip.parameters import Parameters
 
 NAME = "integrated-10-per-cent-high"
@@ -53,6 +54,6 @@ LAW = FrictionLaw(
 )
 
 
-def measured_otherwise(law: str) -> ProblemFunctions:
+def measured_otherwise(physics: Physics) -> ProblemFunctions:
     """What `problem_functions` is replaced by."""
-    return problem_functions(law)._replace(equations=equations("power-law"))
+    return problem_functions(physics)._replace(equations=equations(Physics("power-law")))

@@ -32,7 +32,7 @@ def march_of(points: list[Parameters], dt: float | np.ndarray) -> March:
     for i, step in enumerate(np.broadcast_to(dt, count).tolist()):
         write_steps(array[i : i + 1], step, steps[i : i + 1])
     write_starts(array, starts)
-    return March(array, steps, starts, DEFAULTS.friction)
+    return March(array, steps, starts, DEFAULTS.physics)
 
 
 def period(

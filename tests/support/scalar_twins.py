@@ -45,7 +45,7 @@ from stickslip.options import DEFAULTS
 _record = accumulator(1, 0)
 _clear = _record.clear
 _see_extremum, _see_phase, _see_work = _record.see_extremum, _record.see_phase, _record.see_work
-_stress_and_force = equations(DEFAULTS.friction).rounded_stress_and_force
+_observables = equations(DEFAULTS.physics).observables
 _interpolate = algebra(3).interpolate
 
 # Looks at a step: enough that between two of them nothing is 1e-8 higher.
@@ -55,7 +55,7 @@ _LOOKS = 32
 @inline
 def _see(p, t, dt, u, phi, u_s, record):
     """Take in a state that stands for the interval `dt`."""
-    sigma, F = _stress_and_force(p, u, phi, u_s)
+    sigma, F = _observables(p, (0.0, u, 0.0), phi, u_s)
     solid = solids.solid_threshold(p)
     melted = solids.MELTED_PART * solid if solid > 0.0 else -1.0
     _see_extremum(record, 0, STRESS_MAX, sigma, True)
@@ -78,7 +78,7 @@ def cyclic_meltings(record: np.ndarray) -> int:
 def _increments(p, t, dt, y):
     x, v, phi = y
     u = relative_velocity(p, t, v)
-    _, F = _stress_and_force(p, u, phi, 0.0)
+    _, F = _observables(p, (0.0, u, 0.0), phi, 0.0)
     rate = film.order_parameter_rate(p, phi, film_melting_function(p, u))
     return dt * block_acceleration(p, x, F), dt * rate + noise.typical_kick(p, phi, dt)
 
@@ -132,7 +132,7 @@ def _see_inside(problem, t, h, y0, y1, d1, d2, record):
 
 @cache
 def _adaptive() -> Any:
-    functions = problem_functions(DEFAULTS.friction)
+    functions = problem_functions(DEFAULTS.physics)
     travel = make_adaptive(
         functions.rhs, functions.jacobian, functions.error_weight, _see_inside, RODAS4P2, algebra(3)
     )

@@ -25,10 +25,12 @@ from stickslip.measure.results import (
     write_whole_orbit,
 )
 from stickslip.model import solids
-from stickslip.model.rhs import relative_state, starting_state
-from stickslip.model.scaling import reduction, units_of
-from stickslip.model.state import FILM, STATE, WIDTH
+from stickslip.model.relaxing import starting_state_with_strain
+from stickslip.model.rhs import relative_velocity
+from stickslip.model.scaling import Units, reduction, relaxing_units_of, units_of
+from stickslip.model.state import FILM, components_of
 from stickslip.numerics.adaptive import OK
+from stickslip.options import RELAXING, Physics
 from stickslip.parameters import Parameters
 
 # The error estimate: what is left of the difference between two tolerances after a cut to a tenth,
@@ -48,95 +50,110 @@ _LARGEST_MULTIPLIER = 0.999
 _UNKNOWN_MULTIPLIER = 0.99
 
 state_units = make_map(
-    "state_units", "units", (f"units.{c.unit}" if c.unit else "1.0" for c in STATE), {}
+    "state_units",
+    "units",
+    (f"units.{c.unit}" if c.unit else "1.0" for c in components_of(RELAXING)),
+    {},
 )
-"""Inline: the units of the components of the state."""
+"""Inline: the units of the components of a state; a relaxing strain is the last one."""
 
-_row_state = make_map("row_state", "row", (f"row[{i}]" for i in range(WIDTH)), {})
+
+@inline
+def _units_of(p: Parameters, relaxing: bool) -> Units:
+    return relaxing_units_of(p) if relaxing else units_of(p)
 
 
 @kernel_factory
-def reduction_kernel(law: str) -> Any:
+def reduction_kernel(physics: Physics) -> Any:
     """The kernel that turns points into their own units.
 
     It takes `points` (n, parameters) and writes `reduced` (n, reduced parameters) and `states`
-    (n, WIDTH + 1): the start in these units, and a first step.
+    (n, width + 1): the start in these units, and a first step.
     """
-    reduced = reduction(law)
+    reduced, relaxing = reduction(physics), physics.strain == RELAXING
 
     def reduce_points(points: np.ndarray, reduced_points: np.ndarray, states: np.ndarray) -> None:
         for i in range(points.shape[0]):
             p = parameters_of(points[i])
-            q, units = reduced(p), state_units(units_of(p))
-            y = relative_state(p, 0.0, starting_state(p))
+            q, units = reduced(p), state_units(_units_of(p, relaxing))
+            y, width = starting_state_with_strain(p), states.shape[1] - 1
             for slot in range(reduced_points.shape[1]):
                 reduced_points[i, slot] = q[slot]
-            for component in range(WIDTH):
-                states[i, component] = y[component] / units[component]
-            states[i, WIDTH] = FIRST_STEP * (2.0 * math.pi)
+            for component in range(width):
+                own = relative_velocity(p, 0.0, y[1]) if component == 1 else y[component]
+                states[i, component] = own / units[component]
+            states[i, width] = FIRST_STEP * (2.0 * math.pi)
 
-    return named_kernel(f"reduce_points[{law}]", reduce_points)
+    return named_kernel(f"reduce_points[{physics}]", reduce_points)
 
 
 @kernel
-def restore_states(points: np.ndarray, states: np.ndarray) -> None:
-    """Turn states of the lanes into (x, v, psi) in SI units, in place.
+def restore_states(points: np.ndarray, states: np.ndarray, relaxing: bool) -> None:
+    """Turn states of the lanes into (x, v, psi, ...) in SI units, in place.
 
-    `points` (n, parameters); `states` (n, WIDTH + 1), at phase 0 in units of each point's own.
+    `points` (n, parameters); `states` (n, width + 1), at phase 0 in units of each point's own;
+    `relaxing` where the strain is among them.
     """
+    width = states.shape[1] - 1
     for i in range(points.shape[0]):
         p = parameters_of(points[i])
-        units = state_units(units_of(p))
-        for component in range(WIDTH):
+        units = state_units(_units_of(p, relaxing))
+        for component in range(width):
             states[i, component] *= units[component]
-        y = relative_state(p, 0.0, _row_state(states[i]))
-        for component in range(WIDTH):
-            states[i, component] = y[component]
-        states[i, WIDTH] /= p.angular_frequency
+        states[i, 1] = relative_velocity(p, 0.0, states[i, 1])
+        states[i, width] /= p.angular_frequency
 
 
 @kernel
-def scale_states(points: np.ndarray, states: np.ndarray) -> None:
-    """Turn (x, v, psi) in SI units into states of the lanes: `restore_states` the other way."""
+def scale_states(points: np.ndarray, states: np.ndarray, relaxing: bool) -> None:
+    """Turn (x, v, psi, ...) in SI units into states of the lanes: the way back."""
+    width = states.shape[1] - 1
     for i in range(points.shape[0]):
         p = parameters_of(points[i])
-        y, units = relative_state(p, 0.0, _row_state(states[i])), state_units(units_of(p))
-        for component in range(WIDTH):
-            states[i, component] = y[component] / units[component]
-        states[i, WIDTH] *= p.angular_frequency
+        units = state_units(_units_of(p, relaxing))
+        states[i, 1] = relative_velocity(p, 0.0, states[i, 1])
+        for component in range(width):
+            states[i, component] /= units[component]
+        states[i, width] *= p.angular_frequency
 
 
 @inline
-def _record_units(p: Parameters) -> RecordUnits:
-    units = units_of(p)
+def _record_units(p: Parameters, relaxing: bool) -> RecordUnits:
+    units = _units_of(p, relaxing)
     return RecordUnits(units.length, units.stress, units.force, 1.0, 1.0 / math.pi)
 
 
 @kernel
 def write_records(
-    points: np.ndarray, cycles: np.ndarray, measured: np.ndarray, records: np.ndarray
+    points: np.ndarray,
+    cycles: np.ndarray,
+    measured: np.ndarray,
+    records: np.ndarray,
+    relaxing: bool,
 ) -> None:
     """Write what `measured` (n, RECORD) says of whole orbits, in SI units, into `records`.
 
     `points` (n, parameters); `cycles` (n,) half periods that were measured.
     """
     for i in range(points.shape[0]):
-        own = _record_units(parameters_of(points[i]))
+        own = _record_units(parameters_of(points[i]), relaxing)
         write_whole_orbit(measured[i], own, cycles[i], records[i])
 
 
 @kernel
-def write_stretches(points: np.ndarray, measured: np.ndarray, records: np.ndarray) -> None:
+def write_stretches(
+    points: np.ndarray, measured: np.ndarray, records: np.ndarray, relaxing: bool
+) -> None:
     """Write what `measured` (n, RECORD) says of stretches of motion, as `write_records`."""
     for i in range(points.shape[0]):
-        write_stretch(measured[i], _record_units(parameters_of(points[i])), 1, records[i])
+        write_stretch(measured[i], _record_units(parameters_of(points[i]), relaxing), 1, records[i])
 
 
 class Orbits(NamedTuple):
     """What is known of n settled orbits besides their finer measurement.
 
-    `begins` (n, WIDTH + 1) states on them, in units of their own; `coarse` (n, RECORD), and `ends`
-    (n, WIDTH + 1) after it; `symmetric` (n,); `spreads` (n, 2) of stress and force in SI units;
+    `begins` (n, width + 1) states on them, in units of their own; `coarse` (n, RECORD), and `ends`
+    (n, width + 1) after it; `symmetric` (n,); `spreads` (n, 2) of stress and force in SI units;
     `multipliers` (n,).
     """
 
@@ -173,12 +190,17 @@ def _film_distance(
 
 @kernel
 def write_results(
-    points: np.ndarray, queue: Queue, orbits: Orbits, rtol: float, results: np.ndarray
+    points: np.ndarray,
+    queue: Queue,
+    orbits: Orbits,
+    rtol: float,
+    relaxing: bool,
+    results: np.ndarray,
 ) -> None:
     """Write the result rows (n, columns) of points that were settled and measured twice.
 
     `points` (n, parameters); the `queue` after the finer measurement; what is known of the `orbits`
-    besides; the tolerance `rtol`.
+    besides; the tolerance `rtol`; `relaxing` where the strain is among the states.
     """
     record, other = np.empty(RECORD), np.empty(RECORD)
     for i in range(points.shape[0]):
@@ -187,7 +209,7 @@ def write_results(
             write_failure(results[i], (counts[HALVES] + 1) // 2, counts[OUTCOME])
             continue
         p, begin, end = parameters_of(points[i]), orbits.begins[i], queue.states[i]
-        units, own = units_of(p), _record_units(p)
+        units, own = units_of(p), _record_units(p, relaxing)
         write_whole_orbit(queue.measured[i], own, cycle, record)
         write_whole_orbit(orbits.coarse[i], own, cycle, other)
         distance = _distance(begin, end, queue.ratios[i])

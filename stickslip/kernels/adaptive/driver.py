@@ -31,12 +31,11 @@ from stickslip.kernels.adaptive.queues import part_of, put_back, reduced_queue, 
 from stickslip.kernels.adaptive.walk import AdaptiveWalk, TangentWalk
 from stickslip.kernels.families import families
 from stickslip.kernels.observation import Watched, spreads_of, watch, write_aperiodic
-from stickslip.kernels.points import FINAL_COLUMNS
+from stickslip.kernels.points import final_columns
 from stickslip.kernels.problem import rounding_speed
 from stickslip.kernels.trajectories import adaptive_trajectory
-from stickslip.model.state import WIDTH
 from stickslip.numerics.adaptive import OK
-from stickslip.options import Options, Settings
+from stickslip.options import RELAXING, Options, Physics, Settings
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
@@ -47,13 +46,14 @@ _LOOSEST = 1e-4
 
 def compile_for(kinds: np.ndarray, options: Options) -> None:
     """Compile or load what points of these kinds (n, 2) need; see `families.KIND`."""
-    nobody = np.empty((0, len(Parameters._fields)))
-    results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, FINAL_COLUMNS))
+    nobody, columns = np.empty((0, len(Parameters._fields))), final_columns(options.physics)
+    results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, columns))
     orbits(nobody, options, finals, results, finals)
     settings = options.settings()
     task = Pass(TRAVEL, settings.rtol, settings.rtol, 0, 0, False)
-    for family, _ in families(options.friction, kinds):
-        pass_kernel(family)(reduced_queue(nobody, options.friction), new_lanes(), task, 0)
+    for family, _ in families(options.physics, kinds):
+        queue = reduced_queue(nobody, options.physics)
+        pass_kernel(family)(queue, new_lanes(queue.states.shape[1] - 1), task, 0)
 
 
 def largest_step(points: np.ndarray, options: Options) -> np.ndarray:
@@ -71,10 +71,10 @@ def trajectory(
 ) -> int:
     """A sampled trajectory; returns the Status as an integer.
 
-    `point` (parameters,); `start` (WIDTH,) the state at phase 0; `samples`
-    (periods*per_period + 1, WIDTH) receives (x, v, phi) at equal times.
+    `point` (parameters,); `start` (width,) the state at phase 0; `samples`
+    (periods*per_period + 1, width) receives (x, v, phi, ...) at equal times.
     """
-    kernel = adaptive_trajectory(options.friction)
+    kernel = adaptive_trajectory(options.physics)
     return int(kernel(point, options.settings(), start, per_period, samples))
 
 
@@ -98,49 +98,52 @@ def orbits(
     points
         (n, parameters) in SI units, in the order of `Parameters._fields`.
     options
-        Tolerances, budgets, friction law.
+        Tolerances, budgets, the physics.
     starts
         (n, columns) states to start from, as `finals`; a row of NaN means the point's own start.
     results
         (n, columns), written in the order of `variables.RESULT_COLUMNS`.
     finals
-        (n, columns), written in the order of `points.FINAL_COLUMNS`.
+        (n, columns), written in the order of `points.final_columns`.
     patience
         Drive periods after which a point is left pending; 0 for as long as it takes.
     """
-    settings, law = options.settings(), options.friction
-    queue = reduced_queue(points, law)
-    _start_elsewhere(points, starts, queue)
+    settings, physics = options.settings(), options.physics
+    queue = reduced_queue(points, physics)
+    _start_elsewhere(points, starts, queue, physics)
     measuring = Pass(MEASURE, settings.rtol, settings.rtol, 0, settings.max_steps, False)
     finer = measuring._replace(rtol=max(REFINEMENT * settings.rtol, TIGHTEST))
     watching = measuring._replace(rtol=min(finer.rtol, observation.RTOL))
     aperiodic = _settle(points, queue, options, watching, patience)
     begins = queue.states.copy()
-    work_through(queue, measuring, law)
+    work_through(queue, measuring, physics)
     coarse, ends = queue.measured.copy(), queue.states.copy()
     queue.states[:] = begins
-    work_through(queue, finer, law)
+    work_through(queue, finer, physics)
     orbits = conversion.Orbits(
         begins,
         coarse,
         ends,
-        tangents.symmetric(queue, begins, settings.stationary_rtol, finer.rtol, law),
-        _spreads(points, queue, begins, finer, law),
-        tangents.multipliers_of(queue, begins, ends, settings.rtol, law),
+        tangents.symmetric(queue, begins, settings.stationary_rtol, finer.rtol, physics),
+        _spreads(points, queue, begins, finer, physics),
+        tangents.multipliers_of(queue, begins, ends, settings.rtol, physics),
     )
-    conversion.write_results(points, queue, orbits, settings.rtol, results)
+    relaxing = physics.strain == RELAXING
+    conversion.write_results(points, queue, orbits, settings.rtol, relaxing, results)
     finals[:] = begins
-    conversion.restore_states(points, finals)
+    conversion.restore_states(points, finals, relaxing)
     for rows, watched in aperiodic:
         _write_aperiodic(points, queue, rows, watched, results, finals)
 
 
-def _start_elsewhere(points: np.ndarray, starts: np.ndarray, queue: Queue) -> None:
+def _start_elsewhere(
+    points: np.ndarray, starts: np.ndarray, queue: Queue, physics: Physics
+) -> None:
     """Put the points for which a start is given (n, columns) into that state."""
     rows = np.flatnonzero(~np.isnan(starts[:, 0]))
     states = starts[rows].copy()
-    conversion.scale_states(points[rows], states)
-    queue.states[rows, :WIDTH] = states[:, :WIDTH]  # the first step stays short
+    conversion.scale_states(points[rows], states, physics.strain == RELAXING)
+    queue.states[rows, :-1] = states[:, :-1]  # the first step stays short
 
 
 def _settle(
@@ -151,21 +154,21 @@ def _settle(
     A point that wanders is watched, and goes on with its search where it is not aperiodic; one that
     takes longer than the patience is left pending.
     """
-    settings, law = options.settings(), options.friction
+    settings, physics = options.settings(), options.physics
     task = _search_of(settings)
     if 0 < patience < settings.max_periods:
-        work_through(queue, task._replace(max_halves=2 * patience), law)
+        work_through(queue, task._replace(max_halves=2 * patience), physics)
         late = np.isin(queue.counts[:, OUTCOME], (NOT_STATIONARY, APERIODIC))
         queue.counts[late, OUTCOME] = int(Status.PENDING)
         return []
     pending, aperiodic = np.arange(len(points)), []
     while len(pending):
         part = part_of(queue, pending)
-        work_through(part, task, law)
+        work_through(part, task, physics)
         put_back(queue, pending, part)
         pending = pending[part.counts[:, OUTCOME] == APERIODIC]
         if len(pending):
-            found, watched = _watch(points, queue, pending, settings.window, watching, law)
+            found, watched = _watch(points, queue, pending, settings.window, watching, physics)
             aperiodic.append((pending[found], watched.part(found)))
             pending = pending[queue.counts[pending, OUTCOME] == OK]
     return aperiodic
@@ -179,10 +182,15 @@ def _search_of(settings: Settings) -> Pass:
 
 
 def _watch(
-    points: np.ndarray, queue: Queue, rows: np.ndarray, window: int, watching: Pass, law: str
+    points: np.ndarray,
+    queue: Queue,
+    rows: np.ndarray,
+    window: int,
+    watching: Pass,
+    physics: Physics,
 ) -> tuple[np.ndarray, Watched]:
     """Watch the wandering points in these rows (m,) of the queue: which are aperiodic, (m,)."""
-    walk = TangentWalk(points[rows], part_of(queue, rows), watching, law)
+    walk = TangentWalk(points[rows], part_of(queue, rows), watching, physics)
     watched = watch(walk, window)
     part, found = walk.queue, watched.aperiodic & (walk.outcomes() == OK)
     part.counts[:, HALVES] += 2 * watched.periods
@@ -206,7 +214,7 @@ def _write_aperiodic(
 
 
 def _spreads(
-    points: np.ndarray, queue: Queue, begins: np.ndarray, measuring: Pass, law: str
+    points: np.ndarray, queue: Queue, begins: np.ndarray, measuring: Pass, physics: Physics
 ) -> np.ndarray:
     """Standard deviations (n, 2) of the amplitudes of single drive periods, SI units."""
     spreads = np.zeros((len(points), 2))
@@ -215,7 +223,7 @@ def _spreads(
         part, cycles = part_of(queue, rows), queue.counts[rows, CYCLE]
         part.states[:] = begins[rows]
         periods = np.where(cycles % 2 == 1, cycles, cycles // 2)
-        spreads[rows] = spreads_of(AdaptiveWalk(points[rows], part, measuring, law), periods)
+        spreads[rows] = spreads_of(AdaptiveWalk(points[rows], part, measuring, physics), periods)
     return spreads
 
 
@@ -236,15 +244,15 @@ def end_states(
     Returns
     -------
     states
-        (n, WIDTH): x [m], v [m/s], ln(phi); where the lane stopped unless the status is ok.
+        (n, width): x [m], v [m/s], ln(phi) ...; where the lane stopped unless the status is ok.
     steps
         (n,) attempted steps.
     statuses
         (n,) the Status of each as an integer.
     """
-    settings, queue = options.settings(), reduced_queue(points, options.friction)
+    settings, queue = options.settings(), reduced_queue(points, options.physics)
     queue.counts[:, CYCLE] = 2 * periods
     task = Pass(TRAVEL, settings.rtol, settings.rtol, 0, settings.max_steps, False)
-    work_through(queue, task, options.friction)
-    conversion.restore_states(points, queue.states)
-    return queue.states[:, :WIDTH], queue.counts[:, ATTEMPTED], queue.counts[:, OUTCOME]
+    work_through(queue, task, options.physics)
+    conversion.restore_states(points, queue.states, options.strain == RELAXING)
+    return queue.states[:, :-1], queue.counts[:, ATTEMPTED], queue.counts[:, OUTCOME]

@@ -14,25 +14,27 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stickslip.compiled.decorators import inline, jit, kernel_factory, named_kernel
-from stickslip.compiled.fields import make_lane_reader, make_map
+from stickslip.compiled.fields import make_lane_reader
 from stickslip.compiled.simd import LANES
 from stickslip.kernels.adaptive import recording
-from stickslip.kernels.adaptive.recording import SLOTS, get, get_state, put, put_state
+from stickslip.kernels.adaptive.recording import ROOM, SLOTS, get, put
+from stickslip.kernels.adaptive.states import StateFunctions, state_functions
 from stickslip.kernels.families import Family
 from stickslip.kernels.problem import Problem, problem_functions, problem_of, rounding_speed
 from stickslip.measure.accumulate import RECORD
 from stickslip.model.noise import freezes_late, in_between
 from stickslip.model.scaling import Reduced, model_values
 from stickslip.model.solids import Thresholds
-from stickslip.model.state import FILM, STATE, WIDTH
+from stickslip.model.state import FILM
 from stickslip.numerics import step_control
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
-from stickslip.numerics.adaptive_lanes import make_attempt
+from stickslip.numerics.adaptive_lanes import make_attempt, slots_for
 from stickslip.numerics.lane_array import aligned
 from stickslip.numerics.linear import algebra
 from stickslip.numerics.periodic import search
 from stickslip.numerics.rosenbrock import make_step
 from stickslip.numerics.tableaus import RODAS4P2
+from stickslip.options import RELAXING, Physics
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 
@@ -60,20 +62,6 @@ _LATE_JUMP = 0.1
 # passes together; OUTCOME: a Status, APERIODIC where a search wanders.
 HALVES, CYCLE, ATTEMPTED, OUTCOME, COUNT_COLUMNS = range(5)
 
-mirrored = make_map("mirrored", "y", (f"{c.mirror} * y[{i}]" for i, c in enumerate(STATE)), {})
-"""Inline: the state half a period later in the mirror image of the motion."""
-
-_judged_values = (
-    f"{c.weight} * y[{i}]"
-    if c.floor == -math.inf
-    else f"{c.weight} * ({c.floor} if y[{i}] < {c.floor} else y[{i}])"  # NaN stays NaN
-    for i, c in enumerate(STATE)
-)
-judged = make_map("judged", "y", _judged_values, {})
-"""Inline: the state as its repetition is judged."""
-
-_unjudged = make_map("unjudged", "z", (f"z[{i}] / {c.weight}" for i, c in enumerate(STATE)), {})
-_row_state = make_map("row_state", "row", (f"row[{i}]" for i in range(WIDTH)), {})
 _reduced_of = make_lane_reader(Reduced, SLOTS.parameters, get)
 
 
@@ -91,7 +79,7 @@ class Pass(NamedTuple):
 class Queue(NamedTuple):
     """The points of a pass; rows are points.
 
-    `points` (n, reduced parameters), as `Reduced`; `states` (n, WIDTH + 1), the state in the
+    `points` (n, reduced parameters), as `Reduced`; `states` (n, width + 1), the state in the
     point's own units and the step to go on with, and `counts` (n, COUNT_COLUMNS) in and out;
     `measured` (n, RECORD) and `ratios` (n,), the contraction of the orbit, out.
     """
@@ -118,19 +106,19 @@ class Lanes(NamedTuple):
     cursor: np.ndarray
 
 
-def new_lanes() -> Lanes:
-    """Lanes that have not begun."""
+def new_lanes(width: int) -> Lanes:
+    """Lanes that have not begun, for states of so many components."""
     return Lanes(
-        values=aligned.py_func(recording.END * LANES),  # compiling it would cost half a second
+        values=aligned.py_func(slots_for(width, ROOM).total * LANES),  # compiled: half a second
         rows=np.full(LANES, -1, np.int64),
         halves=np.zeros(LANES, np.int64),
-        memories=np.zeros(LANES, search.memory_of(WIDTH)),
+        memories=np.zeros(LANES, search.memory_of(width)),
         cursor=np.array([0, -1]),
     )
 
 
 def new_queue(points: np.ndarray, states: np.ndarray) -> Queue:
-    """A queue of points (n, reduced parameters) that begin in these states (n, WIDTH + 1)."""
+    """A queue of points (n, reduced parameters) that begin in these states (n, width + 1)."""
     n = len(points)
     return Queue(
         points,
@@ -153,31 +141,14 @@ def _park(lanes: Lanes, lane: int) -> None:
 def _close(lanes: Lanes, queue: Queue, lane: int, status: int) -> None:
     """Write down what became of the point in a lane."""
     row, values = lanes.rows[lane], lanes.values
-    y, counts = get_state(values, SLOTS.state, lane), queue.counts[row]
-    for component in range(WIDTH):
-        queue.states[row, component] = y[component]
-    queue.states[row, WIDTH] = get(values, SLOTS.step, lane)
+    width, counts = queue.states.shape[1] - 1, queue.counts[row]
+    for component in range(width):
+        queue.states[row, component] = get(values, SLOTS.state + component, lane)
+    queue.states[row, width] = get(values, SLOTS.step, lane)
     counts[ATTEMPTED] += int(get(values, SLOTS.attempts, lane))
     counts[OUTCOME] = status
     for slot in range(RECORD):
         queue.measured[row, slot] = get(values, recording.RECORD_BEGIN + slot, lane)
-
-
-@jit
-def _begin_half(values: np.ndarray, lane: int, y: Any) -> None:
-    """Put a lane at phase 0."""
-    put_state(values, SLOTS.state, lane, y)
-    put(values, SLOTS.time, lane, 0.0)
-
-
-@inline
-def _moved(y: Any, dx: float, dv: float) -> Any:
-    return _with_plane(y, y[0] + dx, y[1] + dv)
-
-
-_with_plane = make_map(
-    "with_plane", "y, x, v", ("x", "v", *(f"y[{i}]" for i in range(2, WIDTH))), {}
-)
 
 
 @inline
@@ -185,31 +156,6 @@ def _finer(task: Pass, cuts: int) -> float:
     """The tolerance of a search after so many cuts: the first one leaves no noise above its aim."""
     first = min(task.rtol * REFINEMENT, _SEARCH, max(task.stationary_rtol, TIGHTEST))
     return first * REFINEMENT ** (cuts - 1)
-
-
-@jit
-def _apply_verdict(lanes: Lanes, task: Pass, lane: int, y: Any) -> int:
-    """Ask the search what to do after a half period, and do it; -1 while the search goes on."""
-    values, memory = lanes.values, lanes.memories[lane]
-    rtol = get(values, SLOTS.rtol, lane)
-    before = lanes.halves[lane] - 1 - memory.applications  # in earlier passes
-    budget = task.max_halves - before
-    verdict, dx, dv = search.judge(memory, judged(y), task.stationary_rtol, rtol, budget)
-    _begin_half(values, lane, _moved(y, dx, dv))
-    if verdict == search.SETTLED:
-        dx, dv = search.last_correction(memory)
-        put_state(values, SLOTS.state, lane, _moved(y, dx, dv))
-        return OK
-    if verdict == search.EXHAUSTED:
-        return NOT_STATIONARY
-    if verdict == search.WANDERING:
-        return APERIODIC
-    if verdict == search.FINER:
-        put(values, SLOTS.rtol, lane, _finer(task, memory.fineness))
-    elif verdict == search.RESTORE:
-        put_state(values, SLOTS.state, lane, _unjudged(memory.stored))
-        put(values, SLOTS.rtol, lane, min(task.rtol, _SEARCH))
-    return -1
 
 
 @inline
@@ -220,9 +166,42 @@ def _longest_jump(p: Parameters, phi: float) -> float:
     return 0.0 if in_between(p, phi) else _LATE_JUMP
 
 
+def _make_apply_verdict(state: StateFunctions) -> Any:
+    """What asks the search what to do after a half period, and does it; -1 while it goes on."""
+    judged, unjudged, moved = state.judged, state.unjudged, state.moved
+    begin_half, put_state = state.begin_half, state.put
+
+    @jit
+    def apply_verdict(lanes: Lanes, task: Pass, lane: int, y: Any) -> int:
+        values, memory = lanes.values, lanes.memories[lane]
+        rtol = get(values, SLOTS.rtol, lane)
+        before = lanes.halves[lane] - 1 - memory.applications  # in earlier passes
+        budget = task.max_halves - before
+        verdict, dx, dv = search.judge(memory, judged(y), task.stationary_rtol, rtol, budget)
+        begin_half(values, lane, moved(y, dx, dv))
+        if verdict == search.SETTLED:
+            dx, dv = search.last_correction(memory)
+            put_state(values, SLOTS.state, lane, moved(y, dx, dv))
+            return OK
+        if verdict == search.EXHAUSTED:
+            return NOT_STATIONARY
+        if verdict == search.WANDERING:
+            return APERIODIC
+        if verdict == search.FINER:
+            put(values, SLOTS.rtol, lane, _finer(task, memory.fineness))
+        elif verdict == search.RESTORE:
+            put_state(values, SLOTS.state, lane, unjudged(memory.stored))
+            put(values, SLOTS.rtol, lane, min(task.rtol, _SEARCH))
+        return -1
+
+    return apply_verdict
+
+
 def _make_problems(family: Family) -> Any:
     """The problem of a lane, for fluids of one family."""
-    values_of: Any = model_values(family.gamma, sextic=family.sextic)
+    values_of: Any = model_values(
+        family.gamma, sextic=family.sextic, relaxing=family.physics.strain == RELAXING
+    )
 
     @inline
     def problem(values: np.ndarray, lane: int) -> Problem:
@@ -237,8 +216,9 @@ def _make_problems(family: Family) -> Any:
     return sextic_problem if family.sextic else problem
 
 
-def _make_load(begin_record: Any) -> Any:
+def _make_load(state: StateFunctions, begin_record: Any) -> Any:
     """What puts the next point of the queue into a lane, or parks the lane."""
+    row_state, judged, begin_half = state.of_row, state.judged, state.begin_half
 
     @jit
     def load(lanes: Lanes, queue: Queue, task: Pass, lane: int) -> None:
@@ -250,10 +230,10 @@ def _make_load(begin_record: Any) -> Any:
         lanes.cursor[0] += 1
         for slot in range(queue.points.shape[1]):
             put(values, SLOTS.parameters + slot, lane, queue.points[row, slot])
-        y = _row_state(queue.states[row])
-        _begin_half(values, lane, y)
+        y = row_state(queue.states[row])
+        begin_half(values, lane, y)
         put(values, SLOTS.end, lane, math.pi)
-        put(values, SLOTS.step, lane, queue.states[row, WIDTH])
+        put(values, SLOTS.step, lane, queue.states[row, queue.states.shape[1] - 1])
         put(values, SLOTS.grows, lane, 1.0)
         put(values, SLOTS.remembered, lane, step_control.START)
         put(values, SLOTS.rtol, lane, task.rtol)
@@ -270,9 +250,10 @@ def _make_load(begin_record: Any) -> Any:
     return load
 
 
-def _make_handle_event(problems: Any, begin_record: Any, refine: Any) -> Any:
+def _make_handle_event(problems: Any, state: StateFunctions, begin_record: Any, refine: Any) -> Any:
     """What an event in a lane means for its point: a status, or -1 to go on."""
-    mirror_record = recording.record.mirror
+    mirror_record, apply_verdict = recording.record.mirror, _make_apply_verdict(state)
+    mirrored, get_state, begin_half = state.mirrored, state.get, state.begin_half
 
     @jit
     def after_half(lanes: Lanes, queue: Queue, task: Pass, lane: int) -> int:
@@ -282,12 +263,12 @@ def _make_handle_event(problems: Any, begin_record: Any, refine: Any) -> Any:
         if task.mode == SETTLE:
             longest = _longest_jump(problems(values, lane).p, math.exp(y[FILM]))
             search.limit_jumps(lanes.memories[lane], longest)
-            status = _apply_verdict(lanes, task, lane, y)
+            status = apply_verdict(lanes, task, lane, y)
             queue.counts[row, HALVES] = lanes.halves[lane]
             if status == OK:
                 queue.counts[row, CYCLE], queue.ratios[row] = search.found(lanes.memories[lane])
             return status
-        _begin_half(values, lane, y)
+        begin_half(values, lane, y)
         if task.mode == MEASURE:
             mirror_record(values, lane)
             begin_record(values, lane, False)
@@ -308,7 +289,7 @@ def _make_handle_event(problems: Any, begin_record: Any, refine: Any) -> Any:
     return handle_event
 
 
-def make_pass(problems: Any, law: str, *, two_solids: bool = False) -> Any:
+def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> Any:
     """A pass for the problems that `problems(lanes, lane)` finds in lanes, not yet a kernel.
 
     Changes between a soft and a hard solid are counted where there may be `two_solids`.
@@ -316,9 +297,10 @@ def make_pass(problems: Any, law: str, *, two_solids: bool = False) -> Any:
     It maps (queue, lanes, task, attempts) to the number of points still to be finished: it works
     for so many attempts of all lanes together, and is called again until that is 0.
     """
-    functions, operations = problem_functions(law), algebra(WIDTH)
+    functions, state = problem_functions(physics), state_functions(physics.strain)
+    operations = algebra(functions.width)
     rhs, jacobian, weight = functions.rhs, functions.jacobian, functions.error_weight
-    attempt = make_attempt(rhs, jacobian, weight, problems, RODAS4P2, operations)
+    attempt = make_attempt(rhs, jacobian, weight, problems, RODAS4P2, operations, ROOM)
     step = make_step(rhs, RODAS4P2, operations)
     see, begin_record = (
         recording.make_see(problems, functions, two_solids=two_solids),
@@ -326,8 +308,8 @@ def make_pass(problems: Any, law: str, *, two_solids: bool = False) -> Any:
     )
     refine = recording.make_refine(problems, functions, step)
     load, handle_event = (
-        _make_load(begin_record),
-        _make_handle_event(problems, begin_record, refine),
+        _make_load(state, begin_record),
+        _make_handle_event(problems, state, begin_record, refine),
     )
 
     def work(queue: Queue, lanes: Lanes, task: Pass, attempts: int) -> int:
@@ -354,5 +336,5 @@ def make_pass(problems: Any, law: str, *, two_solids: bool = False) -> Any:
 @kernel_factory
 def pass_kernel(family: Family) -> Any:
     """The kernel of a family of fluids: what `make_pass` describes."""
-    work = make_pass(_make_problems(family), family.law, two_solids=family.sextic)
+    work = make_pass(_make_problems(family), family.physics, two_solids=family.sextic)
     return named_kernel(f"adaptive_pass[{family}]", work)

@@ -15,8 +15,9 @@ from stickslip.kernels.adaptive.passes import (
 )
 from stickslip.kernels.families import KIND, families
 from stickslip.model.scaling import Reduced
-from stickslip.model.state import WIDTH
+from stickslip.model.state import components_of
 from stickslip.numerics.adaptive import OK
+from stickslip.options import Physics
 
 _KIND = [Reduced._fields.index(name) for name in KIND]
 
@@ -24,11 +25,12 @@ _KIND = [Reduced._fields.index(name) for name in KIND]
 _WORK = 2_000_000
 
 
-def reduced_queue(points: np.ndarray, law: str) -> Queue:
+def reduced_queue(points: np.ndarray, physics: Physics) -> Queue:
     """The queue of points (n, parameters) in SI units, in their own units, at their starts."""
     n = len(points)
-    queue = new_queue(np.empty((n, len(Reduced._fields))), np.empty((n, WIDTH + 1)))
-    conversion.reduction_kernel(law)(points, queue.points, queue.states)
+    width = len(components_of(physics.strain))
+    queue = new_queue(np.empty((n, len(Reduced._fields))), np.empty((n, width + 1)))
+    conversion.reduction_kernel(physics)(points, queue.points, queue.states)
     return queue
 
 
@@ -43,12 +45,12 @@ def put_back(queue: Queue, rows: np.ndarray, part: Queue) -> None:
         whole[rows] = piece
 
 
-def work_through(queue: Queue, task: Pass, law: str) -> None:
+def work_through(queue: Queue, task: Pass, physics: Physics) -> None:
     """One pass of the points of a queue that are ok so far through the lanes, by family."""
     alive = np.flatnonzero(queue.counts[:, OUTCOME] == OK)
-    for family, members in families(law, queue.points[:, _KIND][alive]):
+    for family, members in families(physics, queue.points[:, _KIND][alive]):
         rows = alive[members]
-        part, lanes = part_of(queue, rows), new_lanes()
+        part, lanes = part_of(queue, rows), new_lanes(queue.states.shape[1] - 1)
         while pass_kernel(family)(part, lanes, task, _WORK) > 0:
             pass
         put_back(queue, rows, part)

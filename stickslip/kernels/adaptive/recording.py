@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,22 +18,25 @@ from stickslip.compiled.elementary import exponentials
 from stickslip.compiled.simd import LANES, for_lanes
 from stickslip.kernels.problem import Problem, ProblemFunctions
 from stickslip.measure.accumulate import FORCE_MAX, RECORD, STRESS_MAX, accumulator
-from stickslip.model import drive, solids
-from stickslip.model.rhs import film_melting_function
+from stickslip.model import drive, film, solids
+from stickslip.model.rhs import Equations
 from stickslip.model.scaling import Reduced
-from stickslip.model.state import WIDTH, State
+from stickslip.model.state import State
 from stickslip.numerics.adaptive_lanes import slots_for
 from stickslip.numerics.lane_array import lane_array, lane_vectors
 from stickslip.numerics.linear import algebra, larger
 
-SLOTS = slots_for(WIDTH)
-
 # Behind the parameters of a lane lies its record; then stress, force and their rates at the end of
 # the last accepted step, and whether an extremum inside the step tried last could beat the record.
+ROOM = len(Reduced._fields) + RECORD + 5
+"""Slots of a lane besides those of its integration."""
+
+SLOTS = slots_for(0, ROOM)
+"""Where the numbers of a lane lie; those of its vectors depend on their width."""
+
 RECORD_BEGIN = SLOTS.parameters + len(Reduced._fields)
 _STRESS = RECORD_BEGIN + RECORD
-_FORCE, _STRESS_RATE, _FORCE_RATE, PROMISING, END = range(_STRESS + 1, _STRESS + 6)
-"""END: numbers that a lane holds."""
+_FORCE, _STRESS_RATE, _FORCE_RATE, PROMISING = range(_STRESS + 1, _STRESS + 5)
 
 # Where a step is looked at, and the weights of Lobatto's quadrature, of order 6.
 _INNER = 0.5 * math.sqrt(0.2)
@@ -42,12 +46,11 @@ WEIGHTS = (1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0)
 
 Values = tuple[float, float, float, float]
 
-_array, _vectors = lane_array(LANES), lane_vectors(LANES, WIDTH)
-get, put, get_state, put_state = _array.get, _array.put, _vectors.get, _vectors.put
+_array = lane_array(LANES)
+get, put = _array.get, _array.put
 record = accumulator(LANES, RECORD_BEGIN)
 _see_extremum, _see_phase = record.see_extremum, record.see_phase
 _see_solid, _see_work = record.see_solid, record.see_work
-_interpolate = algebra(WIDTH).interpolate
 
 
 class Step(NamedTuple):
@@ -61,16 +64,23 @@ class Step(NamedTuple):
     d2: State
 
 
-@inline
-def _step_of(lanes: np.ndarray, lane: int) -> Step:
-    return Step(
-        get(lanes, SLOTS.begin, lane),
-        get(lanes, SLOTS.used, lane),
-        get_state(lanes, SLOTS.old, lane),
-        get_state(lanes, SLOTS.state, lane),
-        get_state(lanes, SLOTS.d1, lane),
-        get_state(lanes, SLOTS.d2, lane),
-    )
+@cache
+def _step_reader(width: int) -> Any:
+    """What reads the step tried last in a lane: (lanes, lane) to a Step."""
+    slots, get_state = slots_for(width, ROOM), lane_vectors(LANES, width).get
+
+    @inline
+    def step_of(lanes: np.ndarray, lane: int) -> Step:
+        return Step(
+            get(lanes, slots.begin, lane),
+            get(lanes, slots.used, lane),
+            get_state(lanes, slots.old, lane),
+            get_state(lanes, slots.state, lane),
+            get_state(lanes, slots.d1, lane),
+            get_state(lanes, slots.d2, lane),
+        )
+
+    return step_of
 
 
 @inline
@@ -91,31 +101,61 @@ def _promising(
     return turns & ((top + reach >= high) | (bottom - reach <= low))
 
 
-@inline
-def _see_step_work(
-    lanes: np.ndarray, lane: int, problem: Problem, step: Step, u: Values, F: Values, seen: bool
-) -> None:
-    """Add a step to the integrals."""
-    done, total = 0.0, 0.0
-    for node in range(4):
-        V = drive.upper_velocity(problem.p, step.t + NODES[node] * step.used)
-        done += WEIGHTS[node] * (F[node] * (V - u[node]))
-        total += WEIGHTS[node] * abs(F[node] * V)
-    _see_work(lanes, lane, step.used * done, step.used * total, seen)
+def _make_see_work(equations: Equations) -> Any:
+    """What adds a step to the integrals: (lanes, lane, problem, step, y, F, seen).
+
+    `y` and `F` are the state and the force at the nodes.
+    """
+    power, stored_energy = equations.power, equations.stored_energy
+
+    @inline
+    def powers(problem: Problem, step: Step, theta: float, y: State, F: float) -> Any:
+        V = drive.upper_velocity(problem.p, step.t + theta * step.used)
+        return power(problem.p, V, y, F), abs(F * V)
+
+    @inline
+    def works(problem: Problem, step: Step, y: Any, F: Values) -> tuple[float, float]:
+        # No loop over nodes: states that are looked up by number would keep lanes from vectors.
+        done0, total0 = powers(problem, step, NODES[0], y[0], F[0])
+        done1, total1 = powers(problem, step, NODES[1], y[1], F[1])
+        done2, total2 = powers(problem, step, NODES[2], y[2], F[2])
+        done3, total3 = powers(problem, step, NODES[3], y[3], F[3])
+        done, total = 0.0 + WEIGHTS[0] * done0, 0.0 + WEIGHTS[0] * total0  # fused one way only
+        done, total = done + WEIGHTS[1] * done1, total + WEIGHTS[1] * total1
+        done, total = done + WEIGHTS[2] * done2, total + WEIGHTS[2] * total2
+        done, total = done + WEIGHTS[3] * done3, total + WEIGHTS[3] * total3
+        return step.used * done, step.used * total
+
+    @inline
+    def see_work(
+        lanes: np.ndarray, lane: int, problem: Problem, step: Step, y: Any, F: Values, seen: bool
+    ) -> None:
+        done, total = works(problem, step, y, F)
+        _see_work(lanes, lane, done, total, seen)
+
+    @inline
+    def see_work_and_energy(
+        lanes: np.ndarray, lane: int, problem: Problem, step: Step, y: Any, F: Values, seen: bool
+    ) -> None:
+        done, total = works(problem, step, y, F)
+        gained = stored_energy(problem.p, y[3]) - stored_energy(problem.p, y[0])  # type: ignore[misc]
+        _see_work(lanes, lane, done - gained, total, seen)
+
+    return see_work if stored_energy is None else see_work_and_energy
 
 
 @inline
 def _see_one_solid(
-    lanes: np.ndarray, lane: int, problem: Problem, u: float, phi: float, seen: bool
+    lanes: np.ndarray, lane: int, problem: Problem, eps: float, phi: float, seen: bool
 ) -> None:
     pass
 
 
 @inline
 def _see_either_solid(
-    lanes: np.ndarray, lane: int, problem: Problem, u: float, phi: float, seen: bool
+    lanes: np.ndarray, lane: int, problem: Problem, eps: float, phi: float, seen: bool
 ) -> None:
-    B, phases = film_melting_function(problem.p, u), problem.phases
+    B, phases = film.melting_function(problem.p, eps), problem.phases
     is_liquid, is_hard = phi <= solids.MELTED_PART * phases.solid, phi >= phases.hard
     _see_solid(lanes, lane, is_liquid, solids.is_soft(phases, phi, B), is_hard, seen)
 
@@ -128,15 +168,15 @@ def vertex(x0: float, x1: float, x2: float, y0: float, y1: float, y2: float) -> 
 
 
 def make_node(functions: ProblemFunctions) -> Any:
-    """What a step holds at a node: (problem, step, theta) to u, phi, stress and force."""
-    stress_and_force = functions.equations.rounded_stress_and_force
+    """What a step holds at a node: (problem, step, theta) to the state, phi, stress and force."""
+    observables, interpolate = functions.equations.observables, algebra(functions.width).interpolate
 
     @inline
-    def node(problem: Problem, step: Step, theta: float) -> Values:
-        y = _interpolate(theta, step.y0, step.y1, step.d1, step.d2)
+    def node(problem: Problem, step: Step, theta: float) -> tuple[State, float, float, float]:
+        y = interpolate(theta, step.y0, step.y1, step.d1, step.d2)
         phi, _ = exponentials(y[2])
-        sigma, F = stress_and_force(problem.p, y[1], phi, problem.u_s)
-        return y[1], phi, sigma, F
+        sigma, F = observables(problem.p, y, phi, problem.u_s)
+        return y, phi, sigma, F
 
     return node
 
@@ -150,13 +190,15 @@ def make_see(
     """
     see_solid = _see_either_solid if two_solids else _see_one_solid
     node, observables_and_rates = make_node(functions), functions.equations.observables_and_rates
+    step_of, strain = _step_reader(functions.width), functions.equations.strain
+    see_work = _make_see_work(functions.equations)
 
     @inline
     def lane_see(lane: int, lanes: np.ndarray) -> None:
-        problem, step = problems(lanes, lane), _step_of(lanes, lane)
+        problem, step = problems(lanes, lane), step_of(lanes, lane)
         seen = get(lanes, SLOTS.accepted, lane) > 0.0
-        ua, phia, sigmaa, Fa = node(problem, step, NODES[1])
-        ub, phib, sigmab, Fb = node(problem, step, NODES[2])
+        ya, phia, sigmaa, Fa = node(problem, step, NODES[1])
+        yb, phib, sigmab, Fb = node(problem, step, NODES[2])
         sigma1, F1, sigma_rate1, F_rate1 = observables_and_rates(
             problem.p, step.t + step.used, step.y1, problem.u_s
         )
@@ -177,10 +219,10 @@ def make_see(
         _see_phase(lanes, lane, phia, solid, melted, dta, seen)
         _see_phase(lanes, lane, phib, solid, melted, dtb, seen)
         _see_phase(lanes, lane, phi1, solid, melted, dt1, seen)
-        see_solid(lanes, lane, problem, ua, phia, seen)
-        see_solid(lanes, lane, problem, ub, phib, seen)
-        see_solid(lanes, lane, problem, step.y1[1], phi1, seen)
-        _see_step_work(lanes, lane, problem, step, (step.y0[1], ua, ub, step.y1[1]), forces, seen)
+        see_solid(lanes, lane, problem, strain(problem.p, ya), phia, seen)
+        see_solid(lanes, lane, problem, strain(problem.p, yb), phib, seen)
+        see_solid(lanes, lane, problem, strain(problem.p, step.y1), phi1, seen)
+        see_work(lanes, lane, problem, step, (step.y0, ya, yb, step.y1), forces, seen)
         put(lanes, _STRESS, lane, sigma1 if seen else sigma0)
         put(lanes, _FORCE, lane, F1 if seen else F0)
         put(lanes, _STRESS_RATE, lane, sigma_rate1 if seen else sigma_rate0)
@@ -199,6 +241,7 @@ def make_begin(problems: Callable[..., Problem], functions: ProblemFunctions) ->
     It maps (lanes, lane, fresh) to None.
     """
     observables_and_rates, clear = functions.equations.observables_and_rates, record.clear
+    get_state = lane_vectors(LANES, functions.width).get
 
     @jit
     def begin(lanes: np.ndarray, lane: int, fresh: bool) -> None:
@@ -220,8 +263,8 @@ def make_refine(
     It finds their places on the continuous extension and goes there with `shorter_step`, the step
     of the method: the extension is of lower order, and a force can be steep in it.
     """
-    node, stress_and_force = make_node(functions), functions.equations.rounded_stress_and_force
-    rhs, jacobian = functions.rhs, functions.jacobian
+    node, observables = make_node(functions), functions.equations.observables
+    rhs, jacobian, step_of = functions.rhs, functions.jacobian, _step_reader(functions.width)
 
     @jit
     def see_inside(lanes: np.ndarray, lane: int, t: float, y0: State, used: float) -> None:
@@ -229,13 +272,13 @@ def make_refine(
         f, J = rhs(problem, t, y0), jacobian(problem, t, y0)
         y = shorter_step(problem, t, y0, used, f, J)[0]
         phi, _ = exponentials(y[2])
-        sigma, F = stress_and_force(problem.p, y[1], phi, problem.u_s)
+        sigma, F = observables(problem.p, y, phi, problem.u_s)
         _see_extremum(lanes, lane, STRESS_MAX, sigma, True)
         _see_extremum(lanes, lane, FORCE_MAX, F, True)
 
     @jit
     def see_vertices(lanes: np.ndarray, lane: int, values: Values) -> None:
-        step = _step_of(lanes, lane)
+        step = step_of(lanes, lane)
         for i in range(2):
             x0, x1, x2 = NODES[i], NODES[i + 1], NODES[i + 2]
             place = vertex(x0, x1, x2, values[i], values[i + 1], values[i + 2])
@@ -244,7 +287,7 @@ def make_refine(
 
     @jit
     def refine(lanes: np.ndarray, lane: int) -> None:
-        problem, step = problems(lanes, lane), _step_of(lanes, lane)
+        problem, step = problems(lanes, lane), step_of(lanes, lane)
         _, _, sigma0, F0 = node(problem, step, NODES[0])
         _, _, sigmaa, Fa = node(problem, step, NODES[1])
         _, _, sigmab, Fb = node(problem, step, NODES[2])

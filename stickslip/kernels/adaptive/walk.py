@@ -10,34 +10,38 @@ from stickslip.kernels.adaptive.queues import part_of, work_through
 from stickslip.kernels.adaptive.tangents import Tangents
 from stickslip.measure.accumulate import RECORD
 from stickslip.numerics.adaptive import OK
+from stickslip.options import RELAXING, Physics
 
 
 class AdaptiveWalk:
     """Points (n, parameters) on their way, from the states of a `queue`, by measuring passes."""
 
-    def __init__(self, points: np.ndarray, queue: Queue, measuring: Pass, law: str) -> None:
-        self.points, self.measuring, self.law = points, measuring, law
+    def __init__(self, points: np.ndarray, queue: Queue, measuring: Pass, physics: Physics) -> None:
+        self.points, self.measuring, self.physics = points, measuring, physics
         self.queue = self._lanes = part_of(queue, np.arange(len(points)))
         self.queue.counts[:, CYCLE], self.queue.counts[:, OUTCOME] = 2, OK
 
     def states(self) -> np.ndarray:
         """As `observation.Walk`."""
         states = self.queue.states.copy()
-        conversion.restore_states(self.points, states)
+        conversion.restore_states(self.points, states, self.physics.strain == RELAXING)
         return states
 
     def next_period(self) -> np.ndarray:
         """As `observation.Walk`."""
         self._lanes.counts[:, ATTEMPTED] = 0  # each period has the whole budget
-        work_through(self._lanes, self.measuring, self.law)
+        work_through(self._lanes, self.measuring, self.physics)
         records = np.empty((len(self.points), RECORD))
-        conversion.write_stretches(self.points, self.queue.measured, records)
+        relaxing = self.physics.strain == RELAXING
+        conversion.write_stretches(self.points, self.queue.measured, records, relaxing)
         return records
 
     def part(self, which: np.ndarray) -> AdaptiveWalk:
         """As `observation.Walk`."""
         rows = np.flatnonzero(which)
-        return AdaptiveWalk(self.points[rows], part_of(self.queue, rows), self.measuring, self.law)
+        return AdaptiveWalk(
+            self.points[rows], part_of(self.queue, rows), self.measuring, self.physics
+        )
 
     def outcomes(self) -> np.ndarray:
         """As `observation.Walk`."""
@@ -47,13 +51,13 @@ class AdaptiveWalk:
 class TangentWalk(AdaptiveWalk):
     """The same with copies that carry tangents, through the lanes together with the points."""
 
-    def __init__(self, points: np.ndarray, queue: Queue, measuring: Pass, law: str) -> None:
-        super().__init__(points, queue, measuring, law)
+    def __init__(self, points: np.ndarray, queue: Queue, measuring: Pass, physics: Physics) -> None:
+        super().__init__(points, queue, measuring, physics)
         count = len(points)
         self._lanes = part_of(self.queue, np.tile(np.arange(count), 2))
         self.queue = Queue(*(column[:count] for column in self._lanes))
         self._copies = Queue(*(column[count:] for column in self._lanes))
-        self._tangents = Tangents(count, measuring.rtol)
+        self._tangents = Tangents(count, measuring.rtol, queue.states.shape[1] - 1)
 
     def next_period(self) -> np.ndarray:
         """As `observation.Walk`."""

@@ -19,10 +19,10 @@ from stickslip.kernels.euler_cromer.march import march_kernel
 from stickslip.kernels.euler_cromer.reference import settle_from
 from stickslip.kernels.families import families
 from stickslip.kernels.observation import Watched, spreads_of, watch, write_aperiodic
-from stickslip.kernels.points import FINAL_COLUMNS
+from stickslip.kernels.points import final_columns
 from stickslip.kernels.stability import largest_stable_step
 from stickslip.kernels.trajectories import euler_cromer_trajectory
-from stickslip.model.state import WIDTH
+from stickslip.model.state import STATE
 from stickslip.numerics.adaptive import OK, STEP_LIMIT
 from stickslip.numerics.periodic import search
 from stickslip.options import Options
@@ -32,19 +32,22 @@ from stickslip.variables import RESULT_COLUMNS
 
 NOT_STATIONARY, APERIODIC = int(Status.NOT_STATIONARY), int(Status.APERIODIC)
 
+# The strain follows at once: Options refuse a relaxing one with this method.
+_WIDTH = len(STATE)
+
 # Points at a time: a search remembers 13 kB of each.
 _BLOCK = 2048
 
 
 def compile_for(kinds: np.ndarray, options: Options) -> None:
     """Compile or load what points of these kinds (n, 2) need; see `families.KIND`."""
-    nobody = np.empty((0, len(Parameters._fields)))
+    nobody, columns = np.empty((0, len(Parameters._fields))), final_columns(options.physics)
     adaptive.compile_for(kinds, options)  # of the reference orbit
-    results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, FINAL_COLUMNS))
+    results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, columns))
     orbits(nobody, options, finals, results, finals)
-    tasks = March(nobody, np.empty(0, np.int64), np.empty((0, 3)), options.friction).tasks
+    tasks = March(nobody, np.empty(0, np.int64), np.empty((0, 3)), options.physics).tasks
     noisy = options.noise != "none"
-    for family, _ in families(options.friction, kinds):
+    for family, _ in families(options.physics, kinds):
         for measured in (False, True):
             march_kernel(family, noisy, measured)(tasks, np.empty(0, np.int64), 0)
 
@@ -63,7 +66,7 @@ def trajectory(
     point: np.ndarray, options: Options, start: np.ndarray, per_period: int, samples: np.ndarray
 ) -> int:
     """A sampled trajectory, as of `adaptive.driver.trajectory`."""
-    march = euler_cromer_trajectory(options.friction)
+    march = euler_cromer_trajectory(options.physics)
     return int(march(point, options.settings(), start, per_period, samples))
 
 
@@ -96,11 +99,11 @@ class _Search:
         write_starts(points, starts)
         elsewhere = ~np.isnan(given[:, 0])
         starts[elsewhere] = judging.states_of(given[elsewhere])
-        self.march = March(points, self.steps, starts, options.friction)
+        self.march = March(points, self.steps, starts, options.physics)
         self.used = np.zeros(count, np.int64)
         self.periods = np.zeros(count, np.int64)
         self.status = np.full(count, NOT_STATIONARY)
-        self.memories = np.zeros(count, search.memory_of(WIDTH))
+        self.memories = np.zeros(count, search.memory_of(_WIDTH))
 
     def run(self, results: np.ndarray, finals: np.ndarray) -> None:
         """Settle, measure, compare, write."""
@@ -124,7 +127,7 @@ class _Search:
         pending, aperiodic = np.arange(len(self.points)), []
         while len(pending):
             states = self.march.states()[pending]
-            memories = np.zeros(len(pending), search.memory_of(WIDTH))
+            memories = np.zeros(len(pending), search.memory_of(_WIDTH))
             judging.start_searches(self.points[pending], states, memories)
             self.memories[pending] = memories
             wandering = self._search(pending)
@@ -201,11 +204,11 @@ class _Walk:
         self.whole, self.rows, self.points = whole, rows, whole.points[rows]
         self.whole.status[rows] = OK
         self._before = self.states()
-        self._tangents = Tangents(len(rows), observation.RTOL)
+        self._tangents = Tangents(len(rows), observation.RTOL, _WIDTH)
 
     def states(self) -> np.ndarray:
         """As `observation.Walk`."""
-        finals = np.empty((len(self.rows), len(FINAL_COLUMNS)))
+        finals = np.empty((len(self.rows), _WIDTH + 1))
         judging.write_finals(self.points, self.whole.march.states()[self.rows], finals)
         return finals
 
@@ -222,11 +225,12 @@ class _Walk:
 
     def growth(self) -> np.ndarray:
         """As `observation.Walk`."""
-        law, n = self.whole.options.friction, len(self.rows)
-        reduced, states = reduced_queue(self.points, law).points, self._before.copy()
-        conversion.scale_states(self.points, states)
+        physics, n = self.whole.options.physics, len(self.rows)
+        reduced, states = reduced_queue(self.points, physics).points, self._before.copy()
+        conversion.scale_states(self.points, states, False)
         both = np.concatenate([states, self._tangents.displaced(states)])
-        ends = travelled(np.tile(reduced, (2, 1)), both, np.full(2 * n, 2), observation.RTOL, law)
+        periods, rtol = np.full(2 * n, 2), observation.RTOL
+        ends = travelled(np.tile(reduced, (2, 1)), both, periods, rtol, physics)
         return self._tangents.carried(ends[:n], ends[n:])
 
     def outcomes(self) -> np.ndarray:

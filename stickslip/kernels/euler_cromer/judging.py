@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.compiled.decorators import inline, kernel
 from stickslip.compiled.fields import make_map
-from stickslip.kernels.adaptive.passes import judged
+from stickslip.kernels.adaptive.states import state_functions
 from stickslip.kernels.euler_cromer.reference import Known
 from stickslip.kernels.points import FIRST_STEP, parameters_of
 from stickslip.measure.results import (
@@ -24,11 +24,14 @@ from stickslip.model.scaling import units_of
 from stickslip.model.state import STATE, State
 from stickslip.numerics.adaptive import OK
 from stickslip.numerics.periodic import search
+from stickslip.options import ADIABATIC
 
 _UNLIMITED = 2**62
 
 # Both extrema count in the difference of two records, an amplitude is half of theirs.
 _AMPLITUDE_PART = 0.5
+
+judged = state_functions(ADIABATIC).judged
 
 _in_units = make_map(
     "in_units",

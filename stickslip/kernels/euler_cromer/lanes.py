@@ -11,6 +11,7 @@ from stickslip.kernels.euler_cromer.march import march_kernel
 from stickslip.kernels.families import KIND, Family, families
 from stickslip.measure.accumulate import RECORD
 from stickslip.numerics.euler_cromer_lanes import PENDING, Tasks
+from stickslip.options import Physics
 from stickslip.parameters import Parameters
 
 _KIND = [Parameters._fields.index(name) for name in KIND]
@@ -33,12 +34,14 @@ class March:
         (n,) steps a drive period, from `layout.write_steps`.
     states
         (n, 3) states (x, v, phi) at phase 0, in SI units.
-    law
-        The law of friction.
+    physics
+        The equations; the strain follows at once.
     """
 
-    def __init__(self, points: np.ndarray, steps: np.ndarray, states: np.ndarray, law: str) -> None:
-        self.points, self.steps, self.law = points, steps, law
+    def __init__(
+        self, points: np.ndarray, steps: np.ndarray, states: np.ndarray, physics: Physics
+    ) -> None:
+        self.points, self.steps, self.physics = points, steps, physics
         count = len(points)
         self.tasks = Tasks(
             rows=np.zeros((count, SLOTS)),
@@ -46,7 +49,7 @@ class March:
             total=np.zeros(count, np.int64),
             status=np.zeros(count, np.int64),
         )
-        row_kernels(law).fill(points, steps, states, self.tasks.rows)
+        row_kernels(physics).fill(points, steps, states, self.tasks.rows)
 
     def start(self, which: np.ndarray, limits: np.ndarray | None = None) -> None:
         """Put the points with the indices `which` (m,) to the beginning of a period.
@@ -78,7 +81,7 @@ class March:
     def _families(self) -> Iterator[tuple[Family, bool, np.ndarray]]:
         """Points that share a kernel: their family, whether there is noise, their indices."""
         pending = np.flatnonzero(self.tasks.status == PENDING)
-        for family, members in families(self.law, self.points[:, _KIND][pending]):
+        for family, members in families(self.physics, self.points[:, _KIND][pending]):
             rows = pending[members]
             with_noise = self.points[rows, _NOISE] > 0.0
             for noisy in (False, True):
@@ -87,11 +90,11 @@ class March:
     def states(self) -> np.ndarray:
         """The states (x, v, phi) in SI units, (n, 3)."""
         states = np.empty((len(self.points), 3))
-        row_kernels(self.law).read_states(self.points, self.steps, self.tasks.rows, states)
+        row_kernels(self.physics).read_states(self.points, self.steps, self.tasks.rows, states)
         return states
 
     def records(self, closed: bool = True) -> np.ndarray:
         """What was measured, in SI units, (n, RECORD): of orbits if `closed`, or of stretches."""
-        records, read = np.empty((len(self.points), RECORD)), row_kernels(self.law).read_records
+        records, read = np.empty((len(self.points), RECORD)), row_kernels(self.physics).read_records
         read(self.points, self.steps, self.tasks.rows, closed, records)
         return records

@@ -22,6 +22,7 @@ from stickslip.measure.results import write_stretch, write_whole_orbit
 from stickslip.model import drive
 from stickslip.model.rhs import starting_state
 from stickslip.numerics.euler_cromer_lanes import CHANGE, DRIVE, FREE, TURN, V, W, X
+from stickslip.options import Physics
 
 _PARAMETERS = len(StepParameters._fields)
 
@@ -75,9 +76,9 @@ def clear_records(rows: np.ndarray, which: np.ndarray) -> None:
 
 
 @kernel_factory
-def row_kernels(law: str) -> RowKernels:
+def row_kernels(physics: Physics) -> RowKernels:
     """The kernels for rows of points with this law of friction."""
-    step_parameters, step_units = step_reduction(law), step_units_of(law)
+    step_parameters, step_units = step_reduction(physics), step_units_of(physics)
 
     def fill(points: np.ndarray, steps: np.ndarray, states: np.ndarray, rows: np.ndarray) -> None:
         for i in range(points.shape[0]):
@@ -116,7 +117,7 @@ def row_kernels(law: str) -> RowKernels:
                 write_stretch(record, units, 1, records[i])
 
     return RowKernels(
-        named_kernel(f"fill_rows[{law}]", fill),
-        named_kernel(f"read_states[{law}]", read_states),
-        named_kernel(f"read_records[{law}]", read_records),
+        named_kernel(f"fill_rows[{physics}]", fill),
+        named_kernel(f"read_states[{physics}]", read_states),
+        named_kernel(f"read_records[{physics}]", read_records),
     )

@@ -128,7 +128,7 @@ def march_kernel(family: Family, noisy: bool, measured: bool) -> Any:
     the rows of `queue`, at most `budget` steps of all lanes together. 0 where there is more to do.
     One kernel each, because each takes seconds to compile and few are needed.
     """
-    stress_and_force = equations(family.law).stress_and_force
+    stress_and_force = equations(family.physics).exact
     march = make_euler_cromer_lanes(
         _make_parameters(family),
         _make_increments(stress_and_force, noisy=noisy),

@@ -45,21 +45,21 @@ def settle_from(
     `points` (n, parameters); `finals` (n, columns). Where there is no such orbit, the status among
     `statuses` (n,) is changed to the reason.
     """
-    law, halves = options.friction, 2 * options.max_periods
-    queue = reduced_queue(points, law)
+    physics, halves = options.physics, 2 * options.max_periods
+    queue = reduced_queue(points, physics)
     queue.states[:] = finals
-    conversion.scale_states(points, queue.states)
+    conversion.scale_states(points, queue.states, False)
     queue.counts[:, OUTCOME] = statuses
     task = Pass(SETTLE, _RTOL, _RTOL, halves, _MAX_STEPS, accelerate=True)
-    work_through(queue, task, law)
+    work_through(queue, task, physics)
     begins = queue.states.copy()
-    work_through(queue, task._replace(mode=MEASURE), law)
+    work_through(queue, task._replace(mode=MEASURE), physics)
     wandered = (statuses == OK) & (queue.counts[:, OUTCOME] == APERIODIC)
     statuses[:] = np.where(wandered, INACCURATE, queue.counts[:, OUTCOME])
     records = np.empty((len(points), RECORD))
-    conversion.write_records(points, queue.counts[:, CYCLE], queue.measured, records)
+    conversion.write_records(points, queue.counts[:, CYCLE], queue.measured, records, False)
     return Known(
         records,
-        tangents.symmetric(queue, begins, options.stationary_rtol, _RTOL, law),
-        tangents.multipliers_of(queue, begins, queue.states, _RTOL, law),
+        tangents.symmetric(queue, begins, options.stationary_rtol, _RTOL, physics),
+        tangents.multipliers_of(queue, begins, queue.states, _RTOL, physics),
     )

@@ -28,6 +28,7 @@ from stickslip.model.scaling import (
     units_of,
 )
 from stickslip.model.state import State
+from stickslip.options import Physics
 from stickslip.parameters import Parameters, ParameterValues
 from stickslip.variables import PARAMETERS
 
@@ -35,6 +36,7 @@ _OWN_LITERALS: Mapping[str, float] = {
     **LITERALS,
     "elastic_coefficient": 1.0,
     "contact_area": 1.0,
+    "film_thickness": 1.0,
     "noise_intensity": 0.0,  # `D_eff` below stands for it
 }
 
@@ -136,9 +138,10 @@ _SPECIAL: Mapping[str, str] = {
 
 
 @cache
-def step_reduction(law_name: str) -> Callable[[Parameters, int], StepParameters]:
+def step_reduction(physics: Physics) -> Callable[[Parameters, int], StepParameters]:
     """The inline function (p, steps) that gives the parameters of a lane with that many steps."""
-    law, reduced, values_of = friction_law(law_name), reduction(law_name), model_values(None)
+    law, reduced = friction_law(physics.friction), reduction(physics)
+    values_of = model_values(None)
     by_law = {name: f"law_{name}(v, 1.0 / s.angle, 1.0 / s.stress)" for name in law.scaled}
 
     def expression(name: str) -> str:
@@ -164,9 +167,9 @@ def step_reduction(law_name: str) -> Callable[[Parameters, int], StepParameters]
 
 
 @cache
-def step_units_of(law_name: str) -> Callable[[Parameters, int], StepUnits]:
+def step_units_of(physics: Physics) -> Callable[[Parameters, int], StepUnits]:
     """The inline function (p, steps) that gives the units of a lane with that many steps."""
-    reduced = reduction(law_name)
+    reduced = reduction(physics)
 
     @inline
     def step_units(p: Parameters, steps: int) -> StepUnits:

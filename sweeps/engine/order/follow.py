@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.kernels.points import FINAL_COLUMNS
+from stickslip.kernels.points import final_columns
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from stickslip.status import Status
@@ -64,7 +64,7 @@ def start_after(points: NDArray[np.float64], options: Options) -> NDArray[np.flo
     `points` (n, parameters) are those of the line before it; NaN, the config's start, where there
     are none. The states along a line are remembered: it is computed once for all of its points.
     """
-    state, keys = np.full(len(FINAL_COLUMNS), np.nan), _keys(points, options)
+    state, keys = np.full(len(final_columns(options.physics)), np.nan), _keys(points, options)
     there = max((n for n, key in enumerate(keys, start=1) if key in _KNOWN), default=0)
     state = _KNOWN[keys[there - 1]] if there else state
     if len(_KNOWN) > _MOST_KNOWN:
@@ -106,7 +106,7 @@ def _followed(
     where the lines begin, left out the config's start.
     """
     if states is None:
-        states = np.full((len(lines), len(FINAL_COLUMNS)), np.nan)
+        states = np.full((len(lines), len(final_columns(options.physics))), np.nan)
     for points in np.moveaxis(lines, 1, 0):
         rows, finals = compute_orbits(points, options, states)
         settled = np.isin(rows[:, _STATUS], _RESULTS)

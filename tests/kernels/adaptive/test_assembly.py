@@ -19,10 +19,9 @@ from support.points import GAMMAS
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.fields import make_lane_reader
 from stickslip.kernels.adaptive import recording
-from stickslip.kernels.adaptive.recording import SLOTS, get
+from stickslip.kernels.adaptive.recording import ROOM, SLOTS, get
 from stickslip.kernels.problem import Problem, problem_functions, problem_of
 from stickslip.model.scaling import Reduced, model_values
-from stickslip.model.state import WIDTH
 from stickslip.numerics.adaptive_lanes import make_attempt
 from stickslip.numerics.linear import algebra
 from stickslip.numerics.tableaus import RODAS4P2
@@ -63,7 +62,7 @@ def assert_vectors(text: str, least: int) -> None:
     assert "\tcall" not in found
 
 
-FUNCTIONS = problem_functions(DEFAULTS.friction)
+FUNCTIONS = problem_functions(DEFAULTS.physics)
 _reduced_of = make_lane_reader(Reduced, SLOTS.parameters, get)
 
 
@@ -83,7 +82,9 @@ def problems_of(gamma: float | None) -> Any:
 def test_an_attempt_in_lanes_is_packed(gamma: float | None) -> None:
     rhs, jacobian, weight = FUNCTIONS.rhs, FUNCTIONS.jacobian, FUNCTIONS.error_weight
     problems = problems_of(gamma)
-    attempt = make_attempt(rhs, jacobian, weight, problems, RODAS4P2, algebra(WIDTH))
+    attempt = make_attempt(
+        rhs, jacobian, weight, problems, RODAS4P2, algebra(FUNCTIONS.width), ROOM
+    )
     assert_vectors(assembly(attempt), 500)
 
 

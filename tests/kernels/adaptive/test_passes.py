@@ -11,14 +11,14 @@ from stickslip.kernels.adaptive import passes, queues
 from stickslip.kernels.families import Family
 from stickslip.options import DEFAULTS
 
-LAW = DEFAULTS.friction
+LAW = DEFAULTS.physics
 PSEUDOPLASTIC = Family(LAW, -2 / 3)
 
 
 def worked(points: np.ndarray, task: passes.Pass, attempts: int) -> tuple[passes.Queue, int]:
     """A queue of pseudoplastic points after a pass, in portions of so many attempts."""
     kernel = passes.pass_kernel(PSEUDOPLASTIC)
-    queue, lanes, calls = queues.reduced_queue(points, LAW), passes.new_lanes(), 0
+    queue, lanes, calls = queues.reduced_queue(points, LAW), passes.new_lanes(3), 0
     left = len(points)
     queue.counts[:, passes.CYCLE] = 3
     while left > 0:
@@ -47,7 +47,7 @@ def test_a_pass_in_portions_gives_the_same_bits(mode: int) -> None:
 def test_a_queue_without_points_is_done_at_once() -> None:
     task = passes.Pass(passes.SETTLE, 1e-4, 1e-4, 400, 1_000_000, True)
     queue = queues.reduced_queue(np.empty((0, 20)), LAW)
-    assert passes.pass_kernel(PSEUDOPLASTIC)(queue, passes.new_lanes(), task, 1) == 0
+    assert passes.pass_kernel(PSEUDOPLASTIC)(queue, passes.new_lanes(3), task, 1) == 0
 
 
 def test_points_that_have_failed_take_part_in_no_further_pass() -> None:

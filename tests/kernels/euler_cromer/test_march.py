@@ -20,7 +20,7 @@ from stickslip.kernels.families import Family
 from stickslip.model import noise
 from stickslip.options import DEFAULTS
 
-LAW = DEFAULTS.friction
+LAW = DEFAULTS.physics
 
 # --- arithmetic ----------------------------------------------------------------------------------
 

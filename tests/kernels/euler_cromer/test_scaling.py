@@ -27,7 +27,7 @@ from stickslip.model.rhs import (
     film_melting_function,
     relative_velocity,
 )
-from stickslip.options import FRICTION_LAWS
+from stickslip.options import FRICTION_LAWS, Physics
 from stickslip.parameters import Parameters, ParameterValues
 
 INDICES = [-2 / 3, -0.5, 0.0, 0.3, 2 / 3]
@@ -49,8 +49,8 @@ def law(request: pytest.FixtureRequest) -> str:
 
 
 def lane_of(law: str, p: Parameters, steps: int) -> Lane:
-    own = step_reduction(law)(p, steps)
-    values, units = step_values(None)(own), step_units_of(law)(p, steps)
+    own = step_reduction(Physics(law))(p, steps)
+    values, units = step_values(None)(own), step_units_of(Physics(law))(p, steps)
     return Lane(p, drive.period(p) / steps, values, own, units)
 
 
@@ -64,7 +64,7 @@ def lanes(law: str, count: int = 40) -> list[Lane]:
 
 
 def test_a_step_of_a_lane_is_a_step_of_the_original_in_other_units(law: str) -> None:
-    stress_and_force, rng = equations(law).stress_and_force, np.random.default_rng(1)
+    stress_and_force, rng = equations(Physics(law)).exact, np.random.default_rng(1)
     for p, dt, values, own, units in lanes(law):
         n, phi = rng.uniform(0.0, 2 * math.pi) / own.angle, 10.0 ** rng.uniform(-9.0, 0.2)
         V = drive.upper_velocity(p, n * dt)
@@ -130,7 +130,7 @@ def test_a_lane_without_elasticity_has_finite_units_and_no_elastic_stress(law: s
     lane = lane_of(law, Parameters(elastic_coefficient=0.0), 1000)
     assert np.all(np.isfinite(lane.own[:-4]))  # there is one solid: no limits of a second
     assert np.all(np.isfinite(lane.units))
-    stress, _ = equations(law).stress_and_force(lane.values, 0.3, 0.5 / lane.units.phi)
+    stress, _ = equations(Physics(law)).exact(lane.values, 0.3, 0.5 / lane.units.phi)
     assert stress == 0.0
     B = film_melting_function(lane.values, 0.3)
     heating = film.heating(lane.p) * lane.p.kinetic_coefficient / lane.p.angular_frequency
@@ -147,7 +147,7 @@ def test_a_mirrored_drive_has_the_same_lane(law: str) -> None:
 
 
 def test_the_rheological_index_can_be_a_literal(law: str) -> None:
-    own = step_reduction(law)(Parameters(rheological_index=0.3), 1000)
+    own = step_reduction(Physics(law))(Parameters(rheological_index=0.3), 1000)
     general, literal = step_values(None)(own), step_values(-2 / 3)(own)
     assert literal.rheological_index == -2 / 3
     assert general.rheological_index == 0.3
@@ -164,7 +164,7 @@ PHI_POWER = 3
 
 def expected_extra() -> dict[str, float]:
     """An extra parameter of each unit in the units of a lane: length X_m, time a step."""
-    units = step_units_of("power-law")(P, STEPS)
+    units = step_units_of(Physics("power-law"))(P, STEPS)
     dt = 2 * math.pi / P.angular_frequency / STEPS
     return {
         "1": VALUE,
@@ -180,8 +180,11 @@ def expected_extra() -> dict[str, float]:
 
 @pytest.mark.slow
 def test_an_extra_parameter_of_any_unit_of_the_table_is_scaled_by_its_unit(tmp_path: Path) -> None:
-    imports = "from stickslip.kernels.euler_cromer.scaling import step_reduction, step_values"
-    expression = f'step_values(-0.5)(step_reduction("power-law")(p, {STEPS}))'
+    imports = (
+        "from stickslip.options import Physics\n"
+        "from stickslip.kernels.euler_cromer.scaling import step_reduction, step_values"
+    )
+    expression = f'step_values(-0.5)(step_reduction(Physics("power-law"))(p, {STEPS}))'
     found = extra_values(tmp_path, imports, expression, P, phi_power=PHI_POWER)
     assert set(found) == set(UNITS)
     assert found == pytest.approx(expected_extra(), rel=1e-12, abs=0)

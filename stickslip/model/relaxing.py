@@ -1,0 +1,130 @@
+"""The equations of motion where the elastic strain relaxes: Eq. 23 as a fourth variable.
+
+tau eps' = -eps + (V - v) tau/h. The film then stores the elastic energy A h a phi^2 eps^2/2, which
+it gives back as it relaxes and as it melts; in the adiabatic limit (Eq. 24) all of it is lost.
+"""
+
+from __future__ import annotations
+
+from stickslip.compiled.decorators import inline
+from stickslip.compiled.elementary import exponentials
+from stickslip.model import drive, film, friction, noise
+from stickslip.model.laws import FrictionLaw
+from stickslip.model.rhs import (
+    Equations,
+    block_acceleration,
+    make_exact,
+    relative_velocity,
+    starting_state,
+    stress_and_force,
+)
+from stickslip.model.state import State
+from stickslip.parameters import Parameters
+
+
+@inline
+def strain_relaxation(p: Parameters, u: float, eps: float) -> float:
+    """Rate of the elastic strain [1/s], Eq. 23."""
+    return (friction.elastic_strain(p, u) - eps) / p.strain_relaxation_time
+
+
+@inline
+def starting_state_with_strain(p: Parameters) -> State:
+    """The start (x_0, v_0, ln(phi), eps), with the strain of the adiabatic limit."""
+    x, v, psi = starting_state(p)
+    return x, v, psi, friction.elastic_strain(p, relative_velocity(p, 0.0, v))
+
+
+@inline
+def _relative_state(p: Parameters, t: float, y: State) -> State:
+    return y[0], relative_velocity(p, t, y[1]), y[2], y[3]
+
+
+@inline
+def _strain(p: Parameters, y: State) -> float:
+    return y[3]
+
+
+@inline
+def _psi_rate(p: Parameters, psi: float, eps: float) -> float:
+    phi, inverse_phi = exponentials(psi)
+    force = film.log_force(p, phi, film.melting_function(p, eps))
+    return noise.typical_path(p, inverse_phi) - p.kinetic_coefficient * force
+
+
+@inline
+def stored_energy(p: Parameters, y: State) -> float:
+    """Elastic energy of the film [J]."""
+    phi, _ = exponentials(y[2])
+    volume = p.contact_area * p.film_thickness
+    return 0.5 * film.elastic_stress(p, phi, y[3]) * y[3] * volume
+
+
+@inline
+def _power(p: Parameters, V: float, y: State, F: float) -> float:
+    _, u, psi, eps = y
+    elastic = film.elastic_stress(p, exponentials(psi)[0], eps) * p.contact_area
+    # What relaxes is lost, and what melts under strain.
+    lost = 1.0 / p.strain_relaxation_time - _psi_rate(p, psi, eps)
+    return F * V - (F - elastic) * u - 2.0 * stored_energy(p, y) * lost
+
+
+def relaxing_equations(law: FrictionLaw) -> Equations:
+    """The equations of motion of (x, u, psi, eps)."""
+    rounded = law.rounded
+
+    @inline
+    def observables(p: Parameters, y: State, phi: float, u_s: float) -> tuple[float, float]:
+        return stress_and_force(p, phi, y[3], rounded(p, y[1], u_s)[0])
+
+    @inline
+    def rhs(p: Parameters, t: float, y: State, u_s: float) -> State:
+        x, u, psi, eps = y
+        _, F = observables(p, y, exponentials(psi)[0], u_s)
+        u_rate = drive.upper_acceleration(p, t) - block_acceleration(p, x, F)
+        x_rate = drive.upper_velocity(p, t) - u
+        return x_rate, u_rate, _psi_rate(p, psi, eps), strain_relaxation(p, u, eps)
+
+    @inline
+    def jacobian(p: Parameters, t: float, y: State, u_s: float) -> tuple[State, ...]:
+        _, u, psi, eps = y
+        phi, inverse_phi = exponentials(psi)
+        mu, M = film.shear_modulus(p, phi), p.block_mass
+        F_u = rounded(p, u, u_s)[1] * p.contact_area
+        F_psi, F_eps = 2.0 * mu * eps * p.contact_area, mu * p.contact_area
+        psi_eps = -p.kinetic_coefficient * (2.0 * p.elastic_coefficient * eps)
+        psi_psi = -p.kinetic_coefficient * film.log_force_slope(p, phi)
+        psi_psi -= 2.0 * noise.typical_path(p, inverse_phi)
+        relaxing = 1.0 / p.strain_relaxation_time
+        return (
+            (0.0, -1.0, 0.0, 0.0),
+            (2.0 * p.spring_stiffness / M, -F_u / M, -F_psi / M, -F_eps / M),
+            (0.0, 0.0, psi_psi, psi_eps),
+            (0.0, friction.strain_slope(p) * relaxing, 0.0, -relaxing),
+            (drive.upper_acceleration(p, t), drive.upper_jerk(p, t), 0.0, 0.0),
+        )
+
+    @inline
+    def observables_and_rates(
+        p: Parameters, t: float, y: State, u_s: float
+    ) -> tuple[float, float, float, float]:
+        _, u, psi, eps = y
+        phi, _ = exponentials(psi)
+        sigma_el, F = observables(p, y, phi, u_s)
+        _, u_rate, psi_rate, eps_rate = rhs(p, t, y, u_s)
+        sigma_rate = film.shear_modulus(p, phi) * (eps_rate + 2.0 * eps * psi_rate)
+        sigma_v_rate = rounded(p, u, u_s)[1] * u_rate
+        return sigma_el, F, sigma_rate, (sigma_rate + sigma_v_rate) * p.contact_area
+
+    return Equations(
+        law=law,
+        exact=make_exact(law),
+        relative_state=_relative_state,
+        strain=_strain,
+        rhs=rhs,
+        jacobian=jacobian,
+        observables=observables,
+        observables_and_rates=observables_and_rates,
+        power=_power,
+        stored_energy=stored_energy,
+    )
