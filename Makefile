@@ -59,9 +59,7 @@ bench: $(VENV)/.bench
 
 # Pictures and tables of the records as they are; seconds.
 tables: $(VENV)/.core
-	$(BIN)/python benchmarks/pages/plots.py
-	$(BIN)/python benchmarks/pages/report.py
-	$(BIN)/python benchmarks/pages/performance.py
+	cd benchmarks && for page in plots report performance; do "$(CURDIR)/$(BIN)/python" -m pages.$$page; done
 
 generated: $(VENV)/.core
 	$(BIN)/stickslip schema > configs/stickslip.schema.json

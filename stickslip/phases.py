@@ -1,7 +1,8 @@
-"""The phases of a film at rest or under constant strain: what Fig. 2 of the paper shows."""
+"""The phases of a film at rest or under a strain: what Fig. 2 of the paper shows, and more."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,14 @@ PAPER_STRAIN = 2.1e-6
 """Those of Fig. 2."""
 
 _BEYOND = 1.15  # the largest order parameter that is shown, in parts of that of the solid
+_RAMP = 1.05  # the largest strain that a slow ramp comes to, in parts of the one that melts
+_FINER = 8  # times the samples along it: its jumps are steep
+
+# What noise leaves of a liquid film: the seed from which it freezes.
+_SEED = 1e-9
+
+DIRECTIONS = ("rising", "falling")
+"""Those of a slow ramp of the strain."""
 
 
 def phase_diagram(
@@ -50,6 +59,10 @@ def phase_diagram(
         `applied_strain`; `melting_strain` and `solidification_strain` (temperature,), Eqs. 19 and
         20; `melting_temperature` and `solidification_temperature` (elastic_strain,), Eqs. 17 and
         18. Between the two the film is what it was before; beyond, there is one phase.
+        `equilibrium_strain` (temperature, order_parameter) is the strain under which a film with
+        that order parameter is stationary, NaN where there is none, and `equilibrium_stability`
+        whether it is stable there; `ramped_order_parameter` (temperature, ramp_direction,
+        ramped_strain) follows the film while the strain slowly rises and falls again.
 
     Raises
     ------
@@ -76,19 +89,63 @@ def phase_diagram(
             [solids.solidification_temperature(p, e) for e in eps],
         ),
     }
+    last = _RAMP * max(map(solids.melting_strain, films))
+    ramp = np.linspace(0.0, last, _FINER * (samples - 1) + 1)
     energy = [[film.free_energy(at, x, strain) for x in phi] for at in films]
     data = {
         "free_energy": (("temperature", "order_parameter"), energy, _of("free_energy")),
         **{name: (*values, _of(name)) for name, values in along.items()},
+        "equilibrium_strain": (
+            ("temperature", "order_parameter"),
+            [[_equilibrium_strain(at, x) for x in phi] for at in films],
+            _of("equilibrium_strain"),
+        ),
+        "equilibrium_stability": (
+            ("temperature", "order_parameter"),
+            np.array([[_is_stable(at, x) for x in phi] for at in films], dtype=np.int8),
+            _of("equilibrium_stability"),
+        ),
+        "ramped_order_parameter": (
+            ("temperature", "ramp_direction", "ramped_strain"),
+            [_ramped(at, ramp) for at in films],
+            _of("ramped_order_parameter"),
+        ),
     }
     coords = {
         "order_parameter": ("order_parameter", phi, _of("order_parameter")),
         "elastic_strain": ("elastic_strain", eps, _of("elastic_strain")),
+        "ramped_strain": ("ramped_strain", ramp, _of("ramped_strain")),
+        "ramp_direction": ("ramp_direction", list(DIRECTIONS), _of("ramp_direction")),
         "applied_strain": ((), strain, _of("elastic_strain")),
         **{name: ((), v, attributes(PARAMETERS[name])) for name, v in p._asdict().items()},
         "temperature": ("temperature", list(temperatures), attributes(PARAMETERS["temperature"])),
     }
     return xr.Dataset(data, coords)
+
+
+def _equilibrium_strain(p: Parameters, phi: float) -> float:
+    """The strain under which a film with order parameter `phi` is stationary; NaN where none is."""
+    if p.elastic_coefficient <= 0.0 or phi <= 0.0:
+        return math.nan
+    square = (solids.balance(p, phi) - film.heating(p)) / p.elastic_coefficient
+    return math.sqrt(square) if square >= 0.0 else math.nan
+
+
+def _is_stable(p: Parameters, phi: float) -> bool:
+    """Whether a film that is stationary at `phi` returns there."""
+    return bool(film.log_force_slope(p, phi) > 0.0)
+
+
+def _ramped(p: Parameters, strains: np.ndarray) -> np.ndarray:
+    """Order parameters (2, n) of a film while the strain slowly rises, and falls again."""
+    phi, followed = solids.largest_order_parameter(p), np.empty((2, len(strains)))
+    for row, order in enumerate((strains, strains[::-1])):
+        for i, eps in enumerate(order):
+            B = film.melting_function(p, float(eps))
+            phi = solids.next_phase(p, max(phi, _SEED), B)
+            followed[row, i] = phi
+    followed[1] = followed[1, ::-1]
+    return followed
 
 
 def _of(name: str) -> dict[str, str]:

@@ -176,6 +176,16 @@ PHASES: Mapping[str, Variable] = _by_name(
         "strain above which a solid film melts", "0 where it is liquid at any strain"),
     Variable("solidification_strain", "epsilon_c^0", r"\varepsilon_c^0", "1",
         "strain below which a liquid film solidifies", "0 where it does at no strain"),
+    Variable("equilibrium_strain", "epsilon_el", r"\varepsilon_\mathrm{el}", "1",
+        "strain under which a film with this order parameter is stationary"),
+    Variable("equilibrium_stability", "stable", r"\mathrm{stable}", "1",
+        "1 where a film that is stationary at this order parameter returns there, else 0"),
+    Variable("ramped_strain", "epsilon_el", r"\varepsilon_\mathrm{el}", "1",
+        "elastic strain that slowly rises from 0, and falls again"),
+    Variable("ramp_direction", "ramp", r"\mathrm{ramp}", "1",
+        "whether the strain rises or falls"),
+    Variable("ramped_order_parameter", "phi", r"\varphi", "1",
+        "order parameter of a film that follows this strain"),
 )
 
 _ORBIT = "over the stationary orbit"

@@ -58,5 +58,8 @@ FIGURES: Mapping[str, FigureEntry] = MappingProxyType(
         "free_energy": FigureEntry(
             "phases.free_energy", "phases", ("free_energy", "melting_temperature")
         ),
+        "landscape": FigureEntry(
+            "phases.landscape", "phases", ("equilibrium_strain", "ramped_order_parameter")
+        ),
     }
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from stickslip import Parameters, phase_diagram
 from stickslip.parameters import ParameterError
@@ -47,6 +48,63 @@ def test_strains_are_shown_down_to_the_temperature_of_the_parameters() -> None:
     ds = phase_diagram(Parameters(temperature=250.0), samples=11)
     assert ds.sizes["elastic_strain"] == ds.sizes["order_parameter"] == 11
     assert float(ds.melting_temperature[-1]) == pytest.approx(250.0)
+
+
+TWO_SOLIDS = Parameters(
+    cubic_coefficient=230.0,
+    quartic_coefficient=1475.83,
+    quintic_coefficient=3258.33,
+    sextic_coefficient=2395.83,
+)
+
+
+def steps(ds: xr.Dataset, direction: str) -> list[tuple[float, float, float]]:
+    """Where a slow ramp changes the phase: the strain, the order parameters before and after."""
+    phi = ds.ramped_order_parameter.isel(temperature=0).sel(ramp_direction=direction)
+    values, eps = phi.values, ds.ramped_strain.values
+    if direction == "falling":
+        values, eps = values[::-1], eps[::-1]
+    changes = np.flatnonzero(np.abs(np.diff(values)) > 0.05)
+    return [(float(eps[i]), float(values[i]), float(values[i + 1])) for i in changes]
+
+
+def test_a_film_with_two_solids_melts_in_two_steps_and_freezes_in_one() -> None:
+    ds = phase_diagram(TWO_SOLIDS, temperatures=[200.0], samples=2001)
+    (hard, *_), (soft, *_) = rising = steps(ds, "rising")
+    assert (hard, soft) == pytest.approx((6.6067e-6, 6.7543e-6), abs=1e-9)
+    (_, high, middle), (_, low, none) = rising
+    assert high > 0.5 > 0.4 > middle > low > 0.12 > none == 0.0
+    ((freezing, before, after),) = steps(ds, "falling")
+    assert freezing == pytest.approx(6.5383e-6, abs=1e-9)
+    assert before == 0.0
+    assert after == pytest.approx(0.600, abs=1e-3)  # the hard solid at once
+    assert float(ds.ramped_order_parameter[0, 0, 0]) == pytest.approx(0.89037, abs=1e-5)
+
+
+@pytest.mark.parametrize("p", [Parameters(), TWO_SOLIDS], ids=["one solid", "two solids"])
+def test_a_slow_ramp_stays_on_stable_equilibria(p: Parameters) -> None:
+    ds = phase_diagram(p, temperatures=[200.0, 265.0])
+    for index in range(2):
+        at = ds.isel(temperature=index)
+        phi, eps, stable = (at[name].values for name in ("order_parameter", "equilibrium_strain",
+                                                         "equilibrium_stability"))  # fmt: skip
+        for direction in range(2):
+            followed = at.ramped_order_parameter.values[direction]
+            solid = followed > 0.02
+            expected = np.interp(followed[solid], phi, eps)
+            # The equilibria are steep at rest; between two samples of them lies a parabola.
+            square = np.abs(expected**2 - at.ramped_strain.values[solid] ** 2)
+            known = np.isfinite(square)  # not between the last equilibrium of the samples and rest
+            assert np.mean(known) > 0.9
+            assert np.all(square[known] < 2e-4 * at.ramped_strain.values[-1] ** 2)
+            assert np.all(np.interp(followed[solid], phi, stable) > 0.0)
+
+
+def test_by_what_the_paper_says_one_solid_melts_and_freezes_at_its_two_strains() -> None:
+    ds = phase_diagram(temperatures=[265.0], samples=2001)
+    ((melting, *_),), ((freezing, *_),) = steps(ds, "rising"), steps(ds, "falling")
+    assert melting == pytest.approx(float(ds.melting_strain[0]), rel=1e-3)
+    assert freezing == pytest.approx(float(ds.solidification_strain[0]), rel=1e-3)
 
 
 def test_everything_is_described() -> None:

@@ -7,25 +7,14 @@ cannot be older than they are.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
-Lines = dict[str, str]
-Results = dict[str, Any]
+from pages import physics
+from pages.lines import Lines, Results, listed, shown
 
 
 def headline(name: str, results: Results) -> Lines:
     """The lines of a benchmark, by what they measure; KeyError for one without lines here."""
     return HEADLINES[name](results)
-
-
-def shown(value: float) -> str:
-    """A number with three digits."""
-    return f"{value:.3g}"
-
-
-def listed(values: list[float]) -> str:
-    """Numbers with three digits."""
-    return ", ".join(shown(value) for value in values)
 
 
 def _cube(results: Results) -> Lines:
@@ -391,6 +380,7 @@ HEADLINES: dict[str, Callable[[Results], Lines]] = {
     "figures": _figures,
     "fixed_lanes": _fixed_lanes,
     "methods": _methods,
+    "physics": physics.lines,
     "random": _random,
     "refinement": _refinement,
     "skips": _skips,

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from headlines import headline
+from pages.headlines import headline
 
 RESULTS = Path(__file__).parents[1] / "results"
 DOCS = Path(__file__).parents[2] / "docs"
@@ -150,6 +150,7 @@ _TABLES: dict[str, tuple[str, Callable[[Results], str]]] = {
     name: (name, _lines_of(name))
     for name in (
         "random",
+        "physics",
         "figures",
         "sweeps",
         "engine",

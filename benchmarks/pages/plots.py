@@ -10,11 +10,12 @@ import matplotlib as mpl
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
-import stability_plots
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, LogFormatterMathtext, NullLocator
+
+from pages import physics, stability_plots
 
 HERE = Path(__file__).parents[1]
 RESULTS = HERE / "results"
@@ -59,6 +60,9 @@ def main() -> None:
             print(f"no results/{name}.json: run bench_{name}.py first")
         else:
             print(draw(content, DOCS / PICTURES[name]))
+    if content := load("physics"):
+        path = DOCS / "relaxing_strain.png"
+        print(physics.draw_relaxation(content["results"], _where(content), path))
     if stability := load("stability"):
         for picture, draw_it in stability_plots.PICTURES.items():
             print(draw_it(stability["results"], _where(stability), DOCS / picture))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from headlines import headline
+from pages.headlines import headline
 
 RESULTS = Path(__file__).parents[1] / "results"
 

@@ -128,6 +128,28 @@ def hardest(p: Parameters, B: float) -> float:
 
 
 @jit
+def next_phase(p: Parameters, phi: float, B: float) -> float:
+    """The order parameter to which a film goes from `phi` under a constant B [J/m3]; 0 if liquid.
+
+    Down the free energy, to the first minimum on the way: it may pass a phase that does not exist.
+    """
+    turns, force = turning_points(p), film.log_force(p, phi, B)
+    soft = hard = -1.0
+    if turns.soft < turns.between and balance(p, turns.soft) > B:
+        if turns.between == math.inf:
+            hard = hardest(p, B)
+        elif balance(p, turns.between) < B:
+            soft = _falling_to(p, B, turns.soft, turns.between)
+    if turns.hard < math.inf and balance(p, turns.hard) > B:
+        hard = hardest(p, B)
+    if force > 0.0:  # it falls
+        return hard if 0.0 < hard <= phi else soft if 0.0 < soft <= phi else 0.0
+    if force < 0.0:  # it rises
+        return soft if soft >= phi else hard
+    return phi
+
+
+@jit
 def strongest(p: Parameters) -> float:
     """The B [J/m3] from which on the film is liquid only."""
     turns = turning_points(p)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -61,24 +61,32 @@ def simulate(
 def figure(
     numbers: Annotated[
         list[str],
-        typer.Argument(metavar="NUMBER...", help="Figures of the paper, 2 to 9; or all."),
+        typer.Argument(
+            metavar="FIGURE...", help="Figures of the paper, 2 to 9 or all; or configs, FILE.yaml."
+        ),
     ],
     output: Annotated[
-        Path, typer.Option("-o", "--output", help="Folder for figN.nc, figN.png, figN.pdf.")
+        Path, typer.Option("-o", "--output", help="Folder for figN.nc, figN.png, figN.pdf ....")
     ] = Path("results"),
     workers: WorkersOption = None,
     no_progress: NoProgressOption = False,
 ) -> None:
-    """Compute and draw figures of the paper from scratch; older files of theirs are replaced."""
+    """Compute and draw figures from scratch; older files of theirs are replaced.
+
+    Those of the paper, or what a config asks for with `plot: {figure: NAME}`.
+    """
     from sweeps.config.paper import PAPER
 
     known = {str(number): number for number in PAPER}
-    unknown = [number for number in numbers if number not in {*known, "all"}]
+    unknown = [name for name in numbers if name not in {*known, "all"} and not _is_config(name)]
     if unknown:
-        stop_with(f"no figure {', '.join(unknown)}; there are {', '.join(known)}, all", Exit.USAGE)
-    wanted = known if "all" in numbers else dict.fromkeys(numbers)
+        listed = f"{', '.join(known)}, all, or a config FILE.yaml"
+        stop_with(f"no figure {', '.join(unknown)}; there are {listed}", Exit.USAGE)
+    wanted = list(known) if "all" in numbers else []
+    wanted += [name for name in dict.fromkeys(numbers) if name not in {*wanted, "all"}]
     failures = [
-        _paper_figure(known[number], output, workers, progress=not no_progress) for number in wanted
+        _computed_figure(_planned(name), output, workers, progress=not no_progress)
+        for name in wanted
     ]
     if any(failures):
         raise typer.Exit(Exit.FAILED_POINTS)
@@ -136,18 +144,41 @@ def plot(
     _draw(ds, target, figure or _asked_figure(ds), options)
 
 
-def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: bool) -> int:
-    """Compute, write and draw one figure; returns the number of failed points."""
+def _is_config(name: str) -> bool:
+    return Path(name).suffix in (".yaml", ".yml")
+
+
+class _Planned(NamedTuple):
+    """A figure: its config and what is changed in it, the stem of its files."""
+
+    config: Path
+    changes: list[str]
+    stem: str
+    figure: str | None
+    """Left out, the one that the config asks for."""
+
+
+def _planned(name: str) -> _Planned:
+    """What a figure of this name is made of: a number of the paper, or a config."""
     from sweeps.config.paper import PAPER, shipped_config
+
+    if _is_config(name):
+        return _Planned(Path(name), [], Path(name).stem, None)
+    paper = PAPER[int(name)]
+    return _Planned(shipped_config(paper.config), paper.changes, f"fig{name}", paper.figure)
+
+
+def _computed_figure(plan: _Planned, folder: Path, workers: int | None, *, progress: bool) -> int:
+    """Compute, write and draw one figure; returns the number of failed points."""
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop
     from sweeps.figure_table import FIGURES
     from sweeps.files.datasets import open_result
 
-    plan = PAPER[number]
     changes = [*plan.changes, *execution_changes(workers, None, None)]
-    config, path = checked_config(shipped_config(plan.config), changes), folder / f"fig{number}.nc"
-    failures, data = 0, FIGURES[plan.figure].data
+    config, path = checked_config(plan.config, changes), folder / f"{plan.stem}.nc"
+    figure = plan.figure or config.plot.figure
+    failures, data = 0, FIGURES[figure].data
     if data == "sweep":
         afresh = ExistingPolicy(overwrite=True)
         failures = sweep_and_report(config, path, afresh, Stop(), progress=progress, timing=False)
@@ -155,7 +186,7 @@ def _paper_figure(number: int, folder: Path, workers: int | None, *, progress: b
         _write_phases(config, path)
     else:
         _write_trajectories(config, path, progress=progress)
-    _draw(open_result(path), folder / f"fig{number}", plan.figure)
+    _draw(open_result(path), folder / plan.stem, figure)
     return failures
 
 

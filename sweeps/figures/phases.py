@@ -1,4 +1,4 @@
-"""Free energy and phases of the film (Fig. 2)."""
+"""Free energy and phases of the film: Fig. 2, and the same for a film with several solids."""
 
 from __future__ import annotations
 
@@ -23,9 +23,12 @@ from sweeps.figures.style import (
     new_panels,
 )
 
-_HEIGHT = 5.2
+_HEIGHT, _TALL = 5.2, 7.4
+_JUMP = 0.03  # a change of phase, in parts of the largest order parameter
+_MARGIN = 0.5  # of the strains at which phases change, before them
+_ORIGIN: dict[str, Any] = {"color": "0.8", "linewidth": 0.5, "gid": "origin"}
 _FREEZING, _MELTING = CurveStyle(BLUE, 1.4), CurveStyle(VERMILLION, 1.4)
-_THIN = {"linewidth": 1.2}  # these curves never coincide
+_THIN: dict[str, Any] = {"linewidth": 1.2}  # these curves never coincide
 _ROOM = 12.0  # kelvin beside the outermost states
 
 
@@ -42,12 +45,29 @@ def free_energy(ds: xr.Dataset) -> Figure:
     return figure
 
 
+def landscape(ds: xr.Dataset) -> Figure:
+    """The free energy, the equilibria over the strain, and the film under a slow ramp of it."""
+    figure, panels = new_panels(3, 1, (COLUMN, _TALL))
+    above, middle, below = panels[:, 0]
+    _draw_energies(above, ds, enlarged=False)
+    _draw_equilibria(middle, ds)
+    _draw_ramps(below, ds)
+    for panel in (middle, below):
+        panel.set_xlim(*_strains(ds))
+    strain = shown(ds["applied_strain"].rename("elastic_strain"))
+    above.set_title(f"(a) {strain.equation}", fontsize=TEXT, loc="left")
+    middle.set_title("(b) equilibria, dashed: unstable", fontsize=TEXT, loc="left")
+    below.set_title("(c) the strain slowly rises and falls", fontsize=TEXT, loc="left")
+    figure.align_ylabels()
+    return figure
+
+
 # --- the free energy ------------------------------------------------------------------------------
 
 
-def _draw_energies(axes: Axes, ds: xr.Dataset) -> None:
+def _draw_energies(axes: Axes, ds: xr.Dataset, *, enlarged: bool = True) -> None:
     phi, energy = shown(ds["order_parameter"]), shown(ds["free_energy"])
-    axes.axhline(0.0, color="0.8", linewidth=0.5, gid="origin")
+    axes.axhline(0.0, **_ORIGIN)
     for line in _energies(ds, phi.values, energy.values):
         axes.add_line(line)
     depth = max(-float(energy.values.min()), 1e-3 * float(energy.values.max()))
@@ -57,7 +77,7 @@ def _draw_energies(axes: Axes, ds: xr.Dataset) -> None:
     axes.set_ylabel(energy.label, fontsize=TEXT)
     axes.legend(fontsize=SMALL, frameon=False, loc="lower left", handlelength=2.6)
     barriers = [index for index, values in enumerate(energy.values) if _has_barrier(values)]
-    if barriers:
+    if barriers and enlarged:
         index = barriers[0]
         line = _energies(ds, phi.values, energy.values)[index]
         _put_barrier(axes, line, phi.values, energy.values[index])
@@ -84,12 +104,69 @@ def _put_barrier(axes: Axes, line: Line2D, phi: Array, energy: Array) -> None:
     top, bottom = int(np.argmax(falls)), len(falls) - int(np.argmax(falls[::-1]))
     low, high = min(float(energy[bottom]), 0.0), float(energy[top])
     inset = axes.inset_axes((0.12, 0.6, 0.34, 0.34))
-    inset.axhline(0.0, color="0.8", linewidth=0.5, gid="origin")
+    inset.axhline(0.0, **_ORIGIN)
     inset.add_line(line)
     inset.set_xlim(0.0, 1.3 * float(phi[bottom]))
     inset.set_ylim(low - 0.3 * (high - low), high + 0.5 * (high - low))
     inset.tick_params(labelsize=SMALL, direction="in", length=2.0)
     inset.locator_params(nbins=3)
+
+
+# --- equilibria -----------------------------------------------------------------------------------
+
+
+def _draw_equilibria(axes: Axes, ds: xr.Dataset) -> None:
+    """Order parameters at which the film is stationary, and those at which it stays."""
+    phi, strain = shown(ds["order_parameter"]), shown(ds["equilibrium_strain"])
+    freezing = shown(ds["solidification_strain"]).values
+    axes.axvline(float(shown(ds["applied_strain"]).values), **_ORIGIN)
+    for index, colour in _coloured(ds):
+        stable = ds["equilibrium_stability"].values[index] == 1
+        for kept, dashes in ((stable, "-"), (~stable, "--")):
+            # Each end is shared, so that the branches meet.
+            near = kept | np.roll(kept, 1) | np.roll(kept, -1)
+            eps = np.where(near, strain.values[index], np.nan)
+            axes.plot(eps, phi.values, dashes, color=colour, **_THIN)
+        axes.plot([freezing[index], _strains(ds)[1]], [0.0, 0.0], color=colour, **_THIN)
+        axes.plot([0.0, freezing[index]], [0.0, 0.0], "--", color=colour, **_THIN)
+    axes.set_ylim(-0.03 * phi.values[-1], phi.values[-1])
+    axes.set_ylabel(phi.label, fontsize=TEXT)
+
+
+def _draw_ramps(axes: Axes, ds: xr.Dataset) -> None:
+    """The film under a strain that slowly rises, and falls again; arrows where it changes."""
+    eps, phi = shown(ds["ramped_strain"]), shown(ds["ramped_order_parameter"])
+    for index, colour in _coloured(ds):
+        for direction, values in enumerate(phi.values[index]):
+            axes.plot(eps.values, values, color=colour, alpha=1.0 - 0.45 * direction, **_THIN)
+            for change in np.flatnonzero(np.abs(np.diff(values)) > _JUMP * values.max()):
+                ends = values[change + direction], values[change + 1 - direction]
+                _put_arrow(axes, eps.values[change], *ends, colour)
+    axes.set_ylim(-0.03 * phi.values.max(), 1.15 * phi.values.max())
+    axes.set_xlabel(eps.label, fontsize=TEXT)
+    axes.set_ylabel(phi.label, fontsize=TEXT)
+
+
+def _coloured(ds: xr.Dataset) -> list[tuple[int, str]]:
+    """The positions of the temperatures, each with its colour."""
+    count = ds.sizes["temperature"]
+    return [(index, curve_style(index, count).colour) for index in range(count)]
+
+
+def _put_arrow(axes: Axes, x: float, begin: float, end: float, colour: str) -> None:
+    arrow = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0.0, "shrinkB": 0.0}
+    middle = 0.5 * (begin + end)
+    axes.annotate("", (x, middle + 0.1 * (end - begin)), (x, middle), arrowprops=arrow)
+
+
+def _strains(ds: xr.Dataset) -> tuple[float, float]:
+    """From a little below the first strain at which anything happens to the largest."""
+    freezing, melting, ramp = (
+        shown(ds[f"{name}_strain"]).values for name in ("solidification", "melting", "ramped")
+    )
+    first = float(np.where(freezing > 0.0, freezing, melting).min())
+    last = float(ramp[-1])
+    return max(0.0, first - _MARGIN * (last - first)), last
 
 
 # --- the phases -----------------------------------------------------------------------------------

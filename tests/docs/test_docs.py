@@ -140,7 +140,7 @@ def scripts(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Any]:
     """Scripts outside the packages, imported by the path of their file."""
 
     def script(path: str) -> Any:
-        monkeypatch.syspath_prepend(str((ROOT / path).parent))
+        monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
         return runpy.run_path(str(ROOT / path))
 
     return script
