@@ -37,7 +37,7 @@ def right_hand_side(t: float, y: np.ndarray, p: Parameters) -> list[float]:
 
 
 def elastic_stress(u: float, phi: float, p: Parameters, strain: float | None = None) -> float:
-    """Elastic stress [Pa], Eq. 13; without a strain that of Eq. 24 at relative velocity `u` [m/s]."""
+    """Elastic stress [Pa], Eq. 13; without a strain by Eq. 24 at relative velocity `u` [m/s]."""
     adiabatic = u * p.strain_relaxation_time / p.film_thickness
     return p.elastic_coefficient * phi**2 * (adiabatic if strain is None else strain)
 

@@ -25,7 +25,9 @@ class Component(NamedTuple):
     `mirror` is its sign under the odd half-period symmetry; `weight` tells how its repetition is
     judged: ln(phi) repeats to a thousand tolerances, since it is slaved to the motion and swings
     by hundreds. Values below `floor` are judged as equal: a film without noise that has melted for
-    good has an order parameter that sinks for ever, and means nothing any more.
+    good has an order parameter that sinks for ever, and means nothing any more. `follows` is the
+    number of the variable that it is nearly equal to in the lanes, -1 for none: their difference
+    is judged, and where an orbit is extrapolated it moves along.
     """
 
     name: str
@@ -33,6 +35,7 @@ class Component(NamedTuple):
     mirror: float
     weight: float
     floor: float
+    follows: int = -1
 
 
 STATE: tuple[Component, ...] = (
@@ -44,7 +47,9 @@ STATE: tuple[Component, ...] = (
 FILM = [component.name for component in STATE].index("log_order_parameter")
 """Index of ln(phi)."""
 
-STRAIN = Component("elastic_strain", unit="strain", mirror=-1.0, weight=1.0, floor=-math.inf)
+STRAIN = Component(
+    "elastic_strain", unit="strain", mirror=-1.0, weight=1.0, floor=-math.inf, follows=1
+)
 """The elastic strain, where it is a variable of its own."""
 
 

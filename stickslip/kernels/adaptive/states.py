@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.compiled.decorators import inline, jit
+from stickslip.compiled.decorators import jit
 from stickslip.compiled.fields import make_map
 from stickslip.compiled.simd import LANES
 from stickslip.kernels.adaptive.recording import SLOTS, put
-from stickslip.model.state import components_of
+from stickslip.model.state import Component, components_of
 from stickslip.numerics.lane_array import lane_vectors
 
 
@@ -42,7 +42,7 @@ class StateFunctions(NamedTuple):
     """(z): the state that is judged as z."""
 
     moved: Callable[..., Any]
-    """(y, dx, dv): the state shifted in x and u."""
+    """(y, dx, du): the state shifted in x and u, and what follows them."""
 
 
 @cache
@@ -56,22 +56,23 @@ def state_functions(strain: str) -> StateFunctions:
     def made(name: str, arguments: str, values: list[str]) -> Any:
         return make_map(f"{name}[{width}]", arguments, values, {})
 
-    judged = [
-        f"{c.weight} * y[{i}]"
-        if c.floor == -math.inf
-        else f"{c.weight} * ({c.floor} if y[{i}] < {c.floor} else y[{i}])"  # NaN stays NaN
-        for i, c in numbered
-    ]
-    with_plane = made("with_plane", "y, x, v", ["x", "v", *(f"y[{i}]" for i in range(2, width))])
+    def judged(i: int, c: Component) -> str:
+        value = f"y[{i}]" if c.follows < 0 else f"(y[{i}] - y[{c.follows}])"
+        if c.floor > -math.inf:
+            value = f"({c.floor} if {value} < {c.floor} else {value})"  # NaN stays NaN
+        return f"{c.weight} * {value}"
+
+    def unjudged(i: int, c: Component) -> str:
+        value = f"z[{i}] / {c.weight}"
+        return value if c.follows < 0 else f"{value} + {unjudged(c.follows, components[c.follows])}"
+
+    shifts = {0: " + dx", 1: " + du", -1: ""}
+    moved = [f"y[{i}]{shifts[i if i < 2 else c.follows]}" for i, c in numbered]
 
     @jit
     def begin_half(values: np.ndarray, lane: int, y: Any) -> None:
         put_state(values, SLOTS.state, lane, y)
         put(values, SLOTS.time, lane, 0.0)
-
-    @inline
-    def moved(y: Any, dx: float, dv: float) -> Any:
-        return with_plane(y, y[0] + dx, y[1] + dv)
 
     return StateFunctions(
         get=vectors.get,
@@ -79,7 +80,7 @@ def state_functions(strain: str) -> StateFunctions:
         begin_half=begin_half,
         of_row=made("of_row", "row", [f"row[{i}]" for i in range(width)]),
         mirrored=made("mirrored", "y", [f"{c.mirror} * y[{i}]" for i, c in numbered]),
-        judged=made("judged", "y", judged),
-        unjudged=made("unjudged", "z", [f"z[{i}] / {c.weight}" for i, c in numbered]),
-        moved=moved,
+        judged=made("judged", "y", [judged(i, c) for i, c in numbered]),
+        unjudged=made("unjudged", "z", [unjudged(i, c) for i, c in numbered]),
+        moved=made("moved", "y, dx, du", moved),
     )
