@@ -24,6 +24,8 @@ _BEYOND = 1.15  # the largest order parameter that is shown, in parts of that of
 _RAMP = 1.05  # the largest strain that a slow ramp comes to, in parts of the one that melts
 _FINER = 8  # times the samples along it: its jumps are steep
 
+_ROUNDING = 1e-12
+
 # What noise leaves of a liquid film: the seed from which it freezes.
 _SEED = 1e-9
 
@@ -75,7 +77,10 @@ def phase_diagram(
         raise ValueError("a phase diagram needs a temperature and at least two samples")
     p = parameters or Parameters()
     films = [p._replace(temperature=T) for T in temperatures]
-    phi = np.linspace(0.0, _BEYOND * max(map(solids.largest_order_parameter, films)), samples)
+    rest = [solids.largest_order_parameter(at) for at in films]
+    phi = np.linspace(0.0, _BEYOND * max(rest), samples)
+    for at_rest in rest:  # so that equilibria are shown from no strain on
+        phi[np.abs(phi - at_rest).argmin()] = at_rest
     eps = np.linspace(0.0, solids.melting_strain(p), samples)
     along: dict[str, tuple[str, list[float]]] = {
         "melting_strain": ("temperature", [solids.melting_strain(at) for at in films]),
@@ -127,8 +132,10 @@ def _equilibrium_strain(p: Parameters, phi: float) -> float:
     """The strain under which a film with order parameter `phi` is stationary; NaN where none is."""
     if p.elastic_coefficient <= 0.0 or phi <= 0.0:
         return math.nan
-    square = (solids.balance(p, phi) - film.heating(p)) / p.elastic_coefficient
-    return math.sqrt(square) if square >= 0.0 else math.nan
+    B, heating = solids.balance(p, phi), film.heating(p)
+    if B < heating - _ROUNDING * (abs(B) + abs(heating)):
+        return math.nan
+    return math.sqrt(max(B - heating, 0.0) / p.elastic_coefficient)
 
 
 def _is_stable(p: Parameters, phi: float) -> bool:

@@ -92,9 +92,7 @@ def test_a_slow_ramp_stays_on_stable_equilibria(p: Parameters) -> None:
             followed = at.ramped_order_parameter.values[direction]
             solid = followed > 0.02
             square = np.interp(followed[solid], phi, eps**2) - at.ramped_strain.values[solid] ** 2
-            known = np.isfinite(square)  # not between the last equilibrium of the samples and rest
-            assert np.mean(known) > 0.9
-            assert np.all(np.abs(square[known]) < 2e-4 * at.ramped_strain.values[-1] ** 2)
+            assert np.all(np.abs(square) < 2e-4 * at.ramped_strain.values[-1] ** 2)
             assert np.all(np.interp(followed[solid], phi, stable) > 0.0)
 
 
