@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.marks import one_then
 from support.points import FIG_7, FIG_8, FIG_9, GAMMAS, curve, orbits, row, rows
 
 from stickslip import Parameters, Status, simulate
@@ -88,7 +89,9 @@ def test_energy_is_conserved_along_a_trajectory(scene: str) -> None:
     assert np.max(np.abs(work - (energy - energy[0]))) < 2e-3 * np.max(energy)
 
 
-@pytest.mark.parametrize("scene", ["fig3", "frequency 32", "newtonian", "general power"])
+@pytest.mark.parametrize(
+    "scene", one_then("stress", ["fig3", "frequency 32", "newtonian", "general power"])
+)
 def test_symmetric_orbits_repeat_mirrored_after_half_a_period(scene: str) -> None:
     p = Parameters(**SCENES[scene])
     assert orbits(np.array(p)).asymmetry[0] < 1e-6

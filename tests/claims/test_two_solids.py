@@ -93,6 +93,7 @@ def test_scalings_and_the_mirror_change_no_bit_of_it() -> None:
     assert twice.friction_force_amplitude == own.friction_force_amplitude
 
 
+@pytest.mark.stress
 def test_neighbours_in_the_lanes_change_no_bit_of_it() -> None:
     points = np.array(
         [film(temperature=T, rheological_index=g) for T in (200, 260) for g in (-2 / 3, 0.3)]
@@ -105,6 +106,7 @@ def test_neighbours_in_the_lanes_change_no_bit_of_it() -> None:
     assert mixed.tobytes() == np.array(alone).tobytes()
 
 
+@pytest.mark.stress
 def test_euler_cromer_goes_the_same_way() -> None:
     light = film(
         angular_frequency=2e4, drive_amplitude=1e-11, contact_area=6e-13, block_mass=1e-5,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from support.marks import one_then
 from support.sweeps.commands import FOUR_POINTS
 from support.sweeps.processes import Running
 from support.sweeps.watching import HIDDEN, VISIBLE, OnTerminal, plain
@@ -101,7 +102,7 @@ def test_another_ctrl_c_gives_the_terminal_back_and_the_points_up(folder: Path) 
 # --- kernels that take long ---
 
 
-@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command[0])
+@pytest.mark.parametrize("command", one_then("faults", COMMANDS), ids=lambda command: command[0])
 def test_a_log_tells_that_kernels_are_compiled(folder: Path, command: list[str]) -> None:
     child = Running("-c", SLOW_COMPILER, *command, cwd=folder)
     child.says(f"{WORD}\n")
@@ -113,7 +114,7 @@ def test_a_log_tells_that_kernels_are_compiled(folder: Path, command: list[str])
     assert err.replace("\n", "").isprintable()
 
 
-@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command[0])
+@pytest.mark.parametrize("command", one_then("faults", COMMANDS), ids=lambda command: command[0])
 def test_no_progress_silences_that_too(folder: Path, command: list[str]) -> None:
     open_gate(folder)
     child = Running("-c", SLOW_COMPILER, *command, "--no-progress", cwd=folder)

@@ -11,6 +11,7 @@ import termios
 from pathlib import Path
 
 import pytest
+from support.marks import one_then
 from support.sweeps.processes import HANGS, default_signals, wait_until
 from support.sweeps.sweeping import LOOSE, hash_at_once, hash_of, write
 
@@ -28,7 +29,17 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize(
     "streams",
-    ["2>&-", "<&- >&- 2>&-", "2>/dev/full", ">/dev/full 2>/dev/full", "2> >(true)", "> >(true)"],
+    one_then(
+        "faults",
+        [
+            "<&- >&- 2>&-",
+            "2>&-",
+            "2>/dev/full",
+            ">/dev/full 2>/dev/full",
+            "2> >(true)",
+            "> >(true)",
+        ],
+    ),
 )
 def test_a_sweep_comes_to_its_end_whoever_listens(streams: str) -> None:
     with default_signals():

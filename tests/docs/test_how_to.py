@@ -65,7 +65,7 @@ def test_my_own_lubricant(
     assert (lubricant.sel(temperature=slice(names["T_m"], None)).regime == 0).all()
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_a_map_that_grows(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -88,7 +88,7 @@ def test_the_error_bar(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert abs(names["change"]) <= names["coarse"].amplitude_error
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_from_pixel_to_orbit(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import netCDF4
 import numpy as np
 import pytest
+from support.marks import marked
 
 from stickslip import Status
 from sweeps import run
@@ -87,7 +88,7 @@ def test_all_points_belong_to_one_part_and_lines_stay_together() -> None:
             ).all()
 
 
-@pytest.mark.parametrize("mapping", [MAP, CASES, LINES, SAMPLE, SOME_FAIL])
+@pytest.mark.parametrize("mapping", [SOME_FAIL, *marked("faults", [MAP, CASES, LINES, SAMPLE])])
 def test_parts_that_are_merged_are_the_whole(mapping: dict[str, Any], tmp_path: Path) -> None:
     config = from_mapping(mapping)
     computed(config, tmp_path / "whole.nc")

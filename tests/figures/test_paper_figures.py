@@ -75,7 +75,7 @@ def test_figures_3_and_4_are_made_together(command: Command) -> None:
     assert Path("results/fig3.png").read_bytes() != Path("results/fig4.png").read_bytes()
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_all_figures_are_made(command: Command) -> None:
     code, out, err = command("all", "-o", "new/folder", "--no-progress")
     assert (code, err) == (0, "")

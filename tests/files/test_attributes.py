@@ -14,6 +14,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from support.marks import one_then
 
 from stickslip import Status
 from stickslip.compiled.cache import processor, source_hash
@@ -307,7 +308,7 @@ checked = pytest.mark.filterwarnings("ignore:The ioos_sos checker is deprecated:
 
 
 @checked
-@pytest.mark.parametrize("name", SWEEPS)
+@pytest.mark.parametrize("name", one_then("stress", ["an axis and cases", *SWEEPS]))
 def test_a_sweep_follows_the_cf_conventions(tmp_path: Path, name: str) -> None:
     write_dataset(made(SWEEPS[name]), tmp_path / "a.nc")
     assert cf_findings(tmp_path / "a.nc") == []

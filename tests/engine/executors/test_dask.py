@@ -137,7 +137,7 @@ def test_what_is_finished_survives_the_death_of_the_scheduler(
     assert hash_of_result() == expected
 
 
-@pytest.mark.slow
+@pytest.mark.faults
 def test_a_frozen_scheduler_is_not_waited_for_after_a_signal(cluster: Cluster) -> None:
     cluster.worker()
     hook = f"{IMPATIENT}; {doing('gated_block')}"

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from support.marks import one_then
 from support.sweeps.processes import HANGS
 from support.sweeps.sweeping import LOOSE, Mishap, Shell, child, hash_at_once, hash_of, write
 
@@ -38,7 +39,7 @@ def grid_of(**axes: list[float]) -> Grid:
 # --- the orbits -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", one_then("stress", [*METHODS]))
 def test_each_point_starts_where_the_one_before_has_settled(method: str) -> None:
     # A film without elasticity allows a large fixed step.
     options = Options(method=method, dt=2e-5, rtol=1e-4, stationary_rtol=1e-4)

@@ -107,6 +107,7 @@ def test_a_stick_slip_period_at_a_fine_step_is_that_of_the_scalar_drive() -> Non
     assert_close(p, (states[0], records[0]), (state, record), rtol=1e-10)
 
 
+@pytest.mark.stress
 @pytest.mark.parametrize("of", SETS, ids=SET_NAMES)
 def test_travelling_and_measuring_lead_to_the_same_state(of: dict[str, dict[str, float]]) -> None:
     points = [fast(**changes) for changes in of.values()]
@@ -196,7 +197,7 @@ def transformed_records(records: np.ndarray, symmetry: Symmetry) -> np.ndarray:
 # --- order ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("gamma", [*GAMMAS, *marked("stress", OTHER_GAMMAS)])
+@pytest.mark.parametrize("gamma", [GAMMAS[0], *marked("stress", [*GAMMAS[1:], *OTHER_GAMMAS])])
 def test_errors_fall_in_proportion_to_the_step(gamma: float) -> None:
     p = fast(rheological_index=gamma, initial_displacement=4e-9)
     steps = FAST_DT * np.array([1.0, 0.5, 0.25, 0.125, 1 / 64])

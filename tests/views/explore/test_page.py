@@ -174,6 +174,7 @@ def test_what_takes_long_is_announced_and_passed_over(view: View, monkeypatch: p
     end.set()
 
 
+@pytest.mark.stress
 def test_each_tab_has_its_own_point_and_a_closed_one_frees_its_threads(
     view: View, chromium: Any, server: Any
 ):
