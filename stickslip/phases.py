@@ -133,7 +133,7 @@ def _equilibrium_strain(p: Parameters, phi: float) -> float:
     if p.elastic_coefficient <= 0.0 or phi <= 0.0:
         return math.nan
     B, heating = solids.balance(p, phi), film.heating(p)
-    if B < heating - _ROUNDING * (abs(B) + abs(heating)):
+    if heating - _ROUNDING * (abs(B) + abs(heating)) > B:
         return math.nan
     return math.sqrt(max(B - heating, 0.0) / p.elastic_coefficient)
 
