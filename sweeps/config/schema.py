@@ -245,7 +245,7 @@ class Plot(Section):
         description="; ".join(f"{name}: of {figure.drawn}" for name, figure in FIGURES.items()),
     )
     elastic_strain: Annotated[float | None, Field(ge=0, lt=1), BeforeValidator(_number_or_none)] = (
-        Field(None, description="free_energy alone: the strain; left out, that of Fig. 2")
+        Field(None, description="free_energy, landscape: the strain; left out, that of Fig. 2")
     )
 
 

@@ -97,7 +97,7 @@ for name in ("a.png", "a.pdf", "a.svg"):
 """
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_two_processes_give_the_same_bytes(tmp_path):
     digests = [
         subprocess.run(
@@ -133,6 +133,7 @@ def test_two_runs_give_the_same_bytes(tmp_path, monkeypatch, kind):
     assert contents(ds, tmp_path / "b") == first
 
 
+@pytest.mark.stress
 def test_drawing_in_threads_changes_nothing(tmp_path):
     ds = sweep(temperature=TEMPERATURES, rheological_index=list(GAMMAS))
     with ThreadPoolExecutor(3) as pool:

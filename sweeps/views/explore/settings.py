@@ -1,4 +1,4 @@
-"""How the page computes: tolerance, treatment of the noise, friction law."""
+"""How the page computes: tolerance, treatment of the noise, friction law, strain."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 from bokeh.layouts import column
 from bokeh.models import Column, Select
 
-from stickslip.options import FRICTION_LAWS, NOISE_TREATMENTS
+from stickslip.options import FRICTION_LAWS, METHODS, NOISE_TREATMENTS, STRAINS
 from sweeps.config.load import Config
 from sweeps.config.schema import Section
 from sweeps.views.explore.ranges import exact_text
@@ -26,13 +26,14 @@ class Settings:
         self.noise = self._select("noise", list(NOISE_TREATMENTS))
         self.friction = self._select("friction law", list(FRICTION_LAWS))
         self.friction.visible = len(FRICTION_LAWS) > 1
+        self.strain = self._select("strain", list(STRAINS))
         self._config = config
         self.show(config)
 
     @property
     def column(self) -> Column:
         """The controls, one below the other."""
-        return column(self.tolerance, self.noise, self.friction, name="settings")
+        return column(self.tolerance, self.noise, self.friction, self.strain, name="settings")
 
     def show(self, config: Config) -> None:
         """Stand at what a config says, without telling of it."""
@@ -41,7 +42,9 @@ class Settings:
         if rtol not in self.tolerance.options:
             self.tolerance.options = [*self.tolerance.options, rtol]
         self.tolerance.value, self.noise.value = rtol, config.noise.treatment
-        self.friction.value = config.film.friction
+        self.friction.value, self.strain.value = config.film.friction, config.film.strain
+        known = METHODS[config.integrator.method].strains
+        self.strain.visible = config.film.strain in known and len(known) > 1
         self._quiet = False
 
     def applied(self, config: Config) -> Config:
@@ -51,7 +54,8 @@ class Settings:
             update["integrator"] = config.integrator.model_copy(update={"rtol": rtol})
             update["stationary"] = config.stationary.model_copy(update={"rtol": rtol})
         update["noise"] = config.noise.model_copy(update={"treatment": self.noise.value})
-        update["film"] = config.film.model_copy(update={"friction": self.friction.value})
+        film = {"friction": self.friction.value, "strain": self.strain.value}
+        update["film"] = config.film.model_copy(update=film)
         return config.model_copy(update=update)
 
     def _select(self, title: str, options: list[str]) -> Select:

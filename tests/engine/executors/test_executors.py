@@ -136,7 +136,7 @@ def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process(backend: str) -> No
     assert FREE <= int(said[1]) <= FREE + 2 * 2 < POINTS  # those in flight too
 
 
-@pytest.mark.slow
+@pytest.mark.faults
 @pytest.mark.parametrize("backend", PROCESSES)
 def test_a_second_ctrl_c_waits_for_nobody(backend: str) -> None:
     sweep, processes = begun(backend, doing("stuck_block"))

@@ -178,7 +178,7 @@ def expected_extra() -> dict[str, float]:
     }
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_an_extra_parameter_of_any_unit_of_the_table_is_scaled_by_its_unit(tmp_path: Path) -> None:
     imports = (
         "from stickslip.options import Physics\n"

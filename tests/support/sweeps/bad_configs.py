@@ -293,6 +293,12 @@ SWEEPS: list[tuple[str, str | bytes, Outcome]] = [
         refused(2, "would grow without bound"),
     ),
     ("quintic terms with sextic ones", "cases: {d: [0, 1], e: [0, 1]}\n", valid),
+    (
+        "a strain that relaxes by a method that does not know it",
+        "integrator: {method: euler-cromer, dt: 1e-8}\nfilm:\n  strain: relaxing\n",
+        refused(3, "relaxing needs `integrator: {method: adaptive}`"),
+    ),
+    ("a strain that relaxes", "film: {strain: relaxing}\n", valid),
     ("no noise, solid start", "model: {phi_0: 0.6}\nnoise: {treatment: none}\n", valid),
 ]
 

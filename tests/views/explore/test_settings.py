@@ -51,3 +51,14 @@ def test_showing_another_config_tells_nothing():
     settings.show(from_mapping({"integrator": {"rtol": 1e-4}}))
     assert settings.tolerance.value == "1e-4"
     assert told == []
+
+
+def test_the_strain_is_chosen_where_the_method_knows_another() -> None:
+    settings, told = settings_of(film={"strain": "relaxing"})
+    assert (settings.strain.value, settings.strain.visible, told) == ("relaxing", True, [])
+    settings.strain.value = "adiabatic"
+    assert (
+        settings.applied(from_mapping({"film": {"strain": "relaxing"}})).film.strain == "adiabatic"
+    )
+    other, _ = settings_of(integrator={"method": "euler-cromer", "dt": 1e-8})
+    assert not other.strain.visible
