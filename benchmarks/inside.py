@@ -344,7 +344,7 @@ def fixed_lanes(points: np.ndarray, dt: float, phi: float | None = None) -> Marc
 
 def march_assembly(gamma: float, noisy: bool, measured: bool, lanes: March) -> str:
     """The machine code of the kernel for a rheological index, compiled anew."""
-    ((family, _),) = families(PHYSICS, np.array([gamma]))
+    ((family, _),) = families(PHYSICS, np.array([[gamma, 0.0]]))
     fresh = jit(march_kernel(family, noisy, measured).py_func).alone
     fresh(lanes.tasks, np.arange(1), 1)
     return str(fresh.inspect_asm(fresh.signatures[0]))

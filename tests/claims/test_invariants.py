@@ -154,7 +154,7 @@ def columns(result: Any) -> dict[str, float]:
     return dict(zip(RESULT_COLUMNS, result.row[0].tolist(), strict=True))
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(changes=NEAR_THE_PAPER)
 def test_an_orbit_is_ok_with_its_invariants_or_says_why_not(changes: dict[str, float]) -> None:
     p = Parameters(**changes)

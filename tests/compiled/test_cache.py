@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numba.core import config as numba_config
-from support.marks import one_then
+from support.marks import marked
 from support.package import copy_of_package, run_python, start_python
 from support.small_kernel import LOG_PHI, SMALL_KERNEL, run_small_kernel
 
@@ -64,7 +64,8 @@ def test_compiling_says_nothing(method: str, tmp_path: Path) -> None:
         "import numpy as np\n"
         "from stickslip.options import METHODS, Options\n"
         f"options = Options(method={method!r})\n"
-        "METHODS[options.method].kernels.compile_for(np.array([-2 / 3, 0.0]), options)\n"
+        "kinds = np.array([[-2 / 3, 0.0], [0.0, 0.0]])\n"
+        "METHODS[options.method].kernels.compile_for(kinds, options)\n"
     )
     assert run_python(code, tmp_path / "cache") == ("", "")
 
@@ -139,7 +140,7 @@ def test_an_edit_of_the_physics_is_compiled_even_with_a_warm_cache(tmp_path: Pat
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("suffix", "kept"), one_then("stress", [("nbc", 0.5), ("nbi", 0.5), ("nbi", 0.0), ("nbc", 0.0)])
+    ("suffix", "kept"), marked("stress", [("nbc", 0.5), ("nbi", 0.5), ("nbi", 0.0), ("nbc", 0.0)])
 )
 def test_a_truncated_cache_is_made_anew_with_a_warning(
     tmp_path: Path, suffix: str, kept: float

@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 _TWINS = """
 import sys
 from stickslip.compiled.decorators import jit, kernel
@@ -37,6 +39,7 @@ print(*[{"single": single, "double": double}[name](5) for name in sys.argv[1:]])
 """
 
 
+@pytest.mark.stress
 def test_kernels_that_were_cached_by_different_processes_are_kept_apart(tmp_path: Path) -> None:
     # A factory makes functions of one name. Numba tells them apart by a counter that starts anew
     # in each process, so two cached kernels can hold different code under one and the same symbol.

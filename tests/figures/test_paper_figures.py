@@ -61,7 +61,7 @@ def test_shipped_configs_are_found_by_name() -> None:
         shipped_config("fig1")
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_figures_3_and_4_are_made_together(command: Command) -> None:
     code, out, err = command("3", "4", "3")
     assert (code, err) == (0, "")

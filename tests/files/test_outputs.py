@@ -15,7 +15,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.marks import one_then
 from support.sweeps.sweeping import (
     LOOSE,
     ONE_BY_ONE,
@@ -195,8 +194,8 @@ def test_a_sweep_that_has_just_begun_is_not_taken_for_a_killed_one(shell: Shell)
         assert f"process {killed.pid} " not in err
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("pairs", one_then("faults", [3, 30]))
+@pytest.mark.faults
+@pytest.mark.parametrize("pairs", [3, 30])
 def test_of_sweeps_begun_at_once_one_works_and_none_does_harm(shell: Shell, pairs: int) -> None:
     write("a.yaml", FOUR, LOOSE, ONE_BY_ONE)
     expected = hash_at_once("a.yaml")

@@ -227,7 +227,7 @@ EXPECTED = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_an_extra_parameter_of_any_unit_of_the_table_is_scaled_by_its_unit(tmp_path: Path) -> None:
     imports = (
         "from stickslip.options import Physics\n"

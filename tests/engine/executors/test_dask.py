@@ -211,7 +211,7 @@ def test_a_scheduler_that_is_not_there_is_named(address: str, problem: str) -> N
         ("none", "cannot compute a block (ModuleNotFoundError: not here)"),
     ],
 )
-@pytest.mark.slow
+@pytest.mark.faults
 def test_a_worker_with_other_sources_or_none_is_told(
     cluster: Cluster, folder: Path, problem: str, told: str
 ) -> None:

@@ -149,7 +149,7 @@ def test_a_second_ctrl_c_waits_for_nobody(backend: str) -> None:
     assert all_gone(processes)
 
 
-@pytest.mark.slow
+@pytest.mark.faults
 @pytest.mark.parametrize("backend", PROCESSES)
 def test_processes_do_not_outlive_the_command(backend: str) -> None:
     sweep, processes = begun(backend, doing("stuck_block"))
