@@ -113,7 +113,8 @@ def _compiled(variant: Variant) -> Any:
 
         @jit
         def run(p, rtol, rounding, most):
-            problem = Problem(p, rounding * problem_of(p, rtol).u_s)
+            usual = problem_of(p, rtol)
+            problem = Problem(p, rounding * usual.u_s, usual.phases)
             period = 2.0 * math.pi / p.angular_frequency
             y, h, total, status = start(p), FIRST_STEP * period, 0, 0
             for _ in range(PERIODS):
