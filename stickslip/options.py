@@ -15,6 +15,8 @@ from typing import Any, NamedTuple
 
 ADIABATIC, RELAXING = "adiabatic", "relaxing"
 
+TYPICAL_PATH, NO_NOISE, STOCHASTIC = "typical-path", "none", "stochastic"
+
 STRAINS: Mapping[str, str] = MappingProxyType(
     {
         ADIABATIC: "it follows the relative velocity at once (Eq. 24)",
@@ -73,8 +75,9 @@ METHODS: Mapping[str, Method] = MappingProxyType(
 
 NOISE_TREATMENTS: Mapping[str, str] = MappingProxyType(
     {
-        "typical-path": "the geometric mean of the fluctuating order parameter, without chance",
-        "none": "the deterministic equation",
+        TYPICAL_PATH: "the geometric mean of the fluctuating order parameter, without chance",
+        NO_NOISE: "the deterministic equation",
+        STOCHASTIC: "realizations by chance, and their statistics",
     }
 )
 
@@ -91,9 +94,17 @@ class Physics(NamedTuple):
 
     friction: str
     strain: str = ADIABATIC
+    chance: bool = False
+    """Whether the noise is a random number a step, instead of its typical path."""
+
+    @property
+    def typical(self) -> Physics:
+        """The same without chance."""
+        return self._replace(chance=False)
 
     def __str__(self) -> str:
-        return self.friction + ("" if self.strain == ADIABATIC else f",strain={self.strain}")
+        strain = "" if self.strain == ADIABATIC else f",strain={self.strain}"
+        return f"{self.friction}{strain}{',stochastic' if self.chance else ''}"
 
 
 class Range(NamedTuple):
@@ -154,10 +165,21 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
         "window": Option(
             200,
             Range(20, 1_000_000, whole=True),
-            "drive periods over which an aperiodic orbit is measured",
+            "drive periods over which an aperiodic orbit is measured, or each realization",
         ),
+        "realizations": Option(64, Range(1, 1_000_000, whole=True), "paths of a stochastic film"),
+        "seed": Option(1, Range(0, 2**64 - 1, whole=True), "where the random numbers start"),
     }
 )
+
+
+_WINDOW_OF_A_REALIZATION = 32
+
+
+def default_window(noise: str) -> int:
+    """Drive periods of the statistics where none are given; fewer where there are many paths."""
+    window = _WINDOW_OF_A_REALIZATION if noise == STOCHASTIC else OPTIONS["window"].default
+    return int(window)
 
 
 class NoiseError(ValueError):
@@ -193,7 +215,8 @@ class Options:
 
     `rtol` belongs to the adaptive method, `dt` [s] to euler-cromer; `max_steps` None is the
     method's own budget. A point that states an error above `max_error` is computed again with finer
-    tolerances, and is not ok where those do not help. `stationary_rtol` is the remaining distance
+    tolerances, and is not ok where those do not help. `realizations` and `seed` belong to the noise
+    'stochastic'. `stationary_rtol` is the remaining distance
     to the limit in (x/X_m, v/(X_m omega)); `accelerate` extrapolates plainly contracting sequences.
 
     Raises OptionError for a value outside its valid range.
@@ -208,7 +231,9 @@ class Options:
     max_periods: int = OPTIONS["max_periods"].default
     window: int = OPTIONS["window"].default
     accelerate: bool = True
-    noise: str = "typical-path"
+    noise: str = TYPICAL_PATH
+    realizations: int = OPTIONS["realizations"].default
+    seed: int = OPTIONS["seed"].default
     friction: str = "power-law"
     strain: str = ADIABATIC
 
@@ -241,7 +266,7 @@ class Options:
     @property
     def physics(self) -> Physics:
         """The equations that are integrated."""
-        return Physics(self.friction, self.strain)
+        return Physics(self.friction, self.strain, self.noise == STOCHASTIC)
 
     def settings(self) -> Settings:
         """The same as kernels take it."""

@@ -10,7 +10,14 @@ import numpy as np
 
 from stickslip.kernels.points import final_columns
 from stickslip.measure.results import STATUS
-from stickslip.options import DEFAULTS, METHODS, NoiseError, Options
+from stickslip.options import (
+    DEFAULTS,
+    METHODS,
+    TYPICAL_PATH,
+    NoiseError,
+    Options,
+    default_window,
+)
 from stickslip.parameters import Parameters
 from stickslip.regime import Regime
 from stickslip.status import Status
@@ -68,6 +75,11 @@ def prepared_points(points: np.ndarray, noise: str) -> np.ndarray:
     return points
 
 
+def typical_options(options: Options) -> Options:
+    """The same with the typical path of a noise that is left to chance."""
+    return replace(options, noise=TYPICAL_PATH) if options.physics.chance else options
+
+
 def prepare_kernels(options: Options, kinds: np.ndarray) -> None:
     """Compile or load what `compute_orbits` needs for points of these kinds (n, 2).
 
@@ -107,6 +119,8 @@ def compute_orbits(
     NoiseError
         phi_0 = 0 without noise.
     """
+    if options.physics.chance:
+        return _compute_ensembles(points, options, starts, patience)
     points, method = prepared_points(points, options.noise), METHODS[options.method]
     results = np.tile(failed_row(Status.REFUSED), (len(points), 1))
     finals = np.full((len(points), len(final_columns(options.physics))), np.nan)
@@ -126,6 +140,17 @@ def compute_orbits(
     periods = results[inaccurate, _PERIODS]
     results[inaccurate] = failed_row(Status.INACCURATE)
     results[inaccurate, _PERIODS] = periods
+    return results, finals
+
+
+def _compute_ensembles(
+    points: np.ndarray, options: Options, starts: np.ndarray | None, patience: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """As `compute_orbits` where the noise is left to chance; finals are of the typical paths."""
+    from stickslip.kernels.ensembles import write_ensembles  # of no use to others
+
+    results, finals = compute_orbits(points, typical_options(options), starts, patience=patience)
+    write_ensembles(np.atleast_2d(np.asarray(points, dtype=float)), options, results, finals)
     return results, finals
 
 
@@ -186,6 +211,9 @@ def stationary_orbit(
     rtol: float = DEFAULTS.rtol,
     dt: float = DEFAULTS.dt,
     noise: str = DEFAULTS.noise,
+    realizations: int = DEFAULTS.realizations,
+    seed: int = DEFAULTS.seed,
+    window: int | None = None,
     friction: str = DEFAULTS.friction,
     strain: str = DEFAULTS.strain,
     max_periods: int = DEFAULTS.max_periods,
@@ -206,7 +234,13 @@ def stationary_orbit(
     dt
         Step of euler-cromer [s].
     noise
-        'typical-path', or 'none' for the deterministic equation.
+        'typical-path', 'none' for the deterministic equation, or 'stochastic' for the statistics of
+        an ensemble by chance, whose amplitudes are means over single drive periods.
+    realizations, seed
+        The number of paths of a stochastic film, and where their random numbers start.
+    window
+        Drive periods of the statistics of an orbit that never closes (200 if left out) or of each
+        realization (32).
     friction
         The law of the viscous stress, one of `options.FRICTION_LAWS`.
     strain
@@ -240,6 +274,9 @@ def stationary_orbit(
         max_periods=max_periods,
         accelerate=accelerate,
         noise=noise,
+        realizations=realizations,
+        seed=seed,
+        window=default_window(noise) if window is None else window,
         friction=friction,
         strain=strain,
     )

@@ -6,15 +6,16 @@ import contextlib
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from stickslip.kernels.trajectories import OBSERVABLES, observables_kernel, write_start
+from stickslip.kernels.streams import streams_of
+from stickslip.kernels.trajectories import OBSERVABLES, new_stream, observables_kernel, write_start
 from stickslip.measure.results import STATUS
 from stickslip.model.state import FILM, components_of
 from stickslip.options import DEFAULTS, METHODS, Options
-from stickslip.orbit import compute_orbits, prepared_points
+from stickslip.orbit import compute_orbits, prepared_points, typical_options
 from stickslip.parameters import Parameters
 from stickslip.stability import step_as_text
 from stickslip.status import Status
@@ -27,6 +28,9 @@ StartName = Literal["initial", "stationary"]
 
 # CF keeps the name `time` for a time of the calendar.
 TIME = "elapsed_time"
+
+REALIZATION = "realization"
+"""The dimension of the paths of a stochastic film."""
 
 # What samples hold.
 _SAMPLED = ("lower_displacement", "lower_velocity", "order_parameter")
@@ -51,6 +55,8 @@ def simulate(
     rtol: float = DEFAULTS.rtol,
     dt: float = DEFAULTS.dt,
     noise: str = DEFAULTS.noise,
+    realizations: int = 1,
+    seed: int = DEFAULTS.seed,
     friction: str = DEFAULTS.friction,
     strain: str = DEFAULTS.strain,
     max_steps: int | None = DEFAULTS.max_steps,
@@ -72,6 +78,8 @@ def simulate(
         Parameters that change along the run, with equally many values of each: `periods` at the
         first values, as many at the second, and so on (Fig. 6 of the paper). Each section begins
         in the state (x, v, phi) in which the one before ended, at phase 0 of the drive.
+    realizations, seed
+        The number of paths of a stochastic film, and where their random numbers start.
     method, rtol, dt, noise, friction, strain, max_steps, max_periods
         As for `stationary_orbit`; `max_steps` is the budget of each section.
 
@@ -80,7 +88,8 @@ def simulate(
     xarray.Dataset
         Variables of `variables.TRAJECTORY` over the dimension `elapsed_time` [s], the parameters as
         scalar coordinates, scheduled ones along it; order 3 between the steps of the adaptive
-        method. The sample at which two sections meet has the parameters of the first.
+        method. The sample at which two sections meet has the parameters of the first. A stochastic
+        film adds the dimension `realization`.
 
     Raises
     ------
@@ -106,6 +115,8 @@ def simulate(
         stationary_rtol=rtol,
         max_periods=max_periods,
         noise=noise,
+        realizations=realizations,
+        seed=seed,
         friction=friction,
         strain=strain,
     )
@@ -113,17 +124,45 @@ def simulate(
     points = prepared_points(np.array(sections), noise)
     _refuse_unstable(points, options)
     state = _start_state(points[0], options, start)
-    parts, begin = [], 0.0
-    for section, point in zip(sections, points, strict=True):
-        samples = _sampled(point, options, state, periods, samples_per_period)
-        step = 2.0 * math.pi / section.angular_frequency / samples_per_period
-        # The drive is at phase 0 again, so the section's own time begins at 0.
-        own = np.arange(len(samples)) * step
-        parts.append(_section(section, options, own, begin + own, samples))
-        state, begin = _state_of(samples[-1]), begin + own[-1]
+    run = _Run(sections, points, options, periods, samples_per_period, tuple(schedule or ()))
     with contextlib.suppress(ModuleNotFoundError):
         import_module("sweeps.accessor")  # `ds.stickslip`, where the views are; needed by nothing
-    return _joined(parts, schedule or {})
+    if not options.physics.chance:
+        return run.path(state, new_stream())
+    # The numbers of the first section serve the whole run.
+    return _together([run.path(state, new_stream(own)) for own in streams_of(points[:1], options)])
+
+
+class _Run(NamedTuple):
+    """Consecutive sections of a trajectory, with equally many periods of each."""
+
+    sections: Sequence[Parameters]
+    points: np.ndarray
+    options: Options
+    periods: int
+    per_period: int
+    scheduled: tuple[str, ...]
+
+    def path(self, state: np.ndarray, stream: np.ndarray) -> xr.Dataset:
+        """The trajectory from a state (width,), with the random numbers of a stream."""
+        parts, begin = [], 0.0
+        for section, point in zip(self.sections, self.points, strict=True):
+            samples = _sampled(point, self.options, state, self.periods, self.per_period, stream)
+            step = 2.0 * math.pi / section.angular_frequency / self.per_period
+            # The drive is at phase 0 again, so the section's own time begins at 0.
+            own = np.arange(len(samples)) * step
+            parts.append(_section(section, self.options, own, begin + own, samples))
+            state, begin = _state_of(samples[-1]), begin + own[-1]
+        return _joined(parts, self.scheduled)
+
+
+def _together(paths: list[xr.Dataset]) -> xr.Dataset:
+    """The realizations of a stochastic film, along a dimension of their own."""
+    import xarray as xr
+
+    together = xr.concat(paths, dim=REALIZATION, coords="minimal", compat="override")
+    attrs = {"long_name": "number of the realization"}
+    return together.assign_coords({REALIZATION: (REALIZATION, np.arange(len(paths)), attrs)})
 
 
 def _sections(parameters: Parameters, schedule: Mapping[str, Sequence[float]]) -> list[Parameters]:
@@ -149,12 +188,17 @@ def _refuse_unstable(points: np.ndarray, options: Options) -> None:
 
 
 def _sampled(
-    point: np.ndarray, options: Options, state: np.ndarray, periods: int, per_period: int
+    point: np.ndarray,
+    options: Options,
+    state: np.ndarray,
+    periods: int,
+    per_period: int,
+    stream: np.ndarray,
 ) -> np.ndarray:
     """The states (x, v, phi, ...) at the sample times, (periods*per_period + 1, width)."""
     samples = np.empty((periods * per_period + 1, _width(options)))
     kernels = METHODS[options.method].kernels
-    status = Status(kernels.trajectory(point, options, state, per_period, samples))
+    status = Status(kernels.trajectory(point, options, state, per_period, samples, stream))
     if status is not Status.OK:
         raise IntegrationError(status)
     return samples
@@ -186,7 +230,7 @@ def _start_state(
     if not isinstance(start, str):
         return np.array(start, dtype=float)
     if start == "stationary":
-        results, finals = compute_orbits(point, options)
+        results, finals = compute_orbits(point, typical_options(options))
         status = Status(int(results[0, STATUS]))
         if not status.is_result:
             raise IntegrationError(status, "No stationary start: ")
@@ -214,7 +258,9 @@ def _section(
 
     observables = np.empty((len(own), len(OBSERVABLES)))
     u_s = METHODS[options.method].kernels.rounding(parameters, options)
-    observables_kernel(options.physics)(np.array(parameters), own, samples, u_s, observables)
+    observables_kernel(options.physics.typical)(
+        np.array(parameters), own, samples, u_s, observables
+    )
     states = dict(zip(_SAMPLED, samples.T, strict=False))  # a strain is an observable
     columns = states | dict(zip(OBSERVABLES, observables.T, strict=True))
     data = {

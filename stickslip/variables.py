@@ -189,8 +189,16 @@ PHASES: Mapping[str, Variable] = _by_name(
 )
 
 _ORBIT = "over the stationary orbit"
-_HALF = f"half of maximum minus minimum {_ORBIT}; where it is aperiodic, the mean of single periods"
-_SPREAD = "over the orbit, or the window of an aperiodic one; 0 where it closes after one period"
+_HALF = (
+    f"half of maximum minus minimum {_ORBIT}; where it is aperiodic, or the film stochastic, the "
+    "mean of single periods"
+)
+_SPREAD = (
+    "over the orbit, the window of an aperiodic one, or all periods of all realizations; 0 where "
+    "it closes after one period"
+)
+_ALL = "of a stochastic film over all periods of all realizations"
+_TYPICAL = "of a stochastic film that of its typical path"
 
 RESULTS: Mapping[str, ResultVariable] = _by_name(
     ResultVariable("elastic_stress_amplitude", "sigma_el,max", r"\sigma_\mathrm{el,max}", "Pa",
@@ -198,26 +206,27 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
     ResultVariable("friction_force_amplitude", "F_max", r"F_\mathrm{max}", "N",
         "amplitude of the friction force", _HALF),
     ResultVariable("elastic_stress_max", "max sigma_el", r"\max\sigma_\mathrm{el}", "Pa",
-        f"maximum of the elastic stress {_ORBIT}"),
+        f"maximum of the elastic stress {_ORBIT}", _ALL),
     ResultVariable("elastic_stress_min", "min sigma_el", r"\min\sigma_\mathrm{el}", "Pa",
-        f"minimum of the elastic stress {_ORBIT}"),
+        f"minimum of the elastic stress {_ORBIT}", _ALL),
     ResultVariable("friction_force_max", "max F", r"\max F", "N",
-        f"maximum of the friction force {_ORBIT}"),
+        f"maximum of the friction force {_ORBIT}", _ALL),
     ResultVariable("friction_force_min", "min F", r"\min F", "N",
-        f"minimum of the friction force {_ORBIT}"),
+        f"minimum of the friction force {_ORBIT}", _ALL),
     ResultVariable("amplitude_error", "error", r"\mathrm{error}", "1",
         "estimated relative error of the worse of the two amplitudes",
         "relative to max(amplitude, 1 % of max(2K, M omega^2)|X_m|), over A for the stress; of "
-        "aperiodic orbits three standard errors of the mean"),
+        "aperiodic orbits and stochastic films three standard errors of the mean, besides the "
+        "error of the typical path"),
     ResultVariable("power_balance_error", "power balance", r"\mathrm{power\ balance}", "1",
         f"relative violation of the power balance {_ORBIT}",
         "|work of the drive - dissipation - energy gained| / integral of |F V|"),
     ResultVariable("orbit_periods", "n", "n", "1",
-        "drive periods after which the stationary orbit closes", "0 where it is aperiodic",
-        dtype="i4", missing=-1),
+        "drive periods after which the stationary orbit closes",
+        "0 where it is aperiodic, or the film stochastic", dtype="i4", missing=-1),
     ResultVariable("melting_count", "meltings", r"n_\mathrm{melt}", "1",
         f"number of solid to liquid transitions {_ORBIT}",
-        "solid from phi >= b/2c, melted at phi <= 0.1 b/2c", dtype="i4", missing=-1),
+        f"solid from phi >= b/2c, melted at phi <= 0.1 b/2c; {_ALL}", dtype="i4", missing=-1),
     ResultVariable("solid_transition_count", "solid transitions", r"n_\mathrm{solid}", "1",
         f"number of changes between a soft and a hard solid {_ORBIT}",
         "films whose free energy goes to sixth order; not with the liquid between the two",
@@ -232,11 +241,11 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
         f"share of the time in which the film is solid, {_ORBIT}",
         "with the thresholds of the meltings"),
     ResultVariable("regime", "regime", r"\mathrm{regime}", "1",
-        "what kind of motion the orbit is", dtype="i1", missing=127),
+        "what kind of motion the orbit is", _TYPICAL, dtype="i1", missing=127),
     ResultVariable("floquet_multiplier", "multiplier", r"|\mu|", "1",
         "modulus of the largest Floquet multiplier of the orbit",
         "by finite differences of the map of (x, v, ln phi) over the orbit; resolved to about the "
-        "root of the tolerance"),
+        f"root of the tolerance; {_TYPICAL}"),
     ResultVariable("lyapunov_exponent", "Lyapunov exponent", r"\lambda", "1",
         "largest Lyapunov exponent of an aperiodic orbit, per drive period"),
     ResultVariable("elastic_stress_amplitude_spread", "spread of sigma_el,max",

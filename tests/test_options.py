@@ -26,7 +26,7 @@ from stickslip.options import (
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS
 
-OFFERED = {"compile_for", "orbits", "trajectory", "largest_step"}
+OFFERED = {"compile_for", "orbits", "stochastic_walk", "trajectory", "largest_step"}
 CHOICES: dict[str, Any] = {
     "method": METHODS,
     "noise": NOISE_TREATMENTS,
@@ -122,6 +122,8 @@ EDGES = {  # the last value refused and the first one taken, at either end
     "max_error": (0.0, 5e-324, 1.0, math.nextafter(1.0, 2.0)),
     "max_periods": (0, 1, 2**63 - 1, 2**63),
     "window": (19, 20, 1_000_000, 1_000_001),
+    "realizations": (0, 1, 1_000_000, 1_000_001),
+    "seed": (-1, 0, 2**64 - 1, 2**64),
 }
 
 

@@ -287,7 +287,10 @@ def test_each_method_answers_for_itself() -> None:
     ("options", "name"),
     [
         ({"method": "euler"}, "method"),
-        ({"noise": "stochastic"}, "noise"),
+        ({"noise": "random"}, "noise"),
+        ({"noise": "stochastic", "realizations": 0}, "realizations"),
+        ({"noise": "stochastic", "seed": 2**64}, "seed"),
+        ({"noise": "stochastic", "window": 3}, "window"),
         ({"friction": "coulomb"}, "friction"),
         ({"rtol": 0.0}, "rtol"),
         ({"rtol": float("nan")}, "rtol"),

@@ -17,7 +17,8 @@ from stickslip import (
     simulate,
     stationary_orbit,
 )
-from stickslip.options import METHODS
+from stickslip.kernels.streams import streams_of
+from stickslip.options import METHODS, Options
 from stickslip.trajectory import attributes
 from stickslip.variables import PARAMETERS, TRAJECTORY
 
@@ -302,3 +303,53 @@ def test_nothing_to_sample_is_an_error(wrong: dict[str, int]) -> None:
 def test_an_unknown_start_is_an_error() -> None:
     with pytest.raises(ValueError, match="start must be one of"):
         simulate(start="somewhere")
+
+
+# --- stochastic films -----------------------------------------------------------------------------
+
+CHANCE = {"noise": "stochastic", "samples_per_period": 100, "periods": 2}
+
+
+def test_a_stochastic_film_has_a_path_for_each_realization() -> None:
+    ds = simulate(**CHANCE, realizations=3)
+    assert dict(ds.sizes) == {"realization": 3, "elapsed_time": 201}
+    assert len(np.unique(ds.order_parameter[:, -1])) == 3
+    assert (ds.order_parameter > 1e-20).all()  # nothing falls through the noise, between steps too
+    xr.testing.assert_identical(ds.isel(realization=[0]), simulate(**CHANCE))
+    assert not simulate(**CHANCE, seed=2).order_parameter.equals(simulate(**CHANCE).order_parameter)
+
+
+def test_random_numbers_go_on_from_section_to_section() -> None:
+    once = simulate(**CHANCE | {"periods": 2})
+    twice = simulate(**CHANCE | {"periods": 1}, schedule={"temperature": [200.0, 200.0]})
+    # The step that a section begins with is short again, so the paths differ, but not their law.
+    assert twice.sizes == once.sizes
+    np.testing.assert_allclose(twice.lower_displacement, once.lower_displacement, atol=1e-3 * X_M)
+    film = twice.order_parameter[0]
+    assert film[50] != film[150]  # other numbers, though the parameters are the same
+
+
+def test_the_path_of_euler_cromer_is_that_of_its_lanes() -> None:
+    p = Parameters(
+        angular_frequency=2e3, drive_amplitude=8e-9, temperature=250.0, initial_order_parameter=0.6,
+        noise_intensity=1e-4,
+    )  # fmt: skip
+    steps = 32 * 20_000
+    dt = 2.0 * math.pi / 2e3 / steps * (1.0 + 1e-12)
+    options = Options(noise="stochastic", realizations=2, method="euler-cromer", dt=dt)
+    start = np.array([[0.0, 0.0, math.log(0.6), 1.0]])
+    points = np.array([p])
+    walk = METHODS["euler-cromer"].kernels.stochastic_walk(
+        np.repeat(points, 2, axis=0), np.repeat(start, 2, axis=0), streams_of(points, options),
+        options,
+    )  # fmt: skip
+    paths = simulate(
+        p, periods=2, samples_per_period=1, noise="stochastic", realizations=2, dt=dt,
+        method="euler-cromer",
+    )  # fmt: skip
+    for period in (1, 2):
+        walk.next_period()
+        np.testing.assert_allclose(
+            np.exp(walk.states()[:, 2]), paths.order_parameter[:, period], rtol=1e-7
+        )
+    assert abs(paths.order_parameter[0, 2] / paths.order_parameter[1, 2] - 1.0) > 1e-5

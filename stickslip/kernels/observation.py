@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from stickslip.compiled.decorators import kernel
+from stickslip.compiled.decorators import jit, kernel
 from stickslip.kernels.points import parameters_of
 from stickslip.measure.accumulate import FORCE_MAX, RECORD, STRESS_MAX
 from stickslip.measure.results import (
@@ -21,6 +21,7 @@ from stickslip.measure.results import (
     write_result,
 )
 from stickslip.measure.window import Window, amplitudes_of, mean_in_order, standard_errors
+from stickslip.parameters import Parameters
 
 # Periods after which tangents point where they grow fastest, and those in which their growth is
 # judged; a growth above the least, per period, is none that leads to a cycle soon.
@@ -47,12 +48,16 @@ class Walk(Protocol):
         """Go on for a period: the records (n, RECORD) of it as a stretch, in SI units."""
         ...
 
-    def part(self, which: np.ndarray) -> Walk:
-        """The walk of some of the motions alone, from where they are."""
-        ...
-
     def outcomes(self) -> np.ndarray:
         """The Status (n,) of each so far, OK while it goes on."""
+        ...
+
+
+class DivisibleWalk(Walk, Protocol):
+    """Motions of which some may end before others."""
+
+    def part(self, which: np.ndarray) -> DivisibleWalk:
+        """The walk of some of the motions alone, from where they are."""
         ...
 
 
@@ -123,7 +128,7 @@ def _grows(grown: list[np.ndarray]) -> np.ndarray:
     return mean_in_order(grown[_ALIGNING:_JUDGED]) > _LEAST_GROWTH
 
 
-def spreads_of(walk: Walk, periods: np.ndarray) -> np.ndarray:
+def spreads_of(walk: DivisibleWalk, periods: np.ndarray) -> np.ndarray:
     """Standard deviations (n, 2) of stress and force amplitudes among single periods of orbits.
 
     `periods` (n,) after which they close; 0 where that is one.
@@ -138,6 +143,29 @@ def spreads_of(walk: Walk, periods: np.ndarray) -> np.ndarray:
     return np.array([singles[:n, i].std(axis=0) for i, n in enumerate(periods)]).reshape(-1, 2)
 
 
+@jit
+def _relative_error(p: Parameters, means: np.ndarray, errors: np.ndarray) -> float:
+    """The error (2,) of mean amplitudes (2,) of stress and force as one number, the worse one.
+
+    That of an orbit with these amplitudes, one extremum off.
+    """
+    exact, blurred = np.zeros(RECORD), np.zeros(RECORD)
+    for column, slot in ((0, STRESS_MAX), (1, FORCE_MAX)):
+        exact[slot], exact[slot + 1] = means[column], -means[column]
+        blurred[slot] = exact[slot] + errors[column]
+        blurred[slot + 1] = exact[slot + 1]
+    return relative_difference(p, blurred, exact)
+
+
+@kernel
+def write_relative_errors(
+    points: np.ndarray, means: np.ndarray, errors: np.ndarray, relative: np.ndarray
+) -> None:
+    """Write the errors (n, 2) of mean amplitudes (n, 2) of points as numbers (n,)."""
+    for i in range(points.shape[0]):
+        relative[i] = _relative_error(parameters_of(points[i]), means[i], errors[i])
+
+
 @kernel
 def write_aperiodic(
     points: np.ndarray, watched: Watched, periods: np.ndarray, results: np.ndarray
@@ -147,14 +175,8 @@ def write_aperiodic(
     `points` (n, parameters); `periods` (n,) drive periods integrated for each; `results`
     (n, columns).
     """
-    exact, blurred = np.zeros(RECORD), np.zeros(RECORD)
     for i in range(points.shape[0]):
         p, begin, end = parameters_of(points[i]), watched.begins[i], watched.ends[i]
-        # The error of a mean is that of an orbit with these amplitudes, one extremum off.
-        for column, slot in ((0, STRESS_MAX), (1, FORCE_MAX)):
-            exact[slot], exact[slot + 1] = watched.means[i, column], -watched.means[i, column]
-            blurred[slot] = exact[slot] + watched.errors[i, column]
-            blurred[slot + 1] = exact[slot + 1]
         measured = Measured(
             record=watched.records[i],
             cycle=2 * watched.lengths[i],
@@ -162,7 +184,7 @@ def write_aperiodic(
             end=(end[0], end[1]),
             symmetric=False,
             amplitudes=(watched.means[i, 0], watched.means[i, 1]),
-            error=relative_difference(p, blurred, exact),
+            error=_relative_error(p, watched.means[i], watched.errors[i]),
             spreads=(watched.spreads[i, 0], watched.spreads[i, 1]),
             multiplier=np.nan,
             exponent=watched.exponents[i],

@@ -10,7 +10,18 @@ import numpy as np
 from stickslip.compiled.decorators import inline, jit, kernel, kernel_factory, named_kernel
 from stickslip.compiled.fields import make_map
 from stickslip.kernels.points import FIRST_STEP, parameters_of
-from stickslip.kernels.problem import Problem, problem_functions, problem_of
+from stickslip.kernels.problem import Problem, ProblemFunctions, problem_functions, problem_of
+from stickslip.kernels.streams import (
+    KEY_HIGH,
+    KEY_LOW,
+    PATH,
+    PERIOD,
+    SIGNS,
+    STREAM,
+    first_sign,
+    normal_number,
+    signs,
+)
 from stickslip.model import drive, film, noise
 from stickslip.model.relaxing import starting_state_with_strain
 from stickslip.model.rhs import (
@@ -38,12 +49,21 @@ OBSERVABLES = (
 """What `observables_kernel` computes; the names are those of `variables.TRAJECTORY`."""
 
 
+# Behind a stream: the steps drawn in this drive period, and the signs that are left.
+_DRAWN, _BITS = STREAM, STREAM + 1
+
+
 class Samples(NamedTuple):
-    """Rows (n, width) for the states at the phase times j dt, and the number of the next one."""
+    """Rows (n, width) for the states at the phase times j dt, and the number of the next one.
+
+    `stream` holds the random numbers of a path, where the noise is left to chance: STREAM numbers,
+    the steps that were drawn in this drive period, and the signs that are left.
+    """
 
     rows: np.ndarray
     cursor: np.ndarray
     dt: float
+    stream: np.ndarray
 
 
 def _make_sample_step(width: int) -> Any:
@@ -76,6 +96,7 @@ def _make_trajectory(width: int, period_map: Any, own_state: Any, motion: Any) -
         settings: Settings,
         start: np.ndarray,
         per_period: int,
+        stream: np.ndarray,
         samples: np.ndarray,
     ) -> int:
         p, last = parameters_of(point), samples.shape[0] - 1
@@ -83,9 +104,11 @@ def _make_trajectory(width: int, period_map: Any, own_state: Any, motion: Any) -
         dt = drive.period(p) / per_period
         for first in range(0, last, per_period):
             rows = samples[first : first + per_period]
-            taken = Samples(rows, np.zeros(1, np.int64), dt)
+            taken = Samples(rows, np.zeros(1, np.int64), dt, stream)
             y, h, used, status = period_map(p, settings, y, h, settings.max_steps - steps, taken)
             steps += used
+            stream[PERIOD] += 1.0
+            stream[_DRAWN] = 0.0
             if status != OK:
                 return status
         for component in range(samples.shape[1]):
@@ -109,17 +132,71 @@ def _as_it_is(p: Parameters, t: float, y: State) -> State:
     return y
 
 
+def new_stream(numbers: np.ndarray | None = None) -> np.ndarray:
+    """What a trajectory draws its random numbers from: a stream (STREAM,) at its first number."""
+    stream = np.zeros(_BITS + 1)
+    stream[:STREAM] = 0.0 if numbers is None else numbers
+    return stream
+
+
+@inline
+def _draw_sign(s: Samples) -> float:
+    stream = s.stream
+    drawn = int(stream[_DRAWN])
+    if drawn % SIGNS == 0:
+        low, high, path, period = stream[KEY_LOW], stream[KEY_HIGH], stream[PATH], stream[PERIOD]
+        stream[_BITS] = signs(low, high, path, period, float(drawn // SIGNS))
+    sign, stream[_BITS] = first_sign(stream[_BITS])
+    stream[_DRAWN] += 1.0
+    return sign
+
+
+def _make_disturb(functions: ProblemFunctions) -> Any:
+    """What adds the noise by chance to the end of a step of the adaptive drive."""
+    from stickslip.kernels.adaptive.chance import kicked  # of no use to others
+    from stickslip.model.chance import make_deviation
+
+    rhs, width = functions.rhs, functions.width
+    deviation_of = make_deviation(algebra(width).interpolate)
+    values = (f"psi if {i} == {FILM} else y[{i}]" for i in range(width))
+    with_psi = make_map(f"with_psi[{width}]", "y, psi", values, {})
+
+    @inline
+    def disturb(
+        problem: Problem,
+        t: float,
+        h: float,
+        y0: State,
+        y1: State,
+        f1: State,
+        d1: State,
+        d2: State,
+        s: Samples,
+    ) -> tuple[State, State, float]:
+        stream, p = s.stream, problem.p
+        low, high, path, period = stream[KEY_LOW], stream[KEY_HIGH], stream[PATH], stream[PERIOD]
+        xi = normal_number(low, high, path, period, stream[_DRAWN])
+        stream[_DRAWN] += 1.0
+        deviation = deviation_of(p, h, y0, y1, d1, d2)
+        psi, longest = kicked(p, y1[FILM], deviation, h, xi)
+        y = with_psi(y1, psi)
+        return y, rhs(problem, t + h, y), longest
+
+    return disturb
+
+
 @kernel_factory
 def adaptive_trajectory(physics: Physics) -> Any:
     """The kernel of a trajectory by the adaptive method.
 
-    It maps (point, settings, start, per_period, samples) to the Status as an integer: `point`
-    (parameters,); `start` (width,) the state (x, v, ln phi, ...) at phase 0; `samples`
-    (periods*per_period + 1, width) receives (x, v, phi, ...) at equal times.
+    It maps (point, settings, start, per_period, stream, samples) to the Status as an integer:
+    `point` (parameters,); `start` (width,) the state (x, v, ln phi, ...) at phase 0; `stream` as of
+    `new_stream`, which is moved on; `samples` (periods*per_period + 1, width) receives (x, v, phi,
+    ...) at equal times.
     """
     functions = problem_functions(physics)
     width, relative_state = functions.width, functions.equations.relative_state
-    sample_step = _make_sample_step(width)
+    sample_step, chance = _make_sample_step(width), physics.chance
     numbered = (f"exp(y[{i}])" if i == FILM else f"y[{i}]" for i in range(width))
     with_phi = make_map(f"with_phi[{width}]", "y", numbered, {"exp": math.exp})
 
@@ -135,10 +212,12 @@ def adaptive_trajectory(physics: Physics) -> Any:
     def observe(
         problem: Problem, t: float, h: float, y0: State, y1: State, d1: State, d2: State, s: Samples
     ) -> None:
-        sample_step(t, h, y0, y1, d1, d2, s)
+        if not chance:
+            sample_step(t, h, y0, y1, d1, d2, s)
 
     rhs, jacobian, weight = functions.rhs, functions.jacobian, functions.error_weight
-    travel = make_adaptive(rhs, jacobian, weight, observe, RODAS4P2, algebra(width))
+    more = (_make_disturb(functions),) if physics.chance else ()
+    travel = make_adaptive(rhs, jacobian, weight, observe, RODAS4P2, algebra(width), *more)
 
     @jit
     def period(
@@ -147,7 +226,25 @@ def adaptive_trajectory(physics: Physics) -> Any:
         problem = problem_of(p, settings.rtol)
         return travel(problem, settings.rtol, 0.0, drive.period(p), y, h, budget, s)
 
-    trajectory = _make_trajectory(width, period, relative, motion)
+    @jit
+    def period_by_chance(
+        p: Parameters, settings: Settings, y: State, h: float, budget: int, s: Samples
+    ) -> Any:
+        problem, steps, status = problem_of(p, settings.rtol), 0, OK
+        for i in range(s.rows.shape[0]):
+            # Between the ends of steps nothing is known of the noise: one ends at every sample.
+            for component in range(s.rows.shape[1]):
+                s.rows[i, component] = y[component]
+            end = (i + 1) * s.dt if i + 1 < s.rows.shape[0] else drive.period(p)
+            left = budget - steps
+            y, h, used, status = travel(problem, settings.rtol, i * s.dt, end, y, h, left, s)
+            steps += used
+            if status != OK:
+                break
+        return y, h, steps, status
+
+    own_period = period_by_chance if physics.chance else period
+    trajectory = _make_trajectory(width, own_period, relative, motion)
     return named_kernel(f"adaptive_trajectory[{physics}]", trajectory)
 
 
@@ -159,13 +256,15 @@ def euler_cromer_trajectory(physics: Physics) -> Any:
     """
     stress_and_force, sample_step = equations(physics).exact, _make_sample_step(len(STATE))
 
+    chance = physics.chance
+
     @inline
-    def increments(p: Parameters, t: float, dt: float, y: State) -> tuple[float, float]:
+    def increments(p: Parameters, t: float, dt: float, y: State, xi: float) -> tuple[float, float]:
         x, v, phi = y
         u = relative_velocity(p, t, v)
         _, F = stress_and_force(p, u, phi)
         rate = film.order_parameter_rate(p, phi, film_melting_function(p, u))
-        kick = noise.typical_kick(p, phi, dt)
+        kick = noise.random_kick(p, dt, xi) if chance else noise.typical_kick(p, phi, dt)
         return dt * block_acceleration(p, x, F), dt * rate + kick
 
     @inline
@@ -173,7 +272,7 @@ def euler_cromer_trajectory(physics: Physics) -> Any:
         zero = (0.0, 0.0, 0.0)
         sample_step(t, h, y0, y1, zero, zero, s)
 
-    march = make_euler_cromer(increments, observe)
+    march = make_euler_cromer(increments, observe, *((_draw_sign,) if chance else ()))
 
     @jit
     def period(

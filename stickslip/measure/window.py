@@ -88,6 +88,19 @@ def mean_in_order(values: Sequence[np.ndarray]) -> np.ndarray:
     return np.asarray(np.cumsum(values, axis=0)[-1] / len(values))
 
 
+def ensemble_standard_error(values: np.ndarray) -> float:
+    """Standard error of the mean of `values` (realizations, periods), correlated along a path.
+
+    By the means of realizations, or of batches of theirs where there are few.
+    """
+    paths, periods = values.shape
+    batches = min(-(-_BATCHES // paths), periods)
+    length = periods // batches
+    used = values[:, periods - batches * length :]
+    means = np.ascontiguousarray(used).reshape(paths * batches, length).mean(axis=1)
+    return float(means.std(ddof=1) / math.sqrt(len(means))) if len(means) > 1 else math.inf
+
+
 def standard_errors(values: np.ndarray) -> np.ndarray:
     """Standard errors of the means over the first axis, whose entries may be correlated.
 

@@ -5,8 +5,8 @@ linear and Gaussian, and the geometric mean of |phi| follows a smooth equation: 
 one plus D_eff/phi with D_eff = D exp(E ln chi^2_1). This closure keeps phi positive, needs no
 random number and vanishes in the solid (docs/equations.md).
 
-A stochastic treatment would replace `typical_path` in the right-hand side by a random kick per
-step; nothing else depends on the treatment.
+Where the noise is left to chance, `no_path` stands in its place, and every step gets a random
+number (`chance.py`).
 """
 
 from __future__ import annotations
@@ -26,6 +26,9 @@ _AT_ONCE = 3.0
 # An order parameter below this many times the level of the noise is at that level.
 _NEAR = 3.0
 
+# A barrier of so many D is overcome in one case in 1e17.
+_BEYOND_CHANCE = 40.0
+
 # A floor of a divisor, so that 0/0 cannot arise without noise.
 _SMALLEST = 1e-300
 
@@ -43,6 +46,12 @@ def typical_path(p: Parameters, inverse_phi: float) -> float:
 
 
 @inline
+def no_path(p: Parameters, inverse_phi: float) -> float:
+    """The same where the noise is left to chance."""
+    return 0.0
+
+
+@inline
 def typical_kick(p: Parameters, phi: float, dt: float) -> float:
     """What the noise adds to phi in a fixed step `dt`: D_eff dt/phi.
 
@@ -51,6 +60,12 @@ def typical_kick(p: Parameters, phi: float, dt: float) -> float:
     """
     gained = effective_intensity(p) * dt
     return gained / max(phi, max(math.sqrt(gained), _SMALLEST))
+
+
+@inline
+def random_kick(p: Parameters, dt: float, xi: float) -> float:
+    """What chance adds to phi in a fixed step `dt` [s]; `xi` has the variance 1."""
+    return math.sqrt(2.0 * p.noise_intensity * dt) * xi
 
 
 @inline
@@ -92,6 +107,16 @@ def freezes_late(p: Parameters) -> bool:
     foldings = growth * math.pi / p.angular_frequency
     way = -math.log(max(level(p), _SMALLEST))
     return growth > 0.0 and foldings < _AT_ONCE * way
+
+
+@inline
+def may_reach(p: Parameters, phi: float, bound: float) -> bool:
+    """Whether the noise may lift the order parameter from `bound` to `phi` above it, by chance.
+
+    It is found there in proportion to exp(-delta f/D), the film being softest without strain.
+    """
+    barrier = film.free_energy(p, phi, 0.0) - film.free_energy(p, bound, 0.0)
+    return p.kinetic_coefficient * barrier <= _BEYOND_CHANCE * p.noise_intensity
 
 
 @inline

@@ -6,9 +6,12 @@ it gives back as it relaxes and as it melts; in the adiabatic limit (Eq. 24) all
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.elementary import exponentials
-from stickslip.model import drive, film, friction, noise
+from stickslip.model import drive, film, friction
 from stickslip.model.laws import FrictionLaw
 from stickslip.model.rhs import (
     Equations,
@@ -45,11 +48,16 @@ def _strain(p: Parameters, y: State) -> float:
     return y[3]
 
 
-@inline
-def _psi_rate(p: Parameters, psi: float, eps: float) -> float:
-    phi, inverse_phi = exponentials(psi)
-    force = film.log_force(p, phi, film.melting_function(p, eps))
-    return noise.typical_path(p, inverse_phi) - p.kinetic_coefficient * force
+def _make_psi_rate(path: Callable[..., float]) -> Any:
+    """The rate of ln(phi) [1/s] of (p, psi, eps); `path` as of `rhs.equations`."""
+
+    @inline
+    def psi_rate(p: Parameters, psi: float, eps: float) -> float:
+        phi, inverse_phi = exponentials(psi)
+        force = film.log_force(p, phi, film.melting_function(p, eps))
+        return path(p, inverse_phi) - p.kinetic_coefficient * force
+
+    return psi_rate
 
 
 @inline
@@ -60,18 +68,17 @@ def stored_energy(p: Parameters, y: State) -> float:
     return 0.5 * film.elastic_stress(p, phi, y[3]) * y[3] * volume
 
 
-@inline
-def _power(p: Parameters, V: float, y: State, F: float) -> float:
-    _, u, psi, eps = y
-    elastic = film.elastic_stress(p, exponentials(psi)[0], eps) * p.contact_area
-    # What relaxes is lost, and what melts under strain.
-    lost = 1.0 / p.strain_relaxation_time - _psi_rate(p, psi, eps)
-    return F * V - (F - elastic) * u - 2.0 * stored_energy(p, y) * lost
+def relaxing_equations(law: FrictionLaw, path: Callable[..., float]) -> Equations:
+    """The equations of motion of (x, u, psi, eps); `path` is what the noise adds to psi'."""
+    rounded, rate_of_psi = law.rounded, _make_psi_rate(path)
 
-
-def relaxing_equations(law: FrictionLaw) -> Equations:
-    """The equations of motion of (x, u, psi, eps)."""
-    rounded = law.rounded
+    @inline
+    def power(p: Parameters, V: float, y: State, F: float) -> float:
+        _, u, psi, eps = y
+        elastic = film.elastic_stress(p, exponentials(psi)[0], eps) * p.contact_area
+        # What relaxes is lost, and what melts under strain.
+        lost = 1.0 / p.strain_relaxation_time - rate_of_psi(p, psi, eps)
+        return F * V - (F - elastic) * u - 2.0 * stored_energy(p, y) * lost
 
     @inline
     def observables(p: Parameters, y: State, phi: float, u_s: float) -> tuple[float, float]:
@@ -83,7 +90,7 @@ def relaxing_equations(law: FrictionLaw) -> Equations:
         _, F = observables(p, y, exponentials(psi)[0], u_s)
         u_rate = drive.upper_acceleration(p, t) - block_acceleration(p, x, F)
         x_rate = drive.upper_velocity(p, t) - u
-        return x_rate, u_rate, _psi_rate(p, psi, eps), strain_relaxation(p, u, eps)
+        return x_rate, u_rate, rate_of_psi(p, psi, eps), strain_relaxation(p, u, eps)
 
     @inline
     def jacobian(p: Parameters, t: float, y: State, u_s: float) -> tuple[State, ...]:
@@ -94,7 +101,7 @@ def relaxing_equations(law: FrictionLaw) -> Equations:
         F_psi, F_eps = 2.0 * mu * eps * p.contact_area, mu * p.contact_area
         psi_eps = -p.kinetic_coefficient * (2.0 * p.elastic_coefficient * eps)
         psi_psi = -p.kinetic_coefficient * film.log_force_slope(p, phi)
-        psi_psi -= 2.0 * noise.typical_path(p, inverse_phi)
+        psi_psi -= 2.0 * path(p, inverse_phi)
         relaxing = 1.0 / p.strain_relaxation_time
         return (
             (0.0, -1.0, 0.0, 0.0),
@@ -125,6 +132,6 @@ def relaxing_equations(law: FrictionLaw) -> Equations:
         jacobian=jacobian,
         observables=observables,
         observables_and_rates=observables_and_rates,
-        power=_power,
+        power=power,
         stored_energy=stored_energy,
     )

@@ -101,11 +101,15 @@ class Equations(NamedTuple):
 @cache
 def equations(physics: Physics) -> Equations:
     """The equations of motion of these physics."""
+    law, path = (
+        friction_law(physics.friction),
+        noise.no_path if physics.chance else noise.typical_path,
+    )
     if physics.strain == ADIABATIC:
-        return _adiabatic_equations(friction_law(physics.friction))
+        return _adiabatic_equations(law, path)
     from stickslip.model.relaxing import relaxing_equations
 
-    return relaxing_equations(friction_law(physics.friction))
+    return relaxing_equations(law, path)
 
 
 @inline
@@ -135,7 +139,7 @@ def make_exact(law: FrictionLaw) -> Any:
     return exact
 
 
-def _adiabatic_equations(law: FrictionLaw) -> Equations:
+def _adiabatic_equations(law: FrictionLaw, path: Callable[..., float]) -> Equations:
     rounded = law.rounded
 
     @inline
@@ -149,7 +153,7 @@ def _adiabatic_equations(law: FrictionLaw) -> Equations:
         _, F = observables(p, y, phi, u_s)
         u_rate = drive.upper_acceleration(p, t) - block_acceleration(p, x, F)
         force = film.log_force(p, phi, film_melting_function(p, u))
-        psi_rate = noise.typical_path(p, inverse_phi) - p.kinetic_coefficient * force
+        psi_rate = path(p, inverse_phi) - p.kinetic_coefficient * force
         return drive.upper_velocity(p, t) - u, u_rate, psi_rate
 
     @inline
@@ -163,7 +167,7 @@ def _adiabatic_equations(law: FrictionLaw) -> Equations:
         F_psi = 2.0 * mu * (eps_u * u) * p.contact_area
         psi_u = -p.kinetic_coefficient * (2.0 * p.elastic_coefficient * (eps_u * eps_u)) * u
         psi_psi = -p.kinetic_coefficient * film.log_force_slope(p, phi)
-        psi_psi -= 2.0 * noise.typical_path(p, inverse_phi)
+        psi_psi -= 2.0 * path(p, inverse_phi)
         M = p.block_mass
         return (
             (0.0, -1.0, 0.0),

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
-from stickslip.compiled.decorators import jit
+from stickslip.compiled.decorators import inline, jit
 from stickslip.numerics import step_control
 from stickslip.numerics.linear import Algebra, Vector
 from stickslip.numerics.rosenbrock import make_defect_error, make_step
@@ -20,6 +21,21 @@ OK, STEP_LIMIT, DIVERGED = int(Status.OK), int(Status.STEP_LIMIT), int(Status.DI
 _LEAST_STEP = 1e-25
 
 
+@inline
+def _undisturbed(
+    p: Any,
+    t: float,
+    h: float,
+    y0: Vector,
+    y1: Vector,
+    f1: Vector,
+    d1: Vector,
+    d2: Vector,
+    record: Any,
+) -> tuple[Vector, Vector, float]:
+    return y1, f1, math.inf
+
+
 def make_adaptive(
     rhs: Callable[..., Vector],
     jacobian: Callable[..., tuple[Vector, ...]],
@@ -27,11 +43,14 @@ def make_adaptive(
     observe: Callable[..., None],
     tableau: RosenbrockTableau,
     algebra: Algebra,
+    disturb: Callable[..., tuple[Vector, Vector, float]] = _undisturbed,
 ) -> Any:
     """The adaptive drive of y' = rhs(p, t, y).
 
     `error_weight(p, y, J)` gives the weight with which each component's error counts;
-    `observe(p, t, h, y0, y1, d1, d2, record)` sees every accepted step.
+    `observe(p, t, h, y0, y1, d1, d2, record)` sees every accepted step; `disturb(p, t, h, y0, y1,
+    f1, d1, d2, record)` may change the state at its end: it gives the state to go on from
+    and its rates, and how long the next step may be.
 
     The drive maps (p, rtol, t0, t1, y, h, budget, record) to (y, h, steps, status): the state at
     t1, the step to go on with, the number of attempted steps, and OK, STEP_LIMIT or DIVERGED
@@ -66,12 +85,14 @@ def make_adaptive(
                     ratio = seen
             if ratio <= 1.0:
                 observe(p, t, used, y, y1, d1, d2, record)
+                y, f, longest = disturb(p, t, used, y, y1, f1, d1, d2, record)
                 t = t1 if last else t + used
-                y, f, J = y1, f1, jacobian(p, t, y1)
+                J = jacobian(p, t, y)
                 factor, remembered = step_control.after_success(ratio, remembered)
                 proposal = used * factor
                 if not last or proposal < h:
                     h = proposal if grow else min(proposal, used)
+                h = min(h, longest)
                 grow = True
             else:
                 h = used * step_control.after_rejection(ratio)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from stickslip.compiled.decorators import jit
+from stickslip.compiled.decorators import inline, jit
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
 from stickslip.numerics.linear import Vector, algebra
 
@@ -15,13 +15,21 @@ _STEPS_BETWEEN_CHECKS = 4096
 _finite = algebra(3).finite
 
 
+@inline
+def _no_draw(record: Any) -> float:
+    return 0.0
+
+
 def make_euler_cromer(
-    increments: Callable[..., tuple[float, float]], observe: Callable[..., None]
+    increments: Callable[..., tuple[float, float]],
+    observe: Callable[..., None],
+    draw: Callable[..., float] = _no_draw,
 ) -> Any:
     """The Euler-Cromer drive of the state (x, v, w), as in the paper.
 
-    `increments(p, t, dt, y)` gives what v and w gain in a step from the old state; x then moves
-    with the *new* v; w is reflected at 0. `observe(p, t, dt, y0, y1, record)` sees every step.
+    `increments(p, t, dt, y, xi)` gives what v and w gain in a step from the old state; x then moves
+    with the *new* v; w is reflected at 0. `observe(p, t, dt, y0, y1, record)` sees every step;
+    `draw(record)` gives the random number xi of the next one.
 
     The drive maps (p, t0, t1, steps, y, budget, record) to (y, done, status) in `steps` equal
     steps; it ends with OK, STEP_LIMIT, or DIVERGED within 4096 steps of the state not being
@@ -40,7 +48,7 @@ def make_euler_cromer(
             if done >= budget:
                 return (x, v, w), done, STEP_LIMIT
             t = t0 + done * dt
-            dv, dw = increments(p, t, dt, (x, v, w))
+            dv, dw = increments(p, t, dt, (x, v, w), draw(record))
             old = (x, v, w)
             v += dv
             x += dt * v

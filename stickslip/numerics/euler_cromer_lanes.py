@@ -52,6 +52,31 @@ class Tasks(NamedTuple):
     status: np.ndarray
 
 
+class Chance(NamedTuple):
+    """Random numbers for lanes, a group of steps at a time; inline functions."""
+
+    group: int
+    """Steps in a group; 0 without chance."""
+
+    refresh: Callable[..., None]
+    """(lane, lanes): make a lane ready for the next group of steps."""
+
+    draw: Callable[..., float]
+    """(lanes, lane): the random number of the next step."""
+
+
+@inline
+def _no_refresh(lane: int, lanes: np.ndarray) -> None:
+    pass
+
+
+@inline
+def _no_draw(lanes: np.ndarray, lane: int) -> float:
+    return 0.0
+
+
+NO_CHANCE = Chance(0, _no_refresh, _no_draw)
+
 _array = lane_array(WIDTH)
 get, put = _array.get, _array.put
 
@@ -62,14 +87,16 @@ def make_euler_cromer_lanes(
     observe: Callable[..., None],
     sine: Callable[..., tuple[float, float]],
     slots: int,
+    chance: Chance = NO_CHANCE,
 ) -> Any:
     """The Euler-Cromer drive of many systems of one kind.
 
     `parameters(lanes, lane)` reads what a lane holds in the slots from FREE to `slots`;
-    `increments(p, V, y)` gives what v and w gain in a step from the state y = (x, v, w) under the
-    drive V; x then gains the *new* v, and w is reflected at 0. `observe(p, V, y, lanes, lane)`
-    sees every step at its start. All three must be free of branches, calls and divisions.
-    `sine(p, n)` gives the drive at step n and its change since step n - 1.
+    `increments(p, V, y, xi)` gives what v and w gain in a step from the state y = (x, v, w) under
+    the drive V with the random number xi; x then gains the *new* v, and w is reflected at 0.
+    `observe(p, V, y, lanes, lane)` sees every step at its start. All three must be free of
+    branches, calls and divisions. `sine(p, n)` gives the drive at step n and its change since step
+    n - 1. With `chance` the tasks, and the budget, are whole numbers of its groups of steps.
 
     The drive maps (tasks, queue, budget) to the steps that are left of the budget: it marches the
     PENDING ones among the rows of `queue`, for at most `budget` steps of all lanes together, and
@@ -77,7 +104,8 @@ def make_euler_cromer_lanes(
     result. A state that is not finite is noticed within 4096 steps. Order 1; stable only for
     steps below 2/(fastest rate), which it does not check.
     """
-    march, check = _make_march(parameters, increments, observe), _make_check(parameters, sine)
+    march = _make_march(parameters, increments, observe, chance)
+    check = _make_check(parameters, sine)
     fill, look = _make_fill(check), _make_look(check)
 
     @jit
@@ -101,8 +129,10 @@ def _make_march(
     parameters: Callable[..., Any],
     increments: Callable[..., tuple[float, float]],
     observe: Callable[..., None],
+    chance: Chance,
 ) -> Any:
     """The hot loop: so many steps of so many lanes."""
+    draw, refresh = chance.draw, chance.refresh
 
     @inline
     def step(lane: int, lanes: np.ndarray) -> None:
@@ -110,7 +140,7 @@ def _make_march(
         drive, turn = get(lanes, DRIVE, lane), get(lanes, TURN, lane)
         x, v, w = get(lanes, X, lane), get(lanes, V, lane), get(lanes, W, lane)
         observe(p, drive, (x, v, w), lanes, lane)
-        dv, dw = increments(p, drive, (x, v, w))
+        dv, dw = increments(p, drive, (x, v, w), draw(lanes, lane))
         v += dv
         change = get(lanes, CHANGE, lane) - turn * drive
         put(lanes, X, lane, x + v)
@@ -124,7 +154,16 @@ def _make_march(
         for _ in range(steps):
             for_lanes(count, step, (lanes,))
 
-    return march
+    group = chance.group
+
+    @jit
+    def march_groups(lanes: np.ndarray, count: int, steps: int) -> None:
+        for done in range(steps):
+            if done % group == 0:
+                for_lanes(count, refresh, (lanes,))
+            for_lanes(count, step, (lanes,))
+
+    return march_groups if group else march
 
 
 def _make_check(parameters: Callable[..., Any], sine: Callable[..., tuple[float, float]]) -> Any:

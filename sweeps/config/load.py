@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from stickslip.options import METHODS
+from stickslip.options import METHODS, STOCHASTIC, default_window
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, canonical_name
 from sweeps.config.diagnostics import ConfigError, Diagnostics, Located, Problem, located, quoted
@@ -35,6 +35,7 @@ from sweeps.config.schema import (
     Noise,
     Section,
     Sections,
+    Stationary,
     is_local,
     read_section,
 )
@@ -209,20 +210,35 @@ def _fields(root: Located, case: Located | None, output: str, older: bool) -> di
     _refuse_strangers(root)
     refuse_unbounded_films(root, space)
     _refuse_unfit_strain(root, sections)
-    noise = sections["noise"]
+    noise, follow = sections["noise"], read_follow(root, space)
     if isinstance(noise, Noise):
         refuse_frozen_start(root, space, noise.treatment)
+        sections |= with_noise(sections, noise)
+        if follow and noise.treatment == STOCHASTIC:
+            stochastic = f"`noise: {{treatment: {STOCHASTIC}}}`"
+            root.refuse(f"does not go together with {stochastic}: no state to go on from", "follow")
     return {
         "title": _text(root, "title", None),
         "model": space.model,
         "sweep": space.sweep,
         "cases": space.cases,
         "output": _text(root, "output", output),
-        "follow": read_follow(root, space),
+        "follow": follow,
         "refine": read_refine(root, space),
         "sampled": sampled,
         **sections,
     }
+
+
+def with_noise(sections: Mapping[str, Any], noise: Noise) -> dict[str, Any]:
+    """The sections that change with a treatment of the noise, every key of them resolved."""
+    stationary = sections["stationary"]
+    if isinstance(stationary, Stationary) and "window" not in stationary.model_fields_set:
+        window = {"window": default_window(noise.treatment)}
+        stationary = Stationary.model_construct(
+            stationary.model_fields_set, **{**dict(stationary), **window}
+        )
+    return {"noise": noise.settled(), "stationary": stationary}
 
 
 def _refuse_strangers(root: Located) -> None:

@@ -19,7 +19,6 @@ from pydantic import (
     GetPydanticSchema,
     Strict,
     ValidationError,
-    field_validator,
     model_validator,
 )
 from pydantic_core import ErrorDetails
@@ -32,6 +31,7 @@ from stickslip.options import (
     METHODS,
     NOISE_TREATMENTS,
     OPTIONS,
+    STOCHASTIC,
     STRAINS,
 )
 from sweeps.config.diagnostics import UNREADABLE, Located, quoted
@@ -68,6 +68,12 @@ def _range(option: str) -> Any:
 def _option(option: str) -> Any:
     """The field of an option of the integrators."""
     return Field(OPTIONS[option].default, description=OPTIONS[option].meaning)
+
+
+def _of_ensembles(option: str) -> Any:
+    """The field of an option that counts for a stochastic film alone."""
+    what = OPTIONS[option]
+    return Field(None, description=f"{STOCHASTIC} alone: {what.meaning}; left out, {what.default}")
 
 
 def _belongs_to(key: str, *owners: str) -> AfterValidator:
@@ -113,7 +119,8 @@ Step = Annotated[float, _range("dt"), BeforeValidator(number)]
 MaxError = Annotated[float, _range("max_error"), BeforeValidator(number)]
 Count = Annotated[int, _range("max_periods"), BeforeValidator(whole)]
 Window = Annotated[int, _range("window"), BeforeValidator(whole)]
-Seed = Annotated[int, Field(ge=0, lt=2**64), BeforeValidator(whole)]
+Seed = Annotated[int, _range("seed"), BeforeValidator(whole)]
+Realizations = Annotated[int, _range("realizations"), BeforeValidator(whole)]
 Workers = Annotated[int, Field(ge=1, le=4096), BeforeValidator(whole)]
 Switch = Annotated[bool, Strict()]
 Periods = Annotated[int, Field(ge=1, le=_MAX_SAMPLES), BeforeValidator(whole)]
@@ -186,25 +193,22 @@ class Stationary(Section):
 class Noise(Section):
     """How the weak noise of the order parameter is treated."""
 
-    treatment: Annotated[str, _one_of([*NOISE_TREATMENTS, "stochastic"])] = Field(
+    treatment: Annotated[str, _one_of(NOISE_TREATMENTS)] = Field(
         DEFAULTS.noise,
-        description="; ".join(f"{name}: {what}" for name, what in NOISE_TREATMENTS.items())
-        + "; stochastic: not available yet",
+        description="; ".join(f"{name}: {what}" for name, what in NOISE_TREATMENTS.items()),
     )
-    seed: Annotated[Seed | None, _belongs_to("treatment", "stochastic")] = Field(
-        None, description="stochastic alone: where the random numbers start"
-    )
-    realizations: Annotated[Count | None, _belongs_to("treatment", "stochastic")] = Field(
-        None, description="stochastic alone: how many runs a mean is taken over"
+    seed: Annotated[Seed | None, _belongs_to("treatment", STOCHASTIC)] = _of_ensembles("seed")
+    realizations: Annotated[Realizations | None, _belongs_to("treatment", STOCHASTIC)] = (
+        _of_ensembles("realizations")
     )
 
-    @field_validator("treatment")
-    @classmethod
-    def _is_available(cls, value: str) -> str:
-        if value not in NOISE_TREATMENTS:
-            available = " or ".join(NOISE_TREATMENTS)
-            raise ValueError(f"{value} is not available yet; use {available}")
-        return value
+    def settled(self) -> Noise:
+        """The same with every key that has an effect."""
+        if self.treatment != STOCHASTIC:
+            return self.model_copy(update={"seed": None, "realizations": None})
+        given = {key: getattr(self, key) for key in ("seed", "realizations")}
+        default = {key: getattr(DEFAULTS, key) for key, value in given.items() if value is None}
+        return self.model_copy(update=default)
 
 
 class Film(Section):

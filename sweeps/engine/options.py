@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import stability
-from stickslip.options import METHODS, Options
+from stickslip.options import DEFAULTS, METHODS, Options
 from sweeps.config.load import Config
 from sweeps.grid import Grid
 
@@ -24,10 +24,16 @@ def options_of(config: Config) -> Options:
         max_periods=config.stationary.max_periods,
         window=config.stationary.window,
         accelerate=config.stationary.accelerate,
-        noise=config.noise.treatment,  # stochastic is refused on reading
+        noise=config.noise.treatment,
+        seed=_given(config.noise.seed, DEFAULTS.seed),
+        realizations=_given(config.noise.realizations, DEFAULTS.realizations),
         friction=config.film.friction,
         strain=config.film.strain,
     )
+
+
+def _given(value: int | None, default: int) -> int:
+    return default if value is None else value
 
 
 def coarse_step(config: Config) -> Iterator[str]:

@@ -95,7 +95,7 @@ def _compile_kernels(config: Config) -> None:
     write_start(point, start)
     method.trajectory(point, options, start, 1, states)
     observables = np.empty((0, len(OBSERVABLES)))
-    observables_kernel(options.physics)(point, np.empty(0), states[:0], 0.0, observables)
+    observables_kernel(options.physics.typical)(point, np.empty(0), states[:0], 0.0, observables)
     if config.simulation.start == "stationary":
         prepare_kernels(options, kinds_of(grid))
 

@@ -18,9 +18,10 @@ from stickslip.parameters import Parameters
 from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.tables import value_table
-from stickslip.trajectory import attributes
+from stickslip.trajectory import REALIZATION, attributes
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS, STROBOSCOPIC
 from sweeps.config.load import Config, ConfigError, from_mapping
+from sweeps.config.schema import Noise
 from sweeps.config.yaml_reader import read_mapping
 from sweeps.engine.options import options_of
 from sweeps.engine.order.follow import start_after
@@ -130,8 +131,16 @@ class Point:
         start = start or ("stationary" if orbit.status.is_result else "initial")
         shown = {"periods": periods or periods_of(orbit), "samples_per_period": samples_per_period}
         simulation = self.config.simulation.model_copy(update={**shown, "start": start})
-        config = self.config.model_copy(update={"simulation": simulation, "title": self.where})
-        return trajectory(config, start=orbit.state if start == "stationary" else self._initial())
+        update = {"simulation": simulation, "title": self.where, "noise": self._one_path()}
+        state = orbit.state if start == "stationary" else self._initial()
+        course = trajectory(self.config.model_copy(update=update), start=state)
+        return course.isel({REALIZATION: 0}) if REALIZATION in course.dims else course
+
+    def _one_path(self) -> Noise:
+        """The noise of the config, with one realization of a stochastic film."""
+        noise = self.config.noise
+        one = {} if noise.realizations is None else {"realizations": 1}
+        return noise.model_copy(update=one)
 
     def stroboscopic(self, periods: int = 200) -> xr.Dataset:
         """The states of the lower block at the beginnings of drive periods, from the start on.
@@ -273,9 +282,9 @@ def _same(stored: float, computed: float) -> bool:
 
 def periods_of(orbit: Orbit) -> int:
     """The drive periods over which an orbit is shown."""
-    if orbit.status is Status.APERIODIC:
-        return _APERIODIC_PERIODS
-    return max(1, orbit.orbit_periods) if orbit.status.is_result else _FAILED_PERIODS
+    if not orbit.status.is_result:
+        return _FAILED_PERIODS
+    return orbit.orbit_periods or _APERIODIC_PERIODS  # 0: it never closes
 
 
 def _plain(value: Any) -> str:

@@ -68,7 +68,7 @@ def test_a_refused_value_causes_no_further_problems() -> None:
     assert len(problems("model: 3\nnoise: {treatment: none}")) == 1
     assert len(problems("sweep: {T: [1, *x]}\ncases: {k: *y}\nintegrator: *z")) == 3
     assert len(problems("integrator: {rtol: *x}\nstationary: {rtol: *y}")) == 2
-    assert len(problems("noise: {treatment: stochastic, seed: 3, realizations: 5}")) == 1
+    assert len(problems("noise: {treatment: random, seed: 3, realizations: 5}")) == 1
 
 
 def test_one_line_for_each_problem_whatever_the_text_contains() -> None:

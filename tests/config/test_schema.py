@@ -6,8 +6,9 @@ import pytest
 
 from stickslip.options import DEFAULTS, METHODS, OPTIONS
 from sweeps.config.json_schema import json_schema
-from sweeps.config.load import ConfigError, from_mapping
+from sweeps.config.load import ConfigError, from_mapping, from_yaml
 from sweeps.config.schema import SECTIONS
+from sweeps.identity import settings_of
 
 # The key of each option of the integrators.
 KEYS = {name: ("integrator", name) for name in ("rtol", "dt", "max_steps")} | {
@@ -15,14 +16,19 @@ KEYS = {name: ("integrator", name) for name in ("rtol", "dt", "max_steps")} | {
     "max_error": ("integrator", "max_error"),
     "max_periods": ("stationary", "max_periods"),
     "window": ("stationary", "window"),
+    "realizations": ("noise", "realizations"),
+    "seed": ("noise", "seed"),
 }
+STOCHASTIC = {"treatment": "stochastic"}
 
 
 def test_the_defaults_of_the_integrators_are_those_of_their_options() -> None:
-    config = from_mapping({})
+    config, stochastic = from_mapping({}), from_mapping({"noise": STOCHASTIC})
     assert KEYS.keys() == OPTIONS.keys()
     for name, (section, key) in KEYS.items():
+        config = stochastic if section == "noise" else config
         assert getattr(getattr(config, section), key) == OPTIONS[name].default
+    config = from_mapping({})
     assert config.integrator.method == DEFAULTS.method
     assert config.stationary.accelerate == DEFAULTS.accelerate
     assert config.noise.treatment == DEFAULTS.noise
@@ -44,7 +50,7 @@ def test_the_other_defaults() -> None:
 def test_the_bounds_are_those_of_the_options(name: str) -> None:
     (section, key), valid = KEYS[name], OPTIONS[name].range
     method = {"method": next((m for m, d in METHODS.items() if d.own_option == name), "adaptive")}
-    others = method if section == "integrator" else {}
+    others = {"integrator": method, "noise": STOCHASTIC}.get(section, {})
 
     def accepts(value: float) -> bool:
         try:
@@ -65,3 +71,23 @@ def test_every_key_has_a_description() -> None:
     for kind in SECTIONS.values():
         for key, value in definitions[kind.__name__]["properties"].items():
             assert value.get("description"), key
+
+
+def test_a_stochastic_film_has_a_shorter_window_unless_one_is_given() -> None:
+    assert from_mapping({"noise": STOCHASTIC}).stationary.window == 32
+    given = {"stationary": {"window": 200}, "noise": STOCHASTIC}
+    assert from_mapping(given).stationary.window == 200
+    # Both of these windows make numbers of their own.
+    settings = [settings_of(from_mapping(part)) for part in (given, {"noise": STOCHASTIC})]
+    assert settings[0] != settings[1]
+
+
+def test_what_a_stochastic_film_is_made_of_is_resolved_and_part_of_its_identity() -> None:
+    config = from_mapping({"noise": STOCHASTIC})
+    assert config.resolved()["noise"] == STOCHASTIC | {"seed": 1, "realizations": 64}
+    assert from_yaml(config.resolved_yaml()) == config
+    settings = settings_of(config)
+    assert (settings["noise.seed"], settings["noise.realizations"]) == (1, 64)
+    others = [{"seed": 2}, {"realizations": 32}]
+    assert all(settings_of(from_mapping({"noise": STOCHASTIC | o})) != settings for o in others)
+    assert "noise.seed" not in settings_of(from_mapping({}))

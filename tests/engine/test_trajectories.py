@@ -46,6 +46,10 @@ def test_a_trajectory_is_that_of_simulate() -> None:
         ({"simulation": SHORT | {"periods": 2}}, {"periods": 2}),
         ({"noise": {"treatment": "none"}, "model": {"phi_0": 0.5}}, {"noise": "none"}),
         (
+            {"noise": {"treatment": "stochastic", "realizations": 2, "seed": 7}},
+            {"noise": "stochastic", "realizations": 2, "seed": 7},
+        ),
+        (
             {
                 "integrator": {"method": "euler-cromer", "dt": 1e-10},
                 "model": {"omega": 3e5, "X_m": 1e-9},

@@ -17,7 +17,7 @@ PLENTY = 10**9
 
 
 @inline
-def increments(p, t, dt, y):
+def increments(p, t, dt, y, xi):
     x, v, w = y
     if p == OSCILLATOR:
         return -dt * x, dt * (x + v - w)
@@ -49,6 +49,27 @@ def march(p: float, end: float, steps: int, y=START, begin=0.0, budget=PLENTY, r
     record = np.zeros((rows + 1, 8))
     y, done, status = compiled(p, begin, end, steps, y, budget, record)
     return (y, done, status) if rows == 0 else (y, done, status, record)
+
+
+def test_a_random_number_is_drawn_for_every_step() -> None:
+    @inline
+    def random_increments(p, t, dt, y, xi):
+        return 0.0, xi
+
+    @inline
+    def ignore(p, t, dt, y0, y1, record):
+        pass
+
+    @inline
+    def draw(record):
+        record[0] += 1.0
+        return record[0]
+
+    drawn = np.zeros(1)
+    (_, _, w), done, status = make_euler_cromer(random_increments, ignore, draw)(
+        0.0, 0.0, 1.0, 5, START, PLENTY, drawn
+    )
+    assert (w, done, status, drawn[0]) == (0.5 + 1 + 2 + 3 + 4 + 5, 5, OK, 5.0)
 
 
 def test_one_step_moves_v_first_and_x_with_the_new_v() -> None:
@@ -85,7 +106,7 @@ def test_the_energy_of_an_oscillator_stays_bounded_over_many_periods() -> None:
 
 def test_the_error_is_of_first_order() -> None:
     reference = solve_ivp(
-        lambda t, y: [y[1], *increments.py_func(FORCED, t, 1.0, y)],
+        lambda t, y: [y[1], *increments.py_func(FORCED, t, 1.0, y, 0.0)],
         (0.0, 2.0),
         START,
         method="DOP853",

@@ -17,6 +17,7 @@ from stickslip.numerics.euler_cromer_lanes import (
     STEPS_BETWEEN_CHECKS,
     TURN,
     WIDTH,
+    Chance,
     Tasks,
     V,
     W,
@@ -42,7 +43,7 @@ def parameters(lanes, lane):
 
 
 @inline
-def increments(p, drive, y):
+def increments(p, drive, y, xi):
     x, v, w = y
     return p.spring * (drive - x) - p.loss * v * w, p.loss * (x - w)
 
@@ -98,6 +99,45 @@ def test_one_step_moves_v_first_and_x_with_the_new_v() -> None:
     new_v = 2.0**-10 - 0.25 * 1.0 - 0.5 * 2.0**-10 * 0.5
     assert tuple(tasks.rows[0, [X, V, W]]) == (1.0 + new_v, new_v, 0.5 + 0.5 * (1.0 - 0.5))
     assert (tasks.done[0], tasks.status[0]) == (1, OK)
+
+
+GROUP, LEFT = SLOTS, SLOTS + 1
+
+
+@inline
+def random_increments(p, drive, y, xi):
+    return 0.0, xi
+
+
+@inline
+def refresh(lane, lanes):
+    put(lanes, GROUP, lane, get(lanes, GROUP, lane) + 1.0)
+    put(lanes, LEFT, lane, 0.0)
+
+
+@inline
+def draw(lanes, lane):
+    drawn = get(lanes, LEFT, lane) + 1.0
+    put(lanes, LEFT, lane, drawn)
+    return 100.0 * get(lanes, GROUP, lane) + drawn
+
+
+def test_random_numbers_come_in_groups_of_steps_whatever_the_budget() -> None:
+    chance = Chance(32, refresh, draw)
+    march = make_euler_cromer_lanes(
+        parameters, random_increments, write_down, sine, SLOTS + 2, chance
+    )
+    rng = np.random.default_rng(1)
+    steps = 32 * rng.integers(1, 300, 2 * WIDTH)
+    expected = 0.5 + 100.0 * 32 * (groups := steps // 32) * (groups + 1) / 2 + groups * 33 * 16
+    for budget in (PLENTY, 32, 32 * 77):
+        tasks = tasks_of(np.full((2 * WIDTH, 3), 0.1), steps)
+        rows = np.zeros((2 * WIDTH, SLOTS + 2))
+        rows[:, :SLOTS] = tasks.rows
+        tasks = tasks._replace(rows=rows)
+        while np.any(tasks.status == PENDING):
+            march(tasks, np.arange(2 * WIDTH), budget)
+        np.testing.assert_array_equal(tasks.rows[:, W], expected)
 
 
 def test_the_third_variable_is_reflected_at_zero() -> None:

@@ -75,7 +75,7 @@ def cyclic_meltings(record: np.ndarray) -> int:
 
 
 @inline
-def _increments(p, t, dt, y):
+def _increments(p, t, dt, y, xi):
     x, v, phi = y
     u = relative_velocity(p, t, v)
     _, F = _observables(p, (0.0, u, 0.0), phi, 0.0)

@@ -28,12 +28,12 @@ from stickslip.kernels.adaptive.passes import (
     pass_kernel,
 )
 from stickslip.kernels.adaptive.queues import part_of, put_back, reduced_queue, work_through
-from stickslip.kernels.adaptive.walk import AdaptiveWalk, TangentWalk
+from stickslip.kernels.adaptive.walk import AdaptiveWalk, StochasticWalk, TangentWalk
 from stickslip.kernels.families import families
 from stickslip.kernels.observation import Watched, spreads_of, watch, write_aperiodic
 from stickslip.kernels.points import final_columns
 from stickslip.kernels.problem import rounding_speed
-from stickslip.kernels.trajectories import adaptive_trajectory
+from stickslip.kernels.trajectories import adaptive_trajectory, new_stream
 from stickslip.numerics.adaptive import OK
 from stickslip.options import RELAXING, Options, Physics, Settings
 from stickslip.parameters import Parameters
@@ -67,15 +67,21 @@ def rounding(p: Parameters, options: Options) -> float:
 
 
 def trajectory(
-    point: np.ndarray, options: Options, start: np.ndarray, per_period: int, samples: np.ndarray
+    point: np.ndarray,
+    options: Options,
+    start: np.ndarray,
+    per_period: int,
+    samples: np.ndarray,
+    stream: np.ndarray | None = None,
 ) -> int:
     """A sampled trajectory; returns the Status as an integer.
 
     `point` (parameters,); `start` (width,) the state at phase 0; `samples`
-    (periods*per_period + 1, width) receives (x, v, phi, ...) at equal times.
+    (periods*per_period + 1, width) receives (x, v, phi, ...) at equal times; `stream`, as of
+    `trajectories.new_stream`, the random numbers where the noise is left to chance, is moved on.
     """
-    kernel = adaptive_trajectory(options.physics)
-    return int(kernel(point, options.settings(), start, per_period, samples))
+    kernel, taken = adaptive_trajectory(options.physics), new_stream() if stream is None else stream
+    return int(kernel(point, options.settings(), start, per_period, taken, samples))
 
 
 def orbits(
@@ -134,6 +140,23 @@ def orbits(
     conversion.restore_states(points, finals, relaxing)
     for rows, watched in aperiodic:
         _write_aperiodic(points, queue, rows, watched, results, finals)
+
+
+def stochastic_walk(
+    points: np.ndarray, starts: np.ndarray, streams: np.ndarray, options: Options
+) -> StochasticWalk:
+    """Motions with noise by chance, a drive period at a time.
+
+    `points` (n, parameters) in SI units; `starts` (n, columns) as `finals`; `streams` (n, STREAM)
+    tell their random numbers apart.
+    """
+    settings, physics = options.settings(), options.physics
+    queue = reduced_queue(points, physics.typical)
+    _start_elsewhere(points, starts, queue, physics)
+    queue = queue._replace(points=np.hstack([queue.points, streams]))
+    finer = max(REFINEMENT * settings.rtol, TIGHTEST)
+    task = Pass(MEASURE, finer, finer, 0, settings.max_steps, False)
+    return StochasticWalk(points, queue, task, physics)
 
 
 def _start_elsewhere(

@@ -17,10 +17,11 @@ from stickslip.compiled.decorators import inline, jit, kernel_factory, named_ker
 from stickslip.compiled.fields import make_lane_reader
 from stickslip.compiled.simd import LANES
 from stickslip.kernels.adaptive import recording
-from stickslip.kernels.adaptive.recording import ROOM, SLOTS, get, put
+from stickslip.kernels.adaptive.recording import ROOM, SLOTS, get, put, stream_begin
 from stickslip.kernels.adaptive.states import StateFunctions, state_functions
 from stickslip.kernels.families import Family
 from stickslip.kernels.problem import Problem, problem_functions, problem_of, rounding_speed
+from stickslip.kernels.streams import STREAM
 from stickslip.measure.accumulate import RECORD
 from stickslip.model.noise import freezes_late, in_between
 from stickslip.model.scaling import Reduced, model_values
@@ -28,7 +29,7 @@ from stickslip.model.solids import Thresholds
 from stickslip.model.state import FILM
 from stickslip.numerics import step_control
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
-from stickslip.numerics.adaptive_lanes import make_attempt, slots_for
+from stickslip.numerics.adaptive_lanes import make_attempt
 from stickslip.numerics.lane_array import aligned
 from stickslip.numerics.linear import algebra
 from stickslip.numerics.periodic import search
@@ -79,7 +80,8 @@ class Pass(NamedTuple):
 class Queue(NamedTuple):
     """The points of a pass; rows are points.
 
-    `points` (n, reduced parameters), as `Reduced`; `states` (n, width + 1), the state in the
+    `points` (n, reduced parameters), as `Reduced`, and behind them a stream of random numbers
+    where there is chance; `states` (n, width + 1), the state in the
     point's own units and the step to go on with, and `counts` (n, COUNT_COLUMNS) in and out;
     `measured` (n, RECORD) and `ratios` (n,), the contraction of the orbit, out.
     """
@@ -109,7 +111,7 @@ class Lanes(NamedTuple):
 def new_lanes(width: int) -> Lanes:
     """Lanes that have not begun, for states of so many components."""
     return Lanes(
-        values=aligned.py_func(slots_for(width, ROOM).total * LANES),  # compiled: half a second
+        values=aligned.py_func((stream_begin(width) + STREAM) * LANES),  # compiled: half a second
         rows=np.full(LANES, -1, np.int64),
         halves=np.zeros(LANES, np.int64),
         memories=np.zeros(LANES, search.memory_of(width)),
@@ -200,7 +202,9 @@ def _make_apply_verdict(state: StateFunctions) -> Any:
 def _make_problems(family: Family) -> Any:
     """The problem of a lane, for fluids of one family."""
     values_of: Any = model_values(
-        family.gamma, sextic=family.sextic, relaxing=family.physics.strain == RELAXING
+        family.gamma,
+        sextic=family.sextic,
+        relaxing=family.physics.strain == RELAXING,
     )
 
     @inline
@@ -216,9 +220,13 @@ def _make_problems(family: Family) -> Any:
     return sextic_problem if family.sextic else problem
 
 
-def _make_load(state: StateFunctions, begin_record: Any) -> Any:
-    """What puts the next point of the queue into a lane, or parks the lane."""
+def _make_load(state: StateFunctions, begin_record: Any, streams: int) -> Any:
+    """What puts the next point of the queue into a lane, or parks the lane.
+
+    `streams` is the slot of what tells its random numbers, 0 without chance.
+    """
     row_state, judged, begin_half = state.of_row, state.judged, state.begin_half
+    reduced = len(Reduced._fields)
 
     @jit
     def load(lanes: Lanes, queue: Queue, task: Pass, lane: int) -> None:
@@ -228,8 +236,11 @@ def _make_load(state: StateFunctions, begin_record: Any) -> Any:
             lanes.cursor[1] -= 1
             return
         lanes.cursor[0] += 1
-        for slot in range(queue.points.shape[1]):
+        for slot in range(reduced):
             put(values, SLOTS.parameters + slot, lane, queue.points[row, slot])
+        if streams > 0:
+            for slot in range(STREAM):
+                put(values, streams + slot, lane, queue.points[row, reduced + slot])
         y = row_state(queue.states[row])
         begin_half(values, lane, y)
         put(values, SLOTS.end, lane, math.pi)
@@ -289,6 +300,20 @@ def _make_handle_event(problems: Any, state: StateFunctions, begin_record: Any, 
     return handle_event
 
 
+@jit
+def _no_kick(lanes: np.ndarray) -> None:
+    pass
+
+
+def _make_kick(problems: Any, width: int, *, chance: bool) -> Any:
+    """What the noise adds to the lanes after a step where it is left to chance."""
+    if not chance:
+        return _no_kick
+    from stickslip.kernels.adaptive.chance import make_kick  # of no use to others
+
+    return make_kick(problems, width)
+
+
 def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> Any:
     """A pass for the problems that `problems(lanes, lane)` finds in lanes, not yet a kernel.
 
@@ -308,9 +333,11 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
     )
     refine = recording.make_refine(problems, functions, step)
     load, handle_event = (
-        _make_load(state, begin_record),
+        _make_load(state, begin_record, stream_begin(functions.width) if physics.chance else 0),
         _make_handle_event(problems, state, begin_record, refine),
     )
+
+    kick = _make_kick(problems, functions.width, chance=physics.chance)
 
     def work(queue: Queue, lanes: Lanes, task: Pass, attempts: int) -> int:
         if lanes.cursor[1] < 0:
@@ -322,6 +349,7 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
             attempt(lanes.values)
             if task.mode == MEASURE:
                 see(lanes.values)
+            kick(lanes.values)
             for lane in range(LANES):
                 if get(lanes.values, SLOTS.event, lane) > 0.0 and lanes.rows[lane] >= 0:
                     status = handle_event(lanes, queue, task, lane)

@@ -35,6 +35,13 @@ SLOTS = slots_for(0, ROOM)
 """Where the numbers of a lane lie; those of its vectors depend on their width."""
 
 RECORD_BEGIN = SLOTS.parameters + len(Reduced._fields)
+
+
+def stream_begin(width: int) -> int:
+    """The first of the slots for the stream of random numbers of a lane, behind all others."""
+    return slots_for(width, ROOM).total
+
+
 _STRESS = RECORD_BEGIN + RECORD
 _FORCE, _STRESS_RATE, _FORCE_RATE, PROMISING = range(_STRESS + 1, _STRESS + 5)
 
@@ -65,7 +72,7 @@ class Step(NamedTuple):
 
 
 @cache
-def _step_reader(width: int) -> Any:
+def step_reader(width: int) -> Any:
     """What reads the step tried last in a lane: (lanes, lane) to a Step."""
     slots, get_state = slots_for(width, ROOM), lane_vectors(LANES, width).get
 
@@ -190,7 +197,7 @@ def make_see(
     """
     see_solid = _see_either_solid if two_solids else _see_one_solid
     node, observables_and_rates = make_node(functions), functions.equations.observables_and_rates
-    step_of, strain = _step_reader(functions.width), functions.equations.strain
+    step_of, strain = step_reader(functions.width), functions.equations.strain
     see_work = _make_see_work(functions.equations)
 
     @inline
@@ -264,7 +271,7 @@ def make_refine(
     of the method: the extension is of lower order, and a force can be steep in it.
     """
     node, observables = make_node(functions), functions.equations.observables
-    rhs, jacobian, step_of = functions.rhs, functions.jacobian, _step_reader(functions.width)
+    rhs, jacobian, step_of = functions.rhs, functions.jacobian, step_reader(functions.width)
 
     @jit
     def see_inside(lanes: np.ndarray, lane: int, t: float, y0: State, used: float) -> None:

@@ -37,7 +37,7 @@ class AdaptiveWalk:
         return records
 
     def part(self, which: np.ndarray) -> AdaptiveWalk:
-        """As `observation.Walk`."""
+        """As `observation.DivisibleWalk`."""
         rows = np.flatnonzero(which)
         return AdaptiveWalk(
             self.points[rows], part_of(self.queue, rows), self.measuring, self.physics
@@ -46,6 +46,16 @@ class AdaptiveWalk:
     def outcomes(self) -> np.ndarray:
         """As `observation.Walk`."""
         return self.queue.counts[:, OUTCOME].copy()
+
+
+class StochasticWalk(AdaptiveWalk):
+    """The same with noise by chance; the points of the queue have streams."""
+
+    def next_period(self) -> np.ndarray:
+        """As `observation.Walk`; each drive period has random numbers of its own."""
+        records = super().next_period()
+        self.queue.points[:, -1] += 1.0
+        return records
 
 
 class TangentWalk(AdaptiveWalk):

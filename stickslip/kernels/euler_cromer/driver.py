@@ -5,6 +5,8 @@ Plain iteration of the drive period, then a record, and the error against the ad
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from stickslip.kernels import observation
@@ -21,7 +23,7 @@ from stickslip.kernels.families import families
 from stickslip.kernels.observation import Watched, spreads_of, watch, write_aperiodic
 from stickslip.kernels.points import final_columns
 from stickslip.kernels.stability import largest_stable_step
-from stickslip.kernels.trajectories import euler_cromer_trajectory
+from stickslip.kernels.trajectories import euler_cromer_trajectory, new_stream
 from stickslip.model.state import STATE
 from stickslip.numerics.adaptive import OK, STEP_LIMIT
 from stickslip.numerics.periodic import search
@@ -62,12 +64,29 @@ def rounding(p: Parameters, options: Options) -> float:
     return 0.0
 
 
+def stochastic_walk(
+    points: np.ndarray, starts: np.ndarray, streams: np.ndarray, options: Options
+) -> Any:
+    """Motions with noise by chance, as of `adaptive.driver.stochastic_walk`."""
+    from stickslip.kernels.euler_cromer.chance import StochasticWalk  # of no use to others
+
+    return StochasticWalk(points, starts, streams, options)
+
+
 def trajectory(
-    point: np.ndarray, options: Options, start: np.ndarray, per_period: int, samples: np.ndarray
+    point: np.ndarray,
+    options: Options,
+    start: np.ndarray,
+    per_period: int,
+    samples: np.ndarray,
+    stream: np.ndarray | None = None,
 ) -> int:
     """A sampled trajectory, as of `adaptive.driver.trajectory`."""
-    march = euler_cromer_trajectory(options.physics)
-    return int(march(point, options.settings(), start, per_period, samples))
+    march, taken = (
+        euler_cromer_trajectory(options.physics),
+        new_stream() if stream is None else stream,
+    )
+    return int(march(point, options.settings(), start, per_period, taken, samples))
 
 
 def orbits(
@@ -220,7 +239,7 @@ class _Walk:
         return self.whole.march.records(closed=False)[self.rows]
 
     def part(self, which: np.ndarray) -> _Walk:
-        """As `observation.Walk`."""
+        """As `observation.DivisibleWalk`."""
         return _Walk(self.whole, self.rows[which])
 
     def growth(self) -> np.ndarray:

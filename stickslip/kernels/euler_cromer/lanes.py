@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stickslip.kernels.euler_cromer.layout import SLOTS, clear_records, row_kernels
+from stickslip.kernels.euler_cromer.layout import CHANCE_SLOTS, SLOTS, clear_records, row_kernels
 from stickslip.kernels.euler_cromer.march import march_kernel
 from stickslip.kernels.families import KIND, Family, families
 from stickslip.measure.accumulate import RECORD
@@ -44,12 +44,12 @@ class March:
         self.points, self.steps, self.physics = points, steps, physics
         count = len(points)
         self.tasks = Tasks(
-            rows=np.zeros((count, SLOTS)),
+            rows=np.zeros((count, SLOTS + (CHANCE_SLOTS if physics.chance else 0))),
             done=np.zeros(count, np.int64),
             total=np.zeros(count, np.int64),
             status=np.zeros(count, np.int64),
         )
-        row_kernels(physics).fill(points, steps, states, self.tasks.rows)
+        row_kernels(physics.typical).fill(points, steps, states, self.tasks.rows)
 
     def start(self, which: np.ndarray, limits: np.ndarray | None = None) -> None:
         """Put the points with the indices `which` (m,) to the beginning of a period.
@@ -90,11 +90,13 @@ class March:
     def states(self) -> np.ndarray:
         """The states (x, v, phi) in SI units, (n, 3)."""
         states = np.empty((len(self.points), 3))
-        row_kernels(self.physics).read_states(self.points, self.steps, self.tasks.rows, states)
+        read = row_kernels(self.physics.typical).read_states
+        read(self.points, self.steps, self.tasks.rows, states)
         return states
 
     def records(self, closed: bool = True) -> np.ndarray:
         """What was measured, in SI units, (n, RECORD): of orbits if `closed`, or of stretches."""
-        records, read = np.empty((len(self.points), RECORD)), row_kernels(self.physics).read_records
+        records = np.empty((len(self.points), RECORD))
+        read = row_kernels(self.physics.typical).read_records
         read(self.points, self.steps, self.tasks.rows, closed, records)
         return records

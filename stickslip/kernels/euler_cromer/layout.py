@@ -17,6 +17,7 @@ from stickslip.kernels.euler_cromer.scaling import (
     to_lane,
 )
 from stickslip.kernels.points import parameters_of
+from stickslip.kernels.streams import STREAM
 from stickslip.measure.accumulate import RECORD, accumulator
 from stickslip.measure.results import write_stretch, write_whole_orbit
 from stickslip.model import drive
@@ -31,6 +32,10 @@ RECORD_BEGIN = FREE + _PARAMETERS
 
 SLOTS = RECORD_BEGIN + RECORD
 """Numbers that a lane holds: the length of a row."""
+
+CHANCE_SLOTS = STREAM + 2
+"""Behind them, where the noise is left to chance: the stream of random numbers, the number of the
+next group of steps, and the signs that are left of this one."""
 
 # A row is an array of one lane.
 _clear_record = accumulator(1, RECORD_BEGIN).clear

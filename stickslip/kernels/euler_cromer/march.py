@@ -15,17 +15,20 @@ import numpy as np
 from stickslip.compiled.decorators import inline, kernel_factory, named_kernel
 from stickslip.compiled.elementary import reciprocal
 from stickslip.compiled.fields import make_lane_reader
-from stickslip.kernels.euler_cromer.layout import RECORD_BEGIN, SLOTS
+from stickslip.kernels.euler_cromer.layout import CHANCE_SLOTS, RECORD_BEGIN, SLOTS
 from stickslip.kernels.euler_cromer.scaling import StepParameters, step_values
 from stickslip.kernels.families import Family
 from stickslip.measure.accumulate import FORCE_MAX, STRESS_MAX, accumulator
 from stickslip.model import drive, film
+from stickslip.model.noise import TYPICAL_FRACTION
 from stickslip.model.rhs import block_acceleration, equations, film_melting_function
 from stickslip.model.solids import Thresholds, is_soft
 from stickslip.model.state import State
 from stickslip.numerics.euler_cromer_lanes import (
     FREE,
+    NO_CHANCE,
     WIDTH,
+    Chance,
     Tasks,
     get,
     make_euler_cromer_lanes,
@@ -36,6 +39,10 @@ _record = accumulator(WIDTH, RECORD_BEGIN)
 _see_extremum, _see_phase = _record.see_extremum, _record.see_phase
 _see_solid, _see_work = _record.see_solid, _record.see_work
 _own_parameters = make_lane_reader(StepParameters, FREE, get)
+
+
+# sqrt(2 D dt), what chance adds to phi in a step, over sqrt(D_eff dt).
+_RANDOM_KICK = math.sqrt(2.0 / TYPICAL_FRACTION)
 
 
 class _Lane(NamedTuple):
@@ -71,11 +78,14 @@ def _make_parameters(family: Family) -> Any:
     return parameters
 
 
-def _make_increments(stress_and_force: Any, *, noisy: bool) -> Any:
-    """What v and phi gain in a step from the old state (Eqs. 3 and 26): (p, V, y) to (dv, dphi)."""
+def _make_increments(stress_and_force: Any, *, noisy: bool, chance: bool) -> Any:
+    """What v and phi gain in a step from the old state (Eqs. 3 and 26).
+
+    It maps (p, V, y, xi) to (dv, dphi); xi is the random number where there is chance.
+    """
 
     @inline
-    def increments(p: _Lane, V: float, y: State) -> tuple[float, float]:
+    def increments(p: _Lane, V: float, y: State, xi: float) -> tuple[float, float]:
         x, v, phi = y
         u = V - v
         _, F = stress_and_force(p.values, u, phi)
@@ -83,10 +93,17 @@ def _make_increments(stress_and_force: Any, *, noisy: bool) -> Any:
         return block_acceleration(p.values, x, F), rate
 
     @inline
-    def noisy_increments(p: _Lane, V: float, y: State) -> tuple[float, float]:
-        dv, dphi = increments(p, V, y)
+    def noisy_increments(p: _Lane, V: float, y: State, xi: float) -> tuple[float, float]:
+        dv, dphi = increments(p, V, y, xi)
         return dv, dphi + _kick(y[2], p.own)
 
+    @inline
+    def random_increments(p: _Lane, V: float, y: State, xi: float) -> tuple[float, float]:
+        dv, dphi = increments(p, V, y, xi)
+        return dv, dphi + _RANDOM_KICK * p.own.least_phi * xi
+
+    if chance:
+        return random_increments
     return noisy_increments if noisy else increments
 
 
@@ -120,6 +137,15 @@ def _make_observe(stress_and_force: Any, *, measured: bool, two_solids: bool) ->
     return measure_solids if two_solids else measure
 
 
+def _chance_of(family: Family) -> Chance:
+    """The random numbers of lanes where the noise is left to chance."""
+    if not family.physics.chance:
+        return NO_CHANCE
+    from stickslip.kernels.euler_cromer.chance import signs_in_lanes  # of no use to others
+
+    return signs_in_lanes()
+
+
 @kernel_factory
 def march_kernel(family: Family, noisy: bool, measured: bool) -> Any:
     """The kernel that marches fluids of one family, with or without noise and record.
@@ -128,13 +154,14 @@ def march_kernel(family: Family, noisy: bool, measured: bool) -> Any:
     the rows of `queue`, at most `budget` steps of all lanes together. 0 where there is more to do.
     One kernel each, because each takes seconds to compile and few are needed.
     """
-    stress_and_force = equations(family.physics).exact
+    stress_and_force, chance = equations(family.physics).exact, _chance_of(family)
     march = make_euler_cromer_lanes(
         _make_parameters(family),
-        _make_increments(stress_and_force, noisy=noisy),
+        _make_increments(stress_and_force, noisy=noisy, chance=chance is not NO_CHANCE),
         _make_observe(stress_and_force, measured=measured, two_solids=family.sextic),
         _sine,
-        SLOTS,
+        SLOTS + (CHANCE_SLOTS if family.physics.chance else 0),
+        chance,
     )
 
     def work(tasks: Tasks, queue: np.ndarray, budget: int) -> int:

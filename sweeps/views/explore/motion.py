@@ -43,8 +43,15 @@ def prepare(opened: Opened) -> None:
     """Compile or load the kernels that a point needs: on the first run of a version, a minute."""
     options = options_of(opened.config)
     prepare_kernels(options, np.array([[getattr(opened.point.parameters, name) for name in KIND]]))
-    physics = options.physics  # any motion, to have the kernels of trajectories
-    simulate(Parameters(), periods=1, samples_per_period=1, **physics._asdict())
+    # Any motion, to have the kernels of trajectories.
+    simulate(
+        Parameters(),
+        periods=1,
+        samples_per_period=1,
+        noise=options.noise,
+        friction=options.friction,
+        strain=options.strain,
+    )
 
 
 def compute(opened: Opened, tell: Callable[[str], None]) -> Motion:

@@ -8,8 +8,8 @@ from bokeh.layouts import column
 from bokeh.models import Column, Select
 
 from stickslip.options import FRICTION_LAWS, METHODS, NOISE_TREATMENTS, STRAINS
-from sweeps.config.load import Config
-from sweeps.config.schema import Section
+from sweeps.config.load import Config, with_noise
+from sweeps.config.schema import Noise, Section
 from sweeps.views.explore.ranges import exact_text
 
 _TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10)
@@ -53,7 +53,9 @@ class Settings:
         if rtol != config.integrator.rtol:
             update["integrator"] = config.integrator.model_copy(update={"rtol": rtol})
             update["stationary"] = config.stationary.model_copy(update={"rtol": rtol})
-        update["noise"] = config.noise.model_copy(update={"treatment": self.noise.value})
+        if self.noise.value != config.noise.treatment:
+            sections = {"stationary": update.get("stationary", config.stationary)}
+            update |= with_noise(sections, Noise(treatment=self.noise.value))
         film = {"friction": self.friction.value, "strain": self.strain.value}
         update["film"] = config.film.model_copy(update=film)
         return config.model_copy(update=update)

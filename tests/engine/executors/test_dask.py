@@ -179,7 +179,7 @@ def test_others_on_the_machine_cannot_use_a_local_cluster() -> None:
         strangers += [(address, Security.temporary())]  # certificates, but not those of the sweep
         for at, security in strangers:
             with pytest.raises((OSError, TypeError)):
-                Client(at, security=security, timeout=2.0)
+                Client(at, security=security, timeout=2.0, set_as_default=False)
         scheduler = executor._cluster.scheduler
         worker = scheduler.identity()["workers"].popitem()[1]
         for port in (scheduler.http_server.port, worker["services"]["dashboard"]):

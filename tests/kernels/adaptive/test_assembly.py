@@ -19,6 +19,7 @@ from support.points import GAMMAS
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.fields import make_lane_reader
 from stickslip.kernels.adaptive import recording
+from stickslip.kernels.adaptive.chance import make_kick
 from stickslip.kernels.adaptive.recording import ROOM, SLOTS, get
 from stickslip.kernels.problem import Problem, problem_functions, problem_of
 from stickslip.model.scaling import Reduced, model_values
@@ -94,6 +95,11 @@ def test_a_measurement_in_lanes_is_packed(gamma: float | None) -> None:
     assert_vectors(
         assembly(recording.make_see(problems_of(gamma), FUNCTIONS, two_solids=False)), 200
     )
+
+
+@pytest.mark.slow
+def test_the_noise_by_chance_in_lanes_is_packed() -> None:
+    assert_vectors(assembly(make_kick(problems_of(0.0), FUNCTIONS.width)), 200)
 
 
 def test_scalar_code_and_calls_would_be_seen() -> None:

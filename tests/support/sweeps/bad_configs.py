@@ -185,11 +185,26 @@ SCHEMA: list[tuple[str, str | bytes, Outcome]] = [
     ),
     ("0 points in a block", "execution: {block_points: 0}\n", refused(1, "at least 1")),
     ("no noise, capitalised", "noise: {treatment: None}\n", refused(1, "'none'?")),
-    ("stochastic noise", "noise: {treatment: stochastic}\n", refused(1, "not available yet")),
+    ("stochastic noise", "noise: {treatment: stochastic, realizations: 3}\n", valid),
+    (
+        "no realization",
+        "noise: {treatment: stochastic, realizations: 0}\n",
+        refused(1, "at least 1"),
+    ),
+    (
+        "realizations of a typical path",
+        "noise: {realizations: 3}\n",
+        refused(1, "belongs to `treatment: stochastic`, but the treatment is typical-path"),
+    ),
+    (
+        "a followed stochastic film",
+        "sweep: {T: [200, 210]}\nfollow: T\nnoise: {treatment: stochastic}\n",
+        refused(2, "does not go together with `noise: {treatment: stochastic}`"),
+    ),
     (
         "a seed of 2^200",
         f"noise:\n  treatment: stochastic\n  seed: {2**200}\n",
-        refused(3, "less than"),
+        refused(3, "at most"),
     ),
     ("a seed of nothing", "noise: {seed: 1}\n", refused(1, "treatment: stochastic")),
     ("an unknown figure", "plot: {figure: amplitude}\n", refused(1, "'amplitudes'?")),

@@ -1,0 +1,130 @@
+"""Ensembles: the statistics of a film whose noise is left to chance. The same for all methods.
+
+The realizations of a point start on its settled typical path, forget it over a few drive periods,
+and are measured over a window, drive period by drive period.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stickslip.kernels.observation import Walk, Watched, write_aperiodic, write_relative_errors
+from stickslip.kernels.streams import streams_of
+from stickslip.measure.results import STATUS
+from stickslip.measure.window import Window, ensemble_standard_error
+from stickslip.options import METHODS, Options
+from stickslip.status import Status
+from stickslip.variables import RESULT_COLUMNS, RESULTS
+
+OK, APERIODIC = int(Status.OK), int(Status.APERIODIC)
+
+# Drive periods after which a realization has forgotten the typical path.
+_DROPPED = 5
+
+# Paths side by side.
+_AT_A_TIME = 4096
+
+# Standard errors of the mean that count as its error.
+_SIGMAS = 3.0
+
+_COLUMN = {name: place for place, name in enumerate(RESULT_COLUMNS)}
+_AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
+_HIGHEST = ("elastic_stress_max", "friction_force_max", "power_balance_error")
+_LOWEST = ("elastic_stress_min", "friction_force_min")
+_SUMS = ("melting_count", "solid_transition_count")
+_MEANS = ("solid_fraction", "asymmetry")
+
+
+def write_ensembles(
+    points: np.ndarray, options: Options, results: np.ndarray, finals: np.ndarray
+) -> None:
+    """Replace the typical paths of points by the statistics of their realizations.
+
+    `points` (n, parameters) in SI units; `results` (n, columns) and `finals` (n, columns) of their
+    typical paths. What depends on the orbit as a whole stays that of the typical path: its regime,
+    multiplier and exponent, and its state. Points without a typical path stay as they are.
+    """
+    rows = np.flatnonzero(np.isin(results[:, STATUS], (OK, APERIODIC)))
+    at_once = max(1, _AT_A_TIME // int(options.realizations))
+    for first in range(0, len(rows), at_once):
+        some = rows[first : first + at_once]
+        results[some] = _statistics(points[some], options, results[some], finals[some])
+
+
+def _statistics(
+    points: np.ndarray, options: Options, typical: np.ndarray, finals: np.ndarray
+) -> np.ndarray:
+    """The result rows (n, columns) of points (n, parameters) with these typical paths."""
+    paths, window = int(options.realizations), int(options.window)
+    own = np.repeat(points, paths, axis=0)
+    walk = METHODS[options.method].kernels.stochastic_walk(
+        own, np.repeat(finals, paths, axis=0), streams_of(points, options), options
+    )
+    for _ in range(_DROPPED):
+        walk.next_period()
+    rows, singles = _measured(own, walk, window)
+    results, shape = typical.copy(), (len(points), paths, -1)
+    errors = np.empty((len(points), len(_AMPLITUDES)))
+    for i, (own_rows, amplitudes) in enumerate(
+        zip(rows.reshape(shape), singles.reshape(*shape, window), strict=True)
+    ):
+        errors[i] = [_SIGMAS * ensemble_standard_error(each) for each in amplitudes.swapaxes(0, 1)]
+        _combine(own_rows, amplitudes, results[i])
+    means = results[:, [_COLUMN[name] for name in _AMPLITUDES]]
+    relative = np.empty(len(points))
+    write_relative_errors(points, means, errors, relative)
+    results[:, _COLUMN["amplitude_error"]] += relative
+    results[:, _COLUMN["periods_integrated"]] += paths * (_DROPPED + window)
+    return results
+
+
+def _measured(points: np.ndarray, walk: Walk, length: int) -> tuple[np.ndarray, np.ndarray]:
+    """Rows (m, columns) of paths over a window, and the amplitudes of single periods.
+
+    These are (m, 2, length), of stress [Pa] and force [N].
+    """
+    begins, window, count = walk.states(), Window(len(points)), len(points)
+    for _ in range(length):
+        window.add(walk.next_period())
+    singles = np.ascontiguousarray(window.amplitudes.transpose(1, 2, 0))
+    zeros = np.zeros((count, 2))
+    watched = Watched(
+        records=window.record,
+        lengths=np.full(count, length),
+        begins=begins,
+        ends=walk.states(),
+        means=singles.mean(axis=2),
+        errors=zeros,
+        spreads=zeros,
+        exponents=np.full(count, np.nan),
+        aperiodic=np.ones(count, dtype=bool),
+        periods=np.full(count, _DROPPED + length),
+    )
+    rows = np.empty((count, len(RESULT_COLUMNS)))
+    write_aperiodic(points, watched, watched.periods, rows)
+    outcomes = walk.outcomes()
+    rows[outcomes != OK, STATUS] = outcomes[outcomes != OK]
+    return rows, singles
+
+
+def _combine(rows: np.ndarray, singles: np.ndarray, result: np.ndarray) -> None:
+    """Write what the rows (paths, columns) of realizations say together into that of their point.
+
+    `singles` (paths, 2, periods) are the amplitudes of their single periods. A realization that
+    failed decides.
+    """
+    failed = rows[:, STATUS] != APERIODIC
+    if failed.any():
+        status = rows[failed, STATUS][0]
+        result[:] = [RESULTS[name].missing for name in RESULT_COLUMNS]
+        result[STATUS] = status
+        return
+    for place, name in enumerate(_AMPLITUDES):
+        values = np.ascontiguousarray(singles[:, place]).ravel()
+        result[_COLUMN[name]], result[_COLUMN[f"{name}_spread"]] = values.mean(), values.std()
+    for names, together in (
+        (_HIGHEST, np.max), (_LOWEST, np.min), (_SUMS, np.sum), (_MEANS, np.mean),
+    ):  # fmt: skip
+        for name in names:
+            result[_COLUMN[name]] = together(np.ascontiguousarray(rows[:, _COLUMN[name]]))
+    result[_COLUMN["orbit_periods"]] = 0.0  # it never closes

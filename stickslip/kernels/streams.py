@@ -1,0 +1,85 @@
+"""The random numbers of a path by chance: which they are, and how kernels draw them.
+
+A number is a function of the point's key, the realization, the drive period and the step within
+it; nothing that is computed beside it, before it or elsewhere changes it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+
+import numpy as np
+
+from stickslip.compiled.decorators import inline
+from stickslip.numerics.philox import Words, normal, philox, word_of
+from stickslip.options import Options
+from stickslip.parameters import Parameters
+from stickslip.variables import PARAMETERS
+
+KEY_LOW, KEY_HIGH, PATH, PERIOD, STREAM = range(5)
+"""What a stream holds: the words of the key, the realization, the drive period; STREAM numbers."""
+
+SIGNS = 32
+"""Steps for which one word has the signs of their two-point increments."""
+
+_WORD = 2**32
+_ODD_UNDER_MIRROR = ("drive_amplitude", "initial_displacement", "initial_velocity")
+
+
+def keys_of(points: np.ndarray, seed: int) -> np.ndarray:
+    """The keys (n, 2) of points (n, parameters): two words of 32 bits.
+
+    A mirror image has the key of its twin. A parameter that is younger than a file does not enter
+    at the value under which the file stays true; tolerances and versions never do.
+    """
+    return np.array([_key(Parameters(*point), seed) for point in points]).reshape(-1, 2)
+
+
+def _key(parameters: Parameters, seed: int) -> tuple[float, float]:
+    sign = math.copysign(1.0, parameters.drive_amplitude)
+    digest = hashlib.blake2b(seed.to_bytes(8, "little"), digest_size=8)
+    for name, value in parameters._asdict().items():
+        if value != PARAMETERS[name].neutral:
+            same = sign * value + 0.0 if name in _ODD_UNDER_MIRROR else value  # no -0
+            digest.update(f"{name}={same!r}\0".encode())
+    high, low = divmod(int.from_bytes(digest.digest(), "little"), _WORD)
+    return float(low), float(high)
+
+
+def streams_of(points: np.ndarray, options: Options) -> np.ndarray:
+    """The streams (n*realizations, STREAM) of points (n, parameters) at their first drive period.
+
+    The realizations of a point stand together.
+    """
+    paths = int(options.realizations)
+    keys = np.repeat(keys_of(points, int(options.seed)), paths, axis=0)
+    numbers = np.tile(np.arange(paths, dtype=float), len(points))
+    return np.column_stack([keys, numbers, np.zeros(len(keys))])
+
+
+@inline
+def _words(low: float, high: float, path: float, period: float, count: float) -> Words:
+    counter = word_of(count), word_of(period), word_of(path), np.uint64(0)
+    return philox(counter, (word_of(low), word_of(high)))
+
+
+@inline
+def normal_number(low: float, high: float, path: float, period: float, step: float) -> float:
+    """The standard normal number of a step; what a stream holds, and the number of the step."""
+    return normal(_words(low, high, path, period, step))
+
+
+@inline
+def signs(low: float, high: float, path: float, period: float, count: float) -> float:
+    """The signs of SIGNS steps as the bits of a number; `count` numbers these groups of steps."""
+    return np.uint64(_words(low, high, path, period, count)[0]).view(np.float64)
+
+
+@inline
+def first_sign(bits: float) -> tuple[float, float]:
+    """The first sign of `signs`, as 1 or -1, and the others."""
+    held = np.float64(bits).view(np.uint64)
+    negative = np.uint64(held << np.uint64(63))
+    one = np.uint64(negative | np.uint64(0x3FF0000000000000)).view(np.float64)
+    return one, np.uint64(held >> np.uint64(1)).view(np.float64)

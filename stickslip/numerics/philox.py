@@ -1,0 +1,63 @@
+"""Random numbers that are a function of where they are used: Philox4x32-10.
+
+Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3" (SC 2011). A counter and
+a key give four words of 32 bits. There is no state to carry, so a number does not depend on which
+lane, block or worker asks for it, nor on what was asked for before. Words are held in 64 bits, and
+the arithmetic vectorises: products of 32-bit halves, no branch, no call.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from stickslip.compiled.decorators import inline
+from stickslip.compiled.elementary import logarithm, sine_and_cosine
+
+_U = np.uint64
+_WORD, _HALF = _U(0xFFFFFFFF), _U(32)
+_MULTIPLIERS = _U(0xD2511F53), _U(0xCD9E8D57)
+_WEYL = _U(0x9E3779B9), _U(0xBB67AE85)  # added to the key from round to round
+_ROUNDS = 10
+
+# The bits of 1, behind which a fraction stands in the mantissa.
+_ONE = _U(0x3FF0000000000000)
+
+# Words of 32 bits in unsigned integers of 64; the types know compiled integers as Any.
+Words = tuple[Any, Any, Any, Any]
+
+
+@inline
+def word_of(number: float) -> Any:
+    """The whole `number` from 0 to 2^32 - 1 as a word."""
+    return np.float64(number + 4503599627370496.0).view(np.uint64) & _WORD
+
+
+@inline
+def philox(counter: Words, key: tuple[Any, Any]) -> Words:
+    """Four random words for a counter of four words and a key of two."""
+    c0, c1, c2, c3 = counter
+    k0, k1 = key
+    for _ in range(_ROUNDS):
+        first, second = c0 * _MULTIPLIERS[0], c2 * _MULTIPLIERS[1]
+        c0, c2 = (second >> _HALF) ^ c1 ^ k0, (first >> _HALF) ^ c3 ^ k1
+        c1, c3 = second & _WORD, first & _WORD
+        k0, k1 = (k0 + _WEYL[0]) & _WORD, (k1 + _WEYL[1]) & _WORD
+    return c0, c1, c2, c3
+
+
+@inline
+def _fraction(high: Any, low: Any) -> float:
+    """A number uniform in [0, 1), of 52 bits, from two words."""
+    mantissa = (high << _U(20)) | (low >> _U(12))
+    return np.uint64(mantissa | _ONE).view(np.float64) - 1.0
+
+
+@inline
+def normal(words: Words) -> float:
+    """A standard normal number from four random words, by Box and Muller's transformation."""
+    radius = math.sqrt(-2.0 * logarithm(1.0 - _fraction(words[0], words[1])))
+    _, cosine = sine_and_cosine(2.0 * math.pi * _fraction(words[2], words[3]))
+    return radius * cosine

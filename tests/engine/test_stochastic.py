@@ -1,0 +1,87 @@
+"""Sweeps of stochastic films: the same file however they are computed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.sweeps.sweeping import HANGS, Mishap, Shell, child, hash_at_once, hash_of, write
+
+from stickslip import Status
+from sweeps import run
+from sweeps.config.load import from_mapping
+from sweeps.engine.trajectories import trajectory
+from sweeps.files.datasets import content_hash, open_result
+from sweeps.views.points import point_of
+
+FILMS = """
+model: {omega: 15}
+sweep: {T: [190, 200, 210, 220, 300], gamma: [-2/3, 0]}
+noise: {treatment: stochastic, realizations: 3, seed: 5}
+integrator: {rtol: 1e-4}
+stationary: {rtol: 1e-4, window: 20}
+"""
+
+
+@pytest.fixture
+def shell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Shell:
+    return Shell(tmp_path, monkeypatch, capsys)
+
+
+def test_any_number_of_workers_blocks_and_processes_gives_the_same_file(shell: Shell) -> None:
+    write("a.yaml", FILMS)
+    hashes = {content_hash(run("a.yaml", workers=workers)) for workers in (1, 2, 8)}
+    for options in (["--set", "execution.block_points=1"], ["--backend", "loky"]):
+        assert shell("sweep", "a.yaml", "-o", "a.nc", "--overwrite", *options).code == 0
+        hashes.add(hash_of("a.nc"))
+    assert len(hashes) == 1
+
+
+def test_an_interrupted_and_a_killed_sweep_go_on_bit_for_bit(shell: Shell) -> None:
+    write("a.yaml", FILMS, "execution: {block_points: 1}\n")
+    command = ["sweep", "a.yaml", "-o", "a.nc"]
+    assert shell.interrupted(*command, after=3).code == 4
+    block = ("sweeps.files.record_log:RecordLog", "append", 2)
+    process = child(command, Mishap("os", "pwrite", 3, "half", within=block))
+    process.join(HANGS)
+    assert process.exitcode == -9
+    assert shell(*command).code == 0
+    assert hash_of("a.nc") == hash_at_once("a.yaml")
+
+
+def test_another_seed_makes_other_points(shell: Shell) -> None:
+    write("a.yaml", FILMS)
+    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc", "--set", "noise.seed=6")
+    assert code == 2
+    assert "noise.seed: 5 -> 6" in err
+
+
+def test_a_point_of_a_stochastic_result_is_computed_again_and_drawn(shell: Shell) -> None:
+    write("a.yaml", FILMS)
+    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    point = point_of(open_result(Path("a.nc")), ["T=200", "gamma=0"])
+    assert point.status == Status.OK
+    assert not point.differences()
+    course = point.simulate(periods=1, samples_per_period=50)
+    assert course.sizes == {"elapsed_time": 51}
+    point.portrait(1)
+    code, out, _ = shell("replay", "a.nc", "--at", "T=200", "--at", "gamma=-2/3")
+    assert (code, "computed again with the bits of the file" in out) == (0, True)
+
+
+def test_the_trajectories_of_a_stochastic_film_are_its_realizations() -> None:
+    config = from_mapping(
+        {
+            "model": {"omega": 15.0},
+            "noise": {"treatment": "stochastic", "realizations": 3},
+            "simulation": {"periods": 1, "samples_per_period": 20},
+        }
+    )
+    ds = trajectory(config)
+    assert ds.sizes == {"realization": 3, "elapsed_time": 21}
+    assert ds.realization.values.tolist() == [0, 1, 2]
+    assert len(np.unique(ds.order_parameter[:, -1])) == 3

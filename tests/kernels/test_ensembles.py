@@ -1,0 +1,168 @@
+"""Ensembles of a stochastic film: their statistics, and what they do not depend on."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from support.points import orbits, row
+
+from stickslip import Status
+from stickslip.kernels import ensembles
+from stickslip.measure.window import ensemble_standard_error
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
+from stickslip.regime import Regime
+from stickslip.variables import RESULT_COLUMNS
+
+# The film misses a stick now and then: the noise decides.
+MISSING: dict[str, float] = {
+    "angular_frequency": 200.0, "drive_amplitude": 4e-8, "spring_stiffness": 6e4,
+    "block_mass": 0.02, "rheological_index": 0.0, "viscosity_coefficient": 1000.0,
+    "noise_intensity": 1e-8, "initial_order_parameter": 0.6,
+}  # fmt: skip
+FEW: dict[str, Any] = {
+    "noise": "stochastic", "realizations": 5, "window": 20, "rtol": 1e-4,
+}  # fmt: skip
+POINTS = np.array([row(**MISSING), row(**MISSING, temperature=210.0), row(**MISSING)])
+
+
+def ensemble(points: np.ndarray, **options: Any) -> SimpleNamespace:
+    return orbits(np.atleast_2d(points), **FEW | options)
+
+
+# --- statistics ---
+
+
+def test_the_row_of_an_ensemble() -> None:
+    found, typical = ensemble(POINTS[0]), orbits(POINTS[:1], rtol=1e-4)
+    assert found.status == Status.OK
+    assert found.regime == typical.regime == Regime.STICK_SLIP_SYMMETRIC
+    assert found.orbit_periods == 0
+    assert found.periods_integrated == typical.periods_integrated + 5 * (5 + 20)
+    assert 0 < found.melting_count < 2 * 5 * 20  # twice a period, but for what it misses
+    assert found.elastic_stress_amplitude_spread > 0.05 * found.elastic_stress_amplitude
+    assert found.floquet_multiplier == typical.floquet_multiplier
+    assert found.elastic_stress_max >= found.elastic_stress_amplitude
+    np.testing.assert_array_equal(found.final, typical.final)
+
+
+def test_an_error_is_three_standard_errors_and_that_of_the_typical_path() -> None:
+    many = ensemble(POINTS[0], realizations=64)
+    typical = orbits(POINTS[:1], rtol=1e-4)
+    spread = many.elastic_stress_amplitude_spread / many.elastic_stress_amplitude
+    independent = 3.0 * spread / np.sqrt(64 * 20)
+    assert many.amplitude_error > typical.amplitude_error
+    assert 0.7 * independent < many.amplitude_error < 2.0 * independent
+    few = ensemble(POINTS[0], realizations=16)
+    difference = abs(few.elastic_stress_amplitude / many.elastic_stress_amplitude - 1.0)
+    assert difference < few.amplitude_error + many.amplitude_error
+
+
+def test_more_paths_leave_the_first_ones_as_they_were(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[np.ndarray] = []
+    combine = ensembles._combine
+
+    def watched(rows: np.ndarray, singles: np.ndarray, result: np.ndarray) -> None:
+        seen.append(singles.copy())
+        combine(rows, singles, result)
+
+    monkeypatch.setattr(ensembles, "_combine", watched)
+    ensemble(POINTS[0], realizations=2)
+    ensemble(POINTS[0], realizations=3)
+    np.testing.assert_array_equal(seen[0], seen[1][:2])
+    assert len(np.unique(seen[1][:, 0, 0])) == 3
+
+
+@pytest.mark.parametrize(("paths", "periods"), [(1, 32), (3, 20), (64, 32)])
+def test_the_standard_error_of_independent_numbers(paths: int, periods: int) -> None:
+    draws = np.random.default_rng(1).normal(size=(400, paths, periods))
+    errors = [ensemble_standard_error(values) for values in draws]
+    exact = 1.0 / np.sqrt(paths * periods)
+    # Batches leave some periods out where they do not divide the window.
+    assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(exact, rel=0.3)
+
+
+def test_the_standard_error_of_paths_that_never_meet() -> None:
+    values = np.tile(np.arange(64.0)[:, None], 32)  # each for ever elsewhere
+    assert ensemble_standard_error(values) == pytest.approx(np.std(values[:, 0], ddof=1) / 8.0)
+
+
+# --- what makes no difference ---
+
+
+def test_the_company_of_other_points_makes_no_difference() -> None:
+    together = ensemble(POINTS).row
+    for i, point in enumerate(POINTS):
+        np.testing.assert_array_equal(ensemble(point).row[0], together[i])
+
+
+def test_the_number_of_paths_side_by_side_makes_no_difference(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    together = ensemble(POINTS).row
+    monkeypatch.setattr(ensembles, "_AT_A_TIME", 5)
+    np.testing.assert_array_equal(ensemble(POINTS).row, together)
+
+
+@pytest.mark.parametrize("strain", ["adiabatic", "relaxing"])
+def test_a_mirror_image_is_one_bit_for_bit(strain: str) -> None:
+    names = ("drive_amplitude", "initial_displacement", "initial_velocity")
+    twin = MISSING | {"initial_displacement": 1e-8, "initial_velocity": -2e-6}
+    image = twin | {name: -twin[name] for name in names}
+    ours, other = (ensemble(row(**changes), strain=strain) for changes in (twin, image))
+    assert ours.status == Status.OK
+    for name in RESULT_COLUMNS:
+        left = getattr(other, name)
+        if name.endswith(("_max", "_min")):
+            turned = name[:-3] + ("min" if name.endswith("max") else "max")
+            left = -getattr(other, turned)
+        np.testing.assert_array_equal(getattr(ours, name), left, err_msg=name)
+
+
+def test_another_seed_is_another_ensemble() -> None:
+    one, other = (ensemble(POINTS[0], seed=seed).elastic_stress_amplitude for seed in (1, 2))
+    assert one != other
+
+
+# --- ends ---
+
+
+def test_a_point_without_a_typical_path_has_no_ensemble() -> None:
+    found = ensemble(POINTS[0], max_periods=1)
+    assert found.status == Status.NOT_STATIONARY
+    assert np.isnan(found.elastic_stress_amplitude)
+
+
+def test_points_that_are_left_pending_stay_so() -> None:
+    options = Options(**FEW)
+    results, _ = compute_orbits(POINTS, options, patience=1)
+    assert np.all(results[:, RESULT_COLUMNS.index("status")] == Status.PENDING)
+
+
+def test_a_path_that_fails_decides(monkeypatch: pytest.MonkeyPatch) -> None:
+    from stickslip.kernels.adaptive.walk import StochasticWalk
+
+    def failing(walk: StochasticWalk) -> np.ndarray:
+        outcomes = np.zeros(len(walk.points), np.int64)
+        outcomes[3] = Status.STEP_LIMIT
+        return outcomes
+
+    monkeypatch.setattr(StochasticWalk, "outcomes", failing)
+    found = ensemble(POINTS[:2])
+    assert found.status.tolist() == [Status.STEP_LIMIT, Status.OK]
+    assert np.isnan(found.friction_force_amplitude[0])
+
+
+def test_no_noise_leaves_the_deterministic_film() -> None:
+    silent = row(**MISSING | {"noise_intensity": 0.0})
+    found, exact = ensemble(silent, rtol=1e-6), orbits(silent, noise="none")
+    assert found.status == exact.status == Status.OK
+    stress = exact.elastic_stress_amplitude
+    assert found.elastic_stress_amplitude == pytest.approx(stress, rel=1e-5)
+    assert found.elastic_stress_amplitude_spread < 1e-5 * stress
+
+
+def test_a_strong_noise_may_lift_the_order_parameter_above_its_bound() -> None:
+    found = ensemble(row(**MISSING | {"noise_intensity": 1e-2}))
+    assert found.status == Status.OK
