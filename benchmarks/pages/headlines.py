@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pages import physics
+from pages import physics, stochastic
 from pages.lines import Lines, Results, listed, shown
 
 
@@ -381,6 +381,7 @@ HEADLINES: dict[str, Callable[[Results], Lines]] = {
     "fixed_lanes": _fixed_lanes,
     "methods": _methods,
     "physics": physics.lines,
+    "stochastic": stochastic.lines,
     "random": _random,
     "refinement": _refinement,
     "skips": _skips,

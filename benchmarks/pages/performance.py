@@ -151,6 +151,7 @@ _TABLES: dict[str, tuple[str, Callable[[Results], str]]] = {
     for name in (
         "random",
         "physics",
+        "stochastic",
         "figures",
         "sweeps",
         "engine",

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, LogFormatterMathtext, NullLocator
 
-from pages import physics, stability_plots
+from pages import physics, stability_plots, stochastic
 
 HERE = Path(__file__).parents[1]
 RESULTS = HERE / "results"
@@ -63,6 +63,9 @@ def main() -> None:
     if content := load("physics"):
         path = DOCS / "relaxing_strain.png"
         print(physics.draw_relaxation(content["results"], _where(content), path))
+    if content := load("stochastic"):
+        path = DOCS / "stochastic_closure.png"
+        print(stochastic.draw_closure(content["results"], _where(content), path))
     if stability := load("stability"):
         for picture, draw_it in stability_plots.PICTURES.items():
             print(draw_it(stability["results"], _where(stability), DOCS / picture))
