@@ -20,6 +20,14 @@ _SMALLEST_FACTOR = 1e-3
 
 
 @jit
+def _copy(matrix: np.ndarray, target: np.ndarray) -> None:
+    # Not `target[:] = matrix`: the message of an error that cannot be takes seconds to compile.
+    for i in range(matrix.shape[0]):
+        for j in range(matrix.shape[1]):
+            target[i, j] = matrix[i, j]
+
+
+@jit
 def _norm(matrix: np.ndarray) -> float:
     total = 0.0
     for i in range(matrix.shape[0]):
@@ -75,9 +83,9 @@ def spectral_radii(matrices: np.ndarray) -> np.ndarray:
     By Gelfand's formula, ||A^k||^(1/k) for large k, with powers by repeated squaring: faster than a
     general solver, which finds all eigenvalues.
     """
-    radii = np.empty(matrices.shape[0])
-    power, squared = np.empty(matrices.shape[1:]), np.empty(matrices.shape[1:])
-    for index in range(matrices.shape[0]):
-        power[:] = matrices[index]
+    count, size = matrices.shape[0], matrices.shape[1]
+    radii, power, squared = np.empty(count), np.empty((size, size)), np.empty((size, size))
+    for index in range(count):
+        _copy(matrices[index], power)
         radii[index] = _spectral_radius(power, squared)
     return radii

@@ -300,7 +300,7 @@ def _make_handle_event(problems: Any, state: StateFunctions, begin_record: Any, 
     return handle_event
 
 
-@jit
+@inline
 def _no_kick(lanes: np.ndarray) -> None:
     pass
 

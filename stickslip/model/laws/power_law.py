@@ -64,19 +64,23 @@ def _scaled_viscosity(p: Parameters, rate: float, stress: float) -> float:
 
 @inline
 def _square_power(square: float, gamma: float) -> float:
-    """square^(gamma/2), without a general power for the three fluids of the paper."""
+    """square^(gamma/2), without a general power for thirds."""
     if gamma == 0.0:
         return 1.0
     if gamma == -2.0 / 3.0:
         return inverse_cube_root(square)
     if gamma == 2.0 / 3.0:
         return cube_root(square)
+    if gamma == -1.0 / 3.0:
+        return math.sqrt(inverse_cube_root(square))
+    if gamma == 1.0 / 3.0:
+        return math.sqrt(cube_root(square))
     return power(square, 0.5 * gamma)
 
 
 @inline
 def _rate_power(rate: float, gamma: float) -> float:
-    """rate^(gamma + 1), without a general power for the three fluids of the paper."""
+    """rate^(gamma + 1), without a general power for thirds."""
     if gamma == 0.0:
         return rate
     if gamma == -2.0 / 3.0:
@@ -84,6 +88,11 @@ def _rate_power(rate: float, gamma: float) -> float:
     if gamma == 2.0 / 3.0:
         root = cube_root(rate)
         return rate * (root * root)
+    if gamma == -1.0 / 3.0:
+        root = cube_root(rate)
+        return root * root
+    if gamma == 1.0 / 3.0:
+        return rate * cube_root(rate)
     return power(rate, gamma + 1.0)
 
 
@@ -95,5 +104,5 @@ LAW = FrictionLaw(
     stable_slope=_stable_slope,
     scaled={"viscosity_coefficient": _scaled_viscosity},
     parameters=("viscosity_coefficient", "rheological_index"),
-    special_indices=(-2.0 / 3.0, 0.0, 2.0 / 3.0),
+    special_indices=(-2.0 / 3.0, -1.0 / 3.0, 0.0, 1.0 / 3.0, 2.0 / 3.0),
 )

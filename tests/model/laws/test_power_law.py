@@ -15,8 +15,8 @@ from stickslip.parameters import Parameters
 
 PAPER = Parameters()
 H, K_VISCOUS = PAPER.film_thickness, PAPER.viscosity_coefficient
-INDICES = [-0.999, -0.9, -2 / 3, -0.5, 0.0, 1 / 3, 2 / 3, 2.0, 5.0]
-SPECIAL = [-2 / 3, 0.0, 2 / 3]
+INDICES = [-0.999, -0.9, -2 / 3, -0.5, -1 / 3, 0.0, 1 / 3, 2 / 3, 2.0, 5.0]
+SPECIAL = [-2 / 3, -1 / 3, 0.0, 1 / 3, 2 / 3]
 
 speeds = st.floats(1e-20, 1.0)
 signed_speeds = speeds | speeds.map(lambda u: -u)
