@@ -30,10 +30,11 @@ STRAINS: Mapping[str, str] = MappingProxyType(
 class Method:
     """A method that a user can choose.
 
-    `module` has what it does: `compile_for`, `orbits`, `trajectory`, `largest_step`, `rounding`, as
-    `kernels/adaptive/driver.py` describes them. `own_option` is the option that only this method
-    uses; `max_steps` its budget of steps a point where none is given; `refines` whether finer
-    tolerances make it more accurate; `strains` the models of the strain that it knows.
+    `module` has what it does: `compile_shared`, `family_kernels`, `orbits`, `stochastic_walk`,
+    `trajectory`, `largest_step`, `rounding`, as `kernels/adaptive/driver.py` describes them.
+    `own_option` is the option that only this method uses; `max_steps` its budget of steps a point
+    where none is given; `refines` whether finer tolerances make it more accurate; `strains` the
+    models of the strain that it knows.
     """
 
     meaning: str

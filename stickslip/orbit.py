@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections import namedtuple
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.compiled.cache import is_kept
+from stickslip.kernels.families import FamilyKernel, families
 from stickslip.kernels.points import final_columns
 from stickslip.measure.results import STATUS
 from stickslip.options import (
@@ -85,7 +88,31 @@ def prepare_kernels(options: Options, kinds: np.ndarray) -> None:
 
     Their columns are the parameters named in `kernels.families.KIND`.
     """
-    METHODS[options.method].kernels.compile_for(kinds, options)
+    METHODS[options.method].kernels.compile_shared(typical_options(options))
+    compile_families(options, kinds)
+
+
+def compile_families(options: Options, kinds: np.ndarray) -> None:
+    """Compile or load the kernels that points of these kinds (n, 2) do not share with others."""
+    for own in _family_kernels(options, kinds):
+        own.compile()
+
+
+def uncompiled(options: Options, kinds: np.ndarray) -> np.ndarray:
+    """Kinds (m, 2), one for each family among these (n, 2) that is still to be compiled."""
+    one_each = [kinds[members[0]] for _, members in families(options.physics, kinds)]
+    missing = [
+        kind
+        for kind in one_each
+        if not all(is_kept(own.kernel) for own in _family_kernels(options, kind[None]))
+    ]
+    return np.array(missing).reshape(-1, kinds.shape[1])
+
+
+def _family_kernels(options: Options, kinds: np.ndarray) -> Iterator[FamilyKernel]:
+    kernels_of = METHODS[options.method].kernels.family_kernels
+    for some in dict.fromkeys((typical_options(options), options)):
+        yield from kernels_of(kinds, some)
 
 
 def compute_orbits(

@@ -26,7 +26,9 @@ from stickslip.options import (
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS
 
-OFFERED = {"compile_for", "orbits", "stochastic_walk", "trajectory", "largest_step"}
+OFFERED = {
+    "compile_shared", "family_kernels", "orbits", "stochastic_walk", "trajectory", "largest_step",
+}  # fmt: skip
 CHOICES: dict[str, Any] = {
     "method": METHODS,
     "noise": NOISE_TREATMENTS,

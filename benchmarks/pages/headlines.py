@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pages import physics, stochastic
+from pages import default, physics, stochastic
 from pages.lines import Lines, Results, listed, shown
 
 
@@ -380,6 +380,7 @@ HEADLINES: dict[str, Callable[[Results], Lines]] = {
     "figures": _figures,
     "fixed_lanes": _fixed_lanes,
     "methods": _methods,
+    "default": default.lines,
     "physics": physics.lines,
     "stochastic": stochastic.lines,
     "random": _random,

@@ -152,6 +152,7 @@ _TABLES: dict[str, tuple[str, Callable[[Results], str]]] = {
         "random",
         "physics",
         "stochastic",
+        "default",
         "figures",
         "sweeps",
         "engine",

@@ -62,6 +62,14 @@ class SteadyCache(FunctionCache):
             warn_once(f"compiled code could not be cached ({error!r})")
 
 
+def is_kept(kernel: Any) -> bool:
+    """Whether a kernel is compiled, here or on the disk: it has one signature."""
+    if kernel.signatures:
+        return True
+    file = getattr(kernel._cache, "_cache_file", None)  # there is none without a folder
+    return file is not None and Path(file._index_path).exists()
+
+
 class _CheckedFile(IndexDataCacheFile):
     """Numba's data file with a checksum: code of which a page was lost would crash the process."""
 

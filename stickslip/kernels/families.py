@@ -7,8 +7,8 @@ asked for, by factories that are given the physics and the index.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,6 +32,13 @@ class Family(NamedTuple):
     def __str__(self) -> str:
         gamma = "any" if self.gamma is None else f"{self.gamma:.17g}"
         return f"{self.physics},gamma={gamma}{',sextic' if self.sextic else ''}"
+
+
+class FamilyKernel(NamedTuple):
+    """A kernel of one family, and what compiles or loads it."""
+
+    kernel: Any
+    compile: Callable[[], object]
 
 
 def families(physics: Physics, kinds: np.ndarray) -> Iterator[tuple[Family, np.ndarray]]:

@@ -18,7 +18,8 @@ from sweeps.config.order import Refine
 from sweeps.config.schema import Execution
 from sweeps.engine.dispatch import finished_blocks
 from sweeps.engine.executors.choose import make_executor
-from sweeps.engine.executors.worker import Block, compile_kernels, compute_block, task_of
+from sweeps.engine.executors.kernels import compile_kernels
+from sweeps.engine.executors.worker import Block, compute_block, task_of
 from sweeps.engine.options import options_of, unstable_step
 from sweeps.engine.order.cut import blocks_of
 from sweeps.engine.order.refine import refinement_of

@@ -15,7 +15,8 @@ from stickslip.options import Options
 from sweeps.config.load import Config
 from sweeps.engine.executors.base import Executor
 from sweeps.engine.executors.choose import make_executor
-from sweeps.engine.executors.worker import compile_kernels, task_of
+from sweeps.engine.executors.kernels import compile_kernels
+from sweeps.engine.executors.worker import task_of
 from sweeps.engine.existing import Target, found_beside
 from sweeps.engine.options import options_of
 from sweeps.engine.order.cut import blocks_of

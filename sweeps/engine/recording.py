@@ -15,7 +15,8 @@ from sweeps.config.schema import Execution
 from sweeps.engine.dispatch import finished_blocks
 from sweeps.engine.executors.base import Executor
 from sweeps.engine.executors.choose import make_executor
-from sweeps.engine.executors.worker import Block, compile_kernels
+from sweeps.engine.executors.kernels import compile_kernels
+from sweeps.engine.executors.worker import Block
 from sweeps.engine.existing import Target
 from sweeps.engine.options import options_of
 from sweeps.engine.order.product import PILOT_BLOCKS, pilot_points

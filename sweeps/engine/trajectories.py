@@ -11,11 +11,11 @@ import numpy as np
 from stickslip.kernels.trajectories import OBSERVABLES, observables_kernel, write_start
 from stickslip.model.state import components_of
 from stickslip.options import METHODS
-from stickslip.orbit import prepare_kernels
+from stickslip.orbit import typical_options
 from stickslip.parameters import Parameters
 from stickslip.trajectory import TIME, simulate
 from sweeps.config.load import Config
-from sweeps.engine.executors.worker import kinds_of
+from sweeps.engine.executors.kernels import compile_kernels
 from sweeps.engine.options import options_of
 from sweeps.engine.progress.compiling import SILENT, Compiling
 from sweeps.exits import ExpectedError
@@ -97,7 +97,7 @@ def _compile_kernels(config: Config) -> None:
     observables = np.empty((0, len(OBSERVABLES)))
     observables_kernel(options.physics.typical)(point, np.empty(0), states[:0], 0.0, observables)
     if config.simulation.start == "stationary":
-        prepare_kernels(options, kinds_of(grid))
+        compile_kernels(typical_options(options), grid)
 
 
 def _simulated(

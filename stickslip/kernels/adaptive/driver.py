@@ -1,10 +1,13 @@
 """The adaptive method for many points at once, in lanes: one of the table `options.METHODS`.
 
-What such a module offers is said in `compile_for`, `orbits`, `trajectory`, `largest_step` and
-`rounding`.
+What such a module offers is said in `compile_shared`, `family_kernels`, `orbits`,
+`stochastic_walk`, `trajectory`, `largest_step` and `rounding`.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
@@ -25,15 +28,18 @@ from stickslip.kernels.adaptive.passes import (
     Pass,
     Queue,
     new_lanes,
+    new_queue,
     pass_kernel,
 )
 from stickslip.kernels.adaptive.queues import part_of, put_back, reduced_queue, work_through
 from stickslip.kernels.adaptive.walk import AdaptiveWalk, StochasticWalk, TangentWalk
-from stickslip.kernels.families import families
+from stickslip.kernels.families import FamilyKernel, families
 from stickslip.kernels.observation import Watched, spreads_of, watch, write_aperiodic
 from stickslip.kernels.points import final_columns
 from stickslip.kernels.problem import rounding_speed
 from stickslip.kernels.trajectories import adaptive_trajectory, new_stream
+from stickslip.model.scaling import Reduced
+from stickslip.model.state import components_of
 from stickslip.numerics.adaptive import OK
 from stickslip.options import RELAXING, Options, Physics, Settings
 from stickslip.parameters import Parameters
@@ -44,16 +50,21 @@ from stickslip.variables import RESULT_COLUMNS
 _LOOSEST = 1e-4
 
 
-def compile_for(kinds: np.ndarray, options: Options) -> None:
-    """Compile or load what points of these kinds (n, 2) need; see `families.KIND`."""
+def compile_shared(options: Options) -> None:
+    """Compile or load what all points need."""
     nobody, columns = np.empty((0, len(Parameters._fields))), final_columns(options.physics)
     results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, columns))
     orbits(nobody, options, finals, results, finals)
-    settings = options.settings()
+
+
+def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
+    """The kernels that points of these kinds (n, 2) need besides; see `families.KIND`."""
+    settings, width = options.settings(), len(components_of(options.strain))
     task = Pass(TRAVEL, settings.rtol, settings.rtol, 0, 0, False)
     for family, _ in families(options.physics, kinds):
-        queue = reduced_queue(nobody, options.physics)
-        pass_kernel(family)(queue, new_lanes(queue.states.shape[1] - 1), task, 0)
+        nobody = new_queue(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
+        kernel = pass_kernel(family)
+        yield FamilyKernel(kernel, partial(kernel, nobody, new_lanes(width), task, 0))
 
 
 def largest_step(points: np.ndarray, options: Options) -> np.ndarray:

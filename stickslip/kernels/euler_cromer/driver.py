@@ -5,6 +5,8 @@ Plain iteration of the drive period, then a record, and the error against the ad
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,7 +21,7 @@ from stickslip.kernels.euler_cromer.lanes import March
 from stickslip.kernels.euler_cromer.layout import write_starts, write_steps
 from stickslip.kernels.euler_cromer.march import march_kernel
 from stickslip.kernels.euler_cromer.reference import settle_from
-from stickslip.kernels.families import families
+from stickslip.kernels.families import FamilyKernel, families
 from stickslip.kernels.observation import Watched, spreads_of, watch, write_aperiodic
 from stickslip.kernels.points import final_columns
 from stickslip.kernels.stability import largest_stable_step
@@ -27,7 +29,7 @@ from stickslip.kernels.trajectories import euler_cromer_trajectory, new_stream
 from stickslip.model.state import STATE
 from stickslip.numerics.adaptive import OK, STEP_LIMIT
 from stickslip.numerics.periodic import search
-from stickslip.options import Options
+from stickslip.options import NO_NOISE, Options
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
@@ -41,17 +43,25 @@ _WIDTH = len(STATE)
 _BLOCK = 2048
 
 
-def compile_for(kinds: np.ndarray, options: Options) -> None:
-    """Compile or load what points of these kinds (n, 2) need; see `families.KIND`."""
+def compile_shared(options: Options) -> None:
+    """As `adaptive.driver.compile_shared`, whose orbits are the reference."""
     nobody, columns = np.empty((0, len(Parameters._fields))), final_columns(options.physics)
-    adaptive.compile_for(kinds, options)  # of the reference orbit
+    adaptive.compile_shared(options)
     results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, columns))
     orbits(nobody, options, finals, results, finals)
-    tasks = March(nobody, np.empty(0, np.int64), np.empty((0, 3)), options.physics).tasks
-    noisy = options.noise != "none"
+
+
+def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
+    """As `adaptive.driver.family_kernels`."""
+    if not options.physics.chance:
+        yield from adaptive.family_kernels(kinds, options)  # of the reference orbit
+    nobody, nothing = np.empty((0, len(Parameters._fields))), np.empty(0, np.int64)
+    tasks = March(nobody, nothing, np.empty((0, len(STATE))), options.physics).tasks
+    noisy = options.noise != NO_NOISE
     for family, _ in families(options.physics, kinds):
         for measured in (False, True):
-            march_kernel(family, noisy, measured)(tasks, np.empty(0, np.int64), 0)
+            kernel = march_kernel(family, noisy, measured)
+            yield FamilyKernel(kernel, partial(kernel, tasks, nothing, 0))
 
 
 def largest_step(points: np.ndarray, options: Options) -> np.ndarray:

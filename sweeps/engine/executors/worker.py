@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stickslip.compiled.cache import processor, source_hash
 from stickslip.kernels.families import KIND
 from stickslip.options import Options
-from stickslip.orbit import compute_orbits, failed_row, prepare_kernels
+from stickslip.orbit import compute_orbits, failed_row
 from stickslip.plausibility import suspicious_balance, suspicious_stress
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
@@ -76,11 +76,6 @@ def task_of(grid: Grid, indices: NDArray[np.int64], options: Options, patience: 
     """The task of computing these points of a grid."""
     line = grid.lines().shape[1] if grid.followed else 1
     return Task(indices, grid.rows(indices), options, source_hash(), line, patience)
-
-
-def compile_kernels(options: Options, grid: Grid) -> None:
-    """Compile or load what the grid needs, before workers would wait for it."""
-    prepare_kernels(options, kinds_of(grid))
 
 
 def kinds_of(grid: Grid) -> NDArray[np.float64]:

@@ -21,7 +21,6 @@ from sweeps.engine.executors.worker import (
     Block,
     Task,
     WorkerMismatchError,
-    compile_kernels,
     compute_block,
     failed_block,
     task_of,
@@ -191,19 +190,3 @@ def test_ctrl_c_is_no_failed_point(monkeypatch: pytest.MonkeyPatch, workers: int
     monkeypatch.setattr(worker, "compute_orbits", interrupted)
     with pytest.raises(KeyboardInterrupt):
         computed(workers)
-
-
-# --- before ---
-
-
-def test_kernels_are_made_ready_for_the_fluids_of_the_grid(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    asked = []
-
-    def observed(options: Options, gammas: np.ndarray) -> None:
-        asked.append((options, gammas.tolist()))
-
-    monkeypatch.setattr(worker, "prepare_kernels", observed)
-    compile_kernels(OPTIONS, GRID)
-    assert asked == [(OPTIONS, [[-2 / 3, 0.0], [0.0, 0.0], [2 / 3, 0.0]])]

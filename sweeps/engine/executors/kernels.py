@@ -1,0 +1,68 @@
+"""Kernels made ready before workers would wait for them: several at a time, on the first run.
+
+A kernel takes ten seconds to compile, and a process compiles one at a time. What all fluids share
+is compiled here, the kernels of each family in a process that leaves them in the cache.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.options import Options
+from stickslip.orbit import compile_families, prepare_kernels, uncompiled
+from sweeps.engine.executors.base import first_line
+from sweeps.engine.executors.children import end_with_parent, terminal_signals_blocked
+from sweeps.engine.executors.worker import kinds_of
+from sweeps.grid import Grid
+
+log = logging.getLogger(__name__)
+
+
+def compile_kernels(options: Options, grid: Grid) -> None:
+    """Compile or load what the grid needs."""
+    compile_kinds(options, kinds_of(grid))
+
+
+def compile_kinds(options: Options, kinds: NDArray[np.float64]) -> None:
+    """Compile or load what points of these kinds (n, 2) need, as `prepare_kernels` does."""
+    missing = uncompiled(options, kinds)
+    if len(missing) and _cores() > 1:
+        with _elsewhere(options, missing):
+            prepare_kernels(options, kinds[:0])
+    prepare_kernels(options, kinds)  # loads what the others left, and makes what they did not
+
+
+@contextmanager
+def _elsewhere(options: Options, kinds: NDArray[np.float64]) -> Iterator[None]:
+    """Families are compiled, one of each of these kinds, by processes that joblib's loky starts.
+
+    Whatever fails there is compiled here afterwards.
+    """
+    from joblib.externals.loky import ProcessPoolExecutor
+
+    workers = min(len(kinds), _cores())
+    pool: Any = ProcessPoolExecutor(workers, initializer=end_with_parent, initargs=(os.getpid(),))
+    try:
+        with terminal_signals_blocked():
+            futures = [
+                pool.submit(compile_families, options, kinds[[i]]) for i in range(len(kinds))
+            ]
+        yield
+        for future in futures:
+            future.result()
+    except Exception as error:  # noqa: BLE001 - a process may end in any way
+        log.debug("kernels are compiled one by one: %s", first_line(error))
+    finally:
+        pool.shutdown(wait=True, kill_workers=True)
+
+
+def _cores() -> int:
+    """The processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
