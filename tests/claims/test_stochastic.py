@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.points import orbits, row
 
-from stickslip import Status, simulate
+from stickslip import Parameters, Status, simulate
 from stickslip.kernels.adaptive import driver
 from stickslip.kernels.streams import streams_of
 from stickslip.measure.accumulate import STRESS_MAX
@@ -89,16 +89,19 @@ def test_a_looser_tolerance_finds_the_same_statistics() -> None:
     assert difference < loose.amplitude_error + tight.amplitude_error
 
 
-@pytest.mark.parametrize("strain", ["adiabatic", "relaxing"])
-def test_a_liquid_film_fluctuates_as_its_linear_process(strain: str) -> None:
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"strain": "relaxing"}, {"method": "euler-cromer", "dt": 1e-7}],
+    ids=["adaptive", "relaxing", "euler-cromer"],
+)
+def test_a_liquid_film_fluctuates_as_its_linear_process(options: dict[str, Any]) -> None:
     # Above T_c at rest: an Ornstein-Uhlenbeck process of the variance D/rate, to which strain adds.
-    changes = {"temperature": 400.0, "drive_amplitude": 1e-15, "noise_intensity": 1e-10}
-    from stickslip import Parameters
-
-    p = Parameters(**changes)
+    p = Parameters(
+        temperature=400.0, drive_amplitude=1e-15, noise_intensity=1e-10, angular_frequency=2e3
+    )
     ds = simulate(
         p, periods=20, noise="stochastic", realizations=20, samples_per_period=20, rtol=1e-4,
-        strain=strain,
+        **options,
     )  # fmt: skip
     rate = p.kinetic_coefficient * 2.0 * p.thermal_coefficient * (400.0 - 290.0)
     square = float((ds.order_parameter[:, 20:] ** 2).mean())
