@@ -9,10 +9,13 @@ import numpy as np
 
 from peers.base import LADDER, Peer, PeerFailed
 from peers.scaled import FLAGS, fill_rates
+from stickslip.parameters import Parameters
 
 # Steps between two outputs from which a run counts as stuck: a period takes up to 1e4 of them, and
 # at tight tolerances LSODA may go on for ever with steps of no length.
 MOST_STEPS = 2_000_000
+
+_PARAMETERS = len(Parameters._fields)
 
 
 class NumbalsodaLsoda(Peer):
@@ -61,6 +64,6 @@ def _callback() -> Any:
 
     @cfunc(lsoda_sig, **FLAGS)
     def callback(s, y, out, row):
-        fill_rates(carray(row, (20,)), s, carray(y, (3,)), carray(out, (3,)))
+        fill_rates(carray(row, (_PARAMETERS,)), s, carray(y, (3,)), carray(out, (3,)))
 
     return callback

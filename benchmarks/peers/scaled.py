@@ -31,7 +31,7 @@ _SMALLEST_STRAIN_RATE = 1e-90
 
 @kernel
 def fill_rates(row: np.ndarray, s: float, y: np.ndarray, out: np.ndarray) -> None:
-    """Write dy/ds at phase `s` into `out` (3,); `row` (20,) parameters."""
+    """Write dy/ds at phase `s` into `out` (3,); `row` (parameters,) as `Parameters`."""
     p = parameters_of(row)
     omega = p.angular_frequency
     X_m = abs(p.drive_amplitude)
