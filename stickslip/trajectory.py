@@ -161,7 +161,7 @@ def _together(paths: list[xr.Dataset]) -> xr.Dataset:
     import xarray as xr
 
     together = xr.concat(paths, dim=REALIZATION, coords="minimal", compat="override")
-    attrs = {"long_name": "number of the realization"}
+    attrs = {"long_name": "realization"}
     return together.assign_coords({REALIZATION: (REALIZATION, np.arange(len(paths)), attrs)})
 
 

@@ -81,7 +81,9 @@ class Quantity:
 
     @property
     def equation(self) -> str:
-        """Symbol and value of a scalar, as in a legend."""
+        """Symbol and value of a scalar, as in a legend; a word is no product of its letters."""
+        if not self.symbol.startswith("$"):
+            return f"{self.symbol} {self.value}"
         return f"${self.symbol.strip('$')} = {self.value[1:]}"
 
 

@@ -12,6 +12,7 @@ from stickslip import Status
 from sweeps import run
 from sweeps.config.load import from_mapping
 from sweeps.engine.trajectories import trajectory
+from sweeps.figures import draw
 from sweeps.files.datasets import content_hash, open_result
 from sweeps.views.points import point_of
 
@@ -85,3 +86,7 @@ def test_the_trajectories_of_a_stochastic_film_are_its_realizations() -> None:
     assert ds.sizes == {"realization": 3, "elapsed_time": 21}
     assert ds.realization.values.tolist() == [0, 1, 2]
     assert len(np.unique(ds.order_parameter[:, -1])) == 3
+    titles = [axes.get_title(loc="left") for axes in draw(ds, "phase_portraits").axes]
+    assert [title for title in titles if title] == [
+        f"({'abc'[i]}) realization ${i}$" for i in range(3)
+    ]
