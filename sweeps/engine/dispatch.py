@@ -81,6 +81,7 @@ class _Tasks:
         self._blocks, self._cut = blocks, iter(blocks)
         self._stragglers = stragglers
         self._rest: list[NDArray[np.int64]] = []
+        self._late: set[int] = set()  # first points of tasks for late points
         self._in_flight, self._executor = in_flight, executor
         self._lock = threading.Lock()
 
@@ -109,14 +110,17 @@ class _Tasks:
             if not self._rest:
                 raise StopIteration
             late = self._rest.pop(0)
+        self._late.add(int(late[0]))
         return task_of(self._grid, late, self._options)
 
     def finished(self, block: Block) -> Block:
         """What is finished of a block; raises ExecutorError where it is that of no task."""
         task = self._in_flight.end(_first_point(block))
         _require_answer(block, task)
-        if task is not None and task.patience:
-            self._blocks.learn(len(block.indices), block.seconds)
+        if task is not None:
+            late = int(task.indices[0]) in self._late
+            learning = self._stragglers if late else self._blocks
+            learning.learn(len(block.indices), block.seconds)
         return block.part(self._stragglers.finished(block.indices, block.results))
 
 

@@ -1,7 +1,8 @@
 """Points that take far longer than most, gathered until they fill the lanes of a kernel.
 
 A lane that goes on alone costs as much as all of them together, and an orbit that never closes
-takes thousands of times what others do: one in each block would cost most of a sweep.
+takes thousands of times what others do: one in each block would cost most of a sweep. Of late
+points, too, only one in ten never closes: the more of them go together, the fuller are the lanes.
 """
 
 from __future__ import annotations
@@ -10,10 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.status import Status
+from sweeps.engine.order.product import Costs
 from sweeps.files.columns import STATUS, Rows
 
 _PATIENCE = 64  # drive periods; of a hundred points less than one needs more
-_TOGETHER = 64  # points: four for each lane
+
+# As many late points go together as take so long, since whoever stops a sweep waits for them: but
+# enough that those among them which never close fill most lanes, and not more than fill all.
+_SECONDS = 10.0
+_FEWEST, _MOST = 256, 1024
 
 # Where a larger part of the points is late than this, blocks are full of such points anyway.
 _SELDOM = 0.125
@@ -28,8 +34,8 @@ class Stragglers:
     """
 
     def __init__(self, most: int | None = None, *, ever: bool = True) -> None:
-        self._ever = ever
-        self._together = min(most or _TOGETHER, _TOGETHER)
+        self._ever, self._most = ever, min(most or _MOST, _MOST)
+        self._costs = Costs()
         self._waiting: list[int] = []
         self._tried, self._late = 0, 0
 
@@ -47,13 +53,18 @@ class Stragglers:
         self._waiting += indices[late].tolist()
         return np.asarray(~late)
 
+    def learn(self, points: int, seconds: float) -> None:
+        """Take in what late points that were computed together have cost."""
+        self._costs.learn(points, seconds)
+
     def together(self) -> NDArray[np.int64] | None:
         """Points that are computed together, as long as it takes; None while they are too few."""
-        return self._given(self._together) if len(self._waiting) >= self._together else None
+        enough = min(max(self._costs.points_in(_SECONDS), _FEWEST), self._most)
+        return self._given(enough) if len(self._waiting) >= enough else None
 
     def rest(self, slots: int) -> list[NDArray[np.int64]]:
         """All that wait, where no others can come, shared out among so many slots."""
-        share = max(1, min(self._together, -(-len(self._waiting) // max(slots, 1))))
+        share = max(1, min(self._most, -(-len(self._waiting) // max(slots, 1))))
         return [self._given(share) for _ in range(0, len(self._waiting), share)]
 
     def _given(self, count: int) -> NDArray[np.int64]:

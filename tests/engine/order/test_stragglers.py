@@ -48,6 +48,18 @@ def test_pending_points_are_left_out_and_given_again() -> None:
     assert stragglers.rest(4) == []
 
 
+@pytest.mark.parametrize(("seconds_per_point", "together"), [(1.0, 256), (0.02, 500), (1e-3, 1024)])
+def test_as_many_go_together_as_take_ten_seconds(seconds_per_point: float, together: int) -> None:
+    stragglers = Stragglers()
+    waiting = np.arange(2000)
+    stragglers.finished(waiting, rows_with(*[Status.PENDING] * len(waiting)))
+    assert stragglers.together() is not None
+    stragglers.learn(256, 256 * seconds_per_point)
+    group = stragglers.together()
+    assert group is not None
+    assert len(group) == together
+
+
 @pytest.mark.parametrize("slots", [1, 2, 5])
 def test_the_rest_is_shared_out(slots: int) -> None:
     stragglers = Stragglers()
