@@ -199,8 +199,8 @@ def _make_apply_verdict(state: StateFunctions) -> Any:
     return apply_verdict
 
 
-def _make_problems(family: Family) -> Any:
-    """The problem of a lane, for fluids of one family."""
+def make_problems(family: Family) -> Any:
+    """What reads the problem of a lane, for fluids of one family: (lanes, lane) to a Problem."""
     values_of: Any = model_values(
         family.gamma,
         sextic=family.sextic,
@@ -364,5 +364,5 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
 @kernel_factory
 def pass_kernel(family: Family) -> Any:
     """The kernel of a family of fluids: what `make_pass` describes."""
-    work = make_pass(_make_problems(family), family.physics, two_solids=family.sextic)
+    work = make_pass(make_problems(family), family.physics, two_solids=family.sextic)
     return named_kernel(f"adaptive_pass[{family}]", work)

@@ -10,19 +10,17 @@ import re
 from typing import Any
 
 import llvmlite.binding as llvm
-import numpy as np
 import pytest
 from numba import types
 from support.marks import one_then
 from support.points import GAMMAS
 
-from stickslip.compiled.decorators import inline
-from stickslip.compiled.fields import make_lane_reader
 from stickslip.kernels.adaptive import recording
 from stickslip.kernels.adaptive.chance import make_kick
-from stickslip.kernels.adaptive.recording import ROOM, SLOTS, get
-from stickslip.kernels.problem import Problem, problem_functions, problem_of
-from stickslip.model.scaling import Reduced, model_values
+from stickslip.kernels.adaptive.passes import make_problems
+from stickslip.kernels.adaptive.recording import ROOM
+from stickslip.kernels.families import Family
+from stickslip.kernels.problem import problem_functions
 from stickslip.numerics.adaptive_lanes import make_attempt
 from stickslip.numerics.linear import algebra
 from stickslip.numerics.tableaus import RODAS4P2
@@ -64,18 +62,11 @@ def assert_vectors(text: str, least: int) -> None:
 
 
 FUNCTIONS = problem_functions(DEFAULTS.physics)
-_reduced_of = make_lane_reader(Reduced, SLOTS.parameters, get)
 
 
 def problems_of(gamma: float | None) -> Any:
     """The problem of a lane, for fluids of one family."""
-    values_of: Any = model_values(gamma, sextic=False)
-
-    @inline
-    def problems(lanes: np.ndarray, lane: int) -> Problem:
-        return problem_of(values_of(_reduced_of(lanes, lane)), get(lanes, SLOTS.rtol, lane))
-
-    return problems
+    return make_problems(Family(DEFAULTS.physics, gamma))
 
 
 @pytest.mark.slow
