@@ -13,7 +13,9 @@ from __future__ import annotations
 
 from peers.base import LADDER, Peer, PeerFailed, State
 from peers.casadi_cvodes import CasadiCvodes
+from peers.cyrk_implicit import Cyrk
 from peers.diffrax_kvaerno import DiffraxKvaerno5
+from peers.heyoka_taylor import HeyokaTaylor
 from peers.numbalsoda_lsoda import NumbalsodaLsoda
 from peers.scipy_ivp import ScipyIvp, ScipyOdeint
 from peers.sksundae_cvode import SksundaeCvode
@@ -24,6 +26,9 @@ NUMBALSODA = "numbalsoda LSODA"
 
 PEERS: dict[str, Peer] = {
     NUMBALSODA: NumbalsodaLsoda(),
+    "CyRK LSODA": Cyrk("LSODA"),
+    "CyRK BDF": Cyrk("BDF"),
+    "CyRK Radau": Cyrk("RADAU"),
     "casadi CVODES": CasadiCvodes(),
     "scikit-sundae CVODE": SksundaeCvode(),
     "SciPy odeint LSODA": ScipyOdeint(),
@@ -31,6 +36,7 @@ PEERS: dict[str, Peer] = {
     "SciPy BDF": ScipyIvp("BDF"),
     "SciPy Radau": ScipyIvp("Radau"),
     "diffrax Kvaerno5": DiffraxKvaerno5(),
+    "heyoka Taylor": HeyokaTaylor(),
 }
 
 __all__ = [
