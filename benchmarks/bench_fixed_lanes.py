@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 import re
 import time
-from collections.abc import Callable
 from itertools import product
 
 import numba
@@ -26,16 +25,14 @@ from inside import (
     march_assembly,
     scalar_steps,
 )
+from parts.machine_code import fastest, peak
 
-from stickslip.compiled.decorators import inline, jit
-from stickslip.compiled.simd import for_lanes
 from stickslip.options import Options
 from stickslip.parameters import Parameters
 
 WIDTHS = (16, 32, 64)
 GAMMAS = (-2 / 3, 0.0, 2 / 3, -0.5)
 PAPER_STEP = 1e-10
-REPEATS = 7
 
 
 def main() -> None:
@@ -51,44 +48,7 @@ def main() -> None:
     finish("fixed_lanes", results, quick=options.quick)
 
 
-def fastest(run: Callable[[], object], count: float, repeats: int = REPEATS) -> float:
-    """Nanoseconds of CPU time for each of `count` items: the least of several runs."""
-    times = []
-    for _ in range(repeats):
-        begin = time.thread_time_ns()
-        run()
-        times.append(time.thread_time_ns() - begin)
-    return min(times) / count
-
-
 # --- the machine ----------------------------------------------------------------------------------
-
-_CHAIN, _LANES = 32, 128
-
-
-@inline
-def _multiply_and_add(lane, lanes):
-    a, b = lanes[_LANES + lane], lanes[2 * _LANES + lane]
-    x = lanes[lane]
-    for _ in range(_CHAIN):
-        x = x * a + b
-    lanes[lane] = x
-
-
-@jit
-def _multiply_and_add_often(lanes, times):
-    for _ in range(times):
-        for_lanes(_LANES, _multiply_and_add, (lanes,))
-
-
-def peak() -> float:
-    """Vector operations (of 8 numbers) a nanosecond: 16 independent chains of multiply-adds."""
-    room = np.full(3 * _LANES + 8, 0.5)
-    lanes = room[-(room.ctypes.data // 8) % 8 :][: 3 * _LANES]
-    times = 20_000
-    _multiply_and_add_often(lanes, 1)
-    operations = times * _LANES / 8 * _CHAIN
-    return 1.0 / fastest(lambda: _multiply_and_add_often(lanes, times), operations)
 
 
 def counted_operations(gamma: float) -> dict[tuple[bool, bool], int]:

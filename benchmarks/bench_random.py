@@ -69,7 +69,7 @@ def main() -> None:
         "estimate": _estimates(points, reference, STATED_AT[1:2] if quick else STATED_AT),
         "attempts": _attempts(points),
     }
-    results["elapsed_time"] = against_peer(points, default, reference, quick=quick)
+    results["time"] = against_peer(points, default, reference, quick=quick)
     finish("random", results, quick=quick)
 
 

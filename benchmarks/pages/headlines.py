@@ -8,29 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pages import default, physics, stochastic
-from pages.lines import Lines, Results, listed, shown
+from pages import cube, default, lanes, orbits, physics, stochastic
+from pages.lines import Lines, Results, shown
 
 
 def headline(name: str, results: Results) -> Lines:
     """The lines of a benchmark, by what they measure; KeyError for one without lines here."""
     return HEADLINES[name](results)
-
-
-def _cube(results: Results) -> Lines:
-    statuses = ", ".join(f"{count} {name}" for name, count in results["statuses"].items())
-    what = f"{results['points']} points at rtol {results['rtol']:.0e}"
-    lines = {
-        f"{what} on {results['workers']} workers": (
-            f"{results['seconds']:.0f} s, {results['points_per_second']:.0f} points/s"
-        ),
-        "statuses": statuses,
-        "peak memory, file": f"{results['peak_mib']:.0f} MiB, {results['file_mib']:.0f} MiB",
-    }
-    if "stated_error_max" in results:
-        ok, aperiodic = results["stated_error_max"], results["stated_error_max_aperiodic"]
-        lines["largest stated error, ok and aperiodic"] = f"{ok:.1e}, {aperiodic:.1e}"
-    return lines
 
 
 def _engine(results: Results) -> Lines:
@@ -102,51 +86,6 @@ def _methods(results: Results) -> Lines:
     }
 
 
-def _random(results: Results) -> Lines:
-    periods, errors = results["periods"]["all"], results["errors"]
-    plain, attempts = results["plain_iteration"], results["attempts"]["parts"]
-    lines = {
-        "points (not ok)": f"{results['points']} ({len(results['not_ok'])})",
-        "periods integrated: median, 95 %, max": listed(list(periods.values())),
-        "same orbit as plain iteration": (
-            f"{plain['same_orbit']} of {results['points']} ({plain['settled']} settle plainly)"
-        ),
-    }
-    for name, values in errors["at_default"].items():
-        what = f"error of {name} at default: median, max"
-        lines[what] = f"{values['median']:.1e}, {values['max']:.1e}"
-    lines["slope of error against tolerance: median, 95 %"] = (
-        f"{errors['slope_median']:.2f}, {errors['slope_95']:.2f}"
-    )
-    for row in results["estimate"]:
-        lines[f"amplitude_error at rtol {row['rtol']:.0e}: bounds, overestimates by"] = (
-            f"{row['bounded']:.1%}, {row['overestimate_median']:.2g}"
-        )
-    part = attempts.get("measurement", 0.0)
-    return (
-        lines
-        | {"part of the attempts for the error estimate": f"{part:.1%}"}
-        | _random_times(results["time"])
-    )
-
-
-def _random_times(taken: Results) -> Lines:
-    lines = {"all points on one core, ours": f"{taken['seconds']['all']:.3g} s"}
-    if "ratios" not in taken:
-        return lines
-    peer, loose = taken["numbalsoda"], taken["at_its_error"]
-    lines["median error, ours and numbalsoda"] = (
-        f"{taken['error_median']:.1e}, {peer['error_median']:.1e} (its rtol {peer['rtol']:.0e})"
-    )
-    failed = "numbalsoda with plain iteration: failed points, left out on both sides"
-    lines[failed] = str(peer["failed"])
-    lines["times faster at default: in total, gamma < 0"] = listed(list(taken["ratios"].values()))
-    lines[f"times faster at its error (our rtol {loose['rtol']:.0e}): in total, gamma < 0"] = (
-        listed(list(loose["ratios"].values()))
-    )
-    return lines
-
-
 def _refinement(results: Results) -> Lines:
     full, seconds, found = (results[key] for key in ("full_seconds", "refined_seconds", "refined"))
     return {
@@ -173,8 +112,7 @@ def _skips(results: Results) -> Lines:
 
 def _sweeps(results: Results) -> Lines:
     figures, scaling, overhead = results["figures"], results["scaling"], results["overhead"]
-    sample, start = results["cube_sample"], results["start"]
-    chosen = next(row for row in sample["rows"] if row["rtol"] == sample["chosen"])
+    start = results["start"]
     lines = {
         "Figs. 7, 8, 9 by one command, warm": f"{figures['command_seconds']:.3g} s",
         "their computations alone": (
@@ -189,9 +127,6 @@ def _sweeps(results: Results) -> Lines:
         "a point in one call of the kernels": f"{overhead['one_call_us_per_point']:.3g} us",
         "the engine adds to a point, cutting included": (
             f"{overhead['with_cutting_us_per_point']:.3g} us"
-        ),
-        f"cube, errors on a sample at rtol {chosen['rtol']:.0e}: median, 95 %": (
-            f"{chosen['error_median']:.1e}, {chosen['error_95']:.1e}"
         ),
     }
     for name, row in results["memory"].items():
@@ -374,16 +309,17 @@ def _costs(row: Results) -> str:
 
 
 HEADLINES: dict[str, Callable[[Results], Lines]] = {
-    "cube": _cube,
+    "cube": cube.lines,
     "engine": _engine,
     "faults": _faults,
     "figures": _figures,
     "fixed_lanes": _fixed_lanes,
+    "lanes": lanes.lines,
     "methods": _methods,
     "default": default.lines,
     "physics": physics.lines,
     "stochastic": stochastic.lines,
-    "random": _random,
+    "random": orbits.lines,
     "refinement": _refinement,
     "skips": _skips,
     "stability": _stability,

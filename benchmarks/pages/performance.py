@@ -42,7 +42,7 @@ def filled(page: str) -> str:
 def _table(name: str) -> str:
     script, make = _TABLES[name]
     path = RESULTS / f"{script}.json"
-    source = "sweeps.py --full" if script == "cube" else f"{script}.py"
+    source = f"{script}.py"
     if not path.exists():
         return f"\n(No record yet: `bench_{source}`.)\n\n"
     content = json.loads(path.read_text(encoding="utf-8"))
@@ -153,6 +153,7 @@ _TABLES: dict[str, tuple[str, Callable[[Results], str]]] = {
         "physics",
         "stochastic",
         "default",
+        "lanes",
         "figures",
         "sweeps",
         "engine",

@@ -15,6 +15,7 @@ from common import (
     orbits,
     parameter,
     quantile,
+    random_points,
     same_counts,
     spread,
     timed,
@@ -35,6 +36,8 @@ TOLERATED = 0.1  # part of the points that may fail at a tolerance that is chose
 OWN_LADDER = tuple(float(f"{10 ** (-3 - i / 10):.1e}") for i in range(31))
 PEER_PERIODS, PEER_STATIONARY = 5000, 1e-6
 RUNS = 5
+COMPANY, COMPANY_SEED = 4000, 2027
+"""As many other random points fill the lanes to the last, as those of a sweep do."""
 
 
 def against_peer(
@@ -82,6 +85,7 @@ def against_peer(
     }
     result |= {"numbalsoda": row, "ratios": {w: row["seconds"][w] / solved[w] for w in solved}}
     result["at_its_error"] = _at_error(points, reference, row, parts, runs)
+    result["in_company"] = _in_company(row, result, int(np.sum(~failed)), quick=quick)
     print("ratios of total times:", result["ratios"], "at its error:", result["at_its_error"])
     return result
 
@@ -123,6 +127,30 @@ def _at_error(
     }
     result["ratios"] = {what: peer["seconds"][what] / result["seconds"][what] for what in parts}
     return result
+
+
+def _in_company(
+    peer: dict[str, Any], alone: dict[str, Any], solved: int, *, quick: bool
+) -> dict[str, Any]:
+    """Our time of a point among thousands, whatever becomes of it, against the peer's of a point.
+
+    So many of its points are `solved`; what the others took is left out. `alone` has our times for
+    few points.
+    """
+    points = random_points(COMPANY // 16 if quick else COMPANY, COMPANY_SEED)
+    its = peer["seconds"]["all"] / solved
+    rows: dict[str, Any] = {"points": len(points), "seed": COMPANY_SEED, "its_seconds": its}
+    for what, rtol in (
+        ("default", Options().rtol),
+        ("at_its_error", alone["at_its_error"]["rtol"]),
+    ):
+        options = Options(rtol=rtol)
+        seconds = median_seconds(lambda chosen=options: compute_orbits(points, chosen), 3)
+        own = seconds / len(points)
+        found = not_ok(points, orbits(points, options))
+        rows[what] = {"rtol": rtol, "seconds": own, "ratio": its / own, "not_ok": len(found)}
+    print("in company:", rows)
+    return rows
 
 
 def _peer_row(

@@ -1,0 +1,95 @@
+"""Euler-Cromer: marches in lanes, and periods measured by it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from inside.defaults import PHYSICS, WIDTH, amplitudes_of
+from inside.lanes import half_periods
+from inside.scalar import scalar_end
+from stickslip.compiled.decorators import jit
+from stickslip.kernels.adaptive import conversion, passes
+from stickslip.kernels.adaptive.queues import reduced_queue, work_through
+from stickslip.kernels.euler_cromer import judging
+from stickslip.kernels.euler_cromer.lanes import March
+from stickslip.kernels.euler_cromer.layout import write_starts, write_steps
+from stickslip.kernels.euler_cromer.march import march_kernel
+from stickslip.kernels.euler_cromer.reference import Known
+from stickslip.kernels.families import families
+from stickslip.kernels.points import parameters_of
+from stickslip.measure.accumulate import (
+    RECORD,
+)
+from stickslip.measure.results import relative_difference
+from stickslip.options import Options
+from stickslip.variables import RESULT_COLUMNS
+
+
+def scalar_steps(row: np.ndarray, options: Options, steps: int) -> None:
+    """So many fixed steps by the scalar drive, from the start."""
+    limited = Options(**(vars(options) | {"max_steps": steps}))
+    scalar_end(row, limited, 1)
+
+
+def fixed_lanes(points: np.ndarray, dt: float, phi: float | None = None) -> March:
+    """Points at their start, or at another order parameter, ready for `start` and `march`."""
+    steps, states = np.empty(len(points), np.int64), np.empty((len(points), WIDTH))
+    write_steps(points, dt, steps)
+    write_starts(points, states)
+    if phi is not None:
+        states[:, 2] = phi
+    return March(points, steps, states, PHYSICS)
+
+
+def march_assembly(gamma: float, noisy: bool, measured: bool, lanes: March) -> str:
+    """The machine code of the kernel for a rheological index, compiled anew."""
+    ((family, _),) = families(PHYSICS, np.array([[gamma, 0.0]]))
+    fresh = jit(march_kernel(family, noisy, measured).py_func).alone
+    fresh(lanes.tasks, np.arange(1), 1)
+    return str(fresh.inspect_asm(fresh.signatures[0]))
+
+
+def fixed_amplitudes(lanes: March) -> np.ndarray:
+    """Amplitudes of stress [Pa] and force [N] over what was marched with a record, (n, 2)."""
+    return amplitudes_of(lanes.records())
+
+
+def reference_period(points: np.ndarray, finals: np.ndarray, rtol: float) -> np.ndarray:
+    """Records (n, RECORD) in SI units of a period by the adaptive method from stroboscopic states.
+
+    `finals` (n, columns) as `points.final_columns`.
+    """
+    queue, records = reduced_queue(points, PHYSICS), np.empty((len(points), RECORD))
+    queue.states[:] = finals
+    conversion.scale_states(points, queue.states, False)
+    half_periods(queue)[:] = 2
+    work_through(queue, passes.Pass(passes.MEASURE, rtol, rtol, 0, 10**9, False), PHYSICS)
+    conversion.write_records(points, half_periods(queue), queue.measured, records, False)
+    return records
+
+
+def fixed_period(
+    row: np.ndarray, final: np.ndarray, dt: float, exact: np.ndarray, near: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """The result row of a period by Euler-Cromer from a stroboscopic state, and its true error.
+
+    The stated error is the difference from the record `near` (RECORD,), the true one that from
+    `exact`. A step above the limit is not refused.
+    """
+    points, steps, start = row[None], np.empty(1, np.int64), final[None, :WIDTH].copy()
+    start[:, 2] = np.exp(start[:, 2])
+    write_steps(points, dt, steps)
+    march = March(points, steps, start, PHYSICS)
+    march.start(np.arange(1))
+    march.march(measured=True)
+    records, ends = march.records(), march.states()
+    orbits = judging.Orbits(
+        cycles=np.ones(1, np.int64), periods=np.ones(1, np.int64),
+        statuses=march.tasks.status, begins=start, ends=ends, records=records,
+        spreads=np.zeros((1, 2)),
+    )  # fmt: skip
+    known = Known(near[None], np.zeros(1, np.bool_), np.zeros(1))
+    results = np.empty((1, len(RESULT_COLUMNS)))
+    judging.write_results(points, orbits, known, results)
+    error = 0.5 * relative_difference(parameters_of(row), records[0], exact)
+    return results[0], float(error)

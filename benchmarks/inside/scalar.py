@@ -1,0 +1,127 @@
+"""The scalar adaptive drive, and one trajectory by it."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from inside.defaults import PHYSICS, WIDTH, amplitudes_of
+from stickslip.compiled.decorators import inline, jit
+from stickslip.kernels.points import FIRST_STEP, parameters_of
+from stickslip.kernels.problem import ProblemFunctions, problem_functions, problem_of
+from stickslip.kernels.trajectories import write_start
+from stickslip.measure.accumulate import (
+    FIRST_PHASE,
+    FORCE_MAX,
+    LAST_PHASE,
+    MELTED,
+    MELTINGS,
+    RECORD,
+    SOLID,
+    STRESS_MAX,
+    accumulator,
+)
+from stickslip.model import drive, solids
+from stickslip.model.rhs import equations, relative_state
+from stickslip.numerics.adaptive import make_adaptive
+from stickslip.numerics.linear import algebra
+from stickslip.numerics.tableaus import RODAS4P2, RosenbrockTableau
+from stickslip.options import METHODS, Options
+
+State = tuple[float, float, float]
+
+_LOOKS = 32  # at a step: enough that between two of them nothing is 1e-8 higher
+_record = accumulator(1, 0)
+_interpolate = algebra(WIDTH).interpolate
+_observables = equations(PHYSICS).observables
+
+FUNCTIONS: ProblemFunctions = problem_functions(PHYSICS)
+"""The right-hand side, the Jacobian and the error weights of the model."""
+
+
+def adaptive_drive(weight: Any, observe: Any, tableau: RosenbrockTableau) -> Any:
+    """The scalar adaptive drive with these error weights and this tableau."""
+    return make_adaptive(
+        FUNCTIONS.rhs, FUNCTIONS.jacobian, weight, observe, tableau, algebra(WIDTH)
+    )
+
+
+def starting_state(row: np.ndarray) -> State:
+    """The state (x, v, ln phi) at the start of a row of parameters (20,)."""
+    state = np.empty(WIDTH)
+    write_start(row, state)
+    return float(state[0]), float(state[1]), float(state[2])
+
+
+def scalar_end(row: np.ndarray, options: Options, periods: int) -> tuple[float, int]:
+    """The displacement x [m] after some periods by the scalar drive of a method, and the status."""
+    samples, start = np.empty((periods + 1, WIDTH)), np.array(starting_state(row))
+    status = METHODS[options.method].kernels.trajectory(row, options, start, 1, samples)
+    return float(samples[-1, 0]), int(status)
+
+
+@cache
+def _scalar_periods(observed: bool) -> Any:
+    """Periods by the scalar drive: (row, rtol, state, states, record) to a status.
+
+    With so many looks at stress and force in each step, or without.
+    """
+
+    @inline
+    def ignore(
+        problem: Any, t: float, h: float, y0: Any, y1: Any, d1: Any, d2: Any, record: Any
+    ) -> None:
+        pass
+
+    @inline
+    def look(
+        problem: Any, t: float, h: float, y0: Any, y1: Any, d1: Any, d2: Any, record: Any
+    ) -> None:
+        solid = solids.solid_threshold(problem.p)
+        for i in range(1, _LOOKS + 1):
+            y = _interpolate(i / _LOOKS, y0, y1, d1, d2)
+            phi = math.exp(y[2])
+            sigma, force = _observables(problem.p, y, phi, problem.u_s)
+            _record.see_extremum(record, 0, STRESS_MAX, sigma, True)
+            _record.see_extremum(record, 0, FORCE_MAX, force, True)
+            _record.see_phase(record, 0, phi, solid, solids.MELTED_PART * solid, 0.0, True)
+
+    drive_on = adaptive_drive(FUNCTIONS.error_weight, look if observed else ignore, RODAS4P2)
+
+    @jit
+    def periods(row: Any, rtol: float, state: Any, states: Any, record: Any) -> int:
+        p = parameters_of(row)
+        problem, h = problem_of(p, rtol), FIRST_STEP * drive.period(p)
+        y = relative_state(p, 0.0, (state[0], state[1], state[2]))
+        for n in range(states.shape[0]):
+            y, h, _, status = drive_on(problem, rtol, 0.0, drive.period(p), y, h, 10**8, record)
+            if status != 0:
+                return status
+            motion = relative_state(p, 0.0, y)
+            for i in range(3):
+                states[n, i] = motion[i]
+        return 0
+
+    return periods
+
+
+def scalar_states(row: np.ndarray, state: np.ndarray, periods: int, rtol: float) -> np.ndarray:
+    """States (periods, 3), (x, v, ln phi), after each of some periods by the scalar drive."""
+    states, record = np.empty((periods, 3)), np.empty(RECORD)
+    assert _scalar_periods(False)(row, rtol, state, states, record) == 0
+    return states
+
+
+def scalar_amplitudes(
+    row: np.ndarray, state: np.ndarray, periods: int, rtol: float
+) -> tuple[float, float, int]:
+    """Amplitudes of stress [Pa] and force [N] over some periods from a state, and meltings."""
+    states, record = np.empty((periods, 3)), np.empty(RECORD)
+    _record.clear(record, 0)
+    assert _scalar_periods(True)(row, rtol, state, states, record) == 0
+    wrapped = record[LAST_PHASE] == SOLID and record[FIRST_PHASE] == MELTED
+    stress, force = amplitudes_of(record[None])[0]
+    return float(stress), float(force), int(record[MELTINGS]) + int(wrapped)

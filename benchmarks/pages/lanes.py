@@ -1,0 +1,28 @@
+"""Steps in lanes against the machine: a line for each fluid."""
+
+from __future__ import annotations
+
+from pages.lines import Lines, Results, listed, shown
+
+
+def lines(results: Results) -> Lines:
+    """Operations, nanoseconds and parts of the peak, of the loops alone and in a search."""
+    can, width = results["rates"], results["lanes"]
+    found = {
+        "the machine: multiply-adds, additions, divisions, roots, any": (
+            f"{listed(list(can.values()))} vector operations a ns"
+        )
+    }
+    for gamma, row in results["fluids"].items():
+        for name, what in (("attempt", "an attempted step"), ("see", "a look that measures")):
+            loop = row[name]
+            every = sum(loop[kind] for kind in ("multiply", "add", "divide", "root", "other"))
+            found[f"gamma = {gamma}: {what} of {width} lanes"] = (
+                f"{every:.0f} vector operations and {loop['move']:.0f} moves in "
+                f"{shown(loop['ns'])} ns: {loop['part_of_peak']:.0%} of the peak"
+            )
+        search = row["search"]
+        found[f"gamma = {gamma}: an attempted step in a search, {search['points']} points"] = (
+            f"{shown(search['ns'])} ns: {search['part_of_peak']:.0%} of the peak"
+        )
+    return found
