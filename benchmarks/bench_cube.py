@@ -2,7 +2,8 @@
 
 Part a: the loosest tolerance that is accurate enough, on a sample. Part b: the cube: seconds,
 statuses, stated errors. Part c: the microseconds of a point on one core, by fluid and stage.
-Part d: how many late points should be computed together.
+Part d: how many late points should be computed together. With `--full` part e: after how many
+drive periods a point is left for later, over a part of the cube.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 from command import MIB, run_command
@@ -32,7 +34,10 @@ from parts.grids import FLUIDS, MOST_PERIODS, grid_config, written
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from stickslip.status import Status
-from sweeps.engine.in_memory import read_config
+from sweeps.config.schema import Execution
+from sweeps.engine.executors.worker import Block
+from sweeps.engine.in_memory import compute, read_config
+from sweeps.engine.order import stragglers
 from sweeps.grid import Grid
 
 WORKERS = 2
@@ -42,11 +47,13 @@ LADDER = (1e-3, 1e-4, 1e-5)
 REFERENCE = Options(rtol=1e-9, stationary_rtol=1e-9, max_periods=MOST_PERIODS)
 STAGE_POINTS = 4096  # of each fluid
 PATIENCE = 64  # drive periods after which a sweep leaves a point for later
+PART_SHAPE, PATIENCES = (4, 24, 24, 24), (16, 32, 64, 128)
 LATE, TOGETHER = 1024, (64, 256, 1024)
 
 
 def main() -> None:
-    quick = arguments(__doc__).quick
+    options = arguments(__doc__, full="when points are left for later")
+    quick = options.quick
     shape = QUICK_SHAPE if quick else SHAPE
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "cube.nc"
@@ -55,6 +62,8 @@ def main() -> None:
         results |= _whole(path, shape, sample["chosen"])
         results["stages"] = _stages(shape, 64 if quick else STAGE_POINTS, sample["chosen"])
         results["late"] = _late(path, shape, sample["chosen"])
+    if options.full:
+        results["patience"] = _patience(sample["chosen"])
     finish("cube", results, quick=quick)
 
 
@@ -200,6 +209,22 @@ def _late(path: Path, shape: tuple[int, ...], rtol: float) -> dict[str, Any]:
     }
     rows = {"of_all": len(late), "points": len(points), "seconds": seconds}
     print("late:", rows)
+    return rows
+
+
+# --- e: patience ----------------------------------------------------------------------------------
+
+
+def _patience(rtol: float) -> dict[str, dict[str, float]]:
+    """Seconds of one core for a part of the cube, where points are left so early."""
+    grid = _grid(PART_SHAPE)
+    options, rows = Options(rtol=rtol, max_periods=MOST_PERIODS), {}
+    for patience in PATIENCES:
+        blocks: list[Block] = []
+        with patch.object(stragglers, "_PATIENCE", patience):
+            compute(grid, options, execution=Execution(workers=1), on_block=blocks.append)
+        rows[str(patience)] = {"seconds": math.fsum(block.seconds for block in blocks)}
+    print("patience:", rows)
     return rows
 
 

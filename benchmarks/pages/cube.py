@@ -31,4 +31,8 @@ def lines(results: Results) -> Lines:
     late = results["late"]
     sizes, seconds = ", ".join(late["seconds"]), listed(list(late["seconds"].values()))
     found[f"{late['points']} of {late['of_all']} late points in groups of {sizes}"] = f"{seconds} s"
+    if "patience" in results:
+        for patience, row in results["patience"].items():
+            what = f"four temperatures of it, points left for later after {patience} periods"
+            found[what] = f"{shown(row['seconds'])} s of one core"
     return found

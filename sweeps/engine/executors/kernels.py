@@ -1,15 +1,16 @@
 """Kernels made ready before workers would wait for them: several at a time, on the first run.
 
-A kernel takes ten seconds to compile, and a process compiles one at a time. What all fluids share
-is compiled here, the kernels of each family in a process that leaves them in the cache.
+A kernel takes ten seconds to compile, and a process compiles one at a time. Some are compiled here,
+the others by processes that leave them in the cache.
 """
 
 from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -34,26 +35,28 @@ def compile_kinds(options: Options, kinds: NDArray[np.float64]) -> None:
     """Compile or load what points of these kinds (n, 2) need, as `prepare_kernels` does."""
     missing = uncompiled(options, kinds)
     if len(missing) and _cores() > 1:
-        with _elsewhere(options, missing):
-            prepare_kernels(options, kinds[:0])
+        shared = partial(prepare_kernels, options, kinds[:0])
+        families = [partial(compile_families, options, kind[None]) for kind in missing]
+        # Another process begins a second later: a family alone, which takes longest, is made here.
+        here, elsewhere = (shared, families) if len(families) > 1 else (families[0], [shared])
+        with _elsewhere(elsewhere):
+            here()
     prepare_kernels(options, kinds)  # loads what the others left, and makes what they did not
 
 
 @contextmanager
-def _elsewhere(options: Options, kinds: NDArray[np.float64]) -> Iterator[None]:
-    """Families are compiled, one of each of these kinds, by processes that joblib's loky starts.
+def _elsewhere(calls: Sequence[Callable[[], None]]) -> Iterator[None]:
+    """Meanwhile these calls are made by processes that joblib's loky starts.
 
-    Whatever fails there is compiled here afterwards.
+    What fails, here or there, is left to whoever comes afterwards.
     """
     from joblib.externals.loky import ProcessPoolExecutor
 
-    workers = min(len(kinds), _cores())
+    workers = min(len(calls), _cores())
     pool: Any = ProcessPoolExecutor(workers, initializer=end_with_parent, initargs=(os.getpid(),))
     try:
         with terminal_signals_blocked():
-            futures = [
-                pool.submit(compile_families, options, kinds[[i]]) for i in range(len(kinds))
-            ]
+            futures = [pool.submit(call) for call in calls]
         yield
         for future in futures:
             future.result()

@@ -39,6 +39,18 @@ def test_families_that_are_missing_are_compiled_in_processes_meanwhile(
     assert prepared == [[], FLUIDS]
 
 
+def test_a_family_alone_is_compiled_here_and_what_all_share_meanwhile(
+    prepared: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here: list[Any] = []
+    monkeypatch.setattr(kernels, "uncompiled", lambda _, kinds: kinds[:1])
+    monkeypatch.setattr(kernels, "_cores", lambda: 2)
+    monkeypatch.setattr(kernels, "compile_families", lambda _, kinds: here.append(kinds.tolist()))
+    kernels.compile_kernels(DEFAULTS, GRID)
+    assert here == [FLUIDS[:1]]
+    assert prepared == [FLUIDS]  # what another process was asked for is not seen here
+
+
 @pytest.mark.parametrize("cores", [1, 2])
 def test_one_core_or_nothing_to_do_needs_no_process(
     prepared: list[Any], monkeypatch: pytest.MonkeyPatch, cores: int
@@ -54,14 +66,15 @@ def _fail(options: Options, kinds: np.ndarray) -> None:
     raise OSError("no memory left")
 
 
-def test_what_fails_elsewhere_is_made_here(
-    prepared: list[Any], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("missing", "asked"), [(1, [FLUIDS]), (2, [[], FLUIDS])])
+def test_what_fails_is_made_afterwards(
+    prepared: list[Any], monkeypatch: pytest.MonkeyPatch, missing: int, asked: list[Any]
 ) -> None:
-    monkeypatch.setattr(kernels, "uncompiled", lambda _, kinds: kinds[:1])
+    monkeypatch.setattr(kernels, "uncompiled", lambda _, kinds: kinds[:missing])
     monkeypatch.setattr(kernels, "_cores", lambda: 2)
     monkeypatch.setattr(kernels, "compile_families", _fail)
     kernels.compile_kernels(DEFAULTS, GRID)
-    assert prepared == [[], FLUIDS]
+    assert prepared == asked
 
 
 def test_a_family_is_missing_until_it_is_compiled() -> None:
