@@ -36,6 +36,9 @@ STYLES: dict[str, dict[str, Any]] = {
     "numbalsoda LSODA, one at a time": {"color": BLUE, "marker": "o", "linewidth": 2.6},
     "numbalsoda LSODA": {"color": BLUE, "marker": "s", "linestyle": "--"}
     | {"markerfacecolor": "white"},
+    "CyRK BDF": {"color": ORANGE, "marker": "h", "linestyle": "-."},
+    "CyRK Radau": {"color": YELLOW, "marker": "H", "linestyle": "-."},
+    "CyRK LSODA": {"color": SKY, "marker": "p", "linestyle": "-."},
     "casadi CVODES": {"color": GREEN, "marker": "^"},
     "SciPy odeint LSODA": {"color": SKY, "marker": "v"},
     "SciPy LSODA": {"color": SKY, "marker": "<", "linestyle": ":"},
@@ -43,7 +46,9 @@ STYLES: dict[str, dict[str, Any]] = {
     "SciPy BDF": {"color": ORANGE, "marker": "P"},
     "SciPy Radau": {"color": YELLOW, "marker": "X"},
     "diffrax Kvaerno5": {"color": GREY, "marker": "*"},
+    "heyoka Taylor": {"color": BLACK, "marker": "1", "linestyle": "--"},
 }
+NOT_DRAWN = ("ours, one at a time",)  # beside the ensemble and the single trajectory one too many
 LABELS = {
     "ours, ensemble": "stickslip, ensemble of 256 ¹",
     "ours, single trajectory": "stickslip, single ²",
@@ -109,7 +114,7 @@ def draw_work_precision(content: dict[str, Any], path: Path) -> Path:
 def _draw_panel(ax: Axes, title: str, regime: dict[str, Any]) -> None:
     ax.set(xscale="log", yscale="log", title=title)
     for curve in regime["curves"]:
-        if curve["solver"] in STYLES and curve["points"]:
+        if curve["solver"] not in NOT_DRAWN and curve["points"]:
             errors = [max(point["error"], 1e-13) for point in curve["points"]]
             seconds = [point["seconds_per_period"] for point in curve["points"]]
             ax.plot(errors, seconds, **{"markersize": 5.5} | STYLES[curve["solver"]])
