@@ -21,7 +21,7 @@ from typing import Any
 
 from llvmlite.binding import get_host_cpu_name
 from numba.core import config as numba_config
-from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.caching import FunctionCache, IndexDataCacheFile, UserProvidedCacheLocator
 
 _PREFIX = "stickslip-"
 _KEPT_SECONDS = 30 * 86400.0
@@ -85,6 +85,18 @@ class _CheckedFile(IndexDataCacheFile):
         return pickle.loads(stored[32:])
 
 
+class OneFolder(UserProvidedCacheLocator):
+    """Keeps the code of all installations in one folder, wherever their sources lie.
+
+    Numba's own would make a folder for each place. The names of kernels tell them apart.
+    """
+
+    @classmethod
+    def get_suitable_cache_subpath(cls, py_file: str) -> str:  # noqa: ARG003 - Numba's
+        """No folder in the folder."""
+        return ""
+
+
 class CacheFolder:
     """Points Numba at the package's own cache folder while a kernel is declared.
 
@@ -97,7 +109,7 @@ class CacheFolder:
         self._previous = numba_config.CACHE_DIR, numba_config.CACHE_LOCATOR_CLASSES
         numba_config.CACHE_DIR = str(folder)
         # Without this an unwritable folder sends Numba to __pycache__, which no hash names.
-        numba_config.CACHE_LOCATOR_CLASSES = "UserProvidedCacheLocator"
+        numba_config.CACHE_LOCATOR_CLASSES = f"{__name__}.{OneFolder.__name__}"
 
     def __exit__(self, *exception: object) -> None:
         numba_config.CACHE_DIR, numba_config.CACHE_LOCATOR_CLASSES = self._previous

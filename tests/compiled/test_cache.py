@@ -126,6 +126,14 @@ def test_the_second_process_finds_the_code_of_the_first(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_another_installation_finds_the_code_of_the_same_sources(tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
+    first = run_small_kernel(cache)
+    elsewhere = run_small_kernel(cache, copy_of_package(tmp_path))
+    assert elsewhere == (first[0], 1, 0, "")
+
+
+@pytest.mark.slow
 def test_an_edit_of_the_physics_is_compiled_even_with_a_warm_cache(tmp_path: Path) -> None:
     package = copy_of_package(tmp_path)
     cache = tmp_path / "cache"
