@@ -11,6 +11,14 @@ from collections.abc import Callable
 from pages import cube, default, lanes, orbits, physics, stochastic
 from pages.lines import Lines, Results, shown
 
+STARTS = (
+    "import stickslip",
+    "stickslip --help",
+    "warm first result",
+    "cold first result",
+    "first result of another installation",
+)
+
 
 def headline(name: str, results: Results) -> Lines:
     """The lines of a benchmark, by what they measure; KeyError for one without lines here."""
@@ -131,7 +139,7 @@ def _sweeps(results: Results) -> Lines:
     }
     for name, row in results["memory"].items():
         lines[f"peak memory of {name} points"] = f"{row['peak_mib']:.0f} MiB"
-    for what in ("import stickslip", "stickslip --help", "warm first result", "cold first result"):
+    for what in STARTS:
         if what in start:
             lines[what] = f"{start[what]:.3g} s"
     return lines

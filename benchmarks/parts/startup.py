@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import statistics
 import sys
 import tempfile
@@ -12,6 +13,8 @@ from typing import Any
 
 from command import median_of_commands, run_command, run_process
 
+import stickslip
+import sweeps
 from sweeps.config.paper import shipped_config
 
 
@@ -32,10 +35,23 @@ def start_up(where: Path, runs: int, *, cold: bool) -> dict[str, Any]:
     if cold:
         with tempfile.TemporaryDirectory() as empty:
             result["cold first result"] = run_command(*sweep, NUMBA_CACHE_DIR=empty)["seconds"]
+            result["first result of another installation"] = _elsewhere(sweep, empty)
         with tempfile.TemporaryDirectory() as empty:
             result["compilations"] = _compilations(where, empty)
     print("start:", json.dumps(result, indent=1))
     return result
+
+
+def _elsewhere(words: tuple[str | Path, ...], compiled: str) -> float:
+    """Seconds of a command of the same sources in another place, with this folder of code."""
+    with tempfile.TemporaryDirectory() as place:
+        for package in (stickslip, sweeps):
+            sources = Path(package.__file__).parent
+            leave_out = shutil.ignore_patterns("__pycache__")
+            shutil.copytree(sources, Path(place) / sources.name, ignore=leave_out)
+        command = [sys.executable, "-P", "-c", "from sweeps.cli import main; main()", *words]
+        run = run_process(command, NUMBA_CACHE_DIR=compiled, PYTHONPATH=place)
+    return float(run["seconds"])
 
 
 def _median_import(code: str, runs: int) -> float:
