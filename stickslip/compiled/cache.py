@@ -22,6 +22,7 @@ from typing import Any
 from llvmlite.binding import get_host_cpu_name
 from numba.core import config as numba_config
 from numba.core.caching import FunctionCache, IndexDataCacheFile, UserProvidedCacheLocator
+from numba.core.runtime import rtsys
 
 _PREFIX = "stickslip-"
 _KEPT_SECONDS = 30 * 86400.0
@@ -45,9 +46,13 @@ class SteadyCache(FunctionCache):
         return sig, codegen.magic_tuple(), self._name
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The cached code, or None where it is damaged."""
+        """The cached code, or None where it is damaged.
+
+        Numba's own imports first all that a compilation needs: a quarter of a second.
+        """
         try:
-            return super().load_overload(sig, target_context)
+            rtsys.initialize(target_context)
+            return self._load_overload(sig, target_context)
         except Exception as error:  # noqa: BLE001 - a damaged pickle can raise nearly anything
             warn_once(f"the cache of compiled code is damaged and is made anew ({error!r})")
             with contextlib.suppress(OSError):  # what cannot be replaced is passed over

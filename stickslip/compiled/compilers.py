@@ -7,6 +7,7 @@ pyproject.toml bounds that version above.
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable
 from functools import cached_property
 from typing import Any
@@ -38,6 +39,16 @@ class SealedCompiler(Compiler):
         library = _SealedLibrary(target.codegen(), "sealed kernel")
         library.enable_object_caching()
         super().__init__(typing_context, target, library, *others)
+
+    def compile_extra(self, func: Callable[..., Any]) -> Any:
+        """Compile without collecting garbage: that takes a tenth of the time, and finds little."""
+        collecting = gc.isenabled()
+        gc.disable()
+        try:
+            return super().compile_extra(func)
+        finally:
+            if collecting:
+                gc.enable()
 
 
 class _PartLibrary(JITCodeLibrary):

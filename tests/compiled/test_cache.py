@@ -126,6 +126,20 @@ def test_the_second_process_finds_the_code_of_the_first(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_code_that_is_loaded_imports_nothing_that_compiles(tmp_path: Path) -> None:
+    code = SMALL_KERNEL + (
+        "import sys\n"
+        "print('numba.np.arraymath' in sys.modules, 'scipy.linalg' in sys.modules)\n"
+        "import numba\n"
+        "print(numba.njit(lambda x: np.sum(x) + np.linalg.norm(x))(np.ones(4)))\n"
+    )
+    run_small_kernel(tmp_path)
+    out, err = run_python(code, tmp_path)
+    assert out.split()[1:] == ["1", "0", "False", "False", "6.0"]
+    assert err == ""
+
+
+@pytest.mark.slow
 def test_another_installation_finds_the_code_of_the_same_sources(tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     first = run_small_kernel(cache)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import pickle
 
@@ -46,6 +47,18 @@ def test_a_part_that_a_kernel_calls_gets_no_machine_code() -> None:
         for result in part.overloads.values():
             assert not callable(result.entry_point)
             assert not result.library.codegen._engine.is_symbol_defined(result.fndesc.mangled_name)
+
+
+@pytest.mark.parametrize("collecting", [True, False])
+def test_a_compilation_leaves_the_collection_of_garbage_as_it_was(collecting: bool) -> None:
+    kernel = named_kernel(f"tests: collecting {collecting} in {os.getpid()}", _sums)
+    if not collecting:
+        gc.disable()
+    try:
+        kernel(np.ones(1), np.ones(1))
+        assert gc.isenabled() is collecting
+    finally:
+        gc.enable()
 
 
 def test_what_is_called_from_python_has_machine_code() -> None:

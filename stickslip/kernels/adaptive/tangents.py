@@ -106,7 +106,8 @@ def _linear_maps(
         displaced[component * n : (component + 1) * n, component] += sizes[component]
     images = travelled(np.tile(queue.points, (width, 1)), displaced, cycles, rtol, physics)
     moved = images.reshape(width, n, width) - ends
-    return np.asarray((moved / sizes[:, None, None]).transpose(1, 2, 0))
+    maps = (moved / sizes[:, None, None]).transpose(1, 2, 0)
+    return np.ascontiguousarray(maps)  # of one point they are so as it is: a second signature
 
 
 def symmetric(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import logging
 import pickle
@@ -62,6 +61,8 @@ class ClusterExecutor(Executor):
         Not through `Client.get_executor()`: its futures never end when the result of a finished
         task cannot be fetched, as when the connection is lost at that moment.
         """
+        import asyncio  # takes a hundredth of a second, of every command
+
         there = self._client.submit(
             pickle.loads, pickle.dumps(SealedTask(compute_on_cluster, task)), pure=False
         )
