@@ -1,8 +1,8 @@
 """Time of a step of Euler-Cromer in lanes, against the plain loop and against the machine's peak.
 
 Nanoseconds of one core for a step of one trajectory: minima of several runs, in CPU time of the
-thread. Operations are counted in the machine code of the hot loop; the peak is that of a loop of
-nothing but fused multiply-adds, measured in the same run.
+thread. Operations are counted in the machine code of the hot loop; the peak is the least time in
+which the machine can do as many, by rates measured in the same run.
 
 `--quick` takes seconds. `--full` takes some ten minutes more: a whole period at the paper's step
 of 1e-10 s for 64 temperatures, with every step measured, against the adaptive method.
@@ -11,7 +11,6 @@ of 1e-10 s for 64 temperatures, with every step measured, against the adaptive m
 from __future__ import annotations
 
 import math
-import re
 import time
 from itertools import product
 
@@ -25,8 +24,9 @@ from inside import (
     march_assembly,
     scalar_steps,
 )
-from parts.machine_code import fastest, peak
+from parts.machine_code import counted_in_loop, fastest, least_time, rates
 
+from stickslip.compiled.simd import VECTOR
 from stickslip.options import Options
 from stickslip.parameters import Parameters
 
@@ -38,7 +38,7 @@ PAPER_STEP = 1e-10
 def main() -> None:
     options = arguments(__doc__, full="a whole period at the paper's step")
     steps = 20_000 if options.quick else 200_000
-    results = {"peak_vector_operations_per_ns": peak(), "plain": {}, "scalar": {}, "lanes": []}
+    results = {"rates": rates(), "plain": {}, "scalar": {}, "lanes": []}
     for gamma in GAMMAS[:1] if options.quick else GAMMAS:
         results["plain"][f"{gamma:.2f}"] = plain_loop(gamma, steps)
         results["scalar"][f"{gamma:.2f}"] = scalar_kernel(gamma, steps)
@@ -48,36 +48,17 @@ def main() -> None:
     finish("fixed_lanes", results, quick=options.quick)
 
 
-# --- the machine ----------------------------------------------------------------------------------
+# --- the machine code -----------------------------------------------------------------------------
 
 
-def counted_operations(gamma: float) -> dict[tuple[bool, bool], int]:
-    """Vector operations in a step for (noise, measured), from the machine code."""
+def counted_operations(gamma: float) -> dict[tuple[bool, bool], dict[str, float]]:
+    """Vector operations in a step of eight lanes for (noise, measured), by kind."""
     lanes = fixed_lanes(points_of(gamma, 1, noise=True), PAPER_STEP)
     return {
-        (noise, measured): _hot_operations(march_assembly(gamma, noise, measured, lanes))
+        (noise, measured): counted_in_loop(march_assembly(gamma, noise, measured, lanes))
         for noise in (False, True)
         for measured in (False, True)
     }
-
-
-def _hot_operations(assembly: str) -> int:
-    """Vector operations (of 8 numbers) in the longest innermost loop."""
-    lines, labels, counts = assembly.splitlines(), {}, []
-    for i, line in enumerate(lines):
-        if label := re.match(r"(\.LBB\w+):", line):
-            labels[label[1]] = i
-        elif (jump := re.match(r"\s+j\w+\s+(\.LBB\w+)", line)) and jump[1] in labels:
-            body = lines[labels[jump[1]] + 1 : i]
-            work = [
-                entry
-                for entry in body
-                if re.match(r"\s+v(?!p?mov|p?broadcast)\w+\s.*[yz]mm", entry)
-            ]
-            inner = any(entry.startswith(".LBB") for entry in body)
-            if not inner and sum("pd\t" in entry for entry in work) >= 12:
-                counts.append(len(work) * (1 if "zmm" in "".join(work) else 2))
-    return max(counts)
 
 
 # --- the scalar loops -----------------------------------------------------------------------------
@@ -136,9 +117,9 @@ def points_of(gamma: float, count: int, *, noise: bool) -> np.ndarray:
 def lane_rows(gamma: float, steps: int, results: dict, *, quick: bool) -> list[dict]:
     """Time of a step for some numbers of lanes, with and without noise and record.
 
-    Beside it what it is of a plain loop and of the machine's peak, which `results` has.
+    Beside it what it is of a plain loop and of the machine's peak, both as `results` has them.
     """
-    plain, peak_rate = results["plain"][f"{gamma:.2f}"], results["peak_vector_operations_per_ns"]
+    plain, can = results["plain"][f"{gamma:.2f}"], results["rates"]
     operations = {} if quick else counted_operations(gamma)
     rows = []
     for noise, measured, width in product(
@@ -148,8 +129,8 @@ def lane_rows(gamma: float, steps: int, results: dict, *, quick: bool) -> list[d
         row = {"gamma": round(gamma, 2), "lanes": width, "noise": noise, "measured": measured}
         row |= {"ns_per_step": ns, "times_faster_than_plain": plain / ns}
         if operations:
-            count = operations[noise, measured]
-            row |= {"vector_operations": count, "part_of_peak": count / ns / 8.0 / peak_rate}
+            counts = operations[noise, measured]
+            row |= {"operations": counts, "part_of_peak": least_time(counts, can) / (VECTOR * ns)}
         rows.append(row)
         print("   " + "  ".join(f"{key} {_text(value)}" for key, value in row.items()))
     return rows

@@ -64,8 +64,7 @@ def _figures(results: Results) -> Lines:
 
 
 def _fixed_lanes(results: Results) -> Lines:
-    peak = results["peak_vector_operations_per_ns"]
-    lines = {"peak of the machine": f"{peak:.3g} vector operations per ns"}
+    lines = lanes.machine(results)
     for gamma, plain in results["plain"].items():
         rows = [row for row in results["lanes"] if f"{row['gamma']:.2f}" == gamma]
         steps = [row["ns_per_step"] for row in rows]

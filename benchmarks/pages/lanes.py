@@ -5,14 +5,16 @@ from __future__ import annotations
 from pages.lines import Lines, Results, listed, shown
 
 
+def machine(results: Results) -> Lines:
+    """What the machine can do, by kind of operation."""
+    can = listed(list(results["rates"].values()))
+    what = "the machine: multiply-adds, additions, divisions, roots, any"
+    return {what: f"{can} vector operations a ns"}
+
+
 def lines(results: Results) -> Lines:
     """Operations, nanoseconds and parts of the peak, of the loops alone and in a search."""
-    can, width = results["rates"], results["lanes"]
-    found = {
-        "the machine: multiply-adds, additions, divisions, roots, any": (
-            f"{listed(list(can.values()))} vector operations a ns"
-        )
-    }
+    found, width = machine(results), results["lanes"]
     for gamma, row in results["fluids"].items():
         for name, what in (("attempt", "an attempted step"), ("see", "a look that measures")):
             loop = row[name]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -85,13 +85,8 @@ def _rate(operation, each: int) -> float:
     return 1.0 / fastest(lambda: often(lanes, _TIMES), _TIMES * _LANES / VECTOR * _CHAIN * each)
 
 
-def peak() -> float:
-    """Vector operations a nanosecond: independent chains of fused multiply-adds."""
-    return _rate(_multiplied, 1)
-
-
 def rates() -> dict[str, float]:
-    """Vector operations a nanosecond, by kind; `any` is the most of all kinds together."""
+    """Vector operations a nanosecond of independent chains, by kind; `any` of all together."""
     kinds = {"multiply": _multiplied, "add": _added, "divide": _divided, "root": _rooted}
     alone = {kind: _rate(operation, 1) for kind, operation in kinds.items()}
     return alone | {"any": max(_rate(_both, 2), *alone.values())}
@@ -120,6 +115,25 @@ def counted(assembly: str) -> dict[str, float]:
     """
     functions = [_counted(part) for part in _END_OF_FUNCTION.split(assembly)]
     return dict(max(functions, key=lambda counts: counts["multiply"]))
+
+
+def counted_in_loop(assembly: str) -> dict[str, float]:
+    """Vector operations for eight numbers in the innermost loop that multiplies most, by kind."""
+    loops = [(_counted(body), body) for body in _innermost_loops(assembly)]
+    counts, body = max(loops, key=lambda loop: loop[0]["multiply"])
+    times = 1.0 if "zmm" in body else 2.0  # of shorter registers the loop takes two rounds
+    return {kind: times * count for kind, count in counts.items()}
+
+
+def _innermost_loops(assembly: str) -> Iterator[str]:
+    lines, labels = assembly.splitlines(), dict[str, int]()
+    for i, line in enumerate(lines):
+        if label := re.match(r"(\.LBB\w+):", line):
+            labels[label[1]] = i
+        elif (jump := re.match(r"\s+j\w+\s+(\.LBB\w+)", line)) and jump[1] in labels:
+            body = lines[labels[jump[1]] + 1 : i]
+            if not any(entry.startswith(".LBB") for entry in body):
+                yield "\n".join(body)
 
 
 def _counted(function: str) -> Counter[str]:
