@@ -13,6 +13,7 @@ from stickslip.kernels.adaptive import conversion
 from stickslip.kernels.adaptive.passes import pass_kernel
 from stickslip.kernels.families import Family
 from stickslip.kernels.points import final_columns
+from stickslip.numerics.spectrum import spectral_radii
 from stickslip.options import DEFAULTS, METHODS
 from stickslip.orbit import Orbit, compute_orbits, failed_row, prepared_points, stationary_orbit
 from stickslip.regime import Regime
@@ -174,9 +175,11 @@ def test_points_are_left_as_they_are() -> None:
 def test_one_compiled_version_serves_all() -> None:
     compute_orbits(row(), Options(max_periods=1))
     compute_orbits(rows("temperature", [200, 210]), Options(rtol=np.float32(1e-3), max_steps=5))
+    compute_orbits(row(), Options())
+    compute_orbits(rows("temperature", [200, 210]), Options())
     law = DEFAULTS.physics
     kernels = pass_kernel(Family(law, -2 / 3)), conversion.reduction_kernel(law)
-    for kernel in (*kernels, conversion.write_results):
+    for kernel in (*kernels, conversion.write_results, spectral_radii):
         assert len(kernel.signatures) == 1
 
 
