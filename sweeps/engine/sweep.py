@@ -111,8 +111,7 @@ def _recover(journal: Journal, counts: Counts, console: Console) -> None:
     lost = journal.recover()
     counts.lose(lost)
     console.say(
-        f"warning: {journal.damaged} bytes of {journal.path} were damaged during the sweep; "
-        f"{lost} points are computed again"
+        f"warning: {journal.path} was damaged during the sweep; {lost} points are computed again"
     )
 
 

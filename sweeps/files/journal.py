@@ -190,7 +190,8 @@ class Journal:
             yield self._points(start, count)
 
     def _points(self, start: int, count: int) -> tuple[Indices, Rows]:
-        return self._split(self._log.read(start, count * 8 * (1 + len(self.columns))))
+        length = count * 8 * (1 + len(self.columns))
+        return self._split(self._log.read(start, length, self._key))
 
     def _split(self, payload: bytes) -> tuple[Indices, Rows]:
         count = len(payload) // (8 * (1 + len(self.columns)))

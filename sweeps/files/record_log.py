@@ -23,7 +23,8 @@ from sweeps.files.atomic import StorageError, replacing
 
 # Begins every record; the bytes above 127 and the line ends show a transfer as text.
 _MAGIC = b"\x9fslip\r\n\n"
-_HEADER = struct.Struct("<8sQ16sc7x16s")  # magic, length of the payload, key, kind, checksum
+_HEADER = struct.Struct("<8sQ16sc7s16s")  # magic, length of the payload, key, kind, 0, checksum
+_PADDING = bytes(7)
 _CHECKSUM_BYTES = 16
 _LONGEST = 1 << 31  # bytes of a payload: a longer one is a damaged length
 _WINDOW = 1 << 20  # bytes that are searched at once for the next record
@@ -84,7 +85,7 @@ class RecordLog:
         """
         payload = [array.data.cast("B") for array in map(np.ascontiguousarray, arrays)]
         length, start = sum(map(len, payload)), self._end
-        header = _HEADER.pack(_MAGIC, length, key, kind, _checksum(kind, *payload))
+        header = _HEADER.pack(_MAGIC, length, key, kind, _PADDING, _checksum(kind, *payload))
         try:
             _write_all(self._handle, [memoryview(header), *payload], start)
         except OSError:
@@ -94,10 +95,13 @@ class RecordLog:
         self._end = start + len(header) + length
         return start + len(header)
 
-    def read(self, start: int, length: int) -> bytes:
-        """The payload of so many bytes that begins there; raises DamagedRecordError."""
+    def read(self, start: int, length: int, key: bytes) -> bytes:
+        """The payload of so many bytes that begins there; raises DamagedRecordError.
+
+        The key is the one part of a record that no checksum covers: whoever reads it knows it.
+        """
         record = self._record_at(start - _HEADER.size)
-        if record is None or len(record.payload) != length:
+        if record is None or len(record.payload) != length or record.key != key:
             raise DamagedRecordError(
                 f"{self.path} was damaged while it was in use; give the same command again"
             )
@@ -132,8 +136,8 @@ class RecordLog:
         header = self._bytes(position, _HEADER.size)
         if len(header) < _HEADER.size:
             return None
-        magic, length, key, kind, checksum = _HEADER.unpack(header)
-        if magic != _MAGIC or length > _LONGEST:
+        magic, length, key, kind, padding, checksum = _HEADER.unpack(header)
+        if magic != _MAGIC or padding != _PADDING or length > _LONGEST:
             return None
         start = position + _HEADER.size
         payload = self._bytes(start, length)

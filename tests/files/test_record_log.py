@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sweeps.files.record_log import RecordLog
+from sweeps.files.record_log import DamagedRecordError, RecordLog
 
 KEY = b"k" * 16
+HEAD = 56  # bytes of a record before its payload
 PAYLOADS = [b"first", b"", b"third" * 1000, b"\x9fslip\r\n\n within"]  # the last looks like a head
 
 
@@ -45,7 +46,7 @@ def test_records_come_back_in_order(path: Path) -> None:
 def test_a_payload_of_several_arrays_is_read_where_it_was_written(tmp_path: Path) -> None:
     log = RecordLog.create(tmp_path / "log")
     start = log.append(b"P", KEY, np.arange(3), np.arange(2.0))
-    assert log.read(start, 40) == np.arange(3).tobytes() + np.arange(2.0).tobytes()
+    assert log.read(start, 40, KEY) == np.arange(3).tobytes() + np.arange(2.0).tobytes()
     log.close()
 
 
@@ -56,8 +57,24 @@ def test_a_damaged_byte_costs_its_own_record_alone(path: Path) -> None:
         found, damaged = payloads(path)
         assert [p for p in PAYLOADS if p in found] == found
         assert len(found) >= len(PAYLOADS) - 1
-        # Neither the key nor the padding of a head is protected: nothing else may pass unnoticed.
+        # Only who reads a record knows whether its key is right: nothing else may pass unnoticed.
         assert damaged > 0 or found == PAYLOADS
+
+
+@pytest.mark.parametrize("place", range(HEAD))
+def test_no_byte_of_a_head_changes_unnoticed_by_who_reads_the_record(
+    tmp_path: Path, place: int
+) -> None:
+    log = RecordLog.create(tmp_path / "log")
+    start = log.append(b"P", KEY, np.arange(3))
+    with (tmp_path / "log").open("r+b") as file:
+        file.seek(place)
+        changed = file.read(1)[0] ^ 0x10
+        file.seek(place)
+        file.write(bytes([changed]))
+    with pytest.raises(DamagedRecordError, match="was damaged while it was in use"):
+        log.read(start, 24, KEY)
+    log.close()
 
 
 def test_a_torn_end_is_cut_away_and_written_over(path: Path) -> None:
