@@ -42,12 +42,12 @@ class _Flip:
 
         real, begun = worker.compute_orbits, 0
 
-        def flipping(points: Any, options: Any) -> Any:
+        def flipping(*points: Any, **options: Any) -> Any:
             nonlocal begun
             begun += 1
             if begun == self._block:
                 flip(Path("a.nc.run/journal"), self._place, self._mask)
-            return real(points, options)
+            return real(*points, **options)
 
         worker.compute_orbits = flipping
 
@@ -73,12 +73,12 @@ class _Killed:
 
         real, begun = worker.compute_orbits, 0
 
-        def dying(points: Any, options: Any) -> Any:
+        def dying(*points: Any, **options: Any) -> Any:
             nonlocal begun
             begun += 1
             if begun == self._block:
                 os.kill(os.getpid(), 9)
-            return real(points, options)
+            return real(*points, **options)
 
         worker.compute_orbits = dying
 
