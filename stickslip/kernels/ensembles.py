@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.kernels.observation import Walk, Watched, write_aperiodic, write_relative_errors
 from stickslip.kernels.streams import streams_of
 from stickslip.measure.results import STATUS
-from stickslip.measure.window import Window, ensemble_standard_error
+from stickslip.measure.window import Window, error_of_mean
 from stickslip.options import METHODS, Options
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS, RESULTS
@@ -23,9 +23,6 @@ _DROPPED = 5
 
 # Paths side by side.
 _AT_A_TIME = 4096
-
-# Standard errors of the mean that count as its error.
-_SIGMAS = 3.0
 
 _COLUMN = {name: place for place, name in enumerate(RESULT_COLUMNS)}
 _AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
@@ -68,7 +65,7 @@ def _statistics(
     for i, (own_rows, amplitudes) in enumerate(
         zip(rows.reshape(shape), singles.reshape(*shape, window), strict=True)
     ):
-        errors[i] = [_SIGMAS * ensemble_standard_error(each) for each in amplitudes.swapaxes(0, 1)]
+        errors[i] = [error_of_mean(each) for each in amplitudes.swapaxes(0, 1)]
         _combine(own_rows, amplitudes, results[i])
     means = results[:, [_COLUMN[name] for name in _AMPLITUDES]]
     relative = np.empty(len(points))

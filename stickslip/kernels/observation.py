@@ -16,11 +16,12 @@ from stickslip.kernels.points import parameters_of
 from stickslip.measure.accumulate import FORCE_MAX, RECORD, STRESS_MAX
 from stickslip.measure.results import (
     APERIODIC,
+    OK,
     Measured,
     relative_difference,
     write_result,
 )
-from stickslip.measure.window import Window, amplitudes_of, mean_in_order, standard_errors
+from stickslip.measure.window import Window, amplitudes_of, mean_in_order, statistics_of
 from stickslip.parameters import Parameters
 
 # Periods after which tangents point where they grow fastest, and those in which their growth is
@@ -30,11 +31,7 @@ _JUDGED = 128
 _LEAST_GROWTH = -0.01
 
 RTOL = 1e-8
-"""The loosest tolerance of an adaptive method: chaos enlarges what the integrator adds, until it
-decides on the statistics (a mean stress of 4.3 MPa at 1e-7 where it is 4.6)."""
-
-# Standard errors of the mean that count as its error.
-_SIGMAS = 3.0
+"""The tolerance of an adaptive method that carries the tangents of another one's motions."""
 
 
 class Walk(Protocol):
@@ -62,10 +59,14 @@ class DivisibleWalk(Walk, Protocol):
 
 
 class TangentWalk(Walk, Protocol):
-    """Motions with tangent vectors."""
+    """Motions with tangent vectors, each of which may end by itself."""
 
     def growth(self) -> np.ndarray:
         """Logarithms (n,) of the growth of tangent vectors over the last period."""
+        ...
+
+    def stop(self, which: np.ndarray) -> None:
+        """Leave those motions (n,) where they are: their outcome is PENDING from now on."""
         ...
 
 
@@ -75,7 +76,8 @@ class Watched(NamedTuple):
     `records` (n, RECORD) of the window and its `lengths` (n,) in drive periods; `begins` and `ends`
     (n, columns), states before and after it, as finals; `means`, `errors` and `spreads` (n, 2) of
     the amplitudes of single periods; `exponents` (n,), the growth of tangent vectors a period;
-    `aperiodic` (n,), whether neighbours do not approach each other; `periods` (n,) that it took.
+    `aperiodic` (n,), which were measured as what they are: the statistics of the others are NaN;
+    `periods` (n,) that it took.
     """
 
     records: np.ndarray
@@ -94,33 +96,41 @@ class Watched(NamedTuple):
         return Watched(*(column[which] for column in self))
 
 
-def watch(walk: TangentWalk, length: int) -> Watched:
-    """Watch motions over a window of `length` drive periods.
+def watch(walk: TangentWalk, length: int, *, decisive: bool = False) -> Watched:
+    """Watch motions over a window of `length` drive periods, each until it is known for what it is.
 
-    Ends early where no motion is aperiodic.
+    One whose neighbours approach it ends early, and is aperiodic only where the watch is
+    `decisive`: then no cycle was found in spite of it. One that fails ends at once.
     """
-    begins, grown = walk.states(), []
-    window, after, total = Window(len(begins)), begins, max(length, _JUDGED)
+    begins, after, total = walk.states(), walk.states(), max(length, _JUDGED)
+    window, periods, grown = Window(len(begins)), np.zeros(len(begins), np.int64), []
     for period in range(total):
         if period == total - length:
             begins, window = after, Window(len(begins))
+        going_on = walk.outcomes() == OK
+        if period > _ALIGNING and not going_on.any():
+            break
+        periods += going_on
         window.add(walk.next_period())
         after = walk.states()
         grown.append(walk.growth())
-        if period + 1 == _JUDGED and not np.any(_grows(grown)):
-            break
-    singles, n = window.amplitudes, len(begins)
+        if period + 1 == _JUDGED and not decisive:
+            walk.stop(~_grows(grown))
+    whole = (walk.outcomes() == OK) & (decisive | (periods == total) & _grows(grown))
+    means, errors, spreads = (np.full((len(begins), 2), np.nan) for _ in range(3))
+    singles = window.amplitudes.transpose(1, 2, 0)
+    means[whole], errors[whole], spreads[whole] = statistics_of(singles[whole])
     return Watched(
         records=window.record,
-        lengths=np.full(n, len(singles)),
+        lengths=np.full(len(begins), length),
         begins=begins,
         ends=after,
-        means=singles.mean(axis=0),
-        errors=_SIGMAS * standard_errors(singles),
-        spreads=singles.std(axis=0),
+        means=means,
+        errors=errors,
+        spreads=spreads,
         exponents=mean_in_order(grown[_ALIGNING:]),
-        aperiodic=_grows(grown),
-        periods=np.full(n, len(grown)),
+        aperiodic=whole,
+        periods=periods,
     )
 
 
@@ -140,7 +150,8 @@ def spreads_of(walk: DivisibleWalk, periods: np.ndarray) -> np.ndarray:
         if not on.all():
             walk, rows = walk.part(on), rows[on]
         singles[period, rows] = amplitudes_of(walk.next_period())
-    return np.array([singles[:n, i].std(axis=0) for i, n in enumerate(periods)]).reshape(-1, 2)
+    whole = [statistics_of(singles[:n, i].T[None])[2][0] for i, n in enumerate(periods)]
+    return np.array(whole).reshape(-1, 2)
 
 
 @jit

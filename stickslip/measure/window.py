@@ -30,8 +30,13 @@ from stickslip.measure.accumulate import (
     UNSEEN_TIME,
 )
 
-# Batches of periods, long enough to be independent and enough of them for a deviation.
-_BATCHES = 20
+# Periods of a batch: the longer, the more nearly independent, and the fewer there are. Of fewer
+# batches than these the deviation is not known.
+_BATCH_LENGTHS = (5, 10, 20)
+_FEWEST_BATCHES = 4
+
+# Standard deviations that count as the error of a mean.
+_SIGMAS = 3.0
 
 _HIGHEST, _LOWEST = [STRESS_MAX, FORCE_MAX, PHI_MAX], [STRESS_MIN, FORCE_MIN]
 _SUMS = [BLOCK_WORK, ABSOLUTE_WORK, MELTINGS, SOLID_TIME, UNSEEN_TIME, SOLID_CHANGES]
@@ -88,28 +93,46 @@ def mean_in_order(values: Sequence[np.ndarray]) -> np.ndarray:
     return np.asarray(np.cumsum(values, axis=0)[-1] / len(values))
 
 
-def ensemble_standard_error(values: np.ndarray) -> float:
-    """Standard error of the mean of `values` (realizations, periods), correlated along a path.
+def statistics_of(singles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Means, their errors and standard deviations, each (n, 2), of `singles` (n, 2, periods)."""
+    moments = np.empty((3, *singles.shape[:2]))
+    for i, motion in enumerate(singles):
+        for j, values in enumerate(motion):
+            # NumPy adds in an order that depends on the layout: that of each motion is its own.
+            own = np.ascontiguousarray(values)
+            moments[:, i, j] = own.mean(), error_of_mean(own[None]), own.std()
+    means, errors, deviations = moments
+    return means, errors, deviations
 
-    By the means of realizations, or of batches of theirs where there are few.
+
+def error_of_mean(values: np.ndarray) -> float:
+    """How far the mean of `values` (paths, periods), correlated along a path, may be off.
+
+    It is so with the probability of three standard deviations: by the means of batches of
+    consecutive periods, whose number is taken account of by Student's distribution. Batches of
+    several lengths are tried and the largest error counts, since none is known to be long enough.
+    Infinite where there is one batch only.
     """
     paths, periods = values.shape
-    batches = min(-(-_BATCHES // paths), periods)
-    length = periods // batches
-    used = values[:, periods - batches * length :]
-    means = np.ascontiguousarray(used).reshape(paths * batches, length).mean(axis=1)
-    return float(means.std(ddof=1) / math.sqrt(len(means))) if len(means) > 1 else math.inf
+    errors = [
+        _error_by_batches(values, periods // length)
+        for length in _BATCH_LENGTHS
+        if paths * (periods // length) >= _FEWEST_BATCHES
+    ]
+    return max(errors, default=math.inf)
 
 
-def standard_errors(values: np.ndarray) -> np.ndarray:
-    """Standard errors of the means over the first axis, whose entries may be correlated.
+def _error_by_batches(values: np.ndarray, batches: int) -> float:
+    """The same by so many batches of each path (paths, periods), which differ by a period."""
+    from scipy.special import ndtr, stdtrit  # a tenth of a second, for those who wander
 
-    By the means of batches. `values` (periods, ...); (...), infinite for fewer than two periods.
-    """
-    if len(values) < 2:
-        return np.full(values.shape[1:], math.inf)
-    batches = min(_BATCHES, len(values))
-    length = len(values) // batches
-    used = values[len(values) - batches * length :]
-    means = used.reshape(batches, length, *values.shape[1:]).mean(axis=1)
-    return np.asarray(means.std(axis=0, ddof=1) / math.sqrt(batches))
+    parts = np.array_split(values, batches, axis=1)
+    lengths = np.array([part.shape[1] for part in parts])
+    means = np.array(
+        [np.ascontiguousarray(part).mean(axis=1) for part in parts]
+    )  # (batches, paths)
+    away = np.ascontiguousarray(lengths[:, None] * (means - values.mean()) ** 2).sum()
+    freedom = means.size - 1
+    # The variance of a mean of `length` periods is that of one over `length`: so they are weighed.
+    variance = float(away) / freedom / values.size
+    return math.sqrt(variance) * float(stdtrit(freedom, ndtr(_SIGMAS)))

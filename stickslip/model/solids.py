@@ -18,6 +18,12 @@ from stickslip.parameters import Parameters
 MELTED_PART = 0.1
 """A film counts as melted below this part of `solid_threshold`: the hysteresis of the count."""
 
+# The slope of the log force over B - heating at which a solid has its strength is 4.
+_ROOM = 8.0
+
+# A film is liquid for good, for the motion, at this part of `solid_threshold`: a modulus of 1e-6.
+_LIQUID = 1e-3
+
 # Halvings of an interval: to the last bit, whatever the interval.
 _BISECTIONS = 80
 
@@ -238,6 +244,24 @@ def thresholds(p: Parameters) -> Thresholds:
         return Thresholds(solid_threshold(p), math.inf, math.inf, 0.0, 0.0)
     weakest, strongest = balance(p, turns.between), balance(p, turns.soft)
     return Thresholds(solid_threshold(p), turns.between, turns.hard, weakest, strongest)
+
+
+@inline
+def parts_never(p: Parameters, lowest: float, highest: float) -> bool:
+    """Whether neighbouring motions do not part while phi of both is between these two values.
+
+    Where the force does not fall with the relative velocity, M dv^2/2 + K dx^2 of their difference
+    never grows. It does not in a liquid, which has no elasticity to speak of. Nor does it in a
+    solid whose order parameter follows the strain at once, where that is below its strength: the
+    stress a phi^2 eps rises while d ln(phi)/d ln(eps) = -2 (B - heating)/(slope of the log force)
+    stays above -1/2, here with as much room again (docs/decisions/stationarity.md).
+    """
+    heating, threshold = film.heating(p), solid_threshold(p)
+    liquid = highest <= _LIQUID * threshold
+    slope, stretched = film.log_force_slope(p, lowest), balance(p, lowest) - heating
+    solid = lowest >= threshold and slope > _ROOM * max(stretched, 0.0)
+    moved = p.spring_stiffness > 0.0 and p.viscosity_coefficient > 0.0
+    return moved and (liquid or solid)
 
 
 @inline

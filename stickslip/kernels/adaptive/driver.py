@@ -11,7 +11,6 @@ from functools import partial
 
 import numpy as np
 
-from stickslip.kernels import observation
 from stickslip.kernels.adaptive import conversion, tangents
 from stickslip.kernels.adaptive.passes import (
     APERIODIC,
@@ -45,6 +44,10 @@ from stickslip.options import RELAXING, Options, Physics, Settings
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
+
+# Wandering motions are watched with this part of the tolerance, but not more finely than this for
+# its own sake.
+_WATCHED_PART, _WATCHED = 1e-2, 1e-8
 
 # The largest distance to a limit that counts as none: beyond it long cycles close by accident.
 _LOOSEST = 1e-4
@@ -130,7 +133,7 @@ def orbits(
     _start_elsewhere(points, starts, queue, physics)
     measuring = Pass(MEASURE, settings.rtol, settings.rtol, 0, settings.max_steps, False)
     finer = measuring._replace(rtol=max(REFINEMENT * settings.rtol, TIGHTEST))
-    watching = measuring._replace(rtol=min(finer.rtol, observation.RTOL))
+    watching = measuring._replace(rtol=_watching_tolerance(settings))
     aperiodic = _settle(points, queue, options, watching, patience)
     begins = queue.states.copy()
     work_through(queue, measuring, physics)
@@ -185,8 +188,9 @@ def _settle(
 ) -> list[tuple[np.ndarray, Watched]]:
     """Bring the points of the queue to their orbits; those that are aperiodic: rows, and as seen.
 
-    A point that wanders is watched, and goes on with its search where it is not aperiodic; one that
-    takes longer than the patience is left pending.
+    A point that wanders is watched, and goes on with a search for longer cycles where its neighbours
+    approach it; where there is none either, it is aperiodic. One that takes longer than the patience
+    is left pending.
     """
     settings, physics = options.settings(), options.physics
     task = _search_of(settings)
@@ -196,16 +200,30 @@ def _settle(
         queue.counts[late, OUTCOME] = int(Status.PENDING)
         return []
     pending, aperiodic = np.arange(len(points)), []
-    while len(pending):
+    for late in (False, True):
         part = part_of(queue, pending)
-        work_through(part, task, physics)
+        work_through(part, task._replace(late=late), physics)
         put_back(queue, pending, part)
         pending = pending[part.counts[:, OUTCOME] == APERIODIC]
-        if len(pending):
-            found, watched = _watch(points, queue, pending, settings.window, watching, physics)
-            aperiodic.append((pending[found], watched.part(found)))
-            pending = pending[queue.counts[pending, OUTCOME] == OK]
+        if not len(pending):
+            break
+        walk = TangentWalk(points[pending], part_of(queue, pending), watching, physics)
+        watched = watch(walk, settings.window, decisive=late)
+        put_back(queue, pending, _after_watching(walk, watched))
+        found = watched.aperiodic
+        aperiodic.append((pending[found], watched.part(found)))
+        pending = pending[queue.counts[pending, OUTCOME] == OK]
     return aperiodic
+
+
+def _watching_tolerance(settings: Settings) -> float:
+    """The tolerance with which wandering motions are watched.
+
+    Chaos enlarges what the integrator adds, until it decides on the statistics: so it is finer than
+    what is asked for, but the statistics are no better than their window.
+    """
+    finer = min(max(_WATCHED_PART * settings.rtol, _WATCHED), REFINEMENT * settings.rtol)
+    return max(finer, TIGHTEST)
 
 
 def _search_of(settings: Settings) -> Pass:
@@ -215,22 +233,14 @@ def _search_of(settings: Settings) -> Pass:
     return Pass(SETTLE, settings.rtol, distance, halves, steps, settings.accelerate)
 
 
-def _watch(
-    points: np.ndarray,
-    queue: Queue,
-    rows: np.ndarray,
-    window: int,
-    watching: Pass,
-    physics: Physics,
-) -> tuple[np.ndarray, Watched]:
-    """Watch the wandering points in these rows (m,) of the queue: which are aperiodic, (m,)."""
-    walk = TangentWalk(points[rows], part_of(queue, rows), watching, physics)
-    watched = watch(walk, window)
-    part, found = walk.queue, watched.aperiodic & (walk.outcomes() == OK)
-    part.counts[:, HALVES] += 2 * watched.periods
-    part.counts[found, OUTCOME] = APERIODIC
-    put_back(queue, rows, part)
-    return found, watched
+def _after_watching(walk: TangentWalk, watched: Watched) -> Queue:
+    """The queue of a walk, with what came of it; motions that were stopped are on their way again."""
+    queue = walk.queue
+    outcomes = queue.counts[:, OUTCOME]
+    queue.counts[:, HALVES] += 2 * watched.periods
+    outcomes[outcomes == int(Status.PENDING)] = OK
+    outcomes[watched.aperiodic] = APERIODIC
+    return queue
 
 
 def _write_aperiodic(

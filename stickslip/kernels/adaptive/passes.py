@@ -23,6 +23,7 @@ from stickslip.kernels.families import Family
 from stickslip.kernels.problem import Problem, problem_functions, problem_of, rounding_speed
 from stickslip.kernels.streams import STREAM
 from stickslip.measure.accumulate import RECORD
+from stickslip.model import solids
 from stickslip.model.noise import freezes_late, in_between
 from stickslip.model.scaling import Reduced, model_values
 from stickslip.model.solids import Thresholds
@@ -75,6 +76,8 @@ class Pass(NamedTuple):
     max_halves: int
     max_steps: int
     accelerate: bool
+    late: bool = False
+    """Whether a search goes on where an earlier one found no cycle."""
 
 
 class Queue(NamedTuple):
@@ -154,6 +157,12 @@ def _close(lanes: Lanes, queue: Queue, lane: int, status: int) -> None:
 
 
 @inline
+def _coarser(task: Pass) -> float:
+    """The tolerance with which a search begins."""
+    return min(task.rtol, _SEARCH)
+
+
+@inline
 def _finer(task: Pass, cuts: int) -> float:
     """The tolerance of a search after so many cuts: the first one leaves no noise above its aim."""
     first = min(task.rtol * REFINEMENT, _SEARCH, max(task.stationary_rtol, TIGHTEST))
@@ -193,7 +202,7 @@ def _make_apply_verdict(state: StateFunctions) -> Any:
             put(values, SLOTS.rtol, lane, _finer(task, memory.fineness))
         elif verdict == search.RESTORE:
             put_state(values, SLOTS.state, lane, unjudged(memory.stored))
-            put(values, SLOTS.rtol, lane, min(task.rtol, _SEARCH))
+            put(values, SLOTS.rtol, lane, _finer(task, 1) if task.late else _coarser(task))
         return -1
 
     return apply_verdict
@@ -252,9 +261,10 @@ def _make_load(state: StateFunctions, begin_record: Any, streams: int) -> Any:
         put(values, SLOTS.limit, lane, float(task.max_steps - queue.counts[row, ATTEMPTED]))
         lanes.rows[lane], lanes.halves[lane] = row, 0
         if task.mode == SETTLE:
-            put(values, SLOTS.rtol, lane, min(task.rtol, _SEARCH))
+            put(values, SLOTS.rtol, lane, _finer(task, 1) if task.late else _coarser(task))
             lanes.halves[lane] = queue.counts[row, HALVES]
-            search.start(lanes.memories[lane], judged(y), 2, task.accelerate, True)
+            recording.begin_following(values, lane)
+            search.start(lanes.memories[lane], judged(y), 2, task.accelerate, True, task.late)
         elif task.mode == MEASURE:
             begin_record(values, lane, True)
 
@@ -272,8 +282,15 @@ def _make_handle_event(problems: Any, state: StateFunctions, begin_record: Any, 
         y = mirrored(get_state(values, SLOTS.state, lane))
         lanes.halves[lane] += 1
         if task.mode == SETTLE:
-            longest = _longest_jump(problems(values, lane).p, math.exp(y[FILM]))
-            search.limit_jumps(lanes.memories[lane], longest)
+            p = problems(values, lane).p
+            lowest, highest = (
+                get(values, recording.LOWEST, lane),
+                get(values, recording.HIGHEST, lane),
+            )
+            contracting = solids.parts_never(p, math.exp(lowest), math.exp(highest))
+            longest = _longest_jump(p, math.exp(y[FILM]))
+            search.limit_jumps(lanes.memories[lane], longest, contracting)
+            recording.begin_following(values, lane)
             status = apply_verdict(lanes, task, lane, y)
             queue.counts[row, HALVES] = lanes.halves[lane]
             if status == OK:
@@ -349,6 +366,8 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
             attempt(lanes.values)
             if task.mode == MEASURE:
                 see(lanes.values)
+            elif task.mode == SETTLE:
+                recording.follow_film(lanes.values)
             kick(lanes.values)
             for lane in range(LANES):
                 if get(lanes.values, SLOTS.event, lane) > 0.0 and lanes.rows[lane] >= 0:

@@ -21,14 +21,15 @@ from stickslip.measure.accumulate import FORCE_MAX, RECORD, STRESS_MAX, accumula
 from stickslip.model import drive, film, solids
 from stickslip.model.rhs import Equations
 from stickslip.model.scaling import Reduced
-from stickslip.model.state import State
+from stickslip.model.state import FILM, State
 from stickslip.numerics.adaptive_lanes import slots_for
 from stickslip.numerics.lane_array import lane_array, lane_vectors
 from stickslip.numerics.linear import algebra, larger
 
 # Behind the parameters of a lane lies its record; then stress, force and their rates at the end of
-# the last accepted step, and whether an extremum inside the step tried last could beat the record.
-ROOM = len(Reduced._fields) + RECORD + 5
+# the last accepted step, and whether an extremum inside the step tried last could beat the record;
+# then the lowest and the highest ln(phi) at the ends of steps since the half period began.
+ROOM = len(Reduced._fields) + RECORD + 7
 """Slots of a lane besides those of its integration."""
 
 SLOTS = slots_for(0, ROOM)
@@ -43,7 +44,7 @@ def stream_begin(width: int) -> int:
 
 
 _STRESS = RECORD_BEGIN + RECORD
-_FORCE, _STRESS_RATE, _FORCE_RATE, PROMISING = range(_STRESS + 1, _STRESS + 5)
+_FORCE, _STRESS_RATE, _FORCE_RATE, PROMISING, LOWEST, HIGHEST = range(_STRESS + 1, _STRESS + 7)
 
 # Where a step is looked at, and the weights of Lobatto's quadrature, of order 6.
 _INNER = 0.5 * math.sqrt(0.2)
@@ -165,6 +166,27 @@ def _see_either_solid(
     B, phases = film.melting_function(problem.p, eps), problem.phases
     is_liquid, is_hard = phi <= solids.MELTED_PART * phases.solid, phi >= phases.hard
     _see_solid(lanes, lane, is_liquid, solids.is_soft(phases, phi, B), is_hard, seen)
+
+
+@inline
+def _lane_follow(lane: int, lanes: np.ndarray) -> None:
+    psi = get(lanes, SLOTS.state + FILM, lane)
+    low, high = get(lanes, LOWEST, lane), get(lanes, HIGHEST, lane)
+    put(lanes, LOWEST, lane, psi if psi < low else low)
+    put(lanes, HIGHEST, lane, psi if psi > high else high)
+
+
+@jit
+def follow_film(lanes: np.ndarray) -> None:
+    """Take in the film of every lane after a step."""
+    for_lanes(LANES, _lane_follow, (lanes,))
+
+
+@inline
+def begin_following(lanes: np.ndarray, lane: int) -> None:
+    """Make a lane ready for `follow_film` over half a period."""
+    put(lanes, LOWEST, lane, np.inf)
+    put(lanes, HIGHEST, lane, -np.inf)
 
 
 @inline

@@ -150,6 +150,7 @@ class Tangents:
         """Logarithms (n,) of the growth up to these states of the motions and their copies."""
         width = len(self._sizes)
         moved = (_floored(copies, width) - _floored(states, width)) / self._sizes
-        growth = np.linalg.norm(moved, axis=1)
+        # In this order for any number of motions, which `np.linalg.norm` does not promise.
+        growth = np.sqrt(np.cumsum(np.square(moved), axis=1)[:, -1])
         self._directions = moved / np.where(growth > 0.0, growth, 1.0)[:, None]
         return np.asarray(np.log(np.maximum(growth, np.finfo(float).tiny)))

@@ -11,6 +11,9 @@ from stickslip.kernels.adaptive.tangents import Tangents
 from stickslip.measure.accumulate import RECORD
 from stickslip.numerics.adaptive import OK
 from stickslip.options import RELAXING, Physics
+from stickslip.status import Status
+
+PENDING = int(Status.PENDING)
 
 
 class AdaptiveWalk:
@@ -78,3 +81,8 @@ class TangentWalk(AdaptiveWalk):
         """As `observation.TangentWalk`; not a number where a copy was lost."""
         growth = self._tangents.carried(self.queue.states, self._copies.states)
         return np.where(self._copies.counts[:, OUTCOME] != OK, np.nan, growth)
+
+    def stop(self, which: np.ndarray) -> None:
+        """As `observation.TangentWalk`."""
+        for queue in (self.queue, self._copies):
+            queue.counts[which & (queue.counts[:, OUTCOME] == OK), OUTCOME] = PENDING

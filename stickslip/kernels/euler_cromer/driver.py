@@ -35,11 +35,12 @@ from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 
 NOT_STATIONARY, APERIODIC = int(Status.NOT_STATIONARY), int(Status.APERIODIC)
+PENDING = int(Status.PENDING)
 
 # The strain follows at once: Options refuse a relaxing one with this method.
 _WIDTH = len(STATE)
 
-# Points at a time: a search remembers 13 kB of each.
+# Points at a time: a search remembers 15 kB of each.
 _BLOCK = 2048
 
 
@@ -154,17 +155,17 @@ class _Search:
     def _settle(self) -> list[tuple[np.ndarray, Watched]]:
         """Bring the points to their orbits; those that are aperiodic: rows, and as seen."""
         pending, aperiodic = np.arange(len(self.points)), []
-        while len(pending):
+        for late in (False, True):
             states = self.march.states()[pending]
             memories = np.zeros(len(pending), search.memory_of(_WIDTH))
-            judging.start_searches(self.points[pending], states, memories)
+            judging.start_searches(self.points[pending], states, memories, late)
             self.memories[pending] = memories
-            wandering = self._search(pending)
-            pending = wandering
-            if len(wandering):
-                found, watched = self._watch(wandering)
-                aperiodic.append((wandering[found], watched.part(found)))
-                pending = wandering[self.status[wandering] == NOT_STATIONARY]
+            pending = self._search(pending)
+            if not len(pending):
+                break
+            watched = self._watch(pending, decisive=late)
+            aperiodic.append((pending[watched.aperiodic], watched.part(watched.aperiodic)))
+            pending = pending[self.status[pending] == NOT_STATIONARY]
         return aperiodic
 
     def _search(self, pending: np.ndarray) -> np.ndarray:
@@ -184,14 +185,14 @@ class _Search:
             pending = pending[self.periods[pending] < self.settings.max_periods]
         return np.concatenate(wandering)
 
-    def _watch(self, wandering: np.ndarray) -> tuple[np.ndarray, Watched]:
-        """Watch points (m,) that wander: which of them are aperiodic."""
+    def _watch(self, wandering: np.ndarray, *, decisive: bool) -> Watched:
+        """Watch points (m,) that wander."""
         walk = _Walk(self, wandering)
-        watched = watch(walk, self.settings.window)
-        found = watched.aperiodic & (walk.outcomes() == OK)
-        self.status[wandering] = np.where(walk.outcomes() == OK, NOT_STATIONARY, walk.outcomes())
-        self.status[wandering[found]] = APERIODIC
-        return found, watched
+        watched = watch(walk, self.settings.window, decisive=decisive)
+        goes_on = np.isin(walk.outcomes(), (OK, PENDING))
+        self.status[wandering] = np.where(goes_on, NOT_STATIONARY, walk.outcomes())
+        self.status[wandering[watched.aperiodic]] = APERIODIC
+        return watched
 
     def _measure(self, cycles: np.ndarray) -> None:
         pending = np.flatnonzero(self.status == OK)
@@ -265,3 +266,7 @@ class _Walk:
     def outcomes(self) -> np.ndarray:
         """As `observation.Walk`."""
         return self.whole.status[self.rows]
+
+    def stop(self, which: np.ndarray) -> None:
+        """As `observation.TangentWalk`."""
+        self.whole.status[self.rows[which & (self.outcomes() == OK)]] = PENDING

@@ -49,10 +49,15 @@ def _judged(point: np.ndarray, state: np.ndarray) -> State:
 
 
 @kernel
-def start_searches(points: np.ndarray, states: np.ndarray, memories: np.ndarray) -> None:
-    """Begin the searches `memories` (n,) of points at the states (n, 3), (x, v, phi)."""
+def start_searches(
+    points: np.ndarray, states: np.ndarray, memories: np.ndarray, late: bool
+) -> None:
+    """Begin the searches `memories` (n,) of points at the states (n, 3), (x, v, phi).
+
+    `late` as of `search.start`.
+    """
     for i in range(points.shape[0]):
-        search.start(memories[i], _judged(points[i], states[i]), 1, False, False)
+        search.start(memories[i], _judged(points[i], states[i]), 1, False, False, late)
 
 
 @kernel

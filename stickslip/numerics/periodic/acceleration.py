@@ -6,6 +6,9 @@ between the last two states: well conditioned, and blind to the noise of the int
 extrapolation over periods divides that noise by the distance of the ratio from 1. The ratio of a
 direction is the orbit's largest Floquet multiplier there.
 
+On a spiral two displacements and their images tell the map of both components, and the secant step
+is Newton's with that map.
+
 A jump moves the first two components of the state, position and velocity; the others are slaved to
 them. A chain of jumps that fails is undone by the search.
 """
@@ -17,7 +20,13 @@ from typing import Any
 import numpy as np
 
 from stickslip.compiled.decorators import inline, jit
-from stickslip.numerics.periodic.convergence import REMEMBERED, displacement, distance, reach
+from stickslip.numerics.periodic.convergence import (
+    REMEMBERED,
+    SOONEST_CYCLE,
+    displacement,
+    distance,
+    reach,
+)
 
 # A ratio is measured where displacements are this many times the noise of the map, taken for one
 # tolerance of the integrator, and believed where the noise blurs its distance from 1 by no more
@@ -64,6 +73,26 @@ _SHORTFALL = 0.01
 # From this distance on the finer tolerance is taken.
 _COARSE = 1e-4
 
+# Where the caller has known for so many applications that no motions part, an alternation with a
+# ratio up to this one leads to the middle, and one that is as slow as the last
+# number or slower contracts all the same, however little of it can be seen.
+_FASTEST_KNOWN, _SLOWEST_KNOWN = -0.5, -1.05
+_SLOWEST_ALTERNATION = -1.0 + 1e-6
+# On a spiral, too, two displacements may be opposite: three of them must lie along a line.
+_UNSTEADY, _STRAIGHT = 0.05, 0.05
+_LARGEST_DETERMINANT = 1.0 - 1e-6
+_KNOWN_FOR = 4
+
+# A spiral: cycles that it may lead to, how many of them its displacements span (more where it turns
+# slowly), the least angle between these (as a sine), the part of the way to the limit by which their
+# map may miss the newest one; and the applications for which it must more or less hold before the
+# first jump: a film that freezes every third period is on a spiral in between.
+_CYCLES_OF_SPIRALS = 4
+_HELD, _MORE_OR_LESS = 16, 0.3
+_SPANS = (1, 4, 16)
+_LEAST_ANGLE = 0.05
+_MISSED = 0.3
+
 
 @inline
 def _length(way: tuple[float, float]) -> float:
@@ -95,6 +124,21 @@ def _clear(ratio: float, length: float, noise: float) -> bool:
     return noise <= min(_BLUR * abs(1.0 - abs(ratio)), 1.0 / clearance) * length
 
 
+@inline
+def known_to_contract(memory: Any) -> bool:
+    """Whether the caller has known for a while that no motions part."""
+    return bool(memory.contracting >= _KNOWN_FOR)
+
+
+@inline
+def _alternates_inwards(
+    memory: Any, ratio: float, bend: float, length: float, noise: float
+) -> bool:
+    """Whether an alternation is known to contract without being seen to."""
+    near = _SLOWEST_KNOWN <= ratio <= _FASTEST_KNOWN and bend <= _BEND
+    return known_to_contract(memory) and memory.plain == 0 and near and noise <= length
+
+
 @jit
 def _note_ratio(
     memory: Any,
@@ -108,8 +152,13 @@ def _note_ratio(
     A growth is forgotten as soon as there is contraction, clear or not: it belonged to a bend of
     the map that the sequence has left behind.
     """
-    ratio, _ = _contraction(newer, older)
+    ratio, bend = _contraction(newer, older)
     length = abs(_along(older, newer))
+    if cycle == 1 and _alternates_inwards(memory, ratio, bend, length, noise):
+        memory.ratios[0] = max(ratio, _SLOWEST_ALTERNATION)
+        return
+    if abs(ratio) >= 1.0 and known_to_contract(memory):
+        return
     better = abs(ratio) < 1.0 <= abs(memory.ratios[cycle - 1])
     if _clear(ratio, length, noise) or (better and _CLEARANCE * noise <= length):
         memory.ratios[cycle - 1] = ratio
@@ -143,7 +192,7 @@ def _slow(ratio: float, cycle: int) -> bool:
 @jit
 def _steady_cycle(memory: Any, newest: int, noise: float) -> int:
     """Smallest cycle whose last displacements shrink by one ratio along one line; or 0."""
-    for cycle in range(1, memory.longest_cycle + 1):
+    for cycle in range(1, min(memory.longest_cycle, SOONEST_CYCLE) + 1):
         if 3 * cycle > newest:
             return 0
         if _steady(memory, newest, cycle, noise):
@@ -167,6 +216,8 @@ def _steady(memory: Any, newest: int, cycle: int, noise: float) -> bool:
     earlier, _ = _contraction(before, oldest)
     ratio, bend = _contraction(last, before)
     room = min(1.0 - abs(ratio), abs(ratio))
+    if cycle == 1 and _alternates_inwards(memory, ratio, bend, _length(before), noise):
+        return abs(ratio - earlier) <= _UNSTEADY and bend <= _STRAIGHT
     steady = abs(ratio - earlier) <= _STEADY * room and bend <= _BEND
     if steady and ratio < 0.0:
         steady = _alternates(memory, newest, cycle, ratio, _STEADY * room)
@@ -224,8 +275,10 @@ def jump(memory: Any, tolerance: float, noise: float) -> tuple[float, float]:
     followed = cycle > 0 and newest == cycle
     if not followed:
         cycle = _steady_cycle(memory, newest, noise)
-    if cycle == 0 or memory.jumps >= _MOST_JUMPS:
+    if memory.jumps >= _MOST_JUMPS:
         return 0.0, 0.0
+    if cycle == 0:
+        return _jump_inwards(memory, tolerance, noise)
     last = displacement(memory, newest, newest - cycle)
     if not followed:
         length = _length(last)
@@ -241,6 +294,78 @@ def jump(memory: Any, tolerance: float, noise: float) -> tuple[float, float]:
         return 0.0, 0.0
     _store_jump(memory, cycle, length, part)
     return part * amount * slow[0], part * amount * slow[1]
+
+
+@jit
+def _jump_inwards(memory: Any, tolerance: float, noise: float) -> tuple[float, float]:
+    """The way to the middle of a spiral where the sequence plainly winds into one; or (0, 0)."""
+    newest = memory.newest
+    for span in _SPANS:
+        for cycle in range(1, _CYCLES_OF_SPIRALS + 1):
+            held = max(4 * span * cycle, 0 if memory.jumps > 0 else _HELD)
+            if held > newest:
+                break
+            dx, dv, radius = _spiral(memory, newest, span * cycle, held, noise)
+            radius = radius ** (1.0 / span)
+            length = _length((dx, dv))
+            part = 0.0
+            if radius > 0.0 and _apart(memory, newest, cycle, length):
+                part = _part(memory, newest, cycle, radius, length)
+            if part * length > _WORTH * tolerance:
+                last = displacement(memory, newest, newest - cycle)
+                memory.slow[0], memory.slow[1] = last[0] / _length(last), last[1] / _length(last)
+                memory.ratios[cycle - 1] = radius
+                _store_jump(memory, cycle, length, part)
+                memory.paired = 0
+                return part * dx, part * dv
+    return 0.0, 0.0
+
+
+@jit
+def _spiral(
+    memory: Any, newest: int, lag: int, held: int, noise: float
+) -> tuple[float, float, float]:
+    """The way (dx, dv) to the middle of a spiral, and its contraction; that is 0 where there is none.
+
+    The map of displacements over `lag` applications from three of them, which those of so many
+    applications before must confirm. Whether it contracts is known, or must stand out from the noise.
+    """
+    a = displacement(memory, newest - 3 * lag, newest - 4 * lag)
+    b = displacement(memory, newest - 2 * lag, newest - 3 * lag)
+    c = displacement(memory, newest - lag, newest - 2 * lag)
+    d = displacement(memory, newest, newest - lag)
+    area = a[0] * b[1] - a[1] * b[0]
+    lengths = _length(a), _length(b), _length(c), _length(d)
+    if not (_CLEARANCE * noise <= lengths[3] and lengths[3] <= memory.calm):
+        return 0.0, 0.0, 0.0
+    if not abs(area) >= _LEAST_ANGLE * lengths[0] * lengths[1]:
+        return 0.0, 0.0, 0.0
+    # The map that takes a to b and b to c.
+    xx, xv = (b[0] * b[1] - c[0] * a[1]) / area, (c[0] * a[0] - b[0] * b[0]) / area
+    vx, vv = (b[1] * b[1] - c[1] * a[1]) / area, (c[1] * a[0] - b[1] * b[0]) / area
+    determinant, trace = xx * vv - xv * vx, xx + vv
+    away = 1.0 - trace + determinant
+    contracting = memory.contracting >= 4 * lag
+    determinant = min(determinant, _LARGEST_DETERMINANT) if contracting else determinant
+    if not (4.0 * determinant > trace * trace and determinant < 1.0 and away > 0.0):
+        return 0.0, 0.0, 0.0
+    image = xx * d[0] + xv * d[1], vx * d[0] + vv * d[1]
+    way = (
+        ((1.0 - vv) * image[0] + xv * image[1]) / away,
+        (vx * image[0] + (1.0 - xx) * image[1]) / away,
+    )
+    for newer in range(newest - held + 2 * lag, newest + 1):
+        d = displacement(memory, newer, newer - lag)
+        c = displacement(memory, newer - lag, newer - 2 * lag)
+        missed = _length((d[0] - (xx * c[0] + xv * c[1]), d[1] - (vx * c[0] + vv * c[1])))
+        strictness = _MORE_OR_LESS
+        if newer == newest:
+            strictness = _MISSED / max(1.0, _length(way) / lengths[3])
+        if not missed <= strictness * _length(d):
+            return 0.0, 0.0, 0.0
+    radius = np.sqrt(determinant)
+    clear = contracting or _clear(radius, lengths[3], noise)
+    return way[0], way[1], radius if clear else 0.0
 
 
 @inline

@@ -10,19 +10,24 @@ integrator.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from stickslip.compiled.decorators import inline, jit
 
-LONGEST_CYCLE = 64
+LONGEST_CYCLE = 256
 """Cycles of 1 to this many applications are recognised, at most."""
+
+SOONEST_CYCLE = 64
+"""Of these, cycles up to this many applications before a sequence has proved to be late: to look at
+all of them after each application takes longer than the application of a simple film."""
 
 # Lags that say how much of the way to the limit remains; fewer for the longest cycles.
 _LAGS = 16
 REMEMBERED = 513
-"""States that are remembered: two of the longest lags of cycles up to a quarter of the longest."""
+"""States that are remembered: twice round the longest cycle."""
 
 UNKNOWN = 2.0
 """The ratio of contraction where none was measured yet."""
@@ -56,6 +61,9 @@ _NEAR = 100.0
 _WATCHED_PERIODS = 128
 _SELDOM = 0.1
 _NOISE_ALLOWED = 10.0
+
+# The longest way to a cycle: the longest offset that a start leaves, and as much again.
+_LONGEST_WAY = 4.0
 
 
 @inline
@@ -197,18 +205,24 @@ def stalled(memory: Any, newest: int, tolerance: float) -> bool:
 
 
 @jit
-def wanders(memory: Any, newest: int, tolerance: float, noise: float) -> bool:
+def wanders(memory: Any, newest: int, tolerance: float, noise: float, due: bool) -> bool:
     """Whether the sequence, watched for 128 drive periods, has to do with no cycle in sight.
 
-    Looked at twice in so many periods. `noise` is the tolerance of the integrator.
+    Looked at twice in so many periods. `noise` is the tolerance of the integrator. Where a verdict
+    is `due`, only what approaches a cycle without exception goes on: neither what leaves one nor
+    what stays near one without closing.
     """
     watched = _WATCHED_PERIODS * memory.per_period
-    if newest < watched or newest % (watched // 2) != 0:
+    if newest < max(watched, memory.patience) or newest % (watched // 2) != 0:
         return False
-    for cycle in range(1, memory.longest_cycle + 1):
-        if _in_sight(memory, newest, cycle, watched, max(_NOISE_ALLOWED * noise, tolerance)):
+    blur = max(_NOISE_ALLOWED * noise, tolerance)
+    for cycle in range(1, min(memory.longest_cycle, SOONEST_CYCLE) + 1):
+        if due:
+            if _approaches(memory, newest, cycle, watched, blur):
+                return False
+        elif _in_sight(memory, newest, cycle, watched, blur):
             return False
-        if _farthest(memory, newest, cycle, watched // cycle) <= _NEAR * tolerance:
+        elif _farthest(memory, newest, cycle, watched // cycle) <= _NEAR * tolerance:
             return False
     return True
 
@@ -221,20 +235,45 @@ def _in_sight(memory: Any, newest: int, cycle: int, watched: int, blur: float) -
     spiral they grow and shrink by turns, but the areas between them go one way. Areas that stay as
     they are say nothing: a motion round and round without end has such.
     """
-    rarely_grew, rarely_shrank = _trend(memory, newest, cycle, watched, blur, _moved)
+    rarely_grew, rarely_shrank = _trend(memory, newest, cycle, watched, blur, _SELDOM, _moved)
     if rarely_grew or rarely_shrank:
         return True
-    rarely_grew, rarely_shrank = _trend(memory, newest, cycle, watched, blur, _swept)
+    rarely_grew, rarely_shrank = _trend(memory, newest, cycle, watched, blur, _SELDOM, _swept)
     return rarely_grew != rarely_shrank
 
 
 @jit
+def _approaches(memory: Any, newest: int, cycle: int, watched: int, blur: float) -> bool:
+    """Whether the sequence has approached the cycle all the time.
+
+    A weakly damped film that is kicked every forty periods does so most of the time. What has
+    approached in geometric progression for so long moves by little now: a way of length w, of
+    which a part 1 - r is gone at a time, has steps of w (1 - r) r^n, for no r above w / (e n).
+    """
+    never_grew, never_shrank = _trend(memory, newest, cycle, watched, blur, 0.0, _moved)
+    if never_grew and not never_shrank:
+        steps = newest // cycle
+        return distance(memory, newest, newest - cycle) * (math.e * steps) <= _LONGEST_WAY
+    never_grew, never_shrank = _trend(memory, newest, cycle, watched, blur, 0.0, _swept)
+    return never_grew and not never_shrank
+
+
+@jit
 def _trend(
-    memory: Any, newest: int, cycle: int, watched: int, blur: float, extent: Any
+    memory: Any,
+    newest: int,
+    cycle: int,
+    watched: int,
+    blur: float,
+    exceptions: float,
+    extent: Any,
 ) -> tuple[bool, bool]:
-    """Whether `extent` seldom grew, and seldom shrank, by more than what of it is noise."""
+    """Whether `extent` did not grow, and did not shrink, by more than what of it is noise.
+
+    But for a part of `exceptions`.
+    """
     first = newest - watched + 3 * cycle
-    grew, shrank, most = 0, 0, int(_SELDOM * (newest - first + 1))
+    grew, shrank, most = 0, 0, int(exceptions * (newest - first + 1))
     for newer in range(first, newest + 1):
         now, noise = extent(memory, newer, cycle, blur)
         before, _ = extent(memory, newer - cycle, cycle, blur)

@@ -24,12 +24,14 @@ from stickslip.numerics.periodic.acceleration import (
     jump,
     jump_failed,
     jump_outran,
+    known_to_contract,
     nearly_repeats,
     note_ratios,
 )
 from stickslip.numerics.periodic.convergence import (
     LONGEST_CYCLE,
     REMEMBERED,
+    SOONEST_CYCLE,
     UNKNOWN,
     closing_cycle,
     displacement,
@@ -45,6 +47,14 @@ is found; the budget of applications is spent; no cycle is in sight."""
 
 LONGEST_CYCLE_IN_PERIODS = LONGEST_CYCLE // 2
 """Orbits that close after 1 to this many drive periods are recognised."""
+
+_SOONEST_CYCLE_IN_PERIODS = SOONEST_CYCLE // 2
+
+# Drive periods after which a sequence that neither approaches a cycle nor closes wanders, whatever
+# it is near to, but at most half of the budget; and those before a late one may be said to: three
+# times round the longest cycle, and a half for the way to it.
+_DUE_PERIODS = 384
+_PATIENCE_OF_LATE = 7 * LONGEST_CYCLE_IN_PERIODS // 2
 
 # The verdict must hold over two drive periods, and at every point of the cycle: fast transients
 # can mimic it once.
@@ -63,6 +73,7 @@ def memory_of(width: int) -> np.dtype[np.void]:
         [
             ("per_period", "i8"),  # applications a drive period: 2 for the half-period map
             ("longest_cycle", "i8"),  # in applications
+            ("patience", "i8"),  # applications before the sequence may be said to wander
             ("applications", "i8"),  # since the start
             ("mirrored", "i8"),  # 1 where the state is the mirror image of the start's
             ("newest", "i8"),  # applications since the sequence was last begun again
@@ -72,6 +83,7 @@ def memory_of(width: int) -> np.dtype[np.void]:
             ("initial_fineness", "i8"),  # _FINEST where the map has no tolerance
             ("plain", "i8"),  # 1 where no jump is allowed (any more)
             ("allowed", "f8"),  # longest jump that the caller allows
+            ("contracting", "i8"),  # applications in which, as the caller knows, no motions part
             ("jumps", "i8"),  # since the state to restore was stored
             ("failures", "i8"),  # chains of jumps that were undone
             ("aim", "i8"),  # the cycle whose limit the jumps aim at
@@ -95,22 +107,27 @@ def memory_of(width: int) -> np.dtype[np.void]:
 
 
 @jit
-def start(memory: Any, z: Vector, per_period: int, accelerate: bool, refinable: bool) -> None:
+def start(
+    memory: Any, z: Vector, per_period: int, accelerate: bool, refinable: bool, late: bool
+) -> None:
     """Make the record `memory` ready for a search from the scaled state `z`.
 
     `per_period` applications make a drive period: 1, or 2 for the half-period map of a system with
     the odd symmetry. `accelerate` allows jumps; `refinable` says that the map has a tolerance that
-    can be cut.
+    can be cut. A `late` search goes on with a sequence in which an earlier one found no cycle: it
+    looks for longer ones, with the finer tolerance from the beginning.
     """
-    memory.per_period, memory.longest_cycle = per_period, per_period * LONGEST_CYCLE_IN_PERIODS
+    longest = LONGEST_CYCLE_IN_PERIODS if late else _SOONEST_CYCLE_IN_PERIODS
+    memory.per_period, memory.longest_cycle = per_period, per_period * longest
+    memory.patience = per_period * _PATIENCE_OF_LATE if late else 0
     memory.applications, memory.mirrored, memory.failures = 0, 0, 0
     memory.jumps, memory.aim, memory.common, memory.paired = 0, 0, 0, 0
-    memory.plain, memory.allowed = 0 if accelerate else 1, np.inf
-    memory.initial_fineness = 0 if refinable else _FINEST
+    memory.plain, memory.allowed, memory.contracting = 0 if accelerate else 1, np.inf, 0
+    memory.initial_fineness = (1 if late else 0) if refinable else _FINEST
     memory.fineness = memory.initial_fineness
     memory.longest_jump, memory.calm, memory.residue = LONGEST_JUMP, np.inf, 0.0
     memory.gone, memory.stride = 0.0, np.inf
-    for cycle in range(LONGEST_CYCLE):
+    for cycle in range(memory.longest_cycle):
         memory.ratios[cycle] = UNKNOWN
     for i in range(2):
         memory.slow[i], memory.landing[i], memory.image[i] = 0.0, 0.0, 0.0
@@ -118,13 +135,15 @@ def start(memory: Any, z: Vector, per_period: int, accelerate: bool, refinable: 
 
 
 @inline
-def limit_jumps(memory: Any, longest: float) -> None:
+def limit_jumps(memory: Any, longest: float, contracting: bool) -> None:
     """Allow jumps of so many units of the scaled position, 0 for none, inf for any.
 
     The caller knows of a slow part that a jump would outrun. Where the limit is finite, what a jump
-    does not move must also stand still.
+    does not move must also stand still. Or it knows that the application just made was
+    `contracting`: that neighbouring motions did not part in it.
     """
     memory.allowed = longest
+    memory.contracting = memory.contracting + 1 if contracting else 0
 
 
 @inline
@@ -149,7 +168,7 @@ def _doubtful(memory: Any, cycle: int) -> bool:
     It must be of the kind that the jumps aimed at, and attract: a jump towards a symmetric orbit
     can land on an unstable one where the plain sequence ends on an asymmetric one.
     """
-    attracting = abs(memory.ratios[cycle - 1]) < 1.0
+    attracting = abs(memory.ratios[cycle - 1]) < 1.0 or known_to_contract(memory)
     return not (memory.common % cycle == 0 and attracting)
 
 
@@ -184,7 +203,9 @@ def judge(
     if jump_failed(memory, noise):
         return _undo(memory, 1)
     verdict, dx, dv = _proceed(memory, z, tolerance, noise)
-    if verdict == GO_ON and wanders(memory, memory.newest, tolerance, noise):
+    due = memory.applications >= min(_DUE_PERIODS * memory.per_period, budget // 2)
+    late = due or memory.patience > 0
+    if verdict == GO_ON and wanders(memory, memory.newest, tolerance, noise, late):
         verdict = WANDERING
     return verdict, dx, dv
 
