@@ -217,10 +217,10 @@ def _replace_by_better(
     new_results: np.ndarray,
     new_finals: np.ndarray,
 ) -> None:
-    """Put what is ok among the new results (m, columns) into those rows (m,) of the old."""
+    """Put what is a result among the new rows (m, columns) into those rows (m,) of the old."""
     before = results[rows, _PERIODS]
-    ok = new_results[:, STATUS] == Status.OK
-    results[rows[ok]], finals[rows[ok]] = new_results[ok], new_finals[ok]
+    found = np.isin(new_results[:, STATUS], (Status.OK, Status.APERIODIC))
+    results[rows[found]], finals[rows[found]] = new_results[found], new_finals[found]
     results[rows, _PERIODS] = before + new_results[:, _PERIODS]
 
 

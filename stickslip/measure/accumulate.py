@@ -35,6 +35,9 @@ from stickslip.numerics.lane_array import lane_array
     RECORD,  # length of a record
 ) = range(16)
 
+EXTREMA = (STRESS_MAX, STRESS_MIN, FORCE_MAX, FORCE_MIN)
+"""The slots of a record that are extrema of observables."""
+
 UNSEEN, MELTED, SOLID = 0.0, 1.0, 2.0
 """Phases of the film; between the thresholds of the count it keeps the one that it had."""
 

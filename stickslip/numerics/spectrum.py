@@ -1,4 +1,4 @@
-"""Spectral radii of small matrices."""
+"""Small matrices: their spectral radii, and where the maps that they stand for have rest points."""
 
 from __future__ import annotations
 
@@ -89,3 +89,40 @@ def spectral_radii(matrices: np.ndarray) -> np.ndarray:
         _copy(matrices[index], power)
         radii[index] = _spectral_radius(power, squared)
     return radii
+
+
+@jit
+def _eliminate(matrix: np.ndarray, target: np.ndarray) -> None:
+    """Solve `matrix` (m, m) y = `target` (m,) in place; inf or NaN where that cannot be done."""
+    size = len(target)
+    for column in range(size):
+        pivot = column
+        for row in range(column + 1, size):
+            if abs(matrix[row, column]) > abs(matrix[pivot, column]):
+                pivot = row
+        for j in range(size):
+            matrix[column, j], matrix[pivot, j] = matrix[pivot, j], matrix[column, j]
+        target[column], target[pivot] = target[pivot], target[column]
+        for row in range(size):
+            if row != column:
+                factor = matrix[row, column] / matrix[column, column]
+                for j in range(column, size):
+                    matrix[row, j] -= factor * matrix[column, j]
+                target[row] -= factor * target[column]
+    for row in range(size):
+        target[row] /= matrix[row, row]
+
+
+@kernel
+def rest_points(maps: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+    """How far the rest points of linear maps move (n, m) where the maps are shifted.
+
+    y = A y + s for each of the matrices A (n, m, m) and shifts s (n, m); NaN where A holds NaN.
+    """
+    found, matrix = shifts.copy(), np.empty(maps.shape[1:])
+    for index in range(len(maps)):
+        for i in range(maps.shape[1]):
+            for j in range(maps.shape[1]):
+                matrix[i, j] = (1.0 if i == j else 0.0) - maps[index, i, j]
+        _eliminate(matrix, found[index])
+    return found

@@ -225,8 +225,9 @@ def test_a_step_that_is_left_out_is_an_error_and_no_wrong_number(step: str, tmp_
         "    points[0], np.zeros(1), np.ones((1, 3)), 0.0, np.zeros((1, 6)))\n"
         "from stickslip.kernels.adaptive.passes import new_queue\n"
         "queue = new_queue(np.zeros((1, 40)), np.zeros((1, 4)))\n"
-        "orbits = conversion.Orbits(np.zeros((1, 4)), queue.measured.copy(), np.zeros((1, 4)),\n"
-        "    np.zeros(1, bool), np.zeros((1, 2)), np.zeros(1))\n"
+        "orbits = conversion.Orbits(np.zeros((1, 4)), queue.measured.copy(), np.zeros(1, bool),\n"
+        "    np.zeros((1, 2)), np.zeros(1), np.zeros((1, 4, 3)), np.zeros((1, 3)),\n"
+        "    np.zeros((1, 3)), np.zeros(1, bool))\n"
         "conversion.write_results(points, queue, orbits, 1e-6, False, np.zeros((1, 30)))\n"
     )
     done = output_of(code, copy, cache=copy / "cache")

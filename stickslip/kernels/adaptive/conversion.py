@@ -7,47 +7,56 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.compiled.decorators import inline, kernel, kernel_factory, named_kernel
+from stickslip.compiled.decorators import inline, jit, kernel, kernel_factory, named_kernel
 from stickslip.compiled.fields import make_map
 from stickslip.kernels.adaptive.passes import CYCLE, HALVES, OUTCOME, Queue
 from stickslip.kernels.points import FIRST_STEP, parameters_of
-from stickslip.measure.accumulate import MELTINGS, PHI_MAX, RECORD
+from stickslip.measure.accumulate import (
+    EXTREMA,
+    MELTINGS,
+    PHI_MAX,
+    RECORD,
+    STRESS_MAX,
+    STRESS_MIN,
+)
 from stickslip.measure.results import (
     Measured,
     RecordUnits,
     amplitudes_of,
-    force_condition,
     relative_difference,
-    stress_part,
     write_failure,
     write_result,
     write_stretch,
     write_whole_orbit,
 )
-from stickslip.model import solids
+from stickslip.model import film, solids
+from stickslip.model.laws import friction_law
 from stickslip.model.relaxing import starting_state_with_strain
 from stickslip.model.rhs import relative_velocity
 from stickslip.model.scaling import Units, reduction, relaxing_units_of, units_of
-from stickslip.model.state import FILM, components_of
+from stickslip.model.state import components_of
 from stickslip.numerics.adaptive import OK
 from stickslip.options import RELAXING, Physics
 from stickslip.parameters import Parameters
 
-# The error estimate: what is left of the difference between two tolerances after a cut to a tenth,
-# where it falls a little less than in proportion; the distances from the orbit that an amplitude
-# may be off by; and the least that is believed, in tolerances: on fewer the two measurements agree
-# by accident on more than a point in a hundred.
-_FINER_PART = 0.2
-_DISTANCES = 2.0
-_LEAST = 0.03
-_LEAST_OF_LOCKED = 2.5  # as many times, by the condition of the force besides
-_PHI_SQUARED = 2.0  # changes of ln(phi) count twice in the stress
+# The error estimate: what is left, after a cut of the tolerance to a tenth, of the difference of
+# the two measurements and of the shift of the orbit; more of the latter where a liquid film runs
+# through a cusp of the law at full speed. And the least error that is believed, in tolerances,
+# since two measurements may agree by accident: the most where a film melts, which a step more or
+# less moves, or is near its strength, the least where the equations are smooth
+# (docs/decisions/amplitude-error.md).
+_DIFFERENCE_PART = 0.2
+_SHIFT_PART, _SHIFT_PART_PAST_CUSPS = 0.3, 0.6
+_LEAST, _LEAST_AT_CUSP, _LEAST_PAST_CUSPS, _LEAST_OF_FRONTS = 0.004, 0.01, 0.015, 0.02
 
-# A film that is solid at phase 0 and moves by more tolerances than this from cycle to cycle has not
-# settled: how far it has to go is told by the multiplier, this one where that is unknown.
-_UNSETTLED = 100.0
-_LARGEST_MULTIPLIER = 0.999
-_UNKNOWN_MULTIPLIER = 0.99
+# From this part of a phi_plus^2 eps_c0 on a stress is near the strength, which is 0.4 of that.
+_NEAR_STRENGTH = 0.25
+
+# Measurements that differ by more tolerances than this do not begin on the same orbit.
+_APART = 0.3
+
+# The error where the copies were lost that would tell it.
+_UNKNOWN = 1.0
 
 state_units = make_map(
     "state_units",
@@ -152,40 +161,106 @@ def write_stretches(
 class Orbits(NamedTuple):
     """What is known of n settled orbits besides their finer measurement.
 
-    `begins` (n, width + 1) states on them, in units of their own; `coarse` (n, RECORD), and `ends`
-    (n, width + 1) after it; `symmetric` (n,); `spreads` (n, 2) of stress and force in SI units;
-    `multipliers` (n,).
+    `begins` (n, width + 1) states on them, in units of their own; `coarse` (n, RECORD) at the
+    coarser tolerance; `symmetric` (n,); `spreads` (n, 2) of stress and force in SI units;
+    `multipliers` (n,); `slopes` (n, EXTREMA, width) of the extrema over the state at the begin;
+    `offsets` (n, width) of the state from the orbit, and `shifts` (n, width) of the orbit between
+    the two tolerances, both a cycle later, when what is fast has been forgotten; `cusped` (n,),
+    whether the law of friction has a cusp.
     """
 
     begins: np.ndarray
     coarse: np.ndarray
-    ends: np.ndarray
     symmetric: np.ndarray
     spreads: np.ndarray
     multipliers: np.ndarray
+    slopes: np.ndarray
+    offsets: np.ndarray
+    shifts: np.ndarray
+    cusped: np.ndarray
 
 
-@inline
-def _distance(begin: np.ndarray, end: np.ndarray, ratio: float) -> float:
-    """Distance of (x, u) from the orbit, by how far it fails to close and its contraction."""
-    moved = max(abs(end[0] - begin[0]), abs(end[1] - begin[1]))
-    return moved * max(1.0, abs(ratio) / (1.0 - ratio))
+@kernel_factory
+def cusp_kernel(friction: str) -> Any:
+    """The kernel that writes into `cusped` (n,) whether the law has a cusp for these points."""
+    has_cusp = friction_law(friction).has_cusp
+
+    def write_cusps(points: np.ndarray, cusped: np.ndarray) -> None:
+        for i in range(points.shape[0]):
+            cusped[i] = has_cusp(parameters_of(points[i]))
+
+    return named_kernel(f"write_cusps[{friction}]", write_cusps)
 
 
-@inline
-def _film_distance(
-    begin: np.ndarray, end: np.ndarray, cycle: int, multiplier: float, rtol: float
+@jit
+def _error_of_displacement(
+    p: Parameters,
+    measured: np.ndarray,
+    record: np.ndarray,
+    slopes: np.ndarray,
+    displacement: np.ndarray,
+    units: RecordUnits,
+    cycle: int,
 ) -> float:
-    """Distance of ln(phi) of a solid film from the orbit; the search judges it by the thousandth.
+    """The error of the amplitudes where the state at the begin is off by this (width,).
 
-    Where the film is the slow part, x and u stand still long before it does.
+    `measured` (RECORD,) as it is in lanes, and its `record` (RECORD,) of the whole orbit.
     """
-    moved = abs(end[FILM] - begin[FILM])
-    if moved <= _UNSETTLED * rtol:
-        return moved
-    slow = min(multiplier, _LARGEST_MULTIPLIER) if multiplier >= 0.0 else _UNKNOWN_MULTIPLIER
-    ratio = math.sqrt(slow) if cycle % 2 == 1 else slow
-    return moved / (1.0 - ratio)
+    away, moved = measured.copy(), np.empty(RECORD)
+    for k in range(len(EXTREMA)):
+        change = 0.0
+        for component in range(len(displacement)):
+            change += abs(slopes[k, component] * displacement[component])
+        away[EXTREMA[k]] += change if k % 2 == 0 else -change
+    write_whole_orbit(away, units, cycle, moved)
+    return relative_difference(p, moved, record)
+
+
+@inline
+def _near_strength(p: Parameters, record: np.ndarray) -> bool:
+    """Whether the stress comes near the strength of the film."""
+    stress = max(record[STRESS_MAX], -record[STRESS_MIN])
+    stiffest = film.shear_modulus(p, solids.largest_order_parameter(p)) * solids.melting_strain(p)
+    return stress > _NEAR_STRENGTH * stiffest
+
+
+@jit
+def _parts_of_error(p: Parameters, record: np.ndarray, cusped: bool) -> tuple[float, float]:
+    """The part of the shift between the tolerances that counts, and the least error."""
+    liquid = record[PHI_MAX] < solids.solid_threshold(p)
+    if record[MELTINGS] > 0.0 or (not liquid and _near_strength(p, record)):
+        return _SHIFT_PART, _LEAST_OF_FRONTS
+    if not cusped:
+        return _SHIFT_PART, _LEAST
+    return (_SHIFT_PART_PAST_CUSPS, _LEAST_PAST_CUSPS) if liquid else (_SHIFT_PART, _LEAST_AT_CUSP)
+
+
+@kernel
+def write_off_the_orbit(
+    points: np.ndarray,
+    queue: Queue,
+    orbits: Orbits,
+    rtol: float,
+    relaxing: bool,
+    off: np.ndarray,
+) -> None:
+    """Write which measurements (n,) began off the orbit by more than the tolerance `rtol`.
+
+    By what an offset makes of the extrema or, where no front blurs the two measurements, by their
+    difference. `points` (n, parameters); the `queue` after the finer measurement of the `orbits`.
+    """
+    record, other = np.empty(RECORD), np.empty(RECORD)
+    for i in range(points.shape[0]):
+        if queue.counts[i, OUTCOME] == OK:
+            p, cycle, fine = parameters_of(points[i]), queue.counts[i, CYCLE], queue.measured[i]
+            own = _record_units(p, relaxing)
+            write_whole_orbit(fine, own, cycle, record)
+            write_whole_orbit(orbits.coarse[i], own, cycle, other)
+            slopes, offset = orbits.slopes[i], orbits.offsets[i]
+            error = _error_of_displacement(p, fine, record, slopes, offset, own, cycle)
+            solid = record[MELTINGS] == 0.0
+            differ = solid and relative_difference(p, other, record) > _APART * rtol
+            off[i] = differ or error > rtol
 
 
 @kernel
@@ -212,17 +287,13 @@ def write_results(
         units, own = units_of(p), _record_units(p, relaxing)
         write_whole_orbit(queue.measured[i], own, cycle, record)
         write_whole_orbit(orbits.coarse[i], own, cycle, other)
-        distance = _distance(begin, end, queue.ratios[i])
-        least = _LEAST * rtol
-        if math.exp(begin[FILM]) >= solids.solid_threshold(p):
-            distance += _film_distance(begin, end, cycle, orbits.multipliers[i], rtol)
-            if record[MELTINGS] == 0.0:  # solid throughout: the blocks are locked
-                least *= _LEAST_OF_LOCKED * force_condition(p, record)
-        elif record[PHI_MAX] < solids.solid_threshold(p):
-            # Liquid throughout, so that its phi remembers the errors of the whole orbit.
-            swings = max(abs(end[FILM] - begin[FILM]), abs(end[FILM] - orbits.ends[i, FILM]))
-            distance += _PHI_SQUARED * swings * stress_part(p, record)
-        difference = relative_difference(p, other, record)
+        shift_part, least = _parts_of_error(p, record, orbits.cusped[i])
+        fine, slopes = queue.measured[i], orbits.slopes[i]
+        error = _DIFFERENCE_PART * relative_difference(p, other, record) + least * rtol
+        error += shift_part * _error_of_displacement(
+            p, fine, record, slopes, orbits.shifts[i], own, cycle
+        )
+        error += _error_of_displacement(p, fine, record, slopes, orbits.offsets[i], own, cycle)
         measured = Measured(
             record=record,
             cycle=cycle,
@@ -231,7 +302,7 @@ def write_results(
             end=(end[0] * units.length, -end[1] * units.speed),
             symmetric=orbits.symmetric[i],
             amplitudes=amplitudes_of(record),
-            error=_FINER_PART * difference + _DISTANCES * distance + least,
+            error=error if math.isfinite(error) else _UNKNOWN,
             spreads=(orbits.spreads[i, 0], orbits.spreads[i, 1]),
             multiplier=orbits.multipliers[i],
             exponent=np.nan,

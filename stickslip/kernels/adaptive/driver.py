@@ -40,10 +40,16 @@ from stickslip.kernels.trajectories import adaptive_trajectory, new_stream
 from stickslip.model.scaling import Reduced
 from stickslip.model.state import components_of
 from stickslip.numerics.adaptive import OK
+from stickslip.numerics.spectrum import rest_points
 from stickslip.options import RELAXING, Options, Physics, Settings
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
+
+# Measurements that begin off the orbit and are made again, at most; and the longest correction of
+# the state by Newton's step, in tolerances.
+_MOST_CORRECTIONS = 2
+_LONGEST_CORRECTION = 100.0
 
 # Wandering motions are watched with this part of the tolerance, but not more finely than this for
 # its own sake.
@@ -109,9 +115,10 @@ def orbits(
     """Stationary orbits.
 
     Three passes: to the orbit, at `rtol` and in the end a tenth of it; once over the orbit at
-    either tolerance. The finer measurement is reported, the difference is its error. Copies
-    displaced a little tell how the orbit attracts. Motions that approach no orbit are watched over
-    a window instead.
+    either tolerance. The finer measurement is reported, the difference tells its error. Copies
+    displaced a little tell how the orbit attracts, and what an offset from it does to what is
+    measured; where that is too much, the measurement is made again from nearer to it. Motions
+    that approach no orbit are watched over a window instead.
 
     Parameters
     ----------
@@ -128,29 +135,23 @@ def orbits(
     patience
         Drive periods after which a point is left pending; 0 for as long as it takes.
     """
-    settings, physics = options.settings(), options.physics
+    physics = options.physics
     queue = reduced_queue(points, physics)
     _start_elsewhere(points, starts, queue, physics)
-    measuring = Pass(MEASURE, settings.rtol, settings.rtol, 0, settings.max_steps, False)
-    finer = measuring._replace(rtol=max(REFINEMENT * settings.rtol, TIGHTEST))
-    watching = measuring._replace(rtol=_watching_tolerance(settings))
-    aperiodic = _settle(points, queue, options, watching, patience)
-    begins = queue.states.copy()
-    work_through(queue, measuring, physics)
-    coarse, ends = queue.measured.copy(), queue.states.copy()
-    queue.states[:] = begins
-    work_through(queue, finer, physics)
-    orbits = conversion.Orbits(
-        begins,
-        coarse,
-        ends,
-        tangents.symmetric(queue, begins, settings.stationary_rtol, finer.rtol, physics),
-        _spreads(points, queue, begins, finer, physics),
-        tangents.multipliers_of(queue, begins, ends, settings.rtol, physics),
-    )
+    aperiodic = _settle(points, queue, options, patience)
+    orbits = _measure(points, queue, options)
+    for _ in range(_MOST_CORRECTIONS):
+        rows = _off_the_orbit(points, queue, orbits, options)
+        if not len(rows):
+            break
+        part = part_of(queue, rows)
+        part.states[:] = _corrected(part, orbits, rows, options)
+        part.counts[:, HALVES] += part.counts[:, CYCLE]
+        put_back(orbits, rows, _measure(points[rows], part, options, again=True))
+        put_back(queue, rows, part)
     relaxing = physics.strain == RELAXING
-    conversion.write_results(points, queue, orbits, settings.rtol, relaxing, results)
-    finals[:] = begins
+    conversion.write_results(points, queue, orbits, options.rtol, relaxing, results)
+    finals[:] = orbits.begins
     conversion.restore_states(points, finals, relaxing)
     for rows, watched in aperiodic:
         _write_aperiodic(points, queue, rows, watched, results, finals)
@@ -164,13 +165,11 @@ def stochastic_walk(
     `points` (n, parameters) in SI units; `starts` (n, columns) as `finals`; `streams` (n, STREAM)
     tell their random numbers apart.
     """
-    settings, physics = options.settings(), options.physics
+    physics = options.physics
     queue = reduced_queue(points, physics.typical)
     _start_elsewhere(points, starts, queue, physics)
     queue = queue._replace(points=np.hstack([queue.points, streams]))
-    finer = max(REFINEMENT * settings.rtol, TIGHTEST)
-    task = Pass(MEASURE, finer, finer, 0, settings.max_steps, False)
-    return StochasticWalk(points, queue, task, physics)
+    return StochasticWalk(points, queue, _measuring(_finer(options), options), physics)
 
 
 def _start_elsewhere(
@@ -183,21 +182,98 @@ def _start_elsewhere(
     queue.states[rows, :-1] = states[:, :-1]  # the first step stays short
 
 
+def _measuring(rtol: float, options: Options) -> Pass:
+    """The pass that measures cycles at a tolerance."""
+    return Pass(MEASURE, rtol, rtol, 0, options.settings().max_steps, False)
+
+
+def _finer(options: Options) -> float:
+    """The tolerance of the measurement that is reported."""
+    return max(REFINEMENT * options.rtol, TIGHTEST)
+
+
+def _measure(
+    points: np.ndarray, queue: Queue, options: Options, *, again: bool = False
+) -> conversion.Orbits:
+    """What is known of settled orbits besides the finer measurement, with which the queue returns.
+
+    The queue begins in states on them. The coarser measurement begins where the finer one ends:
+    were the first state off the orbit in a way that is soon forgotten, the two would differ. They
+    do, too, where the finer one's state is off the coarser one's orbit, whose cusp is rounded
+    farther: `again` lets that be forgotten before.
+    """
+    physics, finer, width = options.physics, _finer(options), queue.states.shape[1] - 1
+    begins = queue.states.copy()
+    work_through(queue, _measuring(finer, options), physics)
+    coarse = part_of(queue, np.arange(len(points)))
+    measuring = _measuring(options.rtol, options)
+    if again:
+        work_through(coarse, measuring._replace(mode=TRAVEL), physics)
+    began = coarse.states.copy()
+    work_through(coarse, measuring, physics)
+    near = tangents.neighbours_of(queue, began, coarse, options.rtol, physics)
+    begun, ended, others_begun, others_ended = (
+        tangents.floored(states, width) for states in (begins, queue.states, began, coarse.states)
+    )
+    missed, others_missed = ended - begun, others_ended - others_begun
+    offsets = rest_points(near.maps, missed) - missed
+    others_offsets = rest_points(near.maps, others_missed) - others_missed
+    cusped = np.empty(len(points), dtype=bool)
+    conversion.cusp_kernel(physics.friction)(points, cusped)
+    return conversion.Orbits(
+        begins,
+        coarse.measured,
+        tangents.symmetric(queue, begins, options.stationary_rtol, finer, physics),
+        _spreads(points, queue, begins, _measuring(finer, options), physics),
+        near.multipliers,
+        near.slopes,
+        offsets=offsets,
+        shifts=others_ended + others_offsets - (ended + offsets),
+        cusped=cusped,
+    )
+
+
+def _off_the_orbit(
+    points: np.ndarray, queue: Queue, orbits: conversion.Orbits, options: Options
+) -> np.ndarray:
+    """The points (m,) whose measurement began off their orbit, as far as what is measured tells.
+
+    The velocity of a block that is locked by a thin film may be off by very little, and the force
+    by half of itself.
+    """
+    off, relaxing = np.zeros(len(points), dtype=bool), options.strain == RELAXING
+    conversion.write_off_the_orbit(points, queue, orbits, options.rtol, relaxing, off)
+    return np.flatnonzero(off)
+
+
+def _corrected(
+    queue: Queue, orbits: conversion.Orbits, rows: np.ndarray, options: Options
+) -> np.ndarray:
+    """States (m, width + 1) nearer to their orbits: a cycle farther than those of these rows.
+
+    And by a step of Newton's, where that is a small one.
+    """
+    states, offsets = queue.states.copy(), orbits.offsets[rows]
+    small = np.abs(offsets[:, :2]).max(axis=1) <= _LONGEST_CORRECTION * options.rtol
+    states[small, :-1] += offsets[small]
+    return states
+
+
 def _settle(
-    points: np.ndarray, queue: Queue, options: Options, watching: Pass, patience: int
+    points: np.ndarray, queue: Queue, options: Options, patience: int
 ) -> list[tuple[np.ndarray, Watched]]:
     """Bring the points of the queue to their orbits; those that are aperiodic: rows, and as seen.
 
-    A point that wanders is watched, and goes on with a search for longer cycles where its neighbours
-    approach it; where there is none either, it is aperiodic. One that takes longer than the patience
-    is left pending.
+    A point that wanders is watched, and goes on with a search for longer cycles where its
+    neighbours approach it; where there is none either, it is aperiodic. One that takes longer than
+    the patience is left pending.
     """
     settings, physics = options.settings(), options.physics
     task = _search_of(settings)
     if 0 < patience < settings.max_periods:
         work_through(queue, task._replace(max_halves=2 * patience), physics)
-        late = np.isin(queue.counts[:, OUTCOME], (NOT_STATIONARY, APERIODIC))
-        queue.counts[late, OUTCOME] = int(Status.PENDING)
+        unfinished = np.isin(queue.counts[:, OUTCOME], (NOT_STATIONARY, APERIODIC))
+        queue.counts[unfinished, OUTCOME] = int(Status.PENDING)
         return []
     pending, aperiodic = np.arange(len(points)), []
     for late in (False, True):
@@ -207,6 +283,7 @@ def _settle(
         pending = pending[part.counts[:, OUTCOME] == APERIODIC]
         if not len(pending):
             break
+        watching = _measuring(_watching_tolerance(settings), options)
         walk = TangentWalk(points[pending], part_of(queue, pending), watching, physics)
         watched = watch(walk, settings.window, decisive=late)
         put_back(queue, pending, _after_watching(walk, watched))
@@ -234,7 +311,7 @@ def _search_of(settings: Settings) -> Pass:
 
 
 def _after_watching(walk: TangentWalk, watched: Watched) -> Queue:
-    """The queue of a walk, with what came of it; motions that were stopped are on their way again."""
+    """The queue of a walk, with what came of it; motions that were stopped go on again."""
     queue = walk.queue
     outcomes = queue.counts[:, OUTCOME]
     queue.counts[:, HALVES] += 2 * watched.periods

@@ -39,8 +39,8 @@ def part_of(queue: Queue, rows: np.ndarray) -> Queue:
     return Queue(*(column[rows] for column in queue))
 
 
-def put_back(queue: Queue, rows: np.ndarray, part: Queue) -> None:
-    """Write a copy of some rows (m,) back into the queue."""
+def put_back(queue: tuple[np.ndarray, ...], rows: np.ndarray, part: tuple[np.ndarray, ...]) -> None:
+    """Write a copy of some rows (m,) back into the queue, or into other columns of points."""
     for whole, piece in zip(queue, part, strict=True):
         whole[rows] = piece
 

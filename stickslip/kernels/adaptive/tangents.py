@@ -6,10 +6,21 @@ that most of what the integrator adds to either is the same.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from stickslip.kernels.adaptive.passes import CYCLE, OUTCOME, TRAVEL, Pass, Queue, new_queue
+from stickslip.kernels.adaptive.passes import (
+    CYCLE,
+    MEASURE,
+    OUTCOME,
+    TRAVEL,
+    Pass,
+    Queue,
+    new_queue,
+)
 from stickslip.kernels.adaptive.queues import part_of, work_through
+from stickslip.measure.accumulate import EXTREMA
 from stickslip.model.state import components_of
 from stickslip.numerics.adaptive import OK
 from stickslip.numerics.spectrum import spectral_radii
@@ -41,7 +52,7 @@ def _displacements(rtol: float, width: int) -> np.ndarray:
     return np.sqrt(rtol) / np.maximum(_WEIGHTS[:width], _LEAST_WEIGHT)
 
 
-def _floored(states: np.ndarray, width: int) -> np.ndarray:
+def floored(states: np.ndarray, width: int) -> np.ndarray:
     """The first columns (n, width) of states as they are compared: not below their floors."""
     return np.asarray(np.maximum(states[:, :width], _FLOORS[:width]))
 
@@ -53,61 +64,95 @@ def travelled(
 
     `points` (n, reduced parameters), `states` (n, width + 1), `cycles` (n,); mirrored as in lanes.
     """
+    return _images(_gone(points, states, cycles, TRAVEL, rtol, physics))
+
+
+def _gone(
+    points: np.ndarray,
+    states: np.ndarray,
+    cycles: np.ndarray,
+    mode: int,
+    rtol: float,
+    physics: Physics,
+) -> Queue:
     queue = new_queue(points, states.copy())
     queue.counts[:, CYCLE] = cycles
-    work_through(queue, Pass(TRAVEL, rtol, rtol, 0, _MAX_STEPS, False), physics)
-    ends = _floored(queue.states, states.shape[1] - 1)
+    work_through(queue, Pass(mode, rtol, rtol, 0, _MAX_STEPS, False), physics)
+    return queue
+
+
+def _images(queue: Queue) -> np.ndarray:
+    """Where the motions of a queue are, (n, width); NaN for those that failed."""
+    ends = floored(queue.states, queue.states.shape[1] - 1)
     ends[queue.counts[:, OUTCOME] != OK] = np.nan
     return ends
 
 
-def multipliers_of(
-    queue: Queue, begins: np.ndarray, ends: np.ndarray, rtol: float, physics: Physics
-) -> np.ndarray:
-    """Moduli (n,) of the largest Floquet multipliers of settled orbits; NaN where unknown.
+class Neighbours(NamedTuple):
+    """What displaced copies tell of n settled orbits, in the points' own units; NaN where unknown.
 
-    The `queue` with their cycles; a measurement at the tolerance `rtol` went from the states
-    `begins` to `ends`, (n, width + 1). A cycle of an odd number of half periods is half an orbit.
+    Moduli of the largest Floquet `multipliers` (n,); the `maps` (n, width, width) of small
+    displacements over the cycle, mirrored as in lanes; the `slopes` (n, EXTREMA, width) of the
+    extrema that are measured on it.
     """
+
+    multipliers: np.ndarray
+    maps: np.ndarray
+    slopes: np.ndarray
+
+
+def neighbours_of(
+    queue: Queue, begins: np.ndarray, ends: Queue, rtol: float, physics: Physics
+) -> Neighbours:
+    """What copies displaced from the states `begins` (n, width + 1) on settled orbits tell.
+
+    The `queue` with their cycles; `ends` after a measurement at the tolerance `rtol` from there. A
+    cycle of an odd number of half periods is half an orbit.
+    """
+    n, width = len(begins), begins.shape[1] - 1
     settled, cycles = queue.counts[:, OUTCOME] == OK, queue.counts[:, CYCLE]
-    largest, rows = np.where(settled, np.inf, np.nan), np.flatnonzero(settled & (cycles <= _SHORT))
-    part = part_of(queue, rows)
-    largest[rows] = _largest(
-        part, begins[rows], _floored(ends[rows], begins.shape[1] - 1), rtol, physics
-    )
+    largest, maps = np.where(settled, np.inf, np.nan), np.full((n, width, width), np.nan)
+    slopes = np.full((n, len(EXTREMA), width), np.nan)
+
+    def compare(rows: np.ndarray, measured: Queue, tolerance: float) -> None:
+        maps[rows], slopes[rows] = _linear_maps(measured, begins[rows], tolerance, physics)
+        largest[rows] = spectral_radii(maps[rows])
+
+    short = np.flatnonzero(settled & (cycles <= _SHORT))
+    compare(short, part_of(ends, short), rtol)
     for tight in _TIGHT:
         rows, tolerance = np.flatnonzero(largest > 1.0), min(rtol, tight)
-        if not len(rows):
-            break
-        part = part_of(queue, rows)
-        images = travelled(part.points, begins[rows], cycles[rows], tolerance, physics)
-        largest[rows] = _largest(part, begins[rows], images, tolerance, physics)
-    return np.where(cycles % 2 == 1, largest**2, largest)
-
-
-def _largest(
-    queue: Queue, begins: np.ndarray, images: np.ndarray, rtol: float, physics: Physics
-) -> np.ndarray:
-    """Moduli (n,) of the largest eigenvalues of the maps over the cycles; NaN where unknown.
-
-    `images` (n, width) of the states `begins` (n, width + 1) under the maps, at the same tolerance.
-    """
-    return np.asarray(spectral_radii(_linear_maps(queue, begins, images, rtol, physics)))
+        if len(rows):
+            points, halves = queue.points[rows], cycles[rows]
+            again = _gone(points, begins[rows], halves, MEASURE, tolerance, physics)
+            compare(rows, again, tolerance)
+    return Neighbours(np.where(cycles % 2 == 1, largest**2, largest), maps, slopes)
 
 
 def _linear_maps(
-    queue: Queue, begins: np.ndarray, ends: np.ndarray, rtol: float, physics: Physics
-) -> np.ndarray:
-    """The maps (n, width, width) of small displacements over the cycles, as in lanes."""
+    measured: Queue, begins: np.ndarray, rtol: float, physics: Physics
+) -> tuple[np.ndarray, np.ndarray]:
+    """The maps (n, width, width) of small displacements, and the slopes (n, EXTREMA, width).
+
+    `measured` over their cycles at the same tolerance from the states `begins` (n, width + 1).
+    """
     n, width = len(begins), begins.shape[1] - 1
     sizes = _displacements(rtol, width)
-    displaced, cycles = np.tile(begins, (width, 1)), np.tile(queue.counts[:, CYCLE], width)
+    displaced, cycles = np.tile(begins, (width, 1)), np.tile(measured.counts[:, CYCLE], width)
     for component in range(width):
         displaced[component * n : (component + 1) * n, component] += sizes[component]
-    images = travelled(np.tile(queue.points, (width, 1)), displaced, cycles, rtol, physics)
-    moved = images.reshape(width, n, width) - ends
-    maps = (moved / sizes[:, None, None]).transpose(1, 2, 0)
-    return np.ascontiguousarray(maps)  # of one point they are so as it is: a second signature
+    points = np.tile(measured.points, (width, 1))
+    copies = _gone(points, displaced, cycles, MEASURE, rtol, physics)
+    moved = _images(copies).reshape(width, n, width) - _images(measured)
+    extrema = list(EXTREMA)
+    higher = copies.measured[:, extrema].reshape(width, n, len(extrema))
+    higher = higher - measured.measured[:, extrema]
+    # Of one point they would be contiguous as they are: a second signature.
+    maps, slopes = (
+        np.ascontiguousarray((change / sizes[:, None, None]).transpose(1, 2, 0))
+        for change in (moved, higher)
+    )
+    return maps, slopes
 
 
 def symmetric(
@@ -123,7 +168,7 @@ def symmetric(
         queue.points[rows], begins[rows], np.ones(len(rows), np.int64), rtol, physics
     )
     moved = np.abs(
-        _WEIGHTS[: images.shape[1]] * (images - _floored(begins[rows], images.shape[1]))
+        _WEIGHTS[: images.shape[1]] * (images - floored(begins[rows], images.shape[1]))
     ).max(axis=1, initial=0.0)
     found = cycles == 1
     found[rows] = moved <= max(_MIRROR_IMAGE, 10.0 * stationary_rtol)
@@ -149,7 +194,7 @@ class Tangents:
     def carried(self, states: np.ndarray, copies: np.ndarray) -> np.ndarray:
         """Logarithms (n,) of the growth up to these states of the motions and their copies."""
         width = len(self._sizes)
-        moved = (_floored(copies, width) - _floored(states, width)) / self._sizes
+        moved = (floored(copies, width) - floored(states, width)) / self._sizes
         # In this order for any number of motions, which `np.linalg.norm` does not promise.
         growth = np.sqrt(np.cumsum(np.square(moved), axis=1)[:, -1])
         self._directions = moved / np.where(growth > 0.0, growth, 1.0)[:, None]

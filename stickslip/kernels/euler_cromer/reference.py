@@ -61,5 +61,5 @@ def settle_from(
     return Known(
         records,
         tangents.symmetric(queue, begins, options.stationary_rtol, _RTOL, physics),
-        tangents.multipliers_of(queue, begins, queue.states, _RTOL, physics),
+        tangents.neighbours_of(queue, begins, queue, _RTOL, physics).multipliers,
     )

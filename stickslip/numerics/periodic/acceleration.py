@@ -84,8 +84,8 @@ _LARGEST_DETERMINANT = 1.0 - 1e-6
 _KNOWN_FOR = 4
 
 # A spiral: cycles that it may lead to, how many of them its displacements span (more where it turns
-# slowly), the least angle between these (as a sine), the part of the way to the limit by which their
-# map may miss the newest one; and the applications for which it must more or less hold before the
+# slowly), the least angle between these (as a sine), the part of the way to the limit by which
+# their map may miss the newest one; and the applications for which it must more or less hold before the
 # first jump: a film that freezes every third period is on a spiral in between.
 _CYCLES_OF_SPIRALS = 4
 _HELD, _MORE_OR_LESS = 16, 0.3
@@ -314,9 +314,11 @@ def _jump_inwards(memory: Any, tolerance: float, noise: float) -> tuple[float, f
             if part * length > _WORTH * tolerance:
                 last = displacement(memory, newest, newest - cycle)
                 memory.slow[0], memory.slow[1] = last[0] / _length(last), last[1] / _length(last)
-                memory.ratios[cycle - 1] = radius
+                # What remains is so many times the last displacement, though not along it.
+                remains = length / _length(last)
+                memory.ratios[cycle - 1] = remains / (1.0 + remains)
                 _store_jump(memory, cycle, length, part)
-                memory.paired = 0
+                memory.turning, memory.paired = cycle, 0
                 return part * dx, part * dv
     return 0.0, 0.0
 
@@ -325,10 +327,10 @@ def _jump_inwards(memory: Any, tolerance: float, noise: float) -> tuple[float, f
 def _spiral(
     memory: Any, newest: int, lag: int, held: int, noise: float
 ) -> tuple[float, float, float]:
-    """The way (dx, dv) to the middle of a spiral, and its contraction; that is 0 where there is none.
+    """The way (dx, dv) to the middle of a spiral, and its contraction, 0 where there is none.
 
     The map of displacements over `lag` applications from three of them, which those of so many
-    applications before must confirm. Whether it contracts is known, or must stand out from the noise.
+    applications before must confirm. Whether it contracts is known, or must stand out from noise.
     """
     a = displacement(memory, newest - 3 * lag, newest - 4 * lag)
     b = displacement(memory, newest - 2 * lag, newest - 3 * lag)
@@ -404,7 +406,7 @@ def _store_jump(memory: Any, cycle: int, length: float, part: float) -> None:
             memory.stored[component] = memory.states[newer, component]
         memory.stored_mirrored = memory.mirrored
         memory.calm = 0.5 * _length(displacement(memory, newest, newest - cycle))
-    memory.jumps += 1
+    memory.jumps, memory.turning = memory.jumps + 1, 0
     memory.aim, memory.common = cycle, _common_divisor(cycle, memory.common)
     slow = memory.slow[0], memory.slow[1]
     shift = abs(_along(displacement(memory, newest, newest - cycle), slow))

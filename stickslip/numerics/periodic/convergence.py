@@ -218,11 +218,11 @@ def wanders(memory: Any, newest: int, tolerance: float, noise: float, due: bool)
     blur = max(_NOISE_ALLOWED * noise, tolerance)
     for cycle in range(1, min(memory.longest_cycle, SOONEST_CYCLE) + 1):
         if due:
-            if _approaches(memory, newest, cycle, watched, blur):
-                return False
-        elif _in_sight(memory, newest, cycle, watched, blur):
-            return False
-        elif _farthest(memory, newest, cycle, watched // cycle) <= _NEAR * tolerance:
+            goes_on = _approaches(memory, newest, cycle, watched, blur)
+        else:
+            near = _farthest(memory, newest, cycle, watched // cycle) <= _NEAR * tolerance
+            goes_on = near or _in_sight(memory, newest, cycle, watched, blur)
+        if goes_on:
             return False
     return True
 

@@ -99,6 +99,7 @@ def memory_of(width: int) -> np.dtype[np.void]:
             ("landing", "f8", 2),  # (x, v) before ...
             ("image", "f8", 2),  # ... and after `aim` applications
             ("stored", "f8", width),  # the state before the first jump
+            ("turning", "i8"),  # the cycle into which the sequence winds, 0 for none
             ("ratios", "f8", LONGEST_CYCLE),  # of contraction, by cycle
             ("states", "f8", (REMEMBERED, width)),
         ],
@@ -126,7 +127,7 @@ def start(
     memory.initial_fineness = (1 if late else 0) if refinable else _FINEST
     memory.fineness = memory.initial_fineness
     memory.longest_jump, memory.calm, memory.residue = LONGEST_JUMP, np.inf, 0.0
-    memory.gone, memory.stride = 0.0, np.inf
+    memory.gone, memory.stride, memory.turning = 0.0, np.inf, 0
     for cycle in range(memory.longest_cycle):
         memory.ratios[cycle] = UNKNOWN
     for i in range(2):
@@ -268,8 +269,11 @@ def last_correction(memory: Any) -> tuple[float, float]:
     """The way (dx, dv) from the settled state to the limit of its sequence, as far as it is known.
 
     It is shorter than the tolerance, but the offset that is left would enter the extrema of a
-    symmetric orbit, of which only half is looked at, to first order.
+    symmetric orbit, of which only half is looked at, to first order. On a spiral its direction is
+    not known: (0, 0).
     """
     newest, (cycle, ratio) = memory.newest, found(memory)
+    if memory.turning == cycle:
+        return 0.0, 0.0
     moved = displacement(memory, newest, newest - cycle)
     return reach(ratio) * moved[0], reach(ratio) * moved[1]
