@@ -13,7 +13,9 @@ from stickslip.stability import static_strength
 from stickslip.variables import RESULT_COLUMNS
 
 SUSPICIOUS_BALANCE = 1e-3
-"""Power balance error from which an orbit deserves a look; 1e-2 is a status."""
+"""Power balance error from which an orbit deserves a look where its amplitudes are stated to be
+less certain than this, too; 1e-2 is a status. Where the force is a few percent of the full one the
+balance is a small difference of large numbers, and the amplitudes are right all the same."""
 
 SUSPICIOUS_STRESS = 1.1
 """Stress over its static maximum that fast kinetics would not reach; slow ones may."""
@@ -24,15 +26,20 @@ _SMALL = 0.01
 # Strains that give the static maximum to a percent.
 _SOME = 12
 
-_MAX, _MIN, _BALANCE = (
+_MAX, _MIN, _BALANCE, _ERROR = (
     RESULT_COLUMNS.index(name)
-    for name in ("elastic_stress_max", "elastic_stress_min", "power_balance_error")
+    for name in (
+        "elastic_stress_max",
+        "elastic_stress_min",
+        "power_balance_error",
+        "amplitude_error",
+    )
 )
 
 
 def suspicious_balance(results: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which result rows (n, columns) have a power balance error above `SUSPICIOUS_BALANCE`."""
-    return np.asarray(results[:, _BALANCE] > SUSPICIOUS_BALANCE)
+    """Which rows (n, columns) have power balance and amplitudes above `SUSPICIOUS_BALANCE`."""
+    return np.asarray(np.minimum(results[:, _BALANCE], results[:, _ERROR]) > SUSPICIOUS_BALANCE)
 
 
 def suspicious_stress(

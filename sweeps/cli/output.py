@@ -79,8 +79,8 @@ def print_suspicions(suspicious: tuple[int, int]) -> None:
     balance, stress = suspicious
     if balance:
         print(
-            f"warning: power_balance_error is above {SUSPICIOUS_BALANCE:g} on {balance} points; "
-            "a smaller integrator.rtol (or dt) makes sure of them",
+            f"warning: power_balance_error and amplitude_error are above {SUSPICIOUS_BALANCE:g} on "
+            f"{balance} points; a smaller integrator.rtol (or dt) makes sure of them",
             file=sys.stderr,
         )
     if stress:

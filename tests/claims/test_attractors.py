@@ -124,7 +124,7 @@ def test_the_memory_of_a_liquid_film_is_in_the_stated_error() -> None:
     found = dict(zip(RESULT_COLUMNS, rows[0], strict=True))
     floor = 0.01 * 2.0 * p.spring_stiffness * p.drive_amplitude / p.contact_area
     true = abs(found["elastic_stress_amplitude"] - 52858.467) / floor  # at 1e-10
-    assert 1e-5 < true <= found["amplitude_error"] < 10.0 * true
+    assert 1e-5 < true <= found["amplitude_error"] < 30.0 * true
 
 
 # Parameters far from the paper's: plain iteration drifts through 8.4e-7 of X_m a period.

@@ -22,8 +22,8 @@ from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 
-VERSION = 13
-MADE_ON = ("znver4", "0.68.1", "0.50.0")
+VERSION = 14
+MADE_ON = ("emeraldrapids", "0.68.1", "0.50.0")
 """Processor, numba and llvmlite of the table."""
 
 Changes = tuple[tuple[str, float], ...]

@@ -28,13 +28,14 @@ def new_memory(
     *,
     accelerate: bool = True,
     refinable: bool = True,
+    late: bool = False,
     filled_with: int = 0,
 ) -> Any:
     """The record of a search that starts from `z`; whatever it held before."""
     record = np.frombuffer(
         bytes([filled_with]) * search.memory_of(3).itemsize, search.memory_of(3)
     ).copy()
-    search.start(record[0], z, per_period, accelerate, refinable)
+    search.start(record[0], z, per_period, accelerate, refinable, late)
     return record[0]
 
 
@@ -61,9 +62,10 @@ def find(
     budget: int = 20_000,
     per_period: int = 2,
     refinable: bool = True,
+    late: bool = False,
 ) -> Search:
     """The orbit on which the map settles, from `z`."""
-    memory = new_memory(z, per_period, accelerate=accelerate, refinable=refinable)
+    memory = new_memory(z, per_period, accelerate=accelerate, refinable=refinable, late=late)
     noise, verdicts = rtol, []
     while True:
         z = S(z, noise)

@@ -47,7 +47,7 @@ from stickslip.parameters import Parameters
 # (docs/decisions/amplitude-error.md).
 _DIFFERENCE_PART = 0.2
 _SHIFT_PART, _SHIFT_PART_PAST_CUSPS = 0.3, 0.6
-_LEAST, _LEAST_AT_CUSP, _LEAST_PAST_CUSPS, _LEAST_OF_FRONTS = 0.004, 0.01, 0.015, 0.02
+_LEAST, _LEAST_AT_CUSP, _LEAST_PAST_CUSPS, _LEAST_OF_FRONTS = 0.004, 0.012, 0.015, 0.02
 
 # From this part of a phi_plus^2 eps_c0 on a stress is near the strength, which is 0.4 of that.
 _NEAR_STRENGTH = 0.25

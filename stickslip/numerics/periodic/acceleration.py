@@ -85,8 +85,8 @@ _KNOWN_FOR = 4
 
 # A spiral: cycles that it may lead to, how many of them its displacements span (more where it turns
 # slowly), the least angle between these (as a sine), the part of the way to the limit by which
-# their map may miss the newest one; and the applications for which it must more or less hold before the
-# first jump: a film that freezes every third period is on a spiral in between.
+# their map may miss the newest one; and the applications for which it must more or less hold
+# before the first jump: a film that freezes every third period is on a spiral in between.
 _CYCLES_OF_SPIRALS = 4
 _HELD, _MORE_OR_LESS = 16, 0.3
 _SPANS = (1, 4, 16)
@@ -216,7 +216,8 @@ def _steady(memory: Any, newest: int, cycle: int, noise: float) -> bool:
     earlier, _ = _contraction(before, oldest)
     ratio, bend = _contraction(last, before)
     room = min(1.0 - abs(ratio), abs(ratio))
-    if cycle == 1 and _alternates_inwards(memory, ratio, bend, _length(before), noise):
+    inwards = cycle == 1 and _alternates_inwards(memory, ratio, bend, _length(before), noise)
+    if inwards and _slaved(memory, newest, 1):
         return abs(ratio - earlier) <= _UNSTEADY and bend <= _STRAIGHT
     steady = abs(ratio - earlier) <= _STEADY * room and bend <= _BEND
     if steady and ratio < 0.0:
@@ -272,7 +273,7 @@ def jump(memory: Any, tolerance: float, noise: float) -> tuple[float, float]:
     """The way to the limit where the sequence plainly leads to one; (0, 0) otherwise."""
     newest = memory.newest
     cycle = memory.aim
-    followed = cycle > 0 and newest == cycle
+    followed = cycle > 0 and newest == cycle and memory.turning == 0
     if not followed:
         cycle = _steady_cycle(memory, newest, noise)
     if memory.jumps >= _MOST_JUMPS:
@@ -392,7 +393,9 @@ def jump_failed(memory: Any, noise: float) -> bool:
     newest, aim = memory.newest, memory.aim
     if aim == 0 or newest != aim:
         return False
-    moved = abs(_along(displacement(memory, newest, 0), (memory.slow[0], memory.slow[1])))
+    way = displacement(memory, newest, 0)
+    moved = abs(_along(way, (memory.slow[0], memory.slow[1])))
+    moved = _length(way) if memory.turning > 0 else moved
     return not moved <= max(memory.residue, _CLEARANCE * noise)
 
 

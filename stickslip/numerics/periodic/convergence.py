@@ -65,6 +65,9 @@ _NOISE_ALLOWED = 10.0
 # The longest way to a cycle: the longest offset that a start leaves, and as much again.
 _LONGEST_WAY = 4.0
 
+# Times besides the last that a displacement within the noise is looked at for whether it declines.
+_LOOKS = 4
+
 
 @inline
 def distance(memory: Any, newer: int, older: int) -> float:
@@ -250,12 +253,27 @@ def _approaches(memory: Any, newest: int, cycle: int, watched: int, blur: float)
     approached in geometric progression for so long moves by little now: a way of length w, of
     which a part 1 - r is gone at a time, has steps of w (1 - r) r^n, for no r above w / (e n).
     """
-    never_grew, never_shrank = _trend(memory, newest, cycle, watched, blur, 0.0, _moved)
-    if never_grew and not never_shrank:
+    never_grew, _ = _trend(memory, newest, cycle, watched, blur, 0.0, _moved)
+    if never_grew:
         steps = newest // cycle
-        return distance(memory, newest, newest - cycle) * (math.e * steps) <= _LONGEST_WAY
+        short = distance(memory, newest, newest - cycle) * (math.e * steps) <= _LONGEST_WAY
+        return short and _declines(memory, newest, cycle, watched)
     never_grew, never_shrank = _trend(memory, newest, cycle, watched, blur, 0.0, _swept)
     return never_grew and not never_shrank
+
+
+@inline
+def _declines(memory: Any, newest: int, cycle: int, watched: int) -> bool:
+    """Whether the displacements are shorter each time they are looked at: not so what is noise."""
+    apart = (watched - cycle) // _LOOKS
+    before = np.inf
+    for look in range(_LOOKS, -1, -1):
+        newer = newest - look * apart
+        moved = distance(memory, newer, newer - cycle)
+        if not moved < before:
+            return False
+        before = moved
+    return True
 
 
 @jit

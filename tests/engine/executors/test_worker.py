@@ -112,6 +112,8 @@ def test_a_block_counts_the_results_that_look_wrong(monkeypatch: pytest.MonkeyPa
     def odd(points: np.ndarray, options: Options, **how: Any) -> tuple[np.ndarray, np.ndarray]:
         results, finals = compute_orbits(points, options, **how)
         results[:5, RESULT_COLUMNS.index("power_balance_error")] = 5e-3
+        results[:5, RESULT_COLUMNS.index("amplitude_error")] = 5e-3
+        results[5:9, RESULT_COLUMNS.index("power_balance_error")] = 5e-3  # but well known
         results[4:7, RESULT_COLUMNS.index("elastic_stress_max")] *= 100.0
         assert suspicious_balance(results).sum() == 5
         assert suspicious_stress(points, results).sum() == 3

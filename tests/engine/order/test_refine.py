@@ -195,7 +195,7 @@ def test_a_refined_file_is_the_whole_cube(shell: Shell) -> None:
     write("a.yaml", MAP, LOOSE)
     code, out, err = shell("sweep", "a.yaml", "-o", "a.nc")
     assert code == 0
-    computed = len(shell.computed)
+    computed = len(set(shell.computed))  # what is doubtful at once is computed again
     assert "289 points, " in out
     assert "interpolated: The point lies between computed ones" in err
     ds, full = open_result(Path("a.nc")), run(from_mapping(_without_refine()))
@@ -235,11 +235,11 @@ def test_workers_blocks_and_kills_change_nothing(shell: Shell) -> None:
 def test_another_refinement_computes_only_what_it_needs_more(shell: Shell) -> None:
     write("a.yaml", MAP, LOOSE)
     assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
-    coarse = len(shell.computed)
+    coarse = len(set(shell.computed))
     assert "nothing to do" in shell("sweep", "a.yaml", "-o", "a.nc").err
     write("a.yaml", AXES, LOOSE)  # without `refine` interpolated points are missing ones
     code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
     assert code == 0
     assert f"289 points (17 x 17): {coarse} in a.nc; {289 - coarse} to compute" in err
-    assert len(shell.computed) == 289 - coarse
+    assert len(set(shell.computed)) == 289 - coarse
     assert hash_of("a.nc") == hash_at_once("a.yaml")
