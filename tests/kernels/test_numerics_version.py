@@ -43,30 +43,30 @@ SOLID = (  # a light block under a small film: few and short periods to an orbit
 # Changes to Fig. 3, options; stress amplitude [Pa], force amplitude [N], periods integrated; and
 # the beginning of the SHA-256 of all that comes back.
 TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
-    ((), LOOSE, (4304776.7626851145, 0.0028121348892043395, 5), "053e93f4e559d666"),
+    ((), LOOSE, (4304776.7626851145, 0.0028121348892043395, 5), "60856538fc155232"),
     (
         (("angular_frequency", 38.0),),
         LOOSE,
         (2168518.2746554543, 0.0019155292186684735, 6),
-        "09c0a5910da90a5b",
+        "fc9c7a322414c80c",
     ),
     (
         (("rheological_index", 0.0),),
         LOOSE,
-        (1758421.4660047085, 0.004767432005556518, 6),
-        "c002e5e204c3f4af",
+        (1758421.4664479666, 0.004767432008341979, 6),
+        "2d72fabab5604a43",
     ),
     (
         (("rheological_index", 2 / 3),),
         LOOSE,
-        (298047.06217489735, 0.004767981756795779, 6),
-        "724afd6b3a98e124",
+        (298047.0613451167, 0.004767981734963769, 6),
+        "2f85c027752877e9",
     ),
     (
         (("rheological_index", -0.5), ("temperature", 250.0)),
         LOOSE,
         (1853961.0631200199, 0.0025806199241216374, 4),
-        "06398217208d4003",
+        "a20fd85ec6e7c8e0",
     ),
     (
         (
@@ -77,8 +77,8 @@ TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
             ("angular_frequency", 29.403538),
         ),
         LOOSE,
-        (338283.40396249533, 0.0032235574121253032, 25),
-        "946f5bf57886e273",
+        (338283.831865529, 0.003223557487533542, 26),
+        "297b94aad7e98d8a",
     ),
     ((VISCOUS,), Options(dt=2e-5, **COARSE), (0.0, 0.0005992449187231228, 4), "0174e915d7a5512d"),
     (
@@ -115,7 +115,7 @@ TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
         (*SOLID, ("rheological_index", 0.0)),
         Options(dt=5e-9, **COARSE),
         (431332.7639399719, 1.1472177327739448e-06, 12),
-        "6dcd099ce42ac508",
+        "307c1d507c2f3f78",
     ),
     (
         (*SOLID, ("rheological_index", -0.5)),
@@ -132,7 +132,7 @@ TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
         ),
         Options(rtol=1e-4),
         (5864948.775263247, 0.0035892968778039724, 57),
-        "d8ba0bd7fa3ae981",
+        "f1249a2389f53944",
     ),
 ]
 ADVICE = "the numbers have changed: raise NUMERICS_VERSION and renew this table"
