@@ -34,11 +34,12 @@ class Status(IntEnum):
 _SENTENCES = {
     Status.OK: "The stationary orbit was reached and measured.",
     Status.NOT_STATIONARY: (
-        "The orbit did not become stationary within `stationary.max_periods`; allow more periods "
-        "or a looser `stationary.rtol`."
+        "The motion was still on its way to an orbit after `stationary.max_periods` drive periods; "
+        "allow more (after some 600 what never closes is known, too), or start nearer to the orbit."
     ),
     Status.STEP_LIMIT: (
-        "The step budget `integrator.max_steps` ran out; raise it or loosen `integrator.rtol`."
+        "The step budget `integrator.max_steps` ran out before the motion was known; raise it (a "
+        "weakly viscous film takes 1e4 steps a drive period, and some 600 of these at most)."
     ),
     Status.DIVERGED: (
         "The state stopped being finite, or the step size fell to rounding level; "

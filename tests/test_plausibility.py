@@ -35,8 +35,15 @@ def stress(high: float, low: float) -> np.ndarray:
 
 def test_a_power_balance_is_suspicious_above_its_limit() -> None:
     errors = [0.0, SUSPICIOUS_BALANCE, 1.01 * SUSPICIOUS_BALANCE, 9e-3]
-    results = np.array([result(power_balance_error=error) for error in errors])
+    results = np.array(
+        [result(power_balance_error=error, amplitude_error=5e-3) for error in errors]
+    )
     assert suspicious_balance(results).tolist() == [False, False, True, True]
+
+
+def test_a_power_balance_is_not_suspicious_where_the_amplitudes_are_known() -> None:
+    results = result(power_balance_error=9e-3, amplitude_error=1e-4)[None]
+    assert suspicious_balance(results).tolist() == [False]
 
 
 # --- the stress -----------------------------------------------------------------------------------

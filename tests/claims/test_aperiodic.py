@@ -81,6 +81,59 @@ def test_an_orbit_that_closes_late_is_periodic(
     assert np.isnan(found.lyapunov_exponent)
 
 
+def test_what_neither_contracts_nor_closes_has_a_verdict_soon() -> None:
+    # Kicked every few tens of periods, and weakly damped between: it had gone on for 5000.
+    found = orbits(point((189.18, 442.83, 8426, -2 / 3, 25.344)))
+    assert found.status == Status.APERIODIC
+    assert found.periods_integrated <= 700
+    stated = found.amplitude_error * found.elastic_stress_amplitude
+    assert abs(found.elastic_stress_amplitude - 0.333e6) <= stated + 5e3
+    assert found.amplitude_error < 1.0
+
+
+def test_an_orbit_that_closes_after_more_than_thirty_two_periods_is_periodic() -> None:
+    found = orbits(point((163.2, 2975, 8529, -0.772, 35.459)))
+    assert (found.status, found.regime) == (Status.OK, Regime.SUBHARMONIC)
+    assert found.orbit_periods == 87
+
+
+def test_a_finer_tolerance_may_find_that_a_motion_is_aperiodic() -> None:
+    found = orbits(
+        point((211.66666666666666, 10000, 5651.7736816005236, -2 / 3, 32.5)),
+        rtol=1e-4, stationary_rtol=1e-4,
+    )  # fmt: skip
+    assert found.status == Status.APERIODIC
+    assert found.elastic_stress_amplitude == pytest.approx(1.5e5, rel=0.02)
+
+
+@pytest.mark.parametrize("seed", [1, *marked("stress", [2, 3])])
+def test_a_motion_has_the_same_bits_in_any_company(seed: int) -> None:
+    # Some close late, some never, some fail, some are ordinary; budgets that run out for a few.
+    values = [
+        (200, 1.1e4, 1500, -0.6666, 31),
+        (160, 1.1e4, 9000, -0.6666, 7),
+        CHAOTIC[0][0],
+        *(orbit[0] for orbit in LONG),
+        (200, 5e4, 3000, -2 / 3, 10),
+        (211.66666666666666, 10000, 5651.7736816005236, -2 / 3, 32.5),
+        (189.18, 442.83, 8426, -2 / 3, 25.344),
+        (314.63, 101400.0, 334.8, -0.695, 39.882),
+    ]
+    points = np.concatenate([point(one) for one in values])
+    points = np.concatenate([points, points[5:6]])
+    points[-1, Parameters._fields.index("initial_velocity")] = 1e200  # diverges
+    options = {"rtol": 1e-4, "stationary_rtol": 1e-4, "max_periods": 300, "window": 40}
+    alone = [orbits(points[i : i + 1], **options) for i in range(len(points))]
+    rng = np.random.default_rng(seed)
+    for count in (2, 3, 5, len(points)):
+        chosen = rng.permutation(len(points))[:count]
+        together = orbits(points[chosen], **options)
+        for place, i in enumerate(chosen):
+            np.testing.assert_array_equal(together.row[place], alone[i].row[0])
+            np.testing.assert_array_equal(together.final[place], alone[i].final[0])
+    assert len({int(one.status[0]) for one in alone}) >= 3
+
+
 def test_a_slow_spiral_is_followed_to_its_orbit() -> None:
     # A thin liquid film at a high frequency: the free motion of the block dies out in thousands of
     # periods, growing and shrinking by turns. The force is that of 6000 periods of plain iteration.

@@ -127,6 +127,40 @@ def test_the_memory_of_a_liquid_film_is_in_the_stated_error() -> None:
     assert 1e-5 < true <= found["amplitude_error"] < 30.0 * true
 
 
+# Films near 2K = M omega^2 that move with the drive: the offset of a start at rest decays like
+# t^(-1/2). Liquid above T_c0; solid throughout.
+NEAR_RESONANCE = [
+    (314.63, 101400.0, 334.8, -0.695, 39.882),
+    (307.05, 111200.0, 410.5, -0.749, 42.537),
+    (280.1, 116000.0, 341.3, -0.684, 41.586),
+    (264.82, 169500.0, 530.3, -0.666, 53.307),
+]
+
+
+@pytest.mark.parametrize("values", NEAR_RESONANCE)
+def test_an_offset_that_decays_ever_more_slowly_is_left_out(values: tuple[float, ...]) -> None:
+    far, near = Parameters(*values), Parameters(*values, initial_displacement=8e-7)
+    found, exact = (
+        dict(zip(RESULT_COLUMNS, compute_orbits(np.array([p]), Options())[0][0], strict=True))
+        for p in (far, near)
+    )
+    assert found["status"] == exact["status"] == Status.OK
+    assert found["periods_integrated"] < 40
+    for name in ("elastic_stress_amplitude", "friction_force_amplitude"):
+        assert found[name] == pytest.approx(
+            exact[name], rel=1e-4, abs=1.0 if "stress" in name else 0
+        )
+
+
+def test_a_spiral_between_two_freezings_is_not_followed_to_its_middle() -> None:
+    # A block that is kicked every third period; the middle is another orbit, which attracts too.
+    p = Parameters(164.42, 11150.0, 1868.0, -0.835, 10.957)
+    for rtol in (1e-4, 1e-6, 1e-8):
+        options = Options(rtol=rtol, stationary_rtol=rtol)
+        found = dict(zip(RESULT_COLUMNS, compute_orbits(np.array([p]), options)[0][0], strict=True))
+        assert found["orbit_periods"] == 3
+
+
 # Parameters far from the paper's: plain iteration drifts through 8.4e-7 of X_m a period.
 DRIFTING = {
     "temperature": 107.0181604817574,

@@ -9,7 +9,7 @@ from support.points import orbits, row
 
 from stickslip import Status
 from stickslip.kernels import ensembles
-from stickslip.measure.window import ensemble_standard_error
+from stickslip.measure.window import error_of_mean
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from stickslip.regime import Regime
@@ -75,17 +75,18 @@ def test_more_paths_leave_the_first_ones_as_they_were(monkeypatch: pytest.Monkey
 
 
 @pytest.mark.parametrize(("paths", "periods"), [(1, 32), (3, 20), (64, 32)])
-def test_the_standard_error_of_independent_numbers(paths: int, periods: int) -> None:
+def test_the_error_of_independent_numbers(paths: int, periods: int) -> None:
     draws = np.random.default_rng(1).normal(size=(400, paths, periods))
-    errors = [ensemble_standard_error(values) for values in draws]
-    exact = 1.0 / np.sqrt(paths * periods)
-    # Batches leave some periods out where they do not divide the window.
-    assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(exact, rel=0.3)
+    errors = np.array([error_of_mean(values) for values in draws])
+    assert np.mean(np.abs(draws.mean(axis=(1, 2))) <= errors) > 0.98
+    # With few batches Student's distribution makes it larger, twice with six of them.
+    assert 0.9 < np.median(errors) * np.sqrt(paths * periods) / 3.0 < 2.2
 
 
-def test_the_standard_error_of_paths_that_never_meet() -> None:
-    values = np.tile(np.arange(64.0)[:, None], 32)  # each for ever elsewhere
-    assert ensemble_standard_error(values) == pytest.approx(np.std(values[:, 0], ddof=1) / 8.0)
+def test_the_error_of_paths_that_never_meet() -> None:
+    values = np.tile(np.arange(64.0)[:, None], 40)  # each for ever elsewhere
+    spread = np.std(values[:, 0], ddof=1)
+    assert error_of_mean(values) > 0.9 * 3.0 * spread / np.sqrt(64 * 2)
 
 
 # --- what makes no difference ---

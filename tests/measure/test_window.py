@@ -25,7 +25,7 @@ from stickslip.measure.accumulate import (
     UNSEEN,
     UNSEEN_TIME,
 )
-from stickslip.measure.window import Window, standard_errors
+from stickslip.measure.window import Window, error_of_mean, statistics_of
 
 Phases = tuple[float, float, float, float, float]
 
@@ -87,18 +87,47 @@ def test_phases_of_the_ends_are_the_first_and_the_last_that_were_seen() -> None:
     assert record[[FIRST_PHASE, LAST_PHASE]].tolist() == [MELTED, SOLID]
 
 
-def test_the_standard_error_is_that_of_independent_values() -> None:
-    values = np.random.default_rng(3).normal(size=(4000, 500))
-    errors = standard_errors(values)
-    assert np.mean(errors) == pytest.approx(1.0 / math.sqrt(4000), rel=0.05)
-    # A mean is three of its standard errors off once in 100 (20 batches).
-    assert np.mean(abs(values.mean(axis=0)) > 3.0 * errors) < 0.02
+def test_the_error_of_a_mean_is_three_standard_errors_of_independent_values() -> None:
+    values = np.random.default_rng(3).normal(size=(500, 1, 2000))
+    errors = np.array([error_of_mean(each) for each in values])
+    # Of the batches tried the largest error counts.
+    assert 1.0 < np.mean(errors) * math.sqrt(2000) / 3.0 < 1.2
+    assert np.mean(abs(values.mean(axis=(1, 2))) > errors) < 0.01
 
 
-def test_the_standard_error_counts_correlation() -> None:
-    values = np.repeat(np.random.default_rng(4).normal(size=(400, 200)), 10, axis=0)
-    assert np.mean(standard_errors(values)) == pytest.approx(1.0 / math.sqrt(400), rel=0.1)
+@pytest.mark.parametrize("periods", [20, 32, 37, 64, 200])
+def test_the_error_of_a_mean_covers_it_where_there_are_few_periods_too(periods: int) -> None:
+    # Correlated over three periods, as single periods of an orbit that never closes are.
+    noise = np.random.default_rng(periods).normal(size=(2000, periods + 2))
+    values = noise[:, :-2] + noise[:, 1:-1] + noise[:, 2:]
+    covered = [abs(each.mean()) <= error_of_mean(each[None]) for each in values]
+    assert np.mean(covered) > 0.97
 
 
-def test_one_period_tells_nothing_of_the_error() -> None:
-    assert standard_errors(np.ones((1, 2))).tolist() == [math.inf, math.inf]
+def test_all_periods_count() -> None:
+    values = np.zeros((1, 32))
+    values[0, 0] = 1.0  # not a multiple of any batch
+    assert error_of_mean(values) > 0.0
+    (means,), (errors,), _ = statistics_of(np.concatenate([values, values])[None])
+    assert means.tolist() == [1.0 / 32.0] * 2
+    assert errors[0] == error_of_mean(values)
+
+
+def test_the_error_counts_correlation() -> None:
+    values = np.repeat(np.random.default_rng(4).normal(size=(200, 400)), 10, axis=1)
+    errors = [error_of_mean(each[None]) for each in values]
+    assert np.mean(errors) == pytest.approx(3.0 / math.sqrt(400), rel=0.15)
+
+
+@pytest.mark.parametrize("periods", [1, 2, 19])
+def test_of_few_periods_the_error_is_not_known(periods: int) -> None:
+    assert error_of_mean(np.ones((1, periods))) == math.inf
+
+
+def test_statistics_have_the_same_bits_in_any_company() -> None:
+    singles = np.random.default_rng(5).normal(size=(7, 2, 200))
+    together = statistics_of(singles.transpose(2, 0, 1).copy().transpose(1, 2, 0))
+    for i in range(7):
+        alone = statistics_of(singles[i : i + 1])
+        for ours, theirs in zip(alone, together, strict=True):
+            np.testing.assert_array_equal(ours[0], theirs[i])
