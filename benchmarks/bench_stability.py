@@ -18,6 +18,7 @@ from stability import (
     locked,
     long_run,
     references,
+    stated,
     step_map,
     stiff_problems,
 )
@@ -32,6 +33,7 @@ QUESTIONS = {
     "fixed_step": fixed_step,
     "ladder": ladder,
     "references": references,
+    "stated": stated,
     "stiff_problems": stiff_problems,
 }
 

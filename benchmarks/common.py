@@ -74,6 +74,23 @@ def random_points(count: int, seed: int) -> np.ndarray:
     )
 
 
+def box_points(count: int, seed: int, **ranges: tuple[str, float, float]) -> np.ndarray:
+    """Rows of parameters (count, 20) from a box: each "linear" or "log" between two values."""
+    rng = np.random.default_rng(seed)
+    columns = {
+        name: rng.uniform(low, high, count)
+        if scale == "linear"
+        else np.exp(rng.uniform(np.log(low), np.log(high), count))
+        for name, (scale, low, high) in ranges.items()
+    }
+    return np.array(
+        [
+            Parameters(**{name: float(values[i]) for name, values in columns.items()})
+            for i in range(count)
+        ]
+    )
+
+
 def parameter(points: np.ndarray, name: str) -> np.ndarray:
     """The column of a parameter."""
     return points[:, Parameters._fields.index(name)]

@@ -281,7 +281,7 @@ def test_a_start_that_overflows_is_an_error() -> None:
 
 def test_a_stationary_start_that_is_not_reached_is_an_error() -> None:
     with pytest.raises(
-        IntegrationError, match=r"^No stationary start: The orbit did not"
+        IntegrationError, match=r"^No stationary start: The motion was still"
     ) as caught:
         simulate(start="stationary", max_periods=2)
     assert caught.value.status is Status.NOT_STATIONARY

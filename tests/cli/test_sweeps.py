@@ -120,7 +120,7 @@ def test_points_that_fail_are_counted_and_explained(command: Command) -> None:
     code, out, err = command("sweep", "a.yaml", "--set", "stationary.max_periods=2")
     assert code == 3
     assert "points/s), 4 failed\n" in out
-    assert "  4 not_stationary: The orbit did not become stationary within" in err
+    assert "  4 not_stationary: The motion was still on its way to an orbit after" in err
     assert np.all(open_result(Path("results/a.nc")).status == 1)
 
 

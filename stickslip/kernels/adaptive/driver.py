@@ -150,7 +150,7 @@ def orbits(
         put_back(orbits, rows, _measure(points[rows], part, options, again=True))
         put_back(queue, rows, part)
     relaxing = physics.strain == RELAXING
-    conversion.write_results(points, queue, orbits, options.rtol, relaxing, results)
+    conversion.write_results(points, queue, orbits, options.settings().rtol, relaxing, results)
     finals[:] = orbits.begins
     conversion.restore_states(points, finals, relaxing)
     for rows, watched in aperiodic:
@@ -189,7 +189,7 @@ def _measuring(rtol: float, options: Options) -> Pass:
 
 def _finer(options: Options) -> float:
     """The tolerance of the measurement that is reported."""
-    return max(REFINEMENT * options.rtol, TIGHTEST)
+    return max(REFINEMENT * options.settings().rtol, TIGHTEST)
 
 
 def _measure(
@@ -202,16 +202,18 @@ def _measure(
     do, too, where the finer one's state is off the coarser one's orbit, whose cusp is rounded
     farther: `again` lets that be forgotten before.
     """
-    physics, finer, width = options.physics, _finer(options), queue.states.shape[1] - 1
+    settings, physics, finer = options.settings(), options.physics, _finer(options)
+    width = queue.states.shape[1] - 1
     begins = queue.states.copy()
     work_through(queue, _measuring(finer, options), physics)
     coarse = part_of(queue, np.arange(len(points)))
-    measuring = _measuring(options.rtol, options)
+    measuring = _measuring(settings.rtol, options)
     if again:
         work_through(coarse, measuring._replace(mode=TRAVEL), physics)
     began = coarse.states.copy()
     work_through(coarse, measuring, physics)
-    near = tangents.neighbours_of(queue, began, coarse, options.rtol, physics)
+    queue.counts[:, [ATTEMPTED, OUTCOME]] = coarse.counts[:, [ATTEMPTED, OUTCOME]]
+    near = tangents.neighbours_of(queue, began, coarse, settings.rtol, physics)
     begun, ended, others_begun, others_ended = (
         tangents.floored(states, width) for states in (begins, queue.states, began, coarse.states)
     )
@@ -223,7 +225,7 @@ def _measure(
     return conversion.Orbits(
         begins,
         coarse.measured,
-        tangents.symmetric(queue, begins, options.stationary_rtol, finer, physics),
+        tangents.symmetric(queue, begins, settings.stationary_rtol, finer, physics),
         _spreads(points, queue, begins, _measuring(finer, options), physics),
         near.multipliers,
         near.slopes,
@@ -242,7 +244,7 @@ def _off_the_orbit(
     by half of itself.
     """
     off, relaxing = np.zeros(len(points), dtype=bool), options.strain == RELAXING
-    conversion.write_off_the_orbit(points, queue, orbits, options.rtol, relaxing, off)
+    conversion.write_off_the_orbit(points, queue, orbits, options.settings().rtol, relaxing, off)
     return np.flatnonzero(off)
 
 
