@@ -1,7 +1,8 @@
 """A cube of a million points over T, k, K, omega and three fluids, through the command line.
 
 Part a: the loosest tolerance that is accurate enough, on a sample. Part b: the cube: seconds,
-statuses, stated errors. Part c: the microseconds of a point on one core, by fluid and stage.
+statuses, stated errors. Part c: the microseconds of a point on one core, by fluid and stage; the
+seconds of ordinary, late and watched points, and how full their lanes are.
 Part d: how many late points should be computed together. With `--full` part e: after how many
 drive periods a point is left for later, over a part of the cube.
 """
@@ -28,7 +29,7 @@ from common import (
     quantile,
     timed,
 )
-from inside import timed_stages
+from inside import lanes_used, timed_stages
 from parts.grids import FLUIDS, MOST_PERIODS, grid_config, written
 
 from stickslip.options import Options
@@ -46,6 +47,7 @@ SEED, SAMPLE, ERROR = 17, 300, 1e-4
 LADDER = (1e-3, 1e-4, 1e-5)
 REFERENCE = Options(rtol=1e-9, stationary_rtol=1e-9, max_periods=MOST_PERIODS)
 STAGE_POINTS = 4096  # of each fluid
+KIND_POINTS = 60_000
 PATIENCE = 64  # drive periods after which a sweep leaves a point for later
 PART_SHAPE, PATIENCES = (4, 24, 24, 24), (16, 32, 64, 128)
 LATE, TOGETHER = 1024, (64, 256, 1024)
@@ -61,6 +63,7 @@ def main() -> None:
         results = {"sample": sample, "cores": os.cpu_count()}
         results |= _whole(path, shape, sample["chosen"])
         results["stages"] = _stages(shape, 64 if quick else STAGE_POINTS, sample["chosen"])
+        results["kinds"] = _kinds(shape, 64 if quick else KIND_POINTS, sample["chosen"])
         results["late"] = _late(path, shape, sample["chosen"])
     if options.full:
         results["patience"] = _patience(sample["chosen"])
@@ -182,6 +185,35 @@ def _stages(shape: tuple[int, ...], count: int, rtol: float) -> dict[str, dict[s
             for stage, value in row.items()
         }
         print("stages:", f"{gamma:.2f}", {k: f"{v:.3g}" for k, v in rows[f"{gamma:.2f}"].items()})
+    return rows
+
+
+def _kinds(shape: tuple[int, ...], count: int, rtol: float) -> dict[str, Any]:
+    """Seconds of one core for points that are ordinary, late or watched, and how full lanes are."""
+    points = _drawn(shape, count)
+    options = Options(rtol=rtol, max_periods=MOST_PERIODS)
+    compute_orbits(points[:16], options)
+    with lanes_used() as ordinary_lanes:
+        results, ordinary = timed(lambda: compute_orbits(points, options, patience=PATIENCE)[0])
+    late = points[column(results, "status") == Status.PENDING]
+    never = compute_orbits(late, options)[0]
+    watched = column(never, "status") == Status.APERIODIC
+    rows: dict[str, Any] = {
+        "ordinary": {
+            "points": len(points) - len(late),
+            "seconds": ordinary,
+            "lanes_full": ordinary_lanes.fullness,
+        }
+    }
+    for kind, of in (("late", ~watched), ("watched", watched)):
+        with lanes_used() as lanes:
+            _, seconds = timed(lambda some=late[of]: compute_orbits(some, options))
+        rows[kind] = {
+            "points": int(of.sum()),
+            "seconds": seconds,
+            "lanes_full": lanes.fullness,
+        }
+    print("kinds:", rows)
     return rows
 
 

@@ -41,7 +41,7 @@ from inside.scalar import (
     scalar_states,
     starting_state,
 )
-from inside.stages import STAGES, timed_stages
+from inside.stages import STAGES, lanes_used, timed_stages
 from stickslip.kernels.adaptive.driver import end_states
 from stickslip.kernels.euler_cromer.lanes import March
 from stickslip.kernels.points import FIRST_STEP
@@ -67,6 +67,7 @@ __all__ = [
     "generic_drive",
     "half_periods",
     "kernel_without_noise",
+    "lanes_used",
     "march_assembly",
     "measured",
     "plain_after_success",

@@ -5,19 +5,25 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from typing import Any
 from unittest.mock import patch
 
-from stickslip.kernels.adaptive import conversion, driver, tangents
+from stickslip.compiled.simd import LANES
+from stickslip.kernels.adaptive import conversion, driver, queues, tangents
+from stickslip.kernels.adaptive.passes import ATTEMPTED
 
 Seconds = dict[str, float]
 
+# Attempts of all lanes at a time while they are counted: few against those of a pass.
+_SLICE = 200
+
 STAGES = {
     "search": (driver, "_settle"),
-    "watch": (driver, "_watch"),
+    "watch": (driver, "watch"),
     "measurements": (driver, "work_through"),
     "mirror image": (tangents, "symmetric"),
-    "multiplier": (tangents, "multipliers_of"),
+    "multiplier": (tangents, "neighbours_of"),
     "single periods": (driver, "_spreads"),
     "results": (conversion, "write_results"),
 }
@@ -56,3 +62,38 @@ def _clocked(
                 seconds[running[-1]] -= took
 
     return clocked
+
+
+@dataclass
+class LanesUsed:
+    """Steps attempted in lanes, and those that full lanes would have attempted meanwhile."""
+
+    attempted: int = 0
+    possible: int = 0
+
+    @property
+    def fullness(self) -> float:
+        """The part of the lanes that was at work."""
+        return self.attempted / max(self.possible, 1)
+
+
+@contextmanager
+def lanes_used() -> Iterator[LanesUsed]:
+    """Count the steps of all passes of the adaptive method meanwhile, to a slice of attempts."""
+    used = LanesUsed()
+    kernel_of = queues.pass_kernel
+
+    def counted(family: Any) -> Callable[..., int]:
+        kernel = kernel_of(family)
+
+        def work(queue: Any, lanes: Any, task: Any, attempts: int) -> int:
+            before = int(queue.counts[:, ATTEMPTED].sum())
+            left = kernel(queue, lanes, task, attempts)
+            used.attempted += int(queue.counts[:, ATTEMPTED].sum()) - before
+            used.possible += attempts * LANES
+            return left
+
+        return work
+
+    with patch.object(queues, "pass_kernel", counted), patch.object(queues, "_WORK", _SLICE):
+        yield used

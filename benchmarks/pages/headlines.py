@@ -284,6 +284,18 @@ def _stiff_problems(found: Results) -> Lines:
     return lines
 
 
+def _stated(found: Results) -> Lines:
+    lines: Lines = {}
+    for rtol, kinds in found["tolerances"].items():
+        for kind, row in kinds.items():
+            lines[f"stated errors at {float(rtol):.0e}, {row['points']} films, {kind}"] = (
+                f"held on {100 * row['held']:.1f} %, {row['far_off']} off by more than 3 times; "
+                f"{row['over_median']:.2g} and {row['over_95']:.2g} times (median, 95 %); "
+                f"rank correlation {row['rank_correlation']:.2f}"
+            )
+    return lines
+
+
 _QUESTIONS = {
     "ladder": _ladder,
     "references": _references,
@@ -294,6 +306,7 @@ _QUESTIONS = {
     "acceleration": _acceleration,
     "long_run": _long_run,
     "stiff_problems": _stiff_problems,
+    "stated": _stated,
 }
 
 

@@ -43,30 +43,30 @@ SOLID = (  # a light block under a small film: few and short periods to an orbit
 # Changes to Fig. 3, options; stress amplitude [Pa], force amplitude [N], periods integrated; and
 # the beginning of the SHA-256 of all that comes back.
 TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
-    ((), LOOSE, (4304776.7626851145, 0.0028121348892043395, 5), "60856538fc155232"),
+    ((), LOOSE, (4304776.7626851145, 0.0028121348892043395, 5), "a8f9c1d6bdb23c48"),
     (
         (("angular_frequency", 38.0),),
         LOOSE,
         (2168518.2746554543, 0.0019155292186684735, 6),
-        "fc9c7a322414c80c",
+        "352711eb312cc7da",
     ),
     (
         (("rheological_index", 0.0),),
         LOOSE,
         (1758421.4664479666, 0.004767432008341979, 6),
-        "2d72fabab5604a43",
+        "f9e42e98769bdbef",
     ),
     (
         (("rheological_index", 2 / 3),),
         LOOSE,
         (298047.0613451167, 0.004767981734963769, 6),
-        "2f85c027752877e9",
+        "1a92191c32994acd",
     ),
     (
         (("rheological_index", -0.5), ("temperature", 250.0)),
         LOOSE,
         (1853961.0631200199, 0.0025806199241216374, 4),
-        "a20fd85ec6e7c8e0",
+        "9b5d2dd590d1c271",
     ),
     (
         (
@@ -78,7 +78,7 @@ TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
         ),
         LOOSE,
         (338283.831865529, 0.003223557487533542, 26),
-        "297b94aad7e98d8a",
+        "e27113b7f249935e",
     ),
     ((VISCOUS,), Options(dt=2e-5, **COARSE), (0.0, 0.0005992449187231228, 4), "0174e915d7a5512d"),
     (
@@ -132,7 +132,7 @@ TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
         ),
         Options(rtol=1e-4),
         (5864948.775263247, 0.0035892968778039724, 57),
-        "f1249a2389f53944",
+        "e06dfd4019a6180a",
     ),
 ]
 ADVICE = "the numbers have changed: raise NUMERICS_VERSION and renew this table"
