@@ -29,16 +29,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """What compiles comes first, then the files with the most slow tests: no worker ends late."""
     slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
     place = {Path(__file__).parent / name: number for number, name in enumerate(_FIRST)}
-    # These call parts of kernels from Python, which can crash once their process has compiled a
-    # kernel with the same parts (`Part.alone`): so they come before any kernel does.
-    alone = Path(__file__).parent / "numerics"
-    items.sort(
-        key=lambda item: (
-            alone not in item.path.parents,
-            place.get(item.path, len(place)),
-            -slow[item.path],
-        )
-    )
+    items.sort(key=lambda item: (place.get(item.path, len(place)), -slow[item.path]))
 
 
 @pytest.fixture(autouse=True)

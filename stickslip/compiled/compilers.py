@@ -19,10 +19,17 @@ from numba.core.registry import CPUDispatcher
 
 
 class _SealedLibrary(JITCodeLibrary):
+    """Machine code of which other code sees the entry alone.
+
+    The functions inside become private before they are optimised. Internal would not be enough: the
+    loader takes the copy of a function that it saw first for all weak ones of its name, internal
+    ones included, and optimising changes how those want to be called, which crashes their callers.
+    """
+
     def _optimize_final_module(self) -> None:
         for function in self._final_module.functions:
             if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
-                function.linkage = Linkage.internal
+                function.linkage = Linkage.private
         super()._optimize_final_module()
 
 

@@ -49,6 +49,27 @@ def test_a_part_that_a_kernel_calls_gets_no_machine_code() -> None:
             assert not result.library.codegen._engine.is_symbol_defined(result.fndesc.mangled_name)
 
 
+@jit
+def fall(unused: int, n: int) -> int:
+    return n + fall(unused, n - 1) if n > 0 else 0  # recursion: it cannot vanish into its caller
+
+
+@jit
+def falls(n: int) -> int:
+    return fall(1000, n)
+
+
+def test_code_inside_a_kernel_is_used_by_no_other_code() -> None:
+    # There the optimiser drops the first argument, which a caller from elsewhere passes.
+    def _falls(out: np.ndarray) -> None:
+        for i in range(len(out)):
+            out[i] = falls(i)
+
+    out = np.empty(5)
+    named_kernel(f"tests: falls in {os.getpid()}", _falls)(out)
+    assert out.tolist() == [falls(i) for i in range(5)] == [0, 1, 3, 6, 10]
+
+
 @pytest.mark.parametrize("collecting", [True, False])
 def test_a_compilation_leaves_the_collection_of_garbage_as_it_was(collecting: bool) -> None:
     kernel = named_kernel(f"tests: collecting {collecting} in {os.getpid()}", _sums)
