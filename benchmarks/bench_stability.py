@@ -21,10 +21,12 @@ from stability import (
     stated,
     step_map,
     stiff_problems,
+    watched,
 )
 
 # Two at a time; the longest first, so that no process is left alone with it.
 QUESTIONS = {
+    "watched": watched,
     "extremes": extremes,
     "acceleration": acceleration,
     "step_map": step_map,

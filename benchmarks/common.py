@@ -26,6 +26,7 @@ DESCRIPTION = Parameters._fields[:5]
 AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
 COUNTS = ("orbit_periods", "melting_count")
 _FLOOR = 0.01  # of the force that springs or inertia need
+_FAR_OFF = 3.0  # times the stated error
 
 
 def arguments(
@@ -122,6 +123,40 @@ def amplitude_errors(points: np.ndarray, amplitudes: np.ndarray, exact: np.ndarr
     force = force * np.abs(parameter(points, "drive_amplitude"))
     floors = np.column_stack([force / parameter(points, "contact_area"), force])
     return np.abs(amplitudes[:, :2] - exact[:, :2]) / np.maximum(exact[:, :2], floors)
+
+
+def error_bars(true: np.ndarray, stated: np.ndarray, resolved: float) -> dict[str, Any]:
+    """True errors (n,), and how the stated ones bound them, as far as the reference resolves."""
+    from scipy.stats import spearmanr
+
+    seen = np.maximum(true, resolved)
+    return {
+        "compared": len(true),
+        "error_median": quantile(true, 50),
+        "error_95": quantile(true, 95),
+        "error_max": float(true.max(initial=0.0)),
+        "held": float(np.mean(true <= stated + resolved)) if len(true) else float("nan"),
+        "far_off": int(np.sum(true > _FAR_OFF * stated + resolved)),
+        "over_median": quantile(stated / seen, 50),
+        "over_95": quantile(stated / seen, 95),
+        "rank_correlation": float(spearmanr(stated, seen)[0]) if len(true) > 2 else float("nan"),
+    }
+
+
+def missed(
+    points: np.ndarray, true: np.ndarray, stated: np.ndarray, of: np.ndarray, resolved: float
+) -> list[dict[str, Any]]:
+    """Those `of` the points whose stated error is below the true one, with both."""
+    return [
+        described(points[i], true=float(true[i]), stated=float(stated[i]))
+        for i in np.flatnonzero(of & (true > stated + resolved))
+    ]
+
+
+def statuses(results: np.ndarray) -> dict[str, int]:
+    """How many points ended how."""
+    codes, counts = np.unique(column(results, "status").astype(int), return_counts=True)
+    return {Status(c).name.lower(): int(n) for c, n in zip(codes, counts, strict=True)}
 
 
 def described(point: np.ndarray, **more: Any) -> dict[str, Any]:

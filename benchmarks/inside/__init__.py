@@ -46,6 +46,7 @@ from stickslip.kernels.adaptive.driver import end_states
 from stickslip.kernels.euler_cromer.lanes import March
 from stickslip.kernels.points import FIRST_STEP
 from stickslip.kernels.problem import problem_of
+from stickslip.measure.window import error_of_mean
 
 __all__ = [
     "FIRST_STEP",
@@ -59,6 +60,7 @@ __all__ = [
     "attempts_of",
     "chosen",
     "end_states",
+    "error_of_mean",
     "first_period",
     "fixed_amplitudes",
     "fixed_lanes",

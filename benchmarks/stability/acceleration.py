@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from common import amplitude_errors, amplitudes, column, described, good, orbits
+from common import amplitude_errors, amplitudes, column, described, good, orbits, statuses
 
 from stickslip.options import Options
 from stickslip.parameters import Parameters
-from stickslip.status import Status
 
 _SEED = 11
 
@@ -63,13 +62,8 @@ def run(quick: bool) -> dict[str, Any]:
             )
             for i in np.flatnonzero(wrong)
         ],
-        "statuses": _statuses(jumping),
-        "statuses_plain": _statuses(plain),
+        "statuses": statuses(jumping),
+        "statuses_plain": statuses(plain),
         "periods": int(column(jumping, "periods_integrated").sum()),
         "periods_plain": int(column(plain, "periods_integrated").sum()),
     }
-
-
-def _statuses(results: np.ndarray) -> dict[str, int]:
-    codes, counts = np.unique(column(results, "status").astype(int), return_counts=True)
-    return {Status(c).name.lower(): int(n) for c, n in zip(codes, counts, strict=True)}

@@ -6,7 +6,7 @@ import time
 from typing import Any
 
 import numpy as np
-from common import amplitude_errors, amplitudes, column, described, good, orbits
+from common import amplitude_errors, amplitudes, column, described, good, orbits, statuses
 
 from stickslip.options import Options
 from stickslip.parameters import Parameters
@@ -50,7 +50,7 @@ def run(quick: bool) -> dict[str, Any]:
     single, _ = _timed(alone, options)
     return {
         "one_at_a_time": [
-            {"parameter": name, "value": value, "status": _name(code)}
+            {"parameter": name, "value": value, "status": Status(int(code)).name.lower()}
             for (name, value), code in zip(one, column(single, "status"), strict=True)
         ],
         "points": len(points),
@@ -72,16 +72,6 @@ def random_extremes(count: int) -> np.ndarray:
         }
         rows.append(Parameters(rheological_index=rng.uniform(-0.999, 5.0), **values))
     return np.array(rows)
-
-
-def statuses(results: np.ndarray) -> dict[str, int]:
-    """How many points ended in each way."""
-    codes, counts = np.unique(column(results, "status").astype(int), return_counts=True)
-    return {_name(code): int(count) for code, count in zip(codes, counts, strict=True)}
-
-
-def _name(code: float) -> str:
-    return Status(int(code)).name.lower()
 
 
 def _timed(points: np.ndarray, options: Options) -> tuple[np.ndarray, float]:

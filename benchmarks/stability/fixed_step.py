@@ -13,17 +13,17 @@ from common import (
     amplitude_errors,
     amplitudes,
     column,
-    described,
+    error_bars,
     good,
+    missed,
     orbits,
     parameter,
-    quantile,
     random_points,
+    statuses,
 )
 
 from stickslip.options import Options
 from stickslip.stability import largest_stable_step
-from stickslip.status import Status
 
 _SEED = 29
 _NEAR = 0.9  # of the largest step
@@ -47,20 +47,11 @@ def run(quick: bool) -> dict[str, Any]:
     both = good(found) & good(exact)
     true = amplitude_errors(points, amplitudes(found), amplitudes(exact)).max(axis=1)
     stated = column(found, "amplitude_error")
-    names = [Status(int(value)).name.lower() for value in column(found, "status")]
     return {
         "points": len(points),
-        "compared": int(both.sum()),
-        "statuses": {name: names.count(name) for name in dict.fromkeys(names)},
-        "error_median": quantile(true[both], 50),
-        "error_max": float(true[both].max()),
-        "held": float(np.mean(true[both] <= stated[both] + _RESOLVED)),
-        "over_median": quantile(stated[both] / np.maximum(true[both], _RESOLVED), 50),
-        "over_95": quantile(stated[both] / np.maximum(true[both], _RESOLVED), 95),
-        "missed": [
-            described(points[i], true=float(true[i]), stated=float(stated[i]))
-            for i in np.flatnonzero(both & (true > stated + _RESOLVED))
-        ],
+        "statuses": statuses(found),
+        **error_bars(true[both], stated[both], _RESOLVED),
+        "missed": missed(points, true, stated, both, _RESOLVED),
     }
 
 

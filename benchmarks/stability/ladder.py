@@ -5,7 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from common import amplitude_errors, amplitudes, column, good, orbits, quantile, random_points
+from common import (
+    amplitude_errors,
+    amplitudes,
+    column,
+    error_bars,
+    good,
+    orbits,
+    quantile,
+    random_points,
+)
 
 from stickslip.options import Options
 
@@ -30,14 +39,8 @@ def run(quick: bool) -> dict[str, Any]:
         steps.append(
             {
                 "rtol": rtol,
-                "compared": int(both.sum()),
-                "error_median": quantile(true, 50),
-                "error_95": quantile(true, 95),
-                "error_max": float(true.max()),
                 "stated_median": quantile(stated, 50),
-                "held": float(np.mean(true <= stated + _RESOLVED)),
-                "over_median": quantile(stated / np.maximum(true, _RESOLVED), 50),
-                "over_95": quantile(stated / np.maximum(true, _RESOLVED), 95),
+                **error_bars(true, stated, _RESOLVED),
             }
         )
         pairs += [[rtol, float(s), float(t)] for s, t in zip(stated, true, strict=True)]

@@ -13,8 +13,9 @@ from common import (
     amplitudes,
     column,
     described,
+    error_bars,
     good,
-    quantile,
+    missed,
 )
 
 from stability.reference_orbits import PATH
@@ -42,7 +43,6 @@ def run(quick: bool) -> dict[str, Any]:
     wrong = both & (true > 100.0 * stated + 1e-4)
     return {
         "points": len(points),
-        "compared": int(both.sum()),
         "closed": int(closed.sum()),
         "ok": int(good(results).sum()),
         "other_period": int((both & (cycles != column(results, "orbit_periods"))).sum()),
@@ -50,13 +50,6 @@ def run(quick: bool) -> dict[str, Any]:
             described(points[i], true=float(true[i]), stated=float(stated[i]))
             for i in np.flatnonzero(wrong)
         ],
-        "worst": float(true[both].max()),
-        "median": quantile(true[both], 50),
-        "held": float(np.mean(true[both] <= stated[both] + _RESOLVED)),
-        "over_median": quantile(stated[both] / np.maximum(true[both], _RESOLVED), 50),
-        "over_95": quantile(stated[both] / np.maximum(true[both], _RESOLVED), 95),
-        "missed": [
-            described(points[i], true=float(true[i]), stated=float(stated[i]))
-            for i in np.flatnonzero(both & (true > stated + _RESOLVED))
-        ],
+        **error_bars(true[both], stated[both], _RESOLVED),
+        "missed": missed(points, true, stated, both, _RESOLVED),
     }
