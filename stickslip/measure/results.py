@@ -187,27 +187,6 @@ def full_force(p: Parameters) -> float:
     return max(2.0 * p.spring_stiffness, inertia) * abs(p.drive_amplitude)
 
 
-@inline
-def force_condition(p: Parameters, record: np.ndarray) -> float:
-    """How many times the full force exceeds the amplitude of the film's, from 1 to 100.
-
-    Locked blocks leave their film the difference of springs and inertia; an error of these is so
-    many times larger in proportion to the difference.
-    """
-    full, amplitude = full_force(p), amplitudes_of(record)[1]
-    if full <= amplitude:
-        return 1.0
-    return full / max(amplitude, _SMALL_PART * full)
-
-
-@inline
-def stress_part(p: Parameters, record: np.ndarray) -> float:
-    """The amplitude of the stress as a part of what its errors are relative to, up to 1."""
-    amplitude = amplitudes_of(record)[0]
-    least = _SMALL_PART * full_force(p) / p.contact_area
-    return amplitude / max(amplitude, least) if amplitude > 0.0 else 0.0
-
-
 @jit
 def relative_difference(p: Parameters, record: np.ndarray, better: np.ndarray) -> float:
     """Difference of the extrema of two orbits, of stress or of force, whichever is worse.

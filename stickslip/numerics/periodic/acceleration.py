@@ -6,8 +6,7 @@ between the last two states: well conditioned, and blind to the noise of the int
 extrapolation over periods divides that noise by the distance of the ratio from 1. The ratio of a
 direction is the orbit's largest Floquet multiplier there.
 
-On a spiral two displacements and their images tell the map of both components, and the secant step
-is Newton's with that map.
+Of a spiral, which no single direction describes, the middle is the limit (`spirals.py`).
 
 A jump moves the first two components of the state, position and velocity; the others are slaved to
 them. A chain of jumps that fails is undone by the search.
@@ -27,16 +26,22 @@ from stickslip.numerics.periodic.convergence import (
     distance,
     reach,
 )
+from stickslip.numerics.periodic.ratios import (
+    BEND,
+    CLEARANCE,
+    along,
+    alternates_inwards,
+    contraction,
+    length_of,
+    note_ratio,
+    stands_out,
+)
+from stickslip.numerics.periodic.spirals import middle_of_spiral
 
-# A ratio is measured where displacements are this many times the noise of the map, taken for one
-# tolerance of the integrator, and believed where the noise blurs its distance from 1 by no more
-# than this part; it is steady if it changes by no more than that. Growth must stand out more: where
-# it is mistaken the jumps are undone, and plain iteration takes hundreds of periods.
-_CLEARANCE = 30.0
-_CLEARANCE_OF_GROWTH = 300.0
-_BLUR = 0.3
+# A ratio is steady if it changes by no more than this part of its distance from 1. One known to
+# contract without being seen to changes by no more than these, along a line.
 _STEADY = 0.3
-_BEND = 0.3
+_UNSTEADY, _STRAIGHT = 0.05, 0.05
 
 # Ratios above this are not trusted with a jump: an extrapolation to a hundred displacements.
 _LARGEST_RATIO = 0.99
@@ -73,113 +78,12 @@ _SHORTFALL = 0.01
 # From this distance on the finer tolerance is taken.
 _COARSE = 1e-4
 
-# Where the caller has known for so many applications that no motions part, an alternation with a
-# ratio up to this one leads to the middle, and one that is as slow as the last
-# number or slower contracts all the same, however little of it can be seen.
-_FASTEST_KNOWN, _SLOWEST_KNOWN = -0.5, -1.05
-_SLOWEST_ALTERNATION = -1.0 + 1e-6
-# On a spiral, too, two displacements may be opposite: three of them must lie along a line.
-_UNSTEADY, _STRAIGHT = 0.05, 0.05
-_LARGEST_DETERMINANT = 1.0 - 1e-6
-_KNOWN_FOR = 4
-
 # A spiral: cycles that it may lead to, how many of them its displacements span (more where it turns
-# slowly), the least angle between these (as a sine), the part of the way to the limit by which
-# their map may miss the newest one; and the applications for which it must more or less hold
-# before the first jump: a film that freezes every third period is on a spiral in between.
+# slowly), and the applications for which it must more or less hold before the first jump: a film
+# that freezes every third period is on a spiral in between.
 _CYCLES_OF_SPIRALS = 4
-_HELD, _MORE_OR_LESS = 16, 0.3
 _SPANS = (1, 4, 16)
-_LEAST_ANGLE = 0.05
-_MISSED = 0.3
-
-
-@inline
-def _length(way: tuple[float, float]) -> float:
-    return max(abs(way[0]), abs(way[1]))
-
-
-@inline
-def _along(way: tuple[float, float], image: tuple[float, float]) -> float:
-    """The component of `way` that is the larger one of `image`.
-
-    The map wipes out all but the slow mode, so images differ along it. A landing after a jump may
-    lie off it, by a velocity that is forgotten at once and must not count.
-    """
-    return way[0] if abs(image[0]) >= abs(image[1]) else way[1]
-
-
-@inline
-def _contraction(newer: tuple[float, float], older: tuple[float, float]) -> tuple[float, float]:
-    """Signed ratio of two displacements along the newer one, and how far they are from parallel."""
-    ratio = _along(newer, newer) / _along(older, newer)
-    across = max(abs(newer[0] - ratio * older[0]), abs(newer[1] - ratio * older[1]))
-    return ratio, across / _length(newer)
-
-
-@inline
-def _clear(ratio: float, length: float, noise: float) -> bool:
-    """Whether a ratio measured on displacements of this length can be told from 1."""
-    clearance = _CLEARANCE if abs(ratio) < 1.0 else _CLEARANCE_OF_GROWTH
-    return noise <= min(_BLUR * abs(1.0 - abs(ratio)), 1.0 / clearance) * length
-
-
-@inline
-def known_to_contract(memory: Any) -> bool:
-    """Whether the caller has known for a while that no motions part."""
-    return bool(memory.contracting >= _KNOWN_FOR)
-
-
-@inline
-def _alternates_inwards(
-    memory: Any, ratio: float, bend: float, length: float, noise: float
-) -> bool:
-    """Whether an alternation is known to contract without being seen to."""
-    near = _SLOWEST_KNOWN <= ratio <= _FASTEST_KNOWN and bend <= _BEND
-    return known_to_contract(memory) and memory.plain == 0 and near and noise <= length
-
-
-@jit
-def _note_ratio(
-    memory: Any,
-    cycle: int,
-    newer: tuple[float, float],
-    older: tuple[float, float],
-    noise: float,
-) -> None:
-    """Remember the contraction by `cycle` applications where it stands out from the noise.
-
-    A growth is forgotten as soon as there is contraction, clear or not: it belonged to a bend of
-    the map that the sequence has left behind.
-    """
-    ratio, bend = _contraction(newer, older)
-    length = abs(_along(older, newer))
-    if cycle == 1 and _alternates_inwards(memory, ratio, bend, length, noise):
-        memory.ratios[0] = max(ratio, _SLOWEST_ALTERNATION)
-        return
-    if abs(ratio) >= 1.0 and known_to_contract(memory):
-        return
-    better = abs(ratio) < 1.0 <= abs(memory.ratios[cycle - 1])
-    if _clear(ratio, length, noise) or (better and _CLEARANCE * noise <= length):
-        memory.ratios[cycle - 1] = ratio
-        if cycle == memory.aim:
-            length = _length(newer)
-            memory.slow[0], memory.slow[1] = newer[0] / length, newer[1] / length
-
-
-@jit
-def note_ratios(memory: Any, noise: float) -> None:
-    """Remember the ratios of contraction of all cycles where they stand out from the noise."""
-    newest = memory.newest
-    for cycle in range(1, memory.longest_cycle + 1):
-        if 2 * cycle <= newest:
-            _note_ratio(
-                memory,
-                cycle,
-                displacement(memory, newest, newest - cycle),
-                displacement(memory, newest - cycle, newest - 2 * cycle),
-                noise,
-            )
+_HELD = 16
 
 
 @inline
@@ -213,17 +117,17 @@ def _steady(memory: Any, newest: int, cycle: int, noise: float) -> bool:
     oldest = displacement(memory, newest - 2 * cycle, newest - 3 * cycle)
     before = displacement(memory, newest - cycle, newest - 2 * cycle)
     last = displacement(memory, newest, newest - cycle)
-    earlier, _ = _contraction(before, oldest)
-    ratio, bend = _contraction(last, before)
+    earlier, _ = contraction(before, oldest)
+    ratio, bend = contraction(last, before)
     room = min(1.0 - abs(ratio), abs(ratio))
-    inwards = cycle == 1 and _alternates_inwards(memory, ratio, bend, _length(before), noise)
+    inwards = cycle == 1 and alternates_inwards(memory, ratio, bend, length_of(before), noise)
     if inwards and _slaved(memory, newest, 1):
         return abs(ratio - earlier) <= _UNSTEADY and bend <= _STRAIGHT
-    steady = abs(ratio - earlier) <= _STEADY * room and bend <= _BEND
+    steady = abs(ratio - earlier) <= _STEADY * room and bend <= BEND
     if steady and ratio < 0.0:
         steady = _alternates(memory, newest, cycle, ratio, _STEADY * room)
-    clear = _clear(ratio, _length(before), noise)
-    return steady and clear and _slow(ratio, cycle) and _length(last) <= memory.calm
+    clear = stands_out(ratio, length_of(before), noise)
+    return steady and clear and _slow(ratio, cycle) and length_of(last) <= memory.calm
 
 
 @inline
@@ -233,7 +137,7 @@ def _alternates(memory: Any, newest: int, cycle: int, ratio: float, blur: float)
         return False
     first = displacement(memory, newest - 3 * cycle, newest - 4 * cycle)
     second = displacement(memory, newest - 2 * cycle, newest - 3 * cycle)
-    begun, _ = _contraction(second, first)
+    begun, _ = contraction(second, first)
     return bool(abs(ratio - begun) <= blur)
 
 
@@ -253,7 +157,7 @@ def _slaved(memory: Any, newest: int, cycle: int) -> bool:
 def _apart(memory: Any, newest: int, cycle: int, length: float) -> bool:
     """Whether the points of the cycle are farther apart than the way `length` that remains."""
     for lag in range(1, cycle):
-        if not _length(displacement(memory, newest, newest - lag)) >= _APART * length:
+        if not length_of(displacement(memory, newest, newest - lag)) >= _APART * length:
             return False
     return True
 
@@ -282,11 +186,11 @@ def jump(memory: Any, tolerance: float, noise: float) -> tuple[float, float]:
         return _jump_inwards(memory, tolerance, noise)
     last = displacement(memory, newest, newest - cycle)
     if not followed:
-        length = _length(last)
+        length = length_of(last)
         memory.slow[0], memory.slow[1] = last[0] / length, last[1] / length
     slow = memory.slow[0], memory.slow[1]
     ratio = memory.ratios[cycle - 1]
-    amount = reach(ratio) * _along(last, slow) * _along(slow, slow)
+    amount = reach(ratio) * along(last, slow) * along(slow, slow)
     length = abs(amount)
     safe = ratio < 0.0 or length <= memory.longest_jump
     safe = safe and _slow(ratio, cycle) and _apart(memory, newest, cycle, length)
@@ -306,69 +210,25 @@ def _jump_inwards(memory: Any, tolerance: float, noise: float) -> tuple[float, f
             held = max(4 * span * cycle, 0 if memory.jumps > 0 else _HELD)
             if held > newest:
                 break
-            dx, dv, radius = _spiral(memory, newest, span * cycle, held, noise)
+            dx, dv, radius = middle_of_spiral(memory, newest, span * cycle, held, noise)
             radius = radius ** (1.0 / span)
-            length = _length((dx, dv))
+            length = length_of((dx, dv))
             part = 0.0
             if radius > 0.0 and _apart(memory, newest, cycle, length):
                 part = _part(memory, newest, cycle, radius, length)
             if part * length > _WORTH * tolerance:
                 last = displacement(memory, newest, newest - cycle)
-                memory.slow[0], memory.slow[1] = last[0] / _length(last), last[1] / _length(last)
+                memory.slow[0], memory.slow[1] = (
+                    last[0] / length_of(last),
+                    last[1] / length_of(last),
+                )
                 # What remains is so many times the last displacement, though not along it.
-                remains = length / _length(last)
+                remains = length / length_of(last)
                 memory.ratios[cycle - 1] = remains / (1.0 + remains)
                 _store_jump(memory, cycle, length, part)
                 memory.turning, memory.paired = cycle, 0
                 return part * dx, part * dv
     return 0.0, 0.0
-
-
-@jit
-def _spiral(
-    memory: Any, newest: int, lag: int, held: int, noise: float
-) -> tuple[float, float, float]:
-    """The way (dx, dv) to the middle of a spiral, and its contraction, 0 where there is none.
-
-    The map of displacements over `lag` applications from three of them, which those of so many
-    applications before must confirm. Whether it contracts is known, or must stand out from noise.
-    """
-    a = displacement(memory, newest - 3 * lag, newest - 4 * lag)
-    b = displacement(memory, newest - 2 * lag, newest - 3 * lag)
-    c = displacement(memory, newest - lag, newest - 2 * lag)
-    d = displacement(memory, newest, newest - lag)
-    area = a[0] * b[1] - a[1] * b[0]
-    lengths = _length(a), _length(b), _length(c), _length(d)
-    if not (_CLEARANCE * noise <= lengths[3] and lengths[3] <= memory.calm):
-        return 0.0, 0.0, 0.0
-    if not abs(area) >= _LEAST_ANGLE * lengths[0] * lengths[1]:
-        return 0.0, 0.0, 0.0
-    # The map that takes a to b and b to c.
-    xx, xv = (b[0] * b[1] - c[0] * a[1]) / area, (c[0] * a[0] - b[0] * b[0]) / area
-    vx, vv = (b[1] * b[1] - c[1] * a[1]) / area, (c[1] * a[0] - b[1] * b[0]) / area
-    determinant, trace = xx * vv - xv * vx, xx + vv
-    away = 1.0 - trace + determinant
-    contracting = memory.contracting >= 4 * lag
-    determinant = min(determinant, _LARGEST_DETERMINANT) if contracting else determinant
-    if not (4.0 * determinant > trace * trace and determinant < 1.0 and away > 0.0):
-        return 0.0, 0.0, 0.0
-    image = xx * d[0] + xv * d[1], vx * d[0] + vv * d[1]
-    way = (
-        ((1.0 - vv) * image[0] + xv * image[1]) / away,
-        (vx * image[0] + (1.0 - xx) * image[1]) / away,
-    )
-    for newer in range(newest - held + 2 * lag, newest + 1):
-        d = displacement(memory, newer, newer - lag)
-        c = displacement(memory, newer - lag, newer - 2 * lag)
-        missed = _length((d[0] - (xx * c[0] + xv * c[1]), d[1] - (vx * c[0] + vv * c[1])))
-        strictness = _MORE_OR_LESS
-        if newer == newest:
-            strictness = _MISSED / max(1.0, _length(way) / lengths[3])
-        if not missed <= strictness * _length(d):
-            return 0.0, 0.0, 0.0
-    radius = np.sqrt(determinant)
-    clear = contracting or _clear(radius, lengths[3], noise)
-    return way[0], way[1], radius if clear else 0.0
 
 
 @inline
@@ -394,9 +254,9 @@ def jump_failed(memory: Any, noise: float) -> bool:
     if aim == 0 or newest != aim:
         return False
     way = displacement(memory, newest, 0)
-    moved = abs(_along(way, (memory.slow[0], memory.slow[1])))
-    moved = _length(way) if memory.turning > 0 else moved
-    return not moved <= max(memory.residue, _CLEARANCE * noise)
+    moved = abs(along(way, (memory.slow[0], memory.slow[1])))
+    moved = length_of(way) if memory.turning > 0 else moved
+    return not moved <= max(memory.residue, CLEARANCE * noise)
 
 
 @jit
@@ -408,11 +268,11 @@ def _store_jump(memory: Any, cycle: int, length: float, part: float) -> None:
         for component in range(memory.states.shape[1]):
             memory.stored[component] = memory.states[newer, component]
         memory.stored_mirrored = memory.mirrored
-        memory.calm = 0.5 * _length(displacement(memory, newest, newest - cycle))
+        memory.calm = 0.5 * length_of(displacement(memory, newest, newest - cycle))
     memory.jumps, memory.turning = memory.jumps + 1, 0
     memory.aim, memory.common = cycle, _common_divisor(cycle, memory.common)
     slow = memory.slow[0], memory.slow[1]
-    shift = abs(_along(displacement(memory, newest, newest - cycle), slow))
+    shift = abs(along(displacement(memory, newest, newest - cycle), slow))
     memory.residue = (1.0 - 0.5 * part) * shift  # without the jump it would stay the same
     memory.longest_jump = min((1.0 - 0.5 * part) * length, memory.longest_jump)
     memory.gone = part * length
@@ -437,7 +297,7 @@ def compare_landing(memory: Any, noise: float) -> None:
     states, new = memory.states, newest % REMEMBERED
     before = states[0, 0] - memory.landing[0], states[0, 1] - memory.landing[1]
     after = states[new, 0] - memory.image[0], states[new, 1] - memory.image[1]
-    _note_ratio(memory, aim, after, before, noise)
+    note_ratio(memory, aim, after, before, noise)
 
 
 @jit

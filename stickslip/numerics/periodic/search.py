@@ -24,9 +24,7 @@ from stickslip.numerics.periodic.acceleration import (
     jump,
     jump_failed,
     jump_outran,
-    known_to_contract,
     nearly_repeats,
-    note_ratios,
 )
 from stickslip.numerics.periodic.convergence import (
     LONGEST_CYCLE,
@@ -39,6 +37,7 @@ from stickslip.numerics.periodic.convergence import (
     stalled,
     wanders,
 )
+from stickslip.numerics.periodic.ratios import known_to_contract, note_ratios
 
 GO_ON, JUMP, FINER, RESTORE, SETTLED, EXHAUSTED, WANDERING = range(7)
 """Verdicts: go on; add (dx, dv) to the scaled state; cut the tolerance of the integrator to a

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.maps import LIMIT, START, TOL, Map, State, find, linear, new_memory, pitchfork
 
-from stickslip.numerics.periodic import acceleration, search
+from stickslip.numerics.periodic import acceleration, ratios, search
 from stickslip.numerics.periodic.convergence import LONGEST_CYCLE, UNKNOWN
 
 NOISE = 1e-9
@@ -20,7 +20,7 @@ def after(S: Map, applications: int, z: State = START, per_period: int = 2):
     for n in range(1, applications + 1):
         z = S(z, 0.0)
         memory["states"][n], memory["newest"] = z, n
-        acceleration.note_ratios(memory, NOISE)
+        ratios.note_ratios(memory, NOISE)
     return memory
 
 
@@ -50,7 +50,7 @@ def test_a_ratio_that_noise_could_have_made_is_not_noted() -> None:
     for n, z in enumerate((START, still, START), 0):
         memory["states"][n] = z
     memory["newest"] = 2
-    acceleration.note_ratios(memory, 1e-6)
+    ratios.note_ratios(memory, 1e-6)
     assert np.all(memory["ratios"][: memory["longest_cycle"]] == UNKNOWN)
     assert len(memory["ratios"]) == LONGEST_CYCLE
 

@@ -1,0 +1,113 @@
+"""Ratios at which a sequence contracts, from displacements of its states that differ enough."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stickslip.compiled.decorators import inline, jit
+from stickslip.numerics.periodic.convergence import displacement
+
+# A ratio is measured where displacements are this many times the noise of the map, taken for one
+# tolerance of the integrator, and believed where the noise blurs its distance from 1 by no more
+# than this part. Growth must stand out more: where it is mistaken the jumps are undone, and plain
+# iteration takes hundreds of periods.
+CLEARANCE = 30.0
+_CLEARANCE_OF_GROWTH = 300.0
+_BLUR = 0.3
+
+# How far two displacements may be from parallel, as a part of the newer one.
+BEND = 0.3
+
+# Where the caller has known for so many applications that no motions part, an alternation with a
+# ratio up to the first one leads to the middle, and one with a ratio down to the second contracts
+# all the same, however little of it can be seen: it counts as the last.
+_KNOWN_FOR = 4
+_FASTEST_KNOWN, _SLOWEST_KNOWN = -0.5, -1.05
+_SLOWEST_ALTERNATION = -1.0 + 1e-6
+
+
+@inline
+def length_of(way: tuple[float, float]) -> float:
+    """Of a displacement: the larger one of its two components."""
+    return max(abs(way[0]), abs(way[1]))
+
+
+@inline
+def along(way: tuple[float, float], image: tuple[float, float]) -> float:
+    """The component of `way` that is the larger one of `image`.
+
+    The map wipes out all but the slow mode, so images differ along it. A landing after a jump may
+    lie off it, by a velocity that is forgotten at once and must not count.
+    """
+    return way[0] if abs(image[0]) >= abs(image[1]) else way[1]
+
+
+@inline
+def contraction(newer: tuple[float, float], older: tuple[float, float]) -> tuple[float, float]:
+    """Signed ratio of two displacements along the newer one, and how far they are from parallel."""
+    ratio = along(newer, newer) / along(older, newer)
+    across = max(abs(newer[0] - ratio * older[0]), abs(newer[1] - ratio * older[1]))
+    return ratio, across / length_of(newer)
+
+
+@inline
+def stands_out(ratio: float, length: float, noise: float) -> bool:
+    """Whether a ratio measured on displacements of this length can be told from 1."""
+    clearance = CLEARANCE if abs(ratio) < 1.0 else _CLEARANCE_OF_GROWTH
+    return noise <= min(_BLUR * abs(1.0 - abs(ratio)), 1.0 / clearance) * length
+
+
+@inline
+def known_to_contract(memory: Any) -> bool:
+    """Whether the caller has known for a while that no motions part."""
+    return bool(memory.contracting >= _KNOWN_FOR)
+
+
+@inline
+def alternates_inwards(memory: Any, ratio: float, bend: float, length: float, noise: float) -> bool:
+    """Whether an alternation is known to contract without being seen to."""
+    near = _SLOWEST_KNOWN <= ratio <= _FASTEST_KNOWN and bend <= BEND
+    return known_to_contract(memory) and memory.plain == 0 and near and noise <= length
+
+
+@jit
+def note_ratio(
+    memory: Any,
+    cycle: int,
+    newer: tuple[float, float],
+    older: tuple[float, float],
+    noise: float,
+) -> None:
+    """Remember the contraction by `cycle` applications where it stands out from the noise.
+
+    A growth is forgotten as soon as there is contraction, clear or not: it belonged to a bend of
+    the map that the sequence has left behind.
+    """
+    ratio, bend = contraction(newer, older)
+    length = abs(along(older, newer))
+    if cycle == 1 and alternates_inwards(memory, ratio, bend, length, noise):
+        memory.ratios[0] = max(ratio, _SLOWEST_ALTERNATION)
+        return
+    if abs(ratio) >= 1.0 and known_to_contract(memory):
+        return
+    better = abs(ratio) < 1.0 <= abs(memory.ratios[cycle - 1])
+    if stands_out(ratio, length, noise) or (better and CLEARANCE * noise <= length):
+        memory.ratios[cycle - 1] = ratio
+        if cycle == memory.aim:
+            length = length_of(newer)
+            memory.slow[0], memory.slow[1] = newer[0] / length, newer[1] / length
+
+
+@jit
+def note_ratios(memory: Any, noise: float) -> None:
+    """Remember the ratios of contraction of all cycles where they stand out from the noise."""
+    newest = memory.newest
+    for cycle in range(1, memory.longest_cycle + 1):
+        if 2 * cycle <= newest:
+            note_ratio(
+                memory,
+                cycle,
+                displacement(memory, newest, newest - cycle),
+                displacement(memory, newest - cycle, newest - 2 * cycle),
+                noise,
+            )

@@ -1,0 +1,69 @@
+"""The middle of a spiral: of a sequence that turns while it contracts, or while it closes in.
+
+Two displacements and their images tell the map of both components, and the secant step to the limit
+is Newton's with that map.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from stickslip.compiled.decorators import jit
+from stickslip.numerics.periodic.convergence import displacement
+from stickslip.numerics.periodic.ratios import CLEARANCE, length_of, stands_out
+
+# The least angle between displacements, as a sine; the part of the way to the limit by which their
+# map may miss the newest one, and that by which it may miss those before.
+_LEAST_ANGLE = 0.05
+_MISSED, _MORE_OR_LESS = 0.3, 0.3
+
+# What is known to contract does so by this much at least.
+_LARGEST_DETERMINANT = 1.0 - 1e-6
+
+
+@jit
+def middle_of_spiral(
+    memory: Any, newest: int, lag: int, held: int, noise: float
+) -> tuple[float, float, float]:
+    """The way (dx, dv) to the middle of a spiral, and its contraction, 0 where there is none.
+
+    The map of displacements over `lag` applications from three of them, which those of so many
+    applications before must confirm. Whether it contracts is known, or must stand out from noise.
+    """
+    a = displacement(memory, newest - 3 * lag, newest - 4 * lag)
+    b = displacement(memory, newest - 2 * lag, newest - 3 * lag)
+    c = displacement(memory, newest - lag, newest - 2 * lag)
+    d = displacement(memory, newest, newest - lag)
+    area = a[0] * b[1] - a[1] * b[0]
+    lengths = length_of(a), length_of(b), length_of(c), length_of(d)
+    if not (CLEARANCE * noise <= lengths[3] and lengths[3] <= memory.calm):
+        return 0.0, 0.0, 0.0
+    if not abs(area) >= _LEAST_ANGLE * lengths[0] * lengths[1]:
+        return 0.0, 0.0, 0.0
+    # The map that takes a to b and b to c.
+    xx, xv = (b[0] * b[1] - c[0] * a[1]) / area, (c[0] * a[0] - b[0] * b[0]) / area
+    vx, vv = (b[1] * b[1] - c[1] * a[1]) / area, (c[1] * a[0] - b[1] * b[0]) / area
+    determinant, trace = xx * vv - xv * vx, xx + vv
+    away = 1.0 - trace + determinant
+    contracting = memory.contracting >= 4 * lag
+    determinant = min(determinant, _LARGEST_DETERMINANT) if contracting else determinant
+    if not (4.0 * determinant > trace * trace and determinant < 1.0 and away > 0.0):
+        return 0.0, 0.0, 0.0
+    image = xx * d[0] + xv * d[1], vx * d[0] + vv * d[1]
+    way = (
+        ((1.0 - vv) * image[0] + xv * image[1]) / away,
+        (vx * image[0] + (1.0 - xx) * image[1]) / away,
+    )
+    for newer in range(newest - held + 2 * lag, newest + 1):
+        d = displacement(memory, newer, newer - lag)
+        c = displacement(memory, newer - lag, newer - 2 * lag)
+        missed = length_of((d[0] - (xx * c[0] + xv * c[1]), d[1] - (vx * c[0] + vv * c[1])))
+        strictness = _MORE_OR_LESS
+        if newer == newest:
+            strictness = _MISSED / max(1.0, length_of(way) / lengths[3])
+        if not missed <= strictness * length_of(d):
+            return 0.0, 0.0, 0.0
+    radius = math.sqrt(determinant)
+    clear = contracting or stands_out(radius, lengths[3], noise)
+    return way[0], way[1], radius if clear else 0.0
