@@ -167,9 +167,9 @@ class Orbits(NamedTuple):
     `begins` (n, width + 1) states on them, in units of their own; `coarse` (n, RECORD) at the
     coarser tolerance; `symmetric` (n,); `spreads` (n, 2) of stress and force in SI units;
     `multipliers` (n,); `slopes` (n, EXTREMA, width) of the extrema over the state at the begin;
-    `offsets` (n, width) of the state from the orbit, and `shifts` (n, width) of the orbit between
-    the two tolerances, both a cycle later, when what is fast has been forgotten; `cusped` (n,),
-    whether the law of friction has a cusp.
+    `offsets` (n, width) of the state from the orbit, NaN where it left it, and `shifts` (n, width)
+    of the orbit between the two tolerances, both a cycle later, when what is fast has been
+    forgotten; `cusped` (n,), whether the law of friction has a cusp.
     """
 
     begins: np.ndarray

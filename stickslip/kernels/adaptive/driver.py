@@ -51,6 +51,10 @@ from stickslip.variables import RESULT_COLUMNS
 _MOST_CORRECTIONS = 2
 _LONGEST_CORRECTION = 100.0
 
+# A state that comes back farther from where it began, in units of the scaled motion, was not near
+# the orbit: at a loose tolerance a film can miss the moment in which it freezes.
+_ELSEWHERE = 1e-2
+
 # Wandering motions are watched with this part of the tolerance, but not more finely than this for
 # its own sake.
 _WATCHED_PART, _WATCHED = 1e-2, 1e-8
@@ -219,6 +223,8 @@ def _measure(
     )
     missed, others_missed = ended - begun, others_ended - others_begun
     offsets = rest_points(near.maps, missed) - missed
+    if not again:  # the motion may have gone elsewhere, and the cycle after it show nothing
+        offsets[np.abs(missed[:, :2]).max(axis=1) > _ELSEWHERE] = np.nan
     others_offsets = rest_points(near.maps, others_missed) - others_missed
     cusped = np.empty(len(points), dtype=bool)
     conversion.cusp_kernel(physics.friction)(points, cusped)
@@ -245,7 +251,7 @@ def _off_the_orbit(
     """
     off, relaxing = np.zeros(len(points), dtype=bool), options.strain == RELAXING
     conversion.write_off_the_orbit(points, queue, orbits, options.settings().rtol, relaxing, off)
-    return np.flatnonzero(off)
+    return np.flatnonzero(off & ~np.isnan(orbits.offsets[:, 0]))
 
 
 def _corrected(

@@ -78,12 +78,10 @@ _SHORTFALL = 0.01
 # From this distance on the finer tolerance is taken.
 _COARSE = 1e-4
 
-# A spiral: cycles that it may lead to, how many of them its displacements span (more where it turns
-# slowly), and the applications for which it must more or less hold before the first jump: a film
-# that freezes every third period is on a spiral in between.
+# A spiral: cycles that it may lead to, and how many of them its displacements span (more where it
+# turns slowly).
 _CYCLES_OF_SPIRALS = 4
 _SPANS = (1, 4, 16)
-_HELD = 16
 
 
 @inline
@@ -207,10 +205,9 @@ def _jump_inwards(memory: Any, tolerance: float, noise: float) -> tuple[float, f
     newest = memory.newest
     for span in _SPANS:
         for cycle in range(1, _CYCLES_OF_SPIRALS + 1):
-            held = max(4 * span * cycle, 0 if memory.jumps > 0 else _HELD)
-            if held > newest:
+            if 4 * span * cycle > newest:
                 break
-            dx, dv, radius = middle_of_spiral(memory, newest, span * cycle, held, noise)
+            dx, dv, radius = middle_of_spiral(memory, newest, span * cycle, noise)
             radius = radius ** (1.0 / span)
             length = length_of((dx, dv))
             part = 0.0

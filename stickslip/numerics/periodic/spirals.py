@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from stickslip.compiled.decorators import jit
+from stickslip.compiled.decorators import inline, jit
 from stickslip.numerics.periodic.convergence import displacement
 from stickslip.numerics.periodic.ratios import CLEARANCE, length_of, stands_out
 
@@ -18,18 +18,32 @@ from stickslip.numerics.periodic.ratios import CLEARANCE, length_of, stands_out
 _LEAST_ANGLE = 0.05
 _MISSED, _MORE_OR_LESS = 0.3, 0.3
 
+# Before the first jump a spiral has shrunk by this factor, or is followed for so many applications:
+# a film that freezes every now and then is on one in between, which does not lead to the limit.
+_SHRUNK = 30.0
+_LONGEST_HELD = 64.0
+
 # What is known to contract does so by this much at least.
 _LARGEST_DETERMINANT = 1.0 - 1e-6
 
 
+@inline
+def _held(memory: Any, lag: int, determinant: float) -> int:
+    """Applications for which a spiral must have been followed before a jump to its middle."""
+    if memory.jumps > 0:
+        return 4 * lag
+    shrunk = min(_LONGEST_HELD, 2.0 * lag * math.log(_SHRUNK) / -math.log(determinant))
+    return max(4 * lag, math.ceil(shrunk))
+
+
 @jit
 def middle_of_spiral(
-    memory: Any, newest: int, lag: int, held: int, noise: float
+    memory: Any, newest: int, lag: int, noise: float
 ) -> tuple[float, float, float]:
     """The way (dx, dv) to the middle of a spiral, and its contraction, 0 where there is none.
 
-    The map of displacements over `lag` applications from three of them, which those of so many
-    applications before must confirm. Whether it contracts is known, or must stand out from noise.
+    The map of displacements over `lag` applications from three of them, which those `_held` before
+    must confirm. Whether it contracts is known, or must stand out from noise.
     """
     a = displacement(memory, newest - 3 * lag, newest - 4 * lag)
     b = displacement(memory, newest - 2 * lag, newest - 3 * lag)
@@ -49,6 +63,9 @@ def middle_of_spiral(
     contracting = memory.contracting >= 4 * lag
     determinant = min(determinant, _LARGEST_DETERMINANT) if contracting else determinant
     if not (4.0 * determinant > trace * trace and determinant < 1.0 and away > 0.0):
+        return 0.0, 0.0, 0.0
+    held = _held(memory, lag, determinant)
+    if held > newest:
         return 0.0, 0.0, 0.0
     image = xx * d[0] + xv * d[1], vx * d[0] + vv * d[1]
     way = (

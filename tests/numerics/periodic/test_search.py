@@ -158,7 +158,7 @@ def test_a_spiral_too_slow_to_be_seen_contracting_is_followed_where_it_is_known_
     turn = (1.0 - 1e-7) * np.array(
         [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]
     )
-    for _ in range(30):
+    for _ in range(80):
         z[:2] = LIMIT[:2] + turn @ (z[:2] - LIMIT[:2])
         search.limit_jumps(memory, np.inf, contracting)
         _verdict, dx, dv = search.judge(memory, tuple(z.tolist()), TOL, 1e-6, 2000)
@@ -181,18 +181,19 @@ def test_an_alternation_without_end_goes_to_its_middle_where_it_is_known_to_cont
     assert away < 1e-4 if contracting else away > 0.1
 
 
-def test_a_film_that_freezes_every_third_period_is_on_no_spiral(per_period: int) -> None:
+@pytest.mark.parametrize("every", [6, 20])
+def test_a_film_that_freezes_now_and_then_is_on_no_spiral(per_period: int, every: int) -> None:
     memory, z = new_memory(START, per_period), np.array(START)
-    turn = 0.95 * np.array([[np.cos(0.7), np.sin(0.7)], [-np.sin(0.7), np.cos(0.7)]])
-    for step in range(60):
-        z[:2] = START[:2] if step % 6 == 0 else LIMIT[:2] + turn @ (z[:2] - LIMIT[:2])
+    turn = 0.89 * np.array([[np.cos(0.7), np.sin(0.7)], [-np.sin(0.7), np.cos(0.7)]])
+    for step in range(200):
+        z[:2] = START[:2] if step % every == 0 else LIMIT[:2] + turn @ (z[:2] - LIMIT[:2])
         search.limit_jumps(memory, np.inf, True)
         verdict, dx, dv = search.judge(memory, tuple(z.tolist()), TOL, 1e-6, 2000)
         assert (dx, dv) == (0.0, 0.0)
         if verdict == search.SETTLED:
             break
     assert verdict == search.SETTLED
-    assert search.found(memory)[0] == 6
+    assert search.found(memory)[0] == every
 
 
 def test_a_cycle_of_more_than_thirty_two_periods_wanders(find: Find, per_period: int) -> None:
