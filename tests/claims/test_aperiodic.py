@@ -91,6 +91,16 @@ def test_what_neither_contracts_nor_closes_has_a_verdict_soon() -> None:
     assert found.amplitude_error < 1.0
 
 
+def test_a_wandering_motion_is_watched_and_not_its_mirror_image() -> None:
+    # Where the film freezes on the border of two drive periods, as it does in the mirror image,
+    # both have a large amplitude: their mean is 1.07 MPa there.
+    film = point((185.61907567081374, 230.4704096204356, 2459.5667495459797, -0.5634201929752253,
+                  14.966767547866391))  # fmt: skip
+    found = orbits(film)
+    assert found.status == Status.APERIODIC
+    assert found.elastic_stress_amplitude == pytest.approx(0.5997e6, rel=2e-3)
+
+
 def test_an_orbit_that_closes_after_more_than_thirty_two_periods_is_periodic() -> None:
     found = orbits(point((163.2, 2975, 8529, -0.772, 35.459)))
     assert (found.status, found.regime) == (Status.OK, Regime.SUBHARMONIC)

@@ -215,8 +215,8 @@ def wanders(memory: Any, newest: int, tolerance: float, noise: float, due: bool)
     is `due`, only what approaches a cycle without exception goes on: neither what leaves one nor
     what stays near one without closing.
     """
-    watched = _WATCHED_PERIODS * memory.per_period
-    if newest < max(watched, memory.patience) or newest % (watched // 2) != 0:
+    watched, periods = _WATCHED_PERIODS * memory.per_period, newest // memory.per_period
+    if newest < max(watched, memory.patience) or periods % (_WATCHED_PERIODS // 2) != 0:
         return False
     blur = max(_NOISE_ALLOWED * noise, tolerance)
     for cycle in range(1, min(memory.longest_cycle, SOONEST_CYCLE) + 1):

@@ -205,9 +205,9 @@ def judge(
     verdict, dx, dv = _proceed(memory, z, tolerance, noise)
     due = memory.applications >= min(_DUE_PERIODS * memory.per_period, budget // 2)
     late = due or memory.patience > 0
-    if verdict == GO_ON and wanders(memory, memory.newest, tolerance, noise, late):
-        verdict = WANDERING
-    return verdict, dx, dv
+    # Not in the mirror image: the amplitudes of single periods depend on where these begin.
+    in_sight = memory.mirrored > 0 or not wanders(memory, memory.newest, tolerance, noise, late)
+    return (verdict if verdict != GO_ON or in_sight else WANDERING), dx, dv
 
 
 @inline
