@@ -79,8 +79,8 @@ def _coverage(film: tuple[float, ...], count: int) -> dict[str, Any]:
     """How often the mean over a window is off by no more than stated, for windows of each length.
 
     The windows are those of as many starts a thousandth of the drive's amplitude apart, forgotten
-    before they begin; the true mean is that of all windows of the longest kind. Starts that end on a
-    cycle are no windows.
+    before they begin; the true mean is that of all windows of the longest kind. Starts that end on
+    a cycle are no windows.
     """
     names = (*Parameters._fields[:3], "rheological_index", "angular_frequency")
     p = Parameters(**dict(zip(names, film, strict=True)))
