@@ -172,6 +172,26 @@ def test_a_spiral_between_two_freezings_is_not_followed_to_its_middle() -> None:
         assert found["orbit_periods"] == 3
 
 
+# T, k, K, gamma, omega, x_0, and what plain iteration ends on: periods and stress [Pa]. The first
+# was led to an orbit whose neighbourhood it leaves again and again, by a spiral along which its
+# order parameter still changed; in the others, on their way to a cycle of many periods, a second
+# jump hid that the film froze after the first.
+AMONG_SEVERAL = [
+    ((178.923610, 20046.7415, 3425.26162, -0.825771922, 35.2382373), 5.77980163e-7, 20, 5.499e6),
+    ((180.190771, 12834.7111, 1610.63914, -0.791117618, 46.6331066), -2.32276372e-7, 10, 2.703e6),
+    ((209.946578, 10885.1524, 1403.39184, -0.835851364, 34.4892191), 3.67328247e-7, 10, 2.092e6),
+]
+
+
+@pytest.mark.parametrize(("values", "x0", "periods", "stress"), AMONG_SEVERAL)
+def test_a_jump_ends_on_the_orbit_of_plain_iteration_where_there_are_several(
+    values: tuple[float, ...], x0: float, periods: int, stress: float
+) -> None:
+    found = stationary_orbit(Parameters(*values, initial_displacement=x0))
+    assert found.orbit_periods == periods
+    assert found.elastic_stress_amplitude == pytest.approx(stress, rel=1e-3)
+
+
 # Parameters far from the paper's: plain iteration drifts through 8.4e-7 of X_m a period.
 DRIFTING = {
     "temperature": 107.0181604817574,

@@ -36,7 +36,7 @@ from stickslip.numerics.periodic.ratios import (
     note_ratio,
     stands_out,
 )
-from stickslip.numerics.periodic.spirals import middle_of_spiral
+from stickslip.numerics.periodic.spirals import held_for, middle_of_spiral
 
 # A ratio is steady if it changes by no more than this part of its distance from 1. One known to
 # contract without being seen to changes by no more than these, along a line.
@@ -119,7 +119,7 @@ def _steady(memory: Any, newest: int, cycle: int, noise: float) -> bool:
     ratio, bend = contraction(last, before)
     room = min(1.0 - abs(ratio), abs(ratio))
     inwards = cycle == 1 and alternates_inwards(memory, ratio, bend, length_of(before), noise)
-    if inwards and _slaved(memory, newest, 1):
+    if inwards and _slaved(memory, newest, 1, 3):
         return abs(ratio - earlier) <= _UNSTEADY and bend <= _STRAIGHT
     steady = abs(ratio - earlier) <= _STEADY * room and bend <= BEND
     if steady and ratio < 0.0:
@@ -140,9 +140,9 @@ def _alternates(memory: Any, newest: int, cycle: int, ratio: float, blur: float)
 
 
 @inline
-def _slaved(memory: Any, newest: int, cycle: int) -> bool:
-    """Whether what a jump does not move was the same at the last passages, four at most."""
-    for lag in range(cycle, min(3 * cycle, newest) + 1, cycle):
+def _slaved(memory: Any, newest: int, cycle: int, longest: int) -> bool:
+    """Whether what a jump does not move was the same at the passages of `longest` applications."""
+    for lag in range(cycle, min(longest, newest) + 1, cycle):
         for component in range(2, memory.states.shape[1]):
             moved = memory.states[(newest - lag) % REMEMBERED, component]
             moved -= memory.states[newest % REMEMBERED, component]
@@ -161,9 +161,9 @@ def _apart(memory: Any, newest: int, cycle: int, length: float) -> bool:
 
 
 @inline
-def _part(memory: Any, newest: int, cycle: int, ratio: float, length: float) -> float:
+def _part(memory: Any, slaved: bool, ratio: float, length: float) -> float:
     """The part of the remaining way `length` that a jump is to go; 0 for no jump."""
-    if not _slaved(memory, newest, cycle):
+    if not slaved:
         free = memory.allowed == np.inf
         return _HALF_WAY if free and abs(ratio) >= _SLOWEST_PART else 0.0
     whole = 1.0 if memory.jumps > 0 else 1.0 - _SHORTFALL
@@ -192,7 +192,8 @@ def jump(memory: Any, tolerance: float, noise: float) -> tuple[float, float]:
     length = abs(amount)
     safe = ratio < 0.0 or length <= memory.longest_jump
     safe = safe and _slow(ratio, cycle) and _apart(memory, newest, cycle, length)
-    part = _part(memory, newest, cycle, ratio, length)
+    slaved = _slaved(memory, newest, cycle, 3 * cycle)
+    part = _part(memory, slaved, ratio, length)
     if not (safe and part * length > _WORTH * tolerance):
         return 0.0, 0.0
     _store_jump(memory, cycle, length, part)
@@ -212,7 +213,9 @@ def _jump_inwards(memory: Any, tolerance: float, noise: float) -> tuple[float, f
             length = length_of((dx, dv))
             part = 0.0
             if radius > 0.0 and _apart(memory, newest, cycle, length):
-                part = _part(memory, newest, cycle, radius, length)
+                held = held_for(memory, span * cycle, radius**span)
+                slaved = _slaved(memory, newest, cycle, held)
+                part = _part(memory, slaved, radius, length)
             if part * length > _WORTH * tolerance:
                 last = displacement(memory, newest, newest - cycle)
                 memory.slow[0], memory.slow[1] = (

@@ -237,6 +237,8 @@ def _undo(memory: Any, failures: int) -> tuple[int, float, float]:
 def _proceed(memory: Any, z: Vector, tolerance: float, noise: float) -> tuple[int, float, float]:
     """Jump, take the finer tolerance, or both, or just go on."""
     newest = memory.newest
+    if memory.jumps > 0 and newest < memory.aim:  # the last jump is not judged yet
+        return GO_ON, 0.0, 0.0
     finer = False
     if memory.fineness == 0:
         near = memory.plain == 0 and nearly_repeats(memory, newest, tolerance)

@@ -28,11 +28,14 @@ _LARGEST_DETERMINANT = 1.0 - 1e-6
 
 
 @inline
-def _held(memory: Any, lag: int, determinant: float) -> int:
-    """Applications for which a spiral must have been followed before a jump to its middle."""
+def held_for(memory: Any, lag: int, radius: float) -> int:
+    """Applications for which a spiral must have been followed before a jump to its middle.
+
+    It contracts by `radius` over `lag` applications.
+    """
     if memory.jumps > 0:
         return 4 * lag
-    shrunk = min(_LONGEST_HELD, 2.0 * lag * math.log(_SHRUNK) / -math.log(determinant))
+    shrunk = min(_LONGEST_HELD, lag * math.log(_SHRUNK) / -math.log(radius))
     return max(4 * lag, math.ceil(shrunk))
 
 
@@ -42,8 +45,8 @@ def middle_of_spiral(
 ) -> tuple[float, float, float]:
     """The way (dx, dv) to the middle of a spiral, and its contraction, 0 where there is none.
 
-    The map of displacements over `lag` applications from three of them, which those `_held` before
-    must confirm. Whether it contracts is known, or must stand out from noise.
+    The map of displacements over `lag` applications from three of them, which those `held_for` so
+    many must confirm. Whether it contracts is known, or must stand out from noise.
     """
     a = displacement(memory, newest - 3 * lag, newest - 4 * lag)
     b = displacement(memory, newest - 2 * lag, newest - 3 * lag)
@@ -64,7 +67,8 @@ def middle_of_spiral(
     determinant = min(determinant, _LARGEST_DETERMINANT) if contracting else determinant
     if not (4.0 * determinant > trace * trace and determinant < 1.0 and away > 0.0):
         return 0.0, 0.0, 0.0
-    held = _held(memory, lag, determinant)
+    radius = math.sqrt(determinant)
+    held = held_for(memory, lag, radius)
     if held > newest:
         return 0.0, 0.0, 0.0
     image = xx * d[0] + xv * d[1], vx * d[0] + vv * d[1]
@@ -81,6 +85,5 @@ def middle_of_spiral(
             strictness = _MISSED / max(1.0, length_of(way) / lengths[3])
         if not missed <= strictness * length_of(d):
             return 0.0, 0.0, 0.0
-    radius = math.sqrt(determinant)
     clear = contracting or stands_out(radius, lengths[3], noise)
     return way[0], way[1], radius if clear else 0.0

@@ -169,6 +169,15 @@ def test_after_a_jump_that_outran_the_film_the_next_one_is_half_as_long() -> Non
     assert memory["stride"] == pytest.approx(0.005)
 
 
+@pytest.mark.parametrize(("aim", "judged"), [(3, True), (5, False)])
+def test_a_jump_is_judged_before_the_next_one(aim: int, judged: bool) -> None:
+    S, z = linear(-0.9, fast=0.0), (0.9, 0.04, LIMIT[2])
+    memory = after(S, 3, z)
+    memory["jumps"], memory["aim"], memory["residue"] = 1, aim, np.inf
+    verdict = search.judge(memory, S(tuple(newest(memory)), 0.0), TOL, NOISE, 1000)[0]
+    assert (verdict != search.GO_ON) == judged
+
+
 def test_the_ratio_between_two_landings_is_noted() -> None:
     memory = after(linear(-0.9, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
     acceleration.jump(memory, TOL, NOISE)
