@@ -79,7 +79,8 @@ _SHORTFALL = 0.01
 _COARSE = 1e-4
 
 # A spiral: cycles that it may lead to, and how many of them its displacements span (more where it
-# turns slowly).
+# turns slowly). One that shrinks faster than a slow part is followed to its end: it costs as few
+# applications, and a few displacements of any transient look like it.
 _CYCLES_OF_SPIRALS = 4
 _SPANS = (1, 4, 16)
 
@@ -212,7 +213,7 @@ def _jump_inwards(memory: Any, tolerance: float, noise: float) -> tuple[float, f
             radius = radius ** (1.0 / span)
             length = length_of((dx, dv))
             part = 0.0
-            if radius > 0.0 and _apart(memory, newest, cycle, length):
+            if radius >= _SLOWEST_PART and _apart(memory, newest, cycle, length):
                 held = held_for(memory, span * cycle, radius**span)
                 slaved = _slaved(memory, newest, cycle, held)
                 part = _part(memory, slaved, radius, length)

@@ -23,6 +23,9 @@ _MISSED, _MORE_OR_LESS = 0.3, 0.3
 _SHRUNK = 30.0
 _LONGEST_HELD = 64.0
 
+# After a jump it is the same spiral if it shows within so many of its lags.
+_SOON = 8
+
 # What is known to contract does so by this much at least.
 _LARGEST_DETERMINANT = 1.0 - 1e-6
 
@@ -33,7 +36,7 @@ def held_for(memory: Any, lag: int, radius: float) -> int:
 
     It contracts by `radius` over `lag` applications.
     """
-    if memory.jumps > 0:
+    if memory.jumps > 0 and memory.newest <= _SOON * lag:
         return 4 * lag
     shrunk = min(_LONGEST_HELD, lag * math.log(_SHRUNK) / -math.log(radius))
     return max(4 * lag, math.ceil(shrunk))
