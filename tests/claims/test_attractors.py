@@ -175,8 +175,9 @@ def test_a_spiral_between_two_freezings_is_not_followed_to_its_middle() -> None:
 # T, k, K, gamma, omega, x_0, and what plain iteration ends on: periods and stress [Pa]. The first
 # was led to an orbit whose neighbourhood it leaves again and again, by a spiral along which its
 # order parameter still changed; the second by a few displacements in which its motion between two
-# freezings looked like a spiral. In the others, on their way to a cycle of many periods, a second
-# jump hid that the film froze after the first.
+# freezings looked like a spiral. In the next two, on their way to a cycle of many periods, a second
+# jump hid that the film froze after the first. In the last two a jump led past the application in
+# which the film freezes; between the passages before it had nearly done so.
 AMONG_SEVERAL = [
     ((178.923610, 20046.7415, 3425.26162, -0.825771922, 35.2382373), 5.77980163e-7, 20, 5.499e6),
     (
@@ -187,6 +188,18 @@ AMONG_SEVERAL = [
     ),
     ((180.190771, 12834.7111, 1610.63914, -0.791117618, 46.6331066), -2.32276372e-7, 10, 2.703e6),
     ((209.946578, 10885.1524, 1403.39184, -0.835851364, 34.4892191), 3.67328247e-7, 10, 2.092e6),
+    (
+        (150.7816297, 15329.91463, 2305.754775, -0.7607401957, 43.28232155),
+        -6.415009901e-7,
+        45,
+        7.154e6,
+    ),
+    (
+        (186.2090861, 18833.48669, 3554.53264, -0.7931346489, 38.0775015),
+        1.721035650e-7,
+        9,
+        5.089e6,
+    ),
 ]
 
 

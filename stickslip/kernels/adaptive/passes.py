@@ -27,7 +27,7 @@ from stickslip.model import solids
 from stickslip.model.noise import freezes_late, in_between
 from stickslip.model.scaling import Reduced, model_values
 from stickslip.model.solids import Thresholds
-from stickslip.model.state import FILM
+from stickslip.model.state import FILM, STATE
 from stickslip.numerics import step_control
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
 from stickslip.numerics.adaptive_lanes import make_attempt
@@ -289,7 +289,9 @@ def _make_handle_event(problems: Any, state: StateFunctions, begin_record: Any, 
             )
             contracting = solids.parts_never(p, math.exp(lowest), math.exp(highest))
             longest = _longest_jump(p, math.exp(y[FILM]))
-            search.limit_jumps(lanes.memories[lane], longest, contracting)
+            may_freeze = p.temperature < solids.solidification_temperature(p, 0.0)
+            peak = STATE[FILM].weight * max(highest, STATE[FILM].floor) if may_freeze else 0.0
+            search.limit_jumps(lanes.memories[lane], longest, contracting, peak)
             recording.begin_following(values, lane)
             status = apply_verdict(lanes, task, lane, y)
             queue.counts[row, HALVES] = lanes.halves[lane]

@@ -142,8 +142,15 @@ def _alternates(memory: Any, newest: int, cycle: int, ratio: float, blur: float)
 
 @inline
 def _slaved(memory: Any, newest: int, cycle: int, longest: int) -> bool:
-    """Whether what a jump does not move was the same at the passages of `longest` applications."""
+    """Whether what a jump does not move was the same at the passages of `longest` applications.
+
+    And before them: a film that all but freezes between two passages may freeze in the next one,
+    and a jump would lead past that.
+    """
     for lag in range(cycle, min(longest, newest) + 1, cycle):
+        raised = memory.peaks[(newest - lag) % REMEMBERED] - memory.peaks[newest % REMEMBERED]
+        if not abs(raised) <= _SLAVED:
+            return False
         for component in range(2, memory.states.shape[1]):
             moved = memory.states[(newest - lag) % REMEMBERED, component]
             moved -= memory.states[newest % REMEMBERED, component]

@@ -83,6 +83,7 @@ def memory_of(width: int) -> np.dtype[np.void]:
             ("plain", "i8"),  # 1 where no jump is allowed (any more)
             ("allowed", "f8"),  # longest jump that the caller allows
             ("contracting", "i8"),  # applications in which, as the caller knows, no motions part
+            ("peak", "f8"),  # in the application just made, of what a jump does not move
             ("jumps", "i8"),  # since the state to restore was stored
             ("failures", "i8"),  # chains of jumps that were undone
             ("aim", "i8"),  # the cycle whose limit the jumps aim at
@@ -101,6 +102,7 @@ def memory_of(width: int) -> np.dtype[np.void]:
             ("turning", "i8"),  # the cycle into which the sequence winds, 0 for none
             ("ratios", "f8", LONGEST_CYCLE),  # of contraction, by cycle
             ("states", "f8", (REMEMBERED, width)),
+            ("peaks", "f8", REMEMBERED),  # of the applications that led to these states
         ],
         align=True,
     )
@@ -126,7 +128,7 @@ def start(
     memory.initial_fineness = (1 if late else 0) if refinable else _FINEST
     memory.fineness = memory.initial_fineness
     memory.longest_jump, memory.calm, memory.residue = LONGEST_JUMP, np.inf, 0.0
-    memory.gone, memory.stride, memory.turning = 0.0, np.inf, 0
+    memory.gone, memory.stride, memory.turning, memory.peak = 0.0, np.inf, 0, 0.0
     for cycle in range(memory.longest_cycle):
         memory.ratios[cycle] = UNKNOWN
     for i in range(2):
@@ -135,14 +137,15 @@ def start(
 
 
 @inline
-def limit_jumps(memory: Any, longest: float, contracting: bool) -> None:
+def limit_jumps(memory: Any, longest: float, contracting: bool, peak: float = 0.0) -> None:
     """Allow jumps of so many units of the scaled position, 0 for none, inf for any.
 
     The caller knows of a slow part that a jump would outrun. Where the limit is finite, what a jump
     does not move must also stand still. Or it knows that the application just made was
-    `contracting`: that neighbouring motions did not part in it.
+    `contracting`: that neighbouring motions did not part in it; or the `peak` in it of what a jump
+    does not move, which must not change either.
     """
-    memory.allowed = longest
+    memory.allowed, memory.peak = longest, peak
     memory.contracting = memory.contracting + 1 if contracting else 0
 
 
@@ -159,6 +162,7 @@ def _begin_again(memory: Any, z: Vector, dx: float, dv: float) -> None:
 def _remember(memory: Any, z: Vector) -> None:
     for component in range(memory.states.shape[1]):
         memory.states[memory.newest % REMEMBERED, component] = z[component]
+    memory.peaks[memory.newest % REMEMBERED] = memory.peak
 
 
 @inline

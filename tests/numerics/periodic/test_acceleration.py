@@ -80,6 +80,14 @@ def test_where_what_a_jump_does_not_move_still_moves_it_goes_half_the_way() -> N
     assert way == pytest.approx(0.5 * (LIMIT - newest(memory))[:2], rel=1e-6)
 
 
+def test_no_jump_leads_past_an_application_in_which_what_it_does_not_move_rises() -> None:
+    memory = after(linear(-0.6, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
+    memory["peaks"][:5] = 0.0, 0.0, 0.0, 0.0, 0.01
+    assert acceleration.jump(memory, TOL, NOISE) == (0.0, 0.0)
+    memory["peaks"][:5] = 0.01
+    assert acceleration.jump(memory, TOL, NOISE) != (0.0, 0.0)
+
+
 def test_a_jump_is_no_longer_than_is_allowed() -> None:
     memory = after(linear(-0.9, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
     search.limit_jumps(memory, 0.01, False)
