@@ -254,14 +254,17 @@ def _extremes(extremes: Results) -> Lines:
 
 
 def _acceleration(jumps: Results) -> Lines:
+    kinds = {"points, random starts": jumps, "films with several orbits": jumps["several"]}
     lines: Lines = {}
-    lines[f"acceleration on and off, {jumps['points']} points, random starts"] = (
-        f"{jumps['same']} of {jumps['compared']} on the same orbit, "
-        f"{jumps['periods_plain'] / jumps['periods']:.2g} times fewer periods"
-    )
-    lines["... statuses with, without"] = (
-        f"{_counted(jumps['statuses'])}; {_counted(jumps['statuses_plain'])}"
-    )
+    for kind, found in kinds.items():
+        what = f"acceleration on and off, {found['points']} {kind}"
+        lines[what] = (
+            f"{found['same']} of {found['compared']} on the same orbit, "
+            f"{found['periods_plain'] / found['periods']:.2g} times fewer periods"
+        )
+        lines[f"... {kind}: statuses with, without"] = (
+            f"{_counted(found['statuses'])}; {_counted(found['statuses_plain'])}"
+        )
     return lines
 
 

@@ -11,6 +11,10 @@ from stickslip.options import Options
 from stickslip.parameters import Parameters
 
 _SEED = 11
+_SEED_OF_SEVERAL = 2911
+
+# Cycles of a hundred applications are approached in thousands.
+_MAX_PERIODS_OF_SEVERAL = 3000
 
 
 def random_starts(wide: int, near: int) -> np.ndarray:
@@ -37,18 +41,47 @@ def random_starts(wide: int, near: int) -> np.ndarray:
     )
 
 
+def several_orbits(count: int) -> np.ndarray:
+    """Rows of parameters of films that may stay liquid, freeze for good, or do both by turns."""
+    rng = np.random.default_rng(_SEED_OF_SEVERAL)
+    temperature = rng.uniform(150.0, 260.0, count)
+    viscosity = np.exp(rng.uniform(np.log(1e4), np.log(7e4), count))
+    stiffness = np.exp(rng.uniform(np.log(1300.0), np.log(3800.0), count))
+    rheology = rng.uniform(-0.85, -0.75, count)
+    frequency = rng.uniform(15.0, 50.0, count)
+    start = rng.uniform(-8e-7, 8e-7, count)
+    columns = (temperature, viscosity, stiffness, rheology, frequency, start)
+    names = (
+        "temperature",
+        "viscosity_coefficient",
+        "spring_stiffness",
+        "rheological_index",
+        "angular_frequency",
+        "initial_displacement",
+    )
+    rows = zip(*columns, strict=True)
+    return np.array([Parameters(**dict(zip(names, row, strict=True))) for row in rows])
+
+
 def run(quick: bool) -> dict[str, Any]:
     """How many points differ by more than both state, or in their kind of motion."""
     wide, near = (40, 20) if quick else (2000, 1000)
-    points = random_starts(wide, near)
-    jumping, plain = (orbits(points, Options(accelerate=each)) for each in (True, False))
+    several = several_orbits(20 if quick else 2000)
+    return {
+        "near_melting": near,
+        **_compared(random_starts(wide, near)),
+        "several": _compared(several, max_periods=_MAX_PERIODS_OF_SEVERAL),
+    }
+
+
+def _compared(points: np.ndarray, **options: Any) -> dict[str, Any]:
+    jumping, plain = (orbits(points, Options(accelerate=each, **options)) for each in (True, False))
     both = good(jumping) & good(plain)
     differs = amplitude_errors(points, amplitudes(jumping), amplitudes(plain)).max(axis=1)
     stated = column(jumping, "amplitude_error") + column(plain, "amplitude_error")
     wrong = both & (differs > 10.0 * stated + 1e-6)
     return {
         "points": len(points),
-        "near_melting": near,
         "compared": int(both.sum()),
         "same": int((both & ~wrong).sum()),
         "other_status": int((column(jumping, "status") != column(plain, "status")).sum()),
