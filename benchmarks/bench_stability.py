@@ -1,6 +1,6 @@
 """Numerical stability, stress-tested: one table and three pictures for `docs/stability.md`.
 
-A quarter of an hour on two cores. Each question is a module of `benchmarks/stability/`.
+Half an hour on two cores. Each question is a module of `benchmarks/stability/`.
 """
 
 from __future__ import annotations
