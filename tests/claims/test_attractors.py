@@ -176,8 +176,9 @@ def test_a_spiral_between_two_freezings_is_not_followed_to_its_middle() -> None:
 # was led to an orbit whose neighbourhood it leaves again and again, by a spiral along which its
 # order parameter still changed; the second by a few displacements in which its motion between two
 # freezings looked like a spiral. In the next two, on their way to a cycle of many periods, a second
-# jump hid that the film froze after the first. In the last two a jump led past the application in
-# which the film freezes; between the passages before it had nearly done so.
+# jump hid that the film froze after the first. In two more a jump led past the application in
+# which the film freezes; between the passages before it had nearly done so. The last one wandered
+# on after a jump, and what watched it longer came to a cycle of 67 periods.
 AMONG_SEVERAL = [
     ((178.923610, 20046.7415, 3425.26162, -0.825771922, 35.2382373), 5.77980163e-7, 20, 5.499e6),
     (
@@ -200,6 +201,12 @@ AMONG_SEVERAL = [
         9,
         5.089e6,
     ),
+    (
+        (182.217242, 13167.8098, 1734.79882, -0.826192019, 38.5878370),
+        -5.58733778e-7,
+        16,
+        5.2924e6,
+    ),
 ]
 
 
@@ -209,7 +216,7 @@ def test_a_jump_ends_on_the_orbit_of_plain_iteration_where_there_are_several(
 ) -> None:
     found = stationary_orbit(Parameters(*values, initial_displacement=x0))
     assert found.orbit_periods == periods
-    assert found.elastic_stress_amplitude == pytest.approx(stress, rel=1e-3)
+    assert found.elastic_stress_amplitude == pytest.approx(stress, rel=2e-4)
 
 
 # Parameters far from the paper's: plain iteration drifts through 8.4e-7 of X_m a period.

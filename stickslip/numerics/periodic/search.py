@@ -211,7 +211,10 @@ def judge(
     late = due or memory.patience > 0
     # Not in the mirror image: the amplitudes of single periods depend on where these begin.
     in_sight = memory.mirrored > 0 or not wanders(memory, memory.newest, tolerance, noise, late)
-    return (verdict if verdict != GO_ON or in_sight else WANDERING), dx, dv
+    if verdict != GO_ON or in_sight:
+        return verdict, dx, dv
+    # A jump that led nowhere may have led to where plain iteration does not wander.
+    return _undo(memory, _MOST_FAILURES) if memory.jumps > 0 else (WANDERING, 0.0, 0.0)
 
 
 @inline
