@@ -167,6 +167,7 @@ class Orbits(NamedTuple):
     `begins` (n, width + 1) states on them, in units of their own; `coarse` (n, RECORD) at the
     coarser tolerance; `symmetric` (n,); `spreads` (n, 2) of stress and force in SI units;
     `multipliers` (n,); `slopes` (n, EXTREMA, width) of the extrema over the state at the begin;
+    `missed` (n, width), by how much the finer cycle fails to close, as repetition is judged;
     `offsets` (n, width) of the state from the orbit, NaN where it left it, and `shifts` (n, width)
     of the orbit between the two tolerances, both a cycle later, when what is fast has been
     forgotten; `cusped` (n,), whether the law of friction has a cusp.
@@ -178,6 +179,7 @@ class Orbits(NamedTuple):
     spreads: np.ndarray
     multipliers: np.ndarray
     slopes: np.ndarray
+    missed: np.ndarray
     offsets: np.ndarray
     shifts: np.ndarray
     cusped: np.ndarray
@@ -207,14 +209,18 @@ def _error_of_displacement(
 ) -> float:
     """The error of the amplitudes where the state at the begin is off by this (width,).
 
-    `measured` (RECORD,) as it is in lanes, and its `record` (RECORD,) of the whole orbit.
+    Infinite where that or the slopes are not known: `max` would drop the NaN. `measured` (RECORD,)
+    as it is in lanes, and its `record` (RECORD,) of the whole orbit.
     """
-    away, moved = measured.copy(), np.empty(RECORD)
+    away, moved, total = measured.copy(), np.empty(RECORD), 0.0
     for k in range(len(EXTREMA)):
         change = 0.0
         for component in range(len(displacement)):
             change += abs(slopes[k, component] * displacement[component])
         away[EXTREMA[k]] += change if k % 2 == 0 else -change
+        total += change
+    if not math.isfinite(total):
+        return math.inf
     write_whole_orbit(away, units, cycle, moved)
     return relative_difference(p, moved, record)
 

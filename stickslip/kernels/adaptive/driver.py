@@ -55,6 +55,11 @@ _LONGEST_CORRECTION = 100.0
 # the orbit: at a loose tolerance a film can miss the moment in which it freezes.
 _ELSEWHERE = 1e-2
 
+# A cycle whose end differs from its begin by more than this, as repetition is judged, was not that
+# of the orbit even where it leads there: of ln(phi), that the search lets go by thousands of
+# tolerances, it is 1, and the stress is seven times another one.
+_MOVED = 1e-3
+
 # Wandering motions are watched with this part of the tolerance, but not more finely than this for
 # its own sake.
 _WATCHED_PART, _WATCHED = 1e-2, 1e-8
@@ -153,6 +158,7 @@ def orbits(
         part.counts[:, HALVES] += part.counts[:, CYCLE]
         put_back(orbits, rows, _measure(points[rows], part, options, again=True))
         put_back(queue, rows, part)
+    orbits.offsets[_moved(orbits)] = np.nan
     relaxing = physics.strain == RELAXING
     conversion.write_results(points, queue, orbits, options.settings().rtol, relaxing, results)
     finals[:] = orbits.begins
@@ -235,6 +241,7 @@ def _measure(
         _spreads(points, queue, begins, _measuring(finer, options), physics),
         near.multipliers,
         near.slopes,
+        missed=tangents.weighted(missed),
         offsets=offsets,
         shifts=others_ended + others_offsets - (ended + offsets),
         cusped=cusped,
@@ -247,11 +254,18 @@ def _off_the_orbit(
     """The points (m,) whose measurement began off their orbit, as far as what is measured tells.
 
     The velocity of a block that is locked by a thin film may be off by very little, and the force
-    by half of itself.
+    by half of itself. An order parameter that was far off grows back within the cycle, too late
+    for the stress of that cycle, and no small displacement tells it.
     """
     off, relaxing = np.zeros(len(points), dtype=bool), options.strain == RELAXING
     conversion.write_off_the_orbit(points, queue, orbits, options.settings().rtol, relaxing, off)
+    off |= _moved(orbits)
     return np.flatnonzero(off & ~np.isnan(orbits.offsets[:, 0]))
+
+
+def _moved(orbits: conversion.Orbits) -> np.ndarray:
+    """Which of the cycles (n,) that were measured ended elsewhere than they began."""
+    return np.asarray(np.abs(orbits.missed).max(axis=1) > _MOVED)
 
 
 def _corrected(
@@ -259,11 +273,12 @@ def _corrected(
 ) -> np.ndarray:
     """States (m, width + 1) nearer to their orbits: a cycle farther than those of these rows.
 
-    And by a step of Newton's, where that is a small one.
+    And by a step of Newton's, where that is a small one. Of ln(phi) it may be many: what the film
+    makes of a displacement is not linear, and what it follows is corrected.
     """
     states, offsets = queue.states.copy(), orbits.offsets[rows]
     small = np.abs(offsets[:, :2]).max(axis=1) <= _LONGEST_CORRECTION * options.rtol
-    states[small, :-1] += offsets[small]
+    states[small, :-1] += np.where(np.abs(tangents.weighted(offsets)) <= _MOVED, offsets, 0.0)[small]
     return states
 
 

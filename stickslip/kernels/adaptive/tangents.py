@@ -57,6 +57,11 @@ def floored(states: np.ndarray, width: int) -> np.ndarray:
     return np.asarray(np.maximum(states[:, :width], _FLOORS[:width]))
 
 
+def weighted(differences: np.ndarray) -> np.ndarray:
+    """Differences (n, width) of states as their repetition is judged."""
+    return np.asarray(_WEIGHTS[: differences.shape[1]] * differences)
+
+
 def travelled(
     points: np.ndarray, states: np.ndarray, cycles: np.ndarray, rtol: float, physics: Physics
 ) -> np.ndarray:
@@ -167,9 +172,8 @@ def symmetric(
     images = travelled(
         queue.points[rows], begins[rows], np.ones(len(rows), np.int64), rtol, physics
     )
-    moved = np.abs(
-        _WEIGHTS[: images.shape[1]] * (images - floored(begins[rows], images.shape[1]))
-    ).max(axis=1, initial=0.0)
+    apart = weighted(images - floored(begins[rows], images.shape[1]))
+    moved = np.abs(apart).max(axis=1, initial=0.0)
     found = cycles == 1
     found[rows] = moved <= max(_MIRROR_IMAGE, 10.0 * stationary_rtol)
     return np.asarray(found)
