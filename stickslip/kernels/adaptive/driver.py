@@ -278,7 +278,8 @@ def _corrected(
     """
     states, offsets = queue.states.copy(), orbits.offsets[rows]
     small = np.abs(offsets[:, :2]).max(axis=1) <= _LONGEST_CORRECTION * options.rtol
-    states[small, :-1] += np.where(np.abs(tangents.weighted(offsets)) <= _MOVED, offsets, 0.0)[small]
+    steps = np.where(np.abs(tangents.weighted(offsets)) <= _MOVED, offsets, 0.0)
+    states[small, :-1] += steps[small]
     return states
 
 
