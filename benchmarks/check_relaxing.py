@@ -19,7 +19,7 @@ from peers.scaled import FLAGS
 
 from stickslip import Parameters, stationary_orbit
 from stickslip.kernels.points import parameters_of
-from stickslip.model.rhs import equations
+from stickslip.model.models import model_of
 from stickslip.options import ADIABATIC, RELAXING, Physics
 
 SCENES = {
@@ -57,7 +57,7 @@ def _amplitudes(orbit: Any) -> list[float]:
 
 def _make(strain: str) -> tuple[Any, Any]:
     """The right-hand side in units of X_m, X_m omega and the strain at that speed; observables."""
-    model = equations(Physics("power-law", strain))
+    model = model_of(Physics("power-law", strain)).equations
     rhs, observables, width = model.rhs, model.observables, 3 if strain == ADIABATIC else 4
 
     @njit(**FLAGS)

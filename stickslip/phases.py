@@ -10,7 +10,6 @@ import numpy as np
 
 from stickslip.model import film, solids
 from stickslip.parameters import Parameters
-from stickslip.trajectory import attributes
 from stickslip.variables import PARAMETERS, PHASES
 
 if TYPE_CHECKING:
@@ -122,8 +121,8 @@ def phase_diagram(
         "ramped_strain": ("ramped_strain", ramp, _of("ramped_strain")),
         "ramp_direction": ("ramp_direction", list(DIRECTIONS), _of("ramp_direction")),
         "applied_strain": ((), strain, _of("elastic_strain")),
-        **{name: ((), v, attributes(PARAMETERS[name])) for name, v in p._asdict().items()},
-        "temperature": ("temperature", list(temperatures), attributes(PARAMETERS["temperature"])),
+        **{name: ((), v, PARAMETERS[name].attributes) for name, v in p._asdict().items()},
+        "temperature": ("temperature", list(temperatures), PARAMETERS["temperature"].attributes),
     }
     return xr.Dataset(data, coords)
 
@@ -156,4 +155,4 @@ def _ramped(p: Parameters, strains: np.ndarray) -> np.ndarray:
 
 
 def _of(name: str) -> dict[str, str]:
-    return attributes(PHASES[name])
+    return PHASES[name].attributes

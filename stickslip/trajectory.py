@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from importlib import import_module
 from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
 import numpy as np
 
+from stickslip.accessors import register_accessors
 from stickslip.kernels.streams import streams_of
-from stickslip.kernels.trajectories import OBSERVABLES, new_stream, observables_kernel, write_start
+from stickslip.kernels.trajectories import OBSERVABLES, new_stream, observables_kernel, start_kernel
 from stickslip.measure.results import STATUS
-from stickslip.model.state import FILM, components_of
+from stickslip.model.models import model_of
+from stickslip.model.state import FILM, Component
 from stickslip.options import DEFAULTS, METHODS, Options
 from stickslip.orbit import compute_orbits, prepared_points, typical_options
 from stickslip.parameters import Parameters
 from stickslip.stability import step_as_text
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS, STARTING, TRAJECTORY, Variable
+from stickslip.variables import PARAMETERS, STARTING, TRAJECTORY
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -120,13 +120,12 @@ def simulate(
         friction=friction,
         strain=strain,
     )
-    _refuse_unknown_start(start, _width(options))
+    _refuse_unknown_start(start, model_of(options.physics).components)
     points = prepared_points(np.array(sections), noise)
     _refuse_unstable(points, options)
     state = _start_state(points[0], options, start)
     run = _Run(sections, points, options, periods, samples_per_period, tuple(schedule or ()))
-    with contextlib.suppress(ModuleNotFoundError):
-        import_module("sweeps.accessor")  # `ds.stickslip`, where the views are; needed by nothing
+    register_accessors()
     if not options.physics.chance:
         return run.path(state, new_stream())
     # The numbers of the first section serve the whole run.
@@ -206,20 +205,21 @@ def _sampled(
 
 def _width(options: Options) -> int:
     """Number of state variables."""
-    return len(components_of(options.strain))
+    return model_of(options.physics).width
 
 
-def _refuse_unknown_start(start: StartName | Sequence[float], width: int) -> None:
+def _refuse_unknown_start(
+    start: StartName | Sequence[float], components: tuple[Component, ...]
+) -> None:
     names = get_args(StartName)
     if isinstance(start, str):
         known = start in names
     else:
-        known = np.shape(start) == (width,) and bool(np.isfinite(start).all())
+        known = np.shape(start) == (len(components),) and bool(np.isfinite(start).all())
     if not known:
+        state = ", ".join(component.symbol for component in components)
         raise ValueError(
-            f"start must be one of {names}, or a state (x, v, ln phi{', strain' * (width > 3)}) "
-            "of finite numbers; "
-            f"not {start!r}"
+            f"start must be one of {names}, or a state ({state}) of finite numbers; not {start!r}"
         )
 
 
@@ -236,7 +236,7 @@ def _start_state(
             raise IntegrationError(status, "No stationary start: ")
         return finals[0, :-1].copy()
     state = np.empty(_width(options))
-    write_start(point, state)
+    start_kernel(options.physics.typical)(point, state)
     return state
 
 
@@ -264,12 +264,12 @@ def _section(
     states = dict(zip(_SAMPLED, samples.T, strict=False))  # a strain is an observable
     columns = states | dict(zip(OBSERVABLES, observables.T, strict=True))
     data = {
-        name: (TIME, columns[name], attributes(TRAJECTORY[name]))
+        name: (TIME, columns[name], TRAJECTORY[name].attributes)
         for name in TRAJECTORY
         if name != TIME
     }
-    coords = {TIME: (TIME, times, attributes(TRAJECTORY[TIME]))} | {
-        name: ((), value, attributes(PARAMETERS[name]))
+    coords = {TIME: (TIME, times, TRAJECTORY[TIME].attributes)} | {
+        name: ((), value, PARAMETERS[name].attributes)
         for name, value in parameters._asdict().items()
     }
     return xr.Dataset(data, coords)
@@ -287,13 +287,3 @@ def _joined(parts: list[xr.Dataset], scheduled: Iterable[str]) -> xr.Dataset:
         for part in (parts[0], *rest)
     ]
     return xr.concat(along, dim=TIME)
-
-
-def attributes(variable: Variable) -> dict[str, str]:
-    """The CF attributes of a quantity: long_name, units, symbol and perhaps a comment."""
-    named = {
-        "long_name": variable.meaning,
-        "units": variable.units,
-        "symbol": variable.symbol,
-    }
-    return named | ({"comment": variable.comment} if variable.comment else {})

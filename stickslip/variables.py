@@ -24,6 +24,12 @@ class Variable:
     meaning: str
     comment: str = ""
 
+    @property
+    def attributes(self) -> dict[str, str]:
+        """The CF attributes of the quantity: long_name, units, symbol and perhaps a comment."""
+        named = {"long_name": self.meaning, "units": self.units, "symbol": self.symbol}
+        return named | ({"comment": self.comment} if self.comment else {})
+
 
 @dataclass(frozen=True)
 class ParameterVariable(Variable):

@@ -7,8 +7,8 @@ import pytest
 
 from stickslip import reference
 from stickslip.kernels.adaptive import driver
-from stickslip.kernels.trajectories import write_start
-from stickslip.options import Options
+from stickslip.kernels.trajectories import start_kernel
+from stickslip.options import DEFAULTS, Options
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 
@@ -17,7 +17,7 @@ PER_PERIOD = 20
 
 def start_of(p: Parameters) -> np.ndarray:
     state = np.empty(3)
-    write_start(np.array(p), state)
+    start_kernel(DEFAULTS.physics)(np.array(p), state)
     return state
 
 

@@ -19,7 +19,6 @@ from stickslip import (
 )
 from stickslip.kernels.streams import streams_of
 from stickslip.options import METHODS, Options
-from stickslip.trajectory import attributes
 from stickslip.variables import PARAMETERS, TRAJECTORY
 
 X_M = 0.8e-6
@@ -227,7 +226,7 @@ def test_scheduled_parameters_lie_along_the_time() -> None:
     ds = simulate(schedule=STEPS, periods=1, samples_per_period=4)
     assert ds.temperature.values.tolist() == [200.0] * 5 + [250.0] * 4
     assert ds.angular_frequency.values.tolist() == [10.0] * 5 + [20.0] * 4
-    assert ds.temperature.attrs == attributes(PARAMETERS["temperature"])
+    assert ds.temperature.attrs == PARAMETERS["temperature"].attributes
     assert ds.spring_stiffness.ndim == 0
 
 

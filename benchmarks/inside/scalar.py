@@ -12,7 +12,7 @@ from inside.defaults import PHYSICS, WIDTH, amplitudes_of
 from stickslip.compiled.decorators import inline, jit
 from stickslip.kernels.points import FIRST_STEP, parameters_of
 from stickslip.kernels.problem import ProblemFunctions, problem_functions, problem_of
-from stickslip.kernels.trajectories import write_start
+from stickslip.kernels.trajectories import start_kernel
 from stickslip.measure.accumulate import (
     FIRST_PHASE,
     FORCE_MAX,
@@ -25,18 +25,19 @@ from stickslip.measure.accumulate import (
     accumulator,
 )
 from stickslip.model import drive, solids
-from stickslip.model.rhs import equations, relative_state
+from stickslip.model.models import model_of
+from stickslip.model.rhs import relative_state
 from stickslip.numerics.adaptive import make_adaptive
 from stickslip.numerics.linear import algebra
 from stickslip.numerics.tableaus import RODAS4P2, RosenbrockTableau
-from stickslip.options import METHODS, Options
+from stickslip.options import DEFAULTS, METHODS, Options
 
 State = tuple[float, float, float]
 
 _LOOKS = 32  # at a step: enough that between two of them nothing is 1e-8 higher
 _record = accumulator(1, 0)
 _interpolate = algebra(WIDTH).interpolate
-_observables = equations(PHYSICS).observables
+_observables = model_of(PHYSICS).equations.observables
 
 FUNCTIONS: ProblemFunctions = problem_functions(PHYSICS)
 """The right-hand side, the Jacobian and the error weights of the model."""
@@ -52,7 +53,7 @@ def adaptive_drive(weight: Any, observe: Any, tableau: RosenbrockTableau) -> Any
 def starting_state(row: np.ndarray) -> State:
     """The state (x, v, ln phi) at the start of a row of parameters (20,)."""
     state = np.empty(WIDTH)
-    write_start(row, state)
+    start_kernel(DEFAULTS.physics)(row, state)
     return float(state[0]), float(state[1]), float(state[2])
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from unittest.mock import patch
 
 from stickslip.compiled.simd import LANES
-from stickslip.kernels.adaptive import conversion, driver, queues, tangents
+from stickslip.kernels.adaptive import driver, queues, tangents
 from stickslip.kernels.adaptive.passes import ATTEMPTED
 
 Seconds = dict[str, float]
@@ -25,7 +25,7 @@ STAGES = {
     "mirror image": (tangents, "symmetric"),
     "multiplier": (tangents, "neighbours_of"),
     "single periods": (driver, "_spreads"),
-    "results": (conversion, "write_results"),
+    "results": (driver, "_write_results"),
 }
 """Functions by what they are for; one that another calls is taken out of the other's time."""
 

@@ -15,11 +15,11 @@ import numpy as np
 from stickslip.compiled.decorators import kernel
 from stickslip.kernels.points import parameters_of
 from stickslip.model import noise
-from stickslip.model.rhs import equations
+from stickslip.model.models import model_of
 from stickslip.options import DEFAULTS
 from stickslip.parameters import ParameterValues
 
-EQUATIONS = equations(DEFAULTS.physics)
+EQUATIONS = model_of(DEFAULTS.physics).equations
 rhs, jacobian = EQUATIONS.rhs, EQUATIONS.jacobian
 
 # The flags of stickslip.compiled, for code that cannot be a kernel of it.

@@ -17,7 +17,8 @@ from peers.base import PeerFailed
 from peers.numbalsoda_lsoda import MOST_STEPS, compiled_lsoda, right_hand_side
 from peers.scaled import EQUATIONS, FLAGS
 from stickslip.kernels.points import parameters_of
-from stickslip.kernels.trajectories import write_start
+from stickslip.kernels.trajectories import start_kernel
+from stickslip.options import DEFAULTS
 from stickslip.parameters import Parameters
 
 stress_and_force = EQUATIONS.exact
@@ -75,7 +76,7 @@ def numbalsoda_stationary(
 @njit(**FLAGS)
 def _scaled_start(row: np.ndarray) -> np.ndarray:
     state = np.empty(3)
-    write_start(row, state)
+    start_kernel(DEFAULTS.physics)(row, state)
     p = parameters_of(row)
     X_m = abs(p.drive_amplitude)
     # At phase 0 the drive stands still: u = -v.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stickslip.compiled.fields import make_row_reader
-from stickslip.model.state import components_of
+from stickslip.model.models import model_of
 from stickslip.options import Physics
 from stickslip.parameters import ParameterValues
 
@@ -17,4 +17,4 @@ and the controller lengthens it six-fold a step."""
 
 def final_columns(physics: Physics) -> tuple[str, ...]:
     """Columns of a final row: the stroboscopic state (x, v, ln phi, ...), the next step."""
-    return (*(component.name for component in components_of(physics.strain)), "step")
+    return (*(component.name for component in model_of(physics).components), "step")

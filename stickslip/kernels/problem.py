@@ -1,4 +1,4 @@
-"""The equations of motion as the adaptive method takes them: cusps rounded, errors weighted."""
+"""The equations of motion as the adaptive method takes them, with cusps rounded."""
 
 from __future__ import annotations
 
@@ -7,29 +7,17 @@ from functools import cache
 from typing import NamedTuple
 
 from stickslip.compiled.decorators import inline
-from stickslip.compiled.elementary import exponentials
-from stickslip.model import film, friction, noise
-from stickslip.model.rhs import Equations, equations
+from stickslip.model.models import model_of
+from stickslip.model.rhs import Equations
 from stickslip.model.solids import Thresholds, thresholds
-from stickslip.model.state import State, components_of
-from stickslip.options import ADIABATIC, Physics
+from stickslip.model.state import State
+from stickslip.options import Physics
 from stickslip.parameters import Parameters
-
-# An error of the velocity counts also by the error of the force that it makes, against this many
-# times the force that locks the block: a locked block moves with the drive to parts in 1e5, and its
-# slip must be right, not just its speed.
-_FORCE_WEIGHT = 20.0
-_LARGEST_AT_CUSP = 100.0
 
 # A cusp of the law is rounded below this many tolerances of X_m omega: a step may then cross the
 # cusp without falling into it. A wider rounding changes the slip of a locked block, and the stress
 # with it; a tenth of this one takes a tenth more steps, and a hundredth ten times as many.
 _ROUNDING = 1e-2
-
-# Where the noise holds ln(phi) up, it forgets an error at the rate 2 D_eff/phi^2. The error counts
-# less there, by this many times that rate over the film's own, but at least a thousandth.
-_FORGETTING_WEIGHT, _LARGEST_RELIEF = 10.0, 1000.0
-_SLOWEST_FILM = 100.0  # rates omega
 
 
 class Problem(NamedTuple):
@@ -75,8 +63,9 @@ class ProblemFunctions(NamedTuple):
 @cache
 def problem_functions(physics: Physics) -> ProblemFunctions:
     """What a drive needs to integrate these physics."""
-    bound = equations(physics)
-    model_rhs, model_jacobian, has_cusp = bound.rhs, bound.jacobian, bound.law.has_cusp
+    model = model_of(physics)
+    bound, weight = model.equations, model.equations.error_weight
+    model_rhs, model_jacobian = bound.rhs, bound.jacobian
 
     @inline
     def rhs(problem: Problem, t: float, y: State) -> State:
@@ -88,44 +77,6 @@ def problem_functions(physics: Physics) -> ProblemFunctions:
 
     @inline
     def error_weight(problem: Problem, y: State, J: tuple[State, ...]) -> State:
-        p = problem.p
-        X_m = abs(p.drive_amplitude)
-        V_m = X_m * p.angular_frequency
-        force = V_m * (-J[1][1] * p.block_mass) / (_FORCE_WEIGHT * _locking_force(p))
-        if has_cusp(p):  # the slope of the rounded cusp grows with the tolerance
-            force = _LARGEST_AT_CUSP if force > _LARGEST_AT_CUSP else force
-        return 1.0 / X_m, (1.0 + force) / V_m, _film_weight(p, y[2])
+        return weight(problem.p, y, J)
 
-    @inline
-    def relaxing_weight(problem: Problem, y: State, J: tuple[State, ...]) -> State:
-        p = problem.p
-        x_weight, u_weight, psi_weight = error_weight(problem, y, J)
-        # An error of the strain counts like that of the velocity that it belongs to in the end,
-        # by itself and by its force.
-        V_m = abs(p.drive_amplitude) * p.angular_frequency
-        strain = V_m * friction.strain_slope(p)
-        force = strain * (-J[1][3] * p.block_mass) / (_FORCE_WEIGHT * _locking_force(p))
-        return x_weight, u_weight, psi_weight, (1.0 + force) / strain
-
-    weight = error_weight if physics.strain == ADIABATIC else relaxing_weight
-    width = len(components_of(physics.strain))
-    return ProblemFunctions(bound, width, rhs, jacobian, weight)
-
-
-@inline
-def _locking_force(p: Parameters) -> float:
-    """The sum of the forces that springs and inertia of a locked block need [N]."""
-    X_m = abs(p.drive_amplitude)
-    V_m = X_m * p.angular_frequency
-    return 2.0 * p.spring_stiffness * X_m + p.block_mass * p.angular_frequency * V_m
-
-
-@inline
-def _film_weight(p: Parameters, psi: float) -> float:
-    """The weight of an error of ln(phi)."""
-    _, inverse_phi = exponentials(psi)
-    forgetting = _FORGETTING_WEIGHT * (2.0 * noise.typical_path(p, inverse_phi))
-    own = _SLOWEST_FILM * p.angular_frequency + p.kinetic_coefficient * abs(film.heating(p))
-    most = _LARGEST_RELIEF * own
-    forgetting = most if forgetting > most else forgetting
-    return own / ((1.0 + abs(psi)) * (own + forgetting))
+    return ProblemFunctions(bound, len(model.components), rhs, jacobian, error_weight)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.compiled.decorators import inline, jit, kernel, kernel_factory, named_kernel
+from stickslip.compiled.decorators import inline, jit, kernel_factory, named_kernel
 from stickslip.compiled.fields import make_map
 from stickslip.kernels.points import FIRST_STEP, parameters_of
 from stickslip.kernels.problem import Problem, ProblemFunctions, problem_functions, problem_of
@@ -23,14 +23,13 @@ from stickslip.kernels.streams import (
     signs,
 )
 from stickslip.model import drive, film, noise
-from stickslip.model.relaxing import starting_state_with_strain
+from stickslip.model.models import model_of
 from stickslip.model.rhs import (
     block_acceleration,
-    equations,
     film_melting_function,
     relative_velocity,
 )
-from stickslip.model.state import FILM, STATE, State, components_of
+from stickslip.model.state import FILM, STATE, State
 from stickslip.numerics.adaptive import OK, make_adaptive
 from stickslip.numerics.euler_cromer import make_euler_cromer
 from stickslip.numerics.linear import algebra
@@ -254,7 +253,8 @@ def euler_cromer_trajectory(physics: Physics) -> Any:
 
     The drive period is divided evenly, so a step may be a little below dt.
     """
-    stress_and_force, sample_step = equations(physics).exact, _make_sample_step(len(STATE))
+    stress_and_force = model_of(physics).equations.exact
+    sample_step = _make_sample_step(len(STATE))
 
     chance = physics.chance
 
@@ -294,7 +294,8 @@ def observables_kernel(physics: Physics) -> Any:
     which the method rounded a cusp of the law, and writes `observables` (n, 6), in the order of
     OBSERVABLES.
     """
-    bound, width = equations(physics), len(components_of(physics.strain))
+    model = model_of(physics)
+    bound, width = model.equations, model.width
     observables_at, rounded, strain = bound.observables, bound.law.rounded, bound.strain
     values = ["row[0]", "u", *(f"row[{i}]" for i in range(2, width))]
     own_state = make_map(f"own_state[{width}]", "row, u", values, {})
@@ -319,9 +320,17 @@ def observables_kernel(physics: Physics) -> Any:
     return named_kernel(f"observables[{physics}]", observables_of)
 
 
-@kernel
-def write_start(point: np.ndarray, state: np.ndarray) -> None:
-    """Write the start (x, v, ln phi, ...) of the parameters `point` (n,) into `state` (width,)."""
-    y = starting_state_with_strain(parameters_of(point))
-    for component in range(state.shape[0]):
-        state[component] = y[component]
+@kernel_factory
+def start_kernel(physics: Physics) -> Any:
+    """The kernel that writes the start (x, v, ln phi, ...) of a point into a state.
+
+    It takes `point` (parameters,) and `state` (width,).
+    """
+    start = model_of(physics).start
+
+    def write_start(point: np.ndarray, state: np.ndarray) -> None:
+        y = start(parameters_of(point))
+        for component in range(state.shape[0]):
+            state[component] = y[component]
+
+    return named_kernel(f"write_start[{physics}]", write_start)

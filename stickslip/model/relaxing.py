@@ -6,6 +6,7 @@ it gives back as it relaxes and as it melts; in the adiabatic limit (Eq. 24) all
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -15,14 +16,52 @@ from stickslip.model import drive, film, friction
 from stickslip.model.laws import FrictionLaw
 from stickslip.model.rhs import (
     Equations,
+    StrainModel,
     block_acceleration,
+    make_error_weight,
     make_exact,
     relative_velocity,
     starting_state,
     stress_and_force,
 )
-from stickslip.model.state import State
+from stickslip.model.scaling import Scales, Scaling, Units, scales_of, units_of
+from stickslip.model.state import STATE, Component, State
+from stickslip.model.weights import drive_speed, force_weight
 from stickslip.parameters import Parameters
+
+STRAIN = Component("elastic_strain", "strain", mirror=-1.0, weight=1.0, floor=-math.inf, follows=1)
+"""The elastic strain, behind (x, v, psi)."""
+
+
+@inline
+def _scales_of(p: Parameters) -> Scales:
+    """Those of the adiabatic limit, but the strain is 1 at the speed of the drive."""
+    s = scales_of(p)
+    omega, time = s.omega, p.strain_relaxation_time
+    strain = s.rate * time
+    return Scales(
+        omega=omega,
+        length=s.length,
+        speed=s.speed,
+        rate=omega * strain,
+        energy=s.energy,
+        stress=s.energy * strain,  # with the strain it makes an energy
+        strain=strain,
+        thickness=omega * time,  # so that the strain slope is 1
+        relaxation=omega,
+        inertia=s.inertia,
+    )
+
+
+@inline
+def _units_of(p: Parameters) -> Units:
+    u, strain = units_of(p), _scales_of(p).strain
+    return Units(u.length, u.speed, u.stress / strain, u.force, u.time, u.strain * strain)
+
+
+@inline
+def _state_units(units: Units) -> State:
+    return units.length, units.speed, 1.0, units.strain
 
 
 @inline
@@ -49,7 +88,7 @@ def _strain(p: Parameters, y: State) -> float:
 
 
 def _make_psi_rate(path: Callable[..., float]) -> Any:
-    """The rate of ln(phi) [1/s] of (p, psi, eps); `path` as of `rhs.equations`."""
+    """The rate of ln(phi) [1/s] of (p, psi, eps); `path` as of `relaxing_equations`."""
 
     @inline
     def psi_rate(p: Parameters, psi: float, eps: float) -> float:
@@ -71,6 +110,7 @@ def stored_energy(p: Parameters, y: State) -> float:
 def relaxing_equations(law: FrictionLaw, path: Callable[..., float]) -> Equations:
     """The equations of motion of (x, u, psi, eps); `path` is what the noise adds to psi'."""
     rounded, rate_of_psi = law.rounded, _make_psi_rate(path)
+    weight_of_others = make_error_weight(law)
 
     @inline
     def power(p: Parameters, V: float, y: State, F: float) -> float:
@@ -123,6 +163,15 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float]) -> Equation
         sigma_v_rate = rounded(p, u, u_s)[1] * u_rate
         return sigma_el, F, sigma_rate, (sigma_rate + sigma_v_rate) * p.contact_area
 
+    @inline
+    def error_weight(p: Parameters, y: State, J: tuple[State, ...]) -> State:
+        x_weight, u_weight, psi_weight = weight_of_others(p, y, J)
+        # An error of the strain counts like that of the velocity that it belongs to in the end,
+        # by itself and by its force.
+        strain = drive_speed(p) * friction.strain_slope(p)
+        force = force_weight(p, strain * (-J[1][3] * p.block_mass))
+        return x_weight, u_weight, psi_weight, (1.0 + force) / strain
+
     return Equations(
         law=law,
         exact=make_exact(law),
@@ -134,4 +183,15 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float]) -> Equation
         observables_and_rates=observables_and_rates,
         power=power,
         stored_energy=stored_energy,
+        error_weight=error_weight,
     )
+
+
+RELAXING = StrainModel(
+    (*STATE, STRAIN),
+    relaxing_equations,
+    Scaling(_units_of, _scales_of, literals=()),
+    starting_state_with_strain,
+    _state_units,
+)
+"""The strain as a variable of its own, Eq. 23."""

@@ -11,15 +11,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cache
 from typing import Any, NamedTuple
 
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.elementary import exponentials
-from stickslip.model import drive, film, friction, noise
-from stickslip.model.laws import FrictionLaw, friction_law
-from stickslip.model.state import State
-from stickslip.options import ADIABATIC, Physics
+from stickslip.model import drive, film, friction, noise, scaling
+from stickslip.model.laws import FrictionLaw
+from stickslip.model.scaling import Scaling, Units
+from stickslip.model.state import STATE, Component, State
+from stickslip.model.weights import LARGEST_AT_CUSP, drive_speed, film_weight, force_weight
 from stickslip.parameters import Parameters
 
 
@@ -59,7 +59,7 @@ def stress_and_force(p: Parameters, phi: float, eps: float, sigma_v: float) -> t
 
 
 class Equations(NamedTuple):
-    """The equations of motion of one `Physics`, as inline functions.
+    """The equations of motion of a model, as inline functions.
 
     y is the state that is integrated, (x, u, psi) or (x, u, psi, eps).
     """
@@ -97,19 +97,27 @@ class Equations(NamedTuple):
     stored_energy: Callable[..., float] | None
     """(p, y): the energy [J] that the film may give back; None where it stores nothing."""
 
+    error_weight: Callable[..., State]
+    """(p, y, J): the weights [1/m, s/m, 1, 1] with which errors of y count; J as of `jacobian`."""
 
-@cache
-def equations(physics: Physics) -> Equations:
-    """The equations of motion of these physics."""
-    law, path = (
-        friction_law(physics.friction),
-        noise.no_path if physics.chance else noise.typical_path,
-    )
-    if physics.strain == ADIABATIC:
-        return _adiabatic_equations(law, path)
-    from stickslip.model.relaxing import relaxing_equations
 
-    return relaxing_equations(law, path)
+class StrainModel(NamedTuple):
+    """What a model of the elastic strain makes of the state and of all that hangs on it."""
+
+    components: tuple[Component, ...]
+    """The state variables, in their order."""
+
+    make_equations: Callable[..., Equations]
+    """(law, path): the equations of motion under a law; `path` is what the noise adds to psi'."""
+
+    scaling: Scaling
+    """The nondimensional form."""
+
+    start: Callable[[Parameters], State]
+    """(p), inline: the state (x, v, psi, ...) in which a motion begins."""
+
+    state_units: Callable[[Units], State]
+    """(units), inline: what one unit of each component is."""
 
 
 @inline
@@ -139,7 +147,23 @@ def make_exact(law: FrictionLaw) -> Any:
     return exact
 
 
-def _adiabatic_equations(law: FrictionLaw, path: Callable[..., float]) -> Equations:
+def make_error_weight(law: FrictionLaw) -> Any:
+    """`Equations.error_weight` of (x, u, psi) under a law."""
+    has_cusp = law.has_cusp
+
+    @inline
+    def error_weight(p: Parameters, y: State, J: tuple[State, ...]) -> State:
+        V_m = drive_speed(p)
+        force = force_weight(p, V_m * (-J[1][1] * p.block_mass))
+        if has_cusp(p):  # the slope of the rounded cusp grows with the tolerance
+            force = LARGEST_AT_CUSP if force > LARGEST_AT_CUSP else force
+        return 1.0 / abs(p.drive_amplitude), (1.0 + force) / V_m, film_weight(p, y[2])
+
+    return error_weight
+
+
+def adiabatic_equations(law: FrictionLaw, path: Callable[..., float]) -> Equations:
+    """The equations of motion of (x, u, psi); `path` is what the noise adds to psi'."""
     rounded = law.rounded
 
     @inline
@@ -200,4 +224,14 @@ def _adiabatic_equations(law: FrictionLaw, path: Callable[..., float]) -> Equati
         observables_and_rates=observables_and_rates,
         power=_power,
         stored_energy=None,
+        error_weight=make_error_weight(law),
     )
+
+
+@inline
+def _state_units(units: Units) -> State:
+    return units.length, units.speed, 1.0
+
+
+FOLLOWING = StrainModel(STATE, adiabatic_equations, scaling.FOLLOWING, starting_state, _state_units)
+"""The strain follows the relative velocity at once, Eq. 24."""

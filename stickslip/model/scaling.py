@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.fields import make_tuple_maker
 from stickslip.model import film, solids
-from stickslip.model.laws import friction_law
-from stickslip.options import ADIABATIC, Physics
+from stickslip.model.laws import FrictionLaw
 from stickslip.parameters import Parameters, ParameterValues
 from stickslip.variables import PARAMETERS
 
@@ -69,7 +68,7 @@ class Units(NamedTuple):
     strain: float
 
 
-class _Scales(NamedTuple):
+class Scales(NamedTuple):
     """The combinations of parameters by which the others are scaled."""
 
     omega: float
@@ -95,7 +94,7 @@ class _Scales(NamedTuple):
 def units_of(p: Parameters) -> Units:
     """Units of length [m], speed [m/s], stress [Pa], force [N], time [s] and strain for `p`.
 
-    In the adiabatic limit; where the strain relaxes, `relaxing_units_of`.
+    In the adiabatic limit, as all of this file but `reduction` and `model_values`.
     """
     X_m, omega = p.drive_amplitude, p.angular_frequency
     sign = math.copysign(1.0, X_m)
@@ -110,17 +109,11 @@ def units_of(p: Parameters) -> Units:
 
 
 @inline
-def relaxing_units_of(p: Parameters) -> Units:
-    """The same where the strain is a variable of its own."""
-    u, strain = units_of(p), _relaxing_scales_of(p).strain
-    return Units(u.length, u.speed, u.stress / strain, u.force, u.time, u.strain * strain)
-
-
-@inline
-def _scales_of(p: Parameters) -> _Scales:
+def scales_of(p: Parameters) -> Scales:
+    """The scales of `p`, in the adiabatic limit."""
     omega, length = p.angular_frequency, abs(p.drive_amplitude)
     rate, energy = length / p.film_thickness * omega, p.kinetic_coefficient / omega
-    return _Scales(
+    return Scales(
         omega=omega,
         length=length,
         speed=length * omega,
@@ -131,26 +124,6 @@ def _scales_of(p: Parameters) -> _Scales:
         thickness=1.0,
         relaxation=rate,  # the strain is a length over h
         inertia=p.block_mass * (omega * omega),
-    )
-
-
-@inline
-def _relaxing_scales_of(p: Parameters) -> _Scales:
-    """Where the strain is a variable of its own it is 1 at the speed of the drive."""
-    s = _scales_of(p)
-    omega, time = s.omega, p.strain_relaxation_time
-    strain = s.rate * time
-    return _Scales(
-        omega=omega,
-        length=s.length,
-        speed=s.speed,
-        rate=omega * strain,
-        energy=s.energy,
-        stress=s.energy * strain,  # with the strain it makes an energy
-        strain=strain,
-        thickness=omega * time,  # so that the strain slope is 1
-        relaxation=omega,
-        inertia=s.inertia,
     )
 
 
@@ -176,16 +149,29 @@ _SPECIAL: Mapping[str, str] = {
 }
 
 
-@cache
-def reduction(physics: Physics) -> Callable[[Parameters], Reduced]:
-    """The inline function that gives the parameters `p` in the units of `units_of`.
+class Scaling(NamedTuple):
+    """The nondimensional form of a model."""
 
-    Or of `relaxing_units_of`.
+    units_of: Callable[[Parameters], Units]
+    """Inline: what one unit of the reduced model is."""
+
+    scales_of: Callable[[Parameters], Scales]
+    """Inline: by what the parameters are scaled."""
+
+    literals: tuple[tuple[str, float], ...]
+    """Parameters besides `LITERALS` that have one value in it."""
+
+
+FOLLOWING = Scaling(units_of, scales_of, (("film_thickness", 1.0),))
+"""Where the strain follows the relative velocity at once."""
+
+
+def reduction(law: FrictionLaw, scaling: Scaling) -> Callable[[Parameters], Reduced]:
+    """The inline function that gives the parameters `p` in the units of a scaling.
 
     Raises KeyError for a parameter whose unit is in no table: it must say how it is scaled.
     """
-    law = friction_law(physics.friction)
-    scales_of = _scales_of if physics.strain == ADIABATIC else _relaxing_scales_of
+    scales_of = scaling.scales_of
     names: dict[str, Any] = {f"law_{name}": function for name, function in law.scaled.items()}
     by_law = {name: f"law_{name}(p, s.rate, 1.0 / s.stress)" for name in law.scaled}
     values = {
@@ -204,23 +190,21 @@ def reduction(physics: Physics) -> Callable[[Parameters], Reduced]:
     return reduced
 
 
-def literals_of(index: float | None, *, sextic: bool, relaxing: bool = False) -> dict[str, float]:
+def literals_of(index: float | None, *, sextic: bool) -> dict[str, float]:
     """The parameters that are written out as literals for a family of fluids."""
     known = {} if index is None else {"rheological_index": index}
-    known |= {} if relaxing else {"film_thickness": 1.0}
     return known if sextic else known | dict.fromkeys(HIGHEST, 0.0)
 
 
 @cache
 def model_values(
-    index: float | None, *, sextic: bool = True, relaxing: bool = False
+    index: float | None, *, sextic: bool = True, scaling: Scaling = FOLLOWING
 ) -> Callable[..., ParameterValues]:
     """The inline function that gives reduced parameters as the model's functions take them.
 
     With the rheological index as a literal, or that of the parameters for None; with the highest
-    coefficients of the free energy only where it is `sextic`, a thickness only where the strain is
-    `relaxing`.
+    coefficients of the free energy only where it is `sextic`.
     """
     values: dict[str, Any] = {name: f"q.{name}" for name in KEPT} | dict(LITERALS)
-    values |= literals_of(index, sextic=sextic, relaxing=relaxing)
+    values |= dict(scaling.literals) | literals_of(index, sextic=sextic)
     return make_tuple_maker(ParameterValues, "q", values, {})

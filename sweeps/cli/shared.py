@@ -42,8 +42,7 @@ def say(message: str) -> None:
 
 def checked_config(file: Path | None, changes: list[str] | None) -> Config:
     """The checked config, its warnings printed; raises ConfigError."""
-    from sweeps.engine.in_memory import read_config
-    from sweeps.engine.options import coarse_step
+    from sweeps.engine.options import coarse_step, read_config
 
     config = read_config(file if file is not None else {}, changes or [])
     for warning in (*config.warnings, *coarse_step(config)):

@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures.process import BrokenProcessPool
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.options import Options
 from stickslip.variables import RESULT_COLUMNS
-from sweeps.config.load import Config, from_mapping, load
+from sweeps.config.load import Config
 from sweeps.config.order import Refine
 from sweeps.config.schema import Execution
 from sweeps.engine.dispatch import finished_blocks
 from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.executors.kernels import compile_kernels
 from sweeps.engine.executors.worker import Block, compute_block, task_of
-from sweeps.engine.options import options_of, unstable_step
+from sweeps.engine.options import options_of
 from sweeps.engine.order.cut import blocks_of
 from sweeps.engine.order.refine import refinement_of
 from sweeps.engine.order.stragglers import Stragglers
@@ -38,13 +37,6 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 _DEFAULT = Execution()
-
-
-def read_config(source: str | Path | Mapping[str, Any], overrides: Sequence[str] = ()) -> Config:
-    """The config in a file or a dict, checked with the physics; raises ConfigError."""
-    if isinstance(source, Mapping):
-        return from_mapping(source, overrides=overrides, checks=[unstable_step])
-    return load(source, overrides, checks=[unstable_step])
 
 
 def run_in_memory(

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import stability
 from stickslip.options import DEFAULTS, METHODS, Options
-from sweeps.config.load import Config
+from sweeps.config.load import Config, from_mapping, load
 from sweeps.grid import Grid
 
 # Enough points to look at, at once, for a stable one.
 _CHUNK = 100_000
+
+
+def read_config(source: str | Path | Mapping[str, Any], overrides: Sequence[str] = ()) -> Config:
+    """The config in a file or a dict, checked with the physics; raises ConfigError."""
+    if isinstance(source, Mapping):
+        return from_mapping(source, overrides=overrides, checks=[unstable_step])
+    return load(source, overrides, checks=[unstable_step])
 
 
 def options_of(config: Config) -> Options:

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import joblib
 
+from stickslip.accessors import register_accessors
 from stickslip.status import Status
 from sweeps.config.load import Config, from_mapping
 from sweeps.config.schema import Execution
 from sweeps.engine.executors.worker import Block
-from sweeps.engine.in_memory import read_config, run_in_memory
+from sweeps.engine.in_memory import run_in_memory
+from sweeps.engine.options import read_config
 from sweeps.engine.outcome import Console, Outcome
 from sweeps.engine.resume import ExistingPolicy
 from sweeps.engine.signals import Stop
@@ -103,7 +104,7 @@ def run(
         if on_block is not None:
             raise TypeError("on_block is called in memory only: leave out output=")
         result = _run_into(config, Path(output), ExistingPolicy(**existing), progress)
-    import_module("sweeps.accessor")  # `ds.stickslip`; by name, since the views lie above
+    register_accessors()
     return result
 
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.kernels.trajectories import OBSERVABLES, observables_kernel, write_start
-from stickslip.model.state import components_of
+from stickslip.kernels.trajectories import OBSERVABLES, observables_kernel, start_kernel
+from stickslip.model.models import model_of
 from stickslip.options import METHODS
 from stickslip.orbit import typical_options
 from stickslip.parameters import Parameters
@@ -88,11 +88,11 @@ def trajectories(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
 def _compile_kernels(config: Config) -> None:
     """Compile or load what `simulate` needs: a trajectory of no steps calls the same kernels."""
     options, grid = options_of(config), Grid.from_config(config)
-    width = len(components_of(options.strain))
+    width = model_of(options.physics).width
     point, start, states = grid.points(0, 1)[0], np.empty(width), np.empty((1, width))
     method = METHODS[options.method].kernels
     method.largest_step(point[None, :], options)
-    write_start(point, start)
+    start_kernel(options.physics.typical)(point, start)
     method.trajectory(point, options, start, 1, states)
     observables = np.empty((0, len(OBSERVABLES)))
     observables_kernel(options.physics.typical)(point, np.empty(0), states[:0], 0.0, observables)

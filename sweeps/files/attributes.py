@@ -17,7 +17,6 @@ from stickslip.compiled.cache import processor, source_hash
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.regime import Regime
 from stickslip.status import Status
-from stickslip.trajectory import attributes
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps.config.load import Config
 from sweeps.files.columns import STATUS, failures, result_values, status_counts
@@ -71,7 +70,7 @@ def data_sha256(key: bytes, digests: Sequence[str]) -> str:
 
 def variable_attributes(name: str) -> dict[str, object]:
     """Name, unit, meaning and flags of a result variable."""
-    described: dict[str, object] = dict(attributes(RESULTS[name]))
+    described: dict[str, object] = dict(RESULTS[name].attributes)
     if name in _FLAGS:
         codes = list(_FLAGS[name])
         described["flag_values"] = np.array([int(code) for code in codes], dtype=np.int8)
@@ -87,7 +86,7 @@ def coordinates(grid: Grid) -> dict[str, Coordinate]:
         DIRECTION: {"long_name": f"way along the followed axis, {grid.followed}"},
     }
     return {
-        name: (dims, values, own.get(name) or dict(attributes(PARAMETERS[name])))
+        name: (dims, values, own.get(name) or dict(PARAMETERS[name].attributes))
         for name, (dims, values) in (*grid.coords.items(), *fixed.items())
     }
 

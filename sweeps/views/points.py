@@ -18,7 +18,7 @@ from stickslip.parameters import Parameters
 from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.tables import value_table
-from stickslip.trajectory import REALIZATION, attributes
+from stickslip.trajectory import REALIZATION
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS, STROBOSCOPIC
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.schema import Noise
@@ -155,7 +155,7 @@ class Point:
         }
         ds = xr.Dataset(data, {"period": np.arange(periods + 1, dtype=np.int32)})
         for name, variable in STROBOSCOPIC.items():
-            ds[name].attrs.update(attributes(variable))
+            ds[name].attrs.update(variable.attributes)
         return ds
 
     def replay(self, periods: int | None = None, start: Start | None = None) -> xr.Dataset:

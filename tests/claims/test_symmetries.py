@@ -14,9 +14,9 @@ from support.marks import marked
 from support.symmetries import SYMMETRIES, Symmetry, expected, transformed
 
 from stickslip import Parameters, Status
-from stickslip.kernels.trajectories import write_start
+from stickslip.kernels.trajectories import start_kernel
 from stickslip.measure.results import STATUS
-from stickslip.options import METHODS, Options
+from stickslip.options import DEFAULTS, METHODS, Options
 from stickslip.orbit import compute_orbits
 
 SCENES: dict[str, dict[str, float]] = {
@@ -98,7 +98,7 @@ def test_trajectories(name: str, method: str) -> None:
     sampled = []
     for point in (p, transformed(p, symmetry)):
         start, samples = np.empty(3), np.empty((17, 3))
-        write_start(np.array(point), start)
+        start_kernel(DEFAULTS.physics)(np.array(point), start)
         status = METHODS[method].kernels.trajectory(np.array(point), options, start, 8, samples)
         assert status == Status.OK
         sampled.append(samples)

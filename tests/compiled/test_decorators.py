@@ -12,9 +12,9 @@ from support.package import run_python
 
 from stickslip.compiled import decorators
 from stickslip.kernels.points import parameters_of
-from stickslip.kernels.trajectories import write_start
+from stickslip.kernels.trajectories import start_kernel
 from stickslip.model import drive
-from stickslip.options import Options, Settings
+from stickslip.options import DEFAULTS, Options, Settings
 from stickslip.parameters import Parameters
 
 # --- flags ---------------------------------------------------------------------------------------
@@ -25,7 +25,7 @@ def test_nothing_is_compiled_with_the_flags_that_let_nan_pass() -> None:
         function = compiler(lambda error: error <= 1.0)
         assert not function(float("nan"))
         assert set(function.targetoptions["fastmath"]) <= {"contract", "arcp"}
-    options = write_start.targetoptions
+    options = start_kernel(DEFAULTS.physics).targetoptions
     assert set(options["fastmath"]) <= {"contract", "arcp"}
     assert options["error_model"] == "numpy"
     assert options["nogil"]
@@ -61,7 +61,7 @@ def test_a_kernel_has_one_signature_for_all_parameters_and_settings() -> None:
     start = np.zeros(3)
     for parameters in (Parameters(), Parameters(rheological_index=0, temperature=310)):
         point = np.array(parameters)
-        write_start(point, start)
+        start_kernel(DEFAULTS.physics)(point, start)
         for options in (
             Options(rtol=1e-3),
             Options(rtol=np.float32(1e-3), max_steps=1e6, stationary_rtol=np.float32(1e-3)),
@@ -69,7 +69,7 @@ def test_a_kernel_has_one_signature_for_all_parameters_and_settings() -> None:
         ):
             smallest(point, options.settings())
     assert len(smallest.signatures) == 1
-    assert len(write_start.signatures) == 1
+    assert len(start_kernel(DEFAULTS.physics).signatures) == 1
 
 
 # --- names ---------------------------------------------------------------------------------------

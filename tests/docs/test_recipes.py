@@ -215,7 +215,7 @@ def test_a_step_that_is_left_out_is_an_error_and_no_wrong_number(step: str, tmp_
     code = (
         "import numpy as np\n"
         "from stickslip import Options, Parameters\n"
-        "from stickslip.kernels.adaptive import conversion\n"
+        "from stickslip.kernels.adaptive import rows\n"
         "from stickslip.kernels.stability import fastest_rate\n"
         f"physics = Options(friction={law!r}).physics\n"
         "points = np.array([Parameters()])\n"
@@ -225,10 +225,10 @@ def test_a_step_that_is_left_out_is_an_error_and_no_wrong_number(step: str, tmp_
         "    points[0], np.zeros(1), np.ones((1, 3)), 0.0, np.zeros((1, 6)))\n"
         "from stickslip.kernels.adaptive.passes import new_queue\n"
         "queue = new_queue(np.zeros((1, 40)), np.zeros((1, 4)))\n"
-        "orbits = conversion.Orbits(np.zeros((1, 4)), queue.measured.copy(), np.zeros(1, bool),\n"
+        "orbits = rows.Orbits(np.zeros((1, 4)), queue.measured.copy(), np.zeros(1, bool),\n"
         "    np.zeros((1, 2)), np.zeros(1), np.zeros((1, 4, 3)), np.zeros((1, 3)),\n"
-        "    np.zeros((1, 3)), np.zeros(1, bool))\n"
-        "conversion.write_results(points, queue, orbits, 1e-6, False, np.zeros((1, 30)))\n"
+        "    np.zeros((1, 3)), np.zeros((1, 3)))\n"
+        "rows.row_kernels(physics).write_results(points, queue, orbits, 1e-6, np.zeros((1, 30)))\n"
     )
     done = output_of(code, copy, cache=copy / "cache")
     assert done.returncode != 0

@@ -14,9 +14,10 @@ from support.marches import FAST_DT, fast, period
 from support.scalar_twins import adaptive_periods, euler_cromer_period
 
 from stickslip import Parameters, Status
-from stickslip.kernels.adaptive import conversion, queues
+from stickslip.kernels.adaptive import queues
+from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.passes import CYCLE, MEASURE, OUTCOME, TRAVEL, Pass
-from stickslip.kernels.trajectories import write_start
+from stickslip.kernels.trajectories import start_kernel
 from stickslip.measure.accumulate import (
     ABSOLUTE_WORK,
     BLOCK_WORK,
@@ -71,8 +72,9 @@ def adaptive_lanes() -> tuple[np.ndarray, np.ndarray]:
         queues.work_through(queue, task, DEFAULTS.physics)
     assert np.all(queue.counts[:, OUTCOME] == Status.OK)
     records = np.empty((len(points), RECORD))
-    conversion.write_records(points, queue.counts[:, CYCLE], queue.measured, records, False)
-    conversion.restore_states(points, queue.states, False)
+    conversion = conversion_of(DEFAULTS.physics)
+    conversion.write_records(points, queue.counts[:, CYCLE], queue.measured, records)
+    conversion.restore_states(points, queue.states)
     states = queue.states[:, :-1]
     return np.column_stack([states[:, :2], np.exp(states[:, 2])]), records
 
@@ -87,7 +89,7 @@ def by_twin(method: str, p: Parameters) -> tuple[np.ndarray, np.ndarray]:
     if method == "euler-cromer":
         return euler_cromer_period(p, FAST_DT)[:2]
     start = np.empty(len(STATE))
-    write_start(np.array(p), start)
+    start_kernel(DEFAULTS.physics)(np.array(p), start)
     begin = adaptive_periods(p, start, 1, TOLERANCE)[0][-1]
     states, record = adaptive_periods(p, begin, 1, TOLERANCE)
     return np.array([*states[-1, :2], np.exp(states[-1, 2])]), record

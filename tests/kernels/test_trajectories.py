@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stickslip import Parameters, Status, simulate
-from stickslip.kernels.trajectories import write_start
-from stickslip.options import METHODS, Options
+from stickslip.kernels.trajectories import start_kernel
+from stickslip.options import DEFAULTS, METHODS, Options
 
 X_M = 0.8e-6
 OMEGA = 38.0
@@ -18,7 +18,7 @@ OMEGA = 38.0
 def sampled(p: Parameters, options: Options, per_period: int = 1) -> tuple[np.ndarray, int]:
     """The states (x, v, phi) of a period from the start, past any refusal, and the Status."""
     start, samples = np.empty(3), np.empty((per_period + 1, 3))
-    write_start(np.array(p), start)
+    start_kernel(DEFAULTS.physics)(np.array(p), start)
     kernels = METHODS[options.method].kernels
     return samples, kernels.trajectory(np.array(p), options, start, per_period, samples)
 

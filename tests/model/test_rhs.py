@@ -9,7 +9,8 @@ from support.parameters import random_parameters
 
 from stickslip import reference
 from stickslip.model import noise
-from stickslip.model.rhs import Equations, equations, relative_state, starting_state
+from stickslip.model.models import model_of
+from stickslip.model.rhs import Equations, relative_state, starting_state
 from stickslip.options import FRICTION_LAWS, Physics
 from stickslip.parameters import Parameters
 
@@ -20,7 +21,7 @@ WEIGHTS = (1 / 12, -8 / 12, 8 / 12, -1 / 12)
 
 @pytest.fixture(scope="module", params=FRICTION_LAWS)
 def model(request: pytest.FixtureRequest) -> Equations:
-    return equations(Physics(request.param))
+    return model_of(Physics(request.param)).equations
 
 
 class Case(NamedTuple):
@@ -87,7 +88,7 @@ def derivative(
 
 @pytest.mark.parametrize("gamma", INDICES)
 def test_the_right_hand_side_agrees_with_the_independent_twin(gamma: float) -> None:
-    model = equations(Physics("power-law"))  # the only law that the twin knows
+    model = model_of(Physics("power-law")).equations  # the only law that the twin knows
     for p, t, y, u in cases(gamma):
         x, _, psi = y
         speed, omega = abs(p.drive_amplitude) * p.angular_frequency, p.angular_frequency

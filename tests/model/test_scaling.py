@@ -11,7 +11,8 @@ from support.extra_parameters import UNITS, VALUE, extra_values
 from support.parameters import random_parameters
 
 from stickslip.model import scaling
-from stickslip.model.rhs import Equations, equations
+from stickslip.model.models import model_of
+from stickslip.model.rhs import Equations
 from stickslip.options import FRICTION_LAWS, Physics
 from stickslip.parameters import Parameters, ParameterValues
 from stickslip.variables import PARAMETERS
@@ -26,12 +27,12 @@ def law(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture
 def model(law: str) -> Equations:
-    return equations(Physics(law))
+    return model_of(Physics(law)).equations
 
 
 def own(law: str, p: ParameterValues) -> ParameterValues:
     """The parameters in their own units, as the model's functions take them."""
-    return scaling.model_values(None)(scaling.reduction(Physics(law))(p))
+    return scaling.model_values(None)(model_of(Physics(law)).reduced(p))
 
 
 @pytest.mark.parametrize("gamma", INDICES)
@@ -101,7 +102,7 @@ def test_a_mirrored_drive_has_mirrored_units_and_the_same_reduced_parameters(law
     for gamma in INDICES:
         p = random_parameters(np.random.default_rng(8), gamma)
         other = p._replace(drive_amplitude=-p.drive_amplitude)
-        assert scaling.reduction(Physics(law))(other) == scaling.reduction(Physics(law))(p)
+        assert model_of(Physics(law)).reduced(other) == model_of(Physics(law)).reduced(p)
         units = scaling.units_of(p)
         assert units.time == 1 / p.angular_frequency
         assert scaling.units_of(other) == tuple(
@@ -115,7 +116,7 @@ def is_old(name: str) -> bool:
 
 def reduced(p: Parameters) -> dict[str, float]:
     """The paper's reduced parameters; how a scaling changes later ones is not known here."""
-    q = scaling.reduction(Physics("power-law"))(p)
+    q = model_of(Physics("power-law")).reduced(p)
     return {name: x for name, x in q._asdict().items() if is_old(name)}
 
 
@@ -192,13 +193,13 @@ def test_parameters_with_one_value_are_literals_whatever_the_point(law: str) -> 
 
 
 def test_the_rheological_index_can_be_a_literal_too(law: str) -> None:
-    q = scaling.reduction(Physics(law))(Parameters(rheological_index=0.3))
+    q = model_of(Physics(law)).reduced(Parameters(rheological_index=0.3))
     assert scaling.model_values(-2 / 3)(q).rheological_index == -2 / 3
     assert scaling.model_values(-2 / 3)(q)[:3] == scaling.model_values(None)(q)[:3]
 
 
 def test_the_highest_coefficients_are_literals_where_they_are_not_needed(law: str) -> None:
-    q = scaling.reduction(Physics(law))(Parameters(quintic_coefficient=3.0, sextic_coefficient=5.0))
+    q = model_of(Physics(law)).reduced(Parameters(quintic_coefficient=3.0, sextic_coefficient=5.0))
     low, high = (scaling.model_values(None, sextic=sextic)(q) for sextic in (False, True))
     assert (low.quintic_coefficient, low.sextic_coefficient) == (0.0, 0.0)
     assert high.quintic_coefficient == 30.0  # delta/omega
@@ -208,7 +209,7 @@ def test_the_highest_coefficients_are_literals_where_they_are_not_needed(law: st
 def test_the_temperature_counts_as_the_heating(law: str) -> None:
     p = Parameters(temperature=250.0)
     expected = 2 * 0.95 * (250.0 - 290.0) * 100.0 / 10.0  # 2 alpha (T - T_c) delta/omega
-    assert scaling.reduction(Physics(law))(p).temperature == pytest.approx(
+    assert model_of(Physics(law)).reduced(p).temperature == pytest.approx(
         expected, rel=1e-14, abs=0
     )
 
@@ -231,9 +232,10 @@ EXPECTED = {
 def test_an_extra_parameter_of_any_unit_of_the_table_is_scaled_by_its_unit(tmp_path: Path) -> None:
     imports = (
         "from stickslip.options import Physics\n"
-        "from stickslip.model.scaling import model_values, reduction"
+        "from stickslip.model.models import model_of\n"
+        "from stickslip.model.scaling import model_values"
     )
-    expression = 'model_values(-0.5)(reduction(Physics("power-law"))(p))'
+    expression = 'model_values(-0.5)(model_of(Physics("power-law")).reduced(p))'
     assert set(EXPECTED) == set(UNITS)
     assert extra_values(tmp_path, imports, expression, P) == pytest.approx(
         EXPECTED, rel=1e-14, abs=0
@@ -242,6 +244,6 @@ def test_an_extra_parameter_of_any_unit_of_the_table_is_scaled_by_its_unit(tmp_p
 
 @pytest.mark.slow
 def test_an_extra_parameter_of_another_unit_must_say_how_it_is_scaled(tmp_path: Path) -> None:
-    imports = "from stickslip.options import Physics\nfrom stickslip.model.scaling import reduction"
+    imports = "from stickslip.options import Physics\nfrom stickslip.model.models import model_of"
     with pytest.raises(AssertionError, match="KeyError: 'K s-1'"):
-        extra_values(tmp_path, imports, 'reduction(Physics("power-law"))(p)', P, ("K s-1",))
+        extra_values(tmp_path, imports, 'model_of(Physics("power-law")).reduced(p)', P, ("K s-1",))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from stickslip.compiled.decorators import inline
 from stickslip.kernels.problem import ProblemFunctions, problem_functions
 from stickslip.model.laws import FrictionLaw
-from stickslip.model.rhs import equations
+from stickslip.model.models import model_of
 from stickslip.options import Physics
 from stickslip.parameters import Parameters
 
@@ -56,4 +56,4 @@ LAW = FrictionLaw(
 
 def measured_otherwise(physics: Physics) -> ProblemFunctions:
     """What `problem_functions` is replaced by."""
-    return problem_functions(physics)._replace(equations=equations(Physics("power-law")))
+    return problem_functions(physics)._replace(equations=model_of(Physics("power-law")).equations)

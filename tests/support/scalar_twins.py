@@ -29,9 +29,9 @@ from stickslip.measure.accumulate import (
     accumulator,
 )
 from stickslip.model import drive, film, noise, solids
+from stickslip.model.models import model_of
 from stickslip.model.rhs import (
     block_acceleration,
-    equations,
     film_melting_function,
     relative_state,
     relative_velocity,
@@ -45,7 +45,7 @@ from stickslip.options import DEFAULTS
 _record = accumulator(1, 0)
 _clear = _record.clear
 _see_extremum, _see_phase, _see_work = _record.see_extremum, _record.see_phase, _record.see_work
-_observables = equations(DEFAULTS.physics).observables
+_observables = model_of(DEFAULTS.physics).equations.observables
 _interpolate = algebra(3).interpolate
 
 # Looks at a step: enough that between two of them nothing is 1e-8 higher.

@@ -9,11 +9,12 @@ from support.package import PACKAGE, run_python
 # Its ln(phi) comes from model/noise.py.
 SMALL_KERNEL = """
 import numpy as np
-from stickslip.kernels.trajectories import write_start
+from stickslip.kernels.trajectories import start_kernel
+from stickslip.options import DEFAULTS
 from stickslip.parameters import Parameters
 state = np.empty(3)
-write_start(np.array(Parameters()), state)
-stats = write_start.stats
+start_kernel(DEFAULTS.physics)(np.array(Parameters()), state)
+stats = start_kernel(DEFAULTS.physics).stats
 print(state[2], sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
 """
 LOG_PHI = -26.2318641

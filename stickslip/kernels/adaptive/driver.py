@@ -11,7 +11,8 @@ from functools import partial
 
 import numpy as np
 
-from stickslip.kernels.adaptive import conversion, tangents
+from stickslip.kernels.adaptive import tangents
+from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.passes import (
     APERIODIC,
     ATTEMPTED,
@@ -31,17 +32,18 @@ from stickslip.kernels.adaptive.passes import (
     pass_kernel,
 )
 from stickslip.kernels.adaptive.queues import part_of, put_back, reduced_queue, work_through
+from stickslip.kernels.adaptive.rows import Orbits, row_kernels
 from stickslip.kernels.adaptive.walk import AdaptiveWalk, StochasticWalk, TangentWalk
 from stickslip.kernels.families import FamilyKernel, families
 from stickslip.kernels.observation import Watched, spreads_of, watch, write_aperiodic
 from stickslip.kernels.points import final_columns
 from stickslip.kernels.problem import rounding_speed
 from stickslip.kernels.trajectories import adaptive_trajectory, new_stream
+from stickslip.model.models import model_of
 from stickslip.model.scaling import Reduced
-from stickslip.model.state import components_of
 from stickslip.numerics.adaptive import OK
 from stickslip.numerics.spectrum import rest_points
-from stickslip.options import RELAXING, Options, Physics, Settings
+from stickslip.options import Options, Physics, Settings
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
@@ -77,7 +79,7 @@ def compile_shared(options: Options) -> None:
 
 def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
     """The kernels that points of these kinds (n, 2) need besides; see `families.KIND`."""
-    settings, width = options.settings(), len(components_of(options.strain))
+    settings, width = options.settings(), model_of(options.physics).width
     task = Pass(TRAVEL, settings.rtol, settings.rtol, 0, 0, False)
     for family, _ in families(options.physics, kinds):
         nobody = new_queue(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
@@ -159,10 +161,9 @@ def orbits(
         put_back(orbits, rows, _measure(points[rows], part, options, again=True))
         put_back(queue, rows, part)
     orbits.offsets[_moved(orbits)] = np.nan
-    relaxing = physics.strain == RELAXING
-    conversion.write_results(points, queue, orbits, options.settings().rtol, relaxing, results)
+    _write_results(points, queue, orbits, options, results)
     finals[:] = orbits.begins
-    conversion.restore_states(points, finals, relaxing)
+    conversion_of(physics).restore_states(points, finals)
     for rows, watched in aperiodic:
         _write_aperiodic(points, queue, rows, watched, results, finals)
 
@@ -188,7 +189,7 @@ def _start_elsewhere(
     """Put the points for which a start is given (n, columns) into that state."""
     rows = np.flatnonzero(~np.isnan(starts[:, 0]))
     states = starts[rows].copy()
-    conversion.scale_states(points[rows], states, physics.strain == RELAXING)
+    conversion_of(physics).scale_states(points[rows], states)
     queue.states[rows, :-1] = states[:, :-1]  # the first step stays short
 
 
@@ -202,9 +203,7 @@ def _finer(options: Options) -> float:
     return max(REFINEMENT * options.settings().rtol, TIGHTEST)
 
 
-def _measure(
-    points: np.ndarray, queue: Queue, options: Options, *, again: bool = False
-) -> conversion.Orbits:
+def _measure(points: np.ndarray, queue: Queue, options: Options, *, again: bool = False) -> Orbits:
     """What is known of settled orbits besides the finer measurement, with which the queue returns.
 
     The queue begins in states on them. The coarser measurement begins where the finer one ends:
@@ -213,7 +212,7 @@ def _measure(
     farther: `again` lets that be forgotten before.
     """
     settings, physics, finer = options.settings(), options.physics, _finer(options)
-    width = queue.states.shape[1] - 1
+    components = model_of(physics).components
     begins = queue.states.copy()
     work_through(queue, _measuring(finer, options), physics)
     coarse = part_of(queue, np.arange(len(points)))
@@ -225,31 +224,29 @@ def _measure(
     queue.counts[:, [ATTEMPTED, OUTCOME]] = coarse.counts[:, [ATTEMPTED, OUTCOME]]
     near = tangents.neighbours_of(queue, began, coarse, settings.rtol, physics)
     begun, ended, others_begun, others_ended = (
-        tangents.floored(states, width) for states in (begins, queue.states, began, coarse.states)
+        tangents.floored(states, components)
+        for states in (begins, queue.states, began, coarse.states)
     )
     missed, others_missed = ended - begun, others_ended - others_begun
     offsets = rest_points(near.maps, missed) - missed
     if not again:  # the motion may have gone elsewhere, and the cycle after it show nothing
         offsets[np.abs(missed[:, :2]).max(axis=1) > _ELSEWHERE] = np.nan
     others_offsets = rest_points(near.maps, others_missed) - others_missed
-    cusped = np.empty(len(points), dtype=bool)
-    conversion.cusp_kernel(physics.friction)(points, cusped)
-    return conversion.Orbits(
+    return Orbits(
         begins,
         coarse.measured,
         tangents.symmetric(queue, begins, settings.stationary_rtol, finer, physics),
         _spreads(points, queue, begins, _measuring(finer, options), physics),
         near.multipliers,
         near.slopes,
-        missed=tangents.weighted(missed),
+        missed=tangents.weighted(missed, components),
         offsets=offsets,
         shifts=others_ended + others_offsets - (ended + offsets),
-        cusped=cusped,
     )
 
 
 def _off_the_orbit(
-    points: np.ndarray, queue: Queue, orbits: conversion.Orbits, options: Options
+    points: np.ndarray, queue: Queue, orbits: Orbits, options: Options
 ) -> np.ndarray:
     """The points (m,) whose measurement began off their orbit, as far as what is measured tells.
 
@@ -257,20 +254,18 @@ def _off_the_orbit(
     by half of itself. An order parameter that was far off grows back within the cycle, too late
     for the stress of that cycle, and no small displacement tells it.
     """
-    off, relaxing = np.zeros(len(points), dtype=bool), options.strain == RELAXING
-    conversion.write_off_the_orbit(points, queue, orbits, options.settings().rtol, relaxing, off)
+    off, rtol = np.zeros(len(points), dtype=bool), options.settings().rtol
+    row_kernels(options.physics).write_off_the_orbit(points, queue, orbits, rtol, off)
     off |= _moved(orbits)
     return np.flatnonzero(off & ~np.isnan(orbits.offsets[:, 0]))
 
 
-def _moved(orbits: conversion.Orbits) -> np.ndarray:
+def _moved(orbits: Orbits) -> np.ndarray:
     """Which of the cycles (n,) that were measured ended elsewhere than they began."""
     return np.asarray(np.abs(orbits.missed).max(axis=1) > _MOVED)
 
 
-def _corrected(
-    queue: Queue, orbits: conversion.Orbits, rows: np.ndarray, options: Options
-) -> np.ndarray:
+def _corrected(queue: Queue, orbits: Orbits, rows: np.ndarray, options: Options) -> np.ndarray:
     """States (m, width + 1) nearer to their orbits: a cycle farther than those of these rows.
 
     And by a step of Newton's, where that is a small one. Of ln(phi) it may be many: what the film
@@ -278,7 +273,8 @@ def _corrected(
     """
     states, offsets = queue.states.copy(), orbits.offsets[rows]
     small = np.abs(offsets[:, :2]).max(axis=1) <= _LONGEST_CORRECTION * options.rtol
-    steps = np.where(np.abs(tangents.weighted(offsets)) <= _MOVED, offsets, 0.0)
+    weighted = tangents.weighted(offsets, model_of(options.physics).components)
+    steps = np.where(np.abs(weighted) <= _MOVED, offsets, 0.0)
     states[small, :-1] += steps[small]
     return states
 
@@ -344,6 +340,14 @@ def _after_watching(walk: TangentWalk, watched: Watched) -> Queue:
     return queue
 
 
+def _write_results(
+    points: np.ndarray, queue: Queue, orbits: Orbits, options: Options, results: np.ndarray
+) -> None:
+    """Write the result rows (n, columns) of points that were settled and measured."""
+    rtol = options.settings().rtol
+    row_kernels(options.physics).write_results(points, queue, orbits, rtol, results)
+
+
 def _write_aperiodic(
     points: np.ndarray,
     queue: Queue,
@@ -399,5 +403,5 @@ def end_states(
     queue.counts[:, CYCLE] = 2 * periods
     task = Pass(TRAVEL, settings.rtol, settings.rtol, 0, settings.max_steps, False)
     work_through(queue, task, options.physics)
-    conversion.restore_states(points, queue.states, options.strain == RELAXING)
+    conversion_of(options.physics).restore_states(points, queue.states)
     return queue.states[:, :-1], queue.counts[:, ATTEMPTED], queue.counts[:, OUTCOME]

@@ -24,8 +24,9 @@ from stickslip.kernels.problem import Problem, problem_functions, problem_of, ro
 from stickslip.kernels.streams import STREAM
 from stickslip.measure.accumulate import RECORD
 from stickslip.model import solids
+from stickslip.model.models import model_of
 from stickslip.model.noise import freezes_late, in_between
-from stickslip.model.scaling import Reduced, model_values
+from stickslip.model.scaling import Reduced
 from stickslip.model.solids import Thresholds
 from stickslip.model.state import FILM, STATE
 from stickslip.numerics import step_control
@@ -36,7 +37,7 @@ from stickslip.numerics.linear import algebra
 from stickslip.numerics.periodic import search
 from stickslip.numerics.rosenbrock import make_step
 from stickslip.numerics.tableaus import RODAS4P2
-from stickslip.options import RELAXING, Physics
+from stickslip.options import Physics
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 
@@ -210,11 +211,7 @@ def _make_apply_verdict(state: StateFunctions) -> Any:
 
 def make_problems(family: Family) -> Any:
     """What reads the problem of a lane, for fluids of one family: (lanes, lane) to a Problem."""
-    values_of: Any = model_values(
-        family.gamma,
-        sextic=family.sextic,
-        relaxing=family.physics.strain == RELAXING,
-    )
+    values_of: Any = model_of(family.physics).values(family.gamma, sextic=family.sextic)
 
     @inline
     def problem(values: np.ndarray, lane: int) -> Problem:
@@ -341,7 +338,8 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
     It maps (queue, lanes, task, attempts) to the number of points still to be finished: it works
     for so many attempts of all lanes together, and is called again until that is 0.
     """
-    functions, state = problem_functions(physics), state_functions(physics.strain)
+    functions = problem_functions(physics)
+    state = state_functions(model_of(physics).components)
     operations = algebra(functions.width)
     rhs, jacobian, weight = functions.rhs, functions.jacobian, functions.error_weight
     attempt = make_attempt(rhs, jacobian, weight, problems, RODAS4P2, operations, ROOM)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stickslip.kernels.adaptive import conversion
+from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.passes import (
     OUTCOME,
     Pass,
@@ -14,8 +14,8 @@ from stickslip.kernels.adaptive.passes import (
     pass_kernel,
 )
 from stickslip.kernels.families import KIND, families
+from stickslip.model.models import model_of
 from stickslip.model.scaling import Reduced
-from stickslip.model.state import components_of
 from stickslip.numerics.adaptive import OK
 from stickslip.options import Physics
 
@@ -28,9 +28,9 @@ _WORK = 2_000_000
 def reduced_queue(points: np.ndarray, physics: Physics) -> Queue:
     """The queue of points (n, parameters) in SI units, in their own units, at their starts."""
     n = len(points)
-    width = len(components_of(physics.strain))
+    width = model_of(physics).width
     queue = new_queue(np.empty((n, len(Reduced._fields))), np.empty((n, width + 1)))
-    conversion.reduction_kernel(physics)(points, queue.points, queue.states)
+    conversion_of(physics).reduce_points(points, queue.points, queue.states)
     return queue
 
 

@@ -1,4 +1,4 @@
-"""States in lanes, rows and searches: small functions for each model of the strain."""
+"""States in lanes, rows and searches: small functions for the components of a model."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stickslip.compiled.decorators import jit
 from stickslip.compiled.fields import make_map
 from stickslip.compiled.simd import LANES
 from stickslip.kernels.adaptive.recording import SLOTS, put
-from stickslip.model.state import Component, components_of
+from stickslip.model.state import Component
 from stickslip.numerics.lane_array import lane_vectors
 
 
@@ -46,9 +46,8 @@ class StateFunctions(NamedTuple):
 
 
 @cache
-def state_functions(strain: str) -> StateFunctions:
-    """The functions for a model of the strain, one of `options.STRAINS`."""
-    components = components_of(strain)
+def state_functions(components: tuple[Component, ...]) -> StateFunctions:
+    """The functions for states of these components."""
     width, numbered = len(components), list(enumerate(components))
     vectors = lane_vectors(LANES, width)
     put_state = vectors.put

@@ -21,15 +21,14 @@ from stickslip.kernels.adaptive.passes import (
 )
 from stickslip.kernels.adaptive.queues import part_of, work_through
 from stickslip.measure.accumulate import EXTREMA
-from stickslip.model.state import components_of
+from stickslip.model.models import model_of
+from stickslip.model.state import Component
 from stickslip.numerics.adaptive import OK
 from stickslip.numerics.spectrum import spectral_radii
-from stickslip.options import RELAXING, Physics
+from stickslip.options import Physics
 
-_WEIGHTS = np.array([component.weight for component in components_of(RELAXING)])
-_FLOORS = np.array([component.floor for component in components_of(RELAXING)])
-
-# ... but not so much that the film melts or freezes.
+# A copy is displaced by more in what repeats to many tolerances, but not by so much that the film
+# melts or freezes: as if its weight were at least this.
 _LEAST_WEIGHT = 0.01
 
 # Budget of steps of a copy: beyond it the multiplier stays unknown.
@@ -44,22 +43,30 @@ _TIGHT = (1e-8, 1e-10)
 _MIRROR_IMAGE = 1e-4
 
 
-def _displacements(rtol: float, width: int) -> np.ndarray:
+Components = tuple[Component, ...]
+
+
+def _weights(components: Components) -> np.ndarray:
+    return np.array([component.weight for component in components])
+
+
+def _displacements(rtol: float, components: Components) -> np.ndarray:
     """Displacements (width,) of copies, in units of the point: between bending and noise.
 
     The film's is the largest: the tolerance leaves the most to ln(phi), which swings by hundreds.
     """
-    return np.sqrt(rtol) / np.maximum(_WEIGHTS[:width], _LEAST_WEIGHT)
+    return np.sqrt(rtol) / np.maximum(_weights(components), _LEAST_WEIGHT)
 
 
-def floored(states: np.ndarray, width: int) -> np.ndarray:
-    """The first columns (n, width) of states as they are compared: not below their floors."""
-    return np.asarray(np.maximum(states[:, :width], _FLOORS[:width]))
+def floored(states: np.ndarray, components: Components) -> np.ndarray:
+    """The components (n, width) of states as they are compared: not below their floors."""
+    floors = np.array([component.floor for component in components])
+    return np.asarray(np.maximum(states[:, : len(components)], floors))
 
 
-def weighted(differences: np.ndarray) -> np.ndarray:
+def weighted(differences: np.ndarray, components: Components) -> np.ndarray:
     """Differences (n, width) of states as their repetition is judged."""
-    return np.asarray(_WEIGHTS[: differences.shape[1]] * differences)
+    return np.asarray(_weights(components) * differences)
 
 
 def travelled(
@@ -69,7 +76,8 @@ def travelled(
 
     `points` (n, reduced parameters), `states` (n, width + 1), `cycles` (n,); mirrored as in lanes.
     """
-    return _images(_gone(points, states, cycles, TRAVEL, rtol, physics))
+    queue = _gone(points, states, cycles, TRAVEL, rtol, physics)
+    return _images(queue, model_of(physics).components)
 
 
 def _gone(
@@ -86,9 +94,9 @@ def _gone(
     return queue
 
 
-def _images(queue: Queue) -> np.ndarray:
+def _images(queue: Queue, components: Components) -> np.ndarray:
     """Where the motions of a queue are, (n, width); NaN for those that failed."""
-    ends = floored(queue.states, queue.states.shape[1] - 1)
+    ends = floored(queue.states, components)
     ends[queue.counts[:, OUTCOME] != OK] = np.nan
     return ends
 
@@ -141,14 +149,15 @@ def _linear_maps(
 
     `measured` over their cycles at the same tolerance from the states `begins` (n, width + 1).
     """
-    n, width = len(begins), begins.shape[1] - 1
-    sizes = _displacements(rtol, width)
+    components = model_of(physics).components
+    n, width = len(begins), len(components)
+    sizes = _displacements(rtol, components)
     displaced, cycles = np.tile(begins, (width, 1)), np.tile(measured.counts[:, CYCLE], width)
     for component in range(width):
         displaced[component * n : (component + 1) * n, component] += sizes[component]
     points = np.tile(measured.points, (width, 1))
     copies = _gone(points, displaced, cycles, MEASURE, rtol, physics)
-    moved = _images(copies).reshape(width, n, width) - _images(measured)
+    moved = _images(copies, components).reshape(width, n, width) - _images(measured, components)
     extrema = list(EXTREMA)
     higher = copies.measured[:, extrema].reshape(width, n, len(extrema))
     higher = higher - measured.measured[:, extrema]
@@ -172,7 +181,8 @@ def symmetric(
     images = travelled(
         queue.points[rows], begins[rows], np.ones(len(rows), np.int64), rtol, physics
     )
-    apart = weighted(images - floored(begins[rows], images.shape[1]))
+    components = model_of(physics).components
+    apart = weighted(images - floored(begins[rows], components), components)
     moved = np.abs(apart).max(axis=1, initial=0.0)
     found = cycles == 1
     found[rows] = moved <= max(_MIRROR_IMAGE, 10.0 * stationary_rtol)
@@ -182,11 +192,12 @@ def symmetric(
 class Tangents:
     """Tangent vectors of n motions, carried along by copies displaced a little.
 
-    `rtol` is the tolerance of the integration, `width` the number of state variables.
+    `rtol` is the tolerance of the integration, `components` are those of their states.
     """
 
-    def __init__(self, count: int, rtol: float, width: int) -> None:
-        self._sizes = _displacements(rtol, width)
+    def __init__(self, count: int, rtol: float, components: Components) -> None:
+        width = len(components)
+        self._components, self._sizes = components, _displacements(rtol, components)
         self._directions = np.full((count, width), width**-0.5)
 
     def displaced(self, states: np.ndarray) -> np.ndarray:
@@ -197,8 +208,8 @@ class Tangents:
 
     def carried(self, states: np.ndarray, copies: np.ndarray) -> np.ndarray:
         """Logarithms (n,) of the growth up to these states of the motions and their copies."""
-        width = len(self._sizes)
-        moved = (floored(copies, width) - floored(states, width)) / self._sizes
+        apart = floored(copies, self._components) - floored(states, self._components)
+        moved = apart / self._sizes
         # In this order for any number of motions, which `np.linalg.norm` does not promise.
         growth = np.sqrt(np.cumsum(np.square(moved), axis=1)[:, -1])
         self._directions = moved / np.where(growth > 0.0, growth, 1.0)[:, None]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from stickslip.kernels.adaptive import conversion
+from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.passes import ATTEMPTED, CYCLE, OUTCOME, Pass, Queue
 from stickslip.kernels.adaptive.queues import part_of, work_through
 from stickslip.kernels.adaptive.tangents import Tangents
 from stickslip.measure.accumulate import RECORD
+from stickslip.model.models import model_of
 from stickslip.numerics.adaptive import OK
-from stickslip.options import RELAXING, Physics
+from stickslip.options import Physics
 from stickslip.status import Status
 
 PENDING = int(Status.PENDING)
@@ -27,7 +28,7 @@ class AdaptiveWalk:
     def states(self) -> np.ndarray:
         """As `observation.Walk`."""
         states = self.queue.states.copy()
-        conversion.restore_states(self.points, states, self.physics.strain == RELAXING)
+        conversion_of(self.physics).restore_states(self.points, states)
         return states
 
     def next_period(self) -> np.ndarray:
@@ -35,8 +36,7 @@ class AdaptiveWalk:
         self._lanes.counts[:, ATTEMPTED] = 0  # each period has the whole budget
         work_through(self._lanes, self.measuring, self.physics)
         records = np.empty((len(self.points), RECORD))
-        relaxing = self.physics.strain == RELAXING
-        conversion.write_stretches(self.points, self.queue.measured, records, relaxing)
+        conversion_of(self.physics).write_stretches(self.points, self.queue.measured, records)
         return records
 
     def part(self, which: np.ndarray) -> AdaptiveWalk:
@@ -70,7 +70,7 @@ class TangentWalk(AdaptiveWalk):
         self._lanes = part_of(self.queue, np.tile(np.arange(count), 2))
         self.queue = Queue(*(column[:count] for column in self._lanes))
         self._copies = Queue(*(column[count:] for column in self._lanes))
-        self._tangents = Tangents(count, measuring.rtol, queue.states.shape[1] - 1)
+        self._tangents = Tangents(count, measuring.rtol, model_of(physics).components)
 
     def next_period(self) -> np.ndarray:
         """As `observation.Walk`."""

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from stickslip.kernels import observation
-from stickslip.kernels.adaptive import conversion
 from stickslip.kernels.adaptive import driver as adaptive
+from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.queues import reduced_queue
 from stickslip.kernels.adaptive.tangents import Tangents, travelled
 from stickslip.kernels.euler_cromer import judging
@@ -79,7 +79,7 @@ def stochastic_walk(
     points: np.ndarray, starts: np.ndarray, streams: np.ndarray, options: Options
 ) -> Any:
     """Motions with noise by chance, as of `adaptive.driver.stochastic_walk`."""
-    from stickslip.kernels.euler_cromer.chance import StochasticWalk  # of no use to others
+    from stickslip.kernels.euler_cromer.stochastic_walk import StochasticWalk  # of no use to others
 
     return StochasticWalk(points, starts, streams, options)
 
@@ -234,7 +234,7 @@ class _Walk:
         self.whole, self.rows, self.points = whole, rows, whole.points[rows]
         self.whole.status[rows] = OK
         self._before = self.states()
-        self._tangents = Tangents(len(rows), observation.RTOL, _WIDTH)
+        self._tangents = Tangents(len(rows), observation.RTOL, STATE)
 
     def states(self) -> np.ndarray:
         """As `observation.Walk`."""
@@ -257,7 +257,7 @@ class _Walk:
         """As `observation.Walk`."""
         physics, n = self.whole.options.physics, len(self.rows)
         reduced, states = reduced_queue(self.points, physics).points, self._before.copy()
-        conversion.scale_states(self.points, states, False)
+        conversion_of(physics).scale_states(self.points, states)
         both = np.concatenate([states, self._tangents.displaced(states)])
         periods, rtol = np.full(2 * n, 2), observation.RTOL
         ends = travelled(np.tile(reduced, (2, 1)), both, periods, rtol, physics)

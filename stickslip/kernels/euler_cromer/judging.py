@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip.compiled.decorators import inline, kernel
-from stickslip.compiled.fields import make_map
 from stickslip.kernels.adaptive.states import state_functions
 from stickslip.kernels.euler_cromer.reference import Known
 from stickslip.kernels.points import FIRST_STEP, parameters_of
@@ -24,28 +23,20 @@ from stickslip.model.scaling import units_of
 from stickslip.model.state import STATE, State
 from stickslip.numerics.adaptive import OK
 from stickslip.numerics.periodic import search
-from stickslip.options import ADIABATIC
 
 _UNLIMITED = 2**62
 
 # Both extrema count in the difference of two records, an amplitude is half of theirs.
 _AMPLITUDE_PART = 0.5
 
-judged = state_functions(ADIABATIC).judged
-
-_in_units = make_map(
-    "in_units",
-    "y, units",
-    (f"y[{i}] / units.{c.unit}" if c.unit else f"y[{i}]" for i, c in enumerate(STATE)),
-    {},
-)
+judged = state_functions(STATE).judged
 
 
 @inline
 def _judged(point: np.ndarray, state: np.ndarray) -> State:
     """The state (x, v, phi) as its repetition is judged."""
-    y = (state[0], state[1], math.log(state[2]))
-    return judged(_in_units(y, units_of(parameters_of(point))))
+    units = units_of(parameters_of(point))
+    return judged((state[0] / units.length, state[1] / units.speed, math.log(state[2])))
 
 
 @kernel

@@ -20,8 +20,9 @@ from stickslip.kernels.euler_cromer.scaling import StepParameters, step_values
 from stickslip.kernels.families import Family
 from stickslip.measure.accumulate import FORCE_MAX, STRESS_MAX, accumulator
 from stickslip.model import drive, film
+from stickslip.model.models import model_of
 from stickslip.model.noise import TYPICAL_FRACTION
-from stickslip.model.rhs import block_acceleration, equations, film_melting_function
+from stickslip.model.rhs import block_acceleration, film_melting_function
 from stickslip.model.solids import Thresholds, is_soft
 from stickslip.model.state import State
 from stickslip.numerics.euler_cromer_lanes import (
@@ -154,7 +155,8 @@ def march_kernel(family: Family, noisy: bool, measured: bool) -> Any:
     the rows of `queue`, at most `budget` steps of all lanes together. 0 where there is more to do.
     One kernel each, because each takes seconds to compile and few are needed.
     """
-    stress_and_force, chance = equations(family.physics).exact, _chance_of(family)
+    stress_and_force = model_of(family.physics).equations.exact
+    chance = _chance_of(family)
     march = make_euler_cromer_lanes(
         _make_parameters(family),
         _make_increments(stress_and_force, noisy=noisy, chance=chance is not NO_CHANCE),

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.kernels.adaptive import conversion, tangents
+from stickslip.kernels.adaptive import tangents
+from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.passes import APERIODIC, CYCLE, MEASURE, OUTCOME, SETTLE, Pass
 from stickslip.kernels.adaptive.queues import reduced_queue, work_through
 from stickslip.measure.accumulate import RECORD
@@ -46,9 +47,10 @@ def settle_from(
     `statuses` (n,) is changed to the reason.
     """
     physics, halves = options.physics, 2 * options.max_periods
+    conversion = conversion_of(physics)
     queue = reduced_queue(points, physics)
     queue.states[:] = finals
-    conversion.scale_states(points, queue.states, False)
+    conversion.scale_states(points, queue.states)
     queue.counts[:, OUTCOME] = statuses
     task = Pass(SETTLE, _RTOL, _RTOL, halves, _MAX_STEPS, accelerate=True)
     work_through(queue, task, physics)
@@ -57,7 +59,7 @@ def settle_from(
     wandered = (statuses == OK) & (queue.counts[:, OUTCOME] == APERIODIC)
     statuses[:] = np.where(wandered, INACCURATE, queue.counts[:, OUTCOME])
     records = np.empty((len(points), RECORD))
-    conversion.write_records(points, queue.counts[:, CYCLE], queue.measured, records, False)
+    conversion.write_records(points, queue.counts[:, CYCLE], queue.measured, records)
     return Known(
         records,
         tangents.symmetric(queue, begins, options.stationary_rtol, _RTOL, physics),

@@ -17,14 +17,13 @@ from stickslip.compiled.decorators import inline
 from stickslip.compiled.fields import make_tuple_maker
 from stickslip.measure.results import RecordUnits
 from stickslip.model import noise, solids
-from stickslip.model.laws import friction_law
+from stickslip.model.models import model_of
 from stickslip.model.scaling import (
     KEPT,
     LITERALS,
     Reduced,
     literals_of,
     model_values,
-    reduction,
     units_of,
 )
 from stickslip.model.state import State
@@ -140,7 +139,8 @@ _SPECIAL: Mapping[str, str] = {
 @cache
 def step_reduction(physics: Physics) -> Callable[[Parameters, int], StepParameters]:
     """The inline function (p, steps) that gives the parameters of a lane with that many steps."""
-    law, reduced = friction_law(physics.friction), reduction(physics)
+    model = model_of(physics)
+    law, reduced = model.equations.law, model.reduced
     values_of = model_values(None)
     by_law = {name: f"law_{name}(v, 1.0 / s.angle, 1.0 / s.stress)" for name in law.scaled}
 
@@ -169,7 +169,7 @@ def step_reduction(physics: Physics) -> Callable[[Parameters, int], StepParamete
 @cache
 def step_units_of(physics: Physics) -> Callable[[Parameters, int], StepUnits]:
     """The inline function (p, steps) that gives the units of a lane with that many steps."""
-    reduced = reduction(physics)
+    reduced = model_of(physics).reduced
 
     @inline
     def step_units(p: Parameters, steps: int) -> StepUnits:

@@ -36,7 +36,7 @@ from support.sweeps.workers import (
 from sweeps.engine.executors import dask as dask_executor
 from sweeps.engine.executors.base import ExecutorError, WorkersLostError
 from sweeps.engine.executors.dask import ClusterExecutor, LocalClusterExecutor
-from sweeps.engine.in_memory import read_config
+from sweeps.engine.options import read_config
 from sweeps.engine.run import run
 from sweeps.engine.state import state_of
 from sweeps.files.datasets import content_hash

@@ -39,8 +39,7 @@ from sweeps.engine.executors import cluster_task, dask, processes
 from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError
 from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.executors.worker import Task, task_of
-from sweeps.engine.in_memory import read_config
-from sweeps.engine.options import options_of
+from sweeps.engine.options import options_of, read_config
 from sweeps.engine.run import run
 from sweeps.engine.signals import Stop
 from sweeps.files.datasets import content_hash

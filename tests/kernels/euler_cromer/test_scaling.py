@@ -21,9 +21,9 @@ from stickslip.kernels.euler_cromer.scaling import (
     to_lane,
 )
 from stickslip.model import drive, film, noise, solids
+from stickslip.model.models import model_of
 from stickslip.model.rhs import (
     block_acceleration,
-    equations,
     film_melting_function,
     relative_velocity,
 )
@@ -64,7 +64,7 @@ def lanes(law: str, count: int = 40) -> list[Lane]:
 
 
 def test_a_step_of_a_lane_is_a_step_of_the_original_in_other_units(law: str) -> None:
-    stress_and_force, rng = equations(Physics(law)).exact, np.random.default_rng(1)
+    stress_and_force, rng = model_of(Physics(law)).equations.exact, np.random.default_rng(1)
     for p, dt, values, own, units in lanes(law):
         n, phi = rng.uniform(0.0, 2 * math.pi) / own.angle, 10.0 ** rng.uniform(-9.0, 0.2)
         V = drive.upper_velocity(p, n * dt)
@@ -130,7 +130,7 @@ def test_a_lane_without_elasticity_has_finite_units_and_no_elastic_stress(law: s
     lane = lane_of(law, Parameters(elastic_coefficient=0.0), 1000)
     assert np.all(np.isfinite(lane.own[:-4]))  # there is one solid: no limits of a second
     assert np.all(np.isfinite(lane.units))
-    stress, _ = equations(Physics(law)).exact(lane.values, 0.3, 0.5 / lane.units.phi)
+    stress, _ = model_of(Physics(law)).equations.exact(lane.values, 0.3, 0.5 / lane.units.phi)
     assert stress == 0.0
     B = film_melting_function(lane.values, 0.3)
     heating = film.heating(lane.p) * lane.p.kinetic_coefficient / lane.p.angular_frequency

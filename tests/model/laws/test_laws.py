@@ -16,6 +16,7 @@ import pytest
 
 from stickslip.model import scaling
 from stickslip.model.laws import FrictionLaw, friction_law
+from stickslip.model.models import model_of
 from stickslip.options import FRICTION_LAWS, Physics
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS
@@ -205,7 +206,7 @@ def test_the_stable_slope_bounds_the_slopes_of_a_law_without_a_cusp(fluid: Fluid
 
 def test_the_nondimensional_stress_is_the_original_in_other_units(fluid: Fluid) -> None:
     unit = scaling.units_of(fluid.p)
-    q = scaling.model_values(None)(scaling.reduction(Physics(fluid.law.name))(fluid.p))
+    q = scaling.model_values(None)(model_of(Physics(fluid.law.name)).reduced(fluid.p))
     for u in (-2.0, 1e-3, 1.0, 30.0):
         expected = fluid.law.stress(fluid.p, u * unit.speed) / unit.stress
         assert fluid.law.stress(q, u) == pytest.approx(expected, rel=1e-12, abs=0)

@@ -1,0 +1,58 @@
+"""Euler-Cromer with noise by chance, a drive period at a time; imported where it is asked for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stickslip.kernels.euler_cromer import judging
+from stickslip.kernels.euler_cromer.chance import GROUP
+from stickslip.kernels.euler_cromer.lanes import March
+from stickslip.kernels.euler_cromer.layout import SLOTS, write_steps
+from stickslip.kernels.streams import PERIOD, SIGNS, STREAM
+from stickslip.model.state import STATE
+from stickslip.numerics.adaptive import OK, STEP_LIMIT
+from stickslip.options import Options
+
+
+class StochasticWalk:
+    """Paths (n,) on their way, a drive period at a time: the walk of observation.py.
+
+    `points` (n, parameters) in SI units; `starts` (n, columns) as finals; `streams` (n, STREAM)
+    tell their random numbers apart.
+    """
+
+    def __init__(
+        self, points: np.ndarray, starts: np.ndarray, streams: np.ndarray, options: Options
+    ) -> None:
+        self.points, self.options = points, options
+        self.steps = np.empty(len(points), np.int64)
+        write_steps(points, options.dt, self.steps)
+        self.steps += -self.steps % SIGNS  # whole groups
+        self.march = March(points, self.steps, judging.states_of(starts), options.physics)
+        self.march.tasks.rows[:, SLOTS : SLOTS + STREAM] = streams
+        self._left = np.full(len(points), options.settings().max_steps)
+        self._status = np.full(len(points), OK)
+
+    def states(self) -> np.ndarray:
+        """As `observation.Walk`."""
+        finals = np.empty((len(self.points), len(STATE) + 1))
+        judging.write_finals(self.points, self.march.states(), finals)
+        return finals
+
+    def next_period(self) -> np.ndarray:
+        """As `observation.Walk`."""
+        self._status[(self._status == OK) & (self._left < self.steps)] = STEP_LIMIT
+        alive = np.flatnonzero(self._status == OK)
+        tasks = self.march.tasks
+        tasks.rows[:, GROUP] = 0.0
+        self.march.clear_records(alive)
+        self.march.start(alive)
+        self.march.march(measured=True)
+        self._status[alive] = tasks.status[alive]
+        self._left[alive] -= self.steps[alive]
+        tasks.rows[:, SLOTS + PERIOD] += 1.0
+        return self.march.records(closed=False)
+
+    def outcomes(self) -> np.ndarray:
+        """As `observation.Walk`."""
+        return self._status.copy()

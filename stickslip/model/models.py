@@ -1,0 +1,77 @@
+"""The models: what there is to know of each of them, and the one place where one is chosen.
+
+A model is composed of parts: a law of friction, a strain that follows or relaxes, a noise that is a
+typical path or left to chance. Whatever integrates, searches, measures or writes asks a `Model` for
+its components, equations, units and start; none of it looks at the choices themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import NamedTuple
+
+from stickslip.model import noise, relaxing, scaling
+from stickslip.model.laws import friction_law
+from stickslip.model.rhs import FOLLOWING, Equations, StrainModel
+from stickslip.model.scaling import Reduced, Scaling, Units
+from stickslip.model.state import Component, State
+from stickslip.options import ADIABATIC, RELAXING, Physics
+from stickslip.parameters import Parameters, ParameterValues
+
+_STRAINS: Mapping[str, StrainModel] = {ADIABATIC: FOLLOWING, RELAXING: relaxing.RELAXING}
+"""The models of `options.STRAINS`."""
+
+
+class Model(NamedTuple):
+    """What one model declares; functions are inline and take parameters `p` in any units."""
+
+    physics: Physics
+    """The choices that it is made of."""
+
+    components: tuple[Component, ...]
+    """Its state variables, in the order of the state."""
+
+    equations: Equations
+
+    scaling: Scaling
+    """Its nondimensional form."""
+
+    reduced: Callable[[Parameters], Reduced]
+    """(p): the parameters in units of the point's own."""
+
+    start: Callable[[Parameters], State]
+    """(p): the state (x, v, ln(phi), ...) in which a motion begins."""
+
+    state_units: Callable[[Units], State]
+    """(units): what one unit of each component is, of `scaling.Units`."""
+
+    @property
+    def width(self) -> int:
+        """Number of state variables."""
+        return len(self.components)
+
+    def values(self, index: float | None, *, sextic: bool) -> Callable[..., ParameterValues]:
+        """The inline function that gives reduced parameters as the equations take them."""
+        return scaling.model_values(index, sextic=sextic, scaling=self.scaling)
+
+
+@cache
+def model_of(physics: Physics) -> Model:
+    """The model that is made of these choices."""
+    law, strain = friction_law(physics.friction), _STRAINS[physics.strain]
+    path = noise.no_path if physics.chance else noise.typical_path
+    return Model(
+        physics=physics,
+        components=strain.components,
+        equations=strain.make_equations(law, path),
+        scaling=strain.scaling,
+        reduced=_reduction(physics.friction, physics.strain),
+        start=strain.start,
+        state_units=strain.state_units,
+    )
+
+
+@cache
+def _reduction(friction: str, strain: str) -> Callable[[Parameters], Reduced]:
+    return scaling.reduction(friction_law(friction), _STRAINS[strain].scaling)
