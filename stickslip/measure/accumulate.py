@@ -1,12 +1,13 @@
 """The record of an orbit: extrema, work, phases of the film, accumulated along the way.
 
-A record is an array of the slots below, in whatever units the equations are integrated in. Lanes
-keep it in neighbouring slots of theirs. A method decides where a step is looked at, and feeds these
-functions; they are free of branches, so that loops over lanes vectorise.
+A record is an array of the slots of `RECORD_TABLE`, in whatever units the equations are integrated
+in. Lanes keep it in neighbouring slots of theirs. A method decides where a step is looked at, and
+feeds these functions; they are free of branches, so that loops over lanes vectorise.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
@@ -16,27 +17,82 @@ import numpy as np
 from stickslip.compiled.decorators import inline
 from stickslip.numerics.lane_array import lane_array
 
+# How a slot comes about from what is seen: the largest and the least value, which lie side by side
+# and exchange their places in the mirror image of a motion; a sum; the largest of what has no sign;
+# a phase of the film, which is a name.
+HIGHEST, LOWEST, SUM, LARGEST, PHASE = range(5)
+
+
+class Slot(NamedTuple):
+    """A slot of a record: what it holds, how that comes about, and in which unit.
+
+    `unit` is the place of its unit in what `results.slot_units` makes of `RecordUnits`.
+    """
+
+    meaning: str
+    reducer: int
+    unit: int
+
+
+STRESS, FORCE, WORK, TIME, PHI, NUMBER = range(6)
+"""Units of slots."""
+
+RECORD_TABLE = (
+    Slot("largest elastic stress", HIGHEST, STRESS),
+    Slot("least elastic stress", LOWEST, STRESS),
+    Slot("largest friction force", HIGHEST, FORCE),
+    Slot("least friction force", LOWEST, FORCE),
+    Slot("integral of F v over time", SUM, WORK),
+    Slot("integral of |F V|", SUM, WORK),
+    Slot("largest order parameter", LARGEST, PHI),
+    Slot("meltings", SUM, NUMBER),
+    Slot("time in the solid phase", SUM, TIME),
+    Slot("time before a phase was seen", SUM, TIME),
+    Slot("phase of the film that was seen first", PHASE, NUMBER),
+    Slot("phase that was seen last", PHASE, NUMBER),
+    Slot("changes from a soft solid to a hard one, and back", SUM, NUMBER),
+    Slot("which of the two was seen first", PHASE, NUMBER),
+    Slot("which was seen last", PHASE, NUMBER),
+)
+"""The slots of a record, in their order: the one list of them."""
+
+RECORD = len(RECORD_TABLE)
+"""Length of a record."""
+
+# A slot of the table without a name here, or the other way round, is an error of this line.
 (
     STRESS_MAX,
     STRESS_MIN,
     FORCE_MAX,
     FORCE_MIN,
-    BLOCK_WORK,  # integral of F v over time
-    ABSOLUTE_WORK,  # integral of |F V|
+    BLOCK_WORK,
+    ABSOLUTE_WORK,
     PHI_MAX,
     MELTINGS,
-    SOLID_TIME,  # in the solid phase
-    UNSEEN_TIME,  # before a phase was seen
-    FIRST_PHASE,  # of the film that was seen, and the last one
+    SOLID_TIME,
+    UNSEEN_TIME,
+    FIRST_PHASE,
     LAST_PHASE,
-    SOLID_CHANGES,  # from a soft solid to a hard one, and back
-    FIRST_SOLID,  # which of the two was seen first, and last
+    SOLID_CHANGES,
+    FIRST_SOLID,
     LAST_SOLID,
-    RECORD,  # length of a record
-) = range(16)
+) = range(RECORD)
 
-EXTREMA = (STRESS_MAX, STRESS_MIN, FORCE_MAX, FORCE_MIN)
+
+def slots_of(*reducers: int) -> tuple[int, ...]:
+    """The slots with one of these reducers."""
+    return tuple(i for i, slot in enumerate(RECORD_TABLE) if slot.reducer in reducers)
+
+
+EXTREMA = slots_of(HIGHEST, LOWEST)
 """The slots of a record that are extrema of observables."""
+
+_HIGHEST = slots_of(HIGHEST)
+
+_EMPTY = tuple(
+    {HIGHEST: -math.inf, LOWEST: math.inf}.get(slot.reducer, 0.0) for slot in RECORD_TABLE
+)
+"""A record of nothing."""
 
 UNSEEN, MELTED, SOLID = 0.0, 1.0, 2.0
 """Phases of the film; between the thresholds of the count it keeps the one that it had."""
@@ -80,11 +136,7 @@ def accumulator(lanes: int, first: int) -> Accumulator:
     @inline
     def clear(lanes: np.ndarray, lane: int) -> None:
         for slot in range(RECORD):
-            put(lanes, first + slot, lane, 0.0)
-        put(lanes, first + STRESS_MAX, lane, -np.inf)
-        put(lanes, first + FORCE_MAX, lane, -np.inf)
-        put(lanes, first + STRESS_MIN, lane, np.inf)
-        put(lanes, first + FORCE_MIN, lane, np.inf)
+            put(lanes, first + slot, lane, _EMPTY[slot])
 
     @inline
     def see_extremum(lanes: np.ndarray, lane: int, slot: int, value: float, seen: bool) -> None:
@@ -146,7 +198,7 @@ def accumulator(lanes: int, first: int) -> Accumulator:
 
     @inline
     def mirror(lanes: np.ndarray, lane: int) -> None:
-        for slot in (STRESS_MAX, FORCE_MAX):
+        for slot in _HIGHEST:
             high = get(lanes, first + slot, lane)
             put(lanes, first + slot, lane, -get(lanes, first + slot + 1, lane))
             put(lanes, first + slot + 1, lane, -high)

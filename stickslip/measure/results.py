@@ -21,19 +21,23 @@ from stickslip.measure.accumulate import (
     FIRST_SOLID,
     FORCE_MAX,
     FORCE_MIN,
+    HIGHEST,
     LAST_PHASE,
     LAST_SOLID,
     MELTED,
     MELTINGS,
     PHI_MAX,
     RECORD,
+    RECORD_TABLE,
     SOFT,
     SOLID,
     SOLID_CHANGES,
     SOLID_TIME,
     STRESS_MAX,
     STRESS_MIN,
+    SUM,
     UNSEEN_TIME,
+    slots_of,
 )
 from stickslip.model import noise, solids
 from stickslip.model.rhs import starting_state
@@ -64,6 +68,10 @@ _SMALL_PART = 0.01
 # The bound of the order parameter is left by rounding and by the error of the integration.
 _BOUND_MARGIN = 1.001
 
+_UNIT = tuple(slot.unit for slot in RECORD_TABLE)
+_IS_SUM = tuple(slot.reducer == SUM for slot in RECORD_TABLE)
+_HIGHEST = slots_of(HIGHEST)
+
 if TYPE_CHECKING:
     ResultRow = Any
 else:
@@ -82,6 +90,13 @@ class RecordUnits(NamedTuple):
     force: float
     phi: float
     time: float
+
+
+@inline
+def slot_units(units: RecordUnits) -> tuple[float, ...]:
+    """What one unit of each kind of slot is in SI units, in the order of `accumulate.STRESS`..."""
+    work = units.force * units.length
+    return units.stress, units.force, work, units.time, units.phi, 1.0
 
 
 class Measured(NamedTuple):
@@ -137,22 +152,17 @@ def write_stretch(record: np.ndarray, units: RecordUnits, passes: int, target: n
     `passes` is 2 where the mirror image of the stretch follows it, else 1; `target` (RECORD,) is
     written, with times in half periods.
     """
+    unit = slot_units(units)
     for slot in range(RECORD):
-        target[slot] = record[slot]
-    for slot, unit in ((STRESS_MAX, units.stress), (FORCE_MAX, units.force)):
-        one, other = record[slot] * unit, record[slot + 1] * unit
+        times = passes if _IS_SUM[slot] else 1
+        target[slot] = times * (record[slot] * unit[_UNIT[slot]])
+    for slot in _HIGHEST:
+        one, other = target[slot], target[slot + 1]
         high, low = max(one, other), min(one, other)
         if passes == 2:
             high = max(high, -low)
             low = -high
         target[slot], target[slot + 1] = high, low
-    for slot in (BLOCK_WORK, ABSOLUTE_WORK):
-        target[slot] = passes * (record[slot] * (units.force * units.length))
-    for slot in (SOLID_TIME, UNSEEN_TIME):
-        target[slot] = passes * (record[slot] * units.time)
-    target[PHI_MAX] = record[PHI_MAX] * units.phi
-    target[MELTINGS] = passes * record[MELTINGS]
-    target[SOLID_CHANGES] = passes * record[SOLID_CHANGES]
 
 
 @jit

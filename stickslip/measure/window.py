@@ -8,17 +8,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from stickslip.measure.accumulate import (
-    ABSOLUTE_WORK,
-    BLOCK_WORK,
     FIRST_PHASE,
     FIRST_SOLID,
     FORCE_MAX,
     FORCE_MIN,
+    HIGHEST,
+    LARGEST,
     LAST_PHASE,
     LAST_SOLID,
+    LOWEST,
     MELTED,
     MELTINGS,
-    PHI_MAX,
     RECORD,
     SOFT,
     SOLID,
@@ -26,8 +26,10 @@ from stickslip.measure.accumulate import (
     SOLID_TIME,
     STRESS_MAX,
     STRESS_MIN,
+    SUM,
     UNSEEN,
     UNSEEN_TIME,
+    slots_of,
 )
 
 # Periods of a batch: the longer, the more nearly independent, and the fewer there are. Of fewer
@@ -38,8 +40,8 @@ _FEWEST_BATCHES = 4
 # Standard deviations that count as the error of a mean.
 _SIGMAS = 3.0
 
-_HIGHEST, _LOWEST = [STRESS_MAX, FORCE_MAX, PHI_MAX], [STRESS_MIN, FORCE_MIN]
-_SUMS = [BLOCK_WORK, ABSOLUTE_WORK, MELTINGS, SOLID_TIME, UNSEEN_TIME, SOLID_CHANGES]
+_HIGHEST, _LOWEST = list(slots_of(HIGHEST, LARGEST)), list(slots_of(LOWEST))
+_SUMS = list(slots_of(SUM))
 
 
 def amplitudes_of(records: np.ndarray) -> np.ndarray:
@@ -55,8 +57,8 @@ class Window:
 
     def __init__(self, count: int) -> None:
         self.record = np.zeros((count, RECORD))
-        self.record[:, [STRESS_MAX, FORCE_MAX]] = -math.inf
-        self.record[:, [STRESS_MIN, FORCE_MIN]] = math.inf
+        self.record[:, list(slots_of(HIGHEST))] = -math.inf
+        self.record[:, _LOWEST] = math.inf
         self._amplitudes: list[np.ndarray] = []
 
     def add(self, records: np.ndarray) -> None:

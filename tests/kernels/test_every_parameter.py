@@ -19,12 +19,12 @@ from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.passes import CYCLE, MEASURE, OUTCOME, TRAVEL, Pass
 from stickslip.kernels.trajectories import start_kernel
 from stickslip.measure.accumulate import (
-    ABSOLUTE_WORK,
-    BLOCK_WORK,
-    FORCE_MAX,
-    PHI_MAX,
+    FORCE,
+    PHI,
     RECORD,
-    STRESS_MAX,
+    RECORD_TABLE,
+    STRESS,
+    WORK,
 )
 from stickslip.model.state import STATE
 from stickslip.options import DEFAULTS, METHODS
@@ -100,12 +100,10 @@ def differences(
 ) -> np.ndarray:
     """Of states and records, relative to the sizes of what they hold."""
     X_m, record = abs(p.drive_amplitude), theirs[1]
-    stress = np.max(np.abs(record[STRESS_MAX : STRESS_MAX + 2]))
-    force = np.max(np.abs(record[FORCE_MAX : FORCE_MAX + 2]))
-    work = record[ABSOLUTE_WORK]
-    sizes = [X_m, X_m * p.angular_frequency, 1.0, stress, stress, force, force, work, work, 1.0]
-    slots = [STRESS_MAX, STRESS_MAX + 1, FORCE_MAX, FORCE_MAX + 1]
-    slots += [BLOCK_WORK, ABSOLUTE_WORK, PHI_MAX]
+    units = np.array([slot.unit for slot in RECORD_TABLE])
+    size_of = {unit: np.max(np.abs(record[units == unit])) for unit in (STRESS, FORCE, WORK)}
+    slots = np.flatnonzero(np.isin(units, [*size_of, PHI]))  # counts and times by samples
+    sizes = [X_m, X_m * p.angular_frequency, 1.0, *(size_of.get(units[s], 1.0) for s in slots)]
     both = [np.concatenate([state, record[slots]]) for state, record in (ours, theirs)]
     return np.abs(both[0] - both[1]) / sizes
 

@@ -4,25 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stickslip.measure.accumulate import (
-    ABSOLUTE_WORK,
-    BLOCK_WORK,
-    FIRST_PHASE,
-    FIRST_SOLID,
-    FORCE_MAX,
-    FORCE_MIN,
-    LAST_PHASE,
-    LAST_SOLID,
-    MELTINGS,
-    PHI_MAX,
-    RECORD,
-    SOLID_CHANGES,
-    SOLID_TIME,
-    STRESS_MAX,
-    STRESS_MIN,
-    UNSEEN,
-    UNSEEN_TIME,
-)
+from stickslip.measure import accumulate
+from stickslip.measure.accumulate import RECORD, UNSEEN
 from stickslip.measure.results import (
     RecordUnits,
 )
@@ -39,16 +22,8 @@ def record_of(**slots: float) -> np.ndarray:
         "FIRST_PHASE": UNSEEN, "LAST_PHASE": UNSEEN,
         "SOLID_CHANGES": 0.0, "FIRST_SOLID": UNSEEN, "LAST_SOLID": UNSEEN,
     } | slots  # fmt: skip
+    assert len(found) == RECORD, "a slot of the record has no value here"
     record = np.empty(RECORD)
     for name, value in found.items():
-        record[SLOTS[name]] = value
+        record[getattr(accumulate, name)] = value
     return record
-
-
-SLOTS = {
-    "STRESS_MAX": STRESS_MAX, "STRESS_MIN": STRESS_MIN, "FORCE_MAX": FORCE_MAX,
-    "FORCE_MIN": FORCE_MIN, "BLOCK_WORK": BLOCK_WORK, "ABSOLUTE_WORK": ABSOLUTE_WORK,
-    "PHI_MAX": PHI_MAX, "MELTINGS": MELTINGS, "SOLID_TIME": SOLID_TIME, "UNSEEN_TIME": UNSEEN_TIME,
-    "FIRST_PHASE": FIRST_PHASE, "LAST_PHASE": LAST_PHASE,
-    "SOLID_CHANGES": SOLID_CHANGES, "FIRST_SOLID": FIRST_SOLID, "LAST_SOLID": LAST_SOLID,
-}  # fmt: skip

@@ -1,0 +1,74 @@
+"""The table of a record: what lists its slots reads it, so that none can be left out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stickslip.measure import accumulate
+from stickslip.measure.accumulate import (
+    FORCE,
+    HIGHEST,
+    LARGEST,
+    LOWEST,
+    NUMBER,
+    PHASE,
+    PHI,
+    RECORD,
+    RECORD_TABLE,
+    STRESS,
+    SUM,
+    TIME,
+    WORK,
+    accumulator,
+    slots_of,
+)
+from stickslip.measure.results import RecordUnits, write_stretch
+from stickslip.measure.window import Window
+
+UNITS = RecordUnits(length=2.0, stress=3.0, force=5.0, phi=7.0, time=11.0)
+FACTORS = {STRESS: 3.0, FORCE: 5.0, WORK: 10.0, TIME: 11.0, PHI: 7.0, NUMBER: 1.0}
+
+
+def test_every_slot_has_one_name_and_a_meaning() -> None:
+    assert len({slot.meaning for slot in RECORD_TABLE}) == RECORD
+    assert accumulate.LAST_SOLID == RECORD - 1
+
+
+def test_the_least_value_lies_behind_the_largest_of_the_same_unit() -> None:
+    for slot in slots_of(HIGHEST):
+        pair = RECORD_TABLE[slot : slot + 2]
+        assert [each.reducer for each in pair] == [HIGHEST, LOWEST]
+        assert pair[0].unit == pair[1].unit
+
+
+@pytest.mark.parametrize("slot", range(RECORD))
+@pytest.mark.parametrize("passes", [1, 2])
+def test_every_slot_is_written_in_its_unit(slot: int, passes: int) -> None:
+    record, target = np.zeros(RECORD), np.full(RECORD, np.nan)
+    record[slot] = 1.0 if RECORD_TABLE[slot].reducer != LOWEST else -1.0
+    write_stretch(record, UNITS, passes, target)
+    expected = record[slot] * FACTORS[RECORD_TABLE[slot].unit]
+    if RECORD_TABLE[slot].reducer == SUM:
+        expected *= passes
+    assert target[slot] == expected
+    assert not np.isnan(target).any()
+
+
+def test_a_window_reduces_every_slot_as_the_table_says() -> None:
+    window, rng = Window(1), np.random.default_rng(1)
+    records = rng.uniform(1.0, 2.0, (3, 1, RECORD))
+    records[:, :, list(slots_of(PHASE))] = 0.0  # nothing was seen
+    for each in records:
+        window.add(each)
+    for reducer, reduce in ((HIGHEST, np.max), (LARGEST, np.max), (LOWEST, np.min), (SUM, np.sum)):
+        for slot in slots_of(reducer):
+            assert window.record[0, slot] == pytest.approx(reduce(records[:, 0, slot]), rel=1e-15)
+
+
+def test_an_empty_record_loses_to_whatever_is_seen() -> None:
+    lanes = np.full(RECORD, np.nan)
+    accumulator(1, 0).clear(lanes, 0)
+    assert (lanes[list(slots_of(HIGHEST))] == -np.inf).all()
+    assert (lanes[list(slots_of(LOWEST))] == np.inf).all()
+    assert (lanes[list(slots_of(SUM, LARGEST, PHASE))] == 0.0).all()
