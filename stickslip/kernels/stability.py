@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.compiled.decorators import inline, jit, kernel, kernel_factory, named_kernel
 from stickslip.kernels.points import parameters_of
-from stickslip.model import film, friction, solids
+from stickslip.model import block, film, friction, solids
 from stickslip.model.laws import friction_law
 from stickslip.parameters import Parameters
 
@@ -115,8 +115,9 @@ def rates_kernel(law_name: str) -> Any:
             p = parameters_of(points[i])
             phi, slip = solids.largest_order_parameter(p), limited_speed(p, _slip_speed(p))
             slope = film.shear_modulus(p, phi) * friction.strain_slope(p) + stable_slope(p, slip)
-            of_velocity = slope * p.contact_area / p.block_mass
-            springs = math.sqrt(2.0 * p.spring_stiffness / p.block_mass)
+            stiffness, damping = block.own_slopes(p, 0.0, 0.0)
+            of_velocity = (slope * p.contact_area - damping) / p.block_mass
+            springs = math.sqrt(-stiffness / p.block_mass)
             drive = REFUSE_ABOVE * _STEPS_PER_RADIAN * p.angular_frequency
             rates[i] = max(of_velocity, _film_rate(p, phi, slip), springs, drive)
 

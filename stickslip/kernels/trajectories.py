@@ -22,10 +22,9 @@ from stickslip.kernels.streams import (
     normal_number,
     signs,
 )
-from stickslip.model import drive, film, noise
+from stickslip.model import block, drive, film, noise
 from stickslip.model.models import model_of
 from stickslip.model.rhs import (
-    block_acceleration,
     film_melting_function,
     relative_velocity,
 )
@@ -265,7 +264,7 @@ def euler_cromer_trajectory(physics: Physics) -> Any:
         _, F = stress_and_force(p, u, phi)
         rate = film.order_parameter_rate(p, phi, film_melting_function(p, u))
         kick = noise.random_kick(p, dt, xi) if chance else noise.typical_kick(p, phi, dt)
-        return dt * block_acceleration(p, x, F), dt * rate + kick
+        return dt * block.acceleration(p, x, v, F), dt * rate + kick
 
     @inline
     def observe(p: Parameters, t: float, h: float, y0: State, y1: State, s: Samples) -> None:

@@ -39,7 +39,7 @@ from stickslip.measure.accumulate import (
     UNSEEN_TIME,
     slots_of,
 )
-from stickslip.model import noise, solids
+from stickslip.model import block, noise, solids
 from stickslip.model.rhs import starting_state
 from stickslip.parameters import Parameters
 from stickslip.regime import Regime
@@ -214,12 +214,6 @@ def relative_difference(p: Parameters, record: np.ndarray, better: np.ndarray) -
     return worst
 
 
-@inline
-def _block_energy(p: Parameters, state: tuple[float, float]) -> float:
-    """Energy of the lower block and its springs [J]: M v^2/2 + K x^2."""
-    return 0.5 * p.block_mass * state[1] ** 2 + p.spring_stiffness * state[0] ** 2
-
-
 @jit
 def _power_balance(p: Parameters, m: Measured) -> tuple[float, bool]:
     """The power balance error, and whether it is small enough to believe the orbit.
@@ -227,7 +221,8 @@ def _power_balance(p: Parameters, m: Measured) -> tuple[float, bool]:
     |work of the drive - dissipation - energy gained| over the integral of |F V|. The dissipation is
     the integral of F (V - v), so the difference of the first two is the work done on the block.
     """
-    gained = _passes(m.cycle) * (_block_energy(p, m.end) - _block_energy(p, m.begin))
+    end, begin = block.energy(p, m.end[0], m.end[1]), block.energy(p, m.begin[0], m.begin[1])
+    gained = _passes(m.cycle) * (end - begin)
     miss, absolute = abs(m.record[BLOCK_WORK] - gained), m.record[ABSOLUTE_WORK]
     way = 2.0 * abs(p.drive_amplitude) * (m.cycle * _passes(m.cycle))
     least = _SMALL_PART * full_force(p) * way

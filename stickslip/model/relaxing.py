@@ -12,14 +12,15 @@ from typing import Any
 
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.elementary import exponentials
-from stickslip.model import drive, film, friction
+from stickslip.model import block, drive, film, friction
 from stickslip.model.laws import FrictionLaw
 from stickslip.model.rhs import (
     Equations,
     StrainModel,
-    block_acceleration,
     make_error_weight,
     make_exact,
+    relative_acceleration,
+    relative_acceleration_slopes,
     relative_velocity,
     starting_state,
     stress_and_force,
@@ -114,11 +115,12 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float]) -> Equation
 
     @inline
     def power(p: Parameters, V: float, y: State, F: float) -> float:
-        _, u, psi, eps = y
+        x, u, psi, eps = y
         elastic = film.elastic_stress(p, exponentials(psi)[0], eps) * p.contact_area
         # What relaxes is lost, and what melts under strain.
         lost = 1.0 / p.strain_relaxation_time - rate_of_psi(p, psi, eps)
-        return F * V - (F - elastic) * u - 2.0 * stored_energy(p, y) * lost
+        gained = F * V - (F - elastic) * u - block.own_loss(p, x, V - u)
+        return gained - 2.0 * stored_energy(p, y) * lost
 
     @inline
     def observables(p: Parameters, y: State, phi: float, u_s: float) -> tuple[float, float]:
@@ -128,13 +130,13 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float]) -> Equation
     def rhs(p: Parameters, t: float, y: State, u_s: float) -> State:
         x, u, psi, eps = y
         _, F = observables(p, y, exponentials(psi)[0], u_s)
-        u_rate = drive.upper_acceleration(p, t) - block_acceleration(p, x, F)
+        u_rate = relative_acceleration(p, t, x, u, F)
         x_rate = drive.upper_velocity(p, t) - u
         return x_rate, u_rate, rate_of_psi(p, psi, eps), strain_relaxation(p, u, eps)
 
     @inline
     def jacobian(p: Parameters, t: float, y: State, u_s: float) -> tuple[State, ...]:
-        _, u, psi, eps = y
+        x, u, psi, eps = y
         phi, inverse_phi = exponentials(psi)
         mu, M = film.shear_modulus(p, phi), p.block_mass
         F_u = rounded(p, u, u_s)[1] * p.contact_area
@@ -143,12 +145,13 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float]) -> Equation
         psi_psi = -p.kinetic_coefficient * film.log_force_slope(p, phi)
         psi_psi -= 2.0 * path(p, inverse_phi)
         relaxing = 1.0 / p.strain_relaxation_time
+        u_x, u_u, u_t = relative_acceleration_slopes(p, t, x, u, F_u)
         return (
             (0.0, -1.0, 0.0, 0.0),
-            (2.0 * p.spring_stiffness / M, -F_u / M, -F_psi / M, -F_eps / M),
+            (u_x, u_u, -F_psi / M, -F_eps / M),
             (0.0, 0.0, psi_psi, psi_eps),
             (0.0, friction.strain_slope(p) * relaxing, 0.0, -relaxing),
-            (drive.upper_acceleration(p, t), drive.upper_jerk(p, t), 0.0, 0.0),
+            (drive.upper_acceleration(p, t), u_t, 0.0, 0.0),
         )
 
     @inline

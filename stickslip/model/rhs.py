@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.elementary import exponentials
-from stickslip.model import drive, film, friction, noise, scaling
+from stickslip.model import block, drive, film, friction, noise, scaling
 from stickslip.model.laws import FrictionLaw
 from stickslip.model.scaling import Scaling, Units
 from stickslip.model.state import STATE, Component, State
@@ -30,15 +30,34 @@ def relative_velocity(p: Parameters, t: float, v: float) -> float:
 
 
 @inline
-def block_acceleration(p: Parameters, x: float, F: float) -> float:
-    """Acceleration of the lower block [m/s2], Eq. 3."""
-    return (F - 2.0 * p.spring_stiffness * x) / p.block_mass
+def relative_acceleration(p: Parameters, t: float, x: float, u: float, F: float) -> float:
+    """Rate of the relative velocity [m/s2]: V' less Eq. 3."""
+    v = drive.upper_velocity(p, t) - u
+    return drive.upper_acceleration(p, t) - block.acceleration(p, x, v, F)
+
+
+@inline
+def relative_acceleration_slopes(
+    p: Parameters, t: float, x: float, u: float, F_u: float
+) -> tuple[float, float, float]:
+    """Derivatives of `relative_acceleration` over x, u and t; `F_u` is that of F over u."""
+    x_slope, v_slope = block.own_slopes(p, x, drive.upper_velocity(p, t) - u)
+    M = p.block_mass
+    jerk = drive.upper_jerk(p, t) - v_slope / M * drive.upper_acceleration(p, t)
+    return -x_slope / M, -(F_u - v_slope) / M, jerk
 
 
 @inline
 def film_melting_function(p: Parameters, u: float) -> float:
     """Melting function B [J/m3] (Eq. 15) at relative velocity `u`, in the adiabatic limit."""
     return film.melting_function(p, friction.elastic_strain(p, u))
+
+
+@inline
+def block_power(p: Parameters, V: float, y: State, F: float) -> float:
+    """Power [W] that the lower block gains under a friction force F [N]."""
+    v = V - y[1]
+    return F * v - block.own_loss(p, y[0], v)
 
 
 @inline
@@ -92,7 +111,8 @@ class Equations(NamedTuple):
 
     power: Callable[..., float]
     """(p, V, y, F): the power [W] of the drive at the velocity V [m/s] of the upper block, under a
-    friction force F [N], less what the film dissipates. Where it stores nothing it is F v."""
+    friction force F [N], less what film and block dissipate. Where the film stores nothing it is
+    what the block gains."""
 
     stored_energy: Callable[..., float] | None
     """(p, y): the energy [J] that the film may give back; None where it stores nothing."""
@@ -129,11 +149,6 @@ def relative_state(p: Parameters, t: float, y: State) -> State:
 @inline
 def _strain(p: Parameters, y: State) -> float:
     return friction.elastic_strain(p, y[1])
-
-
-@inline
-def _power(p: Parameters, V: float, y: State, F: float) -> float:
-    return F * (V - y[1])
 
 
 def make_exact(law: FrictionLaw) -> Any:
@@ -175,14 +190,14 @@ def adiabatic_equations(law: FrictionLaw, path: Callable[..., float]) -> Equatio
         x, u, psi = y
         phi, inverse_phi = exponentials(psi)
         _, F = observables(p, y, phi, u_s)
-        u_rate = drive.upper_acceleration(p, t) - block_acceleration(p, x, F)
+        u_rate = relative_acceleration(p, t, x, u, F)
         force = film.log_force(p, phi, film_melting_function(p, u))
         psi_rate = path(p, inverse_phi) - p.kinetic_coefficient * force
         return drive.upper_velocity(p, t) - u, u_rate, psi_rate
 
     @inline
     def jacobian(p: Parameters, t: float, y: State, u_s: float) -> tuple[State, ...]:
-        _, u, psi = y
+        x, u, psi = y
         phi, inverse_phi = exponentials(psi)
         eps_u = friction.strain_slope(p)
         mu = film.shear_modulus(p, phi)
@@ -192,12 +207,12 @@ def adiabatic_equations(law: FrictionLaw, path: Callable[..., float]) -> Equatio
         psi_u = -p.kinetic_coefficient * (2.0 * p.elastic_coefficient * (eps_u * eps_u)) * u
         psi_psi = -p.kinetic_coefficient * film.log_force_slope(p, phi)
         psi_psi -= 2.0 * path(p, inverse_phi)
-        M = p.block_mass
+        u_x, u_u, u_t = relative_acceleration_slopes(p, t, x, u, F_u)
         return (
             (0.0, -1.0, 0.0),
-            (2.0 * p.spring_stiffness / M, -F_u / M, -F_psi / M),
+            (u_x, u_u, -F_psi / p.block_mass),
             (0.0, psi_u, psi_psi),
-            (drive.upper_acceleration(p, t), drive.upper_jerk(p, t), 0.0),
+            (drive.upper_acceleration(p, t), u_t, 0.0),
         )
 
     @inline
@@ -222,7 +237,7 @@ def adiabatic_equations(law: FrictionLaw, path: Callable[..., float]) -> Equatio
         jacobian=jacobian,
         observables=observables,
         observables_and_rates=observables_and_rates,
-        power=_power,
+        power=block_power,
         stored_energy=None,
         error_weight=make_error_weight(law),
     )

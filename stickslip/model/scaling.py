@@ -133,6 +133,7 @@ _BY_UNIT: Mapping[str, str] = {
     "Pa s": "p.{name} * s.stress * s.rate",
     "J m-3": "p.{name} * s.energy",
     "N m-1": "p.{name} / s.inertia",
+    "N s m-1": "p.{name} / s.inertia * s.omega",
     "s-1": "p.{name} / s.omega",
     "m s-1": "p.{name} / s.speed",
     "m": "p.{name} / s.length",
@@ -147,6 +148,22 @@ _SPECIAL: Mapping[str, str] = {
     "strain_relaxation_time": "p.{name} * s.relaxation",
     "contact_area": "p.{name} / s.length / s.inertia / s.stress",  # a force over a stress
 }
+
+
+class UnscaledError(LookupError):
+    """A parameter in a unit of which nothing says how it is scaled."""
+
+
+def by_unit(name: str, table: Mapping[str, str]) -> str:
+    """How a parameter is scaled by its unit in the registry; raises UnscaledError."""
+    unit = PARAMETERS[name].units
+    if unit not in table:
+        raise UnscaledError(
+            f"{name} is in {unit!r}, and nothing says how that is scaled: give it one of the units "
+            f"{', '.join(map(repr, table))}, or add its own to `_BY_UNIT` of model/scaling.py and "
+            "of kernels/euler_cromer/scaling.py, or `scaled` to the law of friction that has it"
+        )
+    return table[unit]
 
 
 class Scaling(NamedTuple):
@@ -169,14 +186,13 @@ FOLLOWING = Scaling(units_of, scales_of, (("film_thickness", 1.0),))
 def reduction(law: FrictionLaw, scaling: Scaling) -> Callable[[Parameters], Reduced]:
     """The inline function that gives the parameters `p` in the units of a scaling.
 
-    Raises KeyError for a parameter whose unit is in no table: it must say how it is scaled.
+    Raises UnscaledError for a parameter whose unit is in no table.
     """
     scales_of = scaling.scales_of
     names: dict[str, Any] = {f"law_{name}": function for name, function in law.scaled.items()}
     by_law = {name: f"law_{name}(p, s.rate, 1.0 / s.stress)" for name in law.scaled}
     values = {
-        name: by_law.get(name) or _SPECIAL.get(name) or _BY_UNIT[PARAMETERS[name].units]
-        for name in KEPT
+        name: by_law.get(name) or _SPECIAL.get(name) or by_unit(name, _BY_UNIT) for name in KEPT
     }
     written = {name: expression.format(name=name) for name, expression in values.items()}
     written |= {name: f"t.{name}" for name in DERIVED}

@@ -21,12 +21,14 @@ from support.recipes import DRAWN, FIGURE_RECIPE, RECIPES, SMALL_SWEEPS, Edit
 
 import stickslip
 import sweeps
+from stickslip.status import Status
 
 ENDED = 540.0  # seconds: a hang, on any machine
 
 MOST_FILES = {
     "friction law": 3,
     "free energy": 2,
+    "force on the block": 2,
     "parameter": 2,
     "result variable": 2,
     "figure": 2,
@@ -124,7 +126,7 @@ def test_a_figure_without_its_line_is_unknown(tmp_path: Path) -> None:
     assert "errors" in done.stderr
 
 
-CASES = ("plain", "eyring", "stiffer eyring", "liquid eyring", "octic", "plateau")
+CASES = ("plain", "eyring", "stiffer eyring", "liquid eyring", "octic", "plateau", "damped")
 METHODS = ("adaptive", "fixed")
 """Fixtures; either takes a minute to compile."""
 
@@ -153,7 +155,13 @@ def test_both_methods_compute_the_same_physics(
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
     ("case", "against"),
-    [("eyring", "plain"), ("stiffer eyring", "eyring"), ("octic", "plain"), ("plateau", "plain")],
+    [
+        ("eyring", "plain"),
+        ("stiffer eyring", "eyring"),
+        ("octic", "plain"),
+        ("plateau", "plain"),
+        ("damped", "plain"),
+    ],
 )
 def test_the_numbers_change(
     request: pytest.FixtureRequest, case: str, against: str, method: str
@@ -233,3 +241,26 @@ def test_a_step_that_is_left_out_is_an_error_and_no_wrong_number(step: str, tmp_
     done = output_of(code, copy, cache=copy / "cache")
     assert done.returncode != 0
     assert message in done.stderr
+
+
+@pytest.mark.stress
+@pytest.mark.parametrize("method", ["adaptive", "euler-cromer"])
+def test_a_loss_of_the_block_that_is_left_out_violates_the_power_balance(
+    method: str, tmp_path: Path
+) -> None:
+    copy, recipe = copied(tmp_path), RECIPES["force on the block"]
+    carried_out([edit for edit in recipe if edit.before != "    return 0.0\n"], copy)
+    done = output_of(SMALL_SWEEPS, copy, method, "damped", cache=copy / "cache")
+    assert json.loads(done.stdout)["damped"]["status"] == Status.INVARIANT_VIOLATED
+
+
+@pytest.mark.slow
+def test_a_slope_of_the_block_that_is_left_out_fails_a_test_of_the_model(tmp_path: Path) -> None:
+    copy, recipe = copied(tmp_path), RECIPES["force on the block"]
+    carried_out([edit for edit in recipe if "stiffness, 0.0" not in edit.before], copy)
+    tests = Path(__file__).parents[1]
+    options = ["-q", "-p", "no:cacheprovider", str(tests / "model/test_block.py")]
+    code = f"import sys, pytest; sys.path.insert(0, {str(tests)!r}); pytest.main({options!r})"
+    done = output_of(code, copy, cache=copy / "cache")
+    assert "5 failed" in done.stdout, done.stdout
+    assert "test_the_slopes_are_those_of_the_force" in done.stdout

@@ -125,6 +125,26 @@ RECIPES = {
             "        )\n",
         ),
     ],
+    "force on the block": [
+        parameter("block_damping", "c_d", "N s m-1", "default=0.0, neutral=0.0"),
+        Edit(
+            "stickslip/model/block.py",
+            "    return -2.0 * p.spring_stiffness * x\n",
+            "    if p.block_damping > 0.0:\n"
+            "        return -2.0 * p.spring_stiffness * x - p.block_damping * v\n",
+        ),
+        Edit(
+            "stickslip/model/block.py",
+            "    return -2.0 * p.spring_stiffness, 0.0\n",
+            "    if p.block_damping > 0.0:\n"
+            "        return -2.0 * p.spring_stiffness, -p.block_damping\n",
+        ),
+        Edit(
+            "stickslip/model/block.py",
+            "    return 0.0\n",
+            "    if p.block_damping > 0.0:\n        return p.block_damping * v * v\n",
+        ),
+    ],
     "result variable": [
         Edit(
             "stickslip/variables.py",
@@ -188,7 +208,9 @@ CASES = {
     "liquid eyring": ({"gamma": "-2/3", "T": 310, "K": 1e4}, EYRING),
     "octic": ({"octic_coefficient": 400.0}, {}),
     "plateau": ({"plateau_viscosity": 5e4}, {}),
+    "damped": ({"block_damping": 100.0}, {}),
 }
+CASES = {case: CASES[case] for case in sys.argv[2:] or CASES}
 found = {}
 for case, (changes, film) in CASES.items():
     ds = run(

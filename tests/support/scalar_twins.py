@@ -28,10 +28,9 @@ from stickslip.measure.accumulate import (
     STRESS_MAX,
     accumulator,
 )
-from stickslip.model import drive, film, noise, solids
+from stickslip.model import block, drive, film, noise, solids
 from stickslip.model.models import model_of
 from stickslip.model.rhs import (
-    block_acceleration,
     film_melting_function,
     relative_state,
     relative_velocity,
@@ -80,7 +79,7 @@ def _increments(p, t, dt, y, xi):
     u = relative_velocity(p, t, v)
     _, F = _observables(p, (0.0, u, 0.0), phi, 0.0)
     rate = film.order_parameter_rate(p, phi, film_melting_function(p, u))
-    return dt * block_acceleration(p, x, F), dt * rate + noise.typical_kick(p, phi, dt)
+    return dt * block.acceleration(p, x, v, F), dt * rate + noise.typical_kick(p, phi, dt)
 
 
 @inline

@@ -19,10 +19,10 @@ from stickslip.kernels.euler_cromer.layout import CHANCE_SLOTS, RECORD_BEGIN, SL
 from stickslip.kernels.euler_cromer.scaling import StepParameters, step_values
 from stickslip.kernels.families import Family
 from stickslip.measure.accumulate import FORCE_MAX, STRESS_MAX, accumulator
-from stickslip.model import drive, film
+from stickslip.model import block, drive, film
 from stickslip.model.models import model_of
 from stickslip.model.noise import TYPICAL_FRACTION
-from stickslip.model.rhs import block_acceleration, film_melting_function
+from stickslip.model.rhs import film_melting_function
 from stickslip.model.solids import Thresholds, is_soft
 from stickslip.model.state import State
 from stickslip.numerics.euler_cromer_lanes import (
@@ -91,7 +91,7 @@ def _make_increments(stress_and_force: Any, *, noisy: bool, chance: bool) -> Any
         u = V - v
         _, F = stress_and_force(p.values, u, phi)
         rate = film.order_parameter_rate(p.values, phi, film_melting_function(p.values, u))
-        return block_acceleration(p.values, x, F), rate
+        return block.acceleration(p.values, x, v, F), rate
 
     @inline
     def noisy_increments(p: _Lane, V: float, y: State, xi: float) -> tuple[float, float]:
@@ -117,11 +117,11 @@ def _make_observe(stress_and_force: Any, *, measured: bool, two_solids: bool) ->
 
     @inline
     def measure(p: _Lane, V: float, y: State, lanes: np.ndarray, lane: int) -> None:
-        _, v, phi = y
+        x, v, phi = y
         sigma_el, F = stress_and_force(p.values, V - v, phi)
         _see_extremum(lanes, lane, STRESS_MAX, sigma_el, True)
         _see_extremum(lanes, lane, FORCE_MAX, F, True)
-        _see_work(lanes, lane, F * v, abs(F * V), True)
+        _see_work(lanes, lane, F * v - block.own_loss(p.values, x, v), abs(F * V), True)
         _see_phase(lanes, lane, phi, p.own.solid, p.own.melted, 1.0, True)
 
     @inline

@@ -22,6 +22,7 @@ from stickslip.model.scaling import (
     KEPT,
     LITERALS,
     Reduced,
+    by_unit,
     literals_of,
     model_values,
     units_of,
@@ -114,6 +115,7 @@ _BY_UNIT: Mapping[str, str] = {
     "Pa": "q.{name} * s.stress",
     "Pa s": "q.{name} * s.stress / s.angle",
     "N m-1": "q.{name} * (s.angle * s.angle)",
+    "N s m-1": "q.{name} * s.angle",
     "s-1": "q.{name} * s.angle",
     "m s-1": "q.{name} * s.angle",
     "m": "q.{name}",
@@ -147,7 +149,7 @@ def step_reduction(physics: Physics) -> Callable[[Parameters, int], StepParamete
     def expression(name: str) -> str:
         known = by_law.get(name) or _SPECIAL.get(name)
         if known is None:
-            known = _BY_UNIT[PARAMETERS[name].units]
+            known = by_unit(name, _BY_UNIT)
             return known.format(name=name, phi_power=PARAMETERS[name].phi_power)
         return known.format(name=name)
 

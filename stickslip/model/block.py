@@ -1,0 +1,40 @@
+"""The lower block between its springs: Eq. 3, and the energy of its motion.
+
+What acts on it besides friction is here and nowhere else: a new force is a term of `own_force`, its
+two derivatives, and what it loses.
+"""
+
+from __future__ import annotations
+
+from stickslip.compiled.decorators import inline
+from stickslip.parameters import Parameters
+
+
+@inline
+def own_force(p: Parameters, x: float, v: float) -> float:
+    """Force on the block besides friction [N]: that of the springs."""
+    return -2.0 * p.spring_stiffness * x
+
+
+@inline
+def own_slopes(p: Parameters, x: float, v: float) -> tuple[float, float]:
+    """Derivatives of `own_force` over x [N/m] and v [N s/m]."""
+    return -2.0 * p.spring_stiffness, 0.0
+
+
+@inline
+def own_loss(p: Parameters, x: float, v: float) -> float:
+    """Power that the block loses besides friction [W], at least 0."""
+    return 0.0
+
+
+@inline
+def energy(p: Parameters, x: float, v: float) -> float:
+    """Energy of the block and its springs [J]: M v^2/2 + K x^2."""
+    return 0.5 * p.block_mass * v**2 + p.spring_stiffness * x**2
+
+
+@inline
+def acceleration(p: Parameters, x: float, v: float, F: float) -> float:
+    """Acceleration of the block [m/s2] under a friction force F [N], Eq. 3."""
+    return (F + own_force(p, x, v)) / p.block_mass
