@@ -134,7 +134,7 @@ def _regime(name: str, plan: Plan, workers: dict[str, Worker]) -> dict[str, Any]
 
 
 def _ensemble(p: Parameters, count: int) -> np.ndarray:
-    """The scene at so many temperatures, shape (count, 20)."""
+    """The scene at so many temperatures, shape (count, parameters)."""
     return np.array([p._replace(temperature=T) for T in np.linspace(*TEMPERATURES, count)])
 
 

@@ -55,7 +55,7 @@ def finish(name: str, results: dict[str, Any], *, quick: bool) -> Path:
 
 
 def random_points(count: int, seed: int) -> np.ndarray:
-    """Rows of parameters (count, 20), drawn from all over the range of the paper's claims."""
+    """Rows (count, parameters) drawn from all over the range of the paper's claims."""
     rng = np.random.default_rng(seed)
 
     def log_uniform(low: float, high: float) -> float:
@@ -76,7 +76,7 @@ def random_points(count: int, seed: int) -> np.ndarray:
 
 
 def box_points(count: int, seed: int, **ranges: tuple[str, float, float]) -> np.ndarray:
-    """Rows of parameters (count, 20) from a box: each "linear" or "log" between two values."""
+    """Rows (count, parameters) from a box: each "linear" or "log" between two values."""
     rng = np.random.default_rng(seed)
     columns = {
         name: rng.uniform(low, high, count)
@@ -188,7 +188,7 @@ def quantile(values: np.ndarray, percent: float) -> float:
 
 
 def orbits(points: np.ndarray, options: Options) -> np.ndarray:
-    """Result rows of the stationary orbits, (n, 13)."""
+    """Result rows of the stationary orbits, (n, columns)."""
     return compute_orbits(points, options)[0]
 
 

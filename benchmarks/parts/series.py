@@ -60,7 +60,7 @@ def one_by_one(points: np.ndarray) -> Series:
 
 @cache
 def reference(rows: bytes) -> np.ndarray:
-    """End positions in X_m by the scalar code at the reference's tolerance; `rows` are (n, 20)."""
+    """End positions in X_m of rows (n, parameters), by the scalar code at its tolerance."""
     points = np.frombuffer(rows).reshape(-1, len(Parameters._fields))
     return _scaled(points, [_end(row, Options(rtol=REFERENCE_RTOL)) for row in points])
 

@@ -62,7 +62,7 @@ def run(quick: bool) -> dict[str, Any]:
 
 
 def random_extremes(count: int) -> np.ndarray:
-    """Rows of parameters (count, 20)."""
+    """Rows (count, parameters)."""
     rng = np.random.default_rng(_SEED)
     rows = []
     for _ in range(count):

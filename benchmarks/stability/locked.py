@@ -75,7 +75,7 @@ def inertia(points: np.ndarray) -> np.ndarray:
 
 
 def _locked(count: int) -> np.ndarray:
-    """The first points of a sequence whose film is solid throughout, (count, 20)."""
+    """The first points of a sequence whose film is solid throughout, (count, parameters)."""
     points = _drawn(2 * count)
     results = orbits(points, Options())
     solid = (column(results, "solid_fraction") == 1.0) & (column(results, "melting_count") == 0)

@@ -52,7 +52,7 @@ class Box(NamedTuple):
 
 
 def everywhere(count: int) -> np.ndarray:
-    """Rows of parameters (count, 20) from far around the paper's values."""
+    """Rows (count, parameters) from far around the paper's values."""
     return box_points(
         count,
         2906,
@@ -65,7 +65,7 @@ def everywhere(count: int) -> np.ndarray:
 
 
 def thin(count: int) -> np.ndarray:
-    """Thin pseudoplastic films (count, 20) that are strongly viscous and driven little."""
+    """Thin pseudoplastic films (count, parameters) that are strongly viscous and driven little."""
     return box_points(
         count,
         2902,
@@ -79,7 +79,7 @@ def thin(count: int) -> np.ndarray:
 
 
 def near_resonance(count: int) -> np.ndarray:
-    """Pseudoplastic films (count, 20) within |2K/(M omega^2) - 1| <= 0.5."""
+    """Pseudoplastic films (count, parameters) within |2K/(M omega^2) - 1| <= 0.5."""
     points = box_points(
         count,
         2903,

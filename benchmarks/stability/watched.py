@@ -49,7 +49,7 @@ _WINDOWS, _LENGTHS = 100, (32, 64, 200)
 
 
 def weakly_viscous(count: int) -> np.ndarray:
-    """Rows of parameters (count, 20)."""
+    """Rows (count, parameters)."""
     return box_points(
         count,
         _SEED,

@@ -75,7 +75,7 @@ def _no_draw(lanes: np.ndarray, lane: int) -> float:
     return 0.0
 
 
-NO_CHANCE = Chance(0, _no_refresh, _no_draw)
+NO_RANDOM_NUMBERS = Chance(0, _no_refresh, _no_draw)
 
 _array = lane_array(WIDTH)
 get, put = _array.get, _array.put
@@ -87,7 +87,7 @@ def make_euler_cromer_lanes(
     observe: Callable[..., None],
     sine: Callable[..., tuple[float, float]],
     slots: int,
-    chance: Chance = NO_CHANCE,
+    chance: Chance = NO_RANDOM_NUMBERS,
 ) -> Any:
     """The Euler-Cromer drive of many systems of one kind.
 

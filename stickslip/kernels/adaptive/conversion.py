@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stickslip.compiled.decorators import inline, kernel_factory, named_kernel
+from stickslip.kernels.adaptive.states import state_functions
 from stickslip.kernels.points import FIRST_STEP, parameters_of
 from stickslip.measure.results import RecordUnits, write_stretch, write_whole_orbit
 from stickslip.model.models import Model, model_of
-from stickslip.model.rhs import relative_velocity
 from stickslip.options import Physics
 from stickslip.parameters import Parameters
 
@@ -60,17 +60,16 @@ def conversion_of(physics: Physics) -> Conversion:
 def _reduction(physics: Physics) -> Any:
     model = model_of(physics)
     units_of, state_units, width = model.scaling.units_of, model.state_units, model.width
-    start, reduced = model.start, model.reduced
+    start, reduced, relative_state = model.start, model.reduced, model.equations.relative_state
 
     def reduce_points(points: np.ndarray, reduced_points: np.ndarray, states: np.ndarray) -> None:
         for i in range(points.shape[0]):
             p = parameters_of(points[i])
-            q, units, y = reduced(p), state_units(units_of(p)), start(p)
+            q, units, y = reduced(p), state_units(units_of(p)), relative_state(p, 0.0, start(p))
             for slot in range(reduced_points.shape[1]):
                 reduced_points[i, slot] = q[slot]
             for component in range(width):
-                own = relative_velocity(p, 0.0, y[1]) if component == 1 else y[component]
-                states[i, component] = own / units[component]
+                states[i, component] = y[component] / units[component]
             states[i, width] = FIRST_STEP * (2.0 * math.pi)
 
     return named_kernel(f"reduce_points[{physics}]", reduce_points)
@@ -81,22 +80,26 @@ def _state_kernels(physics: Physics) -> tuple[Any, Any]:
     model = model_of(physics)
     units_of, state_units, width = model.scaling.units_of, model.state_units, model.width
 
+    relative_state = model.equations.relative_state
+    of_row = state_functions(model.components).of_row
+
     def restore_states(points: np.ndarray, states: np.ndarray) -> None:
         for i in range(points.shape[0]):
             p = parameters_of(points[i])
             units = state_units(units_of(p))
             for component in range(width):
                 states[i, component] *= units[component]
-            states[i, 1] = relative_velocity(p, 0.0, states[i, 1])
+            y = relative_state(p, 0.0, of_row(states[i]))
+            for component in range(width):
+                states[i, component] = y[component]
             states[i, width] /= p.angular_frequency
 
     def scale_states(points: np.ndarray, states: np.ndarray) -> None:
         for i in range(points.shape[0]):
             p = parameters_of(points[i])
-            units = state_units(units_of(p))
-            states[i, 1] = relative_velocity(p, 0.0, states[i, 1])
+            units, y = state_units(units_of(p)), relative_state(p, 0.0, of_row(states[i]))
             for component in range(width):
-                states[i, component] /= units[component]
+                states[i, component] = y[component] / units[component]
             states[i, width] *= p.angular_frequency
 
     return (

@@ -27,7 +27,7 @@ from stickslip.model.solids import Thresholds, is_soft
 from stickslip.model.state import State
 from stickslip.numerics.euler_cromer_lanes import (
     FREE,
-    NO_CHANCE,
+    NO_RANDOM_NUMBERS,
     WIDTH,
     Chance,
     Tasks,
@@ -141,7 +141,7 @@ def _make_observe(stress_and_force: Any, *, measured: bool, two_solids: bool) ->
 def _chance_of(family: Family) -> Chance:
     """The random numbers of lanes where the noise is left to chance."""
     if not family.physics.chance:
-        return NO_CHANCE
+        return NO_RANDOM_NUMBERS
     from stickslip.kernels.euler_cromer.chance import signs_in_lanes  # of no use to others
 
     return signs_in_lanes()
@@ -159,7 +159,7 @@ def march_kernel(family: Family, noisy: bool, measured: bool) -> Any:
     chance = _chance_of(family)
     march = make_euler_cromer_lanes(
         _make_parameters(family),
-        _make_increments(stress_and_force, noisy=noisy, chance=chance is not NO_CHANCE),
+        _make_increments(stress_and_force, noisy=noisy, chance=chance is not NO_RANDOM_NUMBERS),
         _make_observe(stress_and_force, measured=measured, two_solids=family.sextic),
         _sine,
         SLOTS + (CHANCE_SLOTS if family.physics.chance else 0),

@@ -33,7 +33,7 @@ class WorkerMismatchError(ExpectedError, RuntimeError):
 
 @dataclass(frozen=True)
 class Task:
-    """A block of points to compute: their numbers, parameters (n, 20) and options.
+    """A block of points to compute: their numbers, parameters (n, parameters) and options.
 
     `line` points at a time belong together, each starting from the one before; 1 for points alone.
     Points that take longer than `patience` drive periods are left `pending`, where it is not 0.

@@ -107,11 +107,6 @@ ORBITS: list[dict[str, float]] = [
 ]  # fmt: skip
 
 
-def energy(p: Parameters, state: np.ndarray) -> float:
-    """Energy of the lower block and its springs [J]."""
-    return 0.5 * p.block_mass * state[1] ** 2 + p.spring_stiffness * state[0] ** 2
-
-
 COARSE = {"method": "euler-cromer", "dt": 2e-5}
 
 
