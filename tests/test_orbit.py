@@ -9,8 +9,9 @@ import pytest
 from support.points import orbits, row, rows
 
 from stickslip import NoiseError, OptionError, Options, Parameters, Status, simulate
-from stickslip.kernels.adaptive import conversion
+from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.passes import pass_kernel
+from stickslip.kernels.adaptive.rows import row_kernels
 from stickslip.kernels.families import Family
 from stickslip.kernels.points import final_columns
 from stickslip.numerics.spectrum import spectral_radii
@@ -178,8 +179,9 @@ def test_one_compiled_version_serves_all() -> None:
     compute_orbits(row(), Options())
     compute_orbits(rows("temperature", [200, 210]), Options())
     law = DEFAULTS.physics
-    kernels = pass_kernel(Family(law, -2 / 3)), conversion.reduction_kernel(law)
-    for kernel in (*kernels, conversion.write_results, spectral_radii):
+    own = conversion_of(law)
+    kernels = pass_kernel(Family(law, -2 / 3)), own.reduce_points, own.restore_states
+    for kernel in (*kernels, *row_kernels(law), spectral_radii):
         assert len(kernel.signatures) == 1
 
 

@@ -28,6 +28,10 @@ def lines(results: Results) -> Lines:
         found[f"gamma = {gamma}: us a point on one core"] = (
             f"{shown(row['all'])}: {', '.join(parts)}"
         )
+    for kind, row in results["kinds"].items():
+        found[f"points that are {kind}, seconds of one core, lanes full"] = (
+            f"{row['points']}: {row['seconds']:.1f} s, {100 * row['lanes_full']:.0f} %"
+        )
     late = results["late"]
     sizes, seconds = ", ".join(late["seconds"]), listed(list(late["seconds"].values()))
     found[f"{late['points']} of {late['of_all']} late points in groups of {sizes}"] = f"{seconds} s"
