@@ -8,7 +8,8 @@ from inside.defaults import PHYSICS, WIDTH, amplitudes_of
 from inside.lanes import half_periods
 from inside.scalar import scalar_end
 from stickslip.compiled.decorators import jit
-from stickslip.kernels.adaptive import conversion, passes
+from stickslip.kernels.adaptive import passes
+from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.queues import reduced_queue, work_through
 from stickslip.kernels.euler_cromer import judging
 from stickslip.kernels.euler_cromer.lanes import March
@@ -61,10 +62,10 @@ def reference_period(points: np.ndarray, finals: np.ndarray, rtol: float) -> np.
     """
     queue, records = reduced_queue(points, PHYSICS), np.empty((len(points), RECORD))
     queue.states[:] = finals
-    conversion.scale_states(points, queue.states, False)
+    conversion_of(PHYSICS).scale_states(points, queue.states)
     half_periods(queue)[:] = 2
     work_through(queue, passes.Pass(passes.MEASURE, rtol, rtol, 0, 10**9, False), PHYSICS)
-    conversion.write_records(points, half_periods(queue), queue.measured, records, False)
+    conversion_of(PHYSICS).write_records(points, half_periods(queue), queue.measured, records)
     return records
 
 

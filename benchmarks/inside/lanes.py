@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from inside.defaults import PHYSICS, WIDTH, amplitudes_of
-from stickslip.kernels.adaptive import conversion, passes
+from stickslip.kernels.adaptive import passes
+from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.queues import reduced_queue, work_through
 from stickslip.measure.accumulate import (
     RECORD,
@@ -78,7 +79,7 @@ def measured(
     fresh = passes.Queue(*(array.copy() for array in queue))
     work_through(fresh, search_pass(options)._replace(mode=passes.MEASURE), PHYSICS)
     records = np.empty((len(points), RECORD))
-    conversion.write_records(points, half_periods(fresh), fresh.measured, records, False)
+    conversion_of(PHYSICS).write_records(points, half_periods(fresh), fresh.measured, records)
     return amplitudes_of(records), fresh.states
 
 
@@ -87,7 +88,7 @@ def first_period(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.n
     queue = reduced_queue(points, PHYSICS)
     half_periods(queue)[:] = 2
     amplitudes, states = measured(queue, points, options)
-    conversion.restore_states(points, states, False)
+    conversion_of(PHYSICS).restore_states(points, states)
     ends = states[:, :WIDTH].copy()
     ends[:, 2] = np.exp(ends[:, 2])
     return ends, amplitudes

@@ -268,8 +268,8 @@ def _moved(orbits: Orbits) -> np.ndarray:
 def _corrected(queue: Queue, orbits: Orbits, rows: np.ndarray, options: Options) -> np.ndarray:
     """States (m, width + 1) nearer to their orbits: a cycle farther than those of these rows.
 
-    And by a step of Newton's, where that is a small one. Of ln(phi) it may be many: what the film
-    makes of a displacement is not linear, and what it follows is corrected.
+    And by a step of Newton's, where that is a small one. A long step of ln(phi) is left out: the
+    film does not answer to it linearly, and follows the motion, which is corrected.
     """
     states, offsets = queue.states.copy(), orbits.offsets[rows]
     small = np.abs(offsets[:, :2]).max(axis=1) <= _LONGEST_CORRECTION * options.rtol
