@@ -27,8 +27,10 @@ ENDED = 540.0  # seconds: a hang, on any machine
 
 MOST_FILES = {
     "friction law": 3,
+    "law of the order parameter": 3,
     "free energy": 2,
     "force on the block": 2,
+    "drive tone": 2,
     "parameter": 2,
     "result variable": 2,
     "figure": 2,
@@ -126,7 +128,19 @@ def test_a_figure_without_its_line_is_unknown(tmp_path: Path) -> None:
     assert "errors" in done.stderr
 
 
-CASES = ("plain", "eyring", "stiffer eyring", "liquid eyring", "octic", "plateau", "damped")
+CASES = (
+    "plain",
+    "eyring",
+    "stiffer eyring",
+    "liquid eyring",
+    "octic",
+    "plateau",
+    "damped",
+    "two tones",
+    "two tones of a mirrored drive",
+    "thickened",
+    "not thickened",
+)
 METHODS = ("adaptive", "fixed")
 """Fixtures; either takes a minute to compile."""
 
@@ -161,6 +175,8 @@ def test_both_methods_compute_the_same_physics(
         ("octic", "plain"),
         ("plateau", "plain"),
         ("damped", "plain"),
+        ("two tones", "plain"),
+        ("thickened", "not thickened"),
     ],
 )
 def test_the_numbers_change(

@@ -25,7 +25,7 @@ from stickslip.parameters import Parameters
 
 
 @inline
-def _stress(p: Parameters, u: float) -> float:
+def _stress(p: Parameters, u: float, phi: float) -> float:
     x = abs(u) / p.eyring_speed
     size = p.eyring_stress * math.log(x + math.sqrt(x * x + 1.0))
     return math.copysign(size, u)
@@ -38,8 +38,10 @@ def _slope(p: Parameters, u: float) -> float:
 
 
 @inline
-def _rounded(p: Parameters, u: float, u_s: float) -> tuple[float, float]:
-    return _stress(p, u), _slope(p, u)
+def _rounded(
+    p: Parameters, u: float, phi: float, u_s: float
+) -> tuple[float, float, float]:
+    return _stress(p, u, phi), _slope(p, u), 0.0
 
 
 @inline
@@ -48,7 +50,7 @@ def _never(p: Parameters) -> bool:
 
 
 @inline
-def _stable_slope(p: Parameters, u: float) -> float:
+def _stable_slope(p: Parameters, u: float, phi: float) -> float:
     return _slope(p, 0.0)
 
 
@@ -59,6 +61,54 @@ LAW = FrictionLaw(
     has_cusp=_never,
     stable_slope=_stable_slope,
     parameters=("eyring_stress", "eyring_speed"),
+)
+'''
+
+OF_THE_SOLID = '''"""The paper's law, the viscosity growing with the order by 1 + kappa phi^2."""
+
+from __future__ import annotations
+
+from stickslip.compiled.decorators import inline
+from stickslip.model.laws import FrictionLaw, power_law
+from stickslip.parameters import Parameters
+
+
+_paper_slope = power_law.LAW.stable_slope
+
+
+@inline
+def _growth(p: Parameters, phi: float) -> float:
+    return 1.0 + p.viscosity_growth * (phi * phi)
+
+
+@inline
+def _stress(p: Parameters, u: float, phi: float) -> float:
+    return _growth(p, phi) * power_law.viscous_stress(p, u, phi)
+
+
+@inline
+def _rounded(
+    p: Parameters, u: float, phi: float, u_s: float
+) -> tuple[float, float, float]:
+    stress, slope, _ = power_law.rounded_viscous_stress(p, u, phi, u_s)
+    growth = _growth(p, phi)
+    return growth * stress, growth * slope, 2.0 * (growth - 1.0) * stress
+
+
+@inline
+def _stable_slope(p: Parameters, u: float, phi: float) -> float:
+    return _growth(p, phi) * _paper_slope(p, u, phi)
+
+
+LAW = FrictionLaw(
+    name="of-the-solid",
+    stress=_stress,
+    rounded=_rounded,
+    has_cusp=power_law.LAW.has_cusp,
+    stable_slope=_stable_slope,
+    scaled=power_law.LAW.scaled,
+    parameters=(*power_law.LAW.parameters, "viscosity_growth"),
+    special_indices=power_law.LAW.special_indices,
 )
 '''
 
@@ -83,6 +133,15 @@ RECIPES = {
         ),
         parameter("eyring_stress", "sigma_0", "Pa", "default=2e5, neutral=2e5"),
         parameter("eyring_speed", "u_0", "m s-1", "default=1e-6, neutral=1e-6"),
+    ],
+    "law of the order parameter": [
+        Edit("stickslip/model/laws/of_the_solid.py", "", OF_THE_SOLID),
+        Edit(
+            "stickslip/options.py",
+            '        "power-law": "stickslip.model.laws.power_law",\n',
+            '        "of-the-solid": "stickslip.model.laws.of_the_solid",\n',
+        ),
+        parameter("viscosity_growth", "kappa", "1", "default=0.0, neutral=0.0"),
     ],
     "free energy": [
         parameter("octic_coefficient", "g", "J m-3", "default=0.0, neutral=0.0, phi_power=6"),
@@ -144,6 +203,22 @@ RECIPES = {
             "    return 0.0\n",
             "    if p.block_damping > 0.0:\n        return p.block_damping * v * v\n",
         ),
+    ],
+    "drive tone": [
+        Edit(
+            "stickslip/variables.py",
+            LAST_PARAMETER,
+            '    ParameterVariable("third_amplitude", "X_3", "X_3", "m", "third_amplitude",\n'
+            "        default=0.0, neutral=0.0, directed=True),\n",
+        ),
+        Edit(
+            "stickslip/model/drive.py",
+            "TONES: tuple[Tone, ...] = (",
+            "@inline\n"
+            "def _third_amplitude(p: Parameters) -> float:\n"
+            "    return p.third_amplitude\n\n\n",
+        ),
+        Edit("stickslip/model/drive.py", "    tone(1, ", "    tone(3, _third_amplitude),\n"),
     ],
     "result variable": [
         Edit(
@@ -209,6 +284,12 @@ CASES = {
     "octic": ({"octic_coefficient": 400.0}, {}),
     "plateau": ({"plateau_viscosity": 5e4}, {}),
     "damped": ({"block_damping": 100.0}, {}),
+    "two tones": ({"third_amplitude": 0.2e-6}, {}),
+    "two tones of a mirrored drive": (
+        {"third_amplitude": -0.2e-6, "X_m": -0.8e-6, "x_0": -0.8e-6}, {}
+    ),
+    "thickened": ({"viscosity_growth": 3.0}, {"friction": "of-the-solid"}),
+    "not thickened": ({}, {"friction": "of-the-solid"}),
 }
 CASES = {case: CASES[case] for case in sys.argv[2:] or CASES}
 found = {}
