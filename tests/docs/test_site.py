@@ -94,6 +94,12 @@ def test_the_commands_are_all_there_with_their_options(
     assert "results/&lt;name of the config&gt;-trajectory.nc" in made  # no element of HTML
 
 
+def test_the_readme_has_a_row_for_every_command() -> None:
+    readme = (ROOT / "README.md").read_text("utf-8")
+    rows = re.findall(r"^\| `stickslip (\w+)", readme, re.MULTILINE)
+    assert sorted(rows) == sorted(COMMANDS)
+
+
 # --- gallery ---
 
 
