@@ -233,7 +233,7 @@ RECIPES = {
         ),
     ],
 }
-"""The recipes that are carried out; the figure comes below."""
+"""The recipes of what is integrated and measured; the figure and the executor come below."""
 
 FIGURE = '''"""The stated error of the amplitudes, along the first axis."""
 
@@ -267,6 +267,79 @@ from sweeps.figures import draw
 ds = xr.Dataset({"amplitude_error": ("temperature", [1e-7, 2e-7])}, {"temperature": [200.0, 250.0]})
 line = draw(ds, from_mapping({"plot": {"figure": "errors"}}).plot.figure).axes[0].lines[0]
 json.dump(line.get_ydata().tolist(), sys.stdout)
+"""
+
+EXECUTOR = '''"""One block after the other, in the process that asks for them."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+
+from sweeps.config.schema import Execution
+from sweeps.engine.executors.base import Executor
+from sweeps.engine.executors.worker import Block, Task, compute_block
+
+
+class SerialExecutor(Executor):
+    """Computes a task while it is handed over."""
+
+    def __exit__(self, *exception: object) -> None:
+        pass
+
+    def most_in_flight(self) -> int:
+        """One task: the next would be computed before this one is taken."""
+        return 1
+
+    def submit(self, task: Task) -> Future[Block]:
+        """Compute a task."""
+        future: Future[Block] = Future()
+        future.set_result(compute_block(task))
+        return future
+
+
+def executor_for(execution: Execution) -> Executor:  # noqa: ARG001 - as of any executor
+    """One slot, however many workers the config has."""
+    return SerialExecutor(slots=1)
+'''
+
+EXECUTOR_RECIPE = [
+    Edit("sweeps/engine/executors/serial.py", "", EXECUTOR),
+    Edit(
+        "sweeps/executor_table.py",
+        '        "dask": ExecutorEntry(',
+        '        "serial": ExecutorEntry("blocks one after the other", "serial"),\n',
+    ),
+]
+# In memory and into a file; `threads` are those that computed a block of the two.
+SERIAL_SWEEPS = """
+import json, sys, threading
+from sweeps import run
+from sweeps.cli.sweeps import BackendOption
+from sweeps.engine.executors import serial
+from sweeps.files.datasets import content_hash
+
+threads, compute_block = [], serial.compute_block
+
+def watched(task):
+    threads.append(threading.current_thread().name)
+    return compute_block(task)
+
+serial.compute_block = watched
+config = {
+    "sweep": {"temperature": [240, 250, 260]},
+    "integrator": {"rtol": 1e-4},
+    "stationary": {"rtol": 1e-4},
+    "execution": {"block_points": 1},
+}
+asked = config | {"execution": {"block_points": 1, "backend": "serial"}}
+found = {
+    "by threads": content_hash(run(config)),
+    "in memory": content_hash(run(asked)),
+    "into a file": content_hash(run(config, output="a.nc", backend="serial")),
+    "threads": threads,
+    "help": BackendOption.__metadata__[0].metavar,
+}
+json.dump(found, sys.stdout)
 """
 
 SMALL_SWEEPS = """
