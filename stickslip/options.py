@@ -60,7 +60,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             max_steps=20_000_000,  # a point of the paper's figures takes 1e4 to 1e6
             accelerates=True,
             refines=True,
-            strains=(ADIABATIC, RELAXING),
+            strains=tuple(STRAINS),
         ),
         "euler-cromer": Method(
             meaning="the paper's explicit scheme with a fixed step, order 1",

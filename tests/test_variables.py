@@ -212,3 +212,10 @@ def test_a_result_says_how_it_is_stored_and_what_stands_for_none(variable: Resul
 def test_what_stands_for_none_can_be_stored(variable: ResultVariable):
     stored = np.array(variable.missing, dtype=variable.dtype)
     np.testing.assert_equal(float(stored), float(variable.missing))
+
+
+def test_a_length_or_speed_that_may_be_negative_has_a_direction() -> None:
+    """The lanes' units turn with the sign of X_m, and such parameters with them."""
+    for variable in PARAMETERS.values():
+        if variable.units in ("m", "m s-1") and variable.lower < 0.0:
+            assert variable.directed, variable.name

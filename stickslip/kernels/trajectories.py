@@ -296,8 +296,8 @@ def observables_kernel(physics: Physics) -> Any:
     model = model_of(physics)
     bound, width = model.equations, model.width
     observables_at, rounded, strain = bound.observables, bound.law.rounded, bound.strain
-    values = ["row[0]", "u", *(f"row[{i}]" for i in range(2, width))]
-    own_state = make_map(f"own_state[{width}]", "row, u", values, {})
+    relative_state = bound.relative_state
+    sample = make_map(f"sample[{width}]", "row", (f"row[{i}]" for i in range(width)), {})
 
     def observables_of(
         point: np.ndarray,
@@ -309,12 +309,12 @@ def observables_kernel(physics: Physics) -> Any:
         p = parameters_of(point)
         for i in range(times.shape[0]):
             t, row = times[i], observables[i]
-            u = relative_velocity(p, t, samples[i, 1])
-            y = own_state(samples[i], u)  # with phi in place of its logarithm, which nobody needs
+            # With phi in place of its logarithm, which nobody needs.
+            y = relative_state(p, t, sample(samples[i]))
             row[0], row[1] = drive.upper_displacement(p, t), drive.upper_velocity(p, t)
             row[2] = strain(p, y)
-            row[3], row[5] = observables_at(p, y, samples[i, 2], u_s)
-            row[4] = rounded(p, u, samples[i, 2], u_s)[0]
+            row[3], row[5] = observables_at(p, y, samples[i, FILM], u_s)
+            row[4] = rounded(p, y[1], samples[i, FILM], u_s)[0]
 
     return named_kernel(f"observables[{physics}]", observables_of)
 

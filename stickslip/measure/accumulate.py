@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,27 +23,54 @@ from stickslip.numerics.lane_array import lane_array
 HIGHEST, LOWEST, SUM, LARGEST, PHASE = range(5)
 
 
+class Moment(NamedTuple):
+    """A motion at a moment, in the units of a record, as integrands see it."""
+
+    x: float
+    V: float
+    u: float
+    phi: float
+    sigma_el: float
+    F: float
+    power: float
+    """The power of the drive less what film and block dissipate."""
+
+
 class Slot(NamedTuple):
     """A slot of a record: what it holds, how that comes about, and in which unit.
 
-    `unit` is the place of its unit in what `results.slot_units` makes of `RecordUnits`.
+    `unit` is the place of its unit in what `results.slot_units` makes of `RecordUnits`. Where a sum
+    is an integral over time, `integrand` is what is integrated: an inline function of a Moment, the
+    same in the mirror image of the motion.
     """
 
     meaning: str
     reducer: int
     unit: int
+    integrand: Callable[..., float] | None = None
 
 
 STRESS, FORCE, WORK, TIME, PHI, NUMBER = range(6)
 """Units of slots."""
+
+
+@inline
+def _power(m: Moment) -> float:
+    return m.power
+
+
+@inline
+def _absolute_power(m: Moment) -> float:
+    return abs(m.F * m.V)
+
 
 RECORD_TABLE = (
     Slot("largest elastic stress", HIGHEST, STRESS),
     Slot("least elastic stress", LOWEST, STRESS),
     Slot("largest friction force", HIGHEST, FORCE),
     Slot("least friction force", LOWEST, FORCE),
-    Slot("integral of F v over time", SUM, WORK),
-    Slot("integral of |F V|", SUM, WORK),
+    Slot("work done on the block", SUM, WORK, _power),
+    Slot("integral of |F V|", SUM, WORK, _absolute_power),
     Slot("largest order parameter", LARGEST, PHI),
     Slot("meltings", SUM, NUMBER),
     Slot("time in the solid phase", SUM, TIME),
@@ -120,8 +147,8 @@ class Accumulator(NamedTuple):
     """(lanes, lane, is_liquid, is_soft, is_hard, seen): count a change between a soft and a hard
     solid, without the liquid between them; in none of the three a film keeps its phase."""
 
-    see_work: Callable[..., None]
-    """(lanes, lane, block, absolute, seen): add to the integrals."""
+    add: Callable[..., None]
+    """(lanes, lane, slot, value, seen): add to a sum."""
 
     mirror: Callable[..., None]
     """(lanes, lane): turn the signs of stress and force: maxima become minima."""
@@ -190,11 +217,10 @@ def accumulator(lanes: int, first: int) -> Accumulator:
         put(lanes, first + LAST_SOLID, lane, kind)
 
     @inline
-    def see_work(lanes: np.ndarray, lane: int, block: float, absolute: float, seen: bool) -> None:
+    def add(lanes: np.ndarray, lane: int, slot: int, value: float, seen: bool) -> None:
+        total = get(lanes, first + slot, lane)
         # What is not seen need not be finite: a choice, not a factor.
-        done, size = get(lanes, first + BLOCK_WORK, lane), get(lanes, first + ABSOLUTE_WORK, lane)
-        put(lanes, first + BLOCK_WORK, lane, done + block if seen else done)
-        put(lanes, first + ABSOLUTE_WORK, lane, size + absolute if seen else size)
+        put(lanes, first + slot, lane, total + value if seen else total)
 
     @inline
     def mirror(lanes: np.ndarray, lane: int) -> None:
@@ -203,4 +229,58 @@ def accumulator(lanes: int, first: int) -> Accumulator:
             put(lanes, first + slot, lane, -get(lanes, first + slot + 1, lane))
             put(lanes, first + slot + 1, lane, -high)
 
-    return Accumulator(clear, see_extremum, see_phase, see_solid, see_work, mirror)
+    return Accumulator(clear, see_extremum, see_phase, see_solid, add, mirror)
+
+
+def make_see_integrals(record: Accumulator, weights: tuple[float, ...]) -> Callable[..., None]:
+    """What adds a step to the integrals of a record, by a quadrature with these weights.
+
+    It maps (lanes, lane, moments, duration, seen) to None; `moments` at the nodes.
+    """
+    see: Any = _see_nothing
+    for slot, (_, _, _, integrand) in enumerate(RECORD_TABLE):
+        if integrand is not None:
+            see = _and_integral(see, record.add, slot, _quadrature(integrand, weights))
+    return see
+
+
+@inline
+def _see_nothing(lanes: np.ndarray, lane: int, moments: Any, duration: float, seen: bool) -> None:
+    pass
+
+
+def _and_integral(see_others: Any, add: Any, slot: int, mean: Any) -> Any:
+    @inline
+    def see(lanes: np.ndarray, lane: int, moments: Any, duration: float, seen: bool) -> None:
+        see_others(lanes, lane, moments, duration, seen)
+        add(lanes, lane, slot, duration * mean(moments), seen)
+
+    return see
+
+
+def _quadrature(integrand: Any, weights: tuple[float, ...]) -> Any:
+    """The weighted mean of an integrand over `moments`, an inline function.
+
+    No loop: moments that are looked up by number would keep lanes from vectors.
+    """
+
+    @inline
+    def single(moments: Any) -> float:
+        return integrand(moments[0])
+
+    @inline
+    def first(moments: Any) -> float:
+        return 0.0 + weights[0] * integrand(moments[0])  # fused one way only
+
+    mean: Any = single if weights == (1.0,) else first
+    for node in range(1, len(weights)):
+        mean = _and_node(mean, integrand, node, weights[node])
+    return mean
+
+
+def _and_node(others: Any, integrand: Any, node: int, weight: float) -> Any:
+    @inline
+    def mean(moments: Any) -> float:
+        return others(moments) + weight * integrand(moments[node])
+
+    return mean

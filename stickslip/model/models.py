@@ -21,7 +21,10 @@ from stickslip.model.state import Component, State
 from stickslip.options import ADIABATIC, RELAXING, Physics
 from stickslip.parameters import Parameters, ParameterValues
 
-_STRAINS: Mapping[str, StrainModel] = {ADIABATIC: FOLLOWING, RELAXING: relaxing.RELAXING}
+_STRAINS: Mapping[str, StrainModel] = {
+    ADIABATIC: FOLLOWING,
+    RELAXING: relaxing.RELAXING,
+}
 """The models of `options.STRAINS`."""
 
 

@@ -72,6 +72,7 @@ class Units(NamedTuple):
     frequency: float
     length: float
     speed: float
+    mass: float
     force: float
     stiffness: float
     damping: float
@@ -121,6 +122,7 @@ def make_units(
         frequency=1.0 / time,
         length=length,
         speed=speed,
+        mass=p.block_mass,
         force=force,
         stiffness=force / length,
         damping=force / speed,
@@ -140,6 +142,7 @@ def make_units(
 _BY_UNIT: Mapping[str, str] = {
     "1": "number",
     "K": "temperature",
+    "kg": "mass",
     "Pa": "stress",
     "Pa s": "viscosity",
     "J m-3": "energy",

@@ -22,8 +22,10 @@ from support.recipes import (
     EXECUTOR_RECIPE,
     FIGURE_RECIPE,
     RECIPES,
+    REFUSED,
     SERIAL_SWEEPS,
     SMALL_SWEEPS,
+    SPRUNG_SWEEPS,
     Edit,
 )
 
@@ -36,6 +38,8 @@ ENDED = 540.0  # seconds: a hang, on any machine
 MOST_FILES = {
     "friction law": 3,
     "law of the order parameter": 3,
+    "state variables": 4,
+    "integral": 3,
     "free energy": 2,
     "force on the block": 2,
     "drive tone": 2,
@@ -203,7 +207,8 @@ def test_what_is_measured_is_what_is_integrated(
 def test_both_methods_compute_the_same_physics(
     adaptive: dict[str, dict[str, float]], fixed: dict[str, dict[str, float]], case: str
 ) -> None:
-    for name in ("elastic_stress_amplitude", "friction_force_amplitude", "friction_work"):
+    works = ("friction_work", "dissipated_work")
+    for name in ("elastic_stress_amplitude", "friction_force_amplitude", *works):
         assert fixed[case][name] == pytest.approx(adaptive[case][name], rel=2e-3)
 
 
@@ -231,6 +236,17 @@ def test_the_numbers_change(
 
 
 @pytest.mark.stress
+@pytest.mark.parametrize("method", METHODS)
+def test_two_tones_of_a_mirrored_drive_are_the_mirror_image(
+    request: pytest.FixtureRequest, method: str
+) -> None:
+    found = request.getfixturevalue(method)
+    for name in ("elastic_stress_amplitude", "friction_force_amplitude"):
+        mirrored = found["two tones of a mirrored drive"][name]
+        assert mirrored == pytest.approx(found["two tones"][name], rel=1e-12)
+
+
+@pytest.mark.stress
 def test_a_parameter_at_its_neutral_value_changes_nothing(
     adaptive: dict[str, dict[str, float]],
 ) -> None:
@@ -251,6 +267,90 @@ def test_a_liquid_film_passes_on_the_stress_of_the_new_law(
     expected = 0.6e-9 * 2e5 * math.asinh(0.8e-6 * 30 / 1e-6)
     found = adaptive["liquid eyring"]["friction_force_amplitude"]
     assert found == pytest.approx(expected, rel=0.02)
+
+
+@pytest.fixture(scope="module")
+def sprung(changed_copy: Path) -> dict[str, list[dict[str, float]]]:
+    """Orbits with a rigid upper block, and on springs of 1e7, 1e8 and 1e9 N/m."""
+    done = output_of(SPRUNG_SWEEPS, changed_copy, cache=changed_copy / "cache")
+    assert done.returncode == 0, done.stderr
+    found: dict[str, list[dict[str, float]]] = json.loads(done.stdout)
+    return found
+
+
+@pytest.mark.stress
+@pytest.mark.parametrize("case", ["locked", "liquid"])
+def test_a_stiff_spring_of_the_upper_block_takes_the_force_to_that_of_a_rigid_one(
+    sprung: dict[str, list[dict[str, float]]], case: str
+) -> None:
+    """In proportion to 1/K_2."""
+    assert all(found["status"] == 0 for found in sprung[case])
+    assert all(found["power_balance_error"] < 1e-7 for found in sprung[case])
+    rigid, *others = (found["friction_force_amplitude"] for found in sprung[case])
+    away = [1.0 - force / rigid for force in others]
+    sys.stdout.write(f"{case}: off by {away} at K_2 = 1e7, 1e8, 1e9 N/m\n")
+    assert away[0] / away[1] == pytest.approx(10.0, rel=0.02)
+    assert away[1] / away[2] == pytest.approx(10.0, rel=0.02)
+
+
+@pytest.mark.stress
+def test_blocks_that_are_locked_move_as_one_on_their_springs(
+    sprung: dict[str, list[dict[str, float]]],
+) -> None:
+    """X_2 = X K_2/(K_2 + 2 K - (M + M_2) omega^2), and F = (2 K - M omega^2) X_2."""
+    for found, K_2 in zip(sprung["locked"][1:], (1e7, 1e8, 1e9), strict=True):
+        moved = 0.8e-6 * K_2 / (K_2 + 2 * 500 - (0.4 + 0.4) * 30**2)
+        expected = (2 * 500 - 0.4 * 30**2) * moved
+        assert found["friction_force_amplitude"] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.stress
+def test_the_work_lost_in_a_newtonian_liquid_is_that_of_its_force(
+    sprung: dict[str, list[dict[str, float]]],
+) -> None:
+    """Pi F^2 h/(k A omega) for a harmonic force."""
+    found = sprung["liquid"][0]
+    expected = math.pi * found["friction_force_amplitude"] ** 2 * 1e-9 / (5e4 * 0.6e-9 * 30)
+    assert found["dissipated_work"] == pytest.approx(expected, rel=1e-4)
+
+
+def test_a_method_that_does_not_know_a_state_variable_refuses_it(changed_copy: Path) -> None:
+    done = output_of(REFUSED, changed_copy)
+    assert done.returncode != 0
+    assert "adaptive" in done.stderr
+    assert "strain" in done.stderr
+
+
+def without(recipe: str, left_out: str, folder: Path) -> Path:
+    """A copy in which the step with this text is left out of a recipe."""
+    copy = copied(folder)
+    kept = [edit for edit in RECIPES[recipe] if left_out not in f"{edit.file}: {edit.text}"]
+    assert len(kept) == len(RECIPES[recipe]) - 1
+    carried_out(kept, copy)
+    return copy
+
+
+@pytest.mark.parametrize(
+    ("recipe", "left_out", "message"),
+    [
+        ("integral", "accumulate.py:     DISSIPATED_WORK,", "too many values to unpack"),
+        ("state variables", "sprung.SPRUNG", "KeyError: 'sprung'"),
+        ("state variables", "spring of its own", "strain must be one of"),
+    ],
+)
+def test_a_step_that_is_left_out_is_refused_at_the_start(
+    recipe: str, left_out: str, message: str, tmp_path: Path
+) -> None:
+    copy = without(recipe, left_out, tmp_path)
+    code = (
+        "from stickslip import Options\n"
+        "from stickslip.kernels.adaptive import rows\n"
+        "from stickslip.model.models import model_of\n"
+        "model_of(Options(strain='sprung').physics)\n"
+    )
+    done = output_of(code, copy)
+    assert done.returncode != 0
+    assert message in done.stderr
 
 
 LEFT_OUT: dict[str, tuple[str, Callable[[Edit], bool], str]] = {
@@ -294,7 +394,9 @@ def test_a_step_that_is_left_out_is_an_error_and_no_wrong_number(step: str, tmp_
         "orbits = rows.Orbits(np.zeros((1, 4)), queue.measured.copy(), np.zeros(1, bool),\n"
         "    np.zeros((1, 2)), np.zeros(1), np.zeros((1, 4, 3)), np.zeros((1, 3)),\n"
         "    np.zeros((1, 3)), np.zeros((1, 3)))\n"
-        "rows.row_kernels(physics).write_results(points, queue, orbits, 1e-6, np.zeros((1, 30)))\n"
+        "states = np.zeros((1, 4))\n"
+        "rows.row_kernels(physics).write_results(\n"
+        "    points, queue, orbits, states, states, 1e-6, np.zeros((1, 30)))\n"
     )
     done = output_of(code, copy, cache=copy / "cache")
     assert done.returncode != 0
@@ -312,13 +414,46 @@ def test_a_loss_of_the_block_that_is_left_out_violates_the_power_balance(
     assert json.loads(done.stdout)["damped"]["status"] == Status.INVARIANT_VIOLATED
 
 
+def tested(copy: Path, tests: str, *chosen: str) -> str:
+    """What tests of the project say of a copy of the sources."""
+    folder = Path(__file__).parents[1]
+    options = ["-q", "-p", "no:cacheprovider", *chosen, str(folder / tests)]
+    code = f"import sys, pytest; sys.path.insert(0, {str(folder)!r}); pytest.main({options!r})"
+    return output_of(code, copy, cache=copy / "cache").stdout
+
+
 @pytest.mark.slow
 def test_a_slope_of_the_block_that_is_left_out_fails_a_test_of_the_model(tmp_path: Path) -> None:
     copy, recipe = copied(tmp_path), RECIPES["force on the block"]
     carried_out([edit for edit in recipe if "stiffness, 0.0" not in edit.before], copy)
-    tests = Path(__file__).parents[1]
-    options = ["-q", "-p", "no:cacheprovider", str(tests / "model/test_block.py")]
-    code = f"import sys, pytest; sys.path.insert(0, {str(tests)!r}); pytest.main({options!r})"
-    done = output_of(code, copy, cache=copy / "cache")
-    assert "5 failed" in done.stdout, done.stdout
-    assert "test_the_slopes_are_those_of_the_force" in done.stdout
+    said = tested(copy, "model/test_block.py")
+    assert "5 failed" in said, said
+    assert "test_the_slopes_are_those_of_the_force" in said
+
+
+@pytest.mark.slow
+def test_a_law_without_its_derivative_over_phi_fails_a_test_of_laws(tmp_path: Path) -> None:
+    copy = copied(tmp_path)
+    carried_out(RECIPES["law of the order parameter"], copy)
+    law, slope = copy / "stickslip/model/laws/of_the_solid.py", "2.0 * (growth - 1.0) * stress"
+    assert slope in law.read_text()
+    law.write_text(law.read_text().replace(slope, "0.0"))
+    fluid = copy / "stickslip/variables.py"
+    fluid.write_text(
+        fluid.read_text().replace('"viscosity_growth", default=0.0', '"", default=3.0')
+    )
+    said = tested(copy, "model/laws/test_laws.py", "-k", "derivative_over_the_log and solid")
+    assert "8 failed" in said, said
+
+
+@pytest.mark.slow
+def test_a_tone_that_is_not_directed_fails_a_test_of_the_registry(tmp_path: Path) -> None:
+    copy = copied(tmp_path)
+    carried_out(RECIPES["drive tone"], copy)
+    registry = copy / "stickslip/variables.py"
+    text = registry.read_text()
+    registry.write_text(
+        text.replace("neutral=0.0, directed=True),\n    _not", "neutral=0.0),\n    _not")
+    )
+    said = tested(copy, "test_variables.py", "-k", "direction")
+    assert "1 failed" in said, said

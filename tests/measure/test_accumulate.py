@@ -30,7 +30,9 @@ from stickslip.measure.accumulate import (
     STRESS_MIN,
     UNSEEN,
     UNSEEN_TIME,
+    Moment,
     accumulator,
+    make_see_integrals,
 )
 
 LANES, LANE, FIRST = 4, 2, 3
@@ -63,7 +65,7 @@ def test_a_lane_touches_only_its_own_slots() -> None:
     record.see_extremum(lanes, LANE, STRESS_MAX, 5.0, True)
     record.see_phase(lanes, LANE, 0.6, THRESHOLD, MELTING, 1.0, True)
     record.see_solid(lanes, LANE, False, False, True, True)
-    record.see_work(lanes, LANE, 1.0, 2.0, True)
+    record.add(lanes, LANE, BLOCK_WORK, 1.0, True)
     record.mirror(lanes, LANE)
     values = lanes.reshape(-1, LANES)
     np.testing.assert_array_equal(values[~own], -99.0)
@@ -71,7 +73,7 @@ def test_a_lane_touches_only_its_own_slots() -> None:
     ALONE.see_extremum(alone, 0, STRESS_MAX, 5.0, True)
     ALONE.see_phase(alone, 0, 0.6, THRESHOLD, MELTING, 1.0, True)
     ALONE.see_solid(alone, 0, False, False, True, True)
-    ALONE.see_work(alone, 0, 1.0, 2.0, True)
+    ALONE.add(alone, 0, BLOCK_WORK, 1.0, True)
     ALONE.mirror(alone, 0)
     np.testing.assert_array_equal(values[own], alone)
 
@@ -114,20 +116,35 @@ def test_a_rejected_step_that_is_not_finite_leaves_no_trace(value: float) -> Non
     record = fresh()
     ALONE.see_extremum(record, 0, STRESS_MAX, 1.0, True)
     ALONE.see_phase(record, 0, 0.6, THRESHOLD, MELTING, 1.0, True)
-    ALONE.see_work(record, 0, 1.0, 2.0, True)
+    ALONE.add(record, 0, BLOCK_WORK, 1.0, True)
     before = record.copy()
     for slot in (STRESS_MAX, FORCE_MAX):
         ALONE.see_extremum(record, 0, slot, value, False)
     ALONE.see_phase(record, 0, value, THRESHOLD, MELTING, 1.0, False)
-    ALONE.see_work(record, 0, value, value, False)
+    ALONE.add(record, 0, BLOCK_WORK, value, False)
     np.testing.assert_array_equal(record, before)
 
 
-def test_work_adds_up() -> None:
+def test_sums_add_up() -> None:
     record = fresh()
-    for block, absolute, seen in ((1.0, 2.0, True), (-3.0, 4.0, True), (100.0, 100.0, False)):
-        ALONE.see_work(record, 0, block, absolute, seen)
-    assert record[[BLOCK_WORK, ABSOLUTE_WORK]].tolist() == [-2.0, 6.0]
+    for value, seen in ((1.0, True), (-3.0, True), (100.0, False)):
+        ALONE.add(record, 0, BLOCK_WORK, value, seen)
+    assert record[BLOCK_WORK] == -2.0
+
+
+def moment(V: float, F: float, power: float) -> Moment:
+    return Moment(x=0.1, V=V, u=0.3, phi=0.5, sigma_el=1.0, F=F, power=power)
+
+
+def test_a_step_adds_to_every_integral_what_its_quadrature_says() -> None:
+    record, see = fresh(), make_see_integrals(ALONE, (0.25, 0.75))
+    moments = moment(2.0, -3.0, 4.0), moment(1.0, 1.0, 8.0)
+    for seen in (True, False):
+        see(record, 0, moments, 2.0, seen)
+    assert record[BLOCK_WORK] == 2.0 * (0.25 * 4.0 + 0.75 * 8.0)
+    assert record[ABSOLUTE_WORK] == 2.0 * (0.25 * 6.0 + 0.75 * 1.0)
+    make_see_integrals(ALONE, (1.0,))(record, 0, moments[:1], 1.0, True)
+    assert record[ABSOLUTE_WORK] == 2.0 * (0.25 * 6.0 + 0.75 * 1.0) + 6.0
 
 
 def test_the_mirror_image_exchanges_maxima_and_minima_and_keeps_the_rest() -> None:

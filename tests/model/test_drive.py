@@ -37,6 +37,23 @@ def test_velocity_and_acceleration_are_derivatives(function, derivative, phase: 
     assert derivative(PAPER, t) == pytest.approx(difference, abs=1e-10 * abs(largest))
 
 
+def test_an_even_harmonic_is_refused() -> None:
+    with pytest.raises(ValueError, match="tone 2 of the drive: an even harmonic breaks"):
+        drive.tone(2, drive.TONES[0].amplitude)
+
+
+def test_the_drive_does_not_exceed_its_largest_values() -> None:
+    for largest, function in (
+        (drive.largest_displacement, drive.upper_displacement),
+        (drive.largest_speed, drive.upper_velocity),
+        (drive.largest_acceleration, drive.upper_acceleration),
+    ):
+        times = [i / 400 * drive.period(PAPER) for i in range(400)]
+        sizes = [abs(function(PAPER, t)) for t in times]
+        assert max(sizes) == pytest.approx(largest(PAPER), rel=1e-4)
+        assert max(sizes) <= largest(PAPER) * (1 + 1e-15)
+
+
 def test_a_period_later_the_drive_is_where_it_was() -> None:
     T = drive.period(PAPER)
     assert pytest.approx(2 * math.pi / 10.0, rel=1e-15, abs=0) == T

@@ -232,6 +232,7 @@ P = random_parameters(np.random.default_rng(12), -2 / 3)._replace(drive_amplitud
 SPEED = abs(P.drive_amplitude) * P.angular_frequency
 EXPECTED = {
     "1": VALUE,
+    "kg": VALUE / P.block_mass,
     "K": VALUE * 2 * P.thermal_coefficient * P.kinetic_coefficient / P.angular_frequency,
     "N": VALUE / (P.block_mass * SPEED * P.angular_frequency),
     "N s m-1": VALUE / (P.block_mass * P.angular_frequency),

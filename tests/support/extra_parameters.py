@@ -12,6 +12,7 @@ from support.package import copy_of_package, run_python
 UNITS = (
     "1",
     "K",
+    "kg",
     "N",
     "N m-1",
     "N s m-1",

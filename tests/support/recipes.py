@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import NamedTuple
 
 
@@ -112,6 +113,8 @@ LAW = FrictionLaw(
 )
 '''
 
+SPRUNG_BLOCK = (Path(__file__).parent / "sprung_block.py").read_text()
+
 LAST_PARAMETER = '    _not_negative("noise_intensity",'
 
 
@@ -142,6 +145,58 @@ RECIPES = {
             '        "of-the-solid": "stickslip.model.laws.of_the_solid",\n',
         ),
         parameter("viscosity_growth", "kappa", "1", "default=0.0, neutral=0.0"),
+    ],
+    "state variables": [
+        Edit("stickslip/model/sprung.py", "", SPRUNG_BLOCK),
+        Edit(
+            "stickslip/model/models.py",
+            "    RELAXING: relaxing.RELAXING,\n",
+            '    "sprung": sprung.SPRUNG,\n',
+        ),
+        Edit(
+            "stickslip/model/models.py",
+            "from stickslip.model.laws import friction_law\n",
+            "from stickslip.model import sprung\n",
+        ),
+        Edit(
+            "stickslip/options.py",
+            '        RELAXING: "it is a variable',
+            '        "sprung": "the upper block on a spring of its own",\n',
+        ),
+        parameter("upper_mass", "M_2", "kg", "default=0.4, neutral=0.4"),
+        parameter("upper_stiffness", "K_2", "N m-1", "default=1e9, neutral=1e9"),
+    ],
+    "integral": [
+        Edit(
+            "stickslip/variables.py",
+            STATUS_COLUMN,
+            '    ResultVariable("dissipated_work", "W_d", "W_d", "J", "work lost in the film"),\n',
+        ),
+        Edit(
+            "stickslip/measure/results.py",
+            "        status=float(m.status),\n",
+            "        dissipated_work=m.record[DISSIPATED_WORK],\n",
+        ),
+        Edit(
+            "stickslip/measure/results.py",
+            "    FIRST_PHASE,\n    FIRST_SOLID,\n    FORCE_MAX,\n",
+            "    DISSIPATED_WORK,\n",
+        ),
+        Edit(
+            "stickslip/measure/accumulate.py",
+            "RECORD_TABLE = (",
+            "@inline\ndef _dissipated_power(m: Moment) -> float:\n    return m.F * m.u\n\n\n",
+        ),
+        Edit(
+            "stickslip/measure/accumulate.py",
+            '    Slot("largest order parameter",',
+            '    Slot("integral of F (V - v)", SUM, WORK, _dissipated_power),\n',
+        ),
+        Edit(
+            "stickslip/measure/accumulate.py",
+            "    PHI_MAX,\n    MELTINGS,\n",
+            "    DISSIPATED_WORK,\n",
+        ),
     ],
     "free energy": [
         parameter("octic_coefficient", "g", "J m-3", "default=0.0, neutral=0.0, phi_power=6"),
@@ -176,11 +231,12 @@ RECIPES = {
         ),
         Edit(
             "stickslip/model/laws/power_law.py",
-            "        return viscosity * rate, viscosity / h * (1.0 + gamma)\n",
+            "        return viscosity * rate, viscosity / h * (1.0 + gamma), 0.0\n",
             "        k_inf = p.plateau_viscosity\n"
             "        return (\n"
             "            viscosity * rate + k_inf * rate,\n"
             "            viscosity / h * (1.0 + gamma) + k_inf / h,\n"
+            "            0.0,\n"
             "        )\n",
         ),
     ],
@@ -340,6 +396,68 @@ found = {
     "help": BackendOption.__metadata__[0].metavar,
 }
 json.dump(found, sys.stdout)
+"""
+
+SPRUNG_SWEEPS = """
+import json, sys
+from sweeps import run
+
+CASES = {
+    "locked": {"gamma": 0, "T": 200, "K": 500, "omega": 30, "x_0": 0.8e-6, "phi_0": 0.6},
+    "liquid": {"gamma": 0, "T": 310, "K": 1e4, "omega": 30, "x_0": 0.8e-6},
+}
+found = {}
+for case, model in CASES.items():
+    sprung = [({"strain": "sprung"}, {"upper_stiffness": K_2}) for K_2 in (1e7, 1e8, 1e9)]
+    found[case] = []
+    for film, more in [({}, {}), *sprung]:
+        ds = run(
+            {
+                "model": model | more,
+                "film": film,
+                "integrator": {"rtol": 1e-8},
+                "stationary": {"rtol": 1e-8},
+            },
+            workers=1,
+        )
+        found[case].append({name: float(ds[name]) for name in ds.data_vars})
+json.dump(found, sys.stdout)
+"""
+
+REFUSED = """
+from sweeps import run
+run({"film": {"strain": "sprung"}, "integrator": {"method": "euler-cromer"}})
+"""
+
+SPRUNG_SWEEPS = """
+import json, sys
+from sweeps import run
+
+CASES = {
+    "locked": {"gamma": 0, "T": 200, "K": 500, "omega": 30, "x_0": 0.8e-6, "phi_0": 0.6},
+    "liquid": {"gamma": 0, "T": 310, "K": 1e4, "omega": 30, "x_0": 0.8e-6},
+}
+found = {}
+for case, model in CASES.items():
+    sprung = [({"strain": "sprung"}, {"upper_stiffness": K_2}) for K_2 in (1e7, 1e8, 1e9)]
+    found[case] = []
+    for film, more in [({}, {}), *sprung]:
+        ds = run(
+            {
+                "model": model | more,
+                "film": film,
+                "integrator": {"rtol": 1e-8},
+                "stationary": {"rtol": 1e-8},
+            },
+            workers=1,
+        )
+        found[case].append({name: float(ds[name]) for name in ds.data_vars})
+json.dump(found, sys.stdout)
+"""
+
+REFUSED = """
+from sweeps import run
+run({"film": {"strain": "sprung"}, "integrator": {"method": "euler-cromer"}})
 """
 
 SMALL_SWEEPS = """

@@ -18,6 +18,8 @@ from stickslip.kernels.euler_cromer.layout import write_starts, write_steps
 from stickslip.kernels.points import FIRST_STEP, parameters_of
 from stickslip.kernels.problem import problem_functions, problem_of
 from stickslip.measure.accumulate import (
+    ABSOLUTE_WORK,
+    BLOCK_WORK,
     FIRST_PHASE,
     FORCE_MAX,
     LAST_PHASE,
@@ -43,7 +45,7 @@ from stickslip.options import DEFAULTS
 
 _record = accumulator(1, 0)
 _clear = _record.clear
-_see_extremum, _see_phase, _see_work = _record.see_extremum, _record.see_phase, _record.see_work
+_see_extremum, _see_phase, _add = _record.see_extremum, _record.see_phase, _record.add
 _observables = model_of(DEFAULTS.physics).equations.observables
 _interpolate = algebra(3).interpolate
 
@@ -61,7 +63,8 @@ def _see(p, t, dt, u, phi, u_s, record):
     _see_extremum(record, 0, FORCE_MAX, F, True)
     _see_phase(record, 0, phi, solid, melted, dt / (0.5 * drive.period(p)), True)
     V = drive.upper_velocity(p, t)
-    _see_work(record, 0, dt * (F * (V - u)), dt * abs(F * V), True)
+    _add(record, 0, BLOCK_WORK, dt * (F * (V - u)), True)
+    _add(record, 0, ABSOLUTE_WORK, dt * abs(F * V), True)
 
 
 def cyclic_meltings(record: np.ndarray) -> int:

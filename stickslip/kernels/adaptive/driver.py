@@ -161,9 +161,11 @@ def orbits(
         put_back(orbits, rows, _measure(points[rows], part, options, again=True))
         put_back(queue, rows, part)
     orbits.offsets[_moved(orbits)] = np.nan
-    _write_results(points, queue, orbits, options, results)
-    finals[:] = orbits.begins
-    conversion_of(physics).restore_states(points, finals)
+    finals[:], ends = orbits.begins, queue.states.copy()
+    for states in (finals, ends):
+        conversion_of(physics).restore_states(points, states)
+    write_results = row_kernels(physics).write_results
+    write_results(points, queue, orbits, finals, ends, options.settings().rtol, results)
     for rows, watched in aperiodic:
         _write_aperiodic(points, queue, rows, watched, results, finals)
 
@@ -338,14 +340,6 @@ def _after_watching(walk: TangentWalk, watched: Watched) -> Queue:
     outcomes[outcomes == int(Status.PENDING)] = OK
     outcomes[watched.aperiodic] = APERIODIC
     return queue
-
-
-def _write_results(
-    points: np.ndarray, queue: Queue, orbits: Orbits, options: Options, results: np.ndarray
-) -> None:
-    """Write the result rows (n, columns) of points that were settled and measured."""
-    rtol = options.settings().rtol
-    row_kernels(options.physics).write_results(points, queue, orbits, rtol, results)
 
 
 def _write_aperiodic(

@@ -17,7 +17,15 @@ from stickslip.compiled.decorators import inline, jit
 from stickslip.compiled.elementary import exponentials
 from stickslip.compiled.simd import LANES, for_lanes
 from stickslip.kernels.problem import Problem, ProblemFunctions
-from stickslip.measure.accumulate import FORCE_MAX, RECORD, STRESS_MAX, accumulator
+from stickslip.measure.accumulate import (
+    BLOCK_WORK,
+    FORCE_MAX,
+    RECORD,
+    STRESS_MAX,
+    Moment,
+    accumulator,
+    make_see_integrals,
+)
 from stickslip.model import drive, film, solids
 from stickslip.model.rhs import Equations
 from stickslip.model.scaling import Reduced
@@ -58,7 +66,8 @@ _array = lane_array(LANES)
 get, put = _array.get, _array.put
 record = accumulator(LANES, RECORD_BEGIN)
 _see_extremum, _see_phase = record.see_extremum, record.see_phase
-_see_solid, _see_work = record.see_solid, record.see_work
+_see_solid, _add = record.see_solid, record.add
+_see_integrals = make_see_integrals(record, WEIGHTS)
 
 
 class Step(NamedTuple):
@@ -109,45 +118,39 @@ def _promising(
     return turns & ((top + reach >= high) | (bottom - reach <= low))
 
 
-def _make_see_work(equations: Equations) -> Any:
-    """What adds a step to the integrals: (lanes, lane, problem, step, y, F, seen).
+Node = tuple[State, float, float, float]
+"""What a step holds at a node: the state, phi, stress and force."""
 
-    `y` and `F` are the state and the force at the nodes.
-    """
+
+def _make_see_work(equations: Equations) -> Any:
+    """What adds a step to the integrals: (lanes, lane, problem, step, nodes, seen)."""
     power, stored_energy = equations.power, equations.stored_energy
 
     @inline
-    def powers(problem: Problem, step: Step, theta: float, y: State, F: float) -> Any:
+    def moment(problem: Problem, step: Step, theta: float, node: Node) -> Moment:
+        y, phi, sigma_el, F = node
         V = drive.upper_velocity(problem.p, step.t + theta * step.used)
-        return power(problem.p, V, y, F), abs(F * V)
-
-    @inline
-    def works(problem: Problem, step: Step, y: Any, F: Values) -> tuple[float, float]:
-        # No loop over nodes: states that are looked up by number would keep lanes from vectors.
-        done0, total0 = powers(problem, step, NODES[0], y[0], F[0])
-        done1, total1 = powers(problem, step, NODES[1], y[1], F[1])
-        done2, total2 = powers(problem, step, NODES[2], y[2], F[2])
-        done3, total3 = powers(problem, step, NODES[3], y[3], F[3])
-        done, total = 0.0 + WEIGHTS[0] * done0, 0.0 + WEIGHTS[0] * total0  # fused one way only
-        done, total = done + WEIGHTS[1] * done1, total + WEIGHTS[1] * total1
-        done, total = done + WEIGHTS[2] * done2, total + WEIGHTS[2] * total2
-        done, total = done + WEIGHTS[3] * done3, total + WEIGHTS[3] * total3
-        return step.used * done, step.used * total
+        return Moment(y[0], V, y[1], phi, sigma_el, F, power(problem.p, V, y, F))
 
     @inline
     def see_work(
-        lanes: np.ndarray, lane: int, problem: Problem, step: Step, y: Any, F: Values, seen: bool
+        lanes: np.ndarray, lane: int, problem: Problem, step: Step, nodes: Any, seen: bool
     ) -> None:
-        done, total = works(problem, step, y, F)
-        _see_work(lanes, lane, done, total, seen)
+        moments = (
+            moment(problem, step, NODES[0], nodes[0]),
+            moment(problem, step, NODES[1], nodes[1]),
+            moment(problem, step, NODES[2], nodes[2]),
+            moment(problem, step, NODES[3], nodes[3]),
+        )
+        _see_integrals(lanes, lane, moments, step.used, seen)
 
     @inline
     def see_work_and_energy(
-        lanes: np.ndarray, lane: int, problem: Problem, step: Step, y: Any, F: Values, seen: bool
+        lanes: np.ndarray, lane: int, problem: Problem, step: Step, nodes: Any, seen: bool
     ) -> None:
-        done, total = works(problem, step, y, F)
-        gained = stored_energy(problem.p, y[3]) - stored_energy(problem.p, y[0])  # type: ignore[misc]
-        _see_work(lanes, lane, done - gained, total, seen)
+        see_work(lanes, lane, problem, step, nodes, seen)
+        gained = stored_energy(problem.p, step.y1) - stored_energy(problem.p, step.y0)  # type: ignore[misc]
+        _add(lanes, lane, BLOCK_WORK, -gained, seen)
 
     return see_work if stored_energy is None else see_work_and_energy
 
@@ -197,11 +200,11 @@ def vertex(x0: float, x1: float, x2: float, y0: float, y1: float, y2: float) -> 
 
 
 def make_node(functions: ProblemFunctions) -> Any:
-    """What a step holds at a node: (problem, step, theta) to the state, phi, stress and force."""
+    """What gives a Node of a step: (problem, step, theta)."""
     observables, interpolate = functions.equations.observables, algebra(functions.width).interpolate
 
     @inline
-    def node(problem: Problem, step: Step, theta: float) -> tuple[State, float, float, float]:
+    def node(problem: Problem, step: Step, theta: float) -> Node:
         y = interpolate(theta, step.y0, step.y1, step.d1, step.d2)
         phi, _ = exponentials(y[2])
         sigma, F = observables(problem.p, y, phi, problem.u_s)
@@ -251,7 +254,9 @@ def make_see(
         see_solid(lanes, lane, problem, strain(problem.p, ya), phia, seen)
         see_solid(lanes, lane, problem, strain(problem.p, yb), phib, seen)
         see_solid(lanes, lane, problem, strain(problem.p, step.y1), phi1, seen)
-        see_work(lanes, lane, problem, step, (step.y0, ya, yb, step.y1), forces, seen)
+        begin = (step.y0, exponentials(step.y0[2])[0], sigma0, F0)
+        nodes = (begin, (ya, phia, sigmaa, Fa), (yb, phib, sigmab, Fb), (step.y1, phi1, sigma1, F1))
+        see_work(lanes, lane, problem, step, nodes, seen)
         put(lanes, _STRESS, lane, sigma1 if seen else sigma0)
         put(lanes, _FORCE, lane, F1 if seen else F0)
         put(lanes, _STRESS_RATE, lane, sigma_rate1 if seen else sigma_rate0)

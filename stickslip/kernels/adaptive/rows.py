@@ -139,8 +139,9 @@ class RowKernels(NamedTuple):
     measurements, by their difference."""
 
     write_results: Any
-    """(points, queue, orbits, rtol, results): write the result rows (n, columns) of points that
-    were settled and measured twice."""
+    """(points, queue, orbits, begins, ends, rtol, results): write the result rows (n, columns) of
+    points that were settled and measured twice; `begins` and `ends` (n, width + 1) the states
+    (x, v, psi, ...) before and after the finer measurement, in SI units."""
 
 
 def row_kernels(physics: Physics) -> RowKernels:
@@ -151,7 +152,7 @@ def row_kernels(physics: Physics) -> RowKernels:
 @kernel_factory
 def _row_kernels(physics: Physics) -> RowKernels:
     model = model_of(physics)
-    units_of, width, own_units = model.scaling.units_of, model.width, make_record_units(model)
+    width, own_units = model.width, make_record_units(model)
     has_cusp = model.equations.law.has_cusp
 
     def write_off_the_orbit(
@@ -171,7 +172,13 @@ def _row_kernels(physics: Physics) -> RowKernels:
                 off[i] = differ or error > rtol
 
     def write_results(
-        points: np.ndarray, queue: Queue, orbits: Orbits, rtol: float, results: np.ndarray
+        points: np.ndarray,
+        queue: Queue,
+        orbits: Orbits,
+        begins: np.ndarray,
+        ends: np.ndarray,
+        rtol: float,
+        results: np.ndarray,
     ) -> None:
         record, other = np.empty(RECORD), np.empty(RECORD)
         astray = np.zeros(width)
@@ -180,8 +187,8 @@ def _row_kernels(physics: Physics) -> RowKernels:
             if counts[OUTCOME] != OK:
                 write_failure(results[i], (counts[HALVES] + 1) // 2, counts[OUTCOME])
                 continue
-            p, begin, end = parameters_of(points[i]), orbits.begins[i], queue.states[i]
-            units, own = units_of(p), own_units(p)
+            p, begin, end = parameters_of(points[i]), begins[i], ends[i]
+            own = own_units(p)
             write_whole_orbit(queue.measured[i], own, cycle, record)
             write_whole_orbit(orbits.coarse[i], own, cycle, other)
             shift_part, least = _parts_of_error(p, record, has_cusp(p))
@@ -200,9 +207,8 @@ def _row_kernels(physics: Physics) -> RowKernels:
             measured = Measured(
                 record=record,
                 cycle=cycle,
-                # At phase 0 the drive stands still: v = -u.
-                begin=(begin[0] * units.length, -begin[1] * units.speed),
-                end=(end[0] * units.length, -end[1] * units.speed),
+                begin=(begin[0], begin[1]),
+                end=(end[0], end[1]),
                 symmetric=orbits.symmetric[i],
                 amplitudes=amplitudes_of(record),
                 error=error if math.isfinite(error) else _UNKNOWN,

@@ -23,7 +23,13 @@ from stickslip.kernels.euler_cromer.layout import (
 )
 from stickslip.kernels.euler_cromer.scaling import StepParameters, step_values
 from stickslip.kernels.families import Family
-from stickslip.measure.accumulate import FORCE_MAX, STRESS_MAX, accumulator
+from stickslip.measure.accumulate import (
+    FORCE_MAX,
+    STRESS_MAX,
+    Moment,
+    accumulator,
+    make_see_integrals,
+)
 from stickslip.model import block, drive, film
 from stickslip.model.models import model_of
 from stickslip.model.noise import TYPICAL_FRACTION
@@ -42,7 +48,8 @@ from stickslip.parameters import ParameterValues
 
 _record = accumulator(WIDTH, RECORD_BEGIN)
 _see_extremum, _see_phase = _record.see_extremum, _record.see_phase
-_see_solid, _see_work = _record.see_solid, _record.see_work
+_see_solid = _record.see_solid
+_see_integrals = make_see_integrals(_record, (1.0,))
 _own_parameters = make_lane_reader(StepParameters, PARAMETERS_BEGIN, get)
 
 
@@ -127,10 +134,12 @@ def _make_observe(stress_and_force: Any, *, measured: bool, two_solids: bool) ->
     @inline
     def measure(p: _Lane, V: float, y: State, lanes: np.ndarray, lane: int) -> None:
         x, v, phi = y
-        sigma_el, F = stress_and_force(p.values, V - v, phi)
+        u = V - v
+        sigma_el, F = stress_and_force(p.values, u, phi)
         _see_extremum(lanes, lane, STRESS_MAX, sigma_el, True)
         _see_extremum(lanes, lane, FORCE_MAX, F, True)
-        _see_work(lanes, lane, F * v - block.own_loss(p.values, x, v), abs(F * V), True)
+        power = F * v - block.own_loss(p.values, x, v)
+        _see_integrals(lanes, lane, (Moment(x, V, u, phi, sigma_el, F, power),), 1.0, True)
         _see_phase(lanes, lane, phi, p.own.solid, p.own.melted, 1.0, True)
 
     @inline

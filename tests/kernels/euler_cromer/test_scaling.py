@@ -173,6 +173,7 @@ def expected_extra() -> dict[str, float]:
     dt = 2 * math.pi / P.angular_frequency / STEPS
     plain = {
         "1": VALUE,
+        "kg": VALUE / P.block_mass,
         "K": VALUE * 2 * P.thermal_coefficient * P.kinetic_coefficient * dt,
         "N": VALUE / P.block_mass * dt**2 / abs(P.drive_amplitude),
         "N s m-1": VALUE / P.block_mass * dt,
