@@ -13,14 +13,24 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 from support.marks import one_then
-from support.recipes import DRAWN, FIGURE_RECIPE, RECIPES, SMALL_SWEEPS, Edit
+from support.recipes import (
+    DRAWN,
+    FIGURE_RECIPE,
+    LIQUID,
+    RECIPES,
+    RUNGE_KUTTA,
+    SMALL_SWEEPS,
+    Edit,
+)
 
 import stickslip
 import sweeps
+from stickslip.options import OFFERED
 from stickslip.status import Status
 
 ENDED = 540.0  # seconds: a hang, on any machine
@@ -32,6 +42,7 @@ MOST_FILES = {
     "parameter": 2,
     "result variable": 2,
     "figure": 2,
+    "method": 2,
 }
 """Files at most, as the table of CONTRIBUTING.md says."""
 
@@ -41,6 +52,7 @@ def carried_out(recipe: list[Edit], copy: Path) -> set[str]:
     for edit in recipe:
         path = copy / edit.file
         if not edit.before:
+            path.parent.mkdir(exist_ok=True)
             path.write_text(edit.text)
             continue
         source = path.read_text()
@@ -101,6 +113,11 @@ def fixed(changed_copy: Path) -> dict[str, dict[str, float]]:
     return results_of(changed_copy, "euler-cromer")
 
 
+@pytest.fixture(scope="module")
+def runge_kutta(changed_copy: Path) -> dict[str, dict[str, float]]:
+    return results_of(changed_copy, "rk4")
+
+
 @pytest.mark.parametrize("name", RECIPES)
 def test_a_recipe_touches_no_more_files_than_promised(name: str, tmp_path: Path) -> None:
     touched = carried_out(RECIPES[name], copied(tmp_path))
@@ -127,8 +144,8 @@ def test_a_figure_without_its_line_is_unknown(tmp_path: Path) -> None:
 
 
 CASES = ("plain", "eyring", "stiffer eyring", "liquid eyring", "octic", "plateau", "damped")
-METHODS = ("adaptive", "fixed")
-"""Fixtures; either takes a minute to compile."""
+METHODS = ("adaptive", "fixed", "runge_kutta")
+"""Fixtures; each takes up to a minute to compile."""
 
 
 @pytest.mark.stress
@@ -143,12 +160,69 @@ def test_what_is_measured_is_what_is_integrated(
 
 
 @pytest.mark.stress
+@pytest.mark.parametrize("method", METHODS[1:])
 @pytest.mark.parametrize("case", CASES)
-def test_both_methods_compute_the_same_physics(
-    adaptive: dict[str, dict[str, float]], fixed: dict[str, dict[str, float]], case: str
+def test_all_methods_compute_the_same_physics(
+    request: pytest.FixtureRequest,
+    adaptive: dict[str, dict[str, float]],
+    method: str,
+    case: str,
 ) -> None:
+    found, exact = request.getfixturevalue(method)[case], adaptive[case]
     for name in ("elastic_stress_amplitude", "friction_force_amplitude", "friction_work"):
-        assert fixed[case][name] == pytest.approx(adaptive[case][name], rel=2e-3)
+        assert found[name] == pytest.approx(exact[name], rel=2e-3)
+
+
+@pytest.mark.stress
+@pytest.mark.parametrize("case", CASES)
+def test_a_new_method_states_an_error_that_holds(
+    adaptive: dict[str, dict[str, float]], runge_kutta: dict[str, dict[str, float]], case: str
+) -> None:
+    found, exact = runge_kutta[case], adaptive[case]
+    error = found["amplitude_error"] + exact["amplitude_error"]
+    assert error < 1e-4
+    for name in ("elastic_stress_amplitude", "friction_force_amplitude"):
+        assert found[name] == pytest.approx(exact[name], rel=error)
+
+
+@pytest.mark.stress
+def test_a_new_method_has_its_order(changed_copy: Path) -> None:
+    done = output_of(LIQUID, changed_copy, cache=changed_copy / "cache")
+    assert done.returncode == 0, done.stderr
+    for name, errors in json.loads(done.stdout).items():
+        for coarse, fine in pairwise(errors):
+            assert math.log2(coarse / fine) == pytest.approx(4.0, abs=0.2), (name, errors)
+
+
+CHOSEN = "from stickslip import Parameters, stationary_orbit as o; o(Parameters(), method='rk4')"
+
+
+def test_a_method_without_its_line_is_unknown(tmp_path: Path) -> None:
+    copy = copied(tmp_path)
+    carried_out(RECIPES["method"][:1], copy)
+    done = output_of(CHOSEN, copy)
+    assert done.returncode != 0
+    assert "method must be one of adaptive, euler-cromer, not 'rk4'" in done.stderr
+
+
+@pytest.mark.parametrize("left_out", one_then("stress", OFFERED))
+def test_a_method_without_a_function_is_refused_by_its_name(left_out: str, tmp_path: Path) -> None:
+    copy, (module, line) = copied(tmp_path), RECIPES["method"]
+    less = RUNGE_KUTTA.replace(f"\ndef {left_out}(", f"\ndef another_{left_out}(")
+    carried_out([module._replace(text=less), line], copy)
+    done = output_of(CHOSEN, copy)
+    assert done.returncode != 0
+    assert f"stickslip.kernels.rk4, a method, lacks the function {left_out}\n" in done.stderr
+
+
+def test_a_config_asks_no_noise_of_a_method_that_it_does_not_know(tmp_path: Path) -> None:
+    copy = copied(tmp_path)
+    carried_out(RECIPES["method"], copy)
+    asked = {"integrator": {"method": "rk4", "dt": 1e-6}, "noise": {"treatment": "stochastic"}}
+    code = f"from sweeps.config.load import from_mapping; from_mapping({asked})"
+    done = output_of(code, copy)
+    assert done.returncode != 0
+    assert "stochastic needs `integrator: {method: adaptive or euler-cromer}`" in done.stderr
 
 
 @pytest.mark.stress
