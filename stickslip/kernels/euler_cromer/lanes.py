@@ -25,14 +25,14 @@ _UNLIMITED = 2**62
 
 
 class March:
-    """Points on their way: a `motions.March`, which can stop on it.
+    """Points on their way: a `motions.March` that can also go a part of a period.
 
     Parameters
     ----------
     points
         (n, parameters) in SI units, in the order of `Parameters._fields`.
     steps
-        (n,) steps a drive period, from `states.write_steps`.
+        (n,) steps a drive period.
     states
         (n, 3) states (x, v, phi) at phase 0, in SI units.
     physics
