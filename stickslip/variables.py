@@ -39,7 +39,8 @@ class ParameterVariable(Variable):
     that value it enters no key, seal or identity. The parameters of the first version have none.
 
     `phi_power` is the power of the order parameter that it multiplies in the force on ln(phi); it
-    tells a method that scales the order parameter how to scale the parameter.
+    tells a method that scales the order parameter how to scale the parameter. `directed` is a
+    parameter whose sign is a direction of the motion, which turns in its mirror image.
     """
 
     default: float = math.nan
@@ -49,6 +50,7 @@ class ParameterVariable(Variable):
     nonzero: bool = False
     neutral: float | None = None
     phi_power: int = 0
+    directed: bool = False
 
     def complaint(self, value: float) -> str | None:
         """What is wrong with `value`, as the end of a sentence; None where it is valid."""
@@ -110,12 +112,12 @@ PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
     _positive("angular_frequency", "omega", r"\omega", "rad s-1", "angular frequency of the drive",
         default=10.0),
     ParameterVariable("drive_amplitude", "X_m", "X_m", "m", "displacement amplitude of the drive",
-        nonzero=True, default=0.8e-6),
+        nonzero=True, default=0.8e-6, directed=True),
     _positive("block_mass", "M", "M", "kg", "mass of the lower block", default=0.4),
     ParameterVariable("initial_displacement", "x_0", "x_0", "m",
-        "initial displacement of the lower block", default=0.0),
+        "initial displacement of the lower block", default=0.0, directed=True),
     ParameterVariable("initial_velocity", "v_0", "v_0", "m s-1",
-        "initial velocity of the lower block", default=0.0),
+        "initial velocity of the lower block", default=0.0, directed=True),
     ParameterVariable("initial_order_parameter", "phi_0", r"\varphi_0", "1",
         "initial order parameter", lower=0.0, upper=2.0, default=0.0),
     _positive("film_thickness", "h", "h", "m", "thickness of the lubricant film", default=1e-9),

@@ -7,6 +7,7 @@ from functools import cache
 from typing import NamedTuple
 
 from stickslip.compiled.decorators import inline
+from stickslip.model import drive
 from stickslip.model.models import model_of
 from stickslip.model.rhs import Equations
 from stickslip.model.solids import Thresholds, thresholds
@@ -33,7 +34,7 @@ class Problem(NamedTuple):
 @inline
 def rounding_speed(p: Parameters, rtol: float) -> float:
     """Relative speed [m/s] below which a cusp of the law is rounded at a tolerance."""
-    return _ROUNDING * rtol * (abs(p.drive_amplitude) * p.angular_frequency)
+    return _ROUNDING * rtol * drive.largest_speed(p)
 
 
 @inline

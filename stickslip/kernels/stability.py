@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.compiled.decorators import inline, jit, kernel, kernel_factory, named_kernel
 from stickslip.kernels.points import parameters_of
-from stickslip.model import block, film, friction, solids
+from stickslip.model import block, drive, film, friction, solids
 from stickslip.model.laws import friction_law
 from stickslip.parameters import Parameters
 
@@ -18,6 +18,8 @@ REFUSE_ABOVE = 2.0
 
 # An explicit scheme follows the drive with an error of omega dt: at least this many steps a radian.
 _STEPS_PER_RADIAN = 20.0
+
+_HIGHEST = float(drive.HIGHEST_HARMONIC)
 
 # The speed at which friction and drive are in balance, to 1e-18 of the fastest.
 _BISECTIONS = 60
@@ -40,7 +42,7 @@ def _static_strength(p: Parameters, strains: int) -> float:
 @inline
 def _reach(p: Parameters) -> float:
     """Largest displacement [m]: springs store no more than amplitude and start put into them."""
-    return 2.0 * max(abs(p.drive_amplitude), abs(p.initial_displacement))
+    return 2.0 * max(drive.largest_displacement(p), abs(p.initial_displacement))
 
 
 @jit
@@ -54,34 +56,33 @@ def _slip_speed(p: Parameters) -> float:
         stick = _static_strength(p, STRAINS) * p.contact_area
         stretched = min(stretched, stick / (2.0 * p.spring_stiffness))
     stretched = max(stretched, abs(p.initial_displacement))
-    drive = abs(p.drive_amplitude) * p.angular_frequency
-    return drive + own * stretched + abs(p.initial_velocity)
+    return drive.largest_speed(p) + own * stretched + abs(p.initial_velocity)
 
 
 @inline
 def _driving_force(p: Parameters) -> float:
     """Largest force [N] that can speed up the relative motion: inertia in the drive, springs."""
-    omega, X_m = p.angular_frequency, abs(p.drive_amplitude)
     reach = _reach(p)
     if p.spring_stiffness > 0.0:
         reach += abs(p.initial_velocity) * math.sqrt(p.block_mass / (2.0 * p.spring_stiffness))
-    return p.block_mass * (omega * omega) * X_m + 2.0 * p.spring_stiffness * reach
+    return p.block_mass * drive.largest_acceleration(p) + 2.0 * p.spring_stiffness * reach
 
 
 def _make_limited_speed(stress: Any) -> Any:
     """The largest speed (p, fastest) up to `fastest` [m/s] that the viscous friction lets happen.
 
     Above it the friction exceeds what could speed up the motion: a viscous film locks the block.
+    The least friction counts, that of a liquid film.
     """
 
     @jit
     def limited_speed(p: Parameters, fastest: float) -> float:
         force, slow, fast = _driving_force(p), 0.0, fastest
-        if p.contact_area * stress(p, fast) <= force:
+        if p.contact_area * stress(p, fast, 0.0) <= force:
             return fast
         for _ in range(_BISECTIONS):
             middle = 0.5 * (slow + fast)
-            if p.contact_area * stress(p, middle) <= force:
+            if p.contact_area * stress(p, middle, 0.0) <= force:
                 slow = middle
             else:
                 fast = middle
@@ -114,12 +115,13 @@ def rates_kernel(law_name: str) -> Any:
         for i in range(points.shape[0]):
             p = parameters_of(points[i])
             phi, slip = solids.largest_order_parameter(p), limited_speed(p, _slip_speed(p))
-            slope = film.shear_modulus(p, phi) * friction.strain_slope(p) + stable_slope(p, slip)
+            slope = film.shear_modulus(p, phi) * friction.strain_slope(p)
+            slope += stable_slope(p, slip, phi)
             stiffness, damping = block.own_slopes(p, 0.0, 0.0)
             of_velocity = (slope * p.contact_area - damping) / p.block_mass
             springs = math.sqrt(-stiffness / p.block_mass)
-            drive = REFUSE_ABOVE * _STEPS_PER_RADIAN * p.angular_frequency
-            rates[i] = max(of_velocity, _film_rate(p, phi, slip), springs, drive)
+            of_drive = REFUSE_ABOVE * _STEPS_PER_RADIAN * _HIGHEST * p.angular_frequency
+            rates[i] = max(of_velocity, _film_rate(p, phi, slip), springs, of_drive)
 
     return named_kernel(f"fastest_rates[{law_name}]", fastest_rates)
 

@@ -24,7 +24,6 @@ SIGNS = 32
 """Steps for which one word has the signs of their two-point increments."""
 
 _WORD = 2**32
-_ODD_UNDER_MIRROR = ("drive_amplitude", "initial_displacement", "initial_velocity")
 
 
 def keys_of(points: np.ndarray, seed: int) -> np.ndarray:
@@ -41,7 +40,7 @@ def _key(parameters: Parameters, seed: int) -> tuple[float, float]:
     digest = hashlib.blake2b(seed.to_bytes(8, "little"), digest_size=8)
     for name, value in parameters._asdict().items():
         if value != PARAMETERS[name].neutral:
-            same = sign * value + 0.0 if name in _ODD_UNDER_MIRROR else value  # no -0
+            same = sign * value + 0.0 if PARAMETERS[name].directed else value  # no -0
             digest.update(f"{name}={same!r}\0".encode())
     high, low = divmod(int.from_bytes(digest.digest(), "little"), _WORD)
     return float(low), float(high)

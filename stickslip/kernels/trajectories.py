@@ -314,7 +314,7 @@ def observables_kernel(physics: Physics) -> Any:
             row[0], row[1] = drive.upper_displacement(p, t), drive.upper_velocity(p, t)
             row[2] = strain(p, y)
             row[3], row[5] = observables_at(p, y, samples[i, 2], u_s)
-            row[4] = rounded(p, u, u_s)[0]
+            row[4] = rounded(p, u, samples[i, 2], u_s)[0]
 
     return named_kernel(f"observables[{physics}]", observables_of)
 

@@ -41,6 +41,7 @@ from stickslip.measure.accumulate import (
 )
 from stickslip.model import block, noise, solids
 from stickslip.model.rhs import starting_state
+from stickslip.model.scaling import Units
 from stickslip.parameters import Parameters
 from stickslip.regime import Regime
 from stickslip.status import Status
@@ -90,6 +91,13 @@ class RecordUnits(NamedTuple):
     force: float
     phi: float
     time: float
+
+
+@inline
+def record_units(p: Parameters, units: Units) -> RecordUnits:
+    """The units of a record that is kept in units of a point's own."""
+    halves = units.time * p.angular_frequency / math.pi
+    return RecordUnits(units.length, units.stress, units.force, units.phi, halves)
 
 
 @inline

@@ -11,10 +11,12 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from typing import NamedTuple
 
+import numpy as np
+
 from stickslip.model import noise, relaxing, scaling
 from stickslip.model.laws import friction_law
 from stickslip.model.rhs import FOLLOWING, Equations, StrainModel
-from stickslip.model.scaling import Reduced, Scaling, Units
+from stickslip.model.scaling import Scaling, Units
 from stickslip.model.state import Component, State
 from stickslip.options import ADIABATIC, RELAXING, Physics
 from stickslip.parameters import Parameters, ParameterValues
@@ -37,8 +39,8 @@ class Model(NamedTuple):
     scaling: Scaling
     """Its nondimensional form."""
 
-    reduced: Callable[[Parameters], Reduced]
-    """(p): the parameters in units of the point's own."""
+    write_reduced: Callable[[Parameters, np.ndarray], None]
+    """(p, row): write the parameters in units of the point's own, `scaling.Reduced`, into a row."""
 
     start: Callable[[Parameters], State]
     """(p): the state (x, v, ln(phi), ...) in which a motion begins."""
@@ -66,12 +68,12 @@ def model_of(physics: Physics) -> Model:
         components=strain.components,
         equations=strain.make_equations(law, path),
         scaling=strain.scaling,
-        reduced=_reduction(physics.friction, physics.strain),
+        write_reduced=_reduction(physics.friction, physics.strain),
         start=strain.start,
         state_units=strain.state_units,
     )
 
 
 @cache
-def _reduction(friction: str, strain: str) -> Callable[[Parameters], Reduced]:
+def _reduction(friction: str, strain: str) -> Callable[[Parameters, np.ndarray], None]:
     return scaling.reduction(friction_law(friction), _STRAINS[strain].scaling)

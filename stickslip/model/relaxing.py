@@ -24,10 +24,11 @@ from stickslip.model.rhs import (
     relative_velocity,
     starting_state,
     stress_and_force,
+    viscous_rate,
 )
-from stickslip.model.scaling import Scales, Scaling, Units, scales_of, units_of
+from stickslip.model.scaling import Scaling, Units, energy_unit, make_units
 from stickslip.model.state import STATE, Component, State
-from stickslip.model.weights import drive_speed, force_weight
+from stickslip.model.weights import force_weight
 from stickslip.parameters import Parameters
 
 STRAIN = Component("elastic_strain", "strain", mirror=-1.0, weight=1.0, floor=-math.inf, follows=1)
@@ -35,29 +36,13 @@ STRAIN = Component("elastic_strain", "strain", mirror=-1.0, weight=1.0, floor=-m
 
 
 @inline
-def _scales_of(p: Parameters) -> Scales:
-    """Those of the adiabatic limit, but the strain is 1 at the speed of the drive."""
-    s = scales_of(p)
-    omega, time = s.omega, p.strain_relaxation_time
-    strain = s.rate * time
-    return Scales(
-        omega=omega,
-        length=s.length,
-        speed=s.speed,
-        rate=omega * strain,
-        energy=s.energy,
-        stress=s.energy * strain,  # with the strain it makes an energy
-        strain=strain,
-        thickness=omega * time,  # so that the strain slope is 1
-        relaxation=omega,
-        inertia=s.inertia,
-    )
-
-
-@inline
 def _units_of(p: Parameters) -> Units:
-    u, strain = units_of(p), _scales_of(p).strain
-    return Units(u.length, u.speed, u.stress / strain, u.force, u.time, u.strain * strain)
+    """As `scaling.units_of`, but the strain is 1 at the speed of the drive, and its slope too."""
+    time = 1.0 / p.angular_frequency
+    strain = p.drive_amplitude / time / p.film_thickness * p.strain_relaxation_time
+    thickness = p.film_thickness / (p.strain_relaxation_time / time)
+    # A stress makes an energy with the strain.
+    return make_units(p, time, thickness, strain, energy_unit(p, time) / strain, 1.0)
 
 
 @inline
@@ -124,7 +109,7 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float]) -> Equation
 
     @inline
     def observables(p: Parameters, y: State, phi: float, u_s: float) -> tuple[float, float]:
-        return stress_and_force(p, phi, y[3], rounded(p, y[1], u_s)[0])
+        return stress_and_force(p, phi, y[3], rounded(p, y[1], phi, u_s)[0])
 
     @inline
     def rhs(p: Parameters, t: float, y: State, u_s: float) -> State:
@@ -139,8 +124,9 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float]) -> Equation
         x, u, psi, eps = y
         phi, inverse_phi = exponentials(psi)
         mu, M = film.shear_modulus(p, phi), p.block_mass
-        F_u = rounded(p, u, u_s)[1] * p.contact_area
-        F_psi, F_eps = 2.0 * mu * eps * p.contact_area, mu * p.contact_area
+        _, sigma_u, sigma_psi = rounded(p, u, phi, u_s)
+        F_u, F_eps = sigma_u * p.contact_area, mu * p.contact_area
+        F_psi = (2.0 * mu * eps + sigma_psi) * p.contact_area
         psi_eps = -p.kinetic_coefficient * (2.0 * p.elastic_coefficient * eps)
         psi_psi = -p.kinetic_coefficient * film.log_force_slope(p, phi)
         psi_psi -= 2.0 * path(p, inverse_phi)
@@ -163,7 +149,7 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float]) -> Equation
         sigma_el, F = observables(p, y, phi, u_s)
         _, u_rate, psi_rate, eps_rate = rhs(p, t, y, u_s)
         sigma_rate = film.shear_modulus(p, phi) * (eps_rate + 2.0 * eps * psi_rate)
-        sigma_v_rate = rounded(p, u, u_s)[1] * u_rate
+        sigma_v_rate = viscous_rate(rounded(p, u, phi, u_s), u_rate, psi_rate)
         return sigma_el, F, sigma_rate, (sigma_rate + sigma_v_rate) * p.contact_area
 
     @inline
@@ -171,7 +157,7 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float]) -> Equation
         x_weight, u_weight, psi_weight = weight_of_others(p, y, J)
         # An error of the strain counts like that of the velocity that it belongs to in the end,
         # by itself and by its force.
-        strain = drive_speed(p) * friction.strain_slope(p)
+        strain = drive.largest_speed(p) * friction.strain_slope(p)
         force = force_weight(p, strain * (-J[1][3] * p.block_mass))
         return x_weight, u_weight, psi_weight, (1.0 + force) / strain
 
@@ -193,7 +179,7 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float]) -> Equation
 RELAXING = StrainModel(
     (*STATE, STRAIN),
     relaxing_equations,
-    Scaling(_units_of, _scales_of, literals=()),
+    Scaling(_units_of, literals=()),
     starting_state_with_strain,
     _state_units,
 )

@@ -19,7 +19,7 @@ from stickslip.model import block, drive, film, friction, noise, scaling
 from stickslip.model.laws import FrictionLaw
 from stickslip.model.scaling import Scaling, Units
 from stickslip.model.state import STATE, Component, State
-from stickslip.model.weights import LARGEST_AT_CUSP, drive_speed, film_weight, force_weight
+from stickslip.model.weights import LARGEST_AT_CUSP, film_weight, force_weight
 from stickslip.parameters import Parameters
 
 
@@ -75,6 +75,14 @@ def stress_and_force(p: Parameters, phi: float, eps: float, sigma_v: float) -> t
     """
     sigma_el = film.elastic_stress(p, phi, eps)
     return sigma_el, friction.friction_force(p, sigma_el, sigma_v)
+
+
+@inline
+def viscous_rate(rounded: tuple[float, float, float], u_rate: float, psi_rate: float) -> float:
+    """The rate of the viscous stress [Pa/s] along a motion; `rounded` as of the law."""
+    _, over_u, over_psi = rounded
+    # Of a law without phi nothing is left to compute, nor 0 times the rate of a film that diverges.
+    return over_u * u_rate + over_psi * psi_rate if over_psi != 0.0 else over_u * u_rate
 
 
 class Equations(NamedTuple):
@@ -157,7 +165,7 @@ def make_exact(law: FrictionLaw) -> Any:
 
     @inline
     def exact(p: Parameters, u: float, phi: float) -> tuple[float, float]:
-        return stress_and_force(p, phi, friction.elastic_strain(p, u), stress(p, u))
+        return stress_and_force(p, phi, friction.elastic_strain(p, u), stress(p, u, phi))
 
     return exact
 
@@ -168,7 +176,7 @@ def make_error_weight(law: FrictionLaw) -> Any:
 
     @inline
     def error_weight(p: Parameters, y: State, J: tuple[State, ...]) -> State:
-        V_m = drive_speed(p)
+        V_m = drive.largest_speed(p)
         force = force_weight(p, V_m * (-J[1][1] * p.block_mass))
         if has_cusp(p):  # the slope of the rounded cusp grows with the tolerance
             force = LARGEST_AT_CUSP if force > LARGEST_AT_CUSP else force
@@ -183,7 +191,7 @@ def adiabatic_equations(law: FrictionLaw, path: Callable[..., float]) -> Equatio
 
     @inline
     def observables(p: Parameters, y: State, phi: float, u_s: float) -> tuple[float, float]:
-        return stress_and_force(p, phi, _strain(p, y), rounded(p, y[1], u_s)[0])
+        return stress_and_force(p, phi, _strain(p, y), rounded(p, y[1], phi, u_s)[0])
 
     @inline
     def rhs(p: Parameters, t: float, y: State, u_s: float) -> State:
@@ -201,9 +209,9 @@ def adiabatic_equations(law: FrictionLaw, path: Callable[..., float]) -> Equatio
         phi, inverse_phi = exponentials(psi)
         eps_u = friction.strain_slope(p)
         mu = film.shear_modulus(p, phi)
-        _, sigma_u = rounded(p, u, u_s)
+        _, sigma_u, sigma_psi = rounded(p, u, phi, u_s)
         F_u = (mu * eps_u + sigma_u) * p.contact_area
-        F_psi = 2.0 * mu * (eps_u * u) * p.contact_area
+        F_psi = (2.0 * mu * (eps_u * u) + sigma_psi) * p.contact_area
         psi_u = -p.kinetic_coefficient * (2.0 * p.elastic_coefficient * (eps_u * eps_u)) * u
         psi_psi = -p.kinetic_coefficient * film.log_force_slope(p, phi)
         psi_psi -= 2.0 * path(p, inverse_phi)
@@ -225,7 +233,7 @@ def adiabatic_equations(law: FrictionLaw, path: Callable[..., float]) -> Equatio
         _, u_rate, psi_rate = rhs(p, t, y, u_s)
         mu, eps_u = film.shear_modulus(p, phi), friction.strain_slope(p)
         sigma_rate = mu * eps_u * (u_rate + 2.0 * u * psi_rate)
-        sigma_v_rate = rounded(p, u, u_s)[1] * u_rate
+        sigma_v_rate = viscous_rate(rounded(p, u, phi, u_s), u_rate, psi_rate)
         return sigma_el, F, sigma_rate, (sigma_rate + sigma_v_rate) * p.contact_area
 
     return Equations(

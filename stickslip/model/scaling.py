@@ -4,6 +4,9 @@ The equations keep their form under scalings of their units (docs/equations.md).
 X_m, omega, M, h and delta into 1 (h where the strain follows at once), which leaves few parameters,
 no division by a parameter, and a state whose components are the ones that tolerances refer to. A
 drive with X_m < 0 is the mirror image of its positive twin.
+
+A parameter is scaled by its unit in the registry. A method that wants other units, as Euler-Cromer
+in lanes does, makes `Units` of its own; everything else here serves it as well.
 """
 
 from __future__ import annotations
@@ -14,14 +17,20 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.fields import make_tuple_maker
-from stickslip.model import film, solids
+from stickslip.model import solids
 from stickslip.model.laws import FrictionLaw
 from stickslip.parameters import Parameters, ParameterValues
 from stickslip.variables import PARAMETERS
 
-LITERALS: Mapping[str, float] = {
+Literals = Mapping[str, float]
+"""Parameters that have one value in units of their own. They are written out as literals, so that
+the compiler removes what they make superfluous."""
+
+LITERALS: Literals = {
     "angular_frequency": 1.0,
     "drive_amplitude": 1.0,
     "block_mass": 1.0,
@@ -29,12 +38,9 @@ LITERALS: Mapping[str, float] = {
     "initial_displacement": 0.0,
     "initial_velocity": 0.0,
     "initial_order_parameter": 0.0,
-    # The temperature counts as 2 alpha (T - T_c), so that `film.heating` returns it unchanged.
-    "thermal_coefficient": 0.5,
-    "critical_temperature": 0.0,
+    "thermal_coefficient": 0.5,  # 2 alpha is 1
 }
-"""Parameters that have one value in the nondimensional model. They are written out as literals, so
-that the compiler removes what they make superfluous."""
+"""Those of every model in the units of `units_of`."""
 
 HIGHEST = ("quintic_coefficient", "sextic_coefficient")
 """The coefficients of the free energy that most films do without."""
@@ -48,162 +54,216 @@ DERIVED = solids.Thresholds._fields
 if TYPE_CHECKING:
 
     class Reduced(ParameterValues):
-        """The parameters that are left, in units of `units_of`; temperature is the heating.
-
-        Behind them `DERIVED`.
-        """
+        """The parameters that are left, in units of the point's own, and behind them `DERIVED`."""
 
 else:
     Reduced = namedtuple("Reduced", (*KEPT, *DERIVED), module=__name__)
 
 
 class Units(NamedTuple):
-    """What one unit of the reduced model is; all but `time` change sign with X_m."""
+    """What one unit of each kind of quantity is in SI units.
 
-    length: float
-    speed: float
-    stress: float
-    force: float
-    time: float
-    strain: float
-
-
-class Scales(NamedTuple):
-    """The combinations of parameters by which the others are scaled."""
-
-    omega: float
-    length: float
-    speed: float
-    rate: float
-    """Strain rate [1/s] that is 1."""
-    energy: float
-    """delta/omega [m3/J]: what makes an energy density of the film a number."""
-    stress: float
-    """What makes a stress a number [1/Pa]."""
-    strain: float
-    """The strain that is 1."""
-    thickness: float
-    """The film's, in units of its own."""
-    relaxation: float
-    """What makes the relaxation time of the strain a number [1/s]."""
-    inertia: float
-    """M omega^2 [N/m]."""
-
-
-@inline
-def units_of(p: Parameters) -> Units:
-    """Units of length [m], speed [m/s], stress [Pa], force [N], time [s] and strain for `p`.
-
-    In the adiabatic limit, as all of this file but `reduction` and `model_values`.
+    Those of the motion, of stress, force and strain, change sign with X_m; so an orbit under a
+    mirrored drive is the same orbit.
     """
-    X_m, omega = p.drive_amplitude, p.angular_frequency
-    sign = math.copysign(1.0, X_m)
-    return Units(
-        X_m,
-        X_m * omega,
-        sign * (omega / p.kinetic_coefficient),
-        p.block_mass * (omega * omega) * X_m,
-        1.0 / omega,
-        sign,
-    )
+
+    number: float
+    time: float
+    frequency: float
+    length: float
+    speed: float
+    force: float
+    stiffness: float
+    damping: float
+    """A force over a speed."""
+    thickness: float
+    """A length of the film."""
+    strain: float
+    stress: float
+    modulus: float
+    """A stress over a strain."""
+    viscosity: float
+    """A stress over a rate of strain."""
+    area: float
+    """A force over a stress."""
+    relaxation: float
+    """A strain over a rate of strain."""
+    energy: float
+    """An energy density of the film."""
+    temperature: float
+    phi: float
+    """The order parameter that is 1."""
 
 
 @inline
-def scales_of(p: Parameters) -> Scales:
-    """The scales of `p`, in the adiabatic limit."""
-    omega, length = p.angular_frequency, abs(p.drive_amplitude)
-    rate, energy = length / p.film_thickness * omega, p.kinetic_coefficient / omega
-    return Scales(
-        omega=omega,
+def energy_unit(p: Parameters, time: float) -> float:
+    """The energy density of the film [J/m3] that is 1 where this time [s] is: delta is 1 too."""
+    return 1.0 / (p.kinetic_coefficient * time)
+
+
+@inline
+def make_units(
+    p: Parameters, time: float, thickness: float, strain: float, stress: float, phi: float
+) -> Units:
+    """The units for `p` that follow from these: the mass is M, the length X_m.
+
+    The unit of temperature is the one that makes a unit of energy (Eq. 15), so that 2 alpha is 1.
+    """
+    length = p.drive_amplitude
+    speed = length / time
+    force = p.block_mass * speed / time
+    energy, slope = energy_unit(p, time), 2.0 * p.thermal_coefficient
+    # Numba takes no choice among so many keywords.
+    temperature = energy / slope if slope > 0.0 else math.inf
+    return Units(
+        number=1.0,
+        time=time,
+        frequency=1.0 / time,
         length=length,
-        speed=length * omega,
-        rate=rate,
+        speed=speed,
+        force=force,
+        stiffness=force / length,
+        damping=force / speed,
+        thickness=thickness,
+        strain=strain,
+        stress=stress,
+        modulus=stress / strain,
+        viscosity=stress * thickness / speed,
+        area=force / stress,
+        relaxation=strain * thickness / speed,
         energy=energy,
-        stress=energy,
-        strain=1.0,
-        thickness=1.0,
-        relaxation=rate,  # the strain is a length over h
-        inertia=p.block_mass * (omega * omega),
+        temperature=temperature,
+        phi=phi,
     )
 
 
 _BY_UNIT: Mapping[str, str] = {
-    "1": "p.{name}",
-    "Pa": "p.{name} * s.stress",
-    "Pa s": "p.{name} * s.stress * s.rate",
-    "J m-3": "p.{name} * s.energy",
-    "N m-1": "p.{name} / s.inertia",
-    "N s m-1": "p.{name} / s.inertia * s.omega",
-    "s-1": "p.{name} / s.omega",
-    "m s-1": "p.{name} / s.speed",
-    "m": "p.{name} / s.length",
-    "s": "p.{name} * s.omega",
+    "1": "number",
+    "K": "temperature",
+    "Pa": "stress",
+    "Pa s": "viscosity",
+    "J m-3": "energy",
+    "N": "force",
+    "N m-1": "stiffness",
+    "N s m-1": "damping",
+    "s-1": "frequency",
+    "rad s-1": "frequency",
+    "m s-1": "speed",
+    "m": "length",
+    "s": "time",
 }
-"""How a parameter is scaled, by its unit in the registry."""
+"""Which of `Units` a parameter is scaled by, by its unit in the registry."""
 
-_SPECIAL: Mapping[str, str] = {
-    "temperature": "heating(p) * s.energy",
-    "elastic_coefficient": "p.{name} * s.energy * (s.strain * s.strain)",
-    "film_thickness": "s.thickness",
-    "strain_relaxation_time": "p.{name} * s.relaxation",
-    "contact_area": "p.{name} / s.length / s.inertia / s.stress",  # a force over a stress
+_BY_NAME: Mapping[str, str] = {
+    "elastic_coefficient": "modulus",
+    "film_thickness": "thickness",
+    "strain_relaxation_time": "relaxation",
+    "contact_area": "area",
 }
+"""The same for parameters whose unit alone does not tell."""
 
 
 class UnscaledError(LookupError):
     """A parameter in a unit of which nothing says how it is scaled."""
 
 
-def by_unit(name: str, table: Mapping[str, str]) -> str:
-    """How a parameter is scaled by its unit in the registry; raises UnscaledError."""
+def _unit_of(name: str) -> int:
+    """The place in `Units` of what a parameter is scaled by; raises UnscaledError."""
     unit = PARAMETERS[name].units
-    if unit not in table:
+    if name not in _BY_NAME and unit not in _BY_UNIT:
         raise UnscaledError(
             f"{name} is in {unit!r}, and nothing says how that is scaled: give it one of the units "
-            f"{', '.join(map(repr, table))}, or add its own to `_BY_UNIT` of model/scaling.py and "
-            "of kernels/euler_cromer/scaling.py, or `scaled` to the law of friction that has it"
+            f"{', '.join(map(repr, _BY_UNIT))}, or add its own to `Units` and `_BY_UNIT` of "
+            "model/scaling.py, or `scaled` to the law of friction that has it"
         )
-    return table[unit]
+    return Units._fields.index(_BY_NAME.get(name) or _BY_UNIT[unit])
 
 
 class Scaling(NamedTuple):
     """The nondimensional form of a model."""
 
     units_of: Callable[[Parameters], Units]
-    """Inline: what one unit of the reduced model is."""
-
-    scales_of: Callable[[Parameters], Scales]
-    """Inline: by what the parameters are scaled."""
+    """Inline: what one unit of each quantity is."""
 
     literals: tuple[tuple[str, float], ...]
     """Parameters besides `LITERALS` that have one value in it."""
 
 
-FOLLOWING = Scaling(units_of, scales_of, (("film_thickness", 1.0),))
+@inline
+def units_of(p: Parameters) -> Units:
+    """The units in the adiabatic limit."""
+    time = 1.0 / p.angular_frequency
+    strain = math.copysign(1.0, p.drive_amplitude)
+    return make_units(p, time, p.film_thickness, strain, energy_unit(p, time) / strain, 1.0)
+
+
+FOLLOWING = Scaling(units_of, (("film_thickness", 1.0),))
 """Where the strain follows the relative velocity at once."""
 
 
-def reduction(law: FrictionLaw, scaling: Scaling) -> Callable[[Parameters], Reduced]:
-    """The inline function that gives the parameters `p` in the units of a scaling.
+def make_reduction(
+    law: FrictionLaw, names: tuple[str, ...]
+) -> Callable[[Parameters, Units, np.ndarray], None]:
+    """The inline function (p, units, row) that writes these parameters in their units into a row.
 
     Raises UnscaledError for a parameter whose unit is in no table.
     """
-    scales_of = scaling.scales_of
-    names: dict[str, Any] = {f"law_{name}": function for name, function in law.scaled.items()}
-    by_law = {name: f"law_{name}(p, s.rate, 1.0 / s.stress)" for name in law.scaled}
-    values = {
-        name: by_law.get(name) or _SPECIAL.get(name) or by_unit(name, _BY_UNIT) for name in KEPT
-    }
-    written = {name: expression.format(name=name) for name, expression in values.items()}
-    written |= {name: f"t.{name}" for name in DERIVED}
-    written |= {name: f"t.{name} * s.energy" for name in ("weakest", "strongest")}
-    make = make_tuple_maker(Reduced, "p, s, t", written, names | {"heating": film.heating})
+    places = tuple(Parameters._fields.index(name) for name in names)
+    # The unit of what the law scales does not tell.
+    units = tuple(0 if name in law.scaled else _unit_of(name) for name in names)
+    directed = tuple(PARAMETERS[name].directed for name in names)
+    powers = tuple(PARAMETERS[name].phi_power for name in names)
 
     @inline
-    def reduced(p: Parameters) -> Reduced:
-        return make(p, scales_of(p), solids.thresholds(p))
+    def write_by_unit(p: Parameters, u: Units, row: np.ndarray) -> None:
+        for slot in range(len(places)):
+            unit = u[units[slot]]
+            unit = unit if directed[slot] else abs(unit)
+            row[slot] = p[places[slot]] / unit * u.phi ** powers[slot]
 
-    return reduced
+    write: Any = write_by_unit
+    for name, scaled in law.scaled.items():
+        write = _with_law(write, names.index(name), scaled)
+    return write
+
+
+def _with_law(write: Any, slot: int, scaled: Callable[..., float]) -> Any:
+    """The same, but the parameter in this slot is scaled by a function of its law."""
+
+    @inline
+    def write_with_law(p: Parameters, u: Units, row: np.ndarray) -> None:
+        write(p, u, row)
+        row[slot] = scaled(p, abs(u.speed / u.thickness), abs(u.stress))
+
+    return write_with_law
+
+
+@inline
+def thresholds_in(u: Units, t: solids.Thresholds) -> solids.Thresholds:
+    """The thresholds of the phases of a film in these units."""
+    return solids.Thresholds(
+        solid=t.solid / u.phi,
+        soft=t.soft / u.phi,
+        hard=t.hard / u.phi,
+        weakest=t.weakest / u.energy,
+        strongest=t.strongest / u.energy,
+    )
+
+
+def reduction(law: FrictionLaw, scaling: Scaling) -> Callable[[Parameters, np.ndarray], None]:
+    """The inline function (p, row) that writes `Reduced` parameters into a row."""
+    write, units_of = make_reduction(law, KEPT), scaling.units_of
+    first = len(KEPT)
+
+    @inline
+    def write_reduced(p: Parameters, row: np.ndarray) -> None:
+        units = units_of(p)
+        write(p, units, row)
+        t = thresholds_in(units, solids.thresholds(p))
+        for i in range(len(t)):
+            row[first + i] = t[i]
+
+    return write_reduced
 
 
 def literals_of(index: float | None, *, sextic: bool) -> dict[str, float]:
@@ -212,15 +272,23 @@ def literals_of(index: float | None, *, sextic: bool) -> dict[str, float]:
     return known if sextic else known | dict.fromkeys(HIGHEST, 0.0)
 
 
+def make_values(literals: Literals) -> Callable[..., ParameterValues]:
+    """The inline function (q) that gives parameters in units of their own as the model takes them.
+
+    `q` has those that are not among the `literals`.
+    """
+    values: dict[str, Any] = {name: f"q.{name}" for name in PARAMETERS}
+    return make_tuple_maker(ParameterValues, "q", values | dict(literals), {})
+
+
 @cache
 def model_values(
     index: float | None, *, sextic: bool = True, scaling: Scaling = FOLLOWING
 ) -> Callable[..., ParameterValues]:
-    """The inline function that gives reduced parameters as the model's functions take them.
+    """The inline function that gives `Reduced` parameters as the model's functions take them.
 
     With the rheological index as a literal, or that of the parameters for None; with the highest
     coefficients of the free energy only where it is `sextic`.
     """
-    values: dict[str, Any] = {name: f"q.{name}" for name in KEPT} | dict(LITERALS)
-    values |= dict(scaling.literals) | literals_of(index, sextic=sextic)
-    return make_tuple_maker(ParameterValues, "q", values, {})
+    literals = {**LITERALS, **dict(scaling.literals), **literals_of(index, sextic=sextic)}
+    return make_values(literals)

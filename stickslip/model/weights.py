@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.elementary import exponentials
-from stickslip.model import film, noise
+from stickslip.model import drive, film, noise
 from stickslip.parameters import Parameters
 
 # An error of the velocity counts also by the error of the force that it makes, against this many
@@ -20,15 +20,9 @@ _SLOWEST_FILM = 100.0  # rates omega
 
 
 @inline
-def drive_speed(p: Parameters) -> float:
-    """Largest speed of the upper block [m/s]."""
-    return abs(p.drive_amplitude) * p.angular_frequency
-
-
-@inline
 def force_weight(p: Parameters, change: float) -> float:
     """The weight of an error that changes the friction force by `change` [N]."""
-    X_m, V_m = abs(p.drive_amplitude), drive_speed(p)
+    X_m, V_m = abs(p.drive_amplitude), drive.largest_speed(p)
     # The sum of the forces that springs and inertia of a locked block need.
     locking = 2.0 * p.spring_stiffness * X_m + p.block_mass * p.angular_frequency * V_m
     return change / (_FORCE_WEIGHT * locking)

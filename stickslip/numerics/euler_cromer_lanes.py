@@ -4,14 +4,15 @@ The unit of time is a lane's own step, so that no step length appears. All lanes
 at a time; the step of an idle lane is computed in vain, which costs nothing beside its neighbours.
 The numbers of a lane do not depend on what the other lanes hold, nor on which lane it is.
 
-The drive of the system is a sine, and advances by second differences: V(n+1) - 2 V(n) + V(n-1) is
--turn V(n), which is exact for turn = 4 sin^2(angle/2) and costs two operations. It is set right
-again from the sine itself every so many steps, before its roundings add up.
+The drive of the system is a sum of sines, each of which advances by second differences:
+V(n+1) - 2 V(n) + V(n-1) is -turn V(n), which is exact for turn = 4 sin^2(angle/2) and costs two
+operations. It is set right again from the sine itself every so many steps, before its roundings
+add up.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,9 +35,16 @@ compute; 64 lanes keep the machine busy meanwhile, and their numbers stay in its
 # Looking at every step for NaN, or for the sine, would cost as much as the step.
 STEPS_BETWEEN_CHECKS = 4096
 
-# Slots of a lane: the state (x, v, w) and the drive with its change in the last step; then what
-# stays the same in a lane, first of all the second difference of the drive as a part of it.
-X, V, W, DRIVE, CHANGE, TURN, FREE = range(7)
+# Slots of a lane: the state (x, v, w); then for each sine of the drive its value, the change of it
+# in the last step and its second difference as a part of it; then what stays the same in a lane.
+X, V, W, DRIVE, CHANGE, TURN = range(6)
+SINE = 3
+"""Slots of a sine."""
+
+
+def first_free(sines: int) -> int:
+    """The slot behind those of the state and of so many sines."""
+    return DRIVE + SINE * sines
 
 
 class Tasks(NamedTuple):
@@ -85,18 +93,19 @@ def make_euler_cromer_lanes(
     parameters: Callable[..., Any],
     increments: Callable[..., tuple[float, float]],
     observe: Callable[..., None],
-    sine: Callable[..., tuple[float, float]],
+    sines: Sequence[Callable[..., tuple[float, float]]],
     slots: int,
     chance: Chance = NO_RANDOM_NUMBERS,
 ) -> Any:
     """The Euler-Cromer drive of many systems of one kind.
 
-    `parameters(lanes, lane)` reads what a lane holds in the slots from FREE to `slots`;
+    `parameters(lanes, lane)` reads what a lane holds in the slots from `first_free` to `slots`;
     `increments(p, V, y, xi)` gives what v and w gain in a step from the state y = (x, v, w) under
     the drive V with the random number xi; x then gains the *new* v, and w is reflected at 0.
     `observe(p, V, y, lanes, lane)` sees every step at its start. All three must be free of
-    branches, calls and divisions. `sine(p, n)` gives the drive at step n and its change since step
-    n - 1. With `chance` the tasks, and the budget, are whole numbers of its groups of steps.
+    branches, calls and divisions. Each of `sines`, of (p, n), gives its part of the drive at step n
+    and the change of it since step n - 1. With `chance` the tasks, and the budget, are whole
+    numbers of its groups of steps.
 
     The drive maps (tasks, queue, budget) to the steps that are left of the budget: it marches the
     PENDING ones among the rows of `queue`, for at most `budget` steps of all lanes together, and
@@ -104,8 +113,8 @@ def make_euler_cromer_lanes(
     result. A state that is not finite is noticed within 4096 steps. Order 1; stable only for
     steps below 2/(fastest rate), which it does not check.
     """
-    march = _make_march(parameters, increments, observe, chance)
-    check = _make_check(parameters, sine)
+    march = _make_march(parameters, increments, observe, len(sines), chance)
+    check = _make_check(parameters, sines)
     fill, look = _make_fill(check), _make_look(check)
 
     @jit
@@ -129,25 +138,30 @@ def _make_march(
     parameters: Callable[..., Any],
     increments: Callable[..., tuple[float, float]],
     observe: Callable[..., None],
+    sines: int,
     chance: Chance,
 ) -> Any:
-    """The hot loop: so many steps of so many lanes."""
+    """The hot loop: so many steps of so many lanes. Its loops over sines are unrolled."""
     draw, refresh = chance.draw, chance.refresh
 
     @inline
     def step(lane: int, lanes: np.ndarray) -> None:
         p = parameters(lanes, lane)
-        drive, turn = get(lanes, DRIVE, lane), get(lanes, TURN, lane)
+        drive = get(lanes, DRIVE, lane)
+        for i in range(1, sines):
+            drive += get(lanes, DRIVE + SINE * i, lane)
         x, v, w = get(lanes, X, lane), get(lanes, V, lane), get(lanes, W, lane)
         observe(p, drive, (x, v, w), lanes, lane)
         dv, dw = increments(p, drive, (x, v, w), draw(lanes, lane))
         v += dv
-        change = get(lanes, CHANGE, lane) - turn * drive
         put(lanes, X, lane, x + v)
         put(lanes, V, lane, v)
         put(lanes, W, lane, abs(w + dw))
-        put(lanes, DRIVE, lane, drive + change)
-        put(lanes, CHANGE, lane, change)
+        for i in range(sines):
+            own, turn = get(lanes, DRIVE + SINE * i, lane), get(lanes, TURN + SINE * i, lane)
+            change = get(lanes, CHANGE + SINE * i, lane) - turn * own
+            put(lanes, DRIVE + SINE * i, lane, own + change)
+            put(lanes, CHANGE + SINE * i, lane, change)
 
     @jit
     def march(lanes: np.ndarray, count: int, steps: int) -> None:
@@ -166,8 +180,35 @@ def _make_march(
     return march_groups if group else march
 
 
-def _make_check(parameters: Callable[..., Any], sine: Callable[..., tuple[float, float]]) -> Any:
+def _make_set_right(sines: Sequence[Callable[..., tuple[float, float]]]) -> Any:
+    """What sets the drive of a lane right at step n: (p, n, lanes, lane)."""
+
+    @inline
+    def nothing(p: Any, n: int, lanes: np.ndarray, lane: int) -> None:
+        pass
+
+    set_all: Any = nothing
+    for i, sine in enumerate(sines):
+        set_all = _with_sine(set_all, sine, DRIVE + SINE * i, CHANGE + SINE * i)
+    return set_all
+
+
+def _with_sine(others: Any, sine: Any, drive: int, change: int) -> Any:
+    @inline
+    def set_both(p: Any, n: int, lanes: np.ndarray, lane: int) -> None:
+        others(p, n, lanes, lane)
+        value, difference = sine(p, n)
+        put(lanes, drive, lane, value)
+        put(lanes, change, lane, difference)
+
+    return set_both
+
+
+def _make_check(
+    parameters: Callable[..., Any], sines: Sequence[Callable[..., tuple[float, float]]]
+) -> Any:
     """What is due every so many steps: see whether a lane goes on, and set its drive right."""
+    set_right = _make_set_right(sines)
 
     @jit
     def check(tasks: Tasks, row: int, lanes: np.ndarray, lane: int) -> None:
@@ -177,9 +218,7 @@ def _make_check(parameters: Callable[..., Any], sine: Callable[..., tuple[float,
         elif done >= tasks.total[row]:
             tasks.status[row] = OK
         elif done % STEPS_BETWEEN_CHECKS == 0:
-            drive, change = sine(parameters(lanes, lane), done)
-            put(lanes, DRIVE, lane, drive)
-            put(lanes, CHANGE, lane, change)
+            set_right(parameters(lanes, lane), done, lanes, lane)
 
     return check
 

@@ -22,6 +22,7 @@ from sweeps.cli.shared import (
     stop_with,
 )
 from sweeps.cli.streams import lose
+from sweeps.executor_table import EXECUTORS
 from sweeps.exits import Exit
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 
 OutputOption = Annotated[Path | None, typer.Option("-o", "--output", help="Result file.")]
 BackendOption = Annotated[
-    str | None, typer.Option(metavar="threads|loky|dask", help="Where the points are computed.")
+    str | None, typer.Option(metavar="|".join(EXECUTORS), help="Where the points are computed.")
 ]
 SchedulerOption = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler, such as tcp://host:8786.")

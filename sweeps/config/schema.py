@@ -36,6 +36,7 @@ from stickslip.options import (
 )
 from sweeps.config.diagnostics import UNREADABLE, Located, quoted
 from sweeps.config.numbers import number, text, whole
+from sweeps.executor_table import EXECUTORS
 from sweeps.figure_table import FIGURES
 from sweeps.human import did_you_mean
 
@@ -228,10 +229,9 @@ class Execution(Section):
     """How the work is spread; never part of the identity of a result."""
 
     workers: Workers = Field(2, description="threads, or processes, that compute at once")
-    backend: Literal["threads", "loky", "dask"] = Field(
-        "threads",
-        description="threads of this process, processes of this machine (loky), or the workers "
-        "of a dask cluster",
+    backend: Annotated[str, _one_of(EXECUTORS)] = Field(
+        next(iter(EXECUTORS)),
+        description="; ".join(f"{name}: {entry.meaning}" for name, entry in EXECUTORS.items()),
     )
     scheduler: Annotated[Text | None, _belongs_to("backend", "dask"), AfterValidator(_address)] = (
         Field(None, description="address of a dask scheduler")

@@ -67,8 +67,8 @@ def run(
         Threads or processes, counted as joblib's `n_jobs` (-1: all cores); by default what
         `parallel_config` says, then what the config says.
     backend, scheduler
-        'threads', 'loky' or 'dask', and the address of a dask scheduler, instead of those of the
-        config.
+        Where to compute, 'threads' or another name that `execution.backend` of a config may have,
+        and the address of a dask scheduler, instead of those of the config.
     progress
         Show how far it is: a bar on a terminal and in a notebook, lines elsewhere.
     on_block

@@ -68,7 +68,7 @@ def test_no_verb_shows_the_help(command: Command) -> None:
         (["sweep", "a.yaml", "--set", "T"], "--set T: must be KEY=VALUE"),
         (["sweep", "a.yaml", "--set", "Tempe=3"], "Tempe: unknown key"),
         (["sweep", "a.yaml", "--set", "model.K=-1"], "model.K: must be at least 0"),
-        (["sweep", "a.yaml", "--backend", "carrier-pigeon"], "must be 'threads', 'loky' or 'dask'"),
+        (["sweep", "a.yaml", "--backend", "carrier-pigeon"], "must be 'threads', 'loky'"),
         (["check", "a.yaml", "--set", "noise.seed=3"], "belongs to `treatment: stochastic`"),
         (["check", "a.yaml", "--set", "noise.treatment=none"], "could never solidify"),
         (["sweep", "a.yaml", "--scheduler", "host"], "must be an address such as tcp://"),

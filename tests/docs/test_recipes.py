@@ -1,7 +1,7 @@
 """The recipes of CONTRIBUTING.md, each carried out on a copy of the sources, run and seen to work.
 
-A recipe is a list of edits of files. All are applied to one copy, so that it is compiled once; a
-small sweep in each method then shows that the numbers change as they should.
+A recipe is a list of edits of files. Those that change numbers are applied to one copy, so that it
+is compiled once; a small sweep in each method then shows that the numbers change as they should.
 """
 
 from __future__ import annotations
@@ -20,10 +20,12 @@ import pytest
 from support.marks import one_then
 from support.recipes import (
     DRAWN,
+    EXECUTOR_RECIPE,
     FIGURE_RECIPE,
     LIQUID,
     RECIPES,
     RUNGE_KUTTA,
+    SERIAL_SWEEPS,
     SMALL_SWEEPS,
     Edit,
 )
@@ -37,12 +39,15 @@ ENDED = 540.0  # seconds: a hang, on any machine
 
 MOST_FILES = {
     "friction law": 3,
+    "law of the order parameter": 3,
     "free energy": 2,
     "force on the block": 2,
+    "drive tone": 2,
     "parameter": 2,
     "result variable": 2,
     "figure": 2,
     "method": 2,
+    "executor": 2,
 }
 """Files at most, as the table of CONTRIBUTING.md says."""
 
@@ -95,8 +100,20 @@ def changed_copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return copy
 
 
-ALL = ("plain", "eyring", "stiffer eyring", "liquid eyring", "octic", "plateau", "damped")
-COARSE = ("plain", "octic", "plateau", "damped")
+ALL = (
+    "plain",
+    "eyring",
+    "stiffer eyring",
+    "liquid eyring",
+    "octic",
+    "plateau",
+    "damped",
+    "two tones",
+    "two tones of a mirrored drive",
+    "thickened",
+    "not thickened",
+)
+COARSE = ("plain", "octic", "plateau", "damped", "two tones", "two tones of a mirrored drive")
 """Cases in which a step of 2e-6 s is stable."""
 
 CASES = {"adaptive": ALL, "fixed": ALL, "runge_kutta": COARSE}
@@ -153,6 +170,39 @@ def test_a_figure_without_its_line_is_unknown(tmp_path: Path) -> None:
     done = output_of(DRAWN, copy)
     assert done.returncode != 0
     assert "errors" in done.stderr
+
+
+@pytest.mark.slow
+def test_an_executor_computes_the_same_bits_from_a_file_and_a_line(tmp_path: Path) -> None:
+    copy = copied(tmp_path)
+    touched = carried_out(EXECUTOR_RECIPE, copy)
+    sys.stdout.write(f"executor: {len(touched)} files: {', '.join(sorted(touched))}\n")
+    assert len(touched) <= MOST_FILES["executor"]
+    done = output_of(SERIAL_SWEEPS, copy)  # kernels of the same sources: they are in the cache
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["in memory"] == found["into a file"] == found["by threads"]
+    assert found["threads"] == ["MainThread"] * 6
+    assert found["help"] == "threads|loky|serial|dask"
+
+
+@pytest.mark.parametrize(
+    ("left_out", "message"),
+    [
+        ("executor_table", "a.yaml:2: execution.backend: must be 'threads', 'loky' or 'dask', not"),
+        ("serial", "No module named 'sweeps.engine.executors.serial'"),
+    ],
+    ids=["line", "file"],
+)
+def test_an_executor_without_its_line_or_its_file_is_refused(
+    left_out: str, message: str, tmp_path: Path
+) -> None:
+    copy = copied(tmp_path)
+    carried_out([edit for edit in EXECUTOR_RECIPE if left_out not in edit.file], copy)
+    (copy / "a.yaml").write_text("execution:\n  backend: serial\n")
+    done = output_of("from sweeps import run; run('a.yaml')", copy)
+    assert done.returncode != 0
+    assert message in done.stderr
 
 
 @pytest.mark.stress
@@ -236,6 +286,8 @@ BEFORE = {
     "octic": "plain",
     "plateau": "plain",
     "damped": "plain",
+    "two tones": "plain",
+    "thickened": "not thickened",
 }
 """What the numbers of a case differ from."""
 

@@ -21,6 +21,7 @@ import stickslip
 import sweeps
 from sweeps.cli.app import app
 from sweeps.config.load import load
+from sweeps.executor_table import EXECUTORS
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -88,8 +89,15 @@ def test_the_commands_are_all_there_with_their_options(
     for section, command in zip(sections, COMMANDS.values(), strict=True):
         options = [flag for parameter in command.params for flag in parameter.opts if "-" in flag]
         assert [flag for flag in options if flag not in section] == []
-    assert "`--backend threads\\|loky\\|dask`" in made  # a bar would end the cell
+    names = "\\|".join(EXECUTORS)  # a bar would end the cell
+    assert f"`--backend {names}`" in made
     assert "results/&lt;name of the config&gt;-trajectory.nc" in made  # no element of HTML
+
+
+def test_the_readme_has_a_row_for_every_command() -> None:
+    readme = (ROOT / "README.md").read_text("utf-8")
+    rows = re.findall(r"^\| `stickslip (\w+)", readme, re.MULTILINE)
+    assert sorted(rows) == sorted(COMMANDS)
 
 
 # --- gallery ---

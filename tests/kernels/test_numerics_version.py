@@ -22,7 +22,7 @@ from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 
-VERSION = 14
+VERSION = 15
 MADE_ON = ("emeraldrapids", "0.68.1", "0.50.0")
 """Processor, numba and llvmlite of the table."""
 

@@ -39,7 +39,7 @@ def test_the_friction_force_is_the_sum_of_the_stresses_times_the_area() -> None:
 def test_friction_never_gives_power(law: str, u: float, gamma: float, stiffness: float) -> None:
     p = PAPER._replace(rheological_index=gamma)
     sigma_el = stiffness * friction.elastic_strain(p, u)
-    sigma_v = friction_law(law).stress(p, u)
+    sigma_v = friction_law(law).stress(p, u, 0.5)
     assert friction.friction_force(p, sigma_el, sigma_v) * u >= 0
 
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from support.extra_parameters import UNITS, VALUE, extra_values
 from support.parameters import random_parameters
+from support.reduced import reduced_of
 
-from stickslip.model import scaling
+from stickslip.model import film, scaling
 from stickslip.model.models import model_of
 from stickslip.model.rhs import Equations
 from stickslip.options import FRICTION_LAWS, Physics
@@ -32,7 +33,7 @@ def model(law: str) -> Equations:
 
 def own(law: str, p: ParameterValues) -> ParameterValues:
     """The parameters in their own units, as the model's functions take them."""
-    return scaling.model_values(None)(model_of(Physics(law)).reduced(p))
+    return scaling.model_values(None)(reduced_of(p, Physics(law)))
 
 
 @pytest.mark.parametrize("gamma", INDICES)
@@ -54,7 +55,8 @@ def test_the_reduced_right_hand_side_is_the_original_in_other_units(
         phi = math.exp(y[2])
         force = abs(model.exact(q, slip, phi)[1])
         melting = (
-            abs(q.temperature) + q.elastic_coefficient * (slip * q.strain_relaxation_time) ** 2
+            max(q.temperature, q.critical_temperature)
+            + q.elastic_coefficient * (slip * q.strain_relaxation_time) ** 2
         )
         solid = q.cubic_coefficient * phi + q.quartic_coefficient * phi * phi
         terms = [
@@ -102,11 +104,12 @@ def test_a_mirrored_drive_has_mirrored_units_and_the_same_reduced_parameters(law
     for gamma in INDICES:
         p = random_parameters(np.random.default_rng(8), gamma)
         other = p._replace(drive_amplitude=-p.drive_amplitude)
-        assert model_of(Physics(law)).reduced(other) == model_of(Physics(law)).reduced(p)
+        assert reduced_of(other, Physics(law)) == reduced_of(p, Physics(law))
         units = scaling.units_of(p)
         assert units.time == 1 / p.angular_frequency
+        turned = ("length", "speed", "force", "strain", "stress")
         assert scaling.units_of(other) == tuple(
-            unit if name == "time" else -unit for name, unit in units._asdict().items()
+            -unit if name in turned else unit for name, unit in units._asdict().items()
         )
 
 
@@ -116,7 +119,7 @@ def is_old(name: str) -> bool:
 
 def reduced(p: Parameters) -> dict[str, float]:
     """The paper's reduced parameters; how a scaling changes later ones is not known here."""
-    q = model_of(Physics("power-law")).reduced(p)
+    q = reduced_of(p, Physics("power-law"))
     return {name: x for name, x in q._asdict().items() if is_old(name)}
 
 
@@ -193,31 +196,47 @@ def test_parameters_with_one_value_are_literals_whatever_the_point(law: str) -> 
 
 
 def test_the_rheological_index_can_be_a_literal_too(law: str) -> None:
-    q = model_of(Physics(law)).reduced(Parameters(rheological_index=0.3))
+    q = reduced_of(Parameters(rheological_index=0.3), Physics(law))
     assert scaling.model_values(-2 / 3)(q).rheological_index == -2 / 3
     assert scaling.model_values(-2 / 3)(q)[:3] == scaling.model_values(None)(q)[:3]
 
 
 def test_the_highest_coefficients_are_literals_where_they_are_not_needed(law: str) -> None:
-    q = model_of(Physics(law)).reduced(Parameters(quintic_coefficient=3.0, sextic_coefficient=5.0))
+    p = Parameters(quintic_coefficient=3.0, sextic_coefficient=5.0)
+    q = reduced_of(p, Physics(law))
     low, high = (scaling.model_values(None, sextic=sextic)(q) for sextic in (False, True))
     assert (low.quintic_coefficient, low.sextic_coefficient) == (0.0, 0.0)
     assert high.quintic_coefficient == 30.0  # delta/omega
     assert high.sextic_coefficient == 50.0
 
 
-def test_the_temperature_counts_as_the_heating(law: str) -> None:
-    p = Parameters(temperature=250.0)
-    expected = 2 * 0.95 * (250.0 - 290.0) * 100.0 / 10.0  # 2 alpha (T - T_c) delta/omega
-    assert model_of(Physics(law)).reduced(p).temperature == pytest.approx(
-        expected, rel=1e-14, abs=0
-    )
+def test_temperatures_are_scaled_so_that_they_make_energies(law: str) -> None:
+    """What a law makes of the ratio of two temperatures is the same in any units."""
+    q = own(law, Parameters(temperature=250.0))
+    assert film.heating(q) == pytest.approx(2 * 0.95 * (250.0 - 290.0) * 100.0 / 10.0, rel=1e-14)
+    assert q.temperature / q.critical_temperature == pytest.approx(250 / 290, rel=1e-15)
+
+
+def test_a_film_at_its_critical_temperature_has_no_heating_to_the_last_bit(law: str) -> None:
+    rng = np.random.default_rng(13)
+    for _ in range(50):
+        p = random_parameters(rng, 0.0)
+        assert film.heating(own(law, p._replace(temperature=p.critical_temperature))) == 0.0
+
+
+def test_a_film_without_thermal_coefficient_has_no_heating(law: str) -> None:
+    assert film.heating(own(law, Parameters(thermal_coefficient=0.0))) == 0.0
 
 
 P = random_parameters(np.random.default_rng(12), -2 / 3)._replace(drive_amplitude=-3e-7)
 SPEED = abs(P.drive_amplitude) * P.angular_frequency
 EXPECTED = {
     "1": VALUE,
+    "K": VALUE * 2 * P.thermal_coefficient * P.kinetic_coefficient / P.angular_frequency,
+    "N": VALUE / (P.block_mass * SPEED * P.angular_frequency),
+    "N s m-1": VALUE / (P.block_mass * P.angular_frequency),
+    "Pa s": VALUE * P.kinetic_coefficient * SPEED / P.film_thickness / P.angular_frequency,
+    "rad s-1": VALUE / P.angular_frequency,
     "Pa": VALUE * P.kinetic_coefficient / P.angular_frequency,
     "J m-3": VALUE * P.kinetic_coefficient / P.angular_frequency,
     "N m-1": VALUE / (P.block_mass * P.angular_frequency**2),
@@ -227,15 +246,14 @@ EXPECTED = {
     "s": VALUE * P.angular_frequency,
 }
 
+IMPORTS = "from stickslip.options import Physics\nfrom support.reduced import reduced_of"
+REDUCED = 'reduced_of(p, Physics("power-law"))'
+
 
 @pytest.mark.stress
 def test_an_extra_parameter_of_any_unit_of_the_table_is_scaled_by_its_unit(tmp_path: Path) -> None:
-    imports = (
-        "from stickslip.options import Physics\n"
-        "from stickslip.model.models import model_of\n"
-        "from stickslip.model.scaling import model_values"
-    )
-    expression = 'model_values(-0.5)(model_of(Physics("power-law")).reduced(p))'
+    imports = f"{IMPORTS}\nfrom stickslip.model.scaling import model_values"
+    expression = f"model_values(-0.5)({REDUCED})"
     assert set(EXPECTED) == set(UNITS)
     assert extra_values(tmp_path, imports, expression, P) == pytest.approx(
         EXPECTED, rel=1e-14, abs=0
@@ -244,6 +262,5 @@ def test_an_extra_parameter_of_any_unit_of_the_table_is_scaled_by_its_unit(tmp_p
 
 @pytest.mark.slow
 def test_an_extra_parameter_of_another_unit_must_say_how_it_is_scaled(tmp_path: Path) -> None:
-    imports = "from stickslip.options import Physics\nfrom stickslip.model.models import model_of"
     with pytest.raises(AssertionError, match="is in 'K s-1', and nothing says how"):
-        extra_values(tmp_path, imports, 'model_of(Physics("power-law")).reduced(p)', P, ("K s-1",))
+        extra_values(tmp_path, IMPORTS, REDUCED, P, ("K s-1",))

@@ -12,7 +12,6 @@ from stickslip.numerics.adaptive import DIVERGED, OK
 from stickslip.numerics.euler_cromer_lanes import (
     CHANGE,
     DRIVE,
-    FREE,
     PENDING,
     STEPS_BETWEEN_CHECKS,
     TURN,
@@ -22,12 +21,13 @@ from stickslip.numerics.euler_cromer_lanes import (
     V,
     W,
     X,
+    first_free,
     get,
     make_euler_cromer_lanes,
     put,
 )
 
-SPRING, LOSS, ANGLE, SEEN, LARGEST, SLOTS = range(FREE, FREE + 6)
+SPRING, LOSS, ANGLE, SEEN, LARGEST, SLOTS = range(first_free(1), first_free(1) + 6)
 PLENTY = 10**12
 
 
@@ -61,7 +61,7 @@ def sine(p, n):
     return sine_and_cosine(p.angle * n)[0], 2.0 * math.sin(0.5 * p.angle) * slope
 
 
-march = make_euler_cromer_lanes(parameters, increments, write_down, sine, SLOTS)
+march = make_euler_cromer_lanes(parameters, increments, write_down, (sine,), SLOTS)
 
 
 def tasks_of(systems, steps, start=(1.0, 2.0**-10, 0.5)) -> Tasks:
@@ -125,7 +125,7 @@ def draw(lanes, lane):
 def test_random_numbers_come_in_groups_of_steps_whatever_the_budget() -> None:
     chance = Chance(32, refresh, draw)
     march = make_euler_cromer_lanes(
-        parameters, random_increments, write_down, sine, SLOTS + 2, chance
+        parameters, random_increments, write_down, (sine,), SLOTS + 2, chance
     )
     rng = np.random.default_rng(1)
     steps = 32 * rng.integers(1, 300, 2 * WIDTH)

@@ -18,19 +18,19 @@ NAME = "integrated-10-per-cent-high"
 
 
 @inline
-def _stress(p: Parameters, u: float) -> float:
+def _stress(p: Parameters, u: float, phi: float) -> float:
     return 1.1 * p.viscosity_coefficient / p.film_thickness * u
 
 
 @inline
-def _slope(p: Parameters, u: float) -> float:
+def _slope(p: Parameters, u: float, phi: float) -> float:
     return 1.1 * p.viscosity_coefficient / p.film_thickness
 
 
 @inline
-def _rounded(p: Parameters, u: float, u_s: float) -> tuple[float, float]:
+def _rounded(p: Parameters, u: float, phi: float, u_s: float) -> tuple[float, float, float]:
     slope = 1.1 * p.viscosity_coefficient / p.film_thickness
-    return slope * u, slope
+    return slope * u, slope, 0.0
 
 
 @inline

@@ -9,7 +9,21 @@ from pathlib import Path
 from stickslip.parameters import Parameters
 from support.package import copy_of_package, run_python
 
-UNITS = ("1", "Pa", "J m-3", "N m-1", "s-1", "m s-1", "m", "s")
+UNITS = (
+    "1",
+    "K",
+    "N",
+    "N m-1",
+    "N s m-1",
+    "Pa",
+    "Pa s",
+    "J m-3",
+    "s-1",
+    "rad s-1",
+    "m s-1",
+    "m",
+    "s",
+)
 """Units of parameters that need no scaling of their own."""
 
 VALUE = 3.0  # of each extra parameter, in its unit
@@ -24,7 +38,8 @@ PARAMETERS = MappingProxyType(PARAMETERS | {{
 """
 
 _SCRIPT = """
-import json
+import json, sys
+sys.path.append({tests!r})
 from stickslip.parameters import Parameters
 {imports}
 p = Parameters({arguments})
@@ -47,7 +62,11 @@ def extra_values(
     registry.write_text(registry.read_text() + added)
     arguments = ", ".join(f"{name}={value!r}" for name, value in p._asdict().items())
     script = _SCRIPT.format(
-        imports=imports, arguments=arguments, expression=expression, count=len(units)
+        tests=str(Path(__file__).parents[1]),
+        imports=imports,
+        arguments=arguments,
+        expression=expression,
+        count=len(units),
     )
     out, _ = run_python(script, folder / "cache", package)
     return dict(zip(units, json.loads(out), strict=True))

@@ -26,7 +26,7 @@ from stickslip.parameters import Parameters
 
 
 @inline
-def _stress(p: Parameters, u: float) -> float:
+def _stress(p: Parameters, u: float, phi: float) -> float:
     x = abs(u) / p.eyring_speed
     size = p.eyring_stress * math.log(x + math.sqrt(x * x + 1.0))
     return math.copysign(size, u)
@@ -39,8 +39,10 @@ def _slope(p: Parameters, u: float) -> float:
 
 
 @inline
-def _rounded(p: Parameters, u: float, u_s: float) -> tuple[float, float]:
-    return _stress(p, u), _slope(p, u)
+def _rounded(
+    p: Parameters, u: float, phi: float, u_s: float
+) -> tuple[float, float, float]:
+    return _stress(p, u, phi), _slope(p, u), 0.0
 
 
 @inline
@@ -49,7 +51,7 @@ def _never(p: Parameters) -> bool:
 
 
 @inline
-def _stable_slope(p: Parameters, u: float) -> float:
+def _stable_slope(p: Parameters, u: float, phi: float) -> float:
     return _slope(p, 0.0)
 
 
@@ -60,6 +62,54 @@ LAW = FrictionLaw(
     has_cusp=_never,
     stable_slope=_stable_slope,
     parameters=("eyring_stress", "eyring_speed"),
+)
+'''
+
+OF_THE_SOLID = '''"""The paper's law, the viscosity growing with the order by 1 + kappa phi^2."""
+
+from __future__ import annotations
+
+from stickslip.compiled.decorators import inline
+from stickslip.model.laws import FrictionLaw, power_law
+from stickslip.parameters import Parameters
+
+
+_paper_slope = power_law.LAW.stable_slope
+
+
+@inline
+def _growth(p: Parameters, phi: float) -> float:
+    return 1.0 + p.viscosity_growth * (phi * phi)
+
+
+@inline
+def _stress(p: Parameters, u: float, phi: float) -> float:
+    return _growth(p, phi) * power_law.viscous_stress(p, u, phi)
+
+
+@inline
+def _rounded(
+    p: Parameters, u: float, phi: float, u_s: float
+) -> tuple[float, float, float]:
+    stress, slope, _ = power_law.rounded_viscous_stress(p, u, phi, u_s)
+    growth = _growth(p, phi)
+    return growth * stress, growth * slope, 2.0 * (growth - 1.0) * stress
+
+
+@inline
+def _stable_slope(p: Parameters, u: float, phi: float) -> float:
+    return _growth(p, phi) * _paper_slope(p, u, phi)
+
+
+LAW = FrictionLaw(
+    name="of-the-solid",
+    stress=_stress,
+    rounded=_rounded,
+    has_cusp=power_law.LAW.has_cusp,
+    stable_slope=_stable_slope,
+    scaled=power_law.LAW.scaled,
+    parameters=(*power_law.LAW.parameters, "viscosity_growth"),
+    special_indices=power_law.LAW.special_indices,
 )
 '''
 
@@ -99,6 +149,15 @@ RECIPES = {
         ),
         parameter("eyring_stress", "sigma_0", "Pa", "default=2e5, neutral=2e5"),
         parameter("eyring_speed", "u_0", "m s-1", "default=1e-6, neutral=1e-6"),
+    ],
+    "law of the order parameter": [
+        Edit("stickslip/model/laws/of_the_solid.py", "", OF_THE_SOLID),
+        Edit(
+            "stickslip/options.py",
+            '        "power-law": "stickslip.model.laws.power_law",\n',
+            '        "of-the-solid": "stickslip.model.laws.of_the_solid",\n',
+        ),
+        parameter("viscosity_growth", "kappa", "1", "default=0.0, neutral=0.0"),
     ],
     "free energy": [
         parameter("octic_coefficient", "g", "J m-3", "default=0.0, neutral=0.0, phi_power=6"),
@@ -161,6 +220,22 @@ RECIPES = {
             "    if p.block_damping > 0.0:\n        return p.block_damping * v * v\n",
         ),
     ],
+    "drive tone": [
+        Edit(
+            "stickslip/variables.py",
+            LAST_PARAMETER,
+            '    ParameterVariable("third_amplitude", "X_3", "X_3", "m", "third_amplitude",\n'
+            "        default=0.0, neutral=0.0, directed=True),\n",
+        ),
+        Edit(
+            "stickslip/model/drive.py",
+            "TONES: tuple[Tone, ...] = (",
+            "@inline\n"
+            "def _third_amplitude(p: Parameters) -> float:\n"
+            "    return p.third_amplitude\n\n\n",
+        ),
+        Edit("stickslip/model/drive.py", "    tone(1, ", "    tone(3, _third_amplitude),\n"),
+    ],
     "result variable": [
         Edit(
             "stickslip/variables.py",
@@ -178,7 +253,7 @@ RECIPES = {
         Edit("stickslip/options.py", '        "euler-cromer": Method(', RK4),
     ],
 }
-"""The recipes that are carried out; the figure comes below."""
+"""The recipes of what is integrated and measured; the figure and the executor come below."""
 
 FIGURE = '''"""The stated error of the amplitudes, along the first axis."""
 
@@ -214,6 +289,79 @@ line = draw(ds, from_mapping({"plot": {"figure": "errors"}}).plot.figure).axes[0
 json.dump(line.get_ydata().tolist(), sys.stdout)
 """
 
+EXECUTOR = '''"""One block after the other, in the process that asks for them."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+
+from sweeps.config.schema import Execution
+from sweeps.engine.executors.base import Executor
+from sweeps.engine.executors.worker import Block, Task, compute_block
+
+
+class SerialExecutor(Executor):
+    """Computes a task while it is handed over."""
+
+    def __exit__(self, *exception: object) -> None:
+        pass
+
+    def most_in_flight(self) -> int:
+        """One task: the next would be computed before this one is taken."""
+        return 1
+
+    def submit(self, task: Task) -> Future[Block]:
+        """Compute a task."""
+        future: Future[Block] = Future()
+        future.set_result(compute_block(task))
+        return future
+
+
+def executor_for(execution: Execution) -> Executor:  # noqa: ARG001 - as of any executor
+    """One slot, however many workers the config has."""
+    return SerialExecutor(slots=1)
+'''
+
+EXECUTOR_RECIPE = [
+    Edit("sweeps/engine/executors/serial.py", "", EXECUTOR),
+    Edit(
+        "sweeps/executor_table.py",
+        '        "dask": ExecutorEntry(',
+        '        "serial": ExecutorEntry("blocks one after the other", "serial"),\n',
+    ),
+]
+# In memory and into a file; `threads` are those that computed a block of the two.
+SERIAL_SWEEPS = """
+import json, sys, threading
+from sweeps import run
+from sweeps.cli.sweeps import BackendOption
+from sweeps.engine.executors import serial
+from sweeps.files.datasets import content_hash
+
+threads, compute_block = [], serial.compute_block
+
+def watched(task):
+    threads.append(threading.current_thread().name)
+    return compute_block(task)
+
+serial.compute_block = watched
+config = {
+    "sweep": {"temperature": [240, 250, 260]},
+    "integrator": {"rtol": 1e-4},
+    "stationary": {"rtol": 1e-4},
+    "execution": {"block_points": 1},
+}
+asked = config | {"execution": {"block_points": 1, "backend": "serial"}}
+found = {
+    "by threads": content_hash(run(config)),
+    "in memory": content_hash(run(asked)),
+    "into a file": content_hash(run(config, output="a.nc", backend="serial")),
+    "threads": threads,
+    "help": BackendOption.__metadata__[0].metavar,
+}
+json.dump(found, sys.stdout)
+"""
+
 SMALL_SWEEPS = """
 import json, sys
 from sweeps import run
@@ -233,6 +381,12 @@ CASES = {
     "octic": ({"octic_coefficient": 400.0}, {}),
     "plateau": ({"plateau_viscosity": 5e4}, {}),
     "damped": ({"block_damping": 100.0}, {}),
+    "two tones": ({"third_amplitude": 0.2e-6}, {}),
+    "two tones of a mirrored drive": (
+        {"third_amplitude": -0.2e-6, "X_m": -0.8e-6, "x_0": -0.8e-6}, {}
+    ),
+    "thickened": ({"viscosity_growth": 3.0}, {"friction": "of-the-solid"}),
+    "not thickened": ({}, {"friction": "of-the-solid"}),
 }
 CASES = {case: CASES[case] for case in sys.argv[2:] or CASES}
 found = {}

@@ -10,7 +10,12 @@ import numpy as np
 from stickslip.compiled.decorators import inline, kernel_factory, named_kernel
 from stickslip.kernels.adaptive.states import state_functions
 from stickslip.kernels.points import FIRST_STEP, parameters_of
-from stickslip.measure.results import RecordUnits, write_stretch, write_whole_orbit
+from stickslip.measure.results import (
+    RecordUnits,
+    record_units,
+    write_stretch,
+    write_whole_orbit,
+)
 from stickslip.model.models import Model, model_of
 from stickslip.options import Physics
 from stickslip.parameters import Parameters
@@ -21,11 +26,10 @@ def make_record_units(model: Model) -> Any:
     units_of = model.scaling.units_of
 
     @inline
-    def record_units(p: Parameters) -> RecordUnits:
-        units = units_of(p)
-        return RecordUnits(units.length, units.stress, units.force, 1.0, 1.0 / math.pi)
+    def own_record_units(p: Parameters) -> RecordUnits:
+        return record_units(p, units_of(p))
 
-    return record_units
+    return own_record_units
 
 
 class Conversion(NamedTuple):
@@ -60,14 +64,14 @@ def conversion_of(physics: Physics) -> Conversion:
 def _reduction(physics: Physics) -> Any:
     model = model_of(physics)
     units_of, state_units, width = model.scaling.units_of, model.state_units, model.width
-    start, reduced, relative_state = model.start, model.reduced, model.equations.relative_state
+    start, relative_state = model.start, model.equations.relative_state
+    write_reduced = model.write_reduced
 
     def reduce_points(points: np.ndarray, reduced_points: np.ndarray, states: np.ndarray) -> None:
         for i in range(points.shape[0]):
             p = parameters_of(points[i])
-            q, units, y = reduced(p), state_units(units_of(p)), relative_state(p, 0.0, start(p))
-            for slot in range(reduced_points.shape[1]):
-                reduced_points[i, slot] = q[slot]
+            units, y = state_units(units_of(p)), relative_state(p, 0.0, start(p))
+            write_reduced(p, reduced_points[i])
             for component in range(width):
                 states[i, component] = y[component] / units[component]
             states[i, width] = FIRST_STEP * (2.0 * math.pi)
@@ -110,18 +114,18 @@ def _state_kernels(physics: Physics) -> tuple[Any, Any]:
 
 @kernel_factory
 def _record_kernels(physics: Physics) -> tuple[Any, Any]:
-    record_units = make_record_units(model_of(physics))
+    own_units = make_record_units(model_of(physics))
 
     def write_records(
         points: np.ndarray, cycles: np.ndarray, measured: np.ndarray, records: np.ndarray
     ) -> None:
         for i in range(points.shape[0]):
-            own = record_units(parameters_of(points[i]))
+            own = own_units(parameters_of(points[i]))
             write_whole_orbit(measured[i], own, cycles[i], records[i])
 
     def write_stretches(points: np.ndarray, measured: np.ndarray, records: np.ndarray) -> None:
         for i in range(points.shape[0]):
-            write_stretch(measured[i], record_units(parameters_of(points[i])), 1, records[i])
+            write_stretch(measured[i], own_units(parameters_of(points[i])), 1, records[i])
 
     return (
         named_kernel(f"write_records[{physics}]", write_records),

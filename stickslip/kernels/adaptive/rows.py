@@ -151,7 +151,7 @@ def row_kernels(physics: Physics) -> RowKernels:
 @kernel_factory
 def _row_kernels(physics: Physics) -> RowKernels:
     model = model_of(physics)
-    units_of, width, record_units = model.scaling.units_of, model.width, make_record_units(model)
+    units_of, width, own_units = model.scaling.units_of, model.width, make_record_units(model)
     has_cusp = model.equations.law.has_cusp
 
     def write_off_the_orbit(
@@ -161,7 +161,7 @@ def _row_kernels(physics: Physics) -> RowKernels:
         for i in range(points.shape[0]):
             if queue.counts[i, OUTCOME] == OK:
                 p, cycle, fine = parameters_of(points[i]), queue.counts[i, CYCLE], queue.measured[i]
-                own = record_units(p)
+                own = own_units(p)
                 write_whole_orbit(fine, own, cycle, record)
                 write_whole_orbit(orbits.coarse[i], own, cycle, other)
                 slopes, offset = orbits.slopes[i], orbits.offsets[i]
@@ -181,7 +181,7 @@ def _row_kernels(physics: Physics) -> RowKernels:
                 write_failure(results[i], (counts[HALVES] + 1) // 2, counts[OUTCOME])
                 continue
             p, begin, end = parameters_of(points[i]), orbits.begins[i], queue.states[i]
-            units, own = units_of(p), record_units(p)
+            units, own = units_of(p), own_units(p)
             write_whole_orbit(queue.measured[i], own, cycle, record)
             write_whole_orbit(orbits.coarse[i], own, cycle, other)
             shift_part, least = _parts_of_error(p, record, has_cusp(p))

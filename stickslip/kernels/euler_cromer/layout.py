@@ -11,21 +11,22 @@ from stickslip.compiled.decorators import kernel, kernel_factory, named_kernel
 from stickslip.kernels.euler_cromer.scaling import (
     StepParameters,
     from_lane,
-    record_units,
     step_reduction,
-    step_units_of,
+    step_units,
     to_lane,
 )
 from stickslip.kernels.points import parameters_of
 from stickslip.kernels.streams import STREAM
 from stickslip.measure.accumulate import RECORD, accumulator
-from stickslip.measure.results import write_stretch, write_whole_orbit
-from stickslip.numerics.euler_cromer_lanes import CHANGE, DRIVE, FREE, TURN, V, W, X
+from stickslip.measure.results import record_units, write_stretch, write_whole_orbit
+from stickslip.model import drive
+from stickslip.numerics.euler_cromer_lanes import CHANGE, DRIVE, SINE, TURN, V, W, X, first_free
 from stickslip.options import Physics
 
-_PARAMETERS = len(StepParameters._fields)
+PARAMETERS_BEGIN = first_free(len(drive.TONES))
+"""Behind the drive lie the parameters."""
 
-RECORD_BEGIN = FREE + _PARAMETERS
+RECORD_BEGIN = PARAMETERS_BEGIN + len(StepParameters._fields)
 """Behind the parameters lies a record."""
 
 SLOTS = RECORD_BEGIN + RECORD
@@ -34,6 +35,8 @@ SLOTS = RECORD_BEGIN + RECORD
 CHANCE_SLOTS = STREAM + 2
 """Behind them, where the noise is left to chance: the stream of random numbers, the number of the
 next group of steps, and the signs that are left of this one."""
+
+_HARMONICS = tuple(tone.harmonic for tone in drive.TONES)
 
 # A row is an array of one lane.
 _clear_record = accumulator(1, RECORD_BEGIN).clear
@@ -66,19 +69,19 @@ def clear_records(rows: np.ndarray, which: np.ndarray) -> None:
 @kernel_factory
 def row_kernels(physics: Physics) -> RowKernels:
     """The kernels for rows of points with this law of friction."""
-    step_parameters, step_units = step_reduction(physics), step_units_of(physics)
+    write_parameters = step_reduction(physics.friction)
 
     def fill(points: np.ndarray, steps: np.ndarray, states: np.ndarray, rows: np.ndarray) -> None:
         for i in range(points.shape[0]):
             p, row = parameters_of(points[i]), rows[i]
             y = (states[i, 0], states[i, 1], states[i, 2])
             row[X], row[V], row[W] = to_lane(step_units(p, steps[i]), y)
-            own = step_parameters(p, steps[i])
-            row[DRIVE], row[CHANGE] = 0.0, 0.0  # written at step 0
-            half = 2.0 * math.sin(0.5 * own.angle)
-            row[TURN] = half * half
-            for slot in range(_PARAMETERS):
-                row[FREE + slot] = own[slot]
+            for tone in range(len(_HARMONICS)):
+                first = SINE * tone
+                row[DRIVE + first], row[CHANGE + first] = 0.0, 0.0  # written at step 0
+                half = 2.0 * math.sin(math.pi * _HARMONICS[tone] / steps[i])
+                row[TURN + first] = half * half
+            write_parameters(p, steps[i], row[PARAMETERS_BEGIN:])
             _clear_record(row, 0)
 
     def read_states(
@@ -98,7 +101,8 @@ def row_kernels(physics: Physics) -> RowKernels:
     ) -> None:
         for i in range(points.shape[0]):
             record = rows[i, RECORD_BEGIN:]
-            units = record_units(step_units(parameters_of(points[i]), steps[i]), steps[i])
+            p = parameters_of(points[i])
+            units = record_units(p, step_units(p, steps[i]))
             if closed:
                 write_whole_orbit(record, units, 2, records[i])  # whole periods
             else:

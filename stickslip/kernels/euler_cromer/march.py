@@ -15,7 +15,12 @@ import numpy as np
 from stickslip.compiled.decorators import inline, kernel_factory, named_kernel
 from stickslip.compiled.elementary import reciprocal
 from stickslip.compiled.fields import make_lane_reader
-from stickslip.kernels.euler_cromer.layout import CHANCE_SLOTS, RECORD_BEGIN, SLOTS
+from stickslip.kernels.euler_cromer.layout import (
+    CHANCE_SLOTS,
+    PARAMETERS_BEGIN,
+    RECORD_BEGIN,
+    SLOTS,
+)
 from stickslip.kernels.euler_cromer.scaling import StepParameters, step_values
 from stickslip.kernels.families import Family
 from stickslip.measure.accumulate import FORCE_MAX, STRESS_MAX, accumulator
@@ -26,7 +31,6 @@ from stickslip.model.rhs import film_melting_function
 from stickslip.model.solids import Thresholds, is_soft
 from stickslip.model.state import State
 from stickslip.numerics.euler_cromer_lanes import (
-    FREE,
     NO_RANDOM_NUMBERS,
     WIDTH,
     Chance,
@@ -39,7 +43,7 @@ from stickslip.parameters import ParameterValues
 _record = accumulator(WIDTH, RECORD_BEGIN)
 _see_extremum, _see_phase = _record.see_extremum, _record.see_phase
 _see_solid, _see_work = _record.see_solid, _record.see_work
-_own_parameters = make_lane_reader(StepParameters, FREE, get)
+_own_parameters = make_lane_reader(StepParameters, PARAMETERS_BEGIN, get)
 
 
 # sqrt(2 D dt), what chance adds to phi in a step, over sqrt(D_eff dt).
@@ -53,12 +57,17 @@ class _Lane(NamedTuple):
     own: StepParameters
 
 
-@inline
-def _sine(p: _Lane, n: int) -> tuple[float, float]:
-    """Velocity of the upper block at step n and its change since step n - 1."""
-    angle = p.own.angle
-    slope = drive.upper_acceleration(p.values, n - 0.5)
-    return drive.upper_velocity(p.values, float(n)), slope * (2.0 * math.sin(0.5 * angle) / angle)
+def _make_sine(tone: drive.Tone) -> Any:
+    """The velocity of a tone of the drive at step n and its change since n - 1, of (p, n)."""
+    velocity, acceleration, times = tone.velocity, tone.acceleration, float(tone.harmonic)
+
+    @inline
+    def sine(p: _Lane, n: int) -> tuple[float, float]:
+        angle = times * p.values.angular_frequency
+        slope = acceleration(p.values, n - 0.5)
+        return velocity(p.values, float(n)), slope * (2.0 * math.sin(0.5 * angle) / angle)
+
+    return sine
 
 
 @inline
@@ -161,7 +170,7 @@ def march_kernel(family: Family, noisy: bool, measured: bool) -> Any:
         _make_parameters(family),
         _make_increments(stress_and_force, noisy=noisy, chance=chance is not NO_RANDOM_NUMBERS),
         _make_observe(stress_and_force, measured=measured, two_solids=family.sextic),
-        _sine,
+        [_make_sine(tone) for tone in drive.TONES],
         SLOTS + (CHANCE_SLOTS if family.physics.chance else 0),
         chance,
     )

@@ -16,26 +16,27 @@ class FrictionLaw:
     """A law of the viscous stress, in inline functions of the parameters `p`.
 
     Whatever integrates, measures, scales or bounds the friction asks these and nothing else. The
-    stress is odd in the relative velocity `u` and does not fall with it. They are called in SI
-    units and in those of `model/scaling.py`: numbers with units come from `p` alone.
+    stress is odd in the relative velocity `u`; its size falls neither with that nor with the order
+    parameter `phi`. They are called in SI units and in those of `model/scaling.py`: numbers with
+    units come from `p` alone.
     """
 
     name: str
 
     stress: Callable[..., float]
-    """(p, u): viscous stress [Pa], exact."""
+    """(p, u, phi): viscous stress [Pa], exact."""
 
-    rounded: Callable[..., tuple[float, float]]
-    """(p, u, u_s): stress and its derivative with respect to `u` [Pa s/m], with a cusp at u = 0
-    rounded for |u| < u_s: what is integrated. Far from the cusp, and with u_s = 0, it is `stress`
-    (a test compares them); a slope that is infinite is huge."""
+    rounded: Callable[..., tuple[float, float, float]]
+    """(p, u, phi, u_s): stress and its derivatives over `u` [Pa s/m] and over ln(phi) [Pa], with a
+    cusp at u = 0 rounded for |u| < u_s: what is integrated. Far from the cusp, and with u_s = 0, it
+    is `stress` (a test compares them); a slope that is infinite is huge."""
 
     has_cusp: Callable[..., bool]
     """(p): whether the slope is infinite at u = 0."""
 
     stable_slope: Callable[..., float]
-    """(p, u): the largest slope up to the speed `u` [Pa s/m], a cusp left out: it bounds an
-    explicit step."""
+    """(p, u, phi): the largest slope over `u` up to this speed and order parameter [Pa s/m], a cusp
+    left out: it bounds an explicit step."""
 
     scaled: Mapping[str, Callable[..., float]] = field(default_factory=dict)
     """The law's parameters in other units, where those of their unit do not tell how: name ->

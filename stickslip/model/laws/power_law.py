@@ -20,15 +20,19 @@ _SMALLEST_SQUARE = 1e-90**2
 
 
 @inline
-def viscous_stress(p: Parameters, u: float) -> float:
+def viscous_stress(p: Parameters, u: float, phi: float) -> float:
     """Viscous shear stress [Pa], Eqs. 6-9; it has the sign of `u` (Eq. 11)."""
     rate = strain_rate(p, u)
     return math.copysign(p.viscosity_coefficient * _rate_power(rate, p.rheological_index), u)
 
 
 @inline
-def rounded_viscous_stress(p: Parameters, u: float, u_s: float) -> tuple[float, float]:
+def rounded_viscous_stress(
+    p: Parameters, u: float, phi: float, u_s: float
+) -> tuple[float, float, float]:
     """Viscous stress [Pa] and its slope [Pa s/m], with the cusp at u = 0 rounded for |u| < u_s.
+
+    Behind them the derivative over ln(phi), on which it does not depend.
 
     For gamma < 0 the strain rate in the viscosity, Eq. 7, is sqrt(u^2 + u_s^2)/h: odd in u, the
     slope finite, the relative change of the stress |gamma|/2 (u_s/u)^2. For gamma >= 0 it is
@@ -38,11 +42,11 @@ def rounded_viscous_stress(p: Parameters, u: float, u_s: float) -> tuple[float, 
     rate = u / h
     if gamma >= 0.0:
         viscosity = k * _square_power(rate * rate, gamma)
-        return viscosity * rate, viscosity / h * (1.0 + gamma)
+        return viscosity * rate, viscosity / h * (1.0 + gamma), 0.0
     rounding = u_s / h
     square = rate * rate + (rounding * rounding + _SMALLEST_SQUARE)
     viscosity = k * _square_power(square, gamma)
-    return viscosity * rate, viscosity / h * (1.0 + gamma * (rate * rate / square))
+    return viscosity * rate, viscosity / h * (1.0 + gamma * (rate * rate / square)), 0.0
 
 
 @inline
@@ -51,9 +55,9 @@ def _has_cusp(p: Parameters) -> bool:
 
 
 @inline
-def _stable_slope(p: Parameters, u: float) -> float:
+def _stable_slope(p: Parameters, u: float, phi: float) -> float:
     """The slope at the fastest slip; that of a shear-thinning fluid is left out with its cusp."""
-    return rounded_viscous_stress(p, u, 0.0)[1] if p.rheological_index >= 0.0 else 0.0
+    return rounded_viscous_stress(p, u, phi, 0.0)[1] if p.rheological_index >= 0.0 else 0.0
 
 
 @inline

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from typing import Any, Self
 
+from sweeps.config.schema import Execution
 from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError, first_line
 from sweeps.engine.executors.children import terminal_signals_blocked
 from sweeps.engine.executors.cluster_task import SealedTask, compute_on_cluster
@@ -181,6 +182,13 @@ class LocalClusterExecutor(ClusterExecutor):
 
     def _not_there(self, error: Exception) -> str:
         return f"a dask cluster cannot be started on this machine ({first_line(error)})"
+
+
+def executor_for(execution: Execution) -> Executor:
+    """The workers of the scheduler that the config names, or of a cluster of this machine."""
+    if execution.scheduler:
+        return ClusterExecutor(execution.scheduler)
+    return LocalClusterExecutor(execution.workers)
 
 
 def _within(seconds: float, make: Callable[[], Any]) -> Any:

@@ -8,6 +8,7 @@ from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
+from sweeps.config.schema import Execution
 from sweeps.engine.executors.base import Executor, Tasks, WorkersLostError, first_line
 from sweeps.engine.executors.children import end_with_parent, terminal_signals_blocked
 from sweeps.engine.executors.worker import Block, Task, compute_block
@@ -64,3 +65,8 @@ class ProcessExecutor(Executor):
         if self._pool is not None:
             self._pool.shutdown(wait=True, kill_workers=kill)
             self._pool = None
+
+
+def executor_for(execution: Execution) -> Executor:
+    """As many processes as the config has workers."""
+    return ProcessExecutor(execution.workers)

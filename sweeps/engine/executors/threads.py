@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import Future, ThreadPoolExecutor
 
+from sweeps.config.schema import Execution
 from sweeps.engine.executors.base import Executor
 from sweeps.engine.executors.worker import Block, Task, compute_block
 
@@ -25,3 +26,8 @@ class ThreadExecutor(Executor):
     def submit(self, task: Task) -> Future[Block]:
         """Hand a task to a thread."""
         return self._pool.submit(compute_block, task)
+
+
+def executor_for(execution: Execution) -> Executor:
+    """As many threads as the config has workers."""
+    return ThreadExecutor(execution.workers)

@@ -42,6 +42,7 @@ from sweeps.engine.executors.worker import Task, task_of
 from sweeps.engine.options import options_of, read_config
 from sweeps.engine.run import run
 from sweeps.engine.signals import Stop
+from sweeps.executor_table import EXECUTORS
 from sweeps.files.datasets import content_hash
 from sweeps.grid import Grid
 
@@ -72,6 +73,11 @@ def test_any_number_of_threads_gives_the_same_content(expected: str, workers: in
 def test_processes_give_the_same_content_and_say_nothing_else(backend: str, expected: str) -> None:
     assert ended(command("--backend", backend, "--workers", "2")) == (0, "")
     assert hash_of_result() == expected
+
+
+@pytest.mark.parametrize("name", EXECUTORS)
+def test_every_executor_of_the_table_is_there(name: str) -> None:
+    assert isinstance(make_executor(Execution(backend=name)), Executor)
 
 
 @pytest.mark.parametrize("missing", ["dask", "distributed"])

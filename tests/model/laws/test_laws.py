@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from support.reduced import reduced_of
 
 from stickslip.model import scaling
 from stickslip.model.laws import FrictionLaw, friction_law
-from stickslip.model.models import model_of
 from stickslip.options import FRICTION_LAWS, Physics
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS
@@ -30,9 +30,21 @@ U_S = 8e-12
 """A tolerance of 1e-6 of the drive's largest speed."""
 
 
+PHI = 0.37
+"""An order parameter at which laws are looked at."""
+
+
 class Fluid(NamedTuple):
     law: FrictionLaw
     p: Parameters
+
+    def stress(self, u: float, phi: float = PHI) -> float:
+        return float(self.law.stress(self.p, u, phi))
+
+    def rounded(self, u: float, u_s: float, phi: float = PHI) -> tuple[float, float]:
+        """Stress and its slope over u."""
+        stress, slope, _ = self.law.rounded(self.p, u, phi, u_s)
+        return stress, slope
 
 
 @pytest.fixture(
@@ -78,7 +90,7 @@ def test_a_laws_own_parameters_change_its_stress(law: FrictionLaw) -> None:
     p = Parameters()
     for name in law.parameters:
         changed = p._replace(**{name: 0.9 * getattr(p, name)})
-        assert law.stress(changed, 3e-6) != law.stress(p, 3e-6)
+        assert law.stress(changed, 3e-6, PHI) != law.stress(p, 3e-6, PHI)
 
 
 def test_every_field_but_the_optional_ones_is_given(law: FrictionLaw) -> None:
@@ -92,14 +104,14 @@ def test_every_field_but_the_optional_ones_is_given(law: FrictionLaw) -> None:
 
 def slope(fluid: Fluid, u: float) -> float:
     """Derivative of the exact stress with respect to `u`."""
-    return fluid.law.rounded(fluid.p, u, 0.0)[1]
+    return fluid.rounded(u, 0.0)[1]
 
 
 def test_the_stress_is_odd_bit_for_bit_and_has_the_sign_of_the_slip(fluid: Fluid) -> None:
     for u in SPEEDS:
-        stress = fluid.law.stress(fluid.p, u)
+        stress = fluid.stress(u)
         assert stress > 0
-        assert fluid.law.stress(fluid.p, -u) == -stress
+        assert fluid.stress(-u) == -stress
 
 
 def test_the_slope_is_even_bit_for_bit(fluid: Fluid) -> None:
@@ -109,14 +121,32 @@ def test_the_slope_is_even_bit_for_bit(fluid: Fluid) -> None:
 
 def test_the_stress_does_not_fall_with_the_slip(fluid: Fluid) -> None:
     speeds = [-u for u in reversed(SPEEDS)] + [0.0, *SPEEDS]
-    stresses = [fluid.law.stress(fluid.p, u) for u in speeds]
+    stresses = [fluid.stress(u) for u in speeds]
     assert np.all(np.diff(stresses) >= 0)
     assert min(slope(fluid, u) for u in speeds) >= 0
 
 
+def test_the_stress_does_not_fall_with_the_order_parameter(fluid: Fluid) -> None:
+    for u in SPEEDS:
+        assert np.all(np.diff([fluid.stress(u, phi) for phi in (0.0, 1e-9, 0.1, PHI, 1.1)]) >= 0)
+
+
+def test_the_derivative_over_the_log_of_the_order_parameter_is_that_of_the_stress(
+    fluid: Fluid,
+) -> None:
+    for u in SPEEDS[::10]:
+
+        def stress(psi: float, u: float = u) -> float:
+            return fluid.stress(u, math.exp(psi))
+
+        of_law = fluid.law.rounded(fluid.p, u, PHI, 0.0)[2]
+        difference = slope_of(stress, math.log(PHI), 1e-3)
+        assert of_law == pytest.approx(difference, rel=1e-9, abs=1e-11 * fluid.stress(u))
+
+
 def test_the_slope_is_the_derivative_of_the_stress(fluid: Fluid) -> None:
     def stress(u: float) -> float:
-        return fluid.law.stress(fluid.p, u)
+        return fluid.stress(u)
 
     for u in [*SPEEDS, *(-u for u in SPEEDS)]:
         # Where the stress is nearly constant the differences lose digits, and a law need not be
@@ -129,21 +159,21 @@ def test_the_slope_is_the_derivative_of_the_stress(fluid: Fluid) -> None:
 @pytest.mark.parametrize("u", [0.0, -0.0, 5e-324, -5e-324, 1e-300])
 def test_all_is_finite_where_the_blocks_move_together(fluid: Fluid, u: float) -> None:
     for u_s in (0.0, U_S):
-        stress, steepness = fluid.law.rounded(fluid.p, u, u_s)
+        stress, steepness = fluid.rounded(u, u_s)
         assert math.isfinite(stress)
         assert 0 <= steepness < math.inf
-    assert math.isfinite(fluid.law.stress(fluid.p, u))
+    assert math.isfinite(fluid.stress(u))
     assert 0 <= slope(fluid, u) < math.inf
 
 
 def test_the_stress_vanishes_where_the_blocks_move_together(fluid: Fluid) -> None:
-    assert fluid.law.stress(fluid.p, 0.0) == 0.0
-    assert fluid.law.rounded(fluid.p, 0.0, U_S)[0] == 0.0
+    assert fluid.stress(0.0) == 0.0
+    assert fluid.rounded(0.0, U_S)[0] == 0.0
 
 
 def test_nan_goes_through(fluid: Fluid) -> None:
-    assert math.isnan(fluid.law.stress(fluid.p, math.nan))
-    assert math.isnan(fluid.law.rounded(fluid.p, math.nan, U_S)[0])
+    assert math.isnan(fluid.stress(math.nan))
+    assert math.isnan(fluid.rounded(math.nan, U_S)[0])
 
 
 # --- the rounded law -----------------------------------------------------------------------------
@@ -152,8 +182,8 @@ def test_nan_goes_through(fluid: Fluid) -> None:
 def test_the_rounded_law_is_the_exact_one_away_from_the_cusp(fluid: Fluid) -> None:
     for u in [*SPEEDS, *(-u for u in SPEEDS)]:
         for part in (1e-3, 1e-5, 1e-7):
-            exact = fluid.law.stress(fluid.p, u), slope(fluid, u)
-            rounded = fluid.law.rounded(fluid.p, u, part * abs(u))
+            exact = fluid.stress(u), slope(fluid, u)
+            rounded = fluid.rounded(u, part * abs(u))
             # The distance falls with the square; a general power is exact to its logarithm.
             assert rounded == pytest.approx(exact, rel=20 * part**2 + 1e-13, abs=0)
 
@@ -161,25 +191,25 @@ def test_the_rounded_law_is_the_exact_one_away_from_the_cusp(fluid: Fluid) -> No
 def test_without_a_cusp_there_is_nothing_to_round(fluid: Fluid) -> None:
     if not fluid.law.has_cusp(fluid.p):
         for u in SPEEDS:
-            exact = fluid.law.stress(fluid.p, u), slope(fluid, u)
-            assert fluid.law.rounded(fluid.p, u, 10 * u) == pytest.approx(exact, rel=1e-13, abs=0)
+            exact = fluid.stress(u), slope(fluid, u)
+            assert fluid.rounded(u, 10 * u) == pytest.approx(exact, rel=1e-13, abs=0)
 
 
 def test_the_rounded_stress_is_odd_and_its_slope_even_bit_for_bit(fluid: Fluid) -> None:
     for u in SPEEDS:
-        stress, steepness = fluid.law.rounded(fluid.p, u, U_S)
-        assert fluid.law.rounded(fluid.p, -u, U_S) == (-stress, steepness)
+        stress, steepness = fluid.rounded(u, U_S)
+        assert fluid.rounded(-u, U_S) == (-stress, steepness)
 
 
 def test_the_rounded_slope_is_the_derivative_of_the_rounded_stress(fluid: Fluid) -> None:
     def stress(u: float) -> float:
-        return fluid.law.rounded(fluid.p, u, U_S)[0]
+        return fluid.rounded(u, U_S)[0]
 
     for u in [way * size * U_S for size in np.geomspace(0.1, 30.0, 30) for way in (1, -1)]:
         step = 1e-3 * abs(u)
         noise = 1e-14 * 40 * max(abs(stress(u - 2 * step)), abs(stress(u + 2 * step))) / step
         noise += 1e-13 * stress(8e-6) / abs(u)
-        rounded = fluid.law.rounded(fluid.p, u, U_S)[1]
+        rounded = fluid.rounded(u, U_S)[1]
         assert rounded == pytest.approx(slope_of(stress, u, step), rel=1e-9, abs=noise)
 
 
@@ -190,14 +220,14 @@ def test_a_cusp_is_where_the_slope_has_no_bound(fluid: Fluid) -> None:
     at_rest, near = (slope(fluid, u) for u in (0.0, 1e-15))
     if fluid.law.has_cusp(fluid.p):
         assert at_rest > 10 * near > 10 * slope(fluid, 1e-6)
-        assert fluid.law.rounded(fluid.p, 0.0, U_S)[1] < at_rest
+        assert fluid.rounded(0.0, U_S)[1] < at_rest
     else:
         assert at_rest <= near * (1 + 1e-6)
 
 
 def test_the_stable_slope_bounds_the_slopes_of_a_law_without_a_cusp(fluid: Fluid) -> None:
     for u in SPEEDS:
-        stable = fluid.law.stable_slope(fluid.p, u)
+        stable = fluid.law.stable_slope(fluid.p, u, PHI)
         assert 0 <= stable < math.inf
         if not fluid.law.has_cusp(fluid.p):
             slopes = [slope(fluid, part * u) for part in (0.0, 0.1, 0.5, 1.0)]
@@ -206,16 +236,17 @@ def test_the_stable_slope_bounds_the_slopes_of_a_law_without_a_cusp(fluid: Fluid
 
 def test_the_nondimensional_stress_is_the_original_in_other_units(fluid: Fluid) -> None:
     unit = scaling.units_of(fluid.p)
-    q = scaling.model_values(None)(model_of(Physics(fluid.law.name)).reduced(fluid.p))
+    q = scaling.model_values(None)(reduced_of(fluid.p, Physics(fluid.law.name)))
     for u in (-2.0, 1e-3, 1.0, 30.0):
-        expected = fluid.law.stress(fluid.p, u * unit.speed) / unit.stress
-        assert fluid.law.stress(q, u) == pytest.approx(expected, rel=1e-12, abs=0)
+        expected = fluid.stress(u * unit.speed) / unit.stress
+        assert fluid.law.stress(q, u, PHI) == pytest.approx(expected, rel=1e-12, abs=0)
 
 
 @pytest.mark.parametrize("u", [-1e-5, -1e-18, 0.0, 3e-9, 8e-6])
 def test_compiled_and_plain_python_agree(fluid: Fluid, u: float) -> None:
     for function in (fluid.law.stress, fluid.law.stable_slope):
-        assert function(fluid.p, u) == pytest.approx(function.py_func(fluid.p, u), rel=1e-14, abs=0)
+        plain = function.py_func(fluid.p, u, PHI)
+        assert function(fluid.p, u, PHI) == pytest.approx(plain, rel=1e-14, abs=0)
     rounded = fluid.law.rounded
-    plain = rounded.py_func(fluid.p, u, U_S)
-    assert rounded(fluid.p, u, U_S) == pytest.approx(plain, rel=1e-14, abs=0)
+    plain = rounded.py_func(fluid.p, u, PHI, U_S)
+    assert rounded(fluid.p, u, PHI, U_S) == pytest.approx(plain, rel=1e-14, abs=0)

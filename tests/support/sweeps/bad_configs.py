@@ -165,7 +165,11 @@ SCHEMA: list[tuple[str, str | bytes, Outcome]] = [
         "execution:\n  backend: dask\n  scheduler: tcp://10.0.0.1:8786\n",
         refused(3, "another machine"),
     ),
-    ("a backend that is not there", "execution: {backend: mpi}\n", refused(1, "'loky' or 'dask'")),
+    (
+        "a backend that is not there",
+        "execution: {backend: mpi}\n",
+        refused(1, "must be 'threads', 'loky'"),
+    ),
     ("a misspelt backend", "execution: {backend: thread}\n", refused(1, "'threads'?")),
     ("a scheduler for threads", "execution: {scheduler: 'tcp://a:1'}\n", refused(1, "dask")),
     (
