@@ -192,11 +192,12 @@ RECIPES = {
         ),
         Edit(
             "stickslip/model/laws/power_law.py",
-            "        return viscosity * rate, viscosity / h * (1.0 + gamma)\n",
+            "        return viscosity * rate, viscosity / h * (1.0 + gamma), 0.0\n",
             "        k_inf = p.plateau_viscosity\n"
             "        return (\n"
             "            viscosity * rate + k_inf * rate,\n"
             "            viscosity / h * (1.0 + gamma) + k_inf / h,\n"
+            "            0.0,\n"
             "        )\n",
         ),
     ],
