@@ -26,15 +26,21 @@ STRAINS: Mapping[str, str] = MappingProxyType(
 """How the elastic strain of the film is modelled."""
 
 
+OFFERED = (
+    "compile_shared", "family_kernels", "orbits", "trajectory", "largest_step", "rounding",
+)  # fmt: skip
+"""What the module of a method has, as `kernels/adaptive/driver.py` describes it; and
+`stochastic_walk`, where the method knows noise by chance."""
+
+
 @dataclass(frozen=True)
 class Method:
     """A method that a user can choose.
 
-    `module` has what it does: `compile_shared`, `family_kernels`, `orbits`, `stochastic_walk`,
-    `trajectory`, `largest_step`, `rounding`, as `kernels/adaptive/driver.py` describes them.
-    `own_option` is the option that only this method uses; `max_steps` its budget of steps a point
-    where none is given; `refines` whether finer tolerances make it more accurate; `strains` the
-    models of the strain that it knows.
+    `module` has what it does, all that is OFFERED. `own_option` is what sets its accuracy, the
+    tolerance "rtol" or a fixed step "dt"; `max_steps` its budget of steps a point where none is
+    given; `refines` whether finer tolerances make it more accurate; `strains` the models of the
+    strain that it knows, `noises` the treatments of the noise.
     """
 
     meaning: str
@@ -44,11 +50,20 @@ class Method:
     accelerates: bool
     refines: bool
     strains: tuple[str, ...]
+    noises: tuple[str, ...]
 
     @property
     def kernels(self) -> Any:
-        """The compiled side of the method, loaded when it is needed."""
-        return import_module(self.module)
+        """The compiled side of the method, loaded when it is needed.
+
+        Raises TypeError, by name, where the module lacks what is asked of it.
+        """
+        module = import_module(self.module)
+        asked = (*OFFERED, "stochastic_walk") if STOCHASTIC in self.noises else OFFERED
+        lacking = [name for name in asked if not callable(getattr(module, name, None))]
+        if lacking:
+            raise TypeError(f"{self.module}, a method, lacks the function {', '.join(lacking)}")
+        return module
 
 
 METHODS: Mapping[str, Method] = MappingProxyType(
@@ -61,6 +76,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             accelerates=True,
             refines=True,
             strains=tuple(STRAINS),
+            noises=(TYPICAL_PATH, NO_NOISE, STOCHASTIC),
         ),
         "euler-cromer": Method(
             meaning="the paper's explicit scheme with a fixed step, order 1",
@@ -70,9 +86,16 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             accelerates=False,
             refines=False,
             strains=(ADIABATIC,),
+            noises=(TYPICAL_PATH, NO_NOISE, STOCHASTIC),
         ),
     }
 )
+
+
+def methods_for(field: str, choice: str) -> list[str]:
+    """The names of the methods that know a `choice` among their "strains" or "noises"."""
+    return [name for name, method in METHODS.items() if choice in getattr(method, field)]
+
 
 NOISE_TREATMENTS: Mapping[str, str] = MappingProxyType(
     {
@@ -255,10 +278,11 @@ class Options:
             value = getattr(self, name)
             if value not in known:
                 yield f"{name} must be one of {', '.join(known)}, not {value!r}"
-        method = METHODS.get(self.method)
-        if method and self.strain in STRAINS and self.strain not in method.strains:
-            able = [name for name, known in METHODS.items() if self.strain in known.strains]
-            yield f"strain {self.strain!r} needs the method {' or '.join(able)}"
+        for name, field in (("strain", "strains"), ("noise", "noises")):
+            value = getattr(self, name)
+            able = methods_for(field, value)
+            if self.method in METHODS and value in choices[name] and self.method not in able:
+                yield f"{name} {value!r} needs the method {' or '.join(able)}"
         for name, option in OPTIONS.items():
             value = getattr(self, name)
             if not ((value is None and option.default is None) or option.range.holds(value)):

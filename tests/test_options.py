@@ -5,19 +5,25 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
-from dataclasses import fields
+from dataclasses import fields, replace
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 import pytest
 
+from stickslip import options
 from stickslip.model.laws import FrictionLaw, friction_law
 from stickslip.options import (
     DEFAULTS,
     FRICTION_LAWS,
     METHODS,
+    NO_NOISE,
     NOISE_TREATMENTS,
+    OFFERED,
     OPTIONS,
+    STOCHASTIC,
+    TYPICAL_PATH,
     NoiseError,
     OptionError,
     Options,
@@ -26,9 +32,6 @@ from stickslip.options import (
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS
 
-OFFERED = {
-    "compile_shared", "family_kernels", "orbits", "stochastic_walk", "trajectory", "largest_step",
-}  # fmt: skip
 CHOICES: dict[str, Any] = {
     "method": METHODS,
     "noise": NOISE_TREATMENTS,
@@ -42,19 +45,40 @@ CHOICES: dict[str, Any] = {
 @pytest.mark.parametrize("name", METHODS)
 def test_the_kernels_of_a_method_offer_all_that_is_asked_of_one(name: str) -> None:
     kernels = METHODS[name].kernels
-    assert {offer for offer in OFFERED if callable(getattr(kernels, offer, None))} == OFFERED
+    assert all(callable(getattr(kernels, offer)) for offer in (*OFFERED, "stochastic_walk"))
+
+
+@pytest.mark.parametrize("left_out", [*OFFERED, "stochastic_walk"])
+def test_a_module_that_lacks_a_function_is_no_method(
+    left_out: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module = import_module(METHODS["adaptive"].module)
+    monkeypatch.delattr(module, left_out)
+    with pytest.raises(
+        TypeError, match=f"{module.__name__}, a method, lacks the function {left_out}$"
+    ):
+        assert METHODS["adaptive"].kernels
+
+
+def test_a_method_without_chance_needs_no_walk_by_chance_and_refuses_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    method = replace(METHODS["adaptive"], noises=(TYPICAL_PATH, NO_NOISE))
+    monkeypatch.delattr(import_module(method.module), "stochastic_walk")
+    assert method.kernels
+    monkeypatch.setattr(options, "METHODS", METHODS | {"calm": method})
+    assert Options(method="calm", noise=NO_NOISE).method == "calm"
+    with pytest.raises(OptionError) as caught:
+        Options(method="calm", noise=STOCHASTIC)
+    assert str(caught.value) == "noise 'stochastic' needs the method adaptive or euler-cromer"
 
 
 @pytest.mark.parametrize("name", METHODS)
 def test_a_method_has_its_own_option_a_meaning_and_a_budget(name: str) -> None:
     method = METHODS[name]
-    assert method.own_option in OPTIONS
+    assert method.own_option in ("rtol", "dt")
     assert method.meaning
     assert OPTIONS["max_steps"].range.holds(method.max_steps)
-
-
-def test_no_two_methods_share_an_option_of_their_own() -> None:
-    assert len({method.own_option for method in METHODS.values()}) == len(METHODS)
 
 
 def test_the_budget_of_euler_cromer_covers_all_periods_at_the_step_of_the_paper() -> None:

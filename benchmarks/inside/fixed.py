@@ -11,12 +11,12 @@ from stickslip.compiled.decorators import jit
 from stickslip.kernels.adaptive import passes
 from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.queues import reduced_queue, work_through
-from stickslip.kernels.euler_cromer import judging
 from stickslip.kernels.euler_cromer.lanes import March
-from stickslip.kernels.euler_cromer.layout import write_starts, write_steps
 from stickslip.kernels.euler_cromer.march import march_kernel
-from stickslip.kernels.euler_cromer.reference import Known
 from stickslip.kernels.families import families
+from stickslip.kernels.plain_iteration import judging
+from stickslip.kernels.plain_iteration.reference import Known
+from stickslip.kernels.plain_iteration.states import write_starts, write_steps
 from stickslip.kernels.points import parameters_of
 from stickslip.measure.accumulate import (
     RECORD,

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from stickslip.options import METHODS, STOCHASTIC, default_window
+from stickslip.options import STOCHASTIC, default_window, methods_for
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, canonical_name
 from sweeps.config.diagnostics import ConfigError, Diagnostics, Located, Problem, located, quoted
@@ -30,7 +30,6 @@ from sweeps.config.schema import (
     DEFINING,
     SECTIONS,
     Execution,
-    Film,
     Integrator,
     Noise,
     Section,
@@ -209,7 +208,7 @@ def _fields(root: Located, case: Located | None, output: str, older: bool) -> di
     sections = {name: read_section(root, name, older=older) for name in SECTIONS}
     _refuse_strangers(root)
     refuse_unbounded_films(root, space)
-    _refuse_unfit_strain(root, sections)
+    _refuse_unfit(root, sections)
     noise, follow = sections["noise"], read_follow(root, space)
     if isinstance(noise, Noise):
         refuse_frozen_start(root, space, noise.treatment)
@@ -265,14 +264,16 @@ def _place_or_name(key: str) -> str:
     return did_you_mean(key, [*KEYS, *PARAMETERS]) or f"; known are {', '.join(KEYS)}"
 
 
-def _refuse_unfit_strain(root: Located, sections: Mapping[str, Any]) -> None:
-    """Refuse a model of the strain that the method does not know."""
-    integrator, film = sections["integrator"], sections["film"]
-    if isinstance(integrator, Integrator) and isinstance(film, Film):
-        able = [name for name, method in METHODS.items() if film.strain in method.strains]
-        if integrator.method not in able:
-            message = f"{film.strain} needs `integrator: {{method: {' or '.join(able)}}}`"
-            root.refuse(message, "film", "strain")
+def _refuse_unfit(root: Located, sections: Mapping[str, Any]) -> None:
+    """Refuse a model of the strain or a treatment of the noise that the method does not know."""
+    integrator = sections["integrator"]
+    for section, key, field in (("film", "strain", "strains"), ("noise", "treatment", "noises")):
+        choice = getattr(sections[section], key, None)
+        if isinstance(integrator, Integrator) and choice is not None:
+            able = methods_for(field, choice)
+            if integrator.method not in able:
+                message = f"{choice} needs `integrator: {{method: {' or '.join(able)}}}`"
+                root.refuse(message, section, key)
 
 
 def _text(root: Located, key: str, default: str | None) -> str | None:

@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -21,8 +22,10 @@ from support.recipes import (
     DRAWN,
     EXECUTOR_RECIPE,
     FIGURE_RECIPE,
+    LIQUID,
     RECIPES,
     REFUSED,
+    RUNGE_KUTTA,
     SERIAL_SWEEPS,
     SMALL_SWEEPS,
     SPRUNG_SWEEPS,
@@ -31,6 +34,7 @@ from support.recipes import (
 
 import stickslip
 import sweeps
+from stickslip.options import OFFERED
 from stickslip.status import Status
 
 ENDED = 540.0  # seconds: a hang, on any machine
@@ -46,6 +50,7 @@ MOST_FILES = {
     "parameter": 2,
     "result variable": 2,
     "figure": 2,
+    "method": 2,
     "executor": 2,
 }
 """Files at most, as the table of CONTRIBUTING.md says."""
@@ -56,6 +61,7 @@ def carried_out(recipe: list[Edit], copy: Path) -> set[str]:
     for edit in recipe:
         path = copy / edit.file
         if not edit.before:
+            path.parent.mkdir(exist_ok=True)
             path.write_text(edit.text)
             continue
         source = path.read_text()
@@ -98,9 +104,33 @@ def changed_copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return copy
 
 
-def results_of(copy: Path, method: str) -> dict[str, dict[str, float]]:
+ALL = (
+    "plain",
+    "eyring",
+    "stiffer eyring",
+    "liquid eyring",
+    "octic",
+    "plateau",
+    "damped",
+    "two tones",
+    "two tones of a mirrored drive",
+    "thickened",
+    "not thickened",
+)
+COARSE = ("plain", "octic", "plateau", "damped", "two tones", "two tones of a mirrored drive")
+"""Cases in which a step of 2e-6 s is stable."""
+
+CASES = {"adaptive": ALL, "fixed": ALL, "runge_kutta": COARSE}
+"""By the name of a fixture; each takes a minute or more to compile."""
+
+RUNS = [(method, case) for method, cases in CASES.items() for case in cases]
+
+
+def results_of(
+    copy: Path, method: str, cases: tuple[str, ...] = ALL
+) -> dict[str, dict[str, float]]:
     """What small sweeps by a method give, by case."""
-    done = output_of(SMALL_SWEEPS, copy, method, cache=copy / "cache")
+    done = output_of(SMALL_SWEEPS, copy, method, *cases, cache=copy / "cache")
     assert done.returncode == 0, done.stderr
     found: dict[str, dict[str, float]] = json.loads(done.stdout)
     return found
@@ -114,6 +144,11 @@ def adaptive(changed_copy: Path) -> dict[str, dict[str, float]]:
 @pytest.fixture(scope="module")
 def fixed(changed_copy: Path) -> dict[str, dict[str, float]]:
     return results_of(changed_copy, "euler-cromer")
+
+
+@pytest.fixture(scope="module")
+def runge_kutta(changed_copy: Path) -> dict[str, dict[str, float]]:
+    return results_of(changed_copy, "rk4", COARSE)
 
 
 @pytest.mark.parametrize("name", RECIPES)
@@ -174,26 +209,8 @@ def test_an_executor_without_its_line_or_its_file_is_refused(
     assert message in done.stderr
 
 
-CASES = (
-    "plain",
-    "eyring",
-    "stiffer eyring",
-    "liquid eyring",
-    "octic",
-    "plateau",
-    "damped",
-    "two tones",
-    "two tones of a mirrored drive",
-    "thickened",
-    "not thickened",
-)
-METHODS = ("adaptive", "fixed")
-"""Fixtures; either takes a minute to compile."""
-
-
 @pytest.mark.stress
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(("method", "case"), RUNS)
 def test_what_is_measured_is_what_is_integrated(
     request: pytest.FixtureRequest, method: str, case: str
 ) -> None:
@@ -203,34 +220,88 @@ def test_what_is_measured_is_what_is_integrated(
 
 
 @pytest.mark.stress
-@pytest.mark.parametrize("case", CASES)
-def test_both_methods_compute_the_same_physics(
-    adaptive: dict[str, dict[str, float]], fixed: dict[str, dict[str, float]], case: str
+@pytest.mark.parametrize(("method", "case"), RUNS[len(ALL) :])
+def test_all_methods_compute_the_same_physics(
+    request: pytest.FixtureRequest,
+    adaptive: dict[str, dict[str, float]],
+    method: str,
+    case: str,
 ) -> None:
+    found, exact = request.getfixturevalue(method)[case], adaptive[case]
     works = ("friction_work", "dissipated_work")
     for name in ("elastic_stress_amplitude", "friction_force_amplitude", *works):
-        assert fixed[case][name] == pytest.approx(adaptive[case][name], rel=2e-3)
+        assert found[name] == pytest.approx(exact[name], rel=2e-3)
 
 
 @pytest.mark.stress
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize(
-    ("case", "against"),
-    [
-        ("eyring", "plain"),
-        ("stiffer eyring", "eyring"),
-        ("octic", "plain"),
-        ("plateau", "plain"),
-        ("damped", "plain"),
-        ("two tones", "plain"),
-        ("thickened", "not thickened"),
-    ],
-)
-def test_the_numbers_change(
-    request: pytest.FixtureRequest, case: str, against: str, method: str
+@pytest.mark.parametrize("case", COARSE)
+def test_a_new_method_states_an_error_that_holds(
+    adaptive: dict[str, dict[str, float]], runge_kutta: dict[str, dict[str, float]], case: str
 ) -> None:
+    found, exact = runge_kutta[case], adaptive[case]
+    error = found["amplitude_error"] + exact["amplitude_error"]
+    assert error < 1e-4
+    for name in ("elastic_stress_amplitude", "friction_force_amplitude"):
+        assert found[name] == pytest.approx(exact[name], rel=error)
+
+
+@pytest.mark.stress
+def test_a_new_method_has_its_order(changed_copy: Path) -> None:
+    done = output_of(LIQUID, changed_copy, cache=changed_copy / "cache")
+    assert done.returncode == 0, done.stderr
+    for name, errors in json.loads(done.stdout).items():
+        for coarse, fine in pairwise(errors):
+            assert math.log2(coarse / fine) == pytest.approx(4.0, abs=0.2), (name, errors)
+
+
+CHOSEN = "from stickslip import stationary_orbit; stationary_orbit(method='rk4', max_steps=1)"
+
+
+def test_a_method_without_its_line_is_unknown(tmp_path: Path) -> None:
+    copy = copied(tmp_path)
+    carried_out(RECIPES["method"][:1], copy)
+    done = output_of(CHOSEN, copy)
+    assert done.returncode != 0
+    assert "method must be one of adaptive, euler-cromer, not 'rk4'" in done.stderr
+
+
+@pytest.mark.parametrize("left_out", one_then("stress", OFFERED))
+def test_a_method_without_a_function_is_refused_by_its_name(left_out: str, tmp_path: Path) -> None:
+    copy, (module, line) = copied(tmp_path), RECIPES["method"]
+    less = RUNGE_KUTTA.replace(f"\ndef {left_out}(", f"\ndef another_{left_out}(")
+    carried_out([module._replace(text=less), line], copy)
+    done = output_of(CHOSEN, copy)
+    assert done.returncode != 0
+    assert f"stickslip.kernels.rk4, a method, lacks the function {left_out}\n" in done.stderr
+
+
+def test_a_config_asks_no_noise_of_a_method_that_it_does_not_know(tmp_path: Path) -> None:
+    copy = copied(tmp_path)
+    carried_out(RECIPES["method"], copy)
+    asked = {"integrator": {"method": "rk4", "dt": 1e-6}, "noise": {"treatment": "stochastic"}}
+    code = f"from sweeps.config.load import from_mapping; from_mapping({asked})"
+    done = output_of(code, copy)
+    assert done.returncode != 0
+    assert "stochastic needs `integrator: {method: adaptive or euler-cromer}`" in done.stderr
+
+
+BEFORE = {
+    "eyring": "plain",
+    "stiffer eyring": "eyring",
+    "octic": "plain",
+    "plateau": "plain",
+    "damped": "plain",
+    "two tones": "plain",
+    "thickened": "not thickened",
+}
+"""What the numbers of a case differ from."""
+
+
+@pytest.mark.stress
+@pytest.mark.parametrize(("method", "case"), [run for run in RUNS if run[1] in BEFORE])
+def test_the_numbers_change(request: pytest.FixtureRequest, method: str, case: str) -> None:
     results = request.getfixturevalue(method)
-    found, before = results[case], results[against]
+    found, before = results[case], results[BEFORE[case]]
     amplitudes = ("elastic_stress_amplitude", "friction_force_amplitude")
     assert any(abs(found[name] / before[name] - 1.0) > 1e-3 for name in amplitudes)
 

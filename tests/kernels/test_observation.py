@@ -10,7 +10,7 @@ from support.points import orbits, row
 
 from stickslip import Status
 from stickslip.kernels import observation
-from stickslip.kernels.euler_cromer import judging
+from stickslip.kernels.plain_iteration import judging
 from stickslip.numerics.periodic import search
 from stickslip.regime import Regime
 

@@ -1,7 +1,6 @@
 """The adaptive method for many points at once, in lanes: one of the table `options.METHODS`.
 
-What such a module offers is said in `compile_shared`, `family_kernels`, `orbits`,
-`stochastic_walk`, `trajectory`, `largest_step` and `rounding`.
+What such a module offers, `options.OFFERED`, is said in the functions of these names.
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ from stickslip.kernels.euler_cromer.layout import CHANCE_SLOTS, SLOTS, clear_rec
 from stickslip.kernels.euler_cromer.march import march_kernel
 from stickslip.kernels.families import KIND, Family, families
 from stickslip.measure.accumulate import RECORD
+from stickslip.numerics.adaptive import OK, STEP_LIMIT
 from stickslip.numerics.euler_cromer_lanes import PENDING, Tasks
 from stickslip.options import Physics
 from stickslip.parameters import Parameters
@@ -24,14 +25,14 @@ _UNLIMITED = 2**62
 
 
 class March:
-    """Points on their way.
+    """Points on their way: a `motions.March` that can also go a part of a period.
 
     Parameters
     ----------
     points
         (n, parameters) in SI units, in the order of `Parameters._fields`.
     steps
-        (n,) steps a drive period, from `layout.write_steps`.
+        (n,) steps a drive period.
     states
         (n, 3) states (x, v, phi) at phase 0, in SI units.
     physics
@@ -59,6 +60,14 @@ class March:
         tasks, total = self.tasks, self.steps[which]
         tasks.total[which] = total if limits is None else np.minimum(total, limits)
         tasks.done[which], tasks.status[which] = 0, PENDING
+
+    def period(self, which: np.ndarray, limits: np.ndarray, *, measured: bool) -> np.ndarray:
+        """As `motions.March`."""
+        self.start(which, limits)
+        self.march(measured)
+        outcome = self.tasks.status[which]
+        outcome[(outcome == OK) & (limits < self.steps[which])] = STEP_LIMIT
+        return outcome
 
     def clear_records(self, which: np.ndarray) -> None:
         """Forget what was measured of the points with the indices `which` (m,)."""

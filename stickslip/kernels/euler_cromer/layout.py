@@ -20,7 +20,6 @@ from stickslip.kernels.streams import STREAM
 from stickslip.measure.accumulate import RECORD, accumulator
 from stickslip.measure.results import record_units, write_stretch, write_whole_orbit
 from stickslip.model import drive
-from stickslip.model.rhs import starting_state
 from stickslip.numerics.euler_cromer_lanes import CHANGE, DRIVE, SINE, TURN, V, W, X, first_free
 from stickslip.options import Physics
 
@@ -58,21 +57,6 @@ class RowKernels(NamedTuple):
     read_records: Any
     """(points, steps, rows, closed, records): write the records, in SI units (n, RECORD), of orbits
     where `closed`, else of stretches of motion."""
-
-
-@kernel
-def write_steps(points: np.ndarray, dt: float, steps: np.ndarray) -> None:
-    """Write the number of steps a period: it is divided evenly, by a step of at most `dt`."""
-    for i in range(points.shape[0]):
-        steps[i] = math.ceil(drive.period(parameters_of(points[i])) / dt)
-
-
-@kernel
-def write_starts(points: np.ndarray, states: np.ndarray) -> None:
-    """Write the starts (x, v, phi) of points (n, parameters), in SI units, into `states` (n, 3)."""
-    for i in range(points.shape[0]):
-        x, v, psi = starting_state(parameters_of(points[i]))
-        states[i, 0], states[i, 1], states[i, 2] = x, v, math.exp(psi)
 
 
 @kernel

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from stickslip.kernels.euler_cromer import judging
 from stickslip.kernels.euler_cromer.chance import GROUP
 from stickslip.kernels.euler_cromer.lanes import March
-from stickslip.kernels.euler_cromer.layout import SLOTS, write_steps
+from stickslip.kernels.euler_cromer.layout import SLOTS
+from stickslip.kernels.plain_iteration.states import states_of, write_finals, write_steps
 from stickslip.kernels.streams import PERIOD, SIGNS, STREAM
 from stickslip.model.state import STATE
 from stickslip.numerics.adaptive import OK, STEP_LIMIT
@@ -28,7 +28,7 @@ class StochasticWalk:
         self.steps = np.empty(len(points), np.int64)
         write_steps(points, options.dt, self.steps)
         self.steps += -self.steps % SIGNS  # whole groups
-        self.march = March(points, self.steps, judging.states_of(starts), options.physics)
+        self.march = March(points, self.steps, states_of(starts), options.physics)
         self.march.tasks.rows[:, SLOTS : SLOTS + STREAM] = streams
         self._left = np.full(len(points), options.settings().max_steps)
         self._status = np.full(len(points), OK)
@@ -36,7 +36,7 @@ class StochasticWalk:
     def states(self) -> np.ndarray:
         """As `observation.Walk`."""
         finals = np.empty((len(self.points), len(STATE) + 1))
-        judging.write_finals(self.points, self.march.states(), finals)
+        write_finals(self.points, self.march.states(), finals)
         return finals
 
     def next_period(self) -> np.ndarray:

@@ -11,6 +11,7 @@ from support.symmetries import SYMMETRIES, expected, transformed
 
 from stickslip import IntegrationError, Parameters, Status, simulate, stability
 from stickslip.kernels.euler_cromer import driver
+from stickslip.kernels.plain_iteration import orbits as plain
 from stickslip.measure.accumulate import ABSOLUTE_WORK, BLOCK_WORK, FORCE_MAX, STRESS_MAX
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
@@ -152,7 +153,7 @@ def test_a_step_budget_covers_the_measurement() -> None:
 def test_a_block_of_points_at_a_time_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     points = np.array([Parameters(**changes) for changes in ORBITS])
     whole = compute_orbits(points, Options(**COARSE, stationary_rtol=1e-4))
-    monkeypatch.setattr(driver, "_BLOCK", 3)
+    monkeypatch.setattr(plain, "_BLOCK", 3)
     parts = compute_orbits(points, Options(**COARSE, stationary_rtol=1e-4))
     for ours, theirs in zip(parts, whole, strict=True):
         np.testing.assert_array_equal(ours, theirs)

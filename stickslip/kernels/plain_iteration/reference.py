@@ -1,4 +1,4 @@
-"""The orbit that one of Euler-Cromer is compared with: where the adaptive method settles from it.
+"""The orbit that one by fixed steps is compared with: where the adaptive method settles from it.
 
 A step changes not only what a cycle measures but the cycle: where the orbit attracts slowly, a
 small defect of the map is a large offset of its fixed point. So the comparison is with the other

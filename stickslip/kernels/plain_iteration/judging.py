@@ -1,4 +1,4 @@
-"""Between the lanes of Euler-Cromer and the search, and from what was measured to result rows."""
+"""Between periods of fixed steps and the search, and from what was measured to result rows."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from stickslip.compiled.decorators import inline, kernel
 from stickslip.kernels.adaptive.states import state_functions
-from stickslip.kernels.euler_cromer.reference import Known
-from stickslip.kernels.points import FIRST_STEP, parameters_of
+from stickslip.kernels.plain_iteration.reference import Known
+from stickslip.kernels.points import parameters_of
 from stickslip.measure.results import (
     Measured,
     amplitudes_of,
@@ -18,7 +18,6 @@ from stickslip.measure.results import (
     write_failure,
     write_result,
 )
-from stickslip.model import drive
 from stickslip.model.scaling import units_of
 from stickslip.model.state import STATE, State
 from stickslip.numerics.adaptive import OK
@@ -68,20 +67,6 @@ def judge(
     for i in which:
         z = _judged(points[i], states[i])
         verdicts[i], _, _ = search.judge(memories[i], z, tolerance, 0.0, _UNLIMITED)
-
-
-@kernel
-def write_finals(points: np.ndarray, states: np.ndarray, finals: np.ndarray) -> None:
-    """Write states (n, 3), (x, v, phi), as finals (n, columns): (x, v, ln phi), the next step."""
-    for i in range(finals.shape[0]):
-        finals[i, 0], finals[i, 1] = states[i, 0], states[i, 1]
-        finals[i, 2] = math.log(states[i, 2])
-        finals[i, 3] = FIRST_STEP * drive.period(parameters_of(points[i]))
-
-
-def states_of(finals: np.ndarray) -> np.ndarray:
-    """The states (x, v, phi), shape (n, 3), of finals (n, columns)."""
-    return np.column_stack([finals[:, 0], finals[:, 1], np.exp(finals[:, 2])])
 
 
 class Orbits(NamedTuple):

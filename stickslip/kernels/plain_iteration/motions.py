@@ -1,0 +1,79 @@
+"""Points on their way from period to period, by the march that a method brings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from stickslip.kernels.plain_iteration.states import states_of, write_starts, write_steps
+from stickslip.model.state import STATE
+from stickslip.numerics.adaptive import OK
+from stickslip.options import Options, Physics
+from stickslip.status import Status
+
+NOT_STATIONARY = int(Status.NOT_STATIONARY)
+
+WIDTH = len(STATE)
+"""State variables: the strain follows at once."""
+
+
+class March(Protocol):
+    """What a method brings: points (n,) that it takes through drive periods of a fixed step."""
+
+    def states(self) -> np.ndarray:
+        """The states (x, v, phi) where the points are, in SI units, (n, 3)."""
+        ...
+
+    def period(self, which: np.ndarray, limits: np.ndarray, *, measured: bool) -> np.ndarray:
+        """Take the points with the indices `which` (m,) through a drive period from phase 0.
+
+        Each in at most `limits` (m,) steps, and with a record if `measured`. Returns the Status
+        (m,): OK at the end of the period, STEP_LIMIT, DIVERGED.
+        """
+        ...
+
+    def clear_records(self, which: np.ndarray) -> None:
+        """Forget what was measured of the points with the indices `which` (m,)."""
+        ...
+
+    def records(self, closed: bool = True) -> np.ndarray:
+        """What was measured, in SI units, (n, RECORD): of orbits if `closed`, or of stretches."""
+        ...
+
+
+MakeMarch = Callable[[np.ndarray, np.ndarray, np.ndarray, Physics], March]
+"""(points, steps, states, physics): the march of points (n, parameters) in SI units from the states
+(n, 3), (x, v, phi), at phase 0, with `steps` (n,) a drive period."""
+
+
+class Motions:
+    """Points (n, parameters) on their way: the `march`, and by point `periods` and `status`.
+
+    `given` (n, columns) are states to start from, as finals; a row of NaN means the point's own.
+    The status is NOT_STATIONARY until something else is known.
+    """
+
+    def __init__(
+        self, make_march: MakeMarch, points: np.ndarray, given: np.ndarray, options: Options
+    ) -> None:
+        count, settings = len(points), options.settings()
+        self.points, self.physics = points, options.physics
+        self._steps, starts = np.empty(count, np.int64), np.empty((count, WIDTH))
+        write_steps(points, settings.dt, self._steps)
+        write_starts(points, starts)
+        elsewhere = ~np.isnan(given[:, 0])
+        starts[elsewhere] = states_of(given[elsewhere])
+        self.march = make_march(points, self._steps, starts, options.physics)
+        self._left = np.full(count, settings.max_steps)
+        self.periods = np.zeros(count, np.int64)
+        self.status = np.full(count, NOT_STATIONARY)
+
+    def next_period(self, which: np.ndarray, *, measured: bool) -> np.ndarray:
+        """Take some points (m,) through a period; those that did not fail on the way."""
+        self.periods[which] += 1
+        outcome = self.march.period(which, self._left[which], measured=measured)
+        self._left[which] -= self._steps[which]
+        self.status[which[outcome != OK]] = outcome[outcome != OK]
+        return which[outcome == OK]

@@ -1,0 +1,151 @@
+"""Stationary orbits by plain iteration: settle, measure, compare with the adaptive method, write.
+
+Tangents, references and their kernels are those of the adaptive method, for every march.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from stickslip.kernels.adaptive import driver as adaptive
+from stickslip.kernels.families import FamilyKernel
+from stickslip.kernels.observation import Watched, spreads_of, watch, write_aperiodic
+from stickslip.kernels.plain_iteration import judging
+from stickslip.kernels.plain_iteration.motions import NOT_STATIONARY, WIDTH, MakeMarch, Motions
+from stickslip.kernels.plain_iteration.reference import settle_from
+from stickslip.kernels.plain_iteration.states import write_finals
+from stickslip.kernels.plain_iteration.walk import PENDING, PlainWalk
+from stickslip.kernels.points import final_columns
+from stickslip.numerics.adaptive import OK
+from stickslip.numerics.periodic import search
+from stickslip.options import Options
+from stickslip.parameters import Parameters
+from stickslip.status import Status
+from stickslip.variables import RESULT_COLUMNS
+
+APERIODIC = int(Status.APERIODIC)
+
+# Points at a time: a search remembers 15 kB of each.
+_BLOCK = 2048
+
+
+def compile_shared(make_march: MakeMarch, options: Options) -> None:
+    """Compile or load what all points need: as `adaptive.driver.compile_shared`."""
+    nobody, columns = np.empty((0, len(Parameters._fields))), final_columns(options.physics)
+    adaptive.compile_shared(options)
+    results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, columns))
+    write_orbits(make_march, nobody, options, finals, results, finals)
+
+
+def reference_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
+    """The kernels of the reference orbits of points of these kinds (n, 2).
+
+    As `adaptive.driver.family_kernels`; none where the noise is left to chance.
+    """
+    if not options.physics.chance:
+        yield from adaptive.family_kernels(kinds, options)
+
+
+def write_orbits(
+    make_march: MakeMarch,
+    points: np.ndarray,
+    options: Options,
+    starts: np.ndarray,
+    results: np.ndarray,
+    finals: np.ndarray,
+) -> None:
+    """Stationary orbits by a march; arrays as of `adaptive.driver.orbits`.
+
+    The error estimate compares with the orbit on which the adaptive method settles from there.
+    """
+    for first in range(0, max(len(points), 1), _BLOCK):  # an empty one compiles
+        part = slice(first, first + _BLOCK)
+        motions = Motions(make_march, np.ascontiguousarray(points[part]), starts[part], options)
+        _Search(motions, options).run(results[part], finals[part])
+
+
+class _Search:
+    """The way of a block of points from their starts to their result rows."""
+
+    def __init__(self, motions: Motions, options: Options) -> None:
+        self.motions, self.options, self.settings = motions, options, options.settings()
+        self.points, self.march, self.status = motions.points, motions.march, motions.status
+        self.memories = np.zeros(len(self.points), search.memory_of(WIDTH))
+
+    def run(self, results: np.ndarray, finals: np.ndarray) -> None:
+        """Settle, measure, compare, write."""
+        periods, aperiodic = self.motions.periods, self._settle()
+        begins, cycles = self.march.states(), self.memories["cycle"].copy()
+        self._measure(cycles)
+        ends, records = self.march.states(), self.march.records()
+        write_finals(self.points, begins, finals)
+        known = settle_from(self.points, finals, self.status, self.options)
+        orbits = judging.Orbits(
+            cycles, periods, self.status, begins, ends, records, self._spreads(cycles)
+        )
+        judging.write_results(self.points, orbits, known, results)
+        for rows, watched in aperiodic:
+            own = np.empty((len(rows), results.shape[1]))
+            write_aperiodic(self.points[rows], watched, periods[rows], own)
+            results[rows], finals[rows] = own, watched.ends
+
+    def _settle(self) -> list[tuple[np.ndarray, Watched]]:
+        """Bring the points to their orbits; those that are aperiodic: rows, and as seen."""
+        pending, aperiodic = np.arange(len(self.points)), []
+        for late in (False, True):
+            states = self.march.states()[pending]
+            memories = np.zeros(len(pending), search.memory_of(WIDTH))
+            judging.start_searches(self.points[pending], states, memories, late)
+            self.memories[pending] = memories
+            pending = self._search(pending)
+            if not len(pending):
+                break
+            watched = self._watch(pending, decisive=late)
+            aperiodic.append((pending[watched.aperiodic], watched.part(watched.aperiodic)))
+            pending = pending[self.status[pending] == NOT_STATIONARY]
+        return aperiodic
+
+    def _search(self, pending: np.ndarray) -> np.ndarray:
+        """Iterate to the orbit; the points (m,) that wander instead."""
+        wandering = [pending[:0]]
+        while len(pending):
+            pending = self.motions.next_period(pending, measured=False)
+            verdicts = np.zeros(len(self.points), np.int64)
+            judging.judge(
+                self.points, self.march.states(), pending, self.settings.stationary_rtol,
+                self.memories, verdicts,
+            )  # fmt: skip
+            found = verdicts[pending]
+            self.status[pending[found == search.SETTLED]] = OK
+            wandering.append(pending[found == search.WANDERING])
+            pending = pending[(found != search.SETTLED) & (found != search.WANDERING)]
+            pending = pending[self.motions.periods[pending] < self.settings.max_periods]
+        return np.concatenate(wandering)
+
+    def _watch(self, wandering: np.ndarray, *, decisive: bool) -> Watched:
+        """Watch points (m,) that wander."""
+        walk = PlainWalk(self.motions, wandering)
+        watched = watch(walk, self.settings.window, decisive=decisive)
+        goes_on = np.isin(walk.outcomes(), (OK, PENDING))
+        self.status[wandering] = np.where(goes_on, NOT_STATIONARY, walk.outcomes())
+        self.status[wandering[watched.aperiodic]] = APERIODIC
+        return watched
+
+    def _measure(self, cycles: np.ndarray) -> None:
+        pending = np.flatnonzero(self.status == OK)
+        self.march.clear_records(pending)
+        for done in range(search.LONGEST_CYCLE_IN_PERIODS):
+            pending = pending[cycles[pending] > done]
+            if not len(pending):
+                return
+            pending = self.motions.next_period(pending, measured=True)
+
+    def _spreads(self, cycles: np.ndarray) -> np.ndarray:
+        """Standard deviations (n, 2) of the amplitudes of single drive periods, SI units."""
+        spreads = np.zeros((len(self.points), 2))
+        rows = np.flatnonzero((self.status == OK) & (cycles > 1))
+        if len(rows):  # once more over the orbit
+            spreads[rows] = spreads_of(PlainWalk(self.motions, rows), cycles[rows])
+        return spreads

@@ -1,0 +1,279 @@
+"""Classical Runge-Kutta with a fixed step, order 4, for teaching: a method in one file.
+
+What is integrated is the right-hand side of the model, (x, u, ln phi) in SI units. A step is looked
+at where it begins, which is of second order in what is measured. All else that makes an orbit of
+this is in `kernels/plain_iteration/`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from stickslip.compiled.decorators import jit, kernel, kernel_factory, named_kernel
+from stickslip.kernels.adaptive.states import state_functions
+from stickslip.kernels.families import FamilyKernel
+from stickslip.kernels.plain_iteration import orbits as plain
+from stickslip.kernels.plain_iteration.motions import WIDTH
+from stickslip.kernels.points import parameters_of
+from stickslip.kernels.stability import largest_stable_step
+from stickslip.measure.accumulate import (
+    FORCE_MAX,
+    RECORD,
+    STRESS_MAX,
+    Moment,
+    accumulator,
+    make_see_integrals,
+)
+from stickslip.measure.results import RecordUnits, write_stretch, write_whole_orbit
+from stickslip.model import drive, film, solids
+from stickslip.model.models import Model, model_of
+from stickslip.model.solids import Thresholds
+from stickslip.model.state import State
+from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
+from stickslip.numerics.linear import algebra
+from stickslip.options import Options, Physics
+from stickslip.parameters import Parameters
+
+# ln(phi) comes back to the level of the noise at twice the rate of phi.
+_STABLE_PART = 0.5
+
+_record = accumulator(1, 0)
+_clear, _see_extremum, _see_phase = _record.clear, _record.see_extremum, _record.see_phase
+_see_solid, _see_integrals = _record.see_solid, make_see_integrals(_record, (1.0,))
+
+
+def _make_see(model: Model) -> Any:
+    """What lets a state y at t stand for a step h in a record: (p, phases, t, h, y, record)."""
+    observables, power, strain = (
+        model.equations.observables,
+        model.equations.power,
+        model.equations.strain,
+    )
+
+    @jit
+    def see(
+        p: Parameters, phases: Thresholds, t: float, h: float, y: State, record: np.ndarray
+    ) -> None:
+        phi, V = math.exp(y[2]), drive.upper_velocity(p, t)
+        sigma, F = observables(p, y, phi, 0.0)
+        B, melted = film.melting_function(p, strain(p, y)), solids.MELTED_PART * phases.solid
+        _see_extremum(record, 0, STRESS_MAX, sigma, True)
+        _see_extremum(record, 0, FORCE_MAX, F, True)
+        moment = Moment(y[0], V, y[1], phi, sigma, F, power(p, V, y, F))
+        _see_integrals(record, 0, (moment,), h, True)
+        _see_phase(record, 0, phi, phases.solid, melted, h, True)
+        is_soft = solids.is_soft(phases, phi, B)
+        _see_solid(record, 0, phi <= melted, is_soft, phi >= phases.hard, True)
+
+    return see
+
+
+def _make_steps(model: Model) -> Any:
+    """The state after so many steps h from t: (p, t, h, count, y, measured, record)."""
+    rhs, see, own = model.equations.rhs, _make_see(model), algebra(model.width)
+    add, finite = own.add, own.finite
+
+    @jit
+    def step(p: Parameters, t: float, h: float, y: State) -> State:
+        k1 = rhs(p, t, y, 0.0)
+        k2 = rhs(p, t + h / 2.0, add(y, h / 2.0, k1), 0.0)
+        k3 = rhs(p, t + h / 2.0, add(y, h / 2.0, k2), 0.0)
+        k4 = rhs(p, t + h, add(y, h, k3), 0.0)
+        y = add(add(y, h / 6.0, k1), h / 3.0, k2)
+        return add(add(y, h / 3.0, k3), h / 6.0, k4)
+
+    @jit
+    def steps(
+        p: Parameters,
+        t: float,
+        h: float,
+        count: int,
+        y: State,
+        measured: bool,
+        record: np.ndarray,
+    ) -> tuple[State, bool]:
+        phases = solids.thresholds(p)
+        for i in range(count):
+            if measured:
+                see(p, phases, t + i * h, h, y, record)
+            y = step(p, t + i * h, h, y)
+            if not finite(y):
+                return y, False
+        return y, True
+
+    return steps
+
+
+class Kernels(NamedTuple):
+    """The kernels of a model; states are (x, u, ln phi) in SI units."""
+
+    march: Any
+    """(points, steps, which, limits, measured, states, records, outcomes): as `March.period`, which
+    returns `outcomes` (m,)."""
+
+    trajectory: Any
+    """(point, dt, budget, start, per_period, samples): as `trajectory`."""
+
+
+@kernel_factory
+def kernels_of(physics: Physics) -> Kernels:
+    """The kernels of these physics."""
+    model = model_of(physics)
+    steps_from, of_row = _make_steps(model), state_functions(model.components).of_row
+    relative_state = model.equations.relative_state
+
+    def march(
+        points: np.ndarray,
+        steps: np.ndarray,
+        which: np.ndarray,
+        limits: np.ndarray,
+        measured: bool,
+        states: np.ndarray,
+        records: np.ndarray,
+        outcomes: np.ndarray,
+    ) -> None:
+        for k in range(which.shape[0]):
+            i = which[k]
+            p, count = parameters_of(points[i]), min(steps[i], limits[k])
+            h, y = drive.period(p) / steps[i], of_row(states[i])
+            y, finite = steps_from(p, 0.0, h, count, y, measured, records[i])
+            for component in range(states.shape[1]):
+                states[i, component] = y[component]
+            outcomes[k] = (OK if count == steps[i] else STEP_LIMIT) if finite else DIVERGED
+
+    def trajectory(
+        point: np.ndarray,
+        dt: float,
+        budget: int,
+        start: np.ndarray,
+        per_period: int,
+        samples: np.ndarray,
+    ) -> int:
+        p, nothing = parameters_of(point), np.empty(0)
+        spacing, y = drive.period(p) / per_period, relative_state(p, 0.0, of_row(start))
+        count = math.ceil(spacing / dt)
+        for i in range(samples.shape[0]):
+            t, row = (i % per_period) * spacing, samples[i]
+            row[0], row[1], row[2] = relative_state(p, t, y)
+            row[2] = math.exp(row[2])
+            if i + 1 < samples.shape[0]:
+                if (i + 1) * count > budget:
+                    return STEP_LIMIT
+                y, finite = steps_from(p, t, spacing / count, count, y, False, nothing)
+                if not finite:
+                    return DIVERGED
+        return OK
+
+    return Kernels(*(named_kernel(f"rk4_{k.__name__}[{physics}]", k) for k in (march, trajectory)))
+
+
+@kernel
+def clear_records(records: np.ndarray, which: np.ndarray) -> None:
+    """Make the records (n, RECORD) with the indices `which` (m,) ready for a new orbit."""
+    for i in which:
+        _clear(records[i], 0)
+
+
+@kernel
+def write_records(
+    points: np.ndarray, records: np.ndarray, closed: bool, target: np.ndarray
+) -> None:
+    """Write what records (n, RECORD) of whole periods in SI units say, with times as results do."""
+    for i in range(points.shape[0]):
+        units = RecordUnits(1.0, 1.0, 1.0, 1.0, 2.0 / drive.period(parameters_of(points[i])))
+        if closed:
+            write_whole_orbit(records[i], units, 2, target[i])
+        else:
+            write_stretch(records[i], units, 1, target[i])
+
+
+class March:
+    """The march of plain iteration: arguments as of `motions.MakeMarch`, the rest as `March`."""
+
+    def __init__(
+        self, points: np.ndarray, steps: np.ndarray, states: np.ndarray, physics: Physics
+    ) -> None:
+        self._points, self._steps, self._march = points, steps, kernels_of(physics).march
+        self._states = states * (1.0, -1.0, 1.0)  # at phase 0 the upper block stands: u = -v
+        self._states[:, 2] = np.log(states[:, 2])
+        self._records = np.empty((len(points), RECORD))
+        self.clear_records(np.arange(len(points)))
+
+    def states(self) -> np.ndarray:
+        """As `motions.March`."""
+        states = self._states * (1.0, -1.0, 1.0)
+        states[:, 2] = np.exp(states[:, 2])
+        return states
+
+    def period(self, which: np.ndarray, limits: np.ndarray, *, measured: bool) -> np.ndarray:
+        """As `motions.March`."""
+        outcomes = np.empty(len(which), np.int64)
+        self._march(
+            self._points, self._steps, which, limits, measured, self._states, self._records,
+            outcomes,
+        )  # fmt: skip
+        return outcomes
+
+    def clear_records(self, which: np.ndarray) -> None:
+        """As `motions.March`."""
+        clear_records(self._records, which)
+
+    def records(self, closed: bool = True) -> np.ndarray:
+        """As `motions.March`."""
+        records = np.empty_like(self._records)
+        write_records(self._points, self._records, closed, records)
+        return records
+
+
+def compile_shared(options: Options) -> None:
+    """As `adaptive.driver.compile_shared`."""
+    plain.compile_shared(March, options)
+
+
+def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
+    """As `adaptive.driver.family_kernels`; one kernel of its own for all fluids."""
+    yield from plain.reference_kernels(kinds, options)
+    nobody, nothing = np.empty((0, len(Parameters._fields))), np.empty(0, np.int64)
+    march = March(nobody, nothing, np.empty((0, WIDTH)), options.physics)
+    compiled = partial(march.period, nothing, nothing, measured=False)
+    yield FamilyKernel(kernels_of(options.physics).march, compiled)
+
+
+def largest_step(points: np.ndarray, options: Options) -> np.ndarray:
+    """As `adaptive.driver.largest_step`."""
+    return _STABLE_PART * largest_stable_step(points, options.friction)
+
+
+def rounding(p: Parameters, options: Options) -> float:
+    """As `adaptive.driver.rounding`: none."""
+    return 0.0
+
+
+def trajectory(
+    point: np.ndarray,
+    options: Options,
+    start: np.ndarray,
+    per_period: int,
+    samples: np.ndarray,
+    stream: np.ndarray | None = None,
+) -> int:
+    """As `adaptive.driver.trajectory`; the time between two samples is divided evenly."""
+    settings, march = options.settings(), kernels_of(options.physics).trajectory
+    return int(march(point, settings.dt, settings.max_steps, start, per_period, samples))
+
+
+def orbits(
+    points: np.ndarray,
+    options: Options,
+    starts: np.ndarray,
+    results: np.ndarray,
+    finals: np.ndarray,
+    patience: int = 0,
+) -> None:
+    """As `adaptive.driver.orbits`."""
+    plain.write_orbits(March, points, options, starts, results, finals)
