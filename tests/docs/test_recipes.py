@@ -307,7 +307,7 @@ def test_the_numbers_change(request: pytest.FixtureRequest, method: str, case: s
 
 
 @pytest.mark.stress
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", CASES)
 def test_two_tones_of_a_mirrored_drive_are_the_mirror_image(
     request: pytest.FixtureRequest, method: str
 ) -> None:
