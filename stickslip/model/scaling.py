@@ -36,7 +36,7 @@ LITERALS: Mapping[str, float] = {
 """Parameters that have one value in the nondimensional model. They are written out as literals, so
 that the compiler removes what they make superfluous."""
 
-HIGHEST = ("quintic_coefficient", "sextic_coefficient")
+HIGHEST = film.HIGHER_COEFFICIENTS
 """The coefficients of the free energy that most films do without."""
 
 KEPT = tuple(name for name in PARAMETERS if name not in LITERALS)

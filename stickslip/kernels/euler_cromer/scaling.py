@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.fields import make_tuple_maker
 from stickslip.measure.results import RecordUnits
-from stickslip.model import noise, solids
+from stickslip.model import film, noise, solids
 from stickslip.model.models import model_of
 from stickslip.model.scaling import (
     KEPT,
@@ -97,8 +97,10 @@ class _Scales(NamedTuple):
 
 @inline
 def _scales(q: Reduced, angle: float) -> _Scales:
-    """Without elasticity the strain has no effect, and its unit is free: c or e for a."""
-    highest = max(q.quartic_coefficient, q.sextic_coefficient)
+    """Without elasticity the strain has no effect, and its unit is free: c or higher for a."""
+    highest = q.quartic_coefficient
+    for k, _ in film.restoring_terms(q):
+        highest = max(highest, k)
     a = q.elastic_coefficient if q.elastic_coefficient > 0.0 else highest
     strain, stress = math.sqrt(angle * a), (angle * angle) * q.contact_area
     return _Scales(angle, strain, math.sqrt(stress * a / strain), stress)
