@@ -300,7 +300,13 @@ FILMS = {
     | {"cubic_coefficient": 230.0, "quintic_coefficient": 300.0, "octic_coefficient": 4000.0},
     "three solids": with_turns([0.2, 0.4, 0.6, 0.8, 1.0]),
 }
-FILMS = {name: values | {"temperature": 200.0} for name, values in FILMS.items()}
+HEATING = {"two solids": 3.44, "without a sextic term": 3.0, "three solids": 5.8}
+"""2 alpha (T - T_c) [J/m3]: at rest all solids of a film exist."""
+
+FILMS = {
+    name: values | {"temperature": 290.0 + HEATING[name] / (2 * 0.95)}
+    for name, values in FILMS.items()
+}
 
 
 @pytest.fixture(scope="module")
@@ -322,9 +328,9 @@ def test_the_phases_follow_an_octic_term(phases: dict[str, dict[str, Any]], name
     assert found["thresholds"][:3] == pytest.approx(first, rel=1e-9)
     soft_exists = [expected.balance(phi) for phi in first[1::-1] if first[2] < math.inf]
     assert found["thresholds"][3:] == pytest.approx(soft_exists or [0.0, 0.0], rel=1e-9)
-    assert found["largest"] == pytest.approx(expected.largest, rel=1e-12)
-    melting = math.sqrt((expected.strongest + 2 * 0.95 * 90.0) / 4e12)
-    assert found["melting strain"] == pytest.approx(melting, rel=1e-12)
+    assert found["largest"] == pytest.approx(expected.largest, rel=1e-7)
+    melting = math.sqrt((expected.strongest - HEATING[name]) / 4e12)
+    assert found["melting strain"] == pytest.approx(melting, rel=1e-9)
     assert found["melting strain of the page"] == found["melting strain"]
 
 
@@ -340,9 +346,9 @@ def test_the_page_of_phases_follows_an_octic_term(
     clear &= phi > 0.0
     assert np.array_equal(np.array(found["stable"])[clear] == 1, falls[clear])
     rising, strains = np.array(found["ramp"][0]), np.array(found["strain"])
-    assert rising[0] == pytest.approx(expected.largest, rel=1e-12)
+    assert rising[0] == pytest.approx(expected.largest, rel=1e-7)
     liquid = strains[rising == 0.0]
-    melting = math.sqrt((expected.strongest + 2 * 0.95 * 90.0) / 4e12)
+    melting = math.sqrt((expected.strongest - HEATING[name]) / 4e12)
     assert liquid.min() == pytest.approx(melting, rel=2e-3)
 
 
