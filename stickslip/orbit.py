@@ -84,7 +84,7 @@ def typical_options(options: Options) -> Options:
 
 
 def prepare_kernels(options: Options, kinds: np.ndarray) -> None:
-    """Compile or load what `compute_orbits` needs for points of these kinds (n, 2).
+    """Compile or load what `compute_orbits` needs for points of these kinds (n, k).
 
     Their columns are the parameters named in `kernels.families.KIND`.
     """
@@ -93,13 +93,13 @@ def prepare_kernels(options: Options, kinds: np.ndarray) -> None:
 
 
 def compile_families(options: Options, kinds: np.ndarray) -> None:
-    """Compile or load the kernels that points of these kinds (n, 2) do not share with others."""
+    """Compile or load the kernels that points of these kinds (n, k) do not share with others."""
     for own in _family_kernels(options, kinds):
         own.compile()
 
 
 def uncompiled(options: Options, kinds: np.ndarray) -> np.ndarray:
-    """Kinds (m, 2), one for each family among these (n, 2) that is still to be compiled."""
+    """Kinds (m, k), one for each family among these (n, k) that is still to be compiled."""
     one_each = [kinds[members[0]] for _, members in families(options.physics, kinds)]
     missing = [
         kind

@@ -38,9 +38,12 @@ class ParameterVariable(Variable):
     `neutral` is the value under which results from before this parameter existed stay true; at
     that value it enters no key, seal or identity. The parameters of the first version have none.
 
-    `phi_power` is the power of the order parameter that it multiplies in the force on ln(phi); it
-    tells a method that scales the order parameter how to scale the parameter. `directed` is a
-    parameter whose sign is a direction of the motion, which turns in its mirror image.
+    A coefficient of the free energy has a `phi_power`: it stands in the force on ln(phi) with this
+    power of the order parameter and with `phi_sign`, +1 or -1. `model/film.py` makes its term of
+    the energy, the force and the phases of that, and a method that scales the order parameter the
+    unit of the coefficient.
+    `directed` is a parameter whose sign is a direction of the motion, which turns in its mirror
+    image.
     """
 
     default: float = math.nan
@@ -50,6 +53,7 @@ class ParameterVariable(Variable):
     nonzero: bool = False
     neutral: float | None = None
     phi_power: int = 0
+    phi_sign: int = 1
     directed: bool = False
 
     def complaint(self, value: float) -> str | None:
@@ -133,14 +137,14 @@ PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
     _not_negative("elastic_coefficient", "a", "a", "Pa", "elastic coefficient of the free energy",
         default=4e12),
     _not_negative("cubic_coefficient", "b", "b", "J m-3", "cubic coefficient of the free energy",
-        default=230.0, phi_power=1),
+        default=230.0, phi_power=1, phi_sign=-1),
     _not_negative("quartic_coefficient", "c", "c", "J m-3",
         "quartic coefficient of the free energy", default=850.0, phi_power=2),
     _not_negative("noise_intensity", "D", "D", "s-1", "noise intensity",
         "dphi = -delta f'(phi) dt + sqrt(2 D) dW, reflected at phi = 0", default=1e-18),
     _not_negative("quintic_coefficient", "d", "d", "J m-3",
         "quintic coefficient of the free energy", "needs a sextic coefficient e > 0", default=0.0,
-        neutral=0.0, phi_power=3),
+        neutral=0.0, phi_power=3, phi_sign=-1),
     _not_negative("sextic_coefficient", "e", "e", "J m-3", "sextic coefficient of the free energy",
         "with d it lets a soft solid exist beside a hard one", default=0.0, neutral=0.0,
         phi_power=4),
@@ -268,19 +272,25 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
 
 # fmt: on
 
-ENERGY_COEFFICIENTS = ("quartic_coefficient", "quintic_coefficient", "sextic_coefficient")
+ENERGY_COEFFICIENTS: tuple[str, ...] = tuple(
+    v.name for v in sorted(PARAMETERS.values(), key=lambda v: v.phi_power) if v.phi_power > 1
+)
+"""The coefficients that decide whether the order parameter is bounded, the lowest power first."""
 
 
-def unbounded(quartic: float, quintic: float, sextic: float) -> str | None:
+def unbounded(*coefficients: float) -> str | None:
     """What lets an order parameter with these coefficients grow without bound; None if nothing.
 
-    In the order of `ENERGY_COEFFICIENTS`.
+    In the order of `ENERGY_COEFFICIENTS`. The highest one that is not 0 must stand with a plus.
     """
-    if sextic > 0 or (quartic > 0 and quintic == 0):
+    given = zip(ENERGY_COEFFICIENTS, coefficients, strict=True)
+    *_, (name, value) = (ENERGY_COEFFICIENTS[0], 0.0), *((n, v) for n, v in given if v != 0)
+    if value * PARAMETERS[name].phi_sign > 0:
         return None
-    if quintic > 0:
-        return "quintic_coefficient (d) > 0 needs a sextic_coefficient (e) > 0"
-    return "quartic_coefficient (c) = 0 needs a sextic_coefficient (e) > 0"
+    higher = ENERGY_COEFFICIENTS[ENERGY_COEFFICIENTS.index(name) + 1 :]
+    needed = [f"{n} ({PARAMETERS[n].symbol})" for n in higher if PARAMETERS[n].phi_sign > 0]
+    told = f"{name} ({PARAMETERS[name].symbol}) {'>' if value else '='} 0"
+    return f"{told} needs a {' or '.join(needed) or 'higher coefficient'} > 0"
 
 
 RESULT_COLUMNS: tuple[str, ...] = tuple(RESULTS)

@@ -10,6 +10,7 @@ from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.variables import (
     BY_SYMBOL,
+    ENERGY_COEFFICIENTS,
     PARAMETERS,
     PHASES,
     RESULT_COLUMNS,
@@ -18,6 +19,7 @@ from stickslip.variables import (
     ResultVariable,
     Variable,
     canonical_name,
+    unbounded,
 )
 
 EVERY = [*PARAMETERS.values(), *TRAJECTORY.values(), *PHASES.values(), *RESULTS.values()]
@@ -181,9 +183,24 @@ def test_a_neutral_value_is_a_valid_one(variable: Variable):
 
 def test_powers_of_the_order_parameter_are_those_of_the_free_energy():
     # The force on ln(phi) is 2 alpha (T - T_c) - b phi + c phi^2 - d phi^3 + e phi^4.
-    powers = {v.name: v.phi_power for v in PARAMETERS.values() if v.phi_power}
-    degrees = ("cubic", "quartic", "quintic", "sextic")
-    assert powers == {f"{name}_coefficient": power for power, name in enumerate(degrees, start=1)}
+    terms = {v.name: (v.phi_power, v.phi_sign) for v in PARAMETERS.values() if v.phi_power}
+    declared = {"cubic": (1, -1), "quartic": (2, 1), "quintic": (3, -1), "sextic": (4, 1)}
+    assert {name: terms[f"{name}_coefficient"] for name in declared} == declared
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"c": 850.0}, None),
+        ({"e": 1.0}, None),
+        ({"d": 7.0, "e": 1.0}, None),
+        ({"c": 850.0, "d": 7.0}, "quintic_coefficient (d) > 0 needs a sextic_coefficient (e)"),
+        ({}, "quartic_coefficient (c) = 0 needs a sextic_coefficient (e)"),
+    ],
+)
+def test_the_highest_term_must_bound_the_order_parameter(given: dict[str, float], told: str | None):
+    found = unbounded(*(given.get(PARAMETERS[name].symbol, 0.0) for name in ENERGY_COEFFICIENTS))
+    assert (found is None) if told is None else str(found).startswith(told)
 
 
 # --- what a result declares -----------------------------------------------------------------------

@@ -12,17 +12,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from stickslip.model.film import HIGHER_COEFFICIENTS
 from stickslip.model.laws import friction_law
 from stickslip.options import Physics
 
-KIND = ("rheological_index", "sextic_coefficient")
+KIND = ("rheological_index", *HIGHER_COEFFICIENTS)
 """The parameters that decide on the family of a point."""
 
 
 class Family(NamedTuple):
     """Points that share a kernel: those with one rheological index, or, for None, all others.
 
-    `sextic` where their free energy goes to sixth order.
+    `sextic` where their free energy has terms that the paper does without.
     """
 
     physics: Physics
@@ -42,12 +43,12 @@ class FamilyKernel(NamedTuple):
 
 
 def families(physics: Physics, kinds: np.ndarray) -> Iterator[tuple[Family, np.ndarray]]:
-    """The families that occur among points of these kinds (n, 2), in the order of `KIND`.
+    """The families that occur among points of these kinds (n, k), in the order of `KIND`.
 
     Each comes with the positions (m,) of its members.
     """
     special = friction_law(physics.friction).special_indices
-    indices, has_sextic = kinds[:, 0], kinds[:, 1] > 0.0
+    indices, has_sextic = kinds[:, 0], np.any(kinds[:, 1:] != 0.0, axis=1)
     for sextic in (False, True):
         for index in (*special, None):
             same = indices == index if index is not None else ~np.isin(indices, list(special))

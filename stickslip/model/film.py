@@ -1,14 +1,115 @@
-"""The lubricant film: free energy, phases and transitions (Eqs. 12-16, 19, 25, 26).
+"""The lubricant film: free energy, elasticity and kinetics (Eqs. 12-15, 25, 26).
 
-All that depends on the form of the free energy stands here and in `solids.py`, which finds its
-phases. Terms of fifth and sixth order, -d/5 phi^5 + e/6 phi^6, let a soft solid exist beside a hard
-one; where e = 0 the compiler leaves them out.
+The terms of the free energy are declared with their coefficients in `variables.py`: those of the
+paper, -b/3 phi^3 + c/4 phi^4, those that let a soft solid exist beside a hard one, -d/5 phi^5 +
+e/6 phi^6, and whatever is added there. The paper's stand here as equations; the sums of all others
+follow from their declarations, and the compiler leaves them out where the coefficients are 0.
+`solids.py` finds the phases.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import reduce
+from typing import Any
+
 from stickslip.compiled.decorators import inline
 from stickslip.parameters import Parameters
+from stickslip.variables import PARAMETERS, ParameterVariable
+
+_TERMS = [variable for variable in PARAMETERS.values() if variable.phi_power]
+_PAPER = ("cubic_coefficient", "quartic_coefficient")
+_OTHERS = [term for term in _TERMS if term.name not in _PAPER]
+
+HIGHEST_POWER = max(term.phi_power for term in _TERMS)
+"""The highest power of phi in the force on ln(phi)."""
+
+HIGHER_COEFFICIENTS = tuple(term.name for term in _OTHERS)
+"""The coefficients of the terms that the paper, and most films, do without."""
+
+
+def _place(term: ParameterVariable) -> int:
+    return Parameters._fields.index(term.name)
+
+
+RESTORING = tuple((_place(t), t.phi_power) for t in _OTHERS if t.phi_sign > 0)
+"""Those of the others that bound the order parameter: places in `Parameters`, powers."""
+
+
+def _sum_of_others(weight: Callable[[int], float]) -> Any:
+    """The inline function (p, phi) of the sum of the others, by Horner's scheme.
+
+    A term is its sign, the `weight` of its power in the force on ln(phi), its coefficient and this
+    power of phi.
+    """
+    total: Any = _no_terms
+    for power in range(HIGHEST_POWER, 0, -1):
+        for term in _OTHERS:
+            if term.phi_power == power:
+                total = _and_term(total, _place(term), term.phi_sign * weight(power))
+        total = _times_phi(total)
+    return total
+
+
+@inline
+def _no_terms(p: Parameters, phi: float) -> float:
+    return 0.0
+
+
+def _and_term(others: Any, place: int, factor: float) -> Any:
+    @inline
+    def with_term(p: Parameters, phi: float) -> float:
+        return others(p, phi) + factor * p[place]
+
+    return with_term
+
+
+def _times_phi(terms: Any) -> Any:
+    @inline
+    def product(p: Parameters, phi: float) -> float:
+        return terms(p, phi) * phi
+
+    return product
+
+
+_energy_of_others = _sum_of_others(lambda power: 1.0 / (power + 2))  # over phi^2
+_force_of_others = _sum_of_others(lambda _: 1.0)
+_slope_of_others = _sum_of_others(float)
+
+
+@inline
+def _none(p: Parameters) -> bool:
+    return False
+
+
+def _or_one(others: Any, place: int) -> Any:
+    @inline
+    def either(p: Parameters) -> bool:
+        return others(p) | (p[place] != 0.0)
+
+    return either
+
+
+_has_others: Any = reduce(_or_one, map(_place, _OTHERS), _none)
+
+_PLACES = tuple(_place(term) for term in _TERMS)
+_POWERS = tuple(term.phi_power for term in _TERMS)
+_SIGNS = tuple(float(term.phi_sign) for term in _TERMS)
+
+
+@inline
+def has_higher_terms(p: Parameters) -> bool:
+    """Whether the free energy has terms that the paper does without."""
+    return _has_others(p)
+
+
+@inline
+def balance_coefficient(p: Parameters, power: int) -> float:
+    """By what this power of phi is multiplied in the B under which a film is stationary [J/m3]."""
+    total = 0.0
+    for i in range(len(_PLACES)):
+        total -= _SIGNS[i] * p[_PLACES[i]] if _POWERS[i] == power else 0.0
+    return total
 
 
 @inline
@@ -24,8 +125,7 @@ def free_energy(p: Parameters, phi: float, eps: float) -> float:
     harmonic = 0.5 * melting_function(p, eps) * phi2
     cubic = p.cubic_coefficient / 3.0 * (phi2 * phi)
     low = harmonic - cubic + 0.25 * p.quartic_coefficient * (phi2 * phi2)
-    high = p.sextic_coefficient / 6.0 * phi - p.quintic_coefficient / 5.0
-    return low if p.sextic_coefficient == 0.0 else low + high * (phi2 * phi2 * phi)
+    return low + _energy_of_others(p, phi) * phi2 if has_higher_terms(p) else low
 
 
 @inline
@@ -48,21 +148,19 @@ def melting_function(p: Parameters, eps: float) -> float:
 
 @inline
 def log_force(p: Parameters, phi: float, B: float) -> float:
-    """(df/dphi)/phi = B - b phi + c phi^2 - d phi^3 + e phi^4 [J/m3]: the force on ln(phi).
+    """(df/dphi)/phi = B - b phi + c phi^2 and the others [J/m3]: the force on ln(phi).
 
     Eqs. 12 and 26.
     """
     low = B - p.cubic_coefficient * phi + p.quartic_coefficient * (phi * phi)
-    high = p.sextic_coefficient * phi - p.quintic_coefficient
-    return low if p.sextic_coefficient == 0.0 else low + high * (phi * phi * phi)
+    return low + _force_of_others(p, phi) if has_higher_terms(p) else low
 
 
 @inline
 def log_force_slope(p: Parameters, phi: float) -> float:
     """Derivative of `log_force` with respect to ln(phi) [J/m3]."""
     low = phi * (2.0 * p.quartic_coefficient * phi - p.cubic_coefficient)
-    high = 4.0 * p.sextic_coefficient * phi - 3.0 * p.quintic_coefficient
-    return low if p.sextic_coefficient == 0.0 else low + high * (phi * phi * phi)
+    return low + _slope_of_others(p, phi) if has_higher_terms(p) else low
 
 
 @inline

@@ -78,15 +78,18 @@ def starting_order_parameter(p: Parameters) -> float:
 def level(p: Parameters) -> float:
     """Order parameter of a liquid film at rest that the noise alone keeps up.
 
-    It balances D_eff/phi with the linear, the quadratic, the cubic or the quintic term of Eq. 26,
-    whichever limits it first; terms with a vanishing coefficient do not limit it.
+    It balances D_eff/phi with the linear, the quadratic, the cubic or a restoring higher term of
+    Eq. 26, whichever limits it first; terms with a vanishing coefficient do not limit it.
     """
     D_eff, b, delta = effective_intensity(p), p.cubic_coefficient, p.kinetic_coefficient
     balanced = math.inf
     if p.quartic_coefficient > 0.0:
         balanced = math.sqrt(math.sqrt(D_eff / (p.quartic_coefficient * delta)))
-    if p.sextic_coefficient > 0.0:
-        balanced = min(balanced, (D_eff / (p.sextic_coefficient * delta)) ** (1.0 / 6.0))
+    if film.has_higher_terms(p):
+        for place, power in film.RESTORING:
+            k = p[place]
+            if k > 0.0:
+                balanced = min(balanced, (D_eff / (k * delta)) ** (1.0 / (power + 2.0)))
     linear = abs(film.heating(p)) * delta
     if linear > 0.0:
         balanced = min(balanced, math.sqrt(D_eff / linear))

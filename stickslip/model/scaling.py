@@ -21,7 +21,7 @@ import numpy as np
 
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.fields import make_tuple_maker
-from stickslip.model import solids
+from stickslip.model import film, solids
 from stickslip.model.laws import FrictionLaw
 from stickslip.parameters import Parameters, ParameterValues
 from stickslip.variables import PARAMETERS
@@ -42,7 +42,7 @@ LITERALS: Literals = {
 }
 """Those of every model in the units of `units_of`."""
 
-HIGHEST = ("quintic_coefficient", "sextic_coefficient")
+HIGHEST = film.HIGHER_COEFFICIENTS
 """The coefficients of the free energy that most films do without."""
 
 KEPT = tuple(name for name in PARAMETERS if name not in LITERALS)

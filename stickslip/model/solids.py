@@ -1,15 +1,16 @@
 """The solid phases of the film, and where it melts and freezes (Eqs. 16-20).
 
-Under a strain the film is stationary where B equals the balance
-b phi - c phi^2 + d phi^3 - e phi^4, and stable where that falls. With terms of sixth order the
-balance may turn at three order parameters p < q < r: then there are a soft solid between p and q
-and a hard one above r. With e = 0 it turns at b/2c alone.
+Under a strain the film is stationary where B equals the balance b phi - c phi^2 + ..., which
+`film.py` has, and stable where that falls. The balance of the paper turns at b/2c alone. With more
+terms it may turn at p < q < r: then there are a soft solid between p and q and a hard one above r.
+Solids between further turning points are found as well, and count as hard ones.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from functools import reduce
+from typing import Any, NamedTuple
 
 from stickslip.compiled.decorators import inline, jit
 from stickslip.model import film
@@ -24,12 +25,15 @@ _ROOM = 8.0
 # A film is liquid for good, for the motion, at this part of `solid_threshold`: a modulus of 1e-6.
 _LIQUID = 1e-3
 
-# Halvings of an interval: to the last bit, whatever the interval.
-_BISECTIONS = 80
+# Halvings of an interval: to the last bit of what is larger than 1e-14 of it.
+_BISECTIONS = 100
+
+# No order parameter is larger: that of the paper's solid is of order one.
+_LARGEST = 1e6
 
 
 class TurningPoints(NamedTuple):
-    """Order parameters at which the balance turns; infinite where it does not turn again."""
+    """The first order parameters at which the balance turns; infinite where it does not again."""
 
     soft: float
     """From here on a film is solid."""
@@ -61,46 +65,76 @@ def balance(p: Parameters, phi: float) -> float:
 
 
 @jit
-def _polished(p: Parameters, phi: float) -> float:
-    """A turning point that rounding has blurred: two of Newton's steps."""
-    b, c = p.cubic_coefficient, p.quartic_coefficient
-    d, e = p.quintic_coefficient, p.sextic_coefficient
-    for _ in range(2):
-        slope = b - phi * (2.0 * c - phi * (3.0 * d - phi * (4.0 * e)))
-        bend = -2.0 * c + phi * (6.0 * d - phi * (12.0 * e))
-        phi -= slope / bend if bend != 0.0 else 0.0
-    return phi if phi > 0.0 else 0.0
+def _derivative(p: Parameters, order: int, phi: float) -> float:
+    """The derivative of this order, 1 at least, of the balance."""
+    total = 0.0
+    for power in range(film.HIGHEST_POWER, order - 1, -1):
+        weight = film.balance_coefficient(p, power)
+        for lower in range(order):
+            weight *= power - lower
+        total = total * phi + weight
+    return total
+
+
+@jit
+def _none(p: Parameters, low: float, positive: bool) -> float:
+    return _LARGEST
+
+
+def _make_next_zero(order: int, next_zero_of_slope: Any) -> Any:
+    """What finds the zeros of a derivative of the balance, given what finds those of its slope.
+
+    It maps (p, low, positive) to the first one above `low`, from which on the derivative is
+    `positive` or is not; there is one at most between two zeros of its slope.
+    """
+
+    @jit
+    def next_zero(p: Parameters, low: float, positive: bool) -> float:
+        grows = _derivative(p, order + 1, low) > 0.0
+        for _ in range(film.HIGHEST_POWER):
+            high = next_zero_of_slope(p, low, grows)
+            value = _derivative(p, order, high)
+            if value < 0.0 if positive else value > 0.0:
+                for _ in range(_BISECTIONS):
+                    middle = 0.5 * (low + high)
+                    if (_derivative(p, order, middle) > 0.0) == positive:
+                        low = middle
+                    else:
+                        high = middle
+                return low
+            low, grows = high, not grows
+        return _LARGEST
+
+    return next_zero
+
+
+_next_zero_of_slope = reduce(
+    lambda of_slope, order: _make_next_zero(order, of_slope),
+    range(film.HIGHEST_POWER - 1, 0, -1),
+    _none,
+)
+
+
+@jit
+def next_turning_point(p: Parameters, phi: float, rises: bool) -> float:
+    """The first order parameter above `phi`, from which on the balance rises or falls, to turn it.
+
+    Infinite where the balance falls for good.
+    """
+    if phi == math.inf:
+        return phi
+    if not film.has_higher_terms(p):
+        return 0.5 * p.cubic_coefficient / p.quartic_coefficient if rises else math.inf
+    found = _next_zero_of_slope(p, phi, rises)
+    return found if rises or found < _LARGEST else math.inf
 
 
 @jit
 def turning_points(p: Parameters) -> TurningPoints:
-    """Where the balance turns: the roots of b - 2 c phi + 3 d phi^2 - 4 e phi^3, none negative."""
-    b, c = p.cubic_coefficient, p.quartic_coefficient
-    d, e = p.quintic_coefficient, p.sextic_coefficient
-    if e == 0.0:
-        return TurningPoints(0.5 * b / c, math.inf, math.inf)
-    # With phi = middle + t: t^3 + 3 linear t - 2 constant = 0.
-    middle = 0.25 * d / e
-    linear = c / (6.0 * e) - middle * middle
-    constant = middle * (middle * middle - 0.25 * c / e) + 0.125 * b / e
-    inside = constant * constant + linear * linear * linear
-    if inside >= 0.0:
-        root = math.sqrt(inside)
-        t = _cube_root(constant + root) + _cube_root(constant - root)
-        return TurningPoints(_polished(p, middle + t), math.inf, math.inf)
-    size = math.sqrt(-linear)
-    angle = math.acos(max(-1.0, min(1.0, constant / (size * size * size)))) / 3.0
-    third = 2.0 * math.pi / 3.0
-    return TurningPoints(
-        _polished(p, middle + 2.0 * size * math.cos(angle + third)),
-        _polished(p, middle + 2.0 * size * math.cos(angle - third)),
-        _polished(p, middle + 2.0 * size * math.cos(angle)),
-    )
-
-
-@jit
-def _cube_root(x: float) -> float:
-    return math.copysign(abs(x) ** (1.0 / 3.0), x)
+    """Where the balance turns first; as it rises at first, at 0 where it falls from there."""
+    soft = next_turning_point(p, 0.0, True)
+    between = next_turning_point(p, soft, False)
+    return TurningPoints(soft, between, next_turning_point(p, between, True))
 
 
 @jit
@@ -116,21 +150,29 @@ def _falling_to(p: Parameters, B: float, low: float, high: float) -> float:
 
 
 @jit
+def _solid_between(p: Parameters, B: float, low: float, high: float) -> float:
+    """The stable solid under B between two turning points, from which the balance falls; or -1."""
+    if high == math.inf:
+        high = 2.0 * low + 1.0
+        while balance(p, high) > B:
+            high *= 2.0
+    return _falling_to(p, B, low, high) if balance(p, low) > B >= balance(p, high) else -1.0
+
+
+@jit
 def hardest(p: Parameters, B: float) -> float:
     """The largest order parameter of a stable solid; where the film is liquid only, the last one.
 
     That is the one at which the solid is lost under the largest B.
     """
-    turns = turning_points(p)
-    last = turns.soft if turns.hard == math.inf else turns.hard
-    if balance(p, last) > B:
-        beyond = 2.0 * last + 1.0
-        while balance(p, beyond) > B:
-            beyond *= 2.0
-        return _falling_to(p, B, last, beyond)
-    if last > turns.soft and balance(p, turns.soft) > B:
-        return _falling_to(p, B, turns.soft, turns.between)
-    return last if balance(p, last) >= balance(p, turns.soft) else turns.soft
+    low = next_turning_point(p, 0.0, True)
+    found, lost = -1.0, low
+    for _ in range(film.HIGHEST_POWER):  # more than there are solids; from infinity none is found
+        high = next_turning_point(p, low, False)
+        found = max(found, _solid_between(p, B, low, high))
+        lost = low if balance(p, low) >= balance(p, lost) else lost
+        low = next_turning_point(p, high, True)
+    return found if found >= 0.0 else lost
 
 
 @jit
@@ -139,28 +181,21 @@ def next_phase(p: Parameters, phi: float, B: float) -> float:
 
     Down the free energy, to the first minimum on the way: it may pass a phase that does not exist.
     """
-    turns, force = turning_points(p), film.log_force(p, phi, B)
-    soft = hard = -1.0
-    if turns.soft < turns.between and balance(p, turns.soft) > B:
-        if turns.between == math.inf:
-            hard = hardest(p, B)
-        elif balance(p, turns.between) < B:
-            soft = _falling_to(p, B, turns.soft, turns.between)
-    if turns.hard < math.inf and balance(p, turns.hard) > B:
-        hard = hardest(p, B)
-    if force > 0.0:  # it falls
-        return hard if 0.0 < hard <= phi else soft if 0.0 < soft <= phi else 0.0
-    if force < 0.0:  # it rises
-        return soft if soft >= phi else hard
-    return phi
+    force, below, low = film.log_force(p, phi, B), 0.0, next_turning_point(p, 0.0, True)
+    for _ in range(film.HIGHEST_POWER):
+        high = next_turning_point(p, low, False)
+        solid = _solid_between(p, B, low, high)
+        if force < 0.0 and solid >= phi:  # it rises
+            return solid
+        below = solid if 0.0 <= solid <= phi else below
+        low = next_turning_point(p, high, True)
+    return phi if force == 0.0 else below
 
 
 @jit
 def strongest(p: Parameters) -> float:
     """The B [J/m3] from which on the film is liquid only."""
-    turns = turning_points(p)
-    soft = balance(p, turns.soft)
-    return soft if turns.hard == math.inf else max(soft, balance(p, turns.hard))
+    return balance(p, hardest(p, math.inf))
 
 
 @inline
@@ -169,7 +204,7 @@ def solid_order_parameter(p: Parameters, B: float) -> float:
 
     Where the film is liquid only, that at which the last solid is lost: b/2c.
     """
-    if p.sextic_coefficient > 0.0:
+    if film.has_higher_terms(p):
         return hardest(p, B)
     half = 0.5 * p.cubic_coefficient / p.quartic_coefficient
     inside = half * half - B / p.quartic_coefficient
@@ -185,7 +220,7 @@ def largest_order_parameter(p: Parameters) -> float:
 @inline
 def coexistence_limit(p: Parameters) -> float:
     """The B [J/m3] from which on the film is liquid only: b^2/4c, Eq. 17."""
-    if p.sextic_coefficient > 0.0:
+    if film.has_higher_terms(p):
         return strongest(p)
     return p.cubic_coefficient * p.cubic_coefficient / (4.0 * p.quartic_coefficient)
 
@@ -223,11 +258,11 @@ def solidification_temperature(p: Parameters, eps: float) -> float:
 def solid_threshold(p: Parameters) -> float:
     """Order parameter from which a film counts as solid: b/2c, below the solid branch of Eq. 16.
 
-    With terms of sixth order the first turning point. Where that is 0 (a second-order transition)
-    half the unstrained stationary value.
+    With more terms the first turning point. Where that is 0 (a second-order transition) half the
+    unstrained stationary value.
     """
-    if p.sextic_coefficient > 0.0:
-        first = turning_points(p).soft
+    if film.has_higher_terms(p):
+        first = next_turning_point(p, 0.0, True)
         return first if first > 0.0 else 0.5 * hardest(p, film.heating(p))
     if p.cubic_coefficient > 0.0:
         return 0.5 * p.cubic_coefficient / p.quartic_coefficient
@@ -236,14 +271,13 @@ def solid_threshold(p: Parameters) -> float:
 
 @inline
 def thresholds(p: Parameters) -> Thresholds:
-    """By what the phases of a film are told apart."""
-    if p.sextic_coefficient == 0.0:
-        return Thresholds(solid_threshold(p), math.inf, math.inf, 0.0, 0.0)
-    turns = turning_points(p)
-    if turns.hard == math.inf:
-        return Thresholds(solid_threshold(p), math.inf, math.inf, 0.0, 0.0)
-    weakest, strongest = balance(p, turns.between), balance(p, turns.soft)
-    return Thresholds(solid_threshold(p), turns.between, turns.hard, weakest, strongest)
+    """By what the phases of a film are told apart; a third solid counts as a hard one."""
+    if film.has_higher_terms(p):
+        turns = turning_points(p)
+        if turns.hard < math.inf:
+            weakest, strongest = balance(p, turns.between), balance(p, turns.soft)
+            return Thresholds(solid_threshold(p), turns.between, turns.hard, weakest, strongest)
+    return Thresholds(solid_threshold(p), math.inf, math.inf, 0.0, 0.0)
 
 
 @inline

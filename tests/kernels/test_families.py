@@ -9,7 +9,7 @@ from support.marks import one_then
 from support.points import GAMMAS, rows
 
 from stickslip import Options, Status
-from stickslip.kernels.families import Family, families
+from stickslip.kernels.families import KIND, Family, families
 from stickslip.measure.results import STATUS
 from stickslip.model.laws import friction_law
 from stickslip.options import FRICTION_LAWS, Physics
@@ -37,6 +37,15 @@ def test_the_lubricants_of_the_paper_have_kernels_of_their_own() -> None:
 def test_every_point_goes_to_the_kernel_of_its_fluid() -> None:
     found = members([0.0, -2 / 3, 0.4, 2 / 3, -2 / 3, -0.5, 0.0, 0.4])
     assert found == {-2 / 3: [1, 4], 0.0: [0, 6], 2 / 3: [3], None: [2, 5, 7]}
+
+
+def test_any_coefficient_that_the_paper_does_without_makes_another_family() -> None:
+    rows = np.eye(len(KIND))  # the index alone, then each coefficient alone
+    found = {family.sextic: positions.tolist() for family, positions in families(PHYSICS, rows[:1])}
+    assert found == {False: [0]}
+    rows[:, 0] = 0.0
+    found = {family.sextic: positions.tolist() for family, positions in families(PHYSICS, rows)}
+    assert found == {False: [0], True: list(range(1, len(KIND)))}
 
 
 def test_only_the_very_index_is_special() -> None:

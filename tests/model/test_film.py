@@ -19,6 +19,12 @@ SPINODAL = B_CUBIC**2 / (4 * C_QUARTIC)
 
 FIG_2_STRAIN = 2.1e-6
 
+ENERGIES = [name for name, v in PARAMETERS.items() if v.units == "J m-3"]
+FULL = PAPER._replace(**{name: 100.0 for name in ENERGIES if getattr(PAPER, name) == 0.0})
+"""A film with every term that there is, also with one that an extender adds."""
+
+films = st.sampled_from([PAPER, FULL])
+
 
 def at(T: float, **changes: float) -> Parameters:
     """The paper's film at another temperature."""
@@ -194,48 +200,67 @@ def test_beyond_the_spinodal_the_branch_of_the_solid_is_held_where_it_ended() ->
         assert solids.solid_order_parameter(PAPER, B) == pytest.approx(B_CUBIC / (2 * C_QUARTIC))
 
 
-@given(phi=order_parameters, eps=strains, T=st.floats(0.0, 500.0))
+@given(p=films, phi=order_parameters, eps=strains, T=st.floats(0.0, 500.0))
 def test_the_rate_is_minus_delta_times_the_slope_of_the_free_energy(
-    phi: float, eps: float, T: float
+    p: Parameters, phi: float, eps: float, T: float
 ) -> None:
-    p = at(T)
+    p = p._replace(temperature=T)
     B, delta = film.melting_function(p, eps), p.kinetic_coefficient
     heat = 2 * p.thermal_coefficient * abs(T - p.critical_temperature)
-    terms = phi * (abs(B) + heat + B_CUBIC * phi + C_QUARTIC * phi**2)
+    terms = phi * (abs(B) + heat + size_of_force(p, phi))
     slope = free_energy_slope(p, phi, eps)
     rate = film.order_parameter_rate(p, phi, B)
     assert rate == pytest.approx(-delta * slope, abs=1e-13 * delta * terms + 1e-50)
 
 
-@given(phi=st.floats(1e-3, 2.0), eps=strains, T=st.floats(0.0, 500.0))
-def test_the_log_force_is_the_slope_of_the_free_energy_over_phi(
-    phi: float, eps: float, T: float
+def size_of_force(p: Parameters, phi: float) -> float:
+    """The sum of the sizes of all terms but B of the force on ln(phi)."""
+    return sum(getattr(p, name) * phi ** PARAMETERS[name].phi_power for name in ENERGIES)
+
+
+@pytest.mark.parametrize("name", ENERGIES)
+def test_every_energy_density_of_the_registry_is_a_coefficient_of_the_free_energy(
+    name: str,
 ) -> None:
-    p = at(T)
+    assert PARAMETERS[name].phi_power > 0
+    assert abs(PARAMETERS[name].phi_sign) == 1
+    assert PARAMETERS[name].lower == 0.0  # the sign is declared
+
+
+@given(p=films, phi=st.floats(1e-3, 2.0), eps=strains, T=st.floats(0.0, 500.0))
+def test_the_log_force_is_the_slope_of_the_free_energy_over_phi(
+    p: Parameters, phi: float, eps: float, T: float
+) -> None:
+    p = p._replace(temperature=T)
     slope = five_point_slope(lambda x: film.free_energy(p, x, eps), phi, 1e-3 * phi)
     force = film.log_force(p, phi, film.melting_function(p, eps))
     B = film.melting_function(p, eps)
-    assert force == pytest.approx(slope / phi, abs=1e-9 * (abs(B) + phi * (B_CUBIC + C_QUARTIC)))
+    assert force == pytest.approx(slope / phi, abs=1e-9 * (abs(B) + size_of_force(p, phi)))
 
 
-@given(psi=st.floats(-30.0, 1.0))
-def test_the_slope_of_the_log_force_is_its_derivative_by_ln_phi(psi: float) -> None:
-    slope = five_point_slope(lambda x: film.log_force(PAPER, math.exp(x), 3.0), psi, 1e-3)
-    phi = math.exp(psi)
-    assert film.log_force_slope(PAPER, phi) == pytest.approx(
-        slope, abs=1e-9 * (1 + phi * (B_CUBIC + C_QUARTIC * phi))
-    )
+@given(p=films, psi=st.floats(-30.0, 1.0))
+def test_the_slope_of_the_log_force_is_its_derivative_by_ln_phi(p: Parameters, psi: float) -> None:
+    slope = five_point_slope(lambda x: film.log_force(p, math.exp(x), 3.0), psi, 1e-3)
+    found = film.log_force_slope(p, math.exp(psi))
+    assert found == pytest.approx(slope, abs=1e-9 * (1 + size_of_force(p, math.exp(psi))))
 
 
-@pytest.mark.parametrize("name", [name for name, v in PARAMETERS.items() if v.phi_power])
-def test_the_registry_knows_the_power_of_phi_that_a_coefficient_multiplies(name: str) -> None:
+@given(p=films, phi=order_parameters)
+def test_the_balance_has_the_coefficients_of_the_force(p: Parameters, phi: float) -> None:
+    powers = range(1, film.HIGHEST_POWER + 1)
+    found = sum(film.balance_coefficient(p, power) * phi**power for power in powers)
+    assert found == pytest.approx(solids.balance(p, phi), abs=1e-13 * size_of_force(p, phi))
+
+
+@pytest.mark.parametrize("name", ENERGIES)
+def test_the_registry_knows_with_what_a_coefficient_stands_in_the_force(name: str) -> None:
     def share(phi: float) -> float:
-        high = PAPER._replace(sextic_coefficient=1.0)
-        one, two = (high._replace(**{name: value}) for value in (1.0, 2.0))
+        one, two = (FULL._replace(**{name: value}) for value in (1.0, 2.0))
         return film.log_force(two, phi, 0.0) - film.log_force(one, phi, 0.0)
 
-    power = PARAMETERS[name].phi_power
-    assert share(0.5) / share(0.25) == pytest.approx(2.0**power, rel=1e-9, abs=0)
+    power, sign = PARAMETERS[name].phi_power, PARAMETERS[name].phi_sign
+    for phi in (0.25, 0.5):
+        assert share(phi) == pytest.approx(sign * phi**power, rel=1e-9, abs=0)
 
 
 def test_the_shear_modulus_is_the_slope_of_the_elastic_stress() -> None:

@@ -46,6 +46,58 @@ def test_turning_points_are_found_whatever_they_are(turns: list[float], e: float
     np.testing.assert_allclose(found, (p, q, r), rtol=1e-7)
 
 
+def nearly_degenerate_films() -> list[Parameters]:
+    """Films of which two turning points nearly are one, or of which coefficients are 0 or tiny."""
+    rng, found = np.random.default_rng(5), []
+    for _ in range(200):
+        p, r = rng.uniform(0.01, 1.5, 2)
+        q = p * (1.0 + 10.0 ** rng.uniform(-9, -2))
+        found.append(with_turns(p, q, r, 10.0 ** rng.uniform(0, 5)))
+    for _ in range(200):
+        d, e = 10.0 ** rng.uniform(0, 4), 10.0 ** rng.uniform(-2, 5)
+        b, c = 10.0 ** rng.uniform(-3, 3), 10.0 ** rng.uniform(0, 4)
+        b, c, d = (k * (rng.random() > 0.3) for k in (b, c, d))
+        found.append(
+            Parameters(
+                cubic_coefficient=b,
+                quartic_coefficient=c,
+                quintic_coefficient=d,
+                sextic_coefficient=e,
+            )
+        )
+    return found
+
+
+def test_turning_points_are_as_exact_as_the_coefficients_allow() -> None:
+    for p in nearly_degenerate_films():
+        powers, turns = range(1, film.HIGHEST_POWER + 1), solids.turning_points(p)
+        k = [film.balance_coefficient(p, power) for power in powers]
+        finite = [phi for phi in turns if phi < math.inf]
+        assert len(finite) in (1, 3)
+        assert finite == sorted(finite)
+        for phi in finite:
+            terms = np.array([n * k[n - 1] * phi ** (n - 1) for n in range(1, len(k) + 1)])
+            assert abs(terms.sum()) <= 4e-16 * np.abs(terms).sum()
+
+
+@pytest.mark.parametrize(
+    ("lowest", "turns"),
+    [
+        ((0.0, 850.0, 0.0, 500.0), (0.0, math.inf, math.inf)),  # it falls from 0
+        ((0.0, 0.0, 0.0, 500.0), (0.0, math.inf, math.inf)),
+        ((0.0, 0.0, 400.0, 500.0), (0.6, math.inf, math.inf)),  # it rises from 0 as phi^3
+        ((0.0, 144.0, 600.0, 450.0), (0.0, 0.2, 0.8)),
+        ((230.0, 850.0, 0.0, 1e-9), (230.0 / 1700.0, math.inf, math.inf)),
+    ],
+)
+def test_turning_points_where_coefficients_vanish(
+    lowest: tuple[float, ...], turns: tuple[float, ...]
+) -> None:
+    names = ("cubic", "quartic", "quintic", "sextic")
+    p = Parameters(**{f"{n}_coefficient": k for n, k in zip(names, lowest, strict=True)})
+    np.testing.assert_allclose(solids.turning_points(p), turns, rtol=1e-12, atol=0)
+
+
 def test_one_solid_has_one_turning_point() -> None:
     film_of_one = Parameters(sextic_coefficient=2000.0)
     turns = solids.turning_points(film_of_one)

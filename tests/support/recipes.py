@@ -215,24 +215,6 @@ RECIPES = {
     ],
     "free energy": [
         parameter("octic_coefficient", "g", "J m-3", "default=0.0, neutral=0.0, phi_power=6"),
-        Edit(
-            "stickslip/model/film.py",
-            "    low = harmonic - cubic",
-            "    harmonic += p.octic_coefficient / 8.0 * (phi2 * phi2) * (phi2 * phi2)\n",
-        ),
-        Edit(
-            "stickslip/model/film.py",
-            "    low = B - p.cubic_coefficient * phi",
-            "    B = B + p.octic_coefficient * (phi * phi * phi) * (phi * phi * phi)\n",
-        ),
-        Edit(
-            "stickslip/model/film.py",
-            "    low = phi * (2.0 * p.quartic_coefficient * phi",
-            "    if p.octic_coefficient > 0.0:\n"
-            "        octic = 6.0 * p.octic_coefficient * (phi * phi * phi) * (phi * phi * phi)\n"
-            "        quartic = 2.0 * p.quartic_coefficient * phi - p.cubic_coefficient\n"
-            "        return phi * quartic + octic\n",
-        ),
     ],
     "parameter": [
         parameter("plateau_viscosity", "k_inf", "Pa s", "default=0.0, neutral=0.0"),
@@ -309,6 +291,37 @@ RECIPES = {
     ],
 }
 """The recipes of what is integrated and measured; the figure and the executor come below."""
+
+SEPTIC = parameter(
+    "septic_coefficient", "s", "J m-3", "default=0.0, neutral=0.0, phi_power=5, phi_sign=-1"
+)
+"""With the octic one it allows three solids."""
+
+PHASES_OF_FILMS = """
+import json, sys
+import stickslip
+from stickslip import Parameters, phase_diagram
+from stickslip.model import solids
+
+found = []
+for values in json.loads(sys.argv[1]):
+    p = Parameters(**values)
+    ds = phase_diagram(p, temperatures=[p.temperature], samples=201)
+    found.append(
+        {
+            "turning points": solids.turning_points(p),
+            "thresholds": solids.thresholds(p),
+            "largest": solids.largest_order_parameter(p),
+            "melting strain": solids.melting_strain(p),
+            "melting strain of the page": float(ds.melting_strain[0]),
+            "order parameter": ds.order_parameter.values.tolist(),
+            "stable": ds.equilibrium_stability.values[0].tolist(),
+            "ramp": ds.ramped_order_parameter.values[0].tolist(),
+            "strain": ds.ramped_strain.values.tolist(),
+        }
+    )
+json.dump(found, sys.stdout)
+"""
 
 FIGURE = '''"""The stated error of the amplitudes, along the first axis."""
 

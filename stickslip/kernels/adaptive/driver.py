@@ -77,7 +77,7 @@ def compile_shared(options: Options) -> None:
 
 
 def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
-    """The kernels that points of these kinds (n, 2) need besides; see `families.KIND`."""
+    """The kernels that points of these kinds (n, k) need besides; see `families.KIND`."""
     settings, width = options.settings(), model_of(options.physics).width
     task = Pass(TRAVEL, settings.rtol, settings.rtol, 0, 0, False)
     for family, _ in families(options.physics, kinds):

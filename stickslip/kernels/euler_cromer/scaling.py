@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.compiled.decorators import inline
-from stickslip.model import noise, solids
+from stickslip.model import film, noise, solids
 from stickslip.model.laws import friction_law
 from stickslip.model.scaling import (
     KEPT,
@@ -73,12 +73,14 @@ else:
 def step_units(p: Parameters, steps: int) -> Units:
     """The units of a lane with so many steps a period.
 
-    Without elasticity the strain has no effect, and its unit is free: c or e stand for a.
+    Without elasticity the strain has no effect, and its unit is free: c or higher stand for a.
     """
     time = 2.0 * math.pi / p.angular_frequency / steps
     speed = p.drive_amplitude / time
     stress = p.block_mass * speed / time / p.contact_area
-    highest = max(p.quartic_coefficient, p.sextic_coefficient)
+    highest = p.quartic_coefficient
+    for place, _ in film.RESTORING:
+        highest = max(highest, p[place])
     a = p.elastic_coefficient if p.elastic_coefficient > 0.0 else highest
     strain = math.copysign(math.sqrt(energy_unit(p, time) / a), p.drive_amplitude)
     return make_units(p, time, p.film_thickness, strain, stress, math.sqrt(stress / (a * strain)))

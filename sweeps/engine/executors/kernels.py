@@ -32,7 +32,7 @@ def compile_kernels(options: Options, grid: Grid) -> None:
 
 
 def compile_kinds(options: Options, kinds: NDArray[np.float64]) -> None:
-    """Compile or load what points of these kinds (n, 2) need, as `prepare_kernels` does."""
+    """Compile or load what points of these kinds (n, k) need, as `prepare_kernels` does."""
     missing = uncompiled(options, kinds)
     if len(missing) and _cores() > 1:
         shared = partial(prepare_kernels, options, kinds[:0])

@@ -79,8 +79,13 @@ def task_of(grid: Grid, indices: NDArray[np.int64], options: Options, patience: 
 
 
 def kinds_of(grid: Grid) -> NDArray[np.float64]:
-    """The kinds (n, 2) of points that may occur in a grid, as `prepare_kernels` takes them."""
-    return np.array(list(product(*(grid.values(name) for name in KIND))))
+    """The kinds (n, k) of points that may occur in a grid, as `prepare_kernels` takes them.
+
+    Of a coefficient of the free energy it matters only whether it is 0.
+    """
+    index, *coefficients = (grid.values(name) for name in KIND)
+    either = [{value != 0.0: value for value in values}.values() for values in coefficients]
+    return np.array(list(product(index, *either)))
 
 
 def compute_block(task: Task) -> Block:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 from stickslip import Options, Status
 from stickslip.compiled.cache import processor
+from stickslip.kernels.families import KIND
 from stickslip.orbit import compute_orbits, failed_row
 from stickslip.plausibility import suspicious_balance, suspicious_stress
 from stickslip.variables import RESULT_COLUMNS
@@ -23,6 +25,7 @@ from sweeps.engine.executors.worker import (
     WorkerMismatchError,
     compute_block,
     failed_block,
+    kinds_of,
     task_of,
 )
 from sweeps.engine.in_memory import compute
@@ -192,3 +195,11 @@ def test_ctrl_c_is_no_failed_point(monkeypatch: pytest.MonkeyPatch, workers: int
     monkeypatch.setattr(worker, "compute_orbits", interrupted)
     with pytest.raises(KeyboardInterrupt):
         computed(workers)
+
+
+def test_kinds_tell_whether_a_coefficient_is_0_and_not_what_it_is() -> None:
+    config = from_mapping({"sweep": {"gamma": [0, 0.5], "d": [0, 1, 2], "e": [1, 2, 3]}})
+    found = kinds_of(Grid.from_config(config))
+    assert len(found) == 2 * 2 * 1
+    assert set(map(tuple, found[:, :2] != 0.0)) == set(product((False, True), repeat=2))
+    assert np.all(found[:, KIND.index("sextic_coefficient")] > 0.0)
