@@ -44,7 +44,9 @@ def test_the_least_value_lies_behind_the_largest_of_the_same_unit() -> None:
         assert pair[0].unit == pair[1].unit
 
 
-@pytest.mark.parametrize("slot", [slot for slot in RECORD_TABLE if slot.integrand], ids=str)
+@pytest.mark.parametrize(
+    "slot", [slot for slot in RECORD_TABLE if slot.integrand], ids=lambda slot: slot.meaning
+)
 def test_an_integrand_is_the_same_in_the_mirror_image_of_a_motion(slot: Slot) -> None:
     """Lanes integrate every other half period in it."""
     seen = Moment(x=0.7, V=0.3, u=-0.2, phi=0.4, sigma_el=-1.5, F=-2.5, power=0.6)
