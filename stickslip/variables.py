@@ -40,8 +40,7 @@ class ParameterVariable(Variable):
 
     A coefficient of the free energy has a `phi_power`: it stands in the force on ln(phi) with this
     power of the order parameter and with `phi_sign`, +1 or -1. `model/film.py` makes its term of
-    the energy, the force and the phases of that, and a method that scales the order parameter the
-    unit of the coefficient.
+    the energy, the force and the phases of that.
     `directed` is a parameter whose sign is a direction of the motion, which turns in its mirror
     image.
     """

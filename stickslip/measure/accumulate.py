@@ -50,7 +50,7 @@ class Slot(NamedTuple):
     integrand: Callable[..., float] | None = None
 
 
-STRESS, FORCE, WORK, TIME, PHI, NUMBER = range(6)
+STRESS, FORCE, WORK, TIME, NUMBER = range(5)
 """Units of slots."""
 
 
@@ -71,7 +71,7 @@ RECORD_TABLE = (
     Slot("least friction force", LOWEST, FORCE),
     Slot("work done on the block", SUM, WORK, _power),
     Slot("integral of |F V|", SUM, WORK, _absolute_power),
-    Slot("largest order parameter", LARGEST, PHI),
+    Slot("largest order parameter", LARGEST, NUMBER),
     Slot("meltings", SUM, NUMBER),
     Slot("time in the solid phase", SUM, TIME),
     Slot("time before a phase was seen", SUM, TIME),

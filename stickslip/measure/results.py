@@ -89,7 +89,6 @@ class RecordUnits(NamedTuple):
     length: float
     stress: float
     force: float
-    phi: float
     time: float
 
 
@@ -97,14 +96,14 @@ class RecordUnits(NamedTuple):
 def record_units(p: Parameters, units: Units) -> RecordUnits:
     """The units of a record that is kept in units of a point's own."""
     halves = units.time * p.angular_frequency / math.pi
-    return RecordUnits(units.length, units.stress, units.force, units.phi, halves)
+    return RecordUnits(units.length, units.stress, units.force, halves)
 
 
 @inline
 def slot_units(units: RecordUnits) -> tuple[float, ...]:
     """What one unit of each kind of slot is in SI units, in the order of `accumulate.STRESS`..."""
     work = units.force * units.length
-    return units.stress, units.force, work, units.time, units.phi, 1.0
+    return units.stress, units.force, work, units.time, 1.0
 
 
 class Measured(NamedTuple):

@@ -26,7 +26,7 @@ from stickslip.model.rhs import (
     stress_and_force,
     viscous_rate,
 )
-from stickslip.model.scaling import Scaling, Units, energy_unit, make_units
+from stickslip.model.scaling import Scaling, Units, make_units
 from stickslip.model.state import STATE, Component, State
 from stickslip.model.weights import force_weight
 from stickslip.parameters import Parameters
@@ -41,8 +41,7 @@ def _units_of(p: Parameters) -> Units:
     time = 1.0 / p.angular_frequency
     strain = p.drive_amplitude / time / p.film_thickness * p.strain_relaxation_time
     thickness = p.film_thickness / (p.strain_relaxation_time / time)
-    # A stress makes an energy with the strain.
-    return make_units(p, time, thickness, strain, energy_unit(p, time) / strain, 1.0)
+    return make_units(p, time, thickness, strain)
 
 
 @inline

@@ -92,8 +92,6 @@ class Units(NamedTuple):
     energy: float
     """An energy density of the film."""
     temperature: float
-    phi: float
-    """The order parameter that is 1."""
 
 
 @inline
@@ -103,17 +101,17 @@ def energy_unit(p: Parameters, time: float) -> float:
 
 
 @inline
-def make_units(
-    p: Parameters, time: float, thickness: float, strain: float, stress: float, phi: float
-) -> Units:
+def make_units(p: Parameters, time: float, thickness: float, strain: float) -> Units:
     """The units for `p` that follow from these: the mass is M, the length X_m.
 
-    The unit of temperature is the one that makes a unit of energy (Eq. 15), so that 2 alpha is 1.
+    A stress makes an energy with the strain (Eqs. 12, 13), a temperature by itself (Eq. 15), so
+    that 2 alpha is 1. The order parameter is never scaled: laws may depend on it.
     """
     length = p.drive_amplitude
     speed = length / time
     force = p.block_mass * speed / time
     energy, slope = energy_unit(p, time), 2.0 * p.thermal_coefficient
+    stress = energy / strain
     # Numba takes no choice among so many keywords.
     temperature = energy / slope if slope > 0.0 else math.inf
     return Units(
@@ -135,7 +133,6 @@ def make_units(
         relaxation=strain * thickness / speed,
         energy=energy,
         temperature=temperature,
-        phi=phi,
     )
 
 
@@ -197,7 +194,7 @@ def units_of(p: Parameters) -> Units:
     """The units in the adiabatic limit."""
     time = 1.0 / p.angular_frequency
     strain = math.copysign(1.0, p.drive_amplitude)
-    return make_units(p, time, p.film_thickness, strain, energy_unit(p, time) / strain, 1.0)
+    return make_units(p, time, p.film_thickness, strain)
 
 
 FOLLOWING = Scaling(units_of, (("film_thickness", 1.0),))
@@ -215,14 +212,13 @@ def make_reduction(
     # The unit of what the law scales does not tell.
     units = tuple(0 if name in law.scaled else _unit_of(name) for name in names)
     directed = tuple(PARAMETERS[name].directed for name in names)
-    powers = tuple(PARAMETERS[name].phi_power for name in names)
 
     @inline
     def write_by_unit(p: Parameters, u: Units, row: np.ndarray) -> None:
         for slot in range(len(places)):
             unit = u[units[slot]]
             unit = unit if directed[slot] else abs(unit)
-            row[slot] = p[places[slot]] / unit * u.phi ** powers[slot]
+            row[slot] = p[places[slot]] / unit
 
     write: Any = write_by_unit
     for name, scaled in law.scaled.items():
@@ -245,9 +241,9 @@ def _with_law(write: Any, slot: int, scaled: Callable[..., float]) -> Any:
 def thresholds_in(u: Units, t: solids.Thresholds) -> solids.Thresholds:
     """The thresholds of the phases of a film in these units."""
     return solids.Thresholds(
-        solid=t.solid / u.phi,
-        soft=t.soft / u.phi,
-        hard=t.hard / u.phi,
+        solid=t.solid,
+        soft=t.soft,
+        hard=t.hard,
         weakest=t.weakest / u.energy,
         strongest=t.strongest / u.energy,
     )

@@ -13,7 +13,6 @@ from stickslip.measure.accumulate import (
     LOWEST,
     NUMBER,
     PHASE,
-    PHI,
     RECORD,
     RECORD_TABLE,
     STRESS,
@@ -28,8 +27,8 @@ from stickslip.measure.accumulate import (
 from stickslip.measure.results import RecordUnits, write_stretch
 from stickslip.measure.window import Window
 
-UNITS = RecordUnits(length=2.0, stress=3.0, force=5.0, phi=7.0, time=11.0)
-FACTORS = {STRESS: 3.0, FORCE: 5.0, WORK: 10.0, TIME: 11.0, PHI: 7.0, NUMBER: 1.0}
+UNITS = RecordUnits(length=2.0, stress=3.0, force=5.0, time=11.0)
+FACTORS = {STRESS: 3.0, FORCE: 5.0, WORK: 10.0, TIME: 11.0, NUMBER: 1.0}
 
 
 def test_every_slot_has_one_name_and_a_meaning() -> None:

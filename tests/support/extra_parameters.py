@@ -32,7 +32,7 @@ VALUE = 3.0  # of each extra parameter, in its unit
 _DECLARATION = """
 PARAMETERS = MappingProxyType(PARAMETERS | {{
     f"extra_{{i}}": ParameterVariable(
-        f"extra_{{i}}", f"e_{{i}}", f"e_{{i}}", unit, "extra", default={value}, phi_power={power}
+        f"extra_{{i}}", f"e_{{i}}", f"e_{{i}}", unit, "extra", default={value}
     )
     for i, unit in enumerate({units!r})
 }})
@@ -54,12 +54,11 @@ def extra_values(
     expression: str,
     p: Parameters,
     units: tuple[str, ...] = UNITS,
-    phi_power: int = 0,
 ) -> Mapping[str, float]:
     """unit -> the extra parameter of that unit in the tuple that `expression` makes of `p`."""
     package = copy_of_package(folder)
     registry = package / "variables.py"
-    added = _DECLARATION.format(units=units, value=VALUE, power=phi_power)
+    added = _DECLARATION.format(units=units, value=VALUE)
     registry.write_text(registry.read_text() + added)
     arguments = ", ".join(f"{name}={value!r}" for name, value in p._asdict().items())
     script = _SCRIPT.format(

@@ -10,7 +10,7 @@ from stickslip.measure.results import (
     RecordUnits,
 )
 
-SI = RecordUnits(1.0, 1.0, 1.0, 1.0, 1.0)
+SI = RecordUnits(1.0, 1.0, 1.0, 1.0)
 
 
 def record_of(**slots: float) -> np.ndarray:

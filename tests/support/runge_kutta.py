@@ -185,7 +185,7 @@ def write_records(
 ) -> None:
     """Write what records (n, RECORD) of whole periods in SI units say, with times as results do."""
     for i in range(points.shape[0]):
-        units = RecordUnits(1.0, 1.0, 1.0, 1.0, 2.0 / drive.period(parameters_of(points[i])))
+        units = RecordUnits(1.0, 1.0, 1.0, 2.0 / drive.period(parameters_of(points[i])))
         if closed:
             write_whole_orbit(records[i], units, 2, target[i])
         else:

@@ -1,8 +1,7 @@
 """The units of the fixed-step lanes: those of model/scaling.py with the step for the unit of time.
 
-The units of strain, stress and of the order parameter are free as well, and make the elastic
-coefficient and the area 1. No length of the step is left: an equation of the model takes the fewest
-operations that way (docs/equations.md).
+The unit of strain is free as well, and makes the elastic coefficient 1. No length of the step is
+left: an equation of the model takes the fewest operations that way (docs/equations.md).
 """
 
 from __future__ import annotations
@@ -36,7 +35,6 @@ from stickslip.parameters import Parameters, ParameterValues
 _OWN_LITERALS: Literals = {
     **{name: value for name, value in LITERALS.items() if name != "angular_frequency"},
     "elastic_coefficient": 1.0,
-    "contact_area": 1.0,
     "film_thickness": 1.0,
     "noise_intensity": 0.0,  # `D_eff` below stands for it
 }
@@ -76,14 +74,12 @@ def step_units(p: Parameters, steps: int) -> Units:
     Without elasticity the strain has no effect, and its unit is free: c or higher stand for a.
     """
     time = 2.0 * math.pi / p.angular_frequency / steps
-    speed = p.drive_amplitude / time
-    stress = p.block_mass * speed / time / p.contact_area
     highest = p.quartic_coefficient
     for place, _ in film.RESTORING:
         highest = max(highest, p[place])
     a = p.elastic_coefficient if p.elastic_coefficient > 0.0 else highest
     strain = math.copysign(math.sqrt(energy_unit(p, time) / a), p.drive_amplitude)
-    return make_units(p, time, p.film_thickness, strain, stress, math.sqrt(stress / (a * strain)))
+    return make_units(p, time, p.film_thickness, strain)
 
 
 @cache
@@ -99,7 +95,7 @@ def step_reduction(law: str) -> Callable[[Parameters, int, np.ndarray], None]:
         write(p, units, row)
         if p.elastic_coefficient == 0.0:
             row[relaxation] = 0.0  # the literal 1 shall make no stress
-        D_eff = noise.effective_intensity(p) * units.time / (units.phi * units.phi)
+        D_eff = noise.effective_intensity(p) * units.time
         t = thresholds_in(units, solids.thresholds(p))
         # A film that is always solid never melts.
         melted = solids.MELTED_PART * t.solid if t.solid > 0.0 else -1.0
@@ -122,10 +118,10 @@ def step_values(index: float | None, *, sextic: bool = True) -> Callable[..., Pa
 @inline
 def to_lane(units: Units, y: State) -> State:
     """The state (x, v, phi) in the units of a lane."""
-    return y[0] / units.length, y[1] / units.speed, y[2] / units.phi
+    return y[0] / units.length, y[1] / units.speed, y[2]
 
 
 @inline
 def from_lane(units: Units, y: State) -> State:
     """The state (x, v, phi) in SI units."""
-    return y[0] * units.length, y[1] * units.speed, y[2] * units.phi
+    return y[0] * units.length, y[1] * units.speed, y[2]

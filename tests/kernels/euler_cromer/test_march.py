@@ -16,7 +16,6 @@ from support.reduced import step_parameters_of
 from stickslip.compiled.decorators import jit
 from stickslip.compiled.elementary import reciprocal
 from stickslip.kernels.euler_cromer import march
-from stickslip.kernels.euler_cromer.scaling import step_units
 from stickslip.kernels.families import Family
 from stickslip.model import noise
 from stickslip.options import DEFAULTS
@@ -35,9 +34,9 @@ def test_a_kick_is_that_of_the_typical_path() -> None:
     # Above and below the noise of a single step.
     for phi in (1e-12, 1e-10, 1e-5, 0.3):
         p = fast(noise_intensity=1e-12)
-        own, units = step_parameters_of(p, 1000, LAW.friction), step_units(p, 1000)
+        own = step_parameters_of(p, 1000, LAW.friction)
         dt = 2 * np.pi / 2e3 / 1000
-        kick = march._kick(phi / units.phi, own) * units.phi
+        kick = march._kick(phi, own)
         assert kick == pytest.approx(noise.typical_kick(p, phi, dt), rel=1e-14)
 
 
