@@ -307,8 +307,10 @@ def make_refine(
         y = shorter_step(problem, t, y0, used, f, J)[0]
         phi, _ = exponentials(y[2])
         sigma, F = observables(problem.p, y, phi, problem.u_s)
-        _see_extremum(lanes, lane, STRESS_MAX, sigma, True)
-        _see_extremum(lanes, lane, FORCE_MAX, F, True)
+        # No error control has chosen this length: where such a step overflows, it tells nothing.
+        finite = math.isfinite(sigma) and math.isfinite(F)
+        _see_extremum(lanes, lane, STRESS_MAX, sigma, finite)
+        _see_extremum(lanes, lane, FORCE_MAX, F, finite)
 
     @jit
     def see_vertices(lanes: np.ndarray, lane: int, values: Values) -> None:

@@ -9,17 +9,18 @@ import pytest
 
 from stickslip.compiled.cache import is_kept
 from stickslip.kernels.adaptive.passes import pass_kernel
-from stickslip.kernels.families import Family
+from stickslip.kernels.families import KIND, Family
 from stickslip.options import DEFAULTS, Options
 from stickslip.orbit import prepare_kernels, uncompiled
 from sweeps.config.load import from_mapping
 from sweeps.engine.executors import kernels
 from sweeps.grid import Grid
 
-FLUIDS = [[-2 / 3, 0.0], [0.0, 0.0], [2 / 3, 0.0]]
-GRID = Grid.from_config(
-    from_mapping({"sweep": {"T": [200.0, 250.0], "gamma": [index for index, _ in FLUIDS]}})
-)
+INDICES = [-2 / 3, 0.0, 2 / 3]
+FLUIDS = [[index, *[0.0] * (len(KIND) - 1)] for index in INDICES]
+"""Their kinds."""
+
+GRID = Grid.from_config(from_mapping({"sweep": {"T": [200.0, 250.0], "gamma": INDICES}}))
 
 
 @pytest.fixture
@@ -78,7 +79,8 @@ def test_what_fails_is_made_afterwards(
 
 
 def test_a_family_is_missing_until_it_is_compiled() -> None:
-    kinds = np.array([[0.0, 0.0], [0.0, 0.0], [0.31, 0.0], [0.32, 0.0], [0.33, 0.0]])
+    kinds = np.zeros((5, len(KIND)))
+    kinds[2:, 0] = 0.31, 0.32, 0.33
     prepare_kernels(DEFAULTS, kinds[:1])
     assert is_kept(pass_kernel(Family(DEFAULTS.physics, 0.0)))
     assert len(uncompiled(DEFAULTS, kinds[:2])) == 0
