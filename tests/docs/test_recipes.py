@@ -41,7 +41,7 @@ import sweeps
 from stickslip.options import OFFERED
 from stickslip.status import Status
 
-ENDED = 540.0  # seconds: a hang, on any machine
+ENDED = 1800.0  # seconds: a hang, on any machine
 
 MOST_FILES = {
     "friction law": 3,
