@@ -40,4 +40,5 @@ def random_parameters(rng: np.random.Generator, gamma: float) -> Parameters:
         "noise_intensity": 10.0 ** rng.uniform(-24, -12),
     }
     others = [name for name in PARAMETERS if name not in _KEPT | drawn.keys()]
-    return Parameters(**drawn, **{name: around(PARAMETERS[name].default or 1.0) for name in others})
+    unnamed = {name: around(PARAMETERS[name].default or 1.0) for name in others}
+    return Parameters(**drawn, **{n: min(x, PARAMETERS[n].upper) for n, x in unnamed.items()})

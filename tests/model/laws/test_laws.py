@@ -29,6 +29,11 @@ SPEEDS = np.geomspace(1e-15, 1.0, 61).tolist()
 U_S = 8e-12
 """A tolerance of 1e-6 of the drive's largest speed."""
 
+SCALED = (
+    "a parameter is not scaled as the law uses it: a number with a unit in its file, or a time that "
+    "meets |u|/h and is not among `scaled`"
+)
+
 
 PHI = 0.37
 """An order parameter at which laws are looked at."""
@@ -239,7 +244,7 @@ def test_the_nondimensional_stress_is_the_original_in_other_units(fluid: Fluid) 
     q = scaling.model_values(None)(reduced_of(fluid.p, Physics(fluid.law.name)))
     for u in (-2.0, 1e-3, 1.0, 30.0):
         expected = fluid.stress(u * unit.speed) / unit.stress
-        assert fluid.law.stress(q, u, PHI) == pytest.approx(expected, rel=1e-12, abs=0)
+        assert fluid.law.stress(q, u, PHI) == pytest.approx(expected, rel=1e-12, abs=0), SCALED
 
 
 @pytest.mark.parametrize("u", [-1e-5, -1e-18, 0.0, 3e-9, 8e-6])
