@@ -30,8 +30,8 @@ U_S = 8e-12
 """A tolerance of 1e-6 of the drive's largest speed."""
 
 SCALED = (
-    "a parameter is not scaled as the law uses it: a number with a unit in its file, or a time that "
-    "meets |u|/h and is not among `scaled`"
+    "a parameter is not scaled as the law uses it: a number with a unit in its file, or a time "
+    "that meets |u|/h and is not among `scaled`"
 )
 
 
