@@ -20,7 +20,7 @@ from stickslip.kernels.adaptive.passes import CYCLE, MEASURE, OUTCOME, TRAVEL, P
 from stickslip.kernels.trajectories import start_kernel
 from stickslip.measure.accumulate import (
     FORCE,
-    PHI,
+    PHI_MAX,
     RECORD,
     RECORD_TABLE,
     STRESS,
@@ -102,7 +102,8 @@ def differences(
     X_m, record = abs(p.drive_amplitude), theirs[1]
     units = np.array([slot.unit for slot in RECORD_TABLE])
     size_of = {unit: np.max(np.abs(record[units == unit])) for unit in (STRESS, FORCE, WORK)}
-    slots = np.flatnonzero(np.isin(units, [*size_of, PHI]))  # counts and times by samples
+    # Counts and times are known to a sample only.
+    slots = np.append(np.flatnonzero(np.isin(units, list(size_of))), PHI_MAX)
     sizes = [X_m, X_m * p.angular_frequency, 1.0, *(size_of.get(units[s], 1.0) for s in slots)]
     both = [np.concatenate([state, record[slots]]) for state, record in (ours, theirs)]
     return np.abs(both[0] - both[1]) / sizes
