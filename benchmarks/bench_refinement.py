@@ -65,7 +65,7 @@ def _named(miss: float | None) -> str:
 
 
 def _warm_up(config: Any, grid: Grid) -> None:
-    from sweeps.engine.executors.worker import compile_kernels
+    from sweeps.engine.executors.kernels import compile_kernels
 
     compile_kernels(options_of(config), grid)
 
