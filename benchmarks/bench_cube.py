@@ -38,8 +38,8 @@ from stickslip.status import Status
 from sweeps.config.schema import Execution
 from sweeps.engine.executors.worker import Block
 from sweeps.engine.in_memory import compute
-from sweeps.engine.options import read_config
 from sweeps.engine.order import stragglers
+from sweeps.engine.settings import read_config
 from sweeps.grid import Grid
 
 WORKERS = 2

@@ -14,7 +14,7 @@ from common import AMPLITUDES, amplitude_errors, arguments, finish, median_secon
 
 from sweeps import run
 from sweeps.config.paper import shipped_config
-from sweeps.engine.options import read_config
+from sweeps.engine.settings import read_config
 from sweeps.grid import Grid
 
 if TYPE_CHECKING:

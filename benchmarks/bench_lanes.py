@@ -3,7 +3,8 @@
 For each fluid: vector operations in an attempted step of all lanes and in the look at it that
 measures, from their machine code; the least time in which this machine does so many, by rates
 measured in the same run; the time of the loops alone; and the time in a search for orbits, where
-lanes are also loaded, judged and idle. The fixed step is the affair of bench_fixed_lanes.py.
+lanes are also loaded, judged and idle. Then a single trajectory, by the scalar drive and in one of
+the lanes. The fixed step is the affair of bench_fixed_lanes.py.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from common import arguments, finish, parameter, random_points
-from inside import LaneLoops, attempted, search
+from inside import LaneLoops, attempted, lane_end, scalar_end, search
 from parts.machine_code import counted, fastest, least_time, rates
 
 from stickslip.compiled.simd import LANES
@@ -21,6 +22,7 @@ from stickslip.options import Options
 GAMMAS = (-2 / 3, -1 / 3, 0.0, 1 / 3, 2 / 3, -1 / 2)
 SEED, POINTS = 7, 4096
 CALLS = 20_000
+PERIODS = 20  # of a single trajectory
 
 
 def main() -> None:
@@ -40,6 +42,7 @@ def _row(gamma: float, points: np.ndarray, can: dict[str, float]) -> dict[str, A
     loops = LaneLoops(points)
     row = {"attempt": _loop(loops, "attempt", can), "see": _loop(loops, "see", can)}
     row["search"] = _search(points, row["attempt"]["least_ns"])
+    row["single"] = _single(points[0])
     print(f"gamma = {gamma:.3g}")
     for name, part in row.items():
         print(f"   {name}: " + "  ".join(f"{key} {value:.3g}" for key, value in part.items()))
@@ -60,6 +63,19 @@ def _search(points: np.ndarray, least: float) -> dict[str, float]:
     attempts = attempted(search(points, options))
     ns = fastest(lambda: search(points, options), attempts / LANES, 3)
     return {"points": len(points), "ns": ns, "part_of_peak": least / ns}
+
+
+def _single(point: np.ndarray) -> dict[str, float]:
+    """Nanoseconds for a drive period of one point, in turn by either way, whose ends agree."""
+    options = Options(rtol=1e-6)
+    by_scalar, by_lanes = (
+        lambda: scalar_end(point, options, PERIODS)[0],
+        lambda: lane_end(point, options, PERIODS),
+    )
+    size = parameter(point[None], "drive_amplitude")[0]
+    assert abs(by_scalar() - by_lanes()) < 1e-4 * size
+    scalar, lanes = (fastest(run, PERIODS, 9) for run in (by_scalar, by_lanes))
+    return {"scalar_ns": scalar, "one_lane_ns": lanes, "ratio": lanes / scalar}
 
 
 if __name__ == "__main__":

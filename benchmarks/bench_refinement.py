@@ -19,8 +19,8 @@ from sweeps.config.load import load
 from sweeps.config.order import Refine
 from sweeps.config.paper import shipped_config
 from sweeps.engine.in_memory import compute
-from sweeps.engine.options import options_of
 from sweeps.engine.order.refine import Refinement
+from sweeps.engine.settings import options_of
 from sweeps.grid import Grid
 
 QUICK = ["T={linspace: [150, 300], num: 33}", "omega={linspace: [5, 60], num: 33}"]

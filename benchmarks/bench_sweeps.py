@@ -31,7 +31,7 @@ from sweeps.config.paper import shipped_config
 from sweeps.config.schema import Execution
 from sweeps.engine.executors.worker import Block
 from sweeps.engine.in_memory import compute
-from sweeps.engine.options import options_of, read_config
+from sweeps.engine.settings import options_of, read_config
 from sweeps.figures import draw, save
 from sweeps.files.attributes import result_dataset
 from sweeps.grid import Grid

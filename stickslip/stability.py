@@ -12,7 +12,7 @@ from decimal import ROUND_FLOOR, Context
 
 import numpy as np
 
-from stickslip.kernels import stability
+from stickslip.kernels import fastest_rates
 from stickslip.options import DEFAULTS
 
 ACCURATE_PART = 0.25
@@ -21,7 +21,7 @@ ACCURATE_PART = 0.25
 
 def largest_stable_step(points: np.ndarray, law: str = DEFAULTS.friction) -> np.ndarray:
     """Largest fixed step [s] that is not refused, for each row of parameters (n, parameters)."""
-    return stability.largest_stable_step(points, law)
+    return fastest_rates.largest_stable_step(points, law)
 
 
 def step_as_text(step: float) -> str:
@@ -29,12 +29,12 @@ def step_as_text(step: float) -> str:
     return f"{Context(prec=2, rounding=ROUND_FLOOR).create_decimal_from_float(step):g}"
 
 
-def static_strength(points: np.ndarray, strains: int = stability.STRAINS) -> np.ndarray:
+def static_strength(points: np.ndarray, strains: int = fastest_rates.STRAINS) -> np.ndarray:
     """Largest static elastic stress a phi_plus^2 eps [Pa] of a solid film, for each row.
 
     `points` (n, parameters) -> (n,). Looked for over so many strains: fewer give less, never more.
     """
     points = np.ascontiguousarray(np.atleast_2d(points), dtype=float)
     strengths = np.empty(len(points))
-    stability.write_static_strengths(points, strains, strengths)
+    fastest_rates.write_static_strengths(points, strains, strengths)
     return strengths

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from support import reference
 
-from stickslip import reference
 from stickslip.kernels.adaptive import driver
 from stickslip.kernels.trajectories import start_kernel
 from stickslip.options import DEFAULTS, Options

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.kernels.stability import REFUSE_ABOVE, fastest_rate
+from stickslip.kernels.fastest_rates import REFUSE_ABOVE, fastest_rate
 from stickslip.model.laws import friction_law
 from stickslip.options import DEFAULTS, FRICTION_LAWS
 from stickslip.parameters import Parameters

@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from support import reference
 
 from stickslip import (
     IntegrationError,
     NoiseError,
     Parameters,
     Status,
-    reference,
     simulate,
     stationary_orbit,
 )

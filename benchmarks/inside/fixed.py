@@ -15,8 +15,8 @@ from stickslip.kernels.euler_cromer.lanes import March
 from stickslip.kernels.euler_cromer.march import march_kernel
 from stickslip.kernels.families import families
 from stickslip.kernels.plain_iteration import judging
-from stickslip.kernels.plain_iteration.reference import Known
-from stickslip.kernels.plain_iteration.states import write_starts, write_steps
+from stickslip.kernels.plain_iteration.comparison import Known
+from stickslip.kernels.plain_iteration.starts import write_starts, write_steps
 from stickslip.kernels.points import parameters_of
 from stickslip.measure.accumulate import (
     RECORD,

@@ -16,6 +16,17 @@ from stickslip.measure.accumulate import (
 from stickslip.options import Options
 
 
+def lane_end(row: np.ndarray, options: Options, periods: int) -> float:
+    """The displacement x [m] of a point after some periods in one of the lanes; others are idle."""
+    queue = reduced_queue(row[None], PHYSICS)
+    queue.counts[:, passes.CYCLE] = 2 * periods
+    task = search_pass(options)._replace(mode=passes.TRAVEL)
+    work_through(queue, task, PHYSICS)
+    states = queue.states.copy()
+    conversion_of(PHYSICS).restore_states(row[None], states)
+    return float(states[0, 0])
+
+
 class Attempts(NamedTuple):
     """Attempted steps of all points by what they were for.
 

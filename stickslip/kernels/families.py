@@ -23,16 +23,16 @@ KIND = ("rheological_index", *HIGHER_COEFFICIENTS)
 class Family(NamedTuple):
     """Points that share a kernel: those with one rheological index, or, for None, all others.
 
-    `sextic` where their free energy has terms that the paper does without.
+    `higher` where their free energy has higher terms than the paper's.
     """
 
     physics: Physics
     gamma: float | None
-    sextic: bool = False
+    higher: bool = False
 
     def __str__(self) -> str:
         gamma = "any" if self.gamma is None else f"{self.gamma:.17g}"
-        return f"{self.physics},gamma={gamma}{',sextic' if self.sextic else ''}"
+        return f"{self.physics},gamma={gamma}{',higher' if self.higher else ''}"
 
 
 class FamilyKernel(NamedTuple):
@@ -48,10 +48,10 @@ def families(physics: Physics, kinds: np.ndarray) -> Iterator[tuple[Family, np.n
     Each comes with the positions (m,) of its members.
     """
     special = friction_law(physics.friction).special_indices
-    indices, has_sextic = kinds[:, 0], np.any(kinds[:, 1:] != 0.0, axis=1)
-    for sextic in (False, True):
+    indices, has_higher = kinds[:, 0], np.any(kinds[:, 1:] != 0.0, axis=1)
+    for higher in (False, True):
         for index in (*special, None):
             same = indices == index if index is not None else ~np.isin(indices, list(special))
-            members = np.flatnonzero(same & (has_sextic == sextic))
+            members = np.flatnonzero(same & (has_higher == higher))
             if len(members):
-                yield Family(physics, index, sextic), members
+                yield Family(physics, index, higher), members

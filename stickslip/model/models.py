@@ -56,9 +56,9 @@ class Model(NamedTuple):
         """Number of state variables."""
         return len(self.components)
 
-    def values(self, index: float | None, *, sextic: bool) -> Callable[..., ParameterValues]:
+    def values(self, index: float | None, *, higher: bool) -> Callable[..., ParameterValues]:
         """The inline function that gives reduced parameters as the equations take them."""
-        return scaling.model_values(index, sextic=sextic, scaling=self.scaling)
+        return scaling.model_values(index, higher=higher, scaling=self.scaling)
 
 
 @cache

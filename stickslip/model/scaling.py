@@ -265,10 +265,10 @@ def reduction(law: FrictionLaw, scaling: Scaling) -> Callable[[Parameters, np.nd
     return write_reduced
 
 
-def literals_of(index: float | None, *, sextic: bool) -> dict[str, float]:
+def literals_of(index: float | None, *, higher: bool) -> dict[str, float]:
     """The parameters that are written out as literals for a family of fluids."""
     known = {} if index is None else {"rheological_index": index}
-    return known if sextic else known | dict.fromkeys(HIGHEST, 0.0)
+    return known if higher else known | dict.fromkeys(HIGHEST, 0.0)
 
 
 def make_values(literals: Literals) -> Callable[..., ParameterValues]:
@@ -282,12 +282,12 @@ def make_values(literals: Literals) -> Callable[..., ParameterValues]:
 
 @cache
 def model_values(
-    index: float | None, *, sextic: bool = True, scaling: Scaling = FOLLOWING
+    index: float | None, *, higher: bool = True, scaling: Scaling = FOLLOWING
 ) -> Callable[..., ParameterValues]:
     """The inline function that gives `Reduced` parameters as the model's functions take them.
 
     With the rheological index as a literal, or that of the parameters for None; with the highest
-    coefficients of the free energy only where it is `sextic`.
+    coefficients of the free energy only where there are `higher` ones than the paper's.
     """
-    literals = {**LITERALS, **dict(scaling.literals), **literals_of(index, sextic=sextic)}
+    literals = {**LITERALS, **dict(scaling.literals), **literals_of(index, higher=higher)}
     return make_values(literals)

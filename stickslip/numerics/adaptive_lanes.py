@@ -88,6 +88,8 @@ def make_attempt(
 
     @inline
     def lane_attempt(lane: int, lanes: np.ndarray) -> None:
+        # Choices in place of branches: with a branch in it a loop over lanes is not made of vector
+        # operations. Every lane does the work of an accepted step, a rejected one drops it.
         p, y = parameters(lanes, lane), get_vector(lanes, slots.state, lane)
         t, end = get(lanes, slots.time, lane), get(lanes, slots.end, lane)
         h, rtol = get(lanes, slots.step, lane), get(lanes, slots.rtol, lane)
@@ -99,6 +101,8 @@ def make_attempt(
         f, J = rhs(p, t, y), jacobian(p, t, y)
         y1, error, d1, d2, LU = step(p, t, y, used, f, J)
         weight = error_weight(p, y, J)
+        # The defect sees what the embedded error does not: a cusp inside the step. The scalar drive
+        # asks it only where the embedded error would pass; here it costs as much in either case.
         f1 = rhs(p, t + used, y1)
         embedded = largest(error, weight)
         seen = largest(defect_error(f1, LU, y, y1, d1, d2, used), weight)
@@ -108,10 +112,12 @@ def make_attempt(
         factor, remembers = step_control.after_success(ratio, remembered)
         longer = used * factor
         longer = longer if grows or longer < used else used
+        # The last step was cut to fit: its small error is no reason for a longer one than before.
         longer = longer if longer < h or not last else h
         shorter = used * step_control.after_rejection(ratio)
         put(lanes, slots.step, lane, longer if accepted else shorter)
         put(lanes, slots.remembered, lane, remembers if accepted else remembered)
+        # The step as it was tried stays, for those who look inside it after the attempt.
         put(lanes, slots.begin, lane, t)
         put(lanes, slots.used, lane, used)
         put_vector(lanes, slots.old, lane, y)
@@ -122,6 +128,7 @@ def make_attempt(
         put(lanes, slots.grows, lane, 1.0 if accepted else 0.0)
         put(lanes, slots.accepted, lane, 1.0 if accepted else 0.0)
         attempts = get(lanes, slots.attempts, lane) + 1.0
+        # "Not greater", since a NaN is neither; the last step may be as short as what is left.
         stuck = (not last) & (not t + used > t)
         through = (last & accepted) | stuck | (attempts >= get(lanes, slots.limit, lane))
         put(lanes, slots.attempts, lane, attempts)

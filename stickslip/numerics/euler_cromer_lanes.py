@@ -151,12 +151,15 @@ def _make_march(
         for i in range(1, sines):
             drive += get(lanes, DRIVE + SINE * i, lane)
         x, v, w = get(lanes, X, lane), get(lanes, V, lane), get(lanes, W, lane)
+        # Seen at its start, which the step stands for: the same values serve both.
         observe(p, drive, (x, v, w), lanes, lane)
         dv, dw = increments(p, drive, (x, v, w), draw(lanes, lane))
         v += dv
         put(lanes, X, lane, x + v)
         put(lanes, V, lane, v)
         put(lanes, W, lane, abs(w + dw))
+        # A sine by its own difference equation, V'' = -omega^2 V: a call of sin() would end the
+        # vectors. Its rounding grows with the steps, so it is set right every so often.
         for i in range(sines):
             own, turn = get(lanes, DRIVE + SINE * i, lane), get(lanes, TURN + SINE * i, lane)
             change = get(lanes, CHANGE + SINE * i, lane) - turn * own
@@ -254,6 +257,7 @@ def _make_look(check: Callable[..., None]) -> Any:
 
     @jit
     def look(tasks: Tasks, lanes: np.ndarray, row_of: np.ndarray, active: int, steps: int) -> int:
+        # Backwards, because the last lane fills the gap of one that is through.
         for lane in range(active - 1, -1, -1):
             row = row_of[lane]
             tasks.done[row] += steps

@@ -20,7 +20,7 @@ from sweeps.cli.exchange import export, merge
 from sweeps.cli.explore import explore
 from sweeps.cli.inspect import check, info, schema
 from sweeps.cli.pictures import figure, plot, simulate
-from sweeps.cli.points import replay
+from sweeps.cli.replay import replay
 from sweeps.cli.report import report
 from sweeps.cli.shared import stop_with
 from sweeps.cli.streams import lasting_streams, lose

@@ -42,7 +42,7 @@ def say(message: str) -> None:
 
 def checked_config(file: Path | None, changes: list[str] | None) -> Config:
     """The checked config, its warnings printed; raises ConfigError."""
-    from sweeps.engine.options import coarse_step, read_config
+    from sweeps.engine.settings import coarse_step, read_config
 
     config = read_config(file if file is not None else {}, changes or [])
     for warning in (*config.warnings, *coarse_step(config)):

@@ -19,13 +19,13 @@ from sweeps.engine.dispatch import finished_blocks
 from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.executors.kernels import compile_kernels
 from sweeps.engine.executors.worker import Block, compute_block, task_of
-from sweeps.engine.options import options_of
 from sweeps.engine.order.cut import blocks_of
 from sweeps.engine.order.refine import refinement_of
 from sweeps.engine.order.stragglers import Stragglers
 from sweeps.engine.progress.compiling import Compiling
 from sweeps.engine.progress.counts import Counts
 from sweeps.engine.progress.display import make_progress
+from sweeps.engine.settings import options_of
 from sweeps.engine.signals import Stop
 from sweeps.files.attributes import result_dataset
 from sweeps.files.columns import STATUS, STATUS_CODES, status_counts

@@ -18,13 +18,13 @@ from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.executors.kernels import compile_kernels
 from sweeps.engine.executors.worker import Block
 from sweeps.engine.existing import Target
-from sweeps.engine.options import options_of
 from sweeps.engine.order.product import PILOT_BLOCKS, pilot_points
 from sweeps.engine.order.refine import Refinement, refinement_of
 from sweeps.engine.outcome import Console, Outcome
 from sweeps.engine.progress.compiling import Compiling
 from sweeps.engine.progress.counts import Counts
 from sweeps.engine.progress.display import Progress, make_progress
+from sweeps.engine.settings import options_of
 from sweeps.engine.signals import Stop, wait_for
 from sweeps.exits import Exit
 from sweeps.files.atomic import StorageError

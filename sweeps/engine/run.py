@@ -15,9 +15,9 @@ from sweeps.config.load import Config, from_mapping
 from sweeps.config.schema import Execution
 from sweeps.engine.executors.worker import Block
 from sweeps.engine.in_memory import run_in_memory
-from sweeps.engine.options import read_config
 from sweeps.engine.outcome import Console, Outcome
 from sweeps.engine.resume import ExistingPolicy
+from sweeps.engine.settings import read_config
 from sweeps.engine.signals import Stop
 from sweeps.engine.sweep import sweep
 from sweeps.exits import Exit, ExpectedError

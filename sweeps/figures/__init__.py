@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from sweeps.figure_table import FIGURES, Data
 from sweeps.figures.amplitudes import draw_results
 from sweeps.figures.labels import changed_parameters
-from sweeps.figures.options import PlotOptions
+from sweeps.figures.plot_options import PlotOptions
 from sweeps.figures.save import ENDINGS, save
 from sweeps.figures.style import put_note, styled
 from sweeps.human import did_you_mean

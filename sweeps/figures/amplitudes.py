@@ -9,7 +9,7 @@ from sweeps.figures.colours import is_discrete
 from sweeps.figures.curves import draw_curves
 from sweeps.figures.layout import layout_of
 from sweeps.figures.maps import draw_maps
-from sweeps.figures.options import (
+from sweeps.figures.plot_options import (
     PlotOptions,
     lie_along,
     slice_at,

@@ -19,7 +19,7 @@ from sweeps.figures.labels import (
     shown,
     slice_label,
 )
-from sweeps.figures.options import ROLES, PlotOptions, named_roles
+from sweeps.figures.plot_options import ROLES, PlotOptions, named_roles
 from sweeps.figures.style import CURVES
 from sweeps.grid import CASE
 

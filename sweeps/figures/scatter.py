@@ -16,7 +16,7 @@ from sweeps.figures.colours import Colours, colours_of, is_discrete
 from sweeps.figures.labels import Array, parameters_along, shown
 from sweeps.figures.layout import MANY, is_scattered
 from sweeps.figures.missing import missing_notes, trusted
-from sweeps.figures.options import PlotOptions, slice_in_the_middle
+from sweeps.figures.plot_options import PlotOptions, slice_in_the_middle
 from sweeps.figures.style import BLACK, make_logarithmic, new_panels, put_legend, put_note, width_of
 from sweeps.grid import CASE
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from stickslip import IntegrationError, NoiseError
 from sweeps.config.schema import Execution
-from sweeps.engine.options import options_of
 from sweeps.engine.order.follow import remember_starts
+from sweeps.engine.settings import options_of
 from sweeps.exits import ExpectedError
 from sweeps.views.points import Point, point_of
 

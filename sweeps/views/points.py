@@ -23,11 +23,11 @@ from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS, STROBOSCOPI
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.schema import Noise
 from sweeps.config.yaml_reader import read_mapping
-from sweeps.engine.options import options_of
 from sweeps.engine.order.follow import start_after
+from sweeps.engine.settings import options_of
 from sweeps.engine.trajectories import trajectory
 from sweeps.exits import ExpectedError
-from sweeps.figures.options import places_at
+from sweeps.figures.plot_options import places_at
 from sweeps.files.columns import result_values
 from sweeps.grid import CASE, DIRECTION, DIRECTIONS, Grid
 

@@ -18,13 +18,14 @@ from stickslip.regime import Regime
 NAMES = ("temperature", "viscosity_coefficient", "spring_stiffness", "rheological_index",
          "angular_frequency")  # fmt: skip
 
-# Exponent a period; mean and deviation of the stress amplitude of single periods [MPa], meltings a
-# period.
+# Mean and deviation of the stress amplitude of single periods [MPa], meltings a period, and the
+# periods that show the deviation: that of the third film is of bursts, none to two of them in 200
+# periods (21 windows from other starts have deviations from 0.012 to 0.069 MPa).
 CHAOTIC = [
-    ((205.9, 22802, 2349.9, -2 / 3, 35.874), 3.309, 1.135, 1.39),
-    ((151.78, 42088, 3606.9, -0.7822, 33.081), 4.711, 1.986, 0.70),
-    ((262.39, 125.43, 5275.6, -0.5, 5.2979), 0.675, 0.027, 1.00),
-    ((207.2, 784.25, 2167.4, -2 / 3, 13.929), 0.412, 0.871, 0.18),
+    ((205.9, 22802, 2349.9, -2 / 3, 35.874), 3.309, 1.135, 1.39, 200),
+    ((151.78, 42088, 3606.9, -0.7822, 33.081), 4.711, 1.986, 0.70, 200),
+    ((262.39, 125.43, 5275.6, -0.5, 5.2979), 0.675, 0.027, 1.00, 2000),
+    ((207.2, 784.25, 2167.4, -2 / 3, 13.929), 0.412, 0.871, 0.18, 200),
 ]
 # Periods after which it closes; highest stress and deviation [MPa], meltings a period.
 LONG = [
@@ -38,7 +39,7 @@ def point(values: tuple[float, ...]) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("values", "mean", "deviation", "meltings", "window"),
+    ("values", "mean", "deviation", "meltings", "enough", "window"),
     [
         (*CHAOTIC[0], 200),
         *marked("stress", [(*row, 200) for row in CHAOTIC[1:]]),
@@ -46,7 +47,12 @@ def point(values: tuple[float, ...]) -> np.ndarray:
     ],
 )
 def test_chaos_is_measured_over_a_window(
-    values: tuple[float, ...], mean: float, deviation: float, meltings: float, window: int
+    values: tuple[float, ...],
+    mean: float,
+    deviation: float,
+    meltings: float,
+    enough: int,
+    window: int,
 ) -> None:
     found = orbits(point(values), window=window)
     assert (found.status, found.regime) == (Status.APERIODIC, Regime.APERIODIC)
@@ -59,7 +65,8 @@ def test_chaos_is_measured_over_a_window(
         mean * 1e6, abs=4.0 * math.hypot(stated[0], stated[0] * math.sqrt(window / 2000))
     )
     assert found.melting_count / window == pytest.approx(meltings, abs=0.1)
-    assert found.elastic_stress_amplitude_spread == pytest.approx(deviation * 1e6, rel=0.5)
+    if window >= enough:
+        assert found.elastic_stress_amplitude_spread == pytest.approx(deviation * 1e6, rel=0.5)
     assert found.power_balance_error < 1e-6
     assert found.periods_integrated <= 128 + 600 + window
 

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support import reference
 from support.marks import marked
 from support.package import copy_of_package, run_python
 from support.points import orbits
 from support.symmetries import SYMMETRIES, expected, transformed
 
-from stickslip import Parameters, Status, reference, simulate, stationary_orbit
+from stickslip import Parameters, Status, simulate, stationary_orbit
 from stickslip.options import OptionError, Options
 from stickslip.orbit import Orbit, compute_orbits
 

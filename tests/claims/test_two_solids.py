@@ -7,9 +7,10 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from support import reference
 from support.marks import one_then
 
-from stickslip import Options, Parameters, Status, reference, simulate, stationary_orbit
+from stickslip import Options, Parameters, Status, simulate, stationary_orbit
 from stickslip.model import solids
 from stickslip.model.film import melting_function
 from stickslip.orbit import compute_orbits

@@ -10,25 +10,16 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
+import typer.main
 from support.sweeps.commands import FOUR_POINTS, Command, entries
+
+from sweeps.cli.app import app
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
 HEAVY = {"numba", "numpy", "xarray", "netCDF4", "matplotlib", "joblib", "scipy", "dask", "ruamel"}
 
-
-VERBS = (
-    "sweep",
-    "plan",
-    "status",
-    "check",
-    "simulate",
-    "figure",
-    "plot",
-    "explore",
-    "schema",
-    "info",
-)
+VERBS = tuple(typer.main.get_command(app).commands)
 
 
 def test_version_and_help(command: Command) -> None:

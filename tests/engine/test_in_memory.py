@@ -19,8 +19,8 @@ from sweeps.config.load import ConfigError, from_mapping
 from sweeps.config.schema import Execution
 from sweeps.engine import in_memory
 from sweeps.engine.executors import worker
-from sweeps.engine.options import read_config
 from sweeps.engine.run import run
+from sweeps.engine.settings import read_config
 from sweeps.files.datasets import content_hash, open_result, write_dataset
 
 CONFIG: dict[str, Any] = {

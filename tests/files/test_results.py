@@ -17,8 +17,8 @@ from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping
 from sweeps.engine.existing import RefusalError, found_in_file
 from sweeps.engine.in_memory import compute
-from sweeps.engine.options import options_of
 from sweeps.engine.run import run
+from sweeps.engine.settings import options_of
 from sweeps.files import results
 from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import global_attributes

@@ -41,10 +41,10 @@ def test_every_point_goes_to_the_kernel_of_its_fluid() -> None:
 
 def test_any_coefficient_that_the_paper_does_without_makes_another_family() -> None:
     rows = np.eye(len(KIND))  # the index alone, then each coefficient alone
-    found = {family.sextic: positions.tolist() for family, positions in families(PHYSICS, rows[:1])}
+    found = {family.higher: positions.tolist() for family, positions in families(PHYSICS, rows[:1])}
     assert found == {False: [0]}
     rows[:, 0] = 0.0
-    found = {family.sextic: positions.tolist() for family, positions in families(PHYSICS, rows)}
+    found = {family.higher: positions.tolist() for family, positions in families(PHYSICS, rows)}
     assert found == {False: [0], True: list(range(1, len(KIND)))}
 
 

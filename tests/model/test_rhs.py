@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from support import reference
 from support.parameters import random_parameters
 
-from stickslip import reference
 from stickslip.model import noise
 from stickslip.model.models import model_of
 from stickslip.model.rhs import Equations, relative_state, starting_state

@@ -204,7 +204,7 @@ def test_the_rheological_index_can_be_a_literal_too(law: str) -> None:
 def test_the_highest_coefficients_are_literals_where_they_are_not_needed(law: str) -> None:
     p = Parameters(quintic_coefficient=3.0, sextic_coefficient=5.0)
     q = reduced_of(p, Physics(law))
-    low, high = (scaling.model_values(None, sextic=sextic)(q) for sextic in (False, True))
+    low, high = (scaling.model_values(None, higher=higher)(q) for higher in (False, True))
     assert (low.quintic_coefficient, low.sextic_coefficient) == (0.0, 0.0)
     assert high.quintic_coefficient == 30.0  # delta/omega
     assert high.sextic_coefficient == 50.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stickslip.kernels.euler_cromer.scaling import StepParameters, step_reduction
+from stickslip.kernels.euler_cromer.step_units import StepParameters, step_reduction
 from stickslip.model.models import model_of
 from stickslip.model.scaling import Reduced
 from stickslip.options import Physics

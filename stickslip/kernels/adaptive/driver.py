@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 
 from stickslip.kernels.adaptive import tangents
+from stickslip.kernels.adaptive.adaptive_trajectory import adaptive_trajectory
 from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.passes import (
     APERIODIC,
@@ -37,7 +38,7 @@ from stickslip.kernels.families import FamilyKernel, families
 from stickslip.kernels.observation import Watched, spreads_of, watch, write_aperiodic
 from stickslip.kernels.points import final_columns
 from stickslip.kernels.problem import rounding_speed
-from stickslip.kernels.trajectories import adaptive_trajectory, new_stream
+from stickslip.kernels.trajectories import new_stream
 from stickslip.model.models import model_of
 from stickslip.model.scaling import Reduced
 from stickslip.numerics.adaptive import OK

@@ -187,11 +187,13 @@ def _make_apply_verdict(state: StateFunctions) -> Any:
     def apply_verdict(lanes: Lanes, task: Pass, lane: int, y: Any) -> int:
         values, memory = lanes.values, lanes.memories[lane]
         rtol = get(values, SLOTS.rtol, lane)
-        before = lanes.halves[lane] - 1 - memory.applications  # in earlier passes
+        # The search counts the halves of this pass; those of earlier ones have used the budget too.
+        before = lanes.halves[lane] - 1 - memory.applications
         budget = task.max_halves - before
         verdict, dx, dv = search.judge(memory, judged(y), task.stationary_rtol, rtol, budget)
         begin_half(values, lane, moved(y, dx, dv))
         if verdict == search.SETTLED:
+            # What is left of the way to the limit is known: the measurement begins nearer to it.
             dx, dv = search.last_correction(memory)
             put_state(values, SLOTS.state, lane, moved(y, dx, dv))
             return OK
@@ -202,6 +204,7 @@ def _make_apply_verdict(state: StateFunctions) -> Any:
         if verdict == search.FINER:
             put(values, SLOTS.rtol, lane, _finer(task, memory.fineness))
         elif verdict == search.RESTORE:
+            # A jump has led astray: back to before it, and from there as a search begins.
             put_state(values, SLOTS.state, lane, unjudged(memory.stored))
             put(values, SLOTS.rtol, lane, _finer(task, 1) if task.late else _coarser(task))
         return -1
@@ -211,19 +214,19 @@ def _make_apply_verdict(state: StateFunctions) -> Any:
 
 def make_problems(family: Family) -> Any:
     """What reads the problem of a lane, for fluids of one family: (lanes, lane) to a Problem."""
-    values_of: Any = model_of(family.physics).values(family.gamma, sextic=family.sextic)
+    values_of: Any = model_of(family.physics).values(family.gamma, higher=family.higher)
 
     @inline
     def problem(values: np.ndarray, lane: int) -> Problem:
         return problem_of(values_of(_reduced_of(values, lane)), get(values, SLOTS.rtol, lane))
 
     @inline
-    def sextic_problem(values: np.ndarray, lane: int) -> Problem:
+    def higher_problem(values: np.ndarray, lane: int) -> Problem:
         q = _reduced_of(values, lane)
         p, phases = values_of(q), Thresholds(q.solid, q.soft, q.hard, q.weakest, q.strongest)
         return Problem(p, rounding_speed(p, get(values, SLOTS.rtol, lane)), phases)
 
-    return sextic_problem if family.sextic else problem
+    return higher_problem if family.higher else problem
 
 
 def _make_load(state: StateFunctions, begin_record: Any, streams: int) -> Any:
@@ -249,6 +252,8 @@ def _make_load(state: StateFunctions, begin_record: Any, streams: int) -> Any:
                 put(values, streams + slot, lane, queue.points[row, reduced + slot])
         y = row_state(queue.states[row])
         begin_half(values, lane, y)
+        # Half a period is pi in the units of a point. Nothing of the point before stays in the
+        # lane: what becomes of a point, to its last bit, must not hang on its company.
         put(values, SLOTS.end, lane, math.pi)
         put(values, SLOTS.step, lane, queue.states[row, queue.states.shape[1] - 1])
         put(values, SLOTS.grows, lane, 1.0)
@@ -279,6 +284,8 @@ def _make_handle_event(problems: Any, state: StateFunctions, begin_record: Any, 
         y = mirrored(get_state(values, SLOTS.state, lane))
         lanes.halves[lane] += 1
         if task.mode == SETTLE:
+            # How far a jump may go depends on the film of the half period that has just ended:
+            # where it may still freeze, a jump must not skip the moment.
             p = problems(values, lane).p
             lowest, highest = (
                 get(values, recording.LOWEST, lane),
@@ -297,6 +304,7 @@ def _make_handle_event(problems: Any, state: StateFunctions, begin_record: Any, 
             return status
         begin_half(values, lane, y)
         if task.mode == MEASURE:
+            # The record turns with the frame: a maximum is the minimum of the mirror image.
             mirror_record(values, lane)
             begin_record(values, lane, False)
         return OK if lanes.halves[lane] >= queue.counts[row, CYCLE] else -1
@@ -304,6 +312,7 @@ def _make_handle_event(problems: Any, state: StateFunctions, begin_record: Any, 
     @jit
     def handle_event(lanes: Lanes, queue: Queue, task: Pass, lane: int) -> int:
         values = lanes.values
+        # First what is inside the step, then its end, which would begin a new half period.
         if task.mode == MEASURE and get(values, recording.PROMISING, lane) > 0.0:
             refine(values, lane)
         if get(values, SLOTS.time, lane) >= get(values, SLOTS.end, lane):
@@ -321,13 +330,13 @@ def _no_kick(lanes: np.ndarray) -> None:
     pass
 
 
-def _make_kick(problems: Any, width: int, *, chance: bool) -> Any:
-    """What the noise adds to the lanes after a step where it is left to chance."""
+def _make_noise(problems: Any, width: int, *, chance: bool) -> tuple[Any, int]:
+    """What adds the noise of a step to the lanes, and the slot of its stream, 0 without one."""
     if not chance:
-        return _no_kick
-    from stickslip.kernels.adaptive.chance import make_kick  # of no use to others
+        return _no_kick, 0
+    from stickslip.kernels.adaptive.kicks import make_kick  # of no use to others
 
-    return make_kick(problems, width)
+    return make_kick(problems, width), stream_begin(width)
 
 
 def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> Any:
@@ -349,12 +358,9 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
         recording.make_begin(problems, functions),
     )
     refine = recording.make_refine(problems, functions, step)
-    load, handle_event = (
-        _make_load(state, begin_record, stream_begin(functions.width) if physics.chance else 0),
-        _make_handle_event(problems, state, begin_record, refine),
-    )
-
-    kick = _make_kick(problems, functions.width, chance=physics.chance)
+    kick, streams = _make_noise(problems, functions.width, chance=physics.chance)
+    load = _make_load(state, begin_record, streams)
+    handle_event = _make_handle_event(problems, state, begin_record, refine)
 
     def work(queue: Queue, lanes: Lanes, task: Pass, attempts: int) -> int:
         if lanes.cursor[1] < 0:
@@ -362,6 +368,7 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
             for lane in range(LANES):
                 load(lanes, queue, task, lane)
         while lanes.cursor[1] > 0 and attempts > 0:
+            # Vector code for all lanes first; then, one by one, the few where something happened.
             attempts -= 1
             attempt(lanes.values)
             if task.mode == MEASURE:
@@ -383,5 +390,5 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
 @kernel_factory
 def pass_kernel(family: Family) -> Any:
     """The kernel of a family of fluids: what `make_pass` describes."""
-    work = make_pass(make_problems(family), family.physics, two_solids=family.sextic)
+    work = make_pass(make_problems(family), family.physics, two_solids=family.higher)
     return named_kernel(f"adaptive_pass[{family}]", work)

@@ -111,6 +111,7 @@ def _promising(
     begin, first, second, end = values
     high = get(lanes, RECORD_BEGIN + slot, lane)
     low = get(lanes, RECORD_BEGIN + slot + 1, lane)
+    # How far a curve may overshoot between the nodes: no farther than it rose and fell at them.
     top, bottom = larger(larger(first, second), end), -larger(larger(-first, -second), -end)
     rise0, rise1, rise2 = first - begin, second - first, end - second
     turns = (rates[0] * rates[1] < 0.0) | (rise0 * rise1 < 0.0) | (rise1 * rise2 < 0.0)
@@ -227,6 +228,7 @@ def make_see(
 
     @inline
     def lane_see(lane: int, lanes: np.ndarray) -> None:
+        # A rejected step is looked at like any other, and nothing of it is kept: no branches.
         problem, step = problems(lanes, lane), step_of(lanes, lane)
         seen = get(lanes, SLOTS.accepted, lane) > 0.0
         ya, phia, sigmaa, Fa = node(problem, step, NODES[1])
@@ -242,11 +244,13 @@ def make_see(
         inside = inside & seen
         _see_extremum(lanes, lane, STRESS_MAX, sigma1, seen)
         _see_extremum(lanes, lane, FORCE_MAX, F1, seen)
+        # Looking inside takes steps of their own, and few steps need it: not in the vectors.
         put(lanes, PROMISING, lane, 1.0 if inside else 0.0)
         put(lanes, SLOTS.event, lane, 1.0 if inside else get(lanes, SLOTS.event, lane))
         solid = problem.phases.solid
         melted = solids.MELTED_PART * solid
         phi1 = exponentials(step.y1[2])[0]
+        # The film between two nodes counts as at the second, so that no time is counted twice.
         dta, dtb, dt1 = (_PARTS[0] * step.used, _PARTS[1] * step.used, _PARTS[2] * step.used)
         _see_phase(lanes, lane, phia, solid, melted, dta, seen)
         _see_phase(lanes, lane, phib, solid, melted, dtb, seen)
@@ -257,6 +261,7 @@ def make_see(
         begin = (step.y0, exponentials(step.y0[2])[0], sigma0, F0)
         nodes = (begin, (ya, phia, sigmaa, Fa), (yb, phib, sigmab, Fb), (step.y1, phi1, sigma1, F1))
         see_work(lanes, lane, problem, step, nodes, seen)
+        # The end of this step is the begin of the next: a law is evaluated once for both.
         put(lanes, _STRESS, lane, sigma1 if seen else sigma0)
         put(lanes, _FORCE, lane, F1 if seen else F0)
         put(lanes, _STRESS_RATE, lane, sigma_rate1 if seen else sigma_rate0)

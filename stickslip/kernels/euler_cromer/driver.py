@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.kernels.euler_cromer.euler_cromer_trajectory import euler_cromer_trajectory
 from stickslip.kernels.euler_cromer.lanes import March
 from stickslip.kernels.euler_cromer.march import march_kernel
 from stickslip.kernels.families import FamilyKernel, families
+from stickslip.kernels.fastest_rates import largest_stable_step
 from stickslip.kernels.plain_iteration import orbits as plain
 from stickslip.kernels.plain_iteration.motions import WIDTH
-from stickslip.kernels.stability import largest_stable_step
-from stickslip.kernels.trajectories import euler_cromer_trajectory, new_stream
+from stickslip.kernels.trajectories import new_stream
 from stickslip.options import NO_NOISE, Options
 from stickslip.parameters import Parameters
 

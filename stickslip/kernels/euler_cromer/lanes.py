@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stickslip.kernels.euler_cromer.layout import CHANCE_SLOTS, SLOTS, clear_records, row_kernels
+from stickslip.kernels.euler_cromer.layout import clear_records, row_kernels, row_length
 from stickslip.kernels.euler_cromer.march import march_kernel
 from stickslip.kernels.families import KIND, Family, families
 from stickslip.measure.accumulate import RECORD
@@ -45,7 +45,7 @@ class March:
         self.points, self.steps, self.physics = points, steps, physics
         count = len(points)
         self.tasks = Tasks(
-            rows=np.zeros((count, SLOTS + (CHANCE_SLOTS if physics.chance else 0))),
+            rows=np.zeros((count, row_length(physics))),
             done=np.zeros(count, np.int64),
             total=np.zeros(count, np.int64),
             status=np.zeros(count, np.int64),

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stickslip.compiled.decorators import kernel, kernel_factory, named_kernel
-from stickslip.kernels.euler_cromer.scaling import (
+from stickslip.kernels.euler_cromer.step_units import (
     StepParameters,
     from_lane,
     step_reduction,
@@ -30,13 +30,19 @@ RECORD_BEGIN = PARAMETERS_BEGIN + len(StepParameters._fields)
 """Behind the parameters lies a record."""
 
 SLOTS = RECORD_BEGIN + RECORD
-"""Numbers that a lane holds: the length of a row."""
+"""Numbers that a lane holds besides those of its noise."""
 
-CHANCE_SLOTS = STREAM + 2
-"""Behind them, where the noise is left to chance: the stream of random numbers, the number of the
-next group of steps, and the signs that are left of this one."""
+# Behind them, where the noise is left to chance: the stream of random numbers, the number of the
+# next group of steps, and the signs that are left of this one.
+_CHANCE_SLOTS = STREAM + 2
 
 _HARMONICS = tuple(tone.harmonic for tone in drive.TONES)
+
+
+def row_length(physics: Physics) -> int:
+    """Numbers that a lane holds."""
+    return SLOTS + (_CHANCE_SLOTS if physics.chance else 0)
+
 
 # A row is an array of one lane.
 _clear_record = accumulator(1, RECORD_BEGIN).clear

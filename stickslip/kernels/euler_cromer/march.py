@@ -1,8 +1,9 @@
 """Euler-Cromer in lanes: kernels that march many points through drive periods.
 
-A point marches in units of its own (scaling.py), in which its row of numbers stays from the first
-period to the last. A kernel works for a given number of steps and leaves everything it needs to go
-on in the arrays that it was given. The numbers are those of the scalar drive but for rounding.
+A point marches in units of its own (step_units.py), in which its row of numbers stays from the
+first period to the last. A kernel works for a given number of steps and leaves everything that it
+needs to go on in the arrays that it was given. The numbers are those of the scalar drive but for
+rounding.
 """
 
 from __future__ import annotations
@@ -16,12 +17,11 @@ from stickslip.compiled.decorators import inline, kernel_factory, named_kernel
 from stickslip.compiled.elementary import reciprocal
 from stickslip.compiled.fields import make_lane_reader
 from stickslip.kernels.euler_cromer.layout import (
-    CHANCE_SLOTS,
     PARAMETERS_BEGIN,
     RECORD_BEGIN,
-    SLOTS,
+    row_length,
 )
-from stickslip.kernels.euler_cromer.scaling import StepParameters, step_values
+from stickslip.kernels.euler_cromer.step_units import StepParameters, step_values
 from stickslip.kernels.families import Family
 from stickslip.measure.accumulate import (
     FORCE_MAX,
@@ -85,7 +85,7 @@ def _kick(phi: float, own: StepParameters) -> float:
 
 def _make_parameters(family: Family) -> Any:
     """What a lane holds, for fluids of one family."""
-    values_of = step_values(family.gamma, sextic=family.sextic)
+    values_of = step_values(family.gamma, higher=family.higher)
 
     @inline
     def parameters(lanes: np.ndarray, lane: int) -> _Lane:
@@ -160,7 +160,7 @@ def _chance_of(family: Family) -> Chance:
     """The random numbers of lanes where the noise is left to chance."""
     if not family.physics.chance:
         return NO_RANDOM_NUMBERS
-    from stickslip.kernels.euler_cromer.chance import signs_in_lanes  # of no use to others
+    from stickslip.kernels.euler_cromer.random_signs import signs_in_lanes  # of no use to others
 
     return signs_in_lanes()
 
@@ -178,9 +178,9 @@ def march_kernel(family: Family, noisy: bool, measured: bool) -> Any:
     march = make_euler_cromer_lanes(
         _make_parameters(family),
         _make_increments(stress_and_force, noisy=noisy, chance=chance is not NO_RANDOM_NUMBERS),
-        _make_observe(stress_and_force, measured=measured, two_solids=family.sextic),
+        _make_observe(stress_and_force, measured=measured, two_solids=family.higher),
         [_make_sine(tone) for tone in drive.TONES],
-        SLOTS + (CHANCE_SLOTS if family.physics.chance else 0),
+        row_length(family.physics),
         chance,
     )
 

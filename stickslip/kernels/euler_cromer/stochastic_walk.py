@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from stickslip.kernels.euler_cromer.chance import GROUP
 from stickslip.kernels.euler_cromer.lanes import March
 from stickslip.kernels.euler_cromer.layout import SLOTS
-from stickslip.kernels.plain_iteration.states import states_of, write_finals, write_steps
+from stickslip.kernels.euler_cromer.random_signs import GROUP
+from stickslip.kernels.plain_iteration.starts import states_of, write_finals, write_steps
 from stickslip.kernels.streams import PERIOD, SIGNS, STREAM
 from stickslip.model.state import STATE
 from stickslip.numerics.adaptive import OK, STEP_LIMIT

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.compiled.decorators import inline, kernel
 from stickslip.kernels.adaptive.states import state_functions
-from stickslip.kernels.plain_iteration.reference import Known
+from stickslip.kernels.plain_iteration.comparison import Known
 from stickslip.kernels.points import parameters_of
 from stickslip.measure.results import (
     Measured,

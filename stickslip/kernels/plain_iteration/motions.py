@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from stickslip.kernels.plain_iteration.states import states_of, write_starts, write_steps
+from stickslip.kernels.plain_iteration.starts import states_of, write_starts, write_steps
 from stickslip.model.state import STATE
 from stickslip.numerics.adaptive import OK
 from stickslip.options import Options, Physics

@@ -13,10 +13,10 @@ from stickslip.kernels.adaptive import driver as adaptive
 from stickslip.kernels.families import FamilyKernel
 from stickslip.kernels.observation import Watched, spreads_of, watch, write_aperiodic
 from stickslip.kernels.plain_iteration import judging
+from stickslip.kernels.plain_iteration.comparison import settle_from
 from stickslip.kernels.plain_iteration.motions import NOT_STATIONARY, WIDTH, MakeMarch, Motions
-from stickslip.kernels.plain_iteration.reference import settle_from
-from stickslip.kernels.plain_iteration.states import write_finals
-from stickslip.kernels.plain_iteration.walk import PENDING, PlainWalk
+from stickslip.kernels.plain_iteration.plain_walk import PENDING, PlainWalk
+from stickslip.kernels.plain_iteration.starts import write_finals
 from stickslip.kernels.points import final_columns
 from stickslip.numerics.adaptive import OK
 from stickslip.numerics.periodic import search

@@ -117,8 +117,9 @@ class Counts:
         """The same for a heartbeat."""
         statuses, left = self._statuses.copy(), None if self.is_silent else self.seconds_left
         statuses[Status.PENDING] = self.total - statuses.sum()
-        return tally(statuses) | {
-            "computed": self.computed,
+        counted = tally(statuses)
+        return counted | {
+            "computed": counted["done"] - self.found,  # of the same moment
             "seconds": round(self.seconds, 3),
             "points_per_second": round(self.rate, 3),
             "seconds_left": None if left is None else round(left, 1),

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweeps.figures.labels import shown
-from sweeps.figures.motion.trajectories import ALONE, TIME_COURSES, draw_courses
+from sweeps.figures.motion.traces import ALONE, TIME_COURSES, draw_courses
 from sweeps.figures.style import PAGE, SKY, SMALL, TEXT, VERMILLION, new_figure
 
 _HEIGHT = 5.2  # inches

@@ -15,7 +15,7 @@ from stickslip.options import NoiseError
 from stickslip.orbit import Orbit, prepare_kernels
 from stickslip.parameters import Parameters
 from stickslip.trajectory import IntegrationError, simulate
-from sweeps.engine.options import options_of
+from sweeps.engine.settings import options_of
 from sweeps.views.explore.beginning import Opened
 from sweeps.views.points import periods_of
 

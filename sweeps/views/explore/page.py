@@ -22,7 +22,7 @@ from sweeps.views.explore.controls import GROUPS, Controls
 from sweeps.views.explore.copies import Copies
 from sweeps.views.explore.latest import Latest
 from sweeps.views.explore.motion import Motion, compute
-from sweeps.views.explore.pictures import MotionPictures
+from sweeps.views.explore.orbit_figures import MotionPictures
 from sweeps.views.explore.settings import Settings
 from sweeps.views.explore.summary import summary_html
 from sweeps.views.points import periods_of

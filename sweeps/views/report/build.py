@@ -10,16 +10,16 @@ from typing import Any
 import xarray as xr
 
 from sweeps.figures import data_of
-from sweeps.figures.options import slice_at
+from sweeps.figures.plot_options import slice_at
 from sweeps.figures.style import styled
 from sweeps.files.datasets import content_hash
 from sweeps.human import size_text
 from sweeps.views.points import point_of
 from sweeps.views.report import MOST_POINTS, ReportError, facts
-from sweeps.views.report.choice import Numbers, chosen_points, places_of
+from sweeps.views.report.chosen_points import Numbers, chosen_points, places_of
+from sweeps.views.report.document import page
 from sweeps.views.report.drawings import drawings
-from sweeps.views.report.orbits import packed_orbits
-from sweeps.views.report.page import page
+from sweeps.views.report.packed_orbits import packed_orbits
 from sweeps.views.report.payload import payload
 from sweeps.views.report.views import View, ordered, views_of
 from sweeps.views.symbols import plain

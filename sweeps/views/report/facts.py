@@ -18,7 +18,7 @@ from sweeps.figures.colours import code_name
 from sweeps.figures.labels import shown, slice_label
 from sweeps.figures.missing import trusted
 from sweeps.grid import CASE
-from sweeps.views.report.choice import failed_points, places_of
+from sweeps.views.report.chosen_points import failed_points, places_of
 from sweeps.views.symbols import plain
 
 _MOST_FAILURES = 500  # rows that a browser lays out at once

@@ -12,7 +12,7 @@ import xarray as xr
 
 from sweeps.figures.labels import parameters_along
 from sweeps.figures.layout import Axis, Layout, axis_of, is_scattered, layout_of
-from sweeps.figures.options import PlotOptions
+from sweeps.figures.plot_options import PlotOptions
 from sweeps.figures.scatter import cases_to_scatter
 from sweeps.grid import CASE, DIRECTION
 

@@ -36,8 +36,8 @@ from support.sweeps.workers import (
 from sweeps.engine.executors import dask as dask_executor
 from sweeps.engine.executors.base import ExecutorError, WorkersLostError
 from sweeps.engine.executors.dask import ClusterExecutor, LocalClusterExecutor
-from sweeps.engine.options import read_config
 from sweeps.engine.run import run
+from sweeps.engine.settings import read_config
 from sweeps.engine.state import state_of
 from sweeps.files.datasets import content_hash
 

@@ -39,8 +39,8 @@ from sweeps.engine.executors import cluster_task, dask, processes
 from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError
 from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.executors.worker import Task, task_of
-from sweeps.engine.options import options_of, read_config
 from sweeps.engine.run import run
+from sweeps.engine.settings import options_of, read_config
 from sweeps.engine.signals import Stop
 from sweeps.executor_table import EXECUTORS
 from sweeps.files.datasets import content_hash

@@ -16,7 +16,7 @@ from support.marks import one_then
 from support.points import GAMMAS
 
 from stickslip.kernels.adaptive import recording
-from stickslip.kernels.adaptive.chance import make_kick
+from stickslip.kernels.adaptive.kicks import make_kick
 from stickslip.kernels.adaptive.passes import make_problems
 from stickslip.kernels.adaptive.recording import ROOM
 from stickslip.kernels.families import Family

@@ -20,7 +20,7 @@ import numpy as np
 
 from stickslip.parameters import Parameters
 from sweeps.engine.existing import found_in_journal
-from sweeps.engine.options import read_config
+from sweeps.engine.settings import read_config
 from sweeps.files.datasets import content_hash, open_result
 from sweeps.files.journal import readable_manifest
 from sweeps.files.run_folder import RunFolder

@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.engine.existing import Target, found_in_file
-from sweeps.engine.options import read_config
+from sweeps.engine.settings import read_config
 from sweeps.files.attributes import data_sha256
 from sweeps.files.datasets import open_result, write_dataset
 from sweeps.files.journal import Journal, readable_manifest

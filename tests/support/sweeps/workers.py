@@ -20,7 +20,7 @@ from stickslip.orbit import compute_orbits
 from support.sweeps.processes import HANGS, Running, default_signals, wait_until
 from sweeps.config.load import Config
 from sweeps.engine.executors.worker import Block, Task, compute_block
-from sweeps.engine.options import options_of
+from sweeps.engine.settings import options_of
 from sweeps.files.attributes import result_dataset
 from sweeps.files.datasets import content_hash, open_result
 from sweeps.grid import Grid

@@ -9,7 +9,7 @@ import pytest
 
 from stickslip import Parameters
 from sweeps.config.load import Config, from_mapping, from_yaml
-from sweeps.engine.options import options_of
+from sweeps.engine.settings import options_of
 from sweeps.views.explore.beginning import lone, of_nothing, open_point, with_parameters
 from sweeps.views.explore.settings import Settings
 from sweeps.views.explore.texts import command_text, config_text

@@ -18,7 +18,7 @@ from sweeps.figures.labels import (
 )
 from sweeps.figures.layout import Layout, axis_of, layout_of
 from sweeps.figures.missing import trusted
-from sweeps.figures.options import PlotOptions
+from sweeps.figures.plot_options import PlotOptions
 from sweeps.figures.scatter import cases_to_scatter, fits_log
 from sweeps.figures.style import curve_style, styled
 from sweeps.grid import CASE

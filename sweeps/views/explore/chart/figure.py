@@ -30,7 +30,7 @@ from sweeps.views.explore.chart.scales import (
     name_ticks,
     put_legend_above,
 )
-from sweeps.views.explore.pictures import new_figure
+from sweeps.views.explore.orbit_figures import new_figure
 from sweeps.views.symbols import plain
 from sweeps.views.ticks import round_numbers
 

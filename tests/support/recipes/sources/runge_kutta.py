@@ -17,10 +17,10 @@ import numpy as np
 from stickslip.compiled.decorators import jit, kernel, kernel_factory, named_kernel
 from stickslip.kernels.adaptive.states import state_functions
 from stickslip.kernels.families import FamilyKernel
+from stickslip.kernels.fastest_rates import largest_stable_step
 from stickslip.kernels.plain_iteration import orbits as plain
 from stickslip.kernels.plain_iteration.motions import WIDTH
 from stickslip.kernels.points import parameters_of
-from stickslip.kernels.stability import largest_stable_step
 from stickslip.measure.accumulate import (
     FORCE_MAX,
     RECORD,

@@ -1,7 +1,7 @@
 """The slow, obviously right twin: plain Python, the equations written out again, SciPy's solvers.
 
 Nothing here is shared with `model` or `numerics`, so that a mistake in one is not repeated in the
-other. For tests and benchmarks only; SciPy is not a dependency of the package.
+other.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.queues import reduced_queue
 from stickslip.kernels.adaptive.tangents import Tangents, travelled
 from stickslip.kernels.plain_iteration.motions import WIDTH, Motions
-from stickslip.kernels.plain_iteration.states import write_finals
+from stickslip.kernels.plain_iteration.starts import write_finals
 from stickslip.model.state import STATE
 from stickslip.numerics.adaptive import OK
 from stickslip.status import Status

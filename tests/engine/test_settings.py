@@ -15,8 +15,8 @@ from stickslip import Options, Parameters, stability
 from stickslip.options import OptionError
 from sweeps.config.load import Config, from_mapping
 from sweeps.config.schema import Film
-from sweeps.engine import options
-from sweeps.engine.options import coarse_step, options_of, unstable_step
+from sweeps.engine import settings
+from sweeps.engine.settings import coarse_step, options_of, unstable_step
 
 
 def limit(**parameters: float) -> float:
@@ -87,7 +87,7 @@ def test_one_stable_point_is_enough() -> None:
 def test_the_stable_point_is_found_in_any_chunk(
     monkeypatch: pytest.MonkeyPatch, position: int
 ) -> None:
-    monkeypatch.setattr(options, "_CHUNK", 2)
+    monkeypatch.setattr(settings, "_CHUNK", 2)
     temperatures = [150.0, 151.0, 152.0, 153.0]
     temperatures.insert(position, 320.0)
     dt = 0.5 * (limit(temperature=320.0) + limit(temperature=153.0))

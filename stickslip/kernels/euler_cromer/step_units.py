@@ -107,12 +107,12 @@ def step_reduction(law: str) -> Callable[[Parameters, int, np.ndarray], None]:
 
 
 @cache
-def step_values(index: float | None, *, sextic: bool = True) -> Callable[..., ParameterValues]:
+def step_values(index: float | None, *, higher: bool = True) -> Callable[..., ParameterValues]:
     """The inline function that gives `StepParameters` as the model's functions take them.
 
     Arguments as of `model_values`.
     """
-    return make_values({**_OWN_LITERALS, **literals_of(index, sextic=sextic)})
+    return make_values({**_OWN_LITERALS, **literals_of(index, higher=higher)})
 
 
 @inline

@@ -11,7 +11,7 @@ import xarray as xr
 from stickslip.status import Status
 from sweeps.figures.labels import shown
 from sweeps.views.orbits import Motion, motions
-from sweeps.views.report.choice import Numbers, places_of
+from sweeps.views.report.chosen_points import Numbers, places_of
 from sweeps.views.report.figures import COURSES
 from sweeps.views.report.packing import packed, thinned
 

@@ -12,7 +12,7 @@ from support.extra_parameters import UNITS, VALUE, extra_values
 from support.parameters import random_parameters
 from support.reduced import step_parameters_of
 
-from stickslip.kernels.euler_cromer.scaling import (
+from stickslip.kernels.euler_cromer.step_units import (
     StepParameters,
     from_lane,
     step_units,
@@ -189,7 +189,7 @@ def expected_extra() -> dict[str, float]:
 @pytest.mark.stress
 def test_an_extra_parameter_of_any_unit_of_the_table_is_scaled_by_its_unit(tmp_path: Path) -> None:
     imports = (
-        "from stickslip.kernels.euler_cromer.scaling import step_values\n"
+        "from stickslip.kernels.euler_cromer.step_units import step_values\n"
         "from support.reduced import step_parameters_of"
     )
     expression = f'step_values(-0.5)(step_parameters_of(p, {STEPS}, "power-law"))'

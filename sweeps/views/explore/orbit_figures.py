@@ -8,7 +8,7 @@ from bokeh.models import BasicTickFormatter, ColumnDataSource, DataRange1d, Lege
 from bokeh.plotting import figure
 
 from sweeps.figures.labels import shown
-from sweeps.figures.motion.trajectories import ALONE, LOWER, UPPER, Trace
+from sweeps.figures.motion.traces import ALONE, LOWER, UPPER, Trace
 from sweeps.figures.style import CurveStyle
 from sweeps.views.symbols import plain
 

@@ -1,0 +1,32 @@
+"""What asks the registry for parameters and columns: rates, observables and a row, of the law that
+is the argument.
+"""
+
+import sys
+
+import numpy as np
+
+from stickslip import Options, Parameters
+from stickslip.kernels.adaptive import rows
+from stickslip.kernels.adaptive.passes import new_queue
+from stickslip.kernels.fastest_rates import fastest_rate
+from stickslip.kernels.trajectories import observables_kernel
+
+physics = Options(friction=sys.argv[1]).physics
+points = np.array([Parameters()])
+fastest_rate(points, physics.friction)
+observables_kernel(physics)(points[0], np.zeros(1), np.ones((1, 3)), 0.0, np.zeros((1, 6)))
+queue = new_queue(np.zeros((1, 40)), np.zeros((1, 4)))
+orbits = rows.Orbits(
+    np.zeros((1, 4)),
+    queue.measured.copy(),
+    np.zeros(1, bool),
+    np.zeros((1, 2)),
+    np.zeros(1),
+    np.zeros((1, 4, 3)),
+    np.zeros((1, 3)),
+    np.zeros((1, 3)),
+    np.zeros((1, 3)),
+)
+states, results = np.zeros((1, 4)), np.zeros((1, 30))
+rows.row_kernels(physics).write_results(points, queue, orbits, states, states, 1e-6, results)

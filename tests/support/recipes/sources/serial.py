@@ -1,0 +1,31 @@
+"""One block after the other, in the process that asks for them."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+
+from sweeps.config.schema import Execution
+from sweeps.engine.executors.base import Executor
+from sweeps.engine.executors.worker import Block, Task, compute_block
+
+
+class SerialExecutor(Executor):
+    """Computes a task while it is handed over."""
+
+    def __exit__(self, *exception: object) -> None:
+        pass
+
+    def most_in_flight(self) -> int:
+        """One task: the next would be computed before this one is taken."""
+        return 1
+
+    def submit(self, task: Task) -> Future[Block]:
+        """Compute a task."""
+        future: Future[Block] = Future()
+        future.set_result(compute_block(task))
+        return future
+
+
+def executor_for(execution: Execution) -> Executor:
+    """One slot, however many workers the config has."""
+    return SerialExecutor(slots=1)
