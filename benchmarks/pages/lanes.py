@@ -13,7 +13,7 @@ def machine(results: Results) -> Lines:
 
 
 def lines(results: Results) -> Lines:
-    """Operations, nanoseconds and parts of the peak, of the loops alone and in a search."""
+    """Operations, nanoseconds and parts of the peak, of the loops and in a search; one point."""
     found, width = machine(results), results["lanes"]
     for gamma, row in results["fluids"].items():
         for name, what in (("attempt", "an attempted step"), ("see", "a look that measures")):
@@ -26,5 +26,9 @@ def lines(results: Results) -> Lines:
         search = row["search"]
         found[f"gamma = {gamma}: an attempted step in a search, {search['points']} points"] = (
             f"{shown(search['ns'])} ns: {search['part_of_peak']:.0%} of the peak"
+        )
+        single = row["single"]
+        found[f"gamma = {gamma}: a drive period of one point, scalar drive, one lane"] = (
+            f"{shown(single['scalar_ns'])} ns, {single['ratio']:.2f} times as long"
         )
     return found
