@@ -16,6 +16,7 @@ from llvmlite.binding import Linkage
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
+from numba.core.types import unliteral
 
 
 class _SealedLibrary(JITCodeLibrary):
@@ -102,6 +103,12 @@ class Part(CPUDispatcher):
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         """What the function returns, by code compiled for this call."""
         return self.alone(*args, **kwargs)
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """As Numba's, but one version serves all constants, which optimising brings in."""
+        if "forceinline" not in self.targetoptions:
+            args, kws = tuple(map(unliteral, args)), {k: unliteral(v) for k, v in kws.items()}
+        return super().get_call_template(args, kws)
 
     def add_overload(self, result: Any) -> None:
         """Makes what was compiled known to its callers.

@@ -41,7 +41,7 @@ def _units_of(p: Parameters) -> Units:
     time = 1.0 / p.angular_frequency
     strain = p.drive_amplitude / time / p.film_thickness * p.strain_relaxation_time
     thickness = p.film_thickness / (p.strain_relaxation_time / time)
-    return make_units(p, time, thickness, strain)
+    return make_units(p, time, p.drive_amplitude, thickness, strain)
 
 
 @inline

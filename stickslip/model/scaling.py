@@ -101,13 +101,12 @@ def energy_unit(p: Parameters, time: float) -> float:
 
 
 @inline
-def make_units(p: Parameters, time: float, thickness: float, strain: float) -> Units:
-    """The units for `p` that follow from these: the mass is M, the length X_m.
+def make_units(p: Parameters, time: float, length: float, thickness: float, strain: float) -> Units:
+    """The units for `p` that follow from these; the mass is M.
 
     A stress makes an energy with the strain (Eqs. 12, 13), a temperature by itself (Eq. 15), so
     that 2 alpha is 1. The order parameter is never scaled: laws may depend on it.
     """
-    length = p.drive_amplitude
     speed = length / time
     force = p.block_mass * speed / time
     energy, slope = energy_unit(p, time), 2.0 * p.thermal_coefficient
@@ -194,7 +193,7 @@ def units_of(p: Parameters) -> Units:
     """The units in the adiabatic limit."""
     time = 1.0 / p.angular_frequency
     strain = math.copysign(1.0, p.drive_amplitude)
-    return make_units(p, time, p.film_thickness, strain)
+    return make_units(p, time, p.drive_amplitude, p.film_thickness, strain)
 
 
 FOLLOWING = Scaling(units_of, (("film_thickness", 1.0),))

@@ -9,8 +9,7 @@ Solids between further turning points are found as well, and count as hard ones.
 from __future__ import annotations
 
 import math
-from functools import reduce
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from stickslip.compiled.decorators import inline, jit
 from stickslip.model import film
@@ -77,42 +76,28 @@ def _derivative(p: Parameters, order: int, phi: float) -> float:
 
 
 @jit
-def _none(p: Parameters, low: float, positive: bool) -> float:
-    return _LARGEST
+def _next_zero(p: Parameters, order: int, low: float, positive: bool) -> float:
+    """The first order parameter above `low` from which a derivative is `positive` or is not.
 
-
-def _make_next_zero(order: int, next_zero_of_slope: Any) -> Any:
-    """What finds the zeros of a derivative of the balance, given what finds those of its slope.
-
-    It maps (p, low, positive) to the first one above `low`, from which on the derivative is
-    `positive` or is not; there is one at most between two zeros of its slope.
+    Of this order, 1 at least, of the balance; between two zeros of its slope it has one at most.
+    It calls itself, which also keeps the compiler from copying it to wherever it is called.
     """
-
-    @jit
-    def next_zero(p: Parameters, low: float, positive: bool) -> float:
-        grows = _derivative(p, order + 1, low) > 0.0
-        for _ in range(film.HIGHEST_POWER):
-            high = next_zero_of_slope(p, low, grows)
-            value = _derivative(p, order, high)
-            if value < 0.0 if positive else value > 0.0:
-                for _ in range(_BISECTIONS):
-                    middle = 0.5 * (low + high)
-                    if (_derivative(p, order, middle) > 0.0) == positive:
-                        low = middle
-                    else:
-                        high = middle
-                return low
-            low, grows = high, not grows
+    if order >= film.HIGHEST_POWER:  # that derivative is one number
         return _LARGEST
-
-    return next_zero
-
-
-_next_zero_of_slope = reduce(
-    lambda of_slope, order: _make_next_zero(order, of_slope),
-    range(film.HIGHEST_POWER - 1, 0, -1),
-    _none,
-)
+    grows = _derivative(p, order + 1, low) > 0.0
+    for _ in range(film.HIGHEST_POWER):
+        high = _next_zero(p, order + 1, low, grows)
+        value = _derivative(p, order, high)
+        if value < 0.0 if positive else value > 0.0:
+            for _ in range(_BISECTIONS):
+                middle = 0.5 * (low + high)
+                if (_derivative(p, order, middle) > 0.0) == positive:
+                    low = middle
+                else:
+                    high = middle
+            return low
+        low, grows = high, not grows
+    return _LARGEST
 
 
 @jit
@@ -125,7 +110,7 @@ def next_turning_point(p: Parameters, phi: float, rises: bool) -> float:
         return phi
     if not film.has_higher_terms(p):
         return 0.5 * p.cubic_coefficient / p.quartic_coefficient if rises else math.inf
-    found = _next_zero_of_slope(p, phi, rises)
+    found = _next_zero(p, 1, phi, rises)
     return found if rises or found < _LARGEST else math.inf
 
 
@@ -272,12 +257,12 @@ def solid_threshold(p: Parameters) -> float:
 @inline
 def thresholds(p: Parameters) -> Thresholds:
     """By what the phases of a film are told apart; a third solid counts as a hard one."""
-    if film.has_higher_terms(p):
-        turns = turning_points(p)
-        if turns.hard < math.inf:
-            weakest, strongest = balance(p, turns.between), balance(p, turns.soft)
-            return Thresholds(solid_threshold(p), turns.between, turns.hard, weakest, strongest)
-    return Thresholds(solid_threshold(p), math.inf, math.inf, 0.0, 0.0)
+    solid = solid_threshold(p)
+    turns = turning_points(p)
+    if turns.hard == math.inf:
+        return Thresholds(solid, math.inf, math.inf, 0.0, 0.0)
+    weakest, strongest = balance(p, turns.between), balance(p, turns.soft)
+    return Thresholds(solid, turns.between, turns.hard, weakest, strongest)
 
 
 @inline

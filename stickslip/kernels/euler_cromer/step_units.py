@@ -1,7 +1,7 @@
 """The units of the fixed-step lanes: those of model/scaling.py with the step for the unit of time.
 
-The unit of strain is free as well, and makes the elastic coefficient 1. No length of the step is
-left: an equation of the model takes the fewest operations that way (docs/equations.md).
+The units of strain and of length are free as well, and make the elastic coefficient and the area 1:
+an equation of the model takes the fewest operations that way (docs/equations.md).
 """
 
 from __future__ import annotations
@@ -32,14 +32,17 @@ from stickslip.model.scaling import (
 from stickslip.model.state import State
 from stickslip.parameters import Parameters, ParameterValues
 
+_OF_THE_DRIVE = ("angular_frequency", "drive_amplitude")
+
 _OWN_LITERALS: Literals = {
-    **{name: value for name, value in LITERALS.items() if name != "angular_frequency"},
+    **{name: value for name, value in LITERALS.items() if name not in _OF_THE_DRIVE},
     "elastic_coefficient": 1.0,
+    "contact_area": 1.0,
     "film_thickness": 1.0,
     "noise_intensity": 0.0,  # `D_eff` below stands for it
 }
 
-_KEPT = ("angular_frequency", *(name for name in KEPT if name not in _OWN_LITERALS))
+_KEPT = (*_OF_THE_DRIVE, *(name for name in KEPT if name not in _OWN_LITERALS))
 """The parameters that are left; the angular frequency is the phase of the drive in a step."""
 
 _DERIVED = (
@@ -78,8 +81,10 @@ def step_units(p: Parameters, steps: int) -> Units:
     for place, _ in film.RESTORING:
         highest = max(highest, p[place])
     a = p.elastic_coefficient if p.elastic_coefficient > 0.0 else highest
-    strain = math.copysign(math.sqrt(energy_unit(p, time) / a), p.drive_amplitude)
-    return make_units(p, time, p.film_thickness, strain)
+    energy = energy_unit(p, time)
+    strain = math.copysign(math.sqrt(energy / a), p.drive_amplitude)
+    length = p.contact_area * (energy / strain) * (time * time) / p.block_mass
+    return make_units(p, time, length, p.film_thickness, strain)
 
 
 @cache
