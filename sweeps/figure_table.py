@@ -42,13 +42,13 @@ FIGURES: Mapping[str, FigureEntry] = MappingProxyType(
     {
         "amplitudes": FigureEntry("amplitudes.amplitudes", "sweep", AMPLITUDES),
         "time_courses": FigureEntry(
-            "motion.trajectories.time_courses", "trajectory", (*_POSITIONS, *_VELOCITIES, *_FORCES)
+            "motion.traces.time_courses", "trajectory", (*_POSITIONS, *_VELOCITIES, *_FORCES)
         ),
         "relative_motion": FigureEntry(
-            "motion.trajectories.relative_motion", "trajectory", (*_POSITIONS, *_VELOCITIES)
+            "motion.traces.relative_motion", "trajectory", (*_POSITIONS, *_VELOCITIES)
         ),
         "phase_portraits": FigureEntry(
-            "motion.trajectories.phase_portraits",
+            "motion.traces.phase_portraits",
             "trajectory",
             ("lower_displacement", "lower_velocity"),
         ),
@@ -56,10 +56,10 @@ FIGURES: Mapping[str, FigureEntry] = MappingProxyType(
             "motion.orbit.orbit", "trajectory", (*_POSITIONS, *_VELOCITIES, *_FORCES)
         ),
         "free_energy": FigureEntry(
-            "phases.free_energy", "phases", ("free_energy", "melting_temperature")
+            "free_energy.free_energy", "phases", ("free_energy", "melting_temperature")
         ),
         "landscape": FigureEntry(
-            "phases.landscape", "phases", ("equilibrium_strain", "ramped_order_parameter")
+            "free_energy.landscape", "phases", ("equilibrium_strain", "ramped_order_parameter")
         ),
     }
 )

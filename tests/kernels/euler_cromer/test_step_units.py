@@ -165,23 +165,24 @@ P = random_parameters(np.random.default_rng(12), -2 / 3)._replace(drive_amplitud
 
 
 def expected_extra() -> dict[str, float]:
-    """An extra parameter of each unit in the units of a lane: length X_m, time a step."""
+    """An extra parameter of each unit in the units of a lane: time a step, length by the area."""
     units = step_units(P, STEPS)
     dt = 2 * math.pi / P.angular_frequency / STEPS
+    length = P.contact_area * abs(units.stress) * dt**2 / P.block_mass
     return {
         "1": VALUE,
         "kg": VALUE / P.block_mass,
         "K": VALUE * 2 * P.thermal_coefficient * P.kinetic_coefficient * dt,
-        "N": VALUE / P.block_mass * dt**2 / abs(P.drive_amplitude),
+        "N": VALUE / P.block_mass * dt**2 / length,
         "N s m-1": VALUE / P.block_mass * dt,
-        "Pa s": VALUE / abs(units.stress) * abs(P.drive_amplitude) / P.film_thickness / dt,
+        "Pa s": VALUE / abs(units.stress) * length / P.film_thickness / dt,
         "rad s-1": VALUE * dt,
         "Pa": VALUE / abs(units.stress),
         "J m-3": VALUE * P.kinetic_coefficient * dt,
         "N m-1": VALUE / P.block_mass * dt**2,
         "s-1": VALUE * dt,
-        "m s-1": VALUE / abs(units.speed),
-        "m": VALUE / abs(units.length),
+        "m s-1": VALUE / length * dt,
+        "m": VALUE / length,
         "s": VALUE / dt,
     }
 
