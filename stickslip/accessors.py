@@ -1,4 +1,4 @@
-"""What other packages give the Datasets of this one, such as `ds.stickslip`."""
+"""Accessors that other packages register on the Datasets of this one, such as `ds.stickslip`."""
 
 from __future__ import annotations
 
@@ -11,6 +11,6 @@ GROUP = "stickslip.accessors"
 
 @cache
 def register_accessors() -> None:
-    """Let every installed package register its accessors of Datasets; once in a process."""
+    """Let every installed package register its accessors on Datasets; once per process."""
     for entry in entry_points(group=GROUP):
         entry.load()

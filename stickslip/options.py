@@ -1,6 +1,6 @@
-"""How an orbit is computed: methods, noise treatments, friction laws, tolerances and budgets.
+"""Options of a computation: methods, noise treatments, friction laws, tolerances and budgets.
 
-The one copy of their names, defaults and ranges. Light: nothing here is compiled.
+Their names, defaults and ranges, declared once. Quick to import: nothing here is compiled.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ STRAINS: Mapping[str, str] = MappingProxyType(
 OFFERED = (
     "compile_shared", "family_kernels", "orbits", "trajectory", "largest_step", "rounding",
 )  # fmt: skip
-"""What the module of a method has, as `kernels/adaptive/driver.py` describes it; and
-`stochastic_walk`, where the method knows noise by chance."""
+"""The functions that the module of a method provides, described in `kernels/adaptive/driver.py`;
+a method with stochastic noise also provides `stochastic_walk`."""
 
 
 @dataclass(frozen=True)
 class Method:
     """A method that a user can choose.
 
-    `module` has what it does, all that is OFFERED. `own_option` is what sets its accuracy, the
-    tolerance "rtol" or a fixed step "dt"; `max_steps` its budget of steps a point where none is
-    given; `refines` whether finer tolerances make it more accurate; `strains` the models of the
-    strain that it knows, `noises` the treatments of the noise.
+    `module` implements it and provides everything in OFFERED. `own_option` sets its accuracy: the
+    tolerance "rtol" or a fixed step "dt". `max_steps` is the default budget of steps per point;
+    `refines` tells whether finer tolerances make it more accurate; `strains` and `noises` are the
+    models of the strain and the treatments of the noise that it supports.
     """
 
     meaning: str
@@ -56,13 +56,13 @@ class Method:
     def kernels(self) -> Any:
         """The compiled side of the method, loaded when it is needed.
 
-        Raises TypeError, by name, where the module lacks what is asked of it.
+        Raises TypeError naming the functions that the module should provide and lacks.
         """
         module = import_module(self.module)
-        asked = (*OFFERED, "stochastic_walk") if STOCHASTIC in self.noises else OFFERED
-        lacking = [name for name in asked if not callable(getattr(module, name, None))]
-        if lacking:
-            raise TypeError(f"{self.module}, a method, lacks the function {', '.join(lacking)}")
+        required = (*OFFERED, "stochastic_walk") if STOCHASTIC in self.noises else OFFERED
+        missing = [name for name in required if not callable(getattr(module, name, None))]
+        if missing:
+            raise TypeError(f"{self.module}, a method, lacks the function {', '.join(missing)}")
         return module
 
 
@@ -82,7 +82,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             meaning="the paper's explicit scheme with a fixed step, order 1",
             module="stickslip.kernels.euler_cromer.driver",
             own_option="dt",
-            max_steps=10**15,  # known beforehand: 1e10 a period at the paper's step
+            max_steps=10**15,  # known in advance: 1e10 per period at the paper's step
             accelerates=False,
             refines=False,
             strains=(ADIABATIC,),
@@ -93,15 +93,15 @@ METHODS: Mapping[str, Method] = MappingProxyType(
 
 
 def methods_for(field: str, choice: str) -> list[str]:
-    """The names of the methods that know a `choice` among their "strains" or "noises"."""
+    """The names of the methods that list a `choice` among their "strains" or "noises"."""
     return [name for name, method in METHODS.items() if choice in getattr(method, field)]
 
 
 NOISE_TREATMENTS: Mapping[str, str] = MappingProxyType(
     {
-        TYPICAL_PATH: "the geometric mean of the fluctuating order parameter, without chance",
+        TYPICAL_PATH: "the geometric mean of the fluctuating order parameter, not random",
         NO_NOISE: "the deterministic equation",
-        STOCHASTIC: "realizations by chance, and their statistics",
+        STOCHASTIC: "random realizations, and their statistics",
     }
 )
 
@@ -110,20 +110,20 @@ FRICTION_LAWS: Mapping[str, str] = MappingProxyType(
         "power-law": "stickslip.model.laws.power_law",
     }
 )
-"""The laws of the viscous stress, each with the module that declares it."""
+"""Laws of the viscous stress, each with the module that declares it."""
 
 
 class Physics(NamedTuple):
-    """Which equations are integrated; kernels are made for one of these."""
+    """The choice of equations to integrate; a kernel is made for one choice."""
 
     friction: str
     strain: str = ADIABATIC
     chance: bool = False
-    """Whether the noise is a random number a step, instead of its typical path."""
+    """True where every step draws a random number; False for the typical path of the noise."""
 
     @property
     def typical(self) -> Physics:
-        """The same without chance."""
+        """The same equations with the typical path of the noise."""
         return self._replace(chance=False)
 
     def __str__(self) -> str:
@@ -140,7 +140,7 @@ class Range(NamedTuple):
     whole: bool = False
 
     def holds(self, value: Any) -> bool:
-        """Whether `value` is a number that lies in the range."""
+        """Tell whether `value` is a number within the range."""
         number = isinstance(value, Real) and not isinstance(value, bool)
         return number and self._inside(value) and (value == int(value) or not self.whole)
 
@@ -166,7 +166,7 @@ class Option:
     meaning: str
 
 
-# Below 1e-13 rounding decides, above 1e-2 the answer means nothing.
+# Below 1e-13 rounding dominates, above 1e-2 the answer means nothing.
 _TOLERANCE = Range(1e-13, 1e-2, lower_open=True)
 
 # Kernels count in 64-bit integers.
@@ -177,22 +177,22 @@ OPTIONS: Mapping[str, Option] = MappingProxyType(
         "rtol": Option(1e-6, _TOLERANCE, "relative tolerance of a step (adaptive)"),
         "dt": Option(1e-10, Range(0.0, lower_open=True), "time step in s (euler-cromer)"),
         "max_steps": Option(
-            None, _COUNT, "budget of steps for one point; left out, the method's own"
+            None, _COUNT, "budget of steps for one point; if omitted, the method's own"
         ),
         "stationary_rtol": Option(1e-6, _TOLERANCE, "remaining distance to the limit orbit"),
         "max_error": Option(
             1e-2,
             Range(0.0, 1.0, lower_open=True),
-            "largest error that an ok point may state; 1 for any",
+            "largest error estimate of an ok point; 1 for any",
         ),
-        "max_periods": Option(5000, _COUNT, "drive periods after which a point is given up"),
+        "max_periods": Option(5000, _COUNT, "drive periods after which a point is abandoned"),
         "window": Option(
             200,
             Range(20, 1_000_000, whole=True),
             "drive periods over which an aperiodic orbit is measured, or each realization",
         ),
         "realizations": Option(64, Range(1, 1_000_000, whole=True), "paths of a stochastic film"),
-        "seed": Option(1, Range(0, 2**64 - 1, whole=True), "where the random numbers start"),
+        "seed": Option(1, Range(0, 2**64 - 1, whole=True), "seed of the random numbers"),
     }
 )
 
@@ -201,13 +201,13 @@ _WINDOW_OF_A_REALIZATION = 32
 
 
 def default_window(noise: str) -> int:
-    """Drive periods of the statistics where none are given; fewer where there are many paths."""
+    """Default number of drive periods for the statistics; smaller where there are many paths."""
     window = _WINDOW_OF_A_REALIZATION if noise == STOCHASTIC else OPTIONS["window"].default
     return int(window)
 
 
 class NoiseError(ValueError):
-    """A start at phi = 0 without noise, which would stay liquid for ever."""
+    """A start at phi = 0 without noise, which would stay liquid forever."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -222,7 +222,7 @@ class OptionError(ValueError):
 
 
 class Settings(NamedTuple):
-    """The options as kernels take them: plain numbers, one compiled specialisation."""
+    """The options in the form that kernels take: plain numbers, one compiled specialisation."""
 
     rtol: float
     dt: float
@@ -235,13 +235,13 @@ class Settings(NamedTuple):
 
 @dataclass(frozen=True)
 class Options:
-    """How an orbit is computed; the names are those of a config.
+    """Options of the computation of an orbit, named as in a config.
 
-    `rtol` belongs to the adaptive method, `dt` [s] to euler-cromer; `max_steps` None is the
-    method's own budget. A point that states an error above `max_error` is computed again with finer
-    tolerances, and is not ok where those do not help. `realizations` and `seed` belong to the noise
-    'stochastic'. `stationary_rtol` is the remaining distance
-    to the limit in (x/X_m, v/(X_m omega)); `accelerate` extrapolates plainly contracting sequences.
+    `rtol` belongs to the adaptive method, `dt` [s] to euler-cromer; `max_steps` None stands for the
+    method's own budget. A point whose error estimate exceeds `max_error` is computed again with
+    finer tolerances, and is not ok if those do not help. `realizations` and `seed` belong to the
+    noise 'stochastic'. `stationary_rtol` is the remaining distance to the limit in
+    (x/X_m, v/(X_m omega)); `accelerate` extrapolates clearly contracting sequences.
 
     Raises OptionError for a value outside its valid range.
     """
@@ -262,7 +262,7 @@ class Options:
     strain: str = ADIABATIC
 
     def __post_init__(self) -> None:
-        """Raise OptionError for a value that no computation could follow."""
+        """Raise OptionError for invalid values and combinations."""
         complaints = list(self._complaints())
         if complaints:
             raise OptionError("; ".join(complaints))
@@ -290,11 +290,11 @@ class Options:
 
     @property
     def physics(self) -> Physics:
-        """The equations that are integrated."""
+        """The equations to integrate."""
         return Physics(self.friction, self.strain, self.noise == STOCHASTIC)
 
     def settings(self) -> Settings:
-        """The same as kernels take it."""
+        """The options in the form that kernels take."""
         method = METHODS[self.method]
         return Settings(
             rtol=float(self.rtol),

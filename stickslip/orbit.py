@@ -31,7 +31,7 @@ _NOISE = Parameters._fields.index("noise_intensity")
 _PERIODS = RESULT_COLUMNS.index("periods_integrated")
 _ERROR = RESULT_COLUMNS.index("amplitude_error")
 
-# Times that a point that is not known well enough is computed again, each ten times as finely.
+# How often a point that is not accurate enough is computed again, each time ten times as finely.
 _REFINEMENTS = 3
 _TIGHTEST = 1e-12
 
@@ -51,24 +51,24 @@ if TYPE_CHECKING:
 else:
 
     def _orbit_as_html(orbit: Any) -> str:
-        """What a notebook shows: the status in words, and the observables."""
+        """Return the display of a notebook: the status in words, and the observables."""
         values = {name: getattr(orbit, name) for name in RESULT_COLUMNS}
         return f"<p>{orbit.status.sentence}</p>{value_table(values, RESULTS)}"
 
     Orbit = namedtuple("Orbit", (*RESULT_COLUMNS, "state"), module=__name__)
     Orbit.__doc__ = """The observables of one stationary orbit, in SI units.
 
-    `variables.RESULTS` has the meanings. Unless `status` is ok the amplitudes are NaN and the
-    counts -1. `state` is (x, v, ln phi), with a strain that relaxes behind
-    them, at the start of a drive period on the orbit, or where the search ended.
+    `variables.RESULTS` gives their meanings. Unless `status` is ok, the amplitudes are NaN and the
+    counts -1. `state` is (x, v, ln phi), followed by the strain if that relaxes, at the start of a
+    drive period on the orbit, or where the search ended.
     """
     Orbit._repr_html_ = _orbit_as_html
 
 
 def prepared_points(points: np.ndarray, noise: str) -> np.ndarray:
-    """The rows of parameters (n, parameters) as kernels take them under a noise treatment.
+    """The rows of parameters (n, parameters) that kernels take under a noise treatment.
 
-    Raises NoiseError where a film starts at phi = 0 and nothing could make it solid.
+    Raises NoiseError where a film starts at phi = 0 and could never solidify.
     """
     points = np.array(np.atleast_2d(points), dtype=float)
     if noise == "none":
@@ -79,27 +79,27 @@ def prepared_points(points: np.ndarray, noise: str) -> np.ndarray:
 
 
 def typical_options(options: Options) -> Options:
-    """The same with the typical path of a noise that is left to chance."""
+    """The options with the typical path in place of stochastic noise."""
     return replace(options, noise=TYPICAL_PATH) if options.physics.chance else options
 
 
 def prepare_kernels(options: Options, kinds: np.ndarray) -> None:
-    """Compile or load what `compute_orbits` needs for points of these kinds (n, k).
+    """Compile or load everything that `compute_orbits` needs for points of these kinds (n, k).
 
-    Their columns are the parameters named in `kernels.families.KIND`.
+    The columns are the parameters named in `kernels.families.KIND`.
     """
     METHODS[options.method].kernels.compile_shared(typical_options(options))
     compile_families(options, kinds)
 
 
 def compile_families(options: Options, kinds: np.ndarray) -> None:
-    """Compile or load the kernels that points of these kinds (n, k) do not share with others."""
+    """Compile or load the kernels that only points of these kinds (n, k) need."""
     for own in _family_kernels(options, kinds):
         own.compile()
 
 
 def uncompiled(options: Options, kinds: np.ndarray) -> np.ndarray:
-    """Kinds (m, k), one for each family among these (n, k) that is still to be compiled."""
+    """One kind for each family among these (n, k) that is still to be compiled, (m, k)."""
     one_each = [kinds[members[0]] for _, members in families(options.physics, kinds)]
     missing = [
         kind
@@ -127,12 +127,12 @@ def compute_orbits(
     options
         Method, tolerances, noise.
     starts
-        (n, columns), states at phase 0 to start from instead, as `finals`; a row of NaN means the
-        point's own start.
+        (n, columns), states at phase 0 to start from instead, laid out as `finals`; a row of NaN
+        stands for the point's own start.
     patience
-        Drive periods after which the adaptive method leaves a point `pending`, and so one that
-        needs finer tolerances; 0 for as long as it takes. Such points are better computed
-        together, and come out the same.
+        Drive periods after which the adaptive method leaves a point `pending`, as it does one that
+        needs finer tolerances; 0 for no limit. Such points are computed faster together, with the
+        same results.
 
     Returns
     -------
@@ -173,8 +173,8 @@ def compute_orbits(
 def _compute_ensembles(
     points: np.ndarray, options: Options, starts: np.ndarray | None, patience: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """As `compute_orbits` where the noise is left to chance; finals are of the typical paths."""
-    from stickslip.kernels.ensembles import write_ensembles  # of no use to others
+    """Compute stochastic films as `compute_orbits` does; finals are those of the typical paths."""
+    from stickslip.kernels.ensembles import write_ensembles  # only stochastic films need it
 
     results, finals = compute_orbits(points, typical_options(options), starts, patience=patience)
     write_ensembles(np.atleast_2d(np.asarray(points, dtype=float)), options, results, finals)
@@ -184,7 +184,7 @@ def _compute_ensembles(
 def _orbits(
     points: np.ndarray, options: Options, starts: np.ndarray, patience: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Results (n, columns) and finals (n, columns) of points (n, parameters), as they come."""
+    """Results (n, columns) and finals (n, columns) of one run over points (n, parameters)."""
     results = np.full((len(points), len(RESULT_COLUMNS)), np.nan)
     finals = np.full((len(points), len(final_columns(options.physics))), np.nan)
     METHODS[options.method].kernels.orbits(points, options, starts, results, finals, patience)
@@ -192,18 +192,18 @@ def _orbits(
 
 
 def _is_inaccurate(results: np.ndarray, options: Options) -> np.ndarray:
-    """Which ok points (n,) state a larger error than is allowed."""
+    """Tell which ok points (n,) have a larger error estimate than is allowed."""
     return (results[:, STATUS] == Status.OK) & (results[:, _ERROR] > options.max_error)
 
 
 def _is_doubtful(results: np.ndarray, options: Options) -> np.ndarray:
-    """Which points (n,) a finer tolerance may help."""
+    """Tell which points (n,) a finer tolerance may help."""
     violated = results[:, STATUS] == Status.INVARIANT_VIOLATED
     return _is_inaccurate(results, options) | violated
 
 
 def _finer(options: Options) -> Options:
-    """The same with a tenth of the tolerances."""
+    """The options with a tenth of the tolerances."""
     rtol, stationary = (
         max(0.1 * tolerance, _TIGHTEST) for tolerance in (options.rtol, options.stationary_rtol)
     )
@@ -217,7 +217,7 @@ def _replace_by_better(
     new_results: np.ndarray,
     new_finals: np.ndarray,
 ) -> None:
-    """Put what is a result among the new rows (m, columns) into those rows (m,) of the old."""
+    """Copy those of the new rows (m, columns) that are results into `rows` (m,) of the old."""
     before = results[rows, _PERIODS]
     found = np.isin(new_results[:, STATUS], (Status.OK, Status.APERIODIC))
     results[rows[found]], finals[rows[found]] = new_results[found], new_finals[found]
@@ -225,7 +225,7 @@ def _replace_by_better(
 
 
 def failed_row(status: Status = Status.FAILED) -> np.ndarray:
-    """The result row (columns,) of a point that was not computed at all."""
+    """The result row (columns,) of a point that was not computed."""
     row = np.array([RESULTS[name].missing for name in RESULT_COLUMNS], dtype=float)
     row[STATUS] = status
     return row
@@ -248,7 +248,7 @@ def stationary_orbit(
     max_error: float = DEFAULTS.max_error,
     accelerate: bool = DEFAULTS.accelerate,
 ) -> Orbit:
-    """The stationary orbit that the start of `parameters` leads to, and its amplitudes.
+    """Return the stationary orbit that the start of `parameters` leads to, and its amplitudes.
 
     Parameters
     ----------
@@ -262,11 +262,11 @@ def stationary_orbit(
         Step of euler-cromer [s].
     noise
         'typical-path', 'none' for the deterministic equation, or 'stochastic' for the statistics of
-        an ensemble by chance, whose amplitudes are means over single drive periods.
+        a random ensemble, whose amplitudes are means over single drive periods.
     realizations, seed
-        The number of paths of a stochastic film, and where their random numbers start.
+        The number of paths of a stochastic film, and the seed of their random numbers.
     window
-        Drive periods of the statistics of an orbit that never closes (200 if left out) or of each
+        Drive periods of the statistics of an orbit that never closes (200 by default) or of each
         realization (32).
     friction
         The law of the viscous stress, one of `options.FRICTION_LAWS`.
@@ -275,21 +275,21 @@ def stationary_orbit(
     max_periods, max_steps
         Budgets of drive periods and of steps.
     max_error
-        Largest error that an ok orbit may state; 1 for any.
+        Largest error estimate of an ok orbit; 1 for any.
     accelerate
-        Extrapolate a plainly contracting sequence instead of iterating it to the end.
+        Extrapolate a clearly contracting sequence instead of iterating it to the end.
 
     Returns
     -------
     Orbit
-        Its `status` says how the search ended; no exception is raised for a failure to converge.
+        Its `status` tells how the search ended; failing to converge raises no exception.
 
     Raises
     ------
     NoiseError
         phi_0 = 0 without noise.
     OptionError
-        An unknown method, treatment or law, a tolerance, step or budget out of range.
+        An unknown method, treatment or law; a tolerance, step or budget out of range.
     """
     options = Options(
         method=method,
@@ -312,7 +312,7 @@ def stationary_orbit(
 
 
 def orbit_of_row(row: np.ndarray, final: np.ndarray) -> Orbit:
-    """The Orbit of a result row (columns,) and its final row (columns,)."""
+    """Return the Orbit of a result row (columns,) and its final row (columns,)."""
     counts = {name: int for name in RESULT_COLUMNS if RESULTS[name].dtype == "i4"}
     kinds: dict[str, Any] = counts | {
         "status": lambda value: Status(int(value)),

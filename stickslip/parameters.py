@@ -1,6 +1,6 @@
-"""The parameters of the model: one NamedTuple of floats that goes straight through compiled code.
+"""The parameters of the model: a NamedTuple of floats that compiled code takes as it is.
 
-Names, units, defaults and valid ranges stand in `variables.PARAMETERS`, the one declaration.
+Names, units, defaults and valid ranges are declared in `variables.PARAMETERS`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from stickslip.variables import ENERGY_COEFFICIENTS, PARAMETERS, unbounded
 if TYPE_CHECKING:
 
     class ParameterValues(tuple[float, ...]):
-        """The bare values, unchecked: what compiled code makes of a row of numbers."""
+        """The bare values, unchecked, as compiled code makes them from a row of numbers."""
 
         _fields: ClassVar[tuple[str, ...]]
 
@@ -36,7 +36,7 @@ class ParameterError(ValueError):
 class Parameters(ParameterValues):
     """The parameters of the model in SI units; the defaults are the paper's Fig. 3.
 
-    Every value is turned into a float (one compiled specialisation) and checked against the
+    Every value is converted to a float (one compiled specialisation) and checked against the
     ranges of `variables.PARAMETERS`, also by `_replace`.
 
     Raises
@@ -44,7 +44,7 @@ class Parameters(ParameterValues):
     ParameterError
         A value is not a number or lies outside its valid range.
     TypeError
-        A name is not that of a parameter.
+        No parameter has this name.
     """
 
     __slots__ = ()
@@ -52,8 +52,8 @@ class Parameters(ParameterValues):
     def __new__(cls, *args: float, **kwargs: float) -> Self:  # noqa: D102 - see the class
         _refuse_unknown(kwargs)
         defaults = {name: PARAMETERS[name].default for name in cls._fields[len(args) :]}
-        given = ParameterValues(*args, **(defaults | kwargs))
-        values = [_as_float(*item) for item in zip(cls._fields, given, strict=True)]
+        arguments = ParameterValues(*args, **(defaults | kwargs))
+        values = [_as_float(*item) for item in zip(cls._fields, arguments, strict=True)]
         complaints = [
             f"{name} {complaint}"
             for (name, variable), value in zip(PARAMETERS.items(), values, strict=True)

@@ -1,4 +1,4 @@
-"""The phases of a film at rest or under a strain: what Fig. 2 of the paper shows, and more."""
+"""Phases of a film at rest or under a strain: the curves of the paper's Fig. 2, and more."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ PAPER_TEMPERATURES = (265.0, 286.0, 310.0)
 PAPER_STRAIN = 2.1e-6
 """Those of Fig. 2."""
 
-_BEYOND = 1.15  # the largest order parameter that is shown, in parts of that of the solid
-_RAMP = 1.05  # the largest strain that a slow ramp comes to, in parts of the one that melts
-_FINER = 8  # times the samples along it: its jumps are steep
+_BEYOND = 1.15  # largest order parameter shown, relative to that of the solid
+_RAMP = 1.05  # largest strain of the slow ramp, relative to the melting strain
+_FINER = 8  # times as many samples along the ramp, whose jumps are steep
 
 _ROUNDING = 1e-12
 
-# What noise leaves of a liquid film: the seed from which it freezes.
+# Order parameter that noise maintains in a liquid film: the seed from which it freezes.
 _SEED = 1e-9
 
 DIRECTIONS = ("rising", "falling")
-"""Those of a slow ramp of the strain."""
+"""Directions of a slow ramp of the strain."""
 
 
 def phase_diagram(
@@ -39,19 +39,19 @@ def phase_diagram(
     strain: float = PAPER_STRAIN,
     samples: int = 601,
 ) -> xr.Dataset:
-    """The free energy of a film at some temperatures, and where it melts and solidifies.
+    """Return the free energy of a film at some temperatures, and where it melts and solidifies.
 
     Parameters
     ----------
     parameters
-        The model's parameters; the paper's by default. Their temperature does not enter but as
-        the lowest one at which strains are shown.
+        The model's parameters; the paper's by default. Their temperature only sets the range of
+        strains.
     temperatures
-        Temperatures [K] at which the free energy is shown.
+        Temperatures [K] of the free energy.
     strain
-        Elastic strain under which it is.
+        Elastic strain of the free energy.
     samples
-        Order parameters, and strains, that are shown.
+        Number of order parameters, and of strains.
 
     Returns
     -------
@@ -59,16 +59,16 @@ def phase_diagram(
         `free_energy` (temperature, order_parameter) by Eq. 12 under the scalar coordinate
         `applied_strain`; `melting_strain` and `solidification_strain` (temperature,), Eqs. 19 and
         20; `melting_temperature` and `solidification_temperature` (elastic_strain,), Eqs. 17 and
-        18. Between the two the film is what it was before; beyond, there is one phase.
+        18. Between the two the film keeps the phase that it had; elsewhere there is only one.
         `equilibrium_strain` (temperature, order_parameter) is the strain under which a film with
         that order parameter is stationary, NaN where there is none, and `equilibrium_stability`
-        whether it is stable there; `ramped_order_parameter` (temperature, ramp_direction,
+        tells whether it is stable there; `ramped_order_parameter` (temperature, ramp_direction,
         ramped_strain) follows the film while the strain slowly rises and falls again.
 
     Raises
     ------
     ValueError
-        No temperature, or fewer than two samples; ParameterError where one is out of range.
+        No temperature, or fewer than two samples; ParameterError if a temperature is out of range.
     """
     import xarray as xr
 
@@ -78,7 +78,7 @@ def phase_diagram(
     films = [p._replace(temperature=T) for T in temperatures]
     rest = [solids.largest_order_parameter(at) for at in films]
     phi = np.linspace(0.0, _BEYOND * max(rest), samples)
-    for at_rest in rest:  # so that equilibria are shown from no strain on
+    for at_rest in rest:  # a sample at each, so that equilibria begin at zero strain
         phi[np.abs(phi - at_rest).argmin()] = at_rest
     eps = np.linspace(0.0, solids.melting_strain(p), samples)
     along: dict[str, tuple[str, list[float]]] = {
@@ -128,7 +128,7 @@ def phase_diagram(
 
 
 def _equilibrium_strain(p: Parameters, phi: float) -> float:
-    """The strain under which a film with order parameter `phi` is stationary; NaN where none is."""
+    """The strain under which a film with order parameter `phi` is stationary; NaN if none is."""
     if p.elastic_coefficient <= 0.0 or phi <= 0.0:
         return math.nan
     B, heating = solids.balance(p, phi), film.heating(p)
@@ -138,7 +138,7 @@ def _equilibrium_strain(p: Parameters, phi: float) -> float:
 
 
 def _is_stable(p: Parameters, phi: float) -> bool:
-    """Whether a film that is stationary at `phi` returns there."""
+    """Tell whether a film that is stationary at `phi` returns there after a disturbance."""
     return bool(film.log_force_slope(p, phi) > 0.0)
 
 

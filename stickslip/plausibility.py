@@ -1,6 +1,6 @@
-"""What looks wrong in finished results without being impossible: reasons to look closer.
+"""Checks for finished results that are possible but suspicious: reasons to look closer.
 
-What is impossible is a status (`invariant_violated`); the a priori side is stability.py.
+The impossible has a status of its own (`invariant_violated`); stability.py checks in advance.
 """
 
 from __future__ import annotations
@@ -13,17 +13,17 @@ from stickslip.stability import static_strength
 from stickslip.variables import RESULT_COLUMNS
 
 SUSPICIOUS_BALANCE = 1e-3
-"""Power balance error from which an orbit deserves a look where its amplitudes are stated to be
-less certain than this, too; 1e-2 is a status. Where the force is a few percent of the full one the
-balance is a small difference of large numbers, and the amplitudes are right all the same."""
+"""An orbit deserves a look if both its power balance error and its amplitude error exceed this;
+beyond 1e-2 the former is a status. Where the force is a few percent of the full one, the balance is
+a small difference of large numbers, and the amplitudes are right all the same."""
 
 SUSPICIOUS_STRESS = 1.1
-"""Stress over its static maximum that fast kinetics would not reach; slow ones may."""
+"""Stress relative to its static maximum that fast kinetics would not reach; slow kinetics may."""
 
-# Below this part of the full spring force, over A, a stress is too small to be compared.
+# Below this fraction of the full spring force, over A, a stress is too small to be compared.
 _SMALL = 0.01
 
-# Strains that give the static maximum to a percent.
+# This many strains give the static maximum to one percent.
 _SOME = 12
 
 _MAX, _MIN, _BALANCE, _ERROR = (
@@ -38,18 +38,18 @@ _MAX, _MIN, _BALANCE, _ERROR = (
 
 
 def suspicious_balance(results: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which rows (n, columns) have power balance and amplitudes above `SUSPICIOUS_BALANCE`."""
+    """Tell which rows (n, columns) exceed `SUSPICIOUS_BALANCE` in both errors."""
     return np.asarray(np.minimum(results[:, _BALANCE], results[:, _ERROR]) > SUSPICIOUS_BALANCE)
 
 
 def suspicious_stress(
     points: NDArray[np.float64], results: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """Which points (n, parameters) with results (n, columns) exceed the static stress by 10 %."""
+    """Tell which points (n, parameters) exceed the static stress by 10 %; `results`."""
     p = ParameterValues(*points.T)
     stress = np.maximum(np.abs(results[:, _MAX]), np.abs(results[:, _MIN]))
     small = _SMALL * 2.0 * p.spring_stiffness * np.abs(p.drive_amplitude) / p.contact_area
-    # Most points are cleared by what some strains already give; the others get a closer look.
+    # A few strains already clear most points; the others get a closer look.
     suspicious = stress > SUSPICIOUS_STRESS * np.maximum(static_strength(points, _SOME), small)
     few = np.flatnonzero(suspicious)
     suspicious[few] = stress[few] > SUSPICIOUS_STRESS * static_strength(points[few])

@@ -1,4 +1,4 @@
-"""What kind of motion an orbit is: a code that is stored, and a sentence that is read."""
+"""The kind of motion of an orbit: a code for files, and a sentence for readers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Regime(IntEnum):
 
     @property
     def sentence(self) -> str:
-        """One sentence that says what it means."""
+        """One sentence that explains it."""
         return _SENTENCES[self]
 
 

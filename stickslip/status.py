@@ -1,4 +1,4 @@
-"""How the computation of one point can end: a code that is stored, and a sentence that is read."""
+"""The ways the computation of a point can end: a code for files, and a sentence for readers."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import IntEnum
 
 
 class Status(IntEnum):
-    """The ways in which a point ends; the values are those of `status` in a result file."""
+    """The ways in which a point can end; the values are those of `status` in a result file."""
 
     OK = 0
     NOT_STATIONARY = 1
@@ -22,12 +22,12 @@ class Status(IntEnum):
 
     @property
     def sentence(self) -> str:
-        """One sentence that says what happened and what may help."""
+        """One sentence about what happened and what may help."""
         return _SENTENCES[self]
 
     @property
     def is_result(self) -> bool:
-        """Whether a point that ended so has amplitudes."""
+        """True if a point that ended this way has amplitudes."""
         return self in (Status.OK, Status.APERIODIC, Status.INTERPOLATED)
 
 
@@ -35,11 +35,11 @@ _SENTENCES = {
     Status.OK: "The stationary orbit was reached and measured.",
     Status.NOT_STATIONARY: (
         "The motion was still on its way to an orbit after `stationary.max_periods` drive periods; "
-        "allow more (after some 600 what never closes is known, too), or start nearer to the orbit."
+        "allow more (motions that never close are recognised within some 600), or start nearer."
     ),
     Status.STEP_LIMIT: (
-        "The step budget `integrator.max_steps` ran out before the motion was known; raise it (a "
-        "weakly viscous film takes 1e4 steps a drive period, and some 600 of these at most)."
+        "The step budget `integrator.max_steps` ran out before the orbit was found; raise it (a "
+        "weakly viscous film takes 1e4 steps per drive period, and at most some 600 periods)."
     ),
     Status.DIVERGED: (
         "The state stopped being finite, or the step size fell to rounding level; "
@@ -58,8 +58,8 @@ _SENTENCES = {
         "The orbit does not close; its amplitudes are means over `stationary.window` drive periods."
     ),
     Status.INACCURATE: (
-        "The orbit was found, but its amplitudes are not known to `integrator.max_error`, with "
-        "finer tolerances neither; take a smaller `integrator.dt`, or allow a larger error."
+        "The orbit was found, but even finer tolerances do not make its amplitudes accurate to "
+        "`integrator.max_error`; take a smaller `integrator.dt`, or allow a larger error."
     ),
     Status.INTERPOLATED: (
         "The point lies between computed ones that agree (`refine`), and was interpolated."

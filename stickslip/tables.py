@@ -14,9 +14,9 @@ _CELL = "text-align: left; padding: 0 1em 0 0"
 def value_table(
     values: Mapping[str, Any], variables: Mapping[str, Variable], bold: Iterable[str] = ()
 ) -> str:
-    """An HTML table of values with their symbols and units; the meaning shows where one points.
+    """Return an HTML table of values with symbols and units; meanings are tooltips.
 
-    The names in `bold` stand out.
+    The rows named in `bold` stand out.
     """
     marked = set(bold)
     rows = [_row(variables[name], value, name in marked) for name, value in values.items()]
@@ -32,7 +32,7 @@ def _row(variable: Variable, value: Any, bold: bool) -> str:
 
 
 def _text(value: Any) -> str:
-    """A value as a person reads it: flags by their names, numbers to seven digits."""
+    """Return a value as text: flags by name, numbers to seven digits."""
     name = getattr(value, "name", None)
     if isinstance(name, str):
         return name.lower()

@@ -26,18 +26,18 @@ if TYPE_CHECKING:
 
 StartName = Literal["initial", "stationary"]
 
-# CF keeps the name `time` for a time of the calendar.
+# CF reserves the name `time` for calendar times.
 TIME = "elapsed_time"
 
 REALIZATION = "realization"
 """The dimension of the paths of a stochastic film."""
 
-# What samples hold.
+# The columns of samples.
 _SAMPLED = ("lower_displacement", "lower_velocity", "order_parameter")
 
 
 class IntegrationError(RuntimeError):
-    """A trajectory or orbit that could not be computed; `status` says how it ended."""
+    """A trajectory or orbit that could not be computed; `status` tells how it ended."""
 
     def __init__(self, status: Status, context: str = "") -> None:
         super().__init__(f"{context}{status.sentence}")
@@ -62,7 +62,7 @@ def simulate(
     max_steps: int | None = DEFAULTS.max_steps,
     max_periods: int = DEFAULTS.max_periods,
 ) -> xr.Dataset:
-    """The time courses of one trajectory over a number of drive periods.
+    """Return the time courses of one trajectory over a number of drive periods.
 
     Parameters
     ----------
@@ -72,14 +72,14 @@ def simulate(
         Length and sampling; periods*samples_per_period + 1 equidistant samples.
     start
         'initial': from (x_0, v_0, phi_0). 'stationary': on the orbit that this start leads to. Or a
-        state (x, v, ln phi, with a strain that relaxes behind them) at phase 0 of the drive, such
+        state (x, v, ln phi, followed by the strain if that relaxes) at phase 0 of the drive, such
         as `Orbit.state`.
     schedule
-        Parameters that change along the run, with equally many values of each: `periods` at the
-        first values, as many at the second, and so on (Fig. 6 of the paper). Each section begins
-        in the state (x, v, phi) in which the one before ended, at phase 0 of the drive.
+        Parameters that change along the run, with the same number of values for each: `periods` at
+        the first values, as many at the second, and so on (Fig. 6 of the paper). Each section
+        begins in the state (x, v, phi) in which the one before ended, at phase 0 of the drive.
     realizations, seed
-        The number of paths of a stochastic film, and where their random numbers start.
+        The number of paths of a stochastic film, and the seed of their random numbers.
     method, rtol, dt, noise, friction, strain, max_steps, max_periods
         As for `stationary_orbit`; `max_steps` is the budget of each section.
 
@@ -87,9 +87,9 @@ def simulate(
     -------
     xarray.Dataset
         Variables of `variables.TRAJECTORY` over the dimension `elapsed_time` [s], the parameters as
-        scalar coordinates, scheduled ones along it; order 3 between the steps of the adaptive
-        method. The sample at which two sections meet has the parameters of the first. A stochastic
-        film adds the dimension `realization`.
+        scalar coordinates, scheduled ones along time; interpolation between the steps of the
+        adaptive method is of order 3. The sample at which two sections meet has the parameters of
+        the first. A stochastic film adds the dimension `realization`.
 
     Raises
     ------
@@ -99,10 +99,10 @@ def simulate(
     NoiseError
         phi_0 = 0 without noise.
     ParameterError, TypeError
-        A scheduled value that is out of range, or no parameter.
+        A scheduled value is out of range, or not that of a parameter.
     ValueError
-        Fewer than one period or one sample a period, a start that is neither a name nor a state, or
-        a schedule whose parameters have no values or not equally many.
+        Fewer than one period or one sample per period; a start that is neither a name nor a state;
+        a schedule with no values, or with different numbers of them.
     """
     if periods < 1 or samples_per_period < 1:
         raise ValueError("periods and samples_per_period must be at least 1")
@@ -128,12 +128,12 @@ def simulate(
     register_accessors()
     if not options.physics.chance:
         return run.path(state, new_stream())
-    # The numbers of the first section serve the whole run.
+    # The streams of the first section serve the whole run.
     return _together([run.path(state, new_stream(own)) for own in streams_of(points[:1], options)])
 
 
 class _Run(NamedTuple):
-    """Consecutive sections of a trajectory, with equally many periods of each."""
+    """Consecutive sections of a trajectory, each of the same number of periods."""
 
     sections: Sequence[Parameters]
     points: np.ndarray
@@ -143,7 +143,7 @@ class _Run(NamedTuple):
     scheduled: tuple[str, ...]
 
     def path(self, state: np.ndarray, stream: np.ndarray) -> xr.Dataset:
-        """The trajectory from a state (width,), with the random numbers of a stream."""
+        """Return the trajectory from a state (width,), with the random numbers of a stream."""
         parts, begin = [], 0.0
         for section, point in zip(self.sections, self.points, strict=True):
             samples = _sampled(point, self.options, state, self.periods, self.per_period, stream)
@@ -156,7 +156,7 @@ class _Run(NamedTuple):
 
 
 def _together(paths: list[xr.Dataset]) -> xr.Dataset:
-    """The realizations of a stochastic film, along a dimension of their own."""
+    """Join the realizations of a stochastic film along a new dimension."""
     import xarray as xr
 
     together = xr.concat(paths, dim=REALIZATION, coords="minimal", compat="override")
@@ -194,7 +194,7 @@ def _sampled(
     per_period: int,
     stream: np.ndarray,
 ) -> np.ndarray:
-    """The states (x, v, phi, ...) at the sample times, (periods*per_period + 1, width)."""
+    """Return the states (x, v, phi, ...) at the sample times, (periods*per_period + 1, width)."""
     samples = np.empty((periods * per_period + 1, _width(options)))
     kernels = METHODS[options.method].kernels
     status = Status(kernels.trajectory(point, options, state, per_period, samples, stream))
@@ -253,7 +253,7 @@ def _section(
     times: np.ndarray,
     samples: np.ndarray,
 ) -> xr.Dataset:
-    """The Dataset of a section: `own` (n,) times since it began, `times` since the run did."""
+    """Return the Dataset of a section at times since its start, `own`, and the run's, `times`."""
     import xarray as xr
 
     observables = np.empty((len(own), len(OBSERVABLES)))
@@ -276,7 +276,7 @@ def _section(
 
 
 def _joined(parts: list[xr.Dataset], scheduled: Iterable[str]) -> xr.Dataset:
-    """The sections one after the other, each instant once, the scheduled parameters along time."""
+    """Join the sections in time, each instant once, with the scheduled parameters along time."""
     import xarray as xr
 
     if not scheduled:

@@ -1,7 +1,7 @@
-"""The registry of every quantity that has a name: parameters, trajectories, results.
+"""The registry of all named quantities: parameters, trajectories, results.
 
-One declaration here is the documentation, the axis label, the validation bound and the NetCDF
-attribute of a quantity at once. Symbols are the paper's (Lyashenko & Zaskoka 2013).
+A quantity is declared here once, for its documentation, axis label, valid range and NetCDF
+attributes. Symbols are the paper's (Lyashenko & Zaskoka 2013).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Variable:
 
     @property
     def attributes(self) -> dict[str, str]:
-        """The CF attributes of the quantity: long_name, units, symbol and perhaps a comment."""
+        """CF attributes of the quantity: long_name, units, symbol, and the comment if any."""
         named = {"long_name": self.meaning, "units": self.units, "symbol": self.symbol}
         return named | ({"comment": self.comment} if self.comment else {})
 
@@ -38,11 +38,10 @@ class ParameterVariable(Variable):
     `neutral` is the value under which results from before this parameter existed stay true; at
     that value it enters no key, seal or identity. The parameters of the first version have none.
 
-    A coefficient of the free energy has a `phi_power`: it stands in the force on ln(phi) with this
-    power of the order parameter and with `phi_sign`, +1 or -1. `model/film.py` makes its term of
-    the energy, the force and the phases of that.
-    `directed` is a parameter whose sign is a direction of the motion, which turns in its mirror
-    image.
+    A coefficient of the free energy has a `phi_power`: it multiplies this power of the order
+    parameter in the force on ln(phi), with the sign `phi_sign`, +1 or -1. `model/film.py` derives
+    its terms in the energy and the force, and the phases, from that. `directed` marks a parameter
+    whose sign is a direction of motion and changes in the mirror image.
     """
 
     default: float = math.nan
@@ -56,7 +55,7 @@ class ParameterVariable(Variable):
     directed: bool = False
 
     def complaint(self, value: float) -> str | None:
-        """What is wrong with `value`, as the end of a sentence; None where it is valid."""
+        """Say what is wrong with `value`, as the end of a sentence; None if it is valid."""
         if not math.isfinite(value):
             return f"must be a finite number, not {value!r}"
         if self.nonzero and value == 0:
@@ -74,7 +73,7 @@ class ParameterVariable(Variable):
 class ResultVariable(Variable):
     """An observable of a stationary orbit: a column of result rows and a variable of files.
 
-    `dtype` is that of the file; `missing` stands where a point has no result.
+    `dtype` is the type in files; `missing` is the value of points without a result.
     """
 
     dtype: str = "f8"
@@ -100,7 +99,7 @@ def _by_name(*variables: _V) -> Mapping[str, _V]:
     return MappingProxyType({variable.name: variable for variable in variables})
 
 
-# One declaration on as few lines as it needs: formatted by hand.
+# Formatted by hand, to keep each declaration on as few lines as it needs.
 # fmt: off
 PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
     _not_negative("temperature", "T", "T", "K", "lubricant temperature", default=200.0),
@@ -184,15 +183,15 @@ PHASES: Mapping[str, Variable] = _by_name(
     Variable("solidification_temperature", "T_c^0", r"T_c^0", "K",
         "temperature below which a liquid film solidifies"),
     Variable("melting_strain", "epsilon_c0", r"\varepsilon_{c0}", "1",
-        "strain above which a solid film melts", "0 where it is liquid at any strain"),
+        "strain above which a solid film melts", "0 if it is liquid at any strain"),
     Variable("solidification_strain", "epsilon_c^0", r"\varepsilon_c^0", "1",
-        "strain below which a liquid film solidifies", "0 where it does at no strain"),
+        "strain below which a liquid film solidifies", "0 if it does at no strain"),
     Variable("equilibrium_strain", "epsilon_el", r"\varepsilon_\mathrm{el}", "1",
         "strain under which a film with this order parameter is stationary"),
     Variable("equilibrium_stability", "stable", r"\mathrm{stable}", "1",
-        "1 where a film that is stationary at this order parameter returns there, else 0"),
+        "1 if a film that is stationary at this order parameter is stable there, else 0"),
     Variable("ramped_strain", "epsilon_el", r"\varepsilon_\mathrm{el}", "1",
-        "elastic strain that slowly rises from 0, and falls again"),
+        "elastic strain that slowly rises from 0 and falls again"),
     Variable("ramp_direction", "ramp", r"\mathrm{ramp}", "1",
         "whether the strain rises or falls"),
     Variable("ramped_order_parameter", "phi", r"\varphi", "1",
@@ -201,15 +200,15 @@ PHASES: Mapping[str, Variable] = _by_name(
 
 _ORBIT = "over the stationary orbit"
 _HALF = (
-    f"half of maximum minus minimum {_ORBIT}; where it is aperiodic, or the film stochastic, the "
-    "mean of single periods"
+    f"half of maximum minus minimum {_ORBIT}; of aperiodic orbits and stochastic films the mean "
+    "over single periods"
 )
 _SPREAD = (
-    "over the orbit, the window of an aperiodic one, or all periods of all realizations; 0 where "
-    "it closes after one period"
+    "over the orbit, the window of an aperiodic one, or all periods of all realizations; 0 if it "
+    "closes after one period"
 )
-_ALL = "of a stochastic film over all periods of all realizations"
-_TYPICAL = "of a stochastic film that of its typical path"
+_ALL = "for a stochastic film over all periods of all realizations"
+_TYPICAL = "for a stochastic film that of its typical path"
 
 RESULTS: Mapping[str, ResultVariable] = _by_name(
     ResultVariable("elastic_stress_amplitude", "sigma_el,max", r"\sigma_\mathrm{el,max}", "Pa",
@@ -226,33 +225,33 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
         f"minimum of the friction force {_ORBIT}", _ALL),
     ResultVariable("amplitude_error", "error", r"\mathrm{error}", "1",
         "estimated relative error of the worse of the two amplitudes",
-        "relative to max(amplitude, 1 % of max(2K, M omega^2)|X_m|), over A for the stress; of "
-        "aperiodic orbits and stochastic films three standard errors of the mean, besides the "
+        "relative to max(amplitude, 1 % of max(2K, M omega^2)|X_m|), divided by A for the stress; "
+        "of aperiodic orbits and stochastic films three standard errors of the mean, plus the "
         "error of the typical path"),
     ResultVariable("power_balance_error", "power balance", r"\mathrm{power\ balance}", "1",
         f"relative violation of the power balance {_ORBIT}",
         "|work of the drive - dissipation - energy gained| / integral of |F V|"),
     ResultVariable("orbit_periods", "n", "n", "1",
         "drive periods after which the stationary orbit closes",
-        "0 where it is aperiodic, or the film stochastic", dtype="i4", missing=-1),
+        "0 if it is aperiodic, or the film stochastic", dtype="i4", missing=-1),
     ResultVariable("melting_count", "meltings", r"n_\mathrm{melt}", "1",
         f"number of solid to liquid transitions {_ORBIT}",
         f"solid from phi >= b/2c, melted at phi <= 0.1 b/2c; {_ALL}", dtype="i4", missing=-1),
     ResultVariable("solid_transition_count", "solid transitions", r"n_\mathrm{solid}", "1",
         f"number of changes between a soft and a hard solid {_ORBIT}",
-        "films whose free energy goes to sixth order; not with the liquid between the two",
+        "sixth-order free energy only; changes through the liquid do not count",
         dtype="i4", missing=-1),
     ResultVariable("asymmetry", "asymmetry", r"\mathrm{asymmetry}", "1",
-        "asymmetry of the elastic stress: |max + min| / (max - min)", "0 where max - min < 1 Pa"),
+        "asymmetry of the elastic stress: |max + min| / (max - min)", "0 if max - min < 1 Pa"),
     ResultVariable("periods_integrated", "periods", r"n_\mathrm{periods}", "1",
         "drive periods integrated for this point",
-        "confirmation and measurement included, the run of the error estimate not", dtype="i4",
+        "including confirmation and measurement, without the run of the error estimate", dtype="i4",
         missing=-1),
     ResultVariable("solid_fraction", "solid fraction", r"\mathrm{solid\ fraction}", "1",
-        f"share of the time in which the film is solid, {_ORBIT}",
-        "with the thresholds of the meltings"),
+        f"fraction of the time in which the film is solid, {_ORBIT}",
+        "with the thresholds of the melting count"),
     ResultVariable("regime", "regime", r"\mathrm{regime}", "1",
-        "what kind of motion the orbit is", _TYPICAL, dtype="i1", missing=127),
+        "kind of motion of the orbit", _TYPICAL, dtype="i1", missing=127),
     ResultVariable("floquet_multiplier", "multiplier", r"|\mu|", "1",
         "modulus of the largest Floquet multiplier of the orbit",
         "by finite differences of the map of (x, v, ln phi) over the orbit; resolved to about the "
@@ -274,29 +273,29 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
 ENERGY_COEFFICIENTS: tuple[str, ...] = tuple(
     v.name for v in sorted(PARAMETERS.values(), key=lambda v: v.phi_power) if v.phi_power > 1
 )
-"""The coefficients that decide whether the order parameter is bounded, the lowest power first."""
+"""The coefficients that decide whether the order parameter is bounded, lowest power first."""
 
 
 def unbounded(*coefficients: float) -> str | None:
-    """What lets an order parameter with these coefficients grow without bound; None if nothing.
+    """Say what lets an order parameter with these coefficients grow without bound; None if bounded.
 
-    In the order of `ENERGY_COEFFICIENTS`. The highest one that is not 0 must stand with a plus.
+    In the order of `ENERGY_COEFFICIENTS`. The highest one that is not 0 must have a plus sign.
     """
-    given = zip(ENERGY_COEFFICIENTS, coefficients, strict=True)
-    *_, (name, value) = (ENERGY_COEFFICIENTS[0], 0.0), *((n, v) for n, v in given if v != 0)
+    named = zip(ENERGY_COEFFICIENTS, coefficients, strict=True)
+    *_, (name, value) = (ENERGY_COEFFICIENTS[0], 0.0), *((n, v) for n, v in named if v != 0)
     if value * PARAMETERS[name].phi_sign > 0:
         return None
     higher = ENERGY_COEFFICIENTS[ENERGY_COEFFICIENTS.index(name) + 1 :]
     needed = [f"{n} ({PARAMETERS[n].symbol})" for n in higher if PARAMETERS[n].phi_sign > 0]
-    told = f"{name} ({PARAMETERS[name].symbol}) {'>' if value else '='} 0"
-    return f"{told} needs a {' or '.join(needed) or 'higher coefficient'} > 0"
+    condition = f"{name} ({PARAMETERS[name].symbol}) {'>' if value else '='} 0"
+    return f"{condition} needs a {' or '.join(needed) or 'higher coefficient'} > 0"
 
 
 RESULT_COLUMNS: tuple[str, ...] = tuple(RESULTS)
 """Columns of a result row, in the order of the registry."""
 
 STARTING = ("initial_displacement", "initial_velocity", "initial_order_parameter")
-"""The parameters that say nothing but how a motion begins."""
+"""The parameters that only set how a motion begins."""
 
 BY_SYMBOL: Mapping[str, str] = MappingProxyType(
     {variable.symbol: name for name, variable in PARAMETERS.items()}
@@ -304,5 +303,5 @@ BY_SYMBOL: Mapping[str, str] = MappingProxyType(
 
 
 def canonical_name(name: str) -> str | None:
-    """The parameter's full name for a full name or for the paper's symbol; None if unknown."""
+    """Return the full name of a parameter for its name or the paper's symbol; None if unknown."""
     return name if name in PARAMETERS else BY_SYMBOL.get(name)

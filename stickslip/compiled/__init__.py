@@ -1,1 +1,1 @@
-"""Compiled code: the house decorators, the loop over lanes, the cache, elementary functions."""
+"""Compiled code: the decorators, the loop over lanes, the cache, elementary functions."""

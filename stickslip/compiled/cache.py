@@ -1,8 +1,7 @@
-"""Where compiled code is kept: a folder named by a hash of all sources, and files that are checked.
+"""The cache of compiled code: a folder named by a hash of all sources, and files with checksums.
 
-The private parts of Numba that are subclassed here are guarded by tests/compiled/test_cache.py: it
-fails where a new version of Numba changes them, which is why pyproject.toml bounds that version
-above.
+This subclasses private parts of Numba. tests/compiled/test_cache.py fails if a new version of Numba
+changes them, which is why pyproject.toml sets an upper bound on that version.
 """
 
 from __future__ import annotations
@@ -41,26 +40,26 @@ class SteadyCache(FunctionCache):
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         """Signature, processor and name; Numba's own hashes a closure by its identity.
 
-        What a name stands for is settled by the sources, whose hash names the folder.
+        The sources, whose hash names the folder, determine what a name stands for.
         """
         return sig, codegen.magic_tuple(), self._name
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The cached code, or None where it is damaged.
+        """Return the cached code, or None if it is damaged.
 
-        Numba's own imports first all that a compilation needs: a quarter of a second.
+        Numba's own method first imports everything that a compilation needs: a quarter of a second.
         """
         try:
             rtsys.initialize(target_context)
             return self._load_overload(sig, target_context)
         except Exception as error:  # noqa: BLE001 - a damaged pickle can raise nearly anything
             warn_once(f"the cache of compiled code is damaged and is made anew ({error!r})")
-            with contextlib.suppress(OSError):  # what cannot be replaced is passed over
+            with contextlib.suppress(OSError):  # an index that cannot be replaced stays
                 self.flush()
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep compiled code; where that fails, warn."""
+        """Store compiled code, or warn if that fails."""
         try:
             super().save_overload(sig, data)
         except Exception as error:  # noqa: BLE001 - a full disk must not stop a computation
@@ -68,15 +67,15 @@ class SteadyCache(FunctionCache):
 
 
 def is_kept(kernel: Any) -> bool:
-    """Whether a kernel is compiled, here or on the disk: it has one signature."""
+    """Tell whether a kernel, which has one signature, is compiled here or on disk."""
     if kernel.signatures:
         return True
-    file = getattr(kernel._cache, "_cache_file", None)  # there is none without a folder
+    file = getattr(kernel._cache, "_cache_file", None)  # None without a cache folder
     return file is not None and Path(file._index_path).exists()
 
 
 class _CheckedFile(IndexDataCacheFile):
-    """Numba's data file with a checksum: code of which a page was lost would crash the process."""
+    """Numba's data file with a checksum: code with a page missing would crash the process."""
 
     def _save_data(self, name: str, data: Any) -> None:
         pickled = self._dump(data)
@@ -91,21 +90,21 @@ class _CheckedFile(IndexDataCacheFile):
 
 
 class OneFolder(UserProvidedCacheLocator):
-    """Keeps the code of all installations in one folder, wherever their sources lie.
+    """Keeps all code in one folder, wherever the sources are.
 
-    Numba's own would make a folder for each place. The names of kernels tell them apart.
+    Numba's own locator would make a folder for each location. Kernels are told apart by name.
     """
 
     @classmethod
     def get_suitable_cache_subpath(cls, py_file: str) -> str:  # noqa: ARG003 - Numba's
-        """No folder in the folder."""
+        """Return no subfolder."""
         return ""
 
 
 class CacheFolder:
-    """Points Numba at the package's own cache folder while a kernel is declared.
+    """Points Numba to the package's own cache folder while a kernel is declared.
 
-    Raises RuntimeError where there is none.
+    Raises RuntimeError if there is none.
     """
 
     def __enter__(self) -> None:
@@ -113,7 +112,7 @@ class CacheFolder:
         _prepare(folder)
         self._previous = numba_config.CACHE_DIR, numba_config.CACHE_LOCATOR_CLASSES
         numba_config.CACHE_DIR = str(folder)
-        # Without this an unwritable folder sends Numba to __pycache__, which no hash names.
+        # Otherwise Numba would fall back from an unwritable folder to __pycache__, without a hash.
         numba_config.CACHE_LOCATOR_CLASSES = f"{__name__}.{OneFolder.__name__}"
 
     def __exit__(self, *exception: object) -> None:
@@ -121,18 +120,18 @@ class CacheFolder:
 
 
 def cache_folder() -> Path:
-    """Where the compiled code of exactly these sources is kept.
+    """Return the folder for the compiled code of exactly these sources.
 
-    Nobody else can write there, since what is loaded is run. Raises RuntimeError where there is no
-    home folder.
+    Nobody else may write there, since code that is loaded is run. Raises RuntimeError if there is
+    no home folder.
     """
     return _cache_root() / f"{_PREFIX}{source_hash()[:16]}"
 
 
 @cache
 def _prepare(folder: Path) -> None:
-    """Make the folder, for its owner alone, and take those of sources long gone away."""
-    with contextlib.suppress(OSError):  # Numba says that it cannot be written
+    """Make the folder, for its owner alone, and remove folders of old sources."""
+    with contextlib.suppress(OSError):  # Numba reports a folder that cannot be written
         if not folder.exists():
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             _remove_old(folder.parent)
@@ -140,7 +139,7 @@ def _prepare(folder: Path) -> None:
 
 
 def _remove_old(root: Path) -> None:
-    """Take folders that no process has used for long away."""
+    """Remove folders that no process has used for a long time."""
     for folder in root.glob(f"{_PREFIX}{'[0-9a-f]' * 16}"):
         with contextlib.suppress(OSError):
             if time.time() - folder.stat().st_mtime > _KEPT_SECONDS:
@@ -158,7 +157,7 @@ def _cache_root() -> Path:
 
 @cache
 def source_hash() -> str:
-    """Hexadecimal SHA-256 of the package's Python sources: the fingerprint of the code."""
+    """Return the hexadecimal SHA-256 of the package's Python sources: its fingerprint."""
     root = Path(__file__).parents[1]
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*.py")):
@@ -169,11 +168,11 @@ def source_hash() -> str:
 
 @cache
 def processor() -> str:
-    """The kind of processor that code is compiled for: numbers agree to the last bit within one."""
+    """Return the processor type of compiled code: within one, results agree bit for bit."""
     return str(numba_config.CPU_NAME or get_host_cpu_name())
 
 
 @cache
 def warn_once(message: str) -> None:
-    """A RuntimeWarning, the first time that this is said."""
+    """Issue a RuntimeWarning, but only the first time for each message."""
     warnings.warn(message, RuntimeWarning, stacklevel=3)

@@ -1,8 +1,8 @@
-"""What becomes of a compiled function: a sealed kernel, or a part of those that call it.
+"""Compilers for the two kinds of compiled functions: sealed kernels, and the parts that they call.
 
-The private parts of Numba that are subclassed here are guarded by test_compilers.py and
-test_symbols.py in tests/compiled: they fail where a new version of Numba changes them, which is why
-pyproject.toml bounds that version above.
+This subclasses private parts of Numba. test_compilers.py and test_symbols.py in tests/compiled fail
+if a new version of Numba changes them, which is why pyproject.toml sets an upper bound on that
+version.
 """
 
 from __future__ import annotations
@@ -20,11 +20,12 @@ from numba.core.types import unliteral
 
 
 class _SealedLibrary(JITCodeLibrary):
-    """Machine code of which other code sees the entry alone.
+    """Machine code of which other code sees only the entry point.
 
-    The functions inside become private before they are optimised. Internal would not be enough: the
-    loader takes the copy of a function that it saw first for all weak ones of its name, internal
-    ones included, and optimising changes how those want to be called, which crashes their callers.
+    The functions inside become private before they are optimised. Internal linkage would not be
+    enough: the loader uses the first copy of a function that it sees for all weak ones of the same
+    name, even internal ones, and optimisation changes their calling conventions, which crashes
+    callers.
     """
 
     def _optimize_final_module(self) -> None:
@@ -35,12 +36,12 @@ class _SealedLibrary(JITCodeLibrary):
 
 
 class SealedCompiler(Compiler):
-    """Compiles a kernel with all that it calls into private code of its own.
+    """Compiles a kernel and everything that it calls into private code.
 
     Numba keeps the functions that a kernel calls as weak symbols, of which a process uses the copy
-    that it loaded first: the one compiled by itself after a compilation, some kernel's own after
-    loading from the cache. The copies were optimised in different company and differ in the last
-    bits, so that a first run gave other numbers than all later ones.
+    that it loaded first: after a compilation the one compiled by itself, after loading from the
+    cache that of some kernel. The copies were optimised in different contexts and differ in the
+    last bits, so that a first run gave different numbers from all later ones.
     """
 
     def __init__(self, typing_context: Any, target: Any, library: Any, *others: Any) -> None:
@@ -49,7 +50,7 @@ class SealedCompiler(Compiler):
         super().__init__(typing_context, target, library, *others)
 
     def compile_extra(self, func: Callable[..., Any]) -> Any:
-        """Compile without collecting garbage: that takes a tenth of the time, and finds little."""
+        """Compile without garbage collection, which takes a tenth of the time and finds little."""
         collecting = gc.isenabled()
         gc.disable()
         try:
@@ -60,7 +61,7 @@ class SealedCompiler(Compiler):
 
 
 class _PartLibrary(JITCodeLibrary):
-    """Code in LLVM's language, to be linked into kernels; it never becomes machine code."""
+    """LLVM code to be linked into kernels; it never becomes machine code by itself."""
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
@@ -78,11 +79,11 @@ _NO_ENTRY = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 class Part(CPUDispatcher):
-    """A function whose machine code is that of the kernels it is compiled into.
+    """A function that becomes machine code only in the kernels it is compiled into.
 
-    Numba makes machine code and a Python entry for every function that a kernel calls, though only
-    the kernel ever runs it: a third of the time that a first run spends compiling. Called from
-    Python, as tests do, a part is compiled `alone`.
+    Numba makes machine code and a Python entry for every function that a kernel calls, although
+    only the kernel ever runs it; that takes a third of the compile time of a first run. When Python
+    calls a part, as tests do, it is compiled `alone`.
     """
 
     def __init__(
@@ -96,24 +97,24 @@ class Part(CPUDispatcher):
 
     @cached_property
     def alone(self) -> Any:
-        """The function with machine code and a Python entry."""
+        """The function with its own machine code and Python entry."""
         options = {**self.targetoptions, "no_cpython_wrapper": False}
         return CPUDispatcher(self.py_func, self.locals, options)
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
-        """What the function returns, by code compiled for this call."""
+        """Call the function from Python, compiled on its own."""
         return self.alone(*args, **kwargs)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """As Numba's, but one version serves all constants, which optimising brings in."""
+        """Use one version for all constant arguments: optimisation inserts the constants anyway."""
         if "forceinline" not in self.targetoptions:
             args, kws = tuple(map(unliteral, args)), {k: unliteral(v) for k, v in kws.items()}
         return super().get_call_template(args, kws)
 
     def add_overload(self, result: Any) -> None:
-        """Makes what was compiled known to its callers.
+        """Register the compiled code with its callers.
 
-        Numba knows a function by its entry point; without one, any object of its own will do.
+        Numba identifies a function by its entry point; without one, any unique object will do.
         """
         key = object()
         self.targetctx.insert_user_function(key, result.fndesc, [result.library])

@@ -1,7 +1,7 @@
-"""Elementary functions in plain arithmetic: no library call, so that loops of them vectorise.
+"""Elementary functions in plain arithmetic, without library calls, so that loops vectorise.
 
-Each works on the bits of a double where a library would branch, uses no integer operation that
-AVX2 lacks, and lets NaN through. Errors are stated in units of the last place (ulp, 1.1e-16).
+They operate on the bits of a double where a library would branch, use no integer operation that
+AVX2 lacks, and propagate NaN. Errors are in units of the last place (ulp, 1.1e-16).
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ import numpy as np
 
 from stickslip.compiled.decorators import inline
 
-# Added to a number below 2^51 this leaves its nearest integer in the lowest bits of the sum. Only
-# sums that keep their order may stand here: no `reassoc` for these functions.
+# Added to a number below 2^51 this leaves its nearest integer in the lowest bits of the sum. This
+# depends on the order of summation, so these functions must never be compiled with `reassoc`.
 _ROUND = 6755399441055744.0  # 1.5 * 2^52
 
 _U = np.uint64
 
-# High word of the bits of 1.0 times 4/3, less a correction that balances the linear guess.
+# High word of the bits of 1.0 times 4/3, minus a correction that balances the linear guess.
 _CUBE_SEED = _U(0x553EF0FF)
 _LOW_WORD, _ONE_THIRD = _U(0xFFFFFFFF), _U(0xAAAAAAAB)  # (n * 0xAAAAAAAB) >> 33 is n/3
 
-# ln 2 and pi/2 in two parts; the first has so few digits that small integers times it are exact.
+# ln 2 and pi/2 in two parts; the first has so few digits that its small multiples are exact.
 _LN2 = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 _HALF_PI = 1.57079632673412561417e00, 6.07710050650619224932e-11
 
@@ -85,7 +85,7 @@ def _odd_tail(s: float) -> float:
 
 @inline
 def _scaled(x: float, exponent: int) -> float:
-    """x times a power of two, given as bits of the exponent field."""
+    """x times a power of two, given by the bits of its exponent field."""
     return np.int64(np.float64(x).view(np.int64) + exponent).view(np.float64)
 
 
@@ -126,7 +126,7 @@ def _negated(x: float, quarter: int) -> float:
 def logarithm(x: float) -> float:
     """ln(x) for normal `x` > 0, to an absolute 2e-16 or 2 ulp; about -709 for 0."""
     bits = np.float64(x).view(np.uint64)
-    # The mantissa is put into [1/sqrt 2, sqrt 2), so that the logarithm of 1 is exact.
+    # The mantissa is reduced to [1/sqrt 2, sqrt 2), so that the logarithm of 1 is exact.
     offset = _U(0x3FE6A09E667F3BCD)
     steps = np.uint64(np.uint64(bits - offset) >> _U(52))
     mantissa = np.uint64(bits - np.uint64(steps << _U(52))).view(np.float64)
@@ -144,19 +144,19 @@ def logarithm(x: float) -> float:
 def power(x: float, exponent: float) -> float:
     """x^exponent for `x` >= 0 and exponent > 0, to 4e-16 (1 + |ln(result)|).
 
-    Results below 1e-149, and 0 excepted, come out as about that: 0 for any physical purpose.
+    Nonzero results below 1e-149 come out as about that: 0 for any physical purpose.
     """
     result, _ = exponentials(exponent * logarithm(x))
     return result if x > 0.0 else x  # 0 and NaN
 
 
-# Bits of 1.0 twice, less a correction that balances the error of the linear guess.
+# Bits of 1.0 twice, minus a correction that balances the error of the linear guess.
 _RECIPROCAL_SEED = _U(0x7FDE623822FC16E6)
 
 
 @inline
 def reciprocal(x: float) -> float:
-    """1/x for `x` > 0 between 1e-300 and 1e300, to 1 ulp, where a division would cost too much.
+    """1/x for `x` between 1e-300 and 1e300, to 1 ulp, for loops in which a division is too slow.
 
     The exponent bits give a guess to 5 %; two steps of a fourth-order iteration do the rest.
     """

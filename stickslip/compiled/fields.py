@@ -1,8 +1,8 @@
-"""Compiled makers of NamedTuples, written field by field from a declaration.
+"""Compiled functions that are generated from a declaration, field by field.
 
-Numba compiles neither `Tuple(*row)` nor keywords that are known at run time only. So the text of
-the function is written here, as `dataclasses` does it, with every field by name: a field without a
-value is an error when the maker is made, not a default that nobody notices.
+Numba compiles neither `Tuple(*row)` nor keywords that are only known at run time. So the source of
+the function is generated, as `dataclasses` does, with every field by name: a field without a value
+is an error when the function is made, not a default that nobody notices.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ from stickslip.compiled.decorators import inline
 def make_tuple_maker(
     kind: Any, arguments: str, values: Mapping[str, str | float], names: Mapping[str, Any]
 ) -> Any:
-    """An inline function of `arguments` that makes a `kind`, each field from its expression.
+    """Return an inline function of `arguments` that makes a `kind`, each field from its expression.
 
     Parameters
     ----------
     kind
         A NamedTuple class.
     arguments
-        The arguments of the function as they stand in a definition, such as `row` or `p, s`.
+        The arguments of the function as in a definition, such as `row` or `p, s`.
     values
-        For each field an expression in the arguments, or a number that is written out as a
-        literal, so that the compiler can remove what a 0 or a 1 makes superfluous.
+        For each field an expression in the arguments, or a number that becomes a literal, so that
+        the compiler can remove operations that a 0 or a 1 makes superfluous.
     names
-        What the expressions use beside the arguments.
+        Other names that the expressions use.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def make_tuple_maker(
     if set(values) != set(kind._fields):
         wrong = sorted(set(values) ^ set(kind._fields))
         raise TypeError(f"{kind.__name__}: no value for, or no field called {', '.join(wrong)}")
-    # Numba takes no choice among more than fifteen keywords: each value gets a line of its own.
+    # Numba allows no conditional among more than fifteen keywords: each value gets its own line.
     lines = [f"the_{field} = {values[field]!s}" for field in kind._fields]
     fields = ", ".join(f"the_{field}" for field in kind._fields)
     return make_function(
@@ -51,27 +51,27 @@ def make_tuple_maker(
 
 
 def make_row_reader(kind: Any) -> Any:
-    """An inline function that makes a `kind` of the first numbers of an array, in its order."""
+    """Return an inline function that makes a `kind` from the first numbers of an array."""
     values = {field: f"row[{i}]" for i, field in enumerate(kind._fields)}
     return make_tuple_maker(kind, "row", values, {})
 
 
 def make_lane_reader(kind: Any, first: int, get: Callable[..., float]) -> Any:
-    """An inline function of (lanes, lane) that makes a `kind` of the slots from `first` on.
+    """Return an inline function of (lanes, lane) that makes a `kind` from slots, the `first` on.
 
-    `get(lanes, slot, lane)` reads a slot, as of `numerics.lane_array`.
+    `get(lanes, slot, lane)` reads a slot, as in `numerics.lane_array`.
     """
     values = {field: f"get(lanes, {first + i}, lane)" for i, field in enumerate(kind._fields)}
     return make_tuple_maker(kind, "lanes, lane", values, {"get": get})
 
 
 def make_map(name: str, arguments: str, components: Iterable[str], names: Mapping[str, Any]) -> Any:
-    """An inline function of `arguments` that returns a tuple of these expressions."""
+    """Return an inline function of `arguments` that returns a tuple of these expressions."""
     return make_function(name, arguments, [f"return ({', '.join(components)},)"], names)
 
 
 def make_function(name: str, arguments: str, lines: Iterable[str], names: Mapping[str, Any]) -> Any:
-    """An inline function with these lines; `names` is what they use beside the arguments."""
+    """Return an inline function with these lines, which may use `names` besides the arguments."""
     scope, body = dict(names), "\n    ".join(lines)
     exec(f"def function({arguments}):\n    {body}\n", scope)
     function = scope["function"]
@@ -80,5 +80,5 @@ def make_function(name: str, arguments: str, lines: Iterable[str], names: Mappin
 
 
 def _digest(values: Mapping[str, str | float]) -> str:
-    """Tells apart the makers of one class by what they write."""
+    """Return a digest that distinguishes functions which make the same class."""
     return hashlib.sha256(repr(sorted(values.items())).encode()).hexdigest()[:8]

@@ -8,11 +8,11 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
-# The vectoriser left to itself takes half the width of an AVX-512 machine and one vector at a time,
-# so that a step waits for its own results: with two in flight it takes 1.3 to 1.8 times less time.
-# Where registers are shorter the compiler splits a vector into several, which does the same.
+# Left to itself, the vectoriser uses half the width of an AVX-512 machine and one vector at a time,
+# so that a step waits for its own results; two in flight make it 1.3 to 1.8 times as fast. If
+# registers are shorter, the compiler splits a vector into several, with the same effect.
 VECTOR = 8
-"""Lanes a vector of a lane loop."""
+"""Lanes per vector of a lane loop."""
 
 _INTERLEAVED = 2
 
@@ -24,9 +24,9 @@ LANES = VECTOR * _INTERLEAVED
 def _for_lanes(typing_context: Any, lanes: Any, body: Any, arguments: Any) -> Any:
     """Call `body(lane, *arguments)` for each lane, as one loop that is compiled to vectors.
 
-    `lanes` a multiple of LANES; `body` an `inline` function without a branch, a call or a loop,
-    whose lanes touch no common element. Otherwise the loop is compiled to scalar code, with the
-    same results but slowly (tests look at the assembly).
+    `lanes` is a multiple of LANES; `body` an `inline` function without branches, calls or loops,
+    whose lanes share no element. Otherwise the loop becomes scalar code, with the same results but
+    slow (tests inspect the assembly).
     """
     signature = types.void(lanes, body, arguments)
     call = (types.int64, *arguments.types)
@@ -55,11 +55,11 @@ def _for_lanes(typing_context: Any, lanes: Any, body: Any, arguments: Any) -> An
     return signature, codegen
 
 
-for_lanes: Any = _for_lanes  # numba's types know nothing of what an intrinsic is called with
+for_lanes: Any = _for_lanes  # Numba's type hints do not cover calls of an intrinsic
 
 
 def _loop_hints(module: Any) -> Any:
-    """LLVM's loop metadata: vectorise, so wide, so many at a time, and do not unroll before."""
+    """LLVM's loop metadata: vector width and number of vectors at a time, no earlier unrolling."""
     hints = [
         [ir.MetaDataString(module, "llvm.loop.vectorize.enable"), ir.IntType(1)(1)],
         [ir.MetaDataString(module, "llvm.loop.vectorize.width"), ir.IntType(32)(VECTOR)],

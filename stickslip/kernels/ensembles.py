@@ -1,7 +1,7 @@
-"""Ensembles: the statistics of a film whose noise is left to chance. The same for all methods.
+"""Ensembles: the statistics of stochastic films, the same for all methods.
 
 The realizations of a point start on its settled typical path, forget it over a few drive periods,
-and are measured over a window, drive period by drive period.
+and are then measured over a window, one drive period at a time.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ OK, APERIODIC = int(Status.OK), int(Status.APERIODIC)
 # Drive periods after which a realization has forgotten the typical path.
 _DROPPED = 5
 
-# Paths side by side.
+# Paths that are computed side by side.
 _AT_A_TIME = 4096
 
 _COLUMN = {name: place for place, name in enumerate(RESULT_COLUMNS)}
@@ -38,20 +38,20 @@ def write_ensembles(
     """Replace the typical paths of points by the statistics of their realizations.
 
     `points` (n, parameters) in SI units; `results` (n, columns) and `finals` (n, columns) of their
-    typical paths. What depends on the orbit as a whole stays that of the typical path: its regime,
-    multiplier and exponent, and its state. Points without a typical path stay as they are.
+    typical paths. Properties of the orbit as a whole remain those of the typical path: regime,
+    multiplier, exponent and state. Points without a typical path are left unchanged.
     """
     rows = np.flatnonzero(np.isin(results[:, STATUS], (OK, APERIODIC)))
-    at_once = max(1, _AT_A_TIME // int(options.realizations))
-    for first in range(0, len(rows), at_once):
-        some = rows[first : first + at_once]
-        results[some] = _statistics(points[some], options, results[some], finals[some])
+    size = max(1, _AT_A_TIME // int(options.realizations))
+    for first in range(0, len(rows), size):
+        batch = rows[first : first + size]
+        results[batch] = _statistics(points[batch], options, results[batch], finals[batch])
 
 
 def _statistics(
     points: np.ndarray, options: Options, typical: np.ndarray, finals: np.ndarray
 ) -> np.ndarray:
-    """The result rows (n, columns) of points (n, parameters) with these typical paths."""
+    """Return the result rows (n, columns) of points (n, parameters) with these typical paths."""
     paths, window = int(options.realizations), int(options.window)
     own = np.repeat(points, paths, axis=0)
     walk = METHODS[options.method].kernels.stochastic_walk(
@@ -76,9 +76,9 @@ def _statistics(
 
 
 def _measured(points: np.ndarray, walk: Walk, length: int) -> tuple[np.ndarray, np.ndarray]:
-    """Rows (m, columns) of paths over a window, and the amplitudes of single periods.
+    """Return the rows (m, columns) of paths over a window, and the amplitudes of single periods.
 
-    These are (m, 2, length), of stress [Pa] and force [N].
+    The latter are (m, 2, length), of stress [Pa] and force [N].
     """
     begins, window, count = walk.states(), Window(len(points)), len(points)
     for _ in range(length):
@@ -105,10 +105,10 @@ def _measured(points: np.ndarray, walk: Walk, length: int) -> tuple[np.ndarray, 
 
 
 def _combine(rows: np.ndarray, singles: np.ndarray, result: np.ndarray) -> None:
-    """Write what the rows (paths, columns) of realizations say together into that of their point.
+    """Combine the rows (paths, columns) of realizations into the result row of their point.
 
-    `singles` (paths, 2, periods) are the amplitudes of their single periods. A realization that
-    failed decides.
+    `singles` (paths, 2, periods) are the amplitudes of single periods. If a realization failed, so
+    does the point.
     """
     failed = rows[:, STATUS] != APERIODIC
     if failed.any():

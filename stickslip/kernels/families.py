@@ -1,8 +1,8 @@
-"""Kernels specialised by fluid: the one table, and the one dispatch.
+"""Families of fluids, each with a specialised kernel, and the dispatch of points to them.
 
 A law of friction names rheological indices for which the compiler makes better code; points with
-these go to kernels of their own, all others to a general one. Kernels are made when they are first
-asked for, by factories that are given the physics and the index.
+these go to kernels of their own, all others to a general one. Factories make a kernel from the
+physics and the index when it is first needed.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from stickslip.model.laws import friction_law
 from stickslip.options import Physics
 
 KIND = ("rheological_index", *HIGHER_COEFFICIENTS)
-"""The parameters that decide on the family of a point."""
+"""The parameters that determine the family of a point."""
 
 
 class Family(NamedTuple):
-    """Points that share a kernel: those with one rheological index, or, for None, all others.
+    """Points that share a kernel: those with the same rheological index or, for None, all others.
 
-    `higher` where their free energy has higher terms than the paper's.
+    `higher` if their free energy has higher terms than the paper's.
     """
 
     physics: Physics
@@ -36,14 +36,14 @@ class Family(NamedTuple):
 
 
 class FamilyKernel(NamedTuple):
-    """A kernel of one family, and what compiles or loads it."""
+    """A kernel of one family, and the function that compiles or loads it."""
 
     kernel: Any
     compile: Callable[[], object]
 
 
 def families(physics: Physics, kinds: np.ndarray) -> Iterator[tuple[Family, np.ndarray]]:
-    """The families that occur among points of these kinds (n, k), in the order of `KIND`.
+    """Yield the families among points of these kinds (n, k), with columns in the order of `KIND`.
 
     Each comes with the positions (m,) of its members.
     """

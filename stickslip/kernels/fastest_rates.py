@@ -14,18 +14,18 @@ from stickslip.model.laws import friction_law
 from stickslip.parameters import Parameters
 
 REFUSE_ABOVE = 2.0
-"""Step times fastest rate from which an explicit step is unstable."""
+"""Product of step and fastest rate above which an explicit step is unstable."""
 
-# An explicit scheme follows the drive with an error of omega dt: at least this many steps a radian.
+# An explicit scheme follows the drive with an error of omega dt: this many steps per radian.
 _STEPS_PER_RADIAN = 20.0
 
 _HIGHEST = float(drive.HIGHEST_HARMONIC)
 
-# The speed at which friction and drive are in balance, to 1e-18 of the fastest.
+# Bisections for the speed at which friction balances the drive: to 1e-18 of the fastest.
 _BISECTIONS = 60
 
 STRAINS = 200
-"""The static maximum of the stress is flat: so many strains give it to 1e-4."""
+"""Strains at which the static stress is evaluated: its flat maximum is found to 1e-4."""
 
 
 @jit
@@ -41,15 +41,15 @@ def _static_strength(p: Parameters, strains: int) -> float:
 
 @inline
 def _reach(p: Parameters) -> float:
-    """Largest displacement [m]: springs store no more than amplitude and start put into them."""
+    """Upper bound of the displacement [m]: springs store no more than drive and start put in."""
     return 2.0 * max(drive.largest_displacement(p), abs(p.initial_displacement))
 
 
 @jit
 def _slip_speed(p: Parameters) -> float:
-    """Relative speed [m/s] of a slip: the drive's, and that of springs let go.
+    """Upper bound of the relative speed of a slip [m/s]: that of the drive plus that of springs.
 
-    By a stick, or at the start.
+    The springs are released at the end of a stick, or at the start.
     """
     own, stretched = math.sqrt(2.0 * p.spring_stiffness / p.block_mass), _reach(p)
     if p.spring_stiffness > 0.0:
@@ -61,7 +61,7 @@ def _slip_speed(p: Parameters) -> float:
 
 @inline
 def _driving_force(p: Parameters) -> float:
-    """Largest force [N] that can speed up the relative motion: inertia in the drive, springs."""
+    """Largest force [N] that can accelerate the relative motion: drive's inertia plus springs."""
     reach = _reach(p)
     if p.spring_stiffness > 0.0:
         reach += abs(p.initial_velocity) * math.sqrt(p.block_mass / (2.0 * p.spring_stiffness))
@@ -69,10 +69,10 @@ def _driving_force(p: Parameters) -> float:
 
 
 def _make_limited_speed(stress: Any) -> Any:
-    """The largest speed (p, fastest) up to `fastest` [m/s] that the viscous friction lets happen.
+    """Return the function (p, fastest) of the largest speed up to `fastest` that friction allows.
 
-    Above it the friction exceeds what could speed up the motion: a viscous film locks the block.
-    The least friction counts, that of a liquid film.
+    At higher speeds [m/s] the viscous friction exceeds any force that could accelerate the motion:
+    a viscous film locks the block. The friction taken is the smallest, that of a liquid film.
     """
 
     @jit
@@ -93,7 +93,7 @@ def _make_limited_speed(stress: Any) -> Any:
 
 @inline
 def _film_rate(p: Parameters, phi: float, slip: float) -> float:
-    """Fastest rate of the order parameter [1/s]: in the slip, where it melts, and in the solid."""
+    """Fastest rate of the order parameter [1/s]: while it melts in a slip, or in the solid."""
     B = film.melting_function(p, friction.elastic_strain(p, slip))
     heating = film.heating(p)
     solid = film.log_force(p, phi, heating) + film.log_force_slope(p, phi)
@@ -102,11 +102,11 @@ def _film_rate(p: Parameters, phi: float, slip: float) -> float:
 
 @kernel_factory
 def rates_kernel(law_name: str) -> Any:
-    """The kernel that bounds the fastest rate of points: (points, rates).
+    """Return the kernel (points, rates) that bounds the fastest rate of points.
 
-    `points` (n, parameters); `rates` (n,) [1/s] is written. The rates are those of Eqs. 3 and 26:
-    elastic plus viscous friction on v, the order parameter in the slip and in the solid, and the
-    springs; the drive's is scaled so that a step it allows also resolves it.
+    `points` (n, parameters); `rates` (n,) [1/s] is output. The rates are those of Eqs. 3 and 26:
+    elastic plus viscous friction on v, the order parameter in a slip and in the solid, and the
+    springs; that of the drive is scaled so that a step it allows also resolves the drive.
     """
     law = friction_law(law_name)
     stable_slope, limited_speed = law.stable_slope, _make_limited_speed(law.stress)
@@ -130,14 +130,14 @@ def rates_kernel(law_name: str) -> Any:
 def write_static_strengths(points: np.ndarray, strains: int, strengths: np.ndarray) -> None:
     """Write the largest static elastic stress [Pa] of points (n, parameters), (n,).
 
-    Looked for over so many strains: fewer give less, never more, than the maximum.
+    The maximum over this many strains: with fewer it is smaller, never larger.
     """
     for i in range(points.shape[0]):
         strengths[i] = _static_strength(parameters_of(points[i]), strains)
 
 
 def fastest_rate(points: np.ndarray, law: str) -> np.ndarray:
-    """Upper bound of the fastest rate [1/s] of each point, (n, parameters) -> (n,)."""
+    """Return an upper bound of the fastest rate [1/s] of each point, (n, parameters) -> (n,)."""
     points = np.ascontiguousarray(np.atleast_2d(points), dtype=float)
     rates = np.empty(len(points))
     rates_kernel(law)(points, rates)
@@ -145,7 +145,7 @@ def fastest_rate(points: np.ndarray, law: str) -> np.ndarray:
 
 
 def largest_stable_step(points: np.ndarray, law: str) -> np.ndarray:
-    """Largest fixed step [s] that is not refused, for each point (n, parameters)."""
+    """Return the largest fixed step [s] that is accepted, for each point (n, parameters)."""
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         steps = REFUSE_ABOVE / fastest_rate(points, law)
-    return np.nan_to_num(steps, nan=0.0)  # a rate beyond all numbers allows no step
+    return np.nan_to_num(steps, nan=0.0)  # a rate that overflows allows no step

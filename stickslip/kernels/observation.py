@@ -1,8 +1,8 @@
-"""Motions watched drive period by drive period: orbits that close late, or never.
+"""Motions watched one drive period at a time: orbits that close late, or never.
 
-The same for all methods. A motion on which the search found no cycle is watched over a window of
-periods. Where neighbouring motions approach each other all the same, it is on its way to a cycle
-after all, and the search goes on; otherwise it is aperiodic, and is measured as what it is.
+The same for all methods. A motion in which the search found no cycle is watched over a window of
+periods. If neighbouring motions nevertheless approach each other, it is on its way to a cycle after
+all, and the search goes on; otherwise it is aperiodic, and is measured as such.
 """
 
 from __future__ import annotations
@@ -24,45 +24,45 @@ from stickslip.measure.results import (
 from stickslip.measure.window import Window, amplitudes_of, mean_in_order, statistics_of
 from stickslip.parameters import Parameters
 
-# Periods after which tangents point where they grow fastest, and those in which their growth is
-# judged; a growth above the least, per period, is none that leads to a cycle soon.
+# Periods after which tangents point in the direction of fastest growth, and those over which their
+# growth is averaged; with more growth per period than the third number no cycle is near.
 _ALIGNING = 16
 _JUDGED = 128
 _LEAST_GROWTH = -0.01
 
 RTOL = 1e-8
-"""The tolerance of an adaptive method that carries the tangents of another one's motions."""
+"""Tolerance of the adaptive method when it carries tangents for motions of another method."""
 
 
 class Walk(Protocol):
-    """Motions on their way, a drive period at a time."""
+    """Motions that advance one drive period at a time."""
 
     def states(self) -> np.ndarray:
-        """Stroboscopic states (n, columns) as finals: in SI units, with the next step."""
+        """Return stroboscopic states (n, columns) as in finals: SI units, with the next step."""
         ...
 
     def next_period(self) -> np.ndarray:
-        """Go on for a period: the records (n, RECORD) of it as a stretch, in SI units."""
+        """Advance by a period; return its records (n, RECORD) as a stretch, in SI units."""
         ...
 
     def outcomes(self) -> np.ndarray:
-        """The Status (n,) of each so far, OK while it goes on."""
+        """Return the Status (n,) of each so far, OK while it goes on."""
         ...
 
 
 class DivisibleWalk(Walk, Protocol):
-    """Motions of which some may end before others."""
+    """Motions that can be split, so that some may end before others."""
 
     def part(self, which: np.ndarray) -> DivisibleWalk:
-        """The walk of some of the motions alone, from where they are."""
+        """Return the walk of some of the motions alone, from where they are."""
         ...
 
 
 class TangentWalk(Walk, Protocol):
-    """Motions with tangent vectors, each of which may end by itself."""
+    """Motions with tangent vectors, each of which may end on its own."""
 
     def growth(self) -> np.ndarray:
-        """Logarithms (n,) of the growth of tangent vectors over the last period."""
+        """Return the logarithms (n,) of the growth of tangent vectors over the last period."""
         ...
 
     def stop(self, which: np.ndarray) -> None:
@@ -74,10 +74,9 @@ class Watched(NamedTuple):
     """n motions that were watched; amplitudes are those of stress [Pa] and force [N].
 
     `records` (n, RECORD) of the window and its `lengths` (n,) in drive periods; `begins` and `ends`
-    (n, columns), states before and after it, as finals; `means`, `errors` and `spreads` (n, 2) of
-    the amplitudes of single periods; `exponents` (n,), the growth of tangent vectors a period;
-    `aperiodic` (n,), which were measured as what they are: the statistics of the others are NaN;
-    `periods` (n,) that it took.
+    (n, columns), the states before and after it, as finals; `means`, `errors` and `spreads` (n, 2)
+    of the amplitudes of single periods; `exponents` (n,), the growth of tangent vectors per period;
+    `aperiodic` (n,), a flag, without which the statistics are NaN; `periods` (n,) that it took.
     """
 
     records: np.ndarray
@@ -92,15 +91,15 @@ class Watched(NamedTuple):
     periods: np.ndarray
 
     def part(self, which: np.ndarray) -> Watched:
-        """Some of them."""
+        """Return some of them."""
         return Watched(*(column[which] for column in self))
 
 
 def watch(walk: TangentWalk, length: int, *, decisive: bool = False) -> Watched:
-    """Watch motions over a window of `length` drive periods, each until it is known for what it is.
+    """Watch motions over a window of `length` drive periods, each until its kind is known.
 
-    One whose neighbours approach it ends early, and is aperiodic only where the watch is
-    `decisive`: then no cycle was found in spite of it. One that fails ends at once.
+    A motion whose neighbours approach it ends early, and is aperiodic only if the watch is
+    `decisive`, after a search that still found no cycle. A motion that fails ends at once.
     """
     begins, after, total = walk.states(), walk.states(), max(length, _JUDGED)
     window, periods, grown = Window(len(begins)), np.zeros(len(begins), np.int64), []
@@ -139,9 +138,9 @@ def _grows(grown: list[np.ndarray]) -> np.ndarray:
 
 
 def spreads_of(walk: DivisibleWalk, periods: np.ndarray) -> np.ndarray:
-    """Standard deviations (n, 2) of stress and force amplitudes among single periods of orbits.
+    """Return the standard deviations (n, 2) of stress and force amplitudes of an orbit's periods.
 
-    `periods` (n,) after which they close; 0 where that is one.
+    `periods` (n,) after which the orbits close; the result is 0 for one.
     """
     longest, rows = int(periods.max(initial=0)), np.arange(len(periods))
     singles = np.zeros((longest, len(periods), 2))
@@ -156,9 +155,9 @@ def spreads_of(walk: DivisibleWalk, periods: np.ndarray) -> np.ndarray:
 
 @jit
 def _relative_error(p: Parameters, means: np.ndarray, errors: np.ndarray) -> float:
-    """The error (2,) of mean amplitudes (2,) of stress and force as one number, the worse one.
+    """Combine the errors (2,) of mean amplitudes (2,) of stress and force: the larger relative one.
 
-    That of an orbit with these amplitudes, one extremum off.
+    It is that of an orbit with these amplitudes and an error in one extremum.
     """
     exact, blurred = np.zeros(RECORD), np.zeros(RECORD)
     for column, slot in ((0, STRESS_MAX), (1, FORCE_MAX)):
@@ -172,7 +171,7 @@ def _relative_error(p: Parameters, means: np.ndarray, errors: np.ndarray) -> flo
 def write_relative_errors(
     points: np.ndarray, means: np.ndarray, errors: np.ndarray, relative: np.ndarray
 ) -> None:
-    """Write the errors (n, 2) of mean amplitudes (n, 2) of points as numbers (n,)."""
+    """Write the errors (n, 2) of mean amplitudes (n, 2) of points as relative errors (n,)."""
     for i in range(points.shape[0]):
         relative[i] = _relative_error(parameters_of(points[i]), means[i], errors[i])
 

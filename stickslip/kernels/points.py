@@ -1,4 +1,4 @@
-"""What goes into a kernel and what comes out: rows of parameters, final states."""
+"""Input and output rows of kernels: parameters and final states."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from stickslip.options import Physics
 from stickslip.parameters import ParameterValues
 
 parameters_of = make_row_reader(ParameterValues)
-"""Inline: the parameters held by a row of numbers in the order of `Parameters._fields`."""
+"""Inline: the parameters of a row of numbers in the order of `Parameters._fields`."""
 
 FIRST_STEP = 1e-6
-"""The first step as a part of the drive period: short against every rate of the paper's figures,
-and the controller lengthens it six-fold a step."""
+"""The first step as a fraction of the drive period: short against every rate of the paper's
+figures, and the controller can lengthen it six-fold with each step."""
 
 
 def final_columns(physics: Physics) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The equations of motion as the adaptive method takes them, with cusps rounded."""
+"""The equations of motion for the adaptive method, with cusps rounded."""
 
 from __future__ import annotations
 
@@ -15,36 +15,36 @@ from stickslip.model.state import State
 from stickslip.options import Physics
 from stickslip.parameters import Parameters
 
-# A cusp of the law is rounded below this many tolerances of X_m omega: a step may then cross the
-# cusp without falling into it. A wider rounding changes the slip of a locked block, and the stress
-# with it; a tenth of this one takes a tenth more steps, and a hundredth ten times as many.
+# A cusp of the law is rounded below this many tolerances of X_m omega, so that a step can cross the
+# cusp without getting stuck in it. A wider rounding changes the slip of a locked block, and with it
+# the stress; a tenth of this one takes a tenth more steps, and a hundredth ten times as many.
 _ROUNDING = 1e-2
 
 
 class Problem(NamedTuple):
-    """What the adaptive method integrates."""
+    """The problem that the adaptive method integrates."""
 
     p: Parameters
     u_s: float
     """Relative speed [m/s] below which a cusp of the law is rounded."""
     phases: Thresholds
-    """Order parameters by which the phases of the film are told apart."""
+    """The limits between the phases of the film."""
 
 
 @inline
 def rounding_speed(p: Parameters, rtol: float) -> float:
-    """Relative speed [m/s] below which a cusp of the law is rounded at a tolerance."""
+    """Relative speed [m/s] below which a cusp of the law is rounded at this tolerance."""
     return _ROUNDING * rtol * drive.largest_speed(p)
 
 
 @inline
 def problem_of(p: Parameters, rtol: float) -> Problem:
-    """The problem of the parameters `p` at a tolerance."""
+    """The problem for parameters `p` at a tolerance."""
     return Problem(p, rounding_speed(p, rtol), thresholds(p))
 
 
 class ProblemFunctions(NamedTuple):
-    """What a drive needs to integrate a Problem; inline functions."""
+    """The functions that a drive needs to integrate a Problem; inline."""
 
     equations: Equations
 
@@ -52,18 +52,18 @@ class ProblemFunctions(NamedTuple):
     """Number of state variables."""
 
     rhs: Callable[..., State]
-    """(problem, t, y): the rates of the state."""
+    """(problem, t, y): rates of the state."""
 
     jacobian: Callable[..., tuple[State, ...]]
     """(problem, t, y): the rows of the Jacobian, and d(rhs)/dt."""
 
     error_weight: Callable[..., State]
-    """(problem, y, J): weights [1/m, s/m, 1, 1] with which the errors of y count."""
+    """(problem, y, J): weights [1/m, s/m, 1, 1] of the errors of y."""
 
 
 @cache
 def problem_functions(physics: Physics) -> ProblemFunctions:
-    """What a drive needs to integrate these physics."""
+    """Return the functions that a drive needs to integrate these physics."""
     model = model_of(physics)
     bound, weight = model.equations, model.equations.error_weight
     model_rhs, model_jacobian = bound.rhs, bound.jacobian

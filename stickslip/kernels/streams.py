@@ -1,7 +1,7 @@
-"""The random numbers of a path by chance: which they are, and how kernels draw them.
+"""Random numbers of stochastic paths: their definition, and how kernels draw them.
 
-A number is a function of the point's key, the realization, the drive period and the step within
-it; nothing that is computed beside it, before it or elsewhere changes it.
+A number is a function of the point's key, the realization, the drive period and the step within it,
+whatever else is computed before it, beside it or elsewhere.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS
 
 KEY_LOW, KEY_HIGH, PATH, PERIOD, STREAM = range(5)
-"""What a stream holds: the words of the key, the realization, the drive period; STREAM numbers."""
+"""The STREAM numbers of a stream: two words of the key, the realization, the drive period."""
 
 SIGNS = 32
-"""Steps for which one word has the signs of their two-point increments."""
+"""Number of steps whose random signs come from one word."""
 
 _WORD = 2**32
 
 
 def keys_of(points: np.ndarray, seed: int) -> np.ndarray:
-    """The keys (n, 2) of points (n, parameters): two words of 32 bits.
+    """Return the keys (n, 2) of points (n, parameters): two words of 32 bits.
 
-    A mirror image has the key of its twin. A parameter that is younger than a file does not enter
-    at the value under which the file stays true; tolerances and versions never do.
+    A mirror image has the key of its twin. A parameter at its neutral value does not enter, so
+    that adding a parameter changes no key; tolerances and versions never enter.
     """
     return np.array([_key(Parameters(*point), seed) for point in points]).reshape(-1, 2)
 
@@ -47,9 +47,9 @@ def _key(parameters: Parameters, seed: int) -> tuple[float, float]:
 
 
 def streams_of(points: np.ndarray, options: Options) -> np.ndarray:
-    """The streams (n*realizations, STREAM) of points (n, parameters) at their first drive period.
+    """Return the streams (n*realizations, STREAM) of points (n, parameters) at their first period.
 
-    The realizations of a point stand together.
+    The realizations of a point are consecutive.
     """
     paths = int(options.realizations)
     keys = np.repeat(keys_of(points, int(options.seed)), paths, axis=0)
@@ -65,19 +65,19 @@ def _words(low: float, high: float, path: float, period: float, count: float) ->
 
 @inline
 def normal_number(low: float, high: float, path: float, period: float, step: float) -> float:
-    """The standard normal number of a step; what a stream holds, and the number of the step."""
+    """The standard normal number of a step, from the numbers of a stream and that of the step."""
     return normal(_words(low, high, path, period, step))
 
 
 @inline
 def signs(low: float, high: float, path: float, period: float, count: float) -> float:
-    """The signs of SIGNS steps as the bits of a number; `count` numbers these groups of steps."""
+    """The signs of SIGNS steps as the bits of a number; `count` is the index of their group."""
     return np.uint64(_words(low, high, path, period, count)[0]).view(np.float64)
 
 
 @inline
 def first_sign(bits: float) -> tuple[float, float]:
-    """The first sign of `signs`, as 1 or -1, and the others."""
+    """The first of the signs in `bits`, as 1 or -1, and the rest."""
     held = np.float64(bits).view(np.uint64)
     negative = np.uint64(held << np.uint64(63))
     one = np.uint64(negative | np.uint64(0x3FF0000000000000)).view(np.float64)

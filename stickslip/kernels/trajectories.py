@@ -1,4 +1,4 @@
-"""Sampled trajectories, one at a time: what all methods share, and what follows from the states."""
+"""Sampled trajectories, one at a time: the part common to all methods, and the observables."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ OBSERVABLES = (
     "viscous_stress",
     "friction_force",
 )
-"""What `observables_kernel` computes; the names are those of `variables.TRAJECTORY`."""
+"""The observables of `observables_kernel`, named as in `variables.TRAJECTORY`."""
 
 
 DRAWN, BITS = STREAM, STREAM + 1
-"""Behind a stream: the steps drawn in this drive period, and the signs that are left."""
+"""Slots after a stream: the steps drawn in this drive period, and the unused signs."""
 
 
 class Samples(NamedTuple):
     """Rows (n, width) for the states at the phase times j dt, and the number of the next one.
 
-    `stream` holds the random numbers of a path, where the noise is left to chance: STREAM numbers,
-    the steps that were drawn in this drive period, and the signs that are left.
+    `stream` belongs to a stochastic path: STREAM numbers, then the steps drawn in this drive period
+    and the unused signs.
     """
 
     rows: np.ndarray
@@ -49,7 +49,7 @@ class Samples(NamedTuple):
 
 
 def make_sample_step(width: int) -> Any:
-    """What writes the states at the sample times within a step."""
+    """Return the function that writes the states at the sample times within a step."""
     interpolate = algebra(width).interpolate
 
     @jit
@@ -65,11 +65,11 @@ def make_sample_step(width: int) -> Any:
 
 
 def make_trajectory(width: int, period_map: Any, own_state: Any, motion: Any) -> Any:
-    """The sampling of one trajectory of states of so many components with one method.
+    """Return the function that samples a trajectory with one method, for states of this width.
 
     `period_map(p, settings, y, h, budget, samples)` gives (y, h, steps, status) after a drive
-    period; `own_state(p, y)` turns (x, v, ln phi, ...) at phase 0 into the method's own state,
-    `motion(p, t, y)` that into (x, v, phi, ...) at phase time t.
+    period; `own_state(p, y)` turns (x, v, ln phi, ...) at phase 0 into the method's own state, and
+    `motion(p, t, y)` turns that into (x, v, phi, ...) at phase time t.
     """
     row_state = make_map(f"row_state[{width}]", "row", (f"row[{i}]" for i in range(width)), {})
 
@@ -86,8 +86,8 @@ def make_trajectory(width: int, period_map: Any, own_state: Any, motion: Any) ->
         dt = drive.period(p) / per_period
         for first in range(0, last, per_period):
             rows = samples[first : first + per_period]
-            taken = Samples(rows, np.zeros(1, np.int64), dt, stream)
-            y, h, used, status = period_map(p, settings, y, h, settings.max_steps - steps, taken)
+            part = Samples(rows, np.zeros(1, np.int64), dt, stream)
+            y, h, used, status = period_map(p, settings, y, h, settings.max_steps - steps, part)
             steps += used
             stream[PERIOD] += 1.0
             stream[DRAWN] = 0.0
@@ -105,7 +105,7 @@ def make_trajectory(width: int, period_map: Any, own_state: Any, motion: Any) ->
 
 
 def new_stream(numbers: np.ndarray | None = None) -> np.ndarray:
-    """What a trajectory draws its random numbers from: a stream (STREAM,) at its first number."""
+    """Return the stream of a trajectory, from `numbers` (STREAM,), at its first random number."""
     stream = np.zeros(BITS + 1)
     stream[:STREAM] = 0.0 if numbers is None else numbers
     return stream
@@ -113,11 +113,11 @@ def new_stream(numbers: np.ndarray | None = None) -> np.ndarray:
 
 @kernel_factory
 def observables_kernel(physics: Physics) -> Any:
-    """The kernel of what follows from the states (x, v, phi, ...) of a trajectory.
+    """Return the kernel of the observables of a trajectory of states (x, v, phi, ...).
 
-    It takes `point` (parameters,), `times` (n,), `samples` (n, width), the speed `u_s` [m/s] below
-    which the method rounded a cusp of the law, and writes `observables` (n, 6), in the order of
-    OBSERVABLES.
+    It takes `point` (parameters,), `times` (n,), `samples` (n, width) and the speed `u_s` [m/s]
+    below which the method rounded a cusp of the law, and writes `observables` (n, 6), in the order
+    of OBSERVABLES.
     """
     model = model_of(physics)
     bound, width = model.equations, model.width
@@ -135,7 +135,7 @@ def observables_kernel(physics: Physics) -> Any:
         p = parameters_of(point)
         for i in range(times.shape[0]):
             t, row = times[i], observables[i]
-            # With phi in place of its logarithm, which nobody needs.
+            # With phi in place of its logarithm, which these functions do not use.
             y = relative_state(p, t, sample(samples[i]))
             row[0], row[1] = drive.upper_displacement(p, t), drive.upper_velocity(p, t)
             row[2] = strain(p, y)
@@ -147,7 +147,7 @@ def observables_kernel(physics: Physics) -> Any:
 
 @kernel_factory
 def start_kernel(physics: Physics) -> Any:
-    """The kernel that writes the start (x, v, ln phi, ...) of a point into a state.
+    """Return the kernel that writes the start (x, v, ln phi, ...) of a point into a state.
 
     It takes `point` (parameters,) and `state` (width,).
     """

@@ -1,5 +1,5 @@
 """The version of the numbers."""
 
 NUMERICS_VERSION = 16
-"""Part of every point's identity. It is raised whenever a change alters any number that a kernel
-returns, in the last bit even; the golden tests notice when that was forgotten."""
+"""Part of every point's identity. Raise it with every change that alters a number returned by a
+kernel, even in the last bit; the golden tests notice if that was forgotten."""

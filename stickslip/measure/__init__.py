@@ -1,1 +1,1 @@
-"""What is measured along an orbit, and the result row that it becomes: one copy for all methods."""
+"""Measurements along an orbit and the result row made of them, the same for all methods."""

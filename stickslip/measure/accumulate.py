@@ -1,8 +1,8 @@
 """The record of an orbit: extrema, work, phases of the film, accumulated along the way.
 
-A record is an array of the slots of `RECORD_TABLE`, in whatever units the equations are integrated
-in. Lanes keep it in neighbouring slots of theirs. A method decides where a step is looked at, and
-feeds these functions; they are free of branches, so that loops over lanes vectorise.
+A record is an array with the slots of `RECORD_TABLE`, in the units in which the equations are
+integrated. Lanes keep it in consecutive slots. A method decides at which points of a step to call
+these functions; they are free of branches, so that loops over lanes vectorise.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ import numpy as np
 from stickslip.compiled.decorators import inline
 from stickslip.numerics.lane_array import lane_array
 
-# How a slot comes about from what is seen: the largest and the least value, which lie side by side
-# and exchange their places in the mirror image of a motion; a sum; the largest of what has no sign;
-# a phase of the film, which is a name.
+# How a slot is reduced: to the highest and lowest value, which are neighbours and change places in
+# the mirror image of a motion; to a sum; to the largest value of a quantity without a sign; to a
+# phase of the film, which is a label.
 HIGHEST, LOWEST, SUM, LARGEST, PHASE = range(5)
 
 
 class Moment(NamedTuple):
-    """A motion at a moment, in the units of a record, as integrands see it."""
+    """A motion at one instant, in the units of a record: the argument of integrands."""
 
     x: float
     V: float
@@ -33,15 +33,15 @@ class Moment(NamedTuple):
     sigma_el: float
     F: float
     power: float
-    """The power of the drive less what film and block dissipate."""
+    """The power of the drive minus the dissipation in film and block."""
 
 
 class Slot(NamedTuple):
-    """A slot of a record: what it holds, how that comes about, and in which unit.
+    """A slot of a record: its meaning, how it is reduced, and its unit.
 
-    `unit` is the place of its unit in what `results.slot_units` makes of `RecordUnits`. Where a sum
-    is an integral over time, `integrand` is what is integrated: an inline function of a Moment, the
-    same in the mirror image of the motion.
+    `unit` is an index into the units of `results.slot_units`. If a sum is an integral over time,
+    `integrand` is an inline function of a Moment, which must be the same in the mirror image of the
+    motion.
     """
 
     meaning: str
@@ -74,19 +74,19 @@ RECORD_TABLE = (
     Slot("largest order parameter", LARGEST, NUMBER),
     Slot("meltings", SUM, NUMBER),
     Slot("time in the solid phase", SUM, TIME),
-    Slot("time before a phase was seen", SUM, TIME),
-    Slot("phase of the film that was seen first", PHASE, NUMBER),
-    Slot("phase that was seen last", PHASE, NUMBER),
+    Slot("time before the first known phase", SUM, TIME),
+    Slot("first known phase of the film", PHASE, NUMBER),
+    Slot("last known phase of the film", PHASE, NUMBER),
     Slot("changes from a soft solid to a hard one, and back", SUM, NUMBER),
-    Slot("which of the two was seen first", PHASE, NUMBER),
-    Slot("which was seen last", PHASE, NUMBER),
+    Slot("first known one of these", PHASE, NUMBER),
+    Slot("last known one of these", PHASE, NUMBER),
 )
-"""The slots of a record, in their order: the one list of them."""
+"""The slots of a record, in order: the only list of them."""
 
 RECORD = len(RECORD_TABLE)
 """Length of a record."""
 
-# A slot of the table without a name here, or the other way round, is an error of this line.
+# A slot without a name here, or a name without a slot, makes this statement fail.
 (
     STRESS_MAX,
     STRESS_MIN,
@@ -119,44 +119,44 @@ _HIGHEST = slots_of(HIGHEST)
 _EMPTY = tuple(
     {HIGHEST: -math.inf, LOWEST: math.inf}.get(slot.reducer, 0.0) for slot in RECORD_TABLE
 )
-"""A record of nothing."""
+"""An empty record."""
 
 UNSEEN, MELTED, SOLID = 0.0, 1.0, 2.0
-"""Phases of the film; between the thresholds of the count it keeps the one that it had."""
+"""Phases of the film; between the two thresholds it keeps the phase that it had."""
 
 LIQUID, SOFT, HARD = 1.0, 2.0, 3.0
-"""The same where there are two solids."""
+"""Phases of a film with two solids."""
 
 
 class Accumulator(NamedTuple):
-    """What updates the record of a lane; inline functions."""
+    """Inline functions that update the record of a lane."""
 
     clear: Callable[..., None]
-    """(lanes, lane): make the record ready for an orbit."""
+    """(lanes, lane): clear the record for an orbit."""
 
     see_extremum: Callable[..., None]
-    """(lanes, lane, slot, value, seen): let `value` count for the maximum in `slot` and for the
-    minimum behind it, where it is `seen`."""
+    """(lanes, lane, slot, value, accepted): update the maximum in `slot` and the minimum in the
+    next one, if the value is `accepted`."""
 
     see_phase: Callable[..., None]
-    """(lanes, lane, phi, solid, melted, duration, seen): update the largest order parameter, and
-    count a melting: from phi >= solid to phi <= melted. `phi` ends or stands for an interval of
-    this `duration`."""
+    """(lanes, lane, phi, solid, melted, duration, accepted): update the largest order parameter,
+    and count a melting: from phi >= solid to phi <= melted. `phi` is the value at the end of an
+    interval of this `duration`, or represents it."""
 
     see_solid: Callable[..., None]
-    """(lanes, lane, is_liquid, is_soft, is_hard, seen): count a change between a soft and a hard
-    solid, without the liquid between them; in none of the three a film keeps its phase."""
+    """(lanes, lane, is_liquid, is_soft, is_hard, accepted): count a direct change between a soft
+    and a hard solid; where none of the three holds, the film keeps its phase."""
 
     add: Callable[..., None]
-    """(lanes, lane, slot, value, seen): add to a sum."""
+    """(lanes, lane, slot, value, accepted): add to a sum."""
 
     mirror: Callable[..., None]
-    """(lanes, lane): turn the signs of stress and force: maxima become minima."""
+    """(lanes, lane): change the signs of stress and force: maxima become minima."""
 
 
 @cache
 def accumulator(lanes: int, first: int) -> Accumulator:
-    """The accumulator for records that begin in the slot `first` of so many lanes."""
+    """Return the accumulator of records that begin in the slot `first` of so many lanes."""
     array = lane_array(lanes)
     get, put = array.get, array.put
 
@@ -166,10 +166,10 @@ def accumulator(lanes: int, first: int) -> Accumulator:
             put(lanes, first + slot, lane, _EMPTY[slot])
 
     @inline
-    def see_extremum(lanes: np.ndarray, lane: int, slot: int, value: float, seen: bool) -> None:
+    def see_extremum(lanes: np.ndarray, lane: int, slot: int, value: float, accepted: bool) -> None:
         high, low = get(lanes, first + slot, lane), get(lanes, first + slot + 1, lane)
-        put(lanes, first + slot, lane, value if seen & (value > high) else high)
-        put(lanes, first + slot + 1, lane, value if seen & (value < low) else low)
+        put(lanes, first + slot, lane, value if accepted & (value > high) else high)
+        put(lanes, first + slot + 1, lane, value if accepted & (value < low) else low)
 
     @inline
     def see_phase(
@@ -179,23 +179,23 @@ def accumulator(lanes: int, first: int) -> Accumulator:
         solid: float,
         melted: float,
         duration: float,
-        seen: bool,
+        accepted: bool,
     ) -> None:
         begin, last = get(lanes, first + FIRST_PHASE, lane), get(lanes, first + LAST_PHASE, lane)
-        phase = MELTED if seen & (phi <= melted) else last
-        phase = SOLID if seen & (phi >= solid) else phase
+        phase = MELTED if accepted & (phi <= melted) else last
+        phase = SOLID if accepted & (phi >= solid) else phase
         melts = (phase == MELTED) & (last == SOLID)
         count = get(lanes, first + MELTINGS, lane)
         put(lanes, first + MELTINGS, lane, count + (1.0 if melts else 0.0))
         put(lanes, first + FIRST_PHASE, lane, phase if begin == UNSEEN else begin)
         put(lanes, first + LAST_PHASE, lane, phase)
-        spent = duration if seen else 0.0
+        spent = duration if accepted else 0.0
         solid_time = get(lanes, first + SOLID_TIME, lane)
         unseen_time = get(lanes, first + UNSEEN_TIME, lane)
         put(lanes, first + SOLID_TIME, lane, solid_time + (spent if phase == SOLID else 0.0))
         put(lanes, first + UNSEEN_TIME, lane, unseen_time + (spent if phase == UNSEEN else 0.0))
         largest = get(lanes, first + PHI_MAX, lane)
-        put(lanes, first + PHI_MAX, lane, phi if seen & (phi > largest) else largest)
+        put(lanes, first + PHI_MAX, lane, phi if accepted & (phi > largest) else largest)
 
     @inline
     def see_solid(
@@ -204,12 +204,12 @@ def accumulator(lanes: int, first: int) -> Accumulator:
         is_liquid: bool,
         is_soft: bool,
         is_hard: bool,
-        seen: bool,
+        accepted: bool,
     ) -> None:
         begin, last = get(lanes, first + FIRST_SOLID, lane), get(lanes, first + LAST_SOLID, lane)
-        kind = LIQUID if seen & is_liquid else last
-        kind = SOFT if seen & is_soft else kind
-        kind = HARD if seen & is_hard else kind
+        kind = LIQUID if accepted & is_liquid else last
+        kind = SOFT if accepted & is_soft else kind
+        kind = HARD if accepted & is_hard else kind
         changes = (kind != last) & (kind >= SOFT) & (last >= SOFT)
         count = get(lanes, first + SOLID_CHANGES, lane)
         put(lanes, first + SOLID_CHANGES, lane, count + (1.0 if changes else 0.0))
@@ -217,10 +217,10 @@ def accumulator(lanes: int, first: int) -> Accumulator:
         put(lanes, first + LAST_SOLID, lane, kind)
 
     @inline
-    def add(lanes: np.ndarray, lane: int, slot: int, value: float, seen: bool) -> None:
+    def add(lanes: np.ndarray, lane: int, slot: int, value: float, accepted: bool) -> None:
         total = get(lanes, first + slot, lane)
-        # What is not seen need not be finite: a choice, not a factor.
-        put(lanes, first + slot, lane, total + value if seen else total)
+        # A value that is not accepted may be infinite or NaN: a choice, not a factor of 0.
+        put(lanes, first + slot, lane, total + value if accepted else total)
 
     @inline
     def mirror(lanes: np.ndarray, lane: int) -> None:
@@ -233,9 +233,9 @@ def accumulator(lanes: int, first: int) -> Accumulator:
 
 
 def make_see_integrals(record: Accumulator, weights: tuple[float, ...]) -> Callable[..., None]:
-    """What adds a step to the integrals of a record, by a quadrature with these weights.
+    """Return the function that adds a step to the integrals of a record, with quadrature weights.
 
-    It maps (lanes, lane, moments, duration, seen) to None; `moments` at the nodes.
+    Its arguments are (lanes, lane, moments, duration, accepted), with `moments` at the nodes.
     """
     see: Any = _see_nothing
     for slot, (_, _, _, integrand) in enumerate(RECORD_TABLE):
@@ -245,23 +245,25 @@ def make_see_integrals(record: Accumulator, weights: tuple[float, ...]) -> Calla
 
 
 @inline
-def _see_nothing(lanes: np.ndarray, lane: int, moments: Any, duration: float, seen: bool) -> None:
+def _see_nothing(
+    lanes: np.ndarray, lane: int, moments: Any, duration: float, accepted: bool
+) -> None:
     pass
 
 
 def _and_integral(see_others: Any, add: Any, slot: int, mean: Any) -> Any:
     @inline
-    def see(lanes: np.ndarray, lane: int, moments: Any, duration: float, seen: bool) -> None:
-        see_others(lanes, lane, moments, duration, seen)
-        add(lanes, lane, slot, duration * mean(moments), seen)
+    def see(lanes: np.ndarray, lane: int, moments: Any, duration: float, accepted: bool) -> None:
+        see_others(lanes, lane, moments, duration, accepted)
+        add(lanes, lane, slot, duration * mean(moments), accepted)
 
     return see
 
 
 def _quadrature(integrand: Any, weights: tuple[float, ...]) -> Any:
-    """The weighted mean of an integrand over `moments`, an inline function.
+    """Return the inline function of the weighted mean of an integrand over `moments`.
 
-    No loop: moments that are looked up by number would keep lanes from vectors.
+    Without a loop: indexing the moments by a variable would prevent vectorisation.
     """
 
     @inline
@@ -270,7 +272,7 @@ def _quadrature(integrand: Any, weights: tuple[float, ...]) -> Any:
 
     @inline
     def first(moments: Any) -> float:
-        return 0.0 + weights[0] * integrand(moments[0])  # fused one way only
+        return 0.0 + weights[0] * integrand(moments[0])  # the 0 leaves only one way to fuse
 
     mean: Any = single if weights == (1.0,) else first
     for node in range(1, len(weights)):

@@ -1,8 +1,8 @@
-"""From the record of a stationary orbit to its result row: one copy for all methods.
+"""From the record of a stationary orbit to its result row, the same for all methods.
 
-Everything is in SI units here, and of the whole orbit. `cycle` counts half periods: an orbit that
-closes after an odd number of them repeats those with the signs turned, and a method need not go
-twice; `write_whole_orbit` makes up for that.
+Everything here is in SI units, for the whole orbit. `cycle` counts half periods: an orbit that
+closes after an odd number of them repeats those with opposite signs, so a method need not compute
+them twice; `write_whole_orbit` allows for that.
 """
 
 from __future__ import annotations
@@ -58,15 +58,15 @@ _LIQUID, _LOCKED = int(Regime.LIQUID), int(Regime.LOCKED)
 _SYMMETRIC, _ASYMMETRIC = int(Regime.STICK_SLIP_SYMMETRIC), int(Regime.STICK_SLIP_ASYMMETRIC)
 _SUBHARMONIC, _APERIODIC = int(Regime.SUBHARMONIC), int(Regime.APERIODIC)
 
-# Power balance error beyond which an orbit is not believed.
+# Power balance error above which an orbit is rejected.
 _POWER_BALANCE_LIMIT = 1e-2
 
-# Errors, of amplitudes and of the power balance, count against at least this part of what the full
-# force would make: where the force vanishes, its work is rounding, and near melting the
-# stress itself is a meaningless yardstick.
+# Errors of amplitudes and of the power balance are relative to at least this fraction of what the
+# full force would give: a vanishing force does only rounding errors as work, and near melting the
+# stress itself is a meaningless scale.
 _SMALL_PART = 0.01
 
-# The bound of the order parameter is left by rounding and by the error of the integration.
+# The order parameter may exceed its bound by rounding and integration errors.
 _BOUND_MARGIN = 1.001
 
 _UNIT = tuple(slot.unit for slot in RECORD_TABLE)
@@ -76,14 +76,14 @@ _HIGHEST = slots_of(HIGHEST)
 if TYPE_CHECKING:
     ResultRow = Any
 else:
-    # By keyword and without defaults: a column that is not computed does not compile.
+    # Keywords without defaults: code that leaves out a column does not compile.
     ResultRow = namedtuple("ResultRow", RESULT_COLUMNS, module=__name__)
 
 
 class RecordUnits(NamedTuple):
-    """What one unit of a record is in SI units; stress, force and length change sign with X_m.
+    """The units of a record in SI units; those of stress, force and length change sign with X_m.
 
-    Times are written in half periods of the drive: one unit of `time` is so many of them.
+    The unit of `time` is in half periods of the drive.
     """
 
     length: float
@@ -94,26 +94,26 @@ class RecordUnits(NamedTuple):
 
 @inline
 def record_units(p: Parameters, units: Units) -> RecordUnits:
-    """The units of a record that is kept in units of a point's own."""
+    """The units of a record that is kept in a point's own units."""
     halves = units.time * p.angular_frequency / math.pi
     return RecordUnits(units.length, units.stress, units.force, halves)
 
 
 @inline
 def slot_units(units: RecordUnits) -> tuple[float, ...]:
-    """What one unit of each kind of slot is in SI units, in the order of `accumulate.STRESS`..."""
+    """The unit of each kind of slot in SI units, in the order of `accumulate.STRESS`..."""
     work = units.force * units.length
     return units.stress, units.force, work, units.time, 1.0
 
 
 class Measured(NamedTuple):
-    """An orbit that was measured: what a result row is made of.
+    """A measured orbit: everything that a result row is made of.
 
     `record` (RECORD,) of the whole orbit in SI units; `cycle` half periods after which it closes,
-    `begin` and `end` the states (x, v) before and after these; `symmetric` where the motion is its
-    own mirror image half a period later; `amplitudes` of stress and force, their `error`, their
-    `spreads` among single drive periods; Floquet `multiplier`, Lyapunov `exponent`, NaN where it
-    closes; drive `periods` integrated for the point; the `status` if all is well.
+    `begin` and `end` the states (x, v) before and after these; `symmetric` if the motion is its own
+    mirror image half a period later; `amplitudes` of stress and force, their `error`, their
+    `spreads` among single drive periods; Floquet `multiplier`; Lyapunov `exponent`, NaN for closed
+    orbits; drive `periods` integrated for the point; the `status` if all is well.
     """
 
     record: np.ndarray
@@ -132,7 +132,7 @@ class Measured(NamedTuple):
 
 @inline
 def _passes(cycle: int) -> int:
-    """How often the half periods of a cycle are run through until the orbit closes."""
+    """Number of times that a cycle of half periods is repeated until the orbit closes."""
     return 2 if cycle % 2 == 1 else 1
 
 
@@ -140,24 +140,24 @@ def _passes(cycle: int) -> int:
 def write_whole_orbit(
     record: np.ndarray, units: RecordUnits, cycle: int, target: np.ndarray
 ) -> None:
-    """Write what a record (RECORD,) of `cycle` half periods says of the orbit, in SI units.
+    """Write the record of a whole orbit, in SI units, from one (RECORD,) of `cycle` half periods.
 
-    `target` (RECORD,) is written; times in half periods.
+    `target` (RECORD,) is output; times are in half periods.
     """
     write_stretch(record, units, _passes(cycle), target)
     target[MELTINGS] = _passes(cycle) * _melting_count(record)
     target[SOLID_CHANGES] = _passes(cycle) * _solid_changes(record)
-    if record[LAST_PHASE] == SOLID:  # as the orbit ends, so it begins
+    if record[LAST_PHASE] == SOLID:  # the orbit begins in the phase in which it ends
         target[SOLID_TIME] += target[UNSEEN_TIME]
         target[UNSEEN_TIME] = 0.0
 
 
 @jit
 def write_stretch(record: np.ndarray, units: RecordUnits, passes: int, target: np.ndarray) -> None:
-    """Write what a record (RECORD,) says of a stretch of motion, in SI units.
+    """Convert the record (RECORD,) of a stretch of motion to SI units.
 
-    `passes` is 2 where the mirror image of the stretch follows it, else 1; `target` (RECORD,) is
-    written, with times in half periods.
+    `passes` is 2 if the mirror image of the stretch follows it, else 1; `target` (RECORD,) is
+    output, with times in half periods.
     """
     unit = slot_units(units)
     for slot in range(RECORD):
@@ -196,7 +196,7 @@ def amplitudes_of(record: np.ndarray) -> tuple[float, float]:
 
 @inline
 def full_force(p: Parameters) -> float:
-    """Force that moves springs or inertia with the drive [N]: the yardstick of small forces.
+    """Force that moves springs or inertia with the drive [N]: the scale for small forces.
 
     max(2K, M omega^2) |X_m|; a locked block needs the difference of the two.
     """
@@ -206,10 +206,10 @@ def full_force(p: Parameters) -> float:
 
 @jit
 def relative_difference(p: Parameters, record: np.ndarray, better: np.ndarray) -> float:
-    """Difference of the extrema of two orbits, of stress or of force, whichever is worse.
+    """Difference of the extrema of two orbits, of stress or force, whichever is larger.
 
     The sum of the differences of maximum and minimum, relative to max(amplitude, 1 % of the full
-    force), over A for the stress; at least twice that of the amplitudes.
+    force), divided by A for the stress; at least twice the difference of the amplitudes.
     """
     floor, worst = _SMALL_PART * full_force(p), 0.0
     for slot, least in ((STRESS_MAX, floor / p.contact_area), (FORCE_MAX, floor)):
@@ -223,10 +223,10 @@ def relative_difference(p: Parameters, record: np.ndarray, better: np.ndarray) -
 
 @jit
 def _power_balance(p: Parameters, m: Measured) -> tuple[float, bool]:
-    """The power balance error, and whether it is small enough to believe the orbit.
+    """Power balance error, and whether it is small enough to accept the orbit.
 
-    |work of the drive - dissipation - energy gained| over the integral of |F V|. The dissipation is
-    the integral of F (V - v), so the difference of the first two is the work done on the block.
+    |work of the drive - dissipation - energy gained| divided by the integral of |F V|. The
+    dissipation is the integral of F (V - v), so the first two differ by the work on the block.
     """
     end, begin = block.energy(p, m.end[0], m.end[1]), block.energy(p, m.begin[0], m.begin[1])
     gained = _passes(m.cycle) * (end - begin)
@@ -239,7 +239,7 @@ def _power_balance(p: Parameters, m: Measured) -> tuple[float, bool]:
 
 @jit
 def _bounds_kept(p: Parameters, m: Measured) -> bool:
-    """Whether the order parameter stayed below the value that it cannot exceed but by chance."""
+    """Tell whether the order parameter stayed below the bound that only noise can exceed."""
     start, phi = math.exp(starting_state(p)[2]), m.record[PHI_MAX]
     bound = max(solids.largest_order_parameter(p), start) * _BOUND_MARGIN
     return phi <= bound or noise.may_reach(p, phi, bound)
@@ -247,15 +247,15 @@ def _bounds_kept(p: Parameters, m: Measured) -> bool:
 
 @inline
 def _asymmetry(high: float, low: float) -> float:
-    """|max + min|/(max - min) of the elastic stress; 0 where max - min < 1 Pa."""
+    """|max + min|/(max - min) of the elastic stress; 0 if max - min < 1 Pa."""
     return abs(high + low) / (high - low) if high - low >= 1.0 else 0.0
 
 
 @jit
 def _solid_fraction(p: Parameters, m: Measured) -> float:
-    """Share of the time in the solid phase.
+    """Fraction of the time in the solid phase.
 
-    Without a cubic term the thresholds are 0, which every film exceeds; above T_c it is liquid.
+    Without a cubic term the thresholds may be 0, which every film exceeds; above T_c it is liquid.
     """
     if solids.solid_threshold(p) == 0.0 and p.temperature >= p.critical_temperature:
         return 0.0
@@ -270,7 +270,7 @@ def _periods(m: Measured) -> int:
 
 @jit
 def _regime(p: Parameters, m: Measured) -> int:
-    """The kind of motion, a `Regime`."""
+    """Kind of motion, a `Regime`."""
     if m.status == APERIODIC:
         return _APERIODIC
     if _periods(m) > 1:
@@ -282,11 +282,11 @@ def _regime(p: Parameters, m: Measured) -> int:
 
 @jit
 def _result_row(p: Parameters, m: Measured) -> tuple[ResultRow, bool]:
-    """The result row of an orbit, and whether its invariants hold."""
+    """Result row of an orbit, and whether its invariants hold."""
     high, low = m.record[STRESS_MAX], m.record[STRESS_MIN]
     force_high, force_low = m.record[FORCE_MAX], m.record[FORCE_MIN]
     balance, balance_kept = _power_balance(p, m)
-    # Numba takes no choice among more than fifteen keywords: functions choose.
+    # Numba allows no conditional among more than fifteen keywords: functions take its place.
     row = ResultRow(
         elastic_stress_amplitude=m.amplitudes[0],
         friction_force_amplitude=m.amplitudes[1],
@@ -314,7 +314,7 @@ def _result_row(p: Parameters, m: Measured) -> tuple[ResultRow, bool]:
 
 @jit
 def write_result(p: Parameters, m: Measured, result: np.ndarray) -> None:
-    """Write the result row of an orbit, or that of a point that must not be believed.
+    """Write the result row of an orbit, or that of a failure if it cannot be trusted.
 
     `result` (columns,) in the order of `RESULT_COLUMNS`; its status is that of `m`, DIVERGED or
     INVARIANT_VIOLATED.
@@ -333,7 +333,7 @@ def write_result(p: Parameters, m: Measured, result: np.ndarray) -> None:
 
 @jit
 def write_failure(result: np.ndarray, periods: int, status: int) -> None:
-    """Make a result row (columns,) that of a point that did not end ok."""
+    """Write the result row (columns,) of a point that did not end ok."""
     for column in range(len(_MISSING)):
         result[column] = _MISSING[column]
     result[_PERIODS], result[STATUS] = periods, status

@@ -1,4 +1,4 @@
-"""Statistics of single drive periods: of orbits that close after several, or never."""
+"""Statistics of single drive periods, for orbits that close after several of them, or never."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ from stickslip.measure.accumulate import (
     slots_of,
 )
 
-# Periods of a batch: the longer, the more nearly independent, and the fewer there are. Of fewer
-# batches than these the deviation is not known.
+# Periods per batch: longer batches are more nearly independent, but there are fewer of them. With
+# fewer than this number the deviation is unknown.
 _BATCH_LENGTHS = (5, 10, 20)
 _FEWEST_BATCHES = 4
 
-# Standard deviations that count as the error of a mean.
+# Number of standard deviations taken as the error of a mean.
 _SIGMAS = 3.0
 
 _HIGHEST, _LOWEST = list(slots_of(HIGHEST, LARGEST)), list(slots_of(LOWEST))
@@ -45,12 +45,12 @@ _SUMS = list(slots_of(SUM))
 
 
 def amplitudes_of(records: np.ndarray) -> np.ndarray:
-    """Amplitudes (n, 2) of stress and force in records (n, RECORD), in their units."""
+    """Return the amplitudes (n, 2) of stress and force in records (n, RECORD), in their units."""
     return 0.5 * (records[:, [STRESS_MAX, FORCE_MAX]] - records[:, [STRESS_MIN, FORCE_MIN]])
 
 
 class Window:
-    """Consecutive drive periods of n motions, taken in one after the other.
+    """Consecutive drive periods of n motions, added one after another.
 
     `record` (n, RECORD) is that of all periods so far, in SI units.
     """
@@ -62,14 +62,14 @@ class Window:
         self._amplitudes: list[np.ndarray] = []
 
     def add(self, records: np.ndarray) -> None:
-        """Take in a period of each motion: `records` (n, RECORD) of stretches, in SI units."""
+        """Add a period of each motion: `records` (n, RECORD) of stretches, in SI units."""
         whole, before = self.record, self.record[:, LAST_PHASE].copy()
         begin, end = records[:, FIRST_PHASE], records[:, LAST_PHASE]
         self._amplitudes.append(amplitudes_of(records))
         whole[:, _HIGHEST] = np.maximum(whole[:, _HIGHEST], records[:, _HIGHEST])
         whole[:, _LOWEST] = np.minimum(whole[:, _LOWEST], records[:, _LOWEST])
         whole[:, _SUMS] += records[:, _SUMS]
-        whole[:, MELTINGS] += (before == SOLID) & (begin == MELTED)  # on the border of two periods
+        whole[:, MELTINGS] += (before == SOLID) & (begin == MELTED)  # between two periods
         kind, first = whole[:, LAST_SOLID].copy(), records[:, FIRST_SOLID]
         whole[:, SOLID_CHANGES] += (kind >= SOFT) & (first >= SOFT) & (kind != first)
         whole[:, LAST_SOLID] = np.where(first == UNSEEN, kind, records[:, LAST_SOLID])
@@ -88,19 +88,19 @@ class Window:
 
 
 def mean_in_order(values: Sequence[np.ndarray]) -> np.ndarray:
-    """The mean (n,) of values (n,), added one after the other.
+    """Return the mean (n,) of values (n,), added one after another.
 
-    NumPy adds those of a single motion in pairs: its last bit would tell whether it was alone.
+    NumPy adds those of a single motion in pairs, so its last bit would depend on its company.
     """
     return np.asarray(np.cumsum(values, axis=0)[-1] / len(values))
 
 
 def statistics_of(singles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Means, their errors and standard deviations, each (n, 2), of `singles` (n, 2, periods)."""
+    """Return means, errors and standard deviations, each (n, 2), of `singles` (n, 2, periods)."""
     moments = np.empty((3, *singles.shape[:2]))
     for i, motion in enumerate(singles):
         for j, values in enumerate(motion):
-            # NumPy adds in an order that depends on the layout: that of each motion is its own.
+            # NumPy's order of addition depends on the memory layout: each motion has its own array.
             own = np.ascontiguousarray(values)
             moments[:, i, j] = own.mean(), error_of_mean(own[None]), own.std()
     means, errors, deviations = moments
@@ -108,12 +108,12 @@ def statistics_of(singles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarr
 
 
 def error_of_mean(values: np.ndarray) -> float:
-    """How far the mean of `values` (paths, periods), correlated along a path, may be off.
+    """Return the error of the mean of `values` (paths, periods), which are correlated along a path.
 
-    It is so with the probability of three standard deviations: by the means of batches of
-    consecutive periods, whose number is taken account of by Student's distribution. Batches of
-    several lengths are tried and the largest error counts, since none is known to be long enough.
-    Infinite where there is one batch only.
+    At the confidence of three standard deviations, from the means of batches of consecutive
+    periods, with Student's distribution for their number. Batches of several lengths are tried and
+    the largest error is taken, since none is known to be long enough. Infinite if there are too few
+    batches.
     """
     paths, periods = values.shape
     errors = [
@@ -125,8 +125,8 @@ def error_of_mean(values: np.ndarray) -> float:
 
 
 def _error_by_batches(values: np.ndarray, batches: int) -> float:
-    """The same by so many batches of each path (paths, periods), which differ by a period."""
-    from scipy.special import ndtr, stdtrit  # a tenth of a second, for those who wander
+    """Return the same error from this many batches per path, whose lengths differ by a period."""
+    from scipy.special import ndtr, stdtrit  # a tenth of a second, needed by few points
 
     parts = np.array_split(values, batches, axis=1)
     lengths = np.array([part.shape[1] for part in parts])
@@ -135,6 +135,6 @@ def _error_by_batches(values: np.ndarray, batches: int) -> float:
     )  # (batches, paths)
     away = np.ascontiguousarray(lengths[:, None] * (means - values.mean()) ** 2).sum()
     freedom = means.size - 1
-    # The variance of a mean of `length` periods is that of one over `length`: so they are weighed.
+    # The variance of a mean over `length` periods goes as 1/length, hence the weights.
     variance = float(away) / freedom / values.size
     return math.sqrt(variance) * float(stdtrit(freedom, ndtr(_SIGMAS)))

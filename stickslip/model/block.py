@@ -1,7 +1,7 @@
 """The lower block between its springs: Eq. 3, and the energy of its motion.
 
-What acts on it besides friction is here and nowhere else: a new force is a term of `own_force`, its
-two derivatives, and what it loses.
+All forces on it except friction are declared here: a new one is a term of `own_force`, its two
+derivatives in `own_slopes`, and the power it dissipates in `own_loss`.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ from stickslip.parameters import Parameters
 
 @inline
 def own_force(p: Parameters, x: float, v: float) -> float:
-    """Force on the block besides friction [N]: that of the springs."""
+    """Force on the block other than friction [N]: that of the springs."""
     return -2.0 * p.spring_stiffness * x
 
 
 @inline
 def own_slopes(p: Parameters, x: float, v: float) -> tuple[float, float]:
-    """Derivatives of `own_force` over x [N/m] and v [N s/m]."""
+    """Derivatives of `own_force` with respect to x [N/m] and v [N s/m]."""
     return -2.0 * p.spring_stiffness, 0.0
 
 
 @inline
 def own_loss(p: Parameters, x: float, v: float) -> float:
-    """Power that the block loses besides friction [W], at least 0."""
+    """Power that the block dissipates other than by friction [W], at least 0."""
     return 0.0
 
 

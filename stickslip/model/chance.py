@@ -1,11 +1,11 @@
-"""The weak additive noise of Eq. 26 by chance: what it adds to the order parameter over a step.
+"""The weak additive noise of Eq. 26 as a random process: its effect in a step.
 
-phi = |X| with dX = -delta f'(|X|) sgn(X) dt + sqrt(2 D) dW solves Eq. 26 with reflection at 0, for
-the drift of X is odd: nothing needs to be reflected. Over a step that takes phi_0 to phi_1 without
-noise, X is phi_1 + S xi with a standard normal xi and the variance S^2 that accumulates along that
-way under the linearised equation. Where the drift is linear, as it is while phi is small, this is
-the exact transition however long the step (an Ornstein-Uhlenbeck process); elsewhere its weak error
-is of first order in the step, and small with D (docs/equations.md).
+phi = |X| with dX = -delta f'(|X|) sgn(X) dt + sqrt(2 D) dW solves Eq. 26 with reflection at 0: the
+drift of X is odd, so nothing needs to be reflected. Over a step that takes phi_0 to phi_1 without
+noise, X is phi_1 + S xi, with a standard normal xi and the variance S^2 accumulated along that path
+by the linearised equation. Where the drift is linear, as it is while phi is small, this is the
+exact transition for a step of any length (an Ornstein-Uhlenbeck process); elsewhere its weak error
+is of first order in the step, and small for small D (docs/equations.md).
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from stickslip.model import film
 from stickslip.model.state import FILM
 from stickslip.parameters import Parameters
 
-# Pieces of a step with one rate of growth each.
+# A step is divided into this many pieces, each with its own rate of growth.
 _PIECES = 4
 
-# Below this exponent the mean of an exponential is taken from its series.
+# Below this exponent the mean of an exponential is computed from its series.
 _SMALL_EXPONENT = 0.1
 
-# What stands for phi where it is smaller, and for 0.
+# Floors of ln(phi), and of a factor of phi that would vanish.
 _LEAST_LOG_PHI, _SMALLEST = -300.0, 1e-300
 
 
@@ -40,9 +40,9 @@ def _log_slope(p: Parameters, psi: float) -> float:
 
 @inline
 def variance_after(variance: float, growth: float, curvature: float, added: float) -> float:
-    """The variance after a time in which small displacements grow by exp(`growth`).
+    """Variance after a time in which small displacements grow by exp(`growth`).
 
-    They do at a rate that changes steadily: `curvature` is the second difference of the exponent.
+    Their rate changes steadily: `curvature` is the second difference of the exponent.
     `added` is the variance that noise alone would add meanwhile, 2 D t.
     """
     grown, _ = exponentials(growth)
@@ -62,7 +62,7 @@ def variance_after(variance: float, growth: float, curvature: float, added: floa
 
 @cache
 def make_deviation(interpolate: Callable[..., Any], pieces: int = _PIECES) -> Any:
-    """What gives the standard deviation S of X after a step.
+    """Return the function that gives the standard deviation S of X after a step.
 
     It maps (p, h, y0, y1, d1, d2) to S: a step of length h, its ends and the coefficients of its
     continuous extension, read by `interpolate`.
@@ -81,7 +81,7 @@ def make_deviation(interpolate: Callable[..., Any], pieces: int = _PIECES) -> An
     lines += [f"curve{pieces - 1} = 1.5 * bend{pieces - 1} - 0.5 * bend{pieces - 2}"]
     lines += ["variance = 0.0"]
     for i in each:
-        # Small displacements of phi = exp(psi) grow with phi itself, and as psi feels its own.
+        # A displacement of phi = exp(psi) grows with phi, and by the slope of the rate of psi.
         growth = f"psi{i + 1} - psi{i} + half * (slope{i} + slope{i + 1})"
         lines += [f"variance = variance_after(variance, {growth}, curve{i}, added)"]
     lines += ["return sqrt(variance if variance > 0.0 else 0.0)"]
@@ -108,7 +108,7 @@ def disturbed(psi: float, deviation: float, xi: float) -> float:
 
 @inline
 def bending(p: Parameters, psi: float, deviation: float, h: float) -> float:
-    """How far the drift is from linear over the width of the noise, in a step of length h."""
+    """Deviation of the drift from a linear one over the width of the noise, in a step `h`."""
     phi, _ = exponentials(psi)
-    here, there = film.log_force(p, phi, 0.0), film.log_force(p, phi + deviation, 0.0)
-    return p.kinetic_coefficient * h * abs(there - here)
+    force, displaced = film.log_force(p, phi, 0.0), film.log_force(p, phi + deviation, 0.0)
+    return p.kinetic_coefficient * h * abs(displaced - force)

@@ -12,7 +12,7 @@ from stickslip.parameters import Parameters
 
 
 class Tone(NamedTuple):
-    """A cosine of the drive, as inline functions that `tone` makes."""
+    """A cosine of the drive: inline functions made by `tone`."""
 
     harmonic: int
     """Its frequency in units of the drive's."""
@@ -31,10 +31,10 @@ class Tone(NamedTuple):
 
 
 def tone(harmonic: int, amplitude: Callable[[Parameters], float]) -> Tone:
-    """The tone of a harmonic with an amplitude [m], an inline function of the parameters.
+    """Return the tone of a harmonic; its `amplitude` [m] is an inline function of the parameters.
 
-    Raises ValueError for an even harmonic: the drive must turn its sign after half a period, on
-    which the search for orbits and the lanes build.
+    Raises ValueError for an even harmonic: the drive must change sign after half a period, since
+    the search for orbits and the lanes rely on that symmetry.
     """
     if harmonic % 2 == 0:
         raise ValueError(
@@ -68,12 +68,12 @@ def _amplitude(p: Parameters) -> float:
 TONES: tuple[Tone, ...] = (
     tone(1, _amplitude),
 )  # fmt: skip
-"""The tones of the drive. One of another frequency needs its amplitude in the registry, `directed`
-since it turns with the mirror image of the motion."""
+"""The tones of the drive. A further one needs its amplitude in the registry, `directed` because it
+changes sign in the mirror image of the motion."""
 
 
 def _sum(terms: list[Any]) -> Any:
-    """The inline function (p, t) that adds up these."""
+    """Return the inline function (p, t) of the sum of these."""
     total = terms[0]
     for term in terms[1:]:
         total = _plus(total, term)
@@ -100,7 +100,7 @@ def _jerk(one: Tone) -> Any:
 
 
 def _size(one: Tone, order: int) -> Any:
-    """The largest size of the derivative of a tone of this order, of (p, t)."""
+    """Return the largest absolute value of a tone's derivative of this order, of (p, t)."""
     amplitude, times = one.amplitude, float(one.harmonic)
 
     @inline
@@ -151,17 +151,17 @@ def upper_jerk(p: Parameters, t: float) -> float:
 
 @inline
 def largest_speed(p: Parameters) -> float:
-    """Speed [m/s] that the upper block does not exceed: |X_m| omega."""
+    """Upper bound of the speed of the upper block [m/s]: |X_m| omega."""
     return _largest_speed(p, 0.0)
 
 
 @inline
 def largest_displacement(p: Parameters) -> float:
-    """Displacement [m] that the upper block does not exceed: |X_m|."""
+    """Upper bound of the displacement of the upper block [m]: |X_m|."""
     return _largest_displacement(p, 0.0)
 
 
 @inline
 def largest_acceleration(p: Parameters) -> float:
-    """Acceleration [m/s2] that the upper block does not exceed: |X_m| omega^2."""
+    """Upper bound of the acceleration of the upper block [m/s2]: |X_m| omega^2."""
     return _largest_acceleration(p, 0.0)

@@ -1,10 +1,10 @@
 """The lubricant film: free energy, elasticity and kinetics (Eqs. 12-15, 25, 26).
 
 The terms of the free energy are declared with their coefficients in `variables.py`: those of the
-paper, -b/3 phi^3 + c/4 phi^4, those that let a soft solid exist beside a hard one, -d/5 phi^5 +
-e/6 phi^6, and whatever is added there. The paper's stand here as equations; the sums of all others
-follow from their declarations, and the compiler leaves them out where the coefficients are 0.
-`solids.py` finds the phases.
+paper, -b/3 phi^3 + c/4 phi^4; those that let a soft solid exist beside a hard one, -d/5 phi^5 +
+e/6 phi^6; and any added there. The paper's are written out here; the sums of all others follow from
+their declarations, and the compiler drops them where the coefficients are 0. `solids.py` finds the
+phases.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ HIGHEST_POWER = max(term.phi_power for term in _TERMS)
 """The highest power of phi in the force on ln(phi)."""
 
 HIGHER_COEFFICIENTS = tuple(term.name for term in _OTHERS)
-"""The coefficients of the terms that the paper, and most films, do without."""
+"""The coefficients of the terms that the paper, and most films, do not have."""
 
 
 def _place(term: ParameterVariable) -> int:
@@ -33,14 +33,14 @@ def _place(term: ParameterVariable) -> int:
 
 
 RESTORING = tuple((_place(t), t.phi_power) for t in _OTHERS if t.phi_sign > 0)
-"""Those of the others that bound the order parameter: places in `Parameters`, powers."""
+"""The other terms that bound the order parameter: index in `Parameters`, power."""
 
 
 def _sum_of_others(weight: Callable[[int], float]) -> Any:
-    """The inline function (p, phi) of the sum of the others, by Horner's scheme.
+    """Return the inline function (p, phi) of the sum of the other terms, by Horner's scheme.
 
-    A term is its sign, the `weight` of its power in the force on ln(phi), its coefficient and this
-    power of phi.
+    Each term is the product of its sign, the `weight` of its power in the force on ln(phi), its
+    coefficient and this power of phi.
     """
     total: Any = _no_terms
     for power in range(HIGHEST_POWER, 0, -1):
@@ -72,7 +72,7 @@ def _times_phi(terms: Any) -> Any:
     return product
 
 
-_energy_of_others = _sum_of_others(lambda power: 1.0 / (power + 2))  # over phi^2
+_energy_of_others = _sum_of_others(lambda power: 1.0 / (power + 2))  # divided by phi^2
 _force_of_others = _sum_of_others(lambda _: 1.0)
 _slope_of_others = _sum_of_others(float)
 
@@ -99,13 +99,13 @@ _SIGNS = tuple(float(term.phi_sign) for term in _TERMS)
 
 @inline
 def has_higher_terms(p: Parameters) -> bool:
-    """Whether the free energy has terms that the paper does without."""
+    """Tell whether the free energy has terms that the paper does not."""
     return _has_others(p)
 
 
 @inline
 def balance_coefficient(p: Parameters, power: int) -> float:
-    """By what this power of phi is multiplied in the B under which a film is stationary [J/m3]."""
+    """Coefficient of this power of phi in the B under which a film is stationary [J/m3]."""
     total = 0.0
     for i in range(len(_PLACES)):
         total -= _SIGNS[i] * p[_PLACES[i]] if _POWERS[i] == power else 0.0
@@ -114,7 +114,7 @@ def balance_coefficient(p: Parameters, power: int) -> float:
 
 @inline
 def heating(p: Parameters) -> float:
-    """2 alpha (T - T_c) [J/m3]: what temperature adds to the melting function, Eq. 15."""
+    """2 alpha (T - T_c) [J/m3]: the thermal part of the melting function, Eq. 15."""
     return 2.0 * p.thermal_coefficient * (p.temperature - p.critical_temperature)
 
 
@@ -148,7 +148,7 @@ def melting_function(p: Parameters, eps: float) -> float:
 
 @inline
 def log_force(p: Parameters, phi: float, B: float) -> float:
-    """(df/dphi)/phi = B - b phi + c phi^2 and the others [J/m3]: the force on ln(phi).
+    """(df/dphi)/phi = B - b phi + c phi^2 and the other terms [J/m3]: the force on ln(phi).
 
     Eqs. 12 and 26.
     """

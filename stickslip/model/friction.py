@@ -1,6 +1,6 @@
 """The friction between the blocks: strain, strain rate and force (Eqs. 4, 5, 8, 10, 24).
 
-`u` is the relative velocity V - v of the blocks everywhere. The viscous stress is a law of its own
+Everywhere `u` is the relative velocity V - v of the blocks. The viscous stress has laws of its own
 (`model/laws/`).
 """
 

@@ -1,8 +1,8 @@
-"""The models: what there is to know of each of them, and the one place where one is chosen.
+"""The models: the declaration of each, and the one place where a model is chosen.
 
-A model is composed of parts: a law of friction, a strain that follows or relaxes, a noise that is a
-typical path or left to chance. Whatever integrates, searches, measures or writes asks a `Model` for
-its components, equations, units and start; none of it looks at the choices themselves.
+A model is composed of parts: a law of friction, a strain that follows or relaxes, and the typical
+path of the noise or stochastic noise. The code that integrates, searches, measures or writes asks a
+`Model` for its components, equations, units and start, and never looks at the choices themselves.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ _STRAINS: Mapping[str, StrainModel] = {
 
 
 class Model(NamedTuple):
-    """What one model declares; functions are inline and take parameters `p` in any units."""
+    """The declaration of a model; functions are inline and take parameters `p` in any units."""
 
     physics: Physics
-    """The choices that it is made of."""
+    """The choices of its parts."""
 
     components: tuple[Component, ...]
     """Its state variables, in the order of the state."""
@@ -43,13 +43,13 @@ class Model(NamedTuple):
     """Its nondimensional form."""
 
     write_reduced: Callable[[Parameters, np.ndarray], None]
-    """(p, row): write the parameters in units of the point's own, `scaling.Reduced`, into a row."""
+    """(p, row): write the parameters in the point's own units, `scaling.Reduced`, into a row."""
 
     start: Callable[[Parameters], State]
     """(p): the state (x, v, ln(phi), ...) in which a motion begins."""
 
     state_units: Callable[[Units], State]
-    """(units): what one unit of each component is, of `scaling.Units`."""
+    """(units): the unit of each component, from `scaling.Units`."""
 
     @property
     def width(self) -> int:
@@ -57,13 +57,13 @@ class Model(NamedTuple):
         return len(self.components)
 
     def values(self, index: float | None, *, higher: bool) -> Callable[..., ParameterValues]:
-        """The inline function that gives reduced parameters as the equations take them."""
+        """Return the inline function that turns reduced parameters into those of the equations."""
         return scaling.model_values(index, higher=higher, scaling=self.scaling)
 
 
 @cache
 def model_of(physics: Physics) -> Model:
-    """The model that is made of these choices."""
+    """Return the model composed of these choices."""
     law, strain = friction_law(physics.friction), _STRAINS[physics.strain]
     path = noise.no_path if physics.chance else noise.typical_path
     return Model(

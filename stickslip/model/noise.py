@@ -5,8 +5,8 @@ linear and Gaussian, and the geometric mean of |phi| follows a smooth equation: 
 one plus D_eff/phi with D_eff = D exp(E ln chi^2_1). This closure keeps phi positive, needs no
 random number and vanishes in the solid (docs/equations.md).
 
-Where the noise is left to chance, `no_path` stands in its place, and every step gets a random
-number (`chance.py`).
+Where the noise is stochastic, `no_path` takes the place of the typical path, and every step gets a
+random number (`chance.py`).
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from stickslip.parameters import Parameters
 # exp(E ln chi^2_1) = exp(-Euler's constant)/2.
 TYPICAL_FRACTION = 0.5 * math.exp(-0.57721566490153286061)
 
-# A film freezes at each stop if in half a drive period it could do so this many times.
+# A film freezes at each stop if it could do so this many times in half a drive period.
 _AT_ONCE = 3.0
 
-# An order parameter below this many times the level of the noise is at that level.
+# An order parameter below this multiple of the noise level counts as being at that level.
 _NEAR = 3.0
 
-# A barrier of so many D is overcome in one case in 1e17.
+# A barrier of this many D is overcome in one case in 1e17.
 _BEYOND_CHANCE = 40.0
 
-# A floor of a divisor, so that 0/0 cannot arise without noise.
+# Floor of a divisor, so that 0/0 cannot arise without noise.
 _SMALLEST = 1e-300
 
 
@@ -41,22 +41,22 @@ def effective_intensity(p: Parameters) -> float:
 
 @inline
 def typical_path(p: Parameters, inverse_phi: float) -> float:
-    """What the noise adds to the rate of ln(phi) [1/s]: D_eff/phi^2, given 1/phi."""
+    """Contribution of the noise to the rate of ln(phi) [1/s]: D_eff/phi^2, given 1/phi."""
     return effective_intensity(p) * (inverse_phi * inverse_phi)
 
 
 @inline
 def no_path(p: Parameters, inverse_phi: float) -> float:
-    """The same where the noise is left to chance."""
+    """Contribution of stochastic noise to the rate of ln(phi) [1/s]: none, its steps are random."""
     return 0.0
 
 
 @inline
 def typical_kick(p: Parameters, phi: float, dt: float) -> float:
-    """What the noise adds to phi in a fixed step `dt`: D_eff dt/phi.
+    """Contribution of the noise to phi in a fixed step `dt`: D_eff dt/phi.
 
-    Below phi = sqrt(D_eff dt), the noise of a single step, the closure has no meaning; the kick
-    stays at that size there, where an explicit step would be thrown out by 1/phi.
+    Below phi = sqrt(D_eff dt), the noise of a single step, the closure has no meaning; the kick is
+    limited to that size there, because 1/phi would make an explicit step overshoot.
     """
     gained = effective_intensity(p) * dt
     return gained / max(phi, max(math.sqrt(gained), _SMALLEST))
@@ -64,22 +64,22 @@ def typical_kick(p: Parameters, phi: float, dt: float) -> float:
 
 @inline
 def random_kick(p: Parameters, dt: float, xi: float) -> float:
-    """What chance adds to phi in a fixed step `dt` [s]; `xi` has the variance 1."""
+    """Random contribution to phi in a fixed step `dt` [s]; `xi` has variance 1."""
     return math.sqrt(2.0 * p.noise_intensity * dt) * xi
 
 
 @inline
 def starting_order_parameter(p: Parameters) -> float:
-    """Order parameter at the start: phi_0, or the level that the noise alone keeps up."""
+    """Order parameter at the start: phi_0, or at least the level that the noise alone maintains."""
     return max(p.initial_order_parameter, level(p))
 
 
 @inline
 def level(p: Parameters) -> float:
-    """Order parameter of a liquid film at rest that the noise alone keeps up.
+    """Order parameter that the noise alone maintains in a liquid film at rest.
 
     It balances D_eff/phi with the linear, the quadratic, the cubic or a restoring higher term of
-    Eq. 26, whichever limits it first; terms with a vanishing coefficient do not limit it.
+    Eq. 26, whichever limits it first; terms with a vanishing coefficient impose no limit.
     """
     D_eff, b, delta = effective_intensity(p), p.cubic_coefficient, p.kinetic_coefficient
     balanced = math.inf
@@ -100,11 +100,11 @@ def level(p: Parameters) -> float:
 
 @inline
 def freezes_late(p: Parameters) -> bool:
-    """Whether a film that is liquid may freeze after many periods, or never.
+    """Tell whether a liquid film may freeze only after many periods, or never.
 
-    Below T_c the noise freezes it in the end, but not within part of half a drive period: whether
-    it does depends on the motion of many periods. A film that freezes at each stop, or above T_c
-    never again, has no such history.
+    Below T_c the noise freezes it in the end, but not within a fraction of half a drive period, so
+    the outcome depends on the motion over many periods. A film that freezes at each stop, or never
+    again above T_c, has no such history.
     """
     growth = -film.heating(p) * p.kinetic_coefficient
     foldings = growth * math.pi / p.angular_frequency
@@ -114,9 +114,9 @@ def freezes_late(p: Parameters) -> bool:
 
 @inline
 def may_reach(p: Parameters, phi: float, bound: float) -> bool:
-    """Whether the noise may lift the order parameter from `bound` to `phi` above it, by chance.
+    """Tell whether random noise may lift the order parameter from `bound` to `phi` above it.
 
-    It is found there in proportion to exp(-delta f/D), the film being softest without strain.
+    The probability is proportional to exp(-delta f/D), with f of the unstrained, softest film.
     """
     barrier = film.free_energy(p, phi, 0.0) - film.free_energy(p, bound, 0.0)
     return p.kinetic_coefficient * barrier <= _BEYOND_CHANCE * p.noise_intensity
@@ -124,5 +124,5 @@ def may_reach(p: Parameters, phi: float, bound: float) -> bool:
 
 @inline
 def in_between(p: Parameters, phi: float) -> bool:
-    """Whether a film is neither solid nor at the level of the noise: it may be freezing."""
+    """Tell whether a film is neither solid nor at the noise level, so that it may be freezing."""
     return _NEAR * level(p) <= phi < solids.solid_threshold(p)

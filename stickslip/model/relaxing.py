@@ -1,7 +1,7 @@
 """The equations of motion where the elastic strain relaxes: Eq. 23 as a fourth variable.
 
-tau eps' = -eps + (V - v) tau/h. The film then stores the elastic energy A h a phi^2 eps^2/2, which
-it gives back as it relaxes and as it melts; in the adiabatic limit (Eq. 24) all of it is lost.
+tau eps' = -eps + (V - v) tau/h. The film then stores the elastic energy A h a phi^2 eps^2/2 and can
+return part of it to the blocks; in the adiabatic limit (Eq. 24) all of it is lost.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ from stickslip.model.weights import force_weight
 from stickslip.parameters import Parameters
 
 STRAIN = Component("elastic_strain", "strain", mirror=-1.0, weight=1.0, floor=-math.inf, follows=1)
-"""The elastic strain, behind (x, v, psi)."""
+"""The elastic strain, the component after (x, v, psi)."""
 
 
 @inline
 def _units_of(p: Parameters) -> Units:
-    """As `scaling.units_of`, but the strain is 1 at the speed of the drive, and its slope too."""
+    """The units of `scaling.units_of`, except that strain and slope are 1 at the drive's speed."""
     time = 1.0 / p.angular_frequency
     strain = p.drive_amplitude / time / p.film_thickness * p.strain_relaxation_time
     thickness = p.film_thickness / (p.strain_relaxation_time / time)
@@ -73,7 +73,7 @@ def _strain(p: Parameters, y: State) -> float:
 
 
 def _make_psi_rate(path: Callable[..., float]) -> Any:
-    """The rate of ln(phi) [1/s] of (p, psi, eps); `path` as of `relaxing_equations`."""
+    """Return the rate of ln(phi) [1/s] of (p, psi, eps); `path` as in `relaxing_equations`."""
 
     @inline
     def psi_rate(p: Parameters, psi: float, eps: float) -> float:
@@ -93,7 +93,7 @@ def stored_energy(p: Parameters, y: State) -> float:
 
 
 def relaxing_equations(law: FrictionLaw, path: Callable[..., float]) -> Equations:
-    """The equations of motion of (x, u, psi, eps); `path` is what the noise adds to psi'."""
+    """Return the equations of motion of (x, u, psi, eps); `path` is the noise term of psi'."""
     rounded, rate_of_psi = law.rounded, _make_psi_rate(path)
     weight_of_others = make_error_weight(law)
 
@@ -101,7 +101,7 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float]) -> Equation
     def power(p: Parameters, V: float, y: State, F: float) -> float:
         x, u, psi, eps = y
         elastic = film.elastic_stress(p, exponentials(psi)[0], eps) * p.contact_area
-        # What relaxes is lost, and what melts under strain.
+        # The stored energy is lost where the strain relaxes and where the film melts under it.
         lost = 1.0 / p.strain_relaxation_time - rate_of_psi(p, psi, eps)
         gained = F * V - (F - elastic) * u - block.own_loss(p, x, V - u)
         return gained - 2.0 * stored_energy(p, y) * lost
@@ -154,8 +154,8 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float]) -> Equation
     @inline
     def error_weight(p: Parameters, y: State, J: tuple[State, ...]) -> State:
         x_weight, u_weight, psi_weight = weight_of_others(p, y, J)
-        # An error of the strain counts like that of the velocity that it belongs to in the end,
-        # by itself and by its force.
+        # An error of the strain counts like that of the velocity to which it relaxes, both by
+        # itself and by its force.
         strain = drive.largest_speed(p) * friction.strain_slope(p)
         force = force_weight(p, strain * (-J[1][3] * p.block_mass))
         return x_weight, u_weight, psi_weight, (1.0 + force) / strain
@@ -182,4 +182,4 @@ RELAXING = StrainModel(
     starting_state_with_strain,
     _state_units,
 )
-"""The strain as a variable of its own, Eq. 23."""
+"""The strain as an independent variable, Eq. 23."""

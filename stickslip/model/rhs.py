@@ -1,10 +1,10 @@
 """The equations of motion: Eq. 3 with x' = v, and Eq. 26 for ln(phi).
 
-What is integrated is (x, u, psi), with the elastic strain behind them where it relaxes
-(`relaxing.py`). With the relative velocity u = V - v as unknown the slip of a
-locked block, parts in 1e5 of the drive, is known to the tolerance, and with it the steep friction
-force. psi = ln(phi) neither underflows nor changes sign, and grows linearly in time while the film
-is liquid.
+The integrated variables are (x, u, psi), followed by the elastic strain where it relaxes
+(`relaxing.py`). With the relative velocity u = V - v as the unknown, the slip of a locked block,
+parts in 1e5 of the drive, is known to within the tolerance, and so is the steep friction force.
+psi = ln(phi) neither underflows nor changes sign, and grows linearly in time while the film is
+liquid.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def relative_velocity(p: Parameters, t: float, v: float) -> float:
 
 @inline
 def relative_acceleration(p: Parameters, t: float, x: float, u: float, F: float) -> float:
-    """Rate of the relative velocity [m/s2]: V' less Eq. 3."""
+    """Rate of the relative velocity [m/s2]: V' minus Eq. 3."""
     v = drive.upper_velocity(p, t) - u
     return drive.upper_acceleration(p, t) - block.acceleration(p, x, v, F)
 
@@ -40,7 +40,7 @@ def relative_acceleration(p: Parameters, t: float, x: float, u: float, F: float)
 def relative_acceleration_slopes(
     p: Parameters, t: float, x: float, u: float, F_u: float
 ) -> tuple[float, float, float]:
-    """Derivatives of `relative_acceleration` over x, u and t; `F_u` is that of F over u."""
+    """Derivatives of `relative_acceleration` with respect to x, u and t; `F_u` is dF/du."""
     x_slope, v_slope = block.own_slopes(p, x, drive.upper_velocity(p, t) - u)
     M = p.block_mass
     jerk = drive.upper_jerk(p, t) - v_slope / M * drive.upper_acceleration(p, t)
@@ -62,7 +62,7 @@ def block_power(p: Parameters, V: float, y: State, F: float) -> float:
 
 @inline
 def starting_state(p: Parameters) -> State:
-    """The start (x_0, v_0, ln(phi)) with phi_0 lifted to the level of the noise."""
+    """The start (x_0, v_0, ln(phi)), with phi_0 raised to at least the noise level."""
     phi = noise.starting_order_parameter(p)
     return p.initial_displacement, p.initial_velocity, math.log(phi)
 
@@ -79,23 +79,23 @@ def stress_and_force(p: Parameters, phi: float, eps: float, sigma_v: float) -> t
 
 @inline
 def viscous_rate(rounded: tuple[float, float, float], u_rate: float, psi_rate: float) -> float:
-    """The rate of the viscous stress [Pa/s] along a motion; `rounded` as of the law."""
+    """Rate of the viscous stress [Pa/s] along a motion; `rounded` as returned by the law."""
     _, over_u, over_psi = rounded
-    # Of a law without phi nothing is left to compute, nor 0 times the rate of a film that diverges.
+    # A law without phi skips the second term, which would be 0 times inf for a diverging film.
     return over_u * u_rate + over_psi * psi_rate if over_psi != 0.0 else over_u * u_rate
 
 
 class Equations(NamedTuple):
     """The equations of motion of a model, as inline functions.
 
-    y is the state that is integrated, (x, u, psi) or (x, u, psi, eps).
+    y is the integrated state, (x, u, psi) or (x, u, psi, eps).
     """
 
     law: FrictionLaw
 
     exact: Callable[..., tuple[float, float]]
-    """(p, u, phi): elastic stress [Pa] and friction force [N] in the adiabatic limit, the cusp of
-    the law as it is."""
+    """(p, u, phi): elastic stress [Pa] and friction force [N] in the adiabatic limit, without
+    rounding of a cusp of the law."""
 
     relative_state: Callable[..., State]
     """(p, t, y): (x, V - v, ...) of (x, v, ...) at phase time t [s]; its own inverse."""
@@ -108,35 +108,35 @@ class Equations(NamedTuple):
     the law is rounded for |u| < u_s [m/s]."""
 
     jacobian: Callable[..., tuple[State, ...]]
-    """(p, t, y, u_s): the rows of d(rhs)/dy, and d(rhs)/dt behind them."""
+    """(p, t, y, u_s): the rows of d(rhs)/dy, then d(rhs)/dt."""
 
     observables: Callable[..., tuple[float, float]]
-    """(p, y, phi, u_s): elastic stress [Pa] and friction force [N], of y and its phi = exp(psi)."""
+    """(p, y, phi, u_s): elastic stress [Pa] and friction force [N] of y, given phi = exp(psi)."""
 
     observables_and_rates: Callable[..., tuple[float, float, float, float]]
     """(p, t, y, u_s): elastic stress [Pa], friction force [N] and their rates along the motion.
     From Eqs. 10 and 13 with phi' = phi psi': where a rate changes sign, there is an extremum."""
 
     power: Callable[..., float]
-    """(p, V, y, F): the power [W] of the drive at the velocity V [m/s] of the upper block, under a
-    friction force F [N], less what film and block dissipate. Where the film stores nothing it is
-    what the block gains."""
+    """(p, V, y, F): the power [W] of the drive at the velocity V [m/s] of the upper block and the
+    friction force F [N], minus the dissipation in film and block. If the film stores no energy,
+    this is the power that the block gains."""
 
     stored_energy: Callable[..., float] | None
-    """(p, y): the energy [J] that the film may give back; None where it stores nothing."""
+    """(p, y): the energy [J] stored in the film; None if it stores none."""
 
     error_weight: Callable[..., State]
-    """(p, y, J): the weights [1/m, s/m, 1, 1] with which errors of y count; J as of `jacobian`."""
+    """(p, y, J): the weights [1/m, s/m, 1, 1] of errors of y; J as returned by `jacobian`."""
 
 
 class StrainModel(NamedTuple):
-    """What a model of the elastic strain makes of the state and of all that hangs on it."""
+    """The parts of a model that depend on how the elastic strain is modelled."""
 
     components: tuple[Component, ...]
     """The state variables, in their order."""
 
     make_equations: Callable[..., Equations]
-    """(law, path): the equations of motion under a law; `path` is what the noise adds to psi'."""
+    """(law, path): the equations of motion under a law; `path` is the noise term of psi'."""
 
     scaling: Scaling
     """The nondimensional form."""
@@ -145,7 +145,7 @@ class StrainModel(NamedTuple):
     """(p), inline: the state (x, v, psi, ...) in which a motion begins."""
 
     state_units: Callable[[Units], State]
-    """(units), inline: what one unit of each component is."""
+    """(units), inline: the unit of each component."""
 
 
 @inline
@@ -160,7 +160,7 @@ def _strain(p: Parameters, y: State) -> float:
 
 
 def make_exact(law: FrictionLaw) -> Any:
-    """`Equations.exact` of a law."""
+    """Return `Equations.exact` for a law."""
     stress = law.stress
 
     @inline
@@ -171,7 +171,7 @@ def make_exact(law: FrictionLaw) -> Any:
 
 
 def make_error_weight(law: FrictionLaw) -> Any:
-    """`Equations.error_weight` of (x, u, psi) under a law."""
+    """Return `Equations.error_weight` of (x, u, psi) for a law."""
     has_cusp = law.has_cusp
 
     @inline
@@ -186,7 +186,7 @@ def make_error_weight(law: FrictionLaw) -> Any:
 
 
 def adiabatic_equations(law: FrictionLaw, path: Callable[..., float]) -> Equations:
-    """The equations of motion of (x, u, psi); `path` is what the noise adds to psi'."""
+    """Return the equations of motion of (x, u, psi); `path` is the noise term of psi'."""
     rounded = law.rounded
 
     @inline

@@ -1,12 +1,12 @@
-"""The nondimensional model: time 1/omega, length |X_m|, mass M, and the film's in 1/delta.
+"""The nondimensional model: time 1/omega, length |X_m|, mass M, energy density omega/delta.
 
-The equations keep their form under scalings of their units (docs/equations.md). Together these turn
-X_m, omega, M, h and delta into 1 (h where the strain follows at once), which leaves few parameters,
-no division by a parameter, and a state whose components are the ones that tolerances refer to. A
-drive with X_m < 0 is the mirror image of its positive twin.
+The equations keep their form when their units are scaled (docs/equations.md). These units turn X_m,
+omega, M, delta and, with an adiabatic strain, h into 1. That leaves few parameters, no division by
+a parameter, and a state whose components are those that tolerances refer to. A drive with X_m < 0
+is the mirror image of its positive twin.
 
-A parameter is scaled by its unit in the registry. A method that wants other units, as Euler-Cromer
-in lanes does, makes `Units` of its own; everything else here serves it as well.
+A parameter is scaled by its unit in the registry. A method that needs other units, as Euler-Cromer
+in lanes does, makes `Units` of its own and uses everything else here as well.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from stickslip.parameters import Parameters, ParameterValues
 from stickslip.variables import PARAMETERS
 
 Literals = Mapping[str, float]
-"""Parameters that have one value in units of their own. They are written out as literals, so that
-the compiler removes what they make superfluous."""
+"""Parameters that have the same value in the own units of every point. They are compiled as
+literals, so that the compiler removes operations that they make superfluous."""
 
 LITERALS: Literals = {
     "angular_frequency": 1.0,
@@ -40,30 +40,30 @@ LITERALS: Literals = {
     "initial_order_parameter": 0.0,
     "thermal_coefficient": 0.5,  # 2 alpha is 1
 }
-"""Those of every model in the units of `units_of`."""
+"""The literals of every model in the units of `units_of`."""
 
 HIGHEST = film.HIGHER_COEFFICIENTS
-"""The coefficients of the free energy that most films do without."""
+"""The coefficients of the free energy that are 0 for most films."""
 
 KEPT = tuple(name for name in PARAMETERS if name not in LITERALS)
-"""The parameters that are left."""
+"""The remaining parameters."""
 
 DERIVED = solids.Thresholds._fields
-"""What is worth computing once: the thresholds of the phases of a film."""
+"""Derived values that are computed once per point: the thresholds of the phases of a film."""
 
 if TYPE_CHECKING:
 
     class Reduced(ParameterValues):
-        """The parameters that are left, in units of the point's own, and behind them `DERIVED`."""
+        """The remaining parameters in the point's own units, followed by `DERIVED`."""
 
 else:
     Reduced = namedtuple("Reduced", (*KEPT, *DERIVED), module=__name__)
 
 
 class Units(NamedTuple):
-    """What one unit of each kind of quantity is in SI units.
+    """The unit of each kind of quantity, in SI units.
 
-    Those of the motion, of stress, force and strain, change sign with X_m; so an orbit under a
+    The units of motion, stress, force and strain change sign with X_m, so that an orbit under a
     mirrored drive is the same orbit.
     """
 
@@ -76,42 +76,42 @@ class Units(NamedTuple):
     force: float
     stiffness: float
     damping: float
-    """A force over a speed."""
+    """Force divided by speed."""
     thickness: float
-    """A length of the film."""
+    """Length across the film."""
     strain: float
     stress: float
     modulus: float
-    """A stress over a strain."""
+    """Stress divided by strain."""
     viscosity: float
-    """A stress over a rate of strain."""
+    """Stress divided by strain rate."""
     area: float
-    """A force over a stress."""
+    """Force divided by stress."""
     relaxation: float
-    """A strain over a rate of strain."""
+    """Strain divided by strain rate."""
     energy: float
-    """An energy density of the film."""
+    """Energy density of the film."""
     temperature: float
 
 
 @inline
 def energy_unit(p: Parameters, time: float) -> float:
-    """The energy density of the film [J/m3] that is 1 where this time [s] is: delta is 1 too."""
+    """Unit of energy density [J/m3] for this unit of time [s], such that delta is 1."""
     return 1.0 / (p.kinetic_coefficient * time)
 
 
 @inline
 def make_units(p: Parameters, time: float, length: float, thickness: float, strain: float) -> Units:
-    """The units for `p` that follow from these; the mass is M.
+    """Return the units for `p` that follow from these four; the mass is M.
 
-    A stress makes an energy with the strain (Eqs. 12, 13), a temperature by itself (Eq. 15), so
-    that 2 alpha is 1. The order parameter is never scaled: laws may depend on it.
+    Stress times strain is an energy density (Eqs. 12, 13); the unit of temperature makes 2 alpha 1
+    (Eq. 15). The order parameter is never scaled: laws may depend on it.
     """
     speed = length / time
     force = p.block_mass * speed / time
     energy, slope = energy_unit(p, time), 2.0 * p.thermal_coefficient
     stress = energy / strain
-    # Numba takes no choice among so many keywords.
+    # A name of its own: Numba compiles no conditional among so many keywords.
     temperature = energy / slope if slope > 0.0 else math.inf
     return Units(
         number=1.0,
@@ -151,7 +151,7 @@ _BY_UNIT: Mapping[str, str] = {
     "m": "length",
     "s": "time",
 }
-"""Which of `Units` a parameter is scaled by, by its unit in the registry."""
+"""The field of `Units` that scales a parameter, by its unit in the registry."""
 
 _BY_NAME: Mapping[str, str] = {
     "elastic_coefficient": "modulus",
@@ -159,21 +159,21 @@ _BY_NAME: Mapping[str, str] = {
     "strain_relaxation_time": "relaxation",
     "contact_area": "area",
 }
-"""The same for parameters whose unit alone does not tell."""
+"""The same for parameters whose unit is ambiguous."""
 
 
 class UnscaledError(LookupError):
-    """A parameter in a unit of which nothing says how it is scaled."""
+    """A parameter in a unit without a declared scaling."""
 
 
 def _unit_of(name: str) -> int:
-    """The place in `Units` of what a parameter is scaled by; raises UnscaledError."""
+    """Return the index in `Units` of the scale of a parameter; raises UnscaledError."""
     unit = PARAMETERS[name].units
     if name not in _BY_NAME and unit not in _BY_UNIT:
         raise UnscaledError(
             f"{name} is in {unit!r}, and nothing says how that is scaled: give it one of the units "
             f"{', '.join(map(repr, _BY_UNIT))}, or add its own to `Units` and `_BY_UNIT` of "
-            "model/scaling.py, or `scaled` to the law of friction that has it"
+            "model/scaling.py, or declare it in `scaled` of its law of friction"
         )
     return Units._fields.index(_BY_NAME.get(name) or _BY_UNIT[unit])
 
@@ -182,10 +182,10 @@ class Scaling(NamedTuple):
     """The nondimensional form of a model."""
 
     units_of: Callable[[Parameters], Units]
-    """Inline: what one unit of each quantity is."""
+    """Inline: the unit of each quantity."""
 
     literals: tuple[tuple[str, float], ...]
-    """Parameters besides `LITERALS` that have one value in it."""
+    """Further parameters that have the same value for every point, as `LITERALS`."""
 
 
 @inline
@@ -197,18 +197,18 @@ def units_of(p: Parameters) -> Units:
 
 
 FOLLOWING = Scaling(units_of, (("film_thickness", 1.0),))
-"""Where the strain follows the relative velocity at once."""
+"""The scaling where the strain follows the relative velocity instantly."""
 
 
 def make_reduction(
     law: FrictionLaw, names: tuple[str, ...]
 ) -> Callable[[Parameters, Units, np.ndarray], None]:
-    """The inline function (p, units, row) that writes these parameters in their units into a row.
+    """Return the inline function (p, units, row) that writes these parameters, scaled, into a row.
 
     Raises UnscaledError for a parameter whose unit is in no table.
     """
     places = tuple(Parameters._fields.index(name) for name in names)
-    # The unit of what the law scales does not tell.
+    # What is written here for parameters that the law itself scales is overwritten below.
     units = tuple(0 if name in law.scaled else _unit_of(name) for name in names)
     directed = tuple(PARAMETERS[name].directed for name in names)
 
@@ -226,7 +226,7 @@ def make_reduction(
 
 
 def _with_law(write: Any, slot: int, scaled: Callable[..., float]) -> Any:
-    """The same, but the parameter in this slot is scaled by a function of its law."""
+    """Extend `write` by the parameter in this slot, which a function of the law scales."""
 
     @inline
     def write_with_law(p: Parameters, u: Units, row: np.ndarray) -> None:
@@ -238,7 +238,7 @@ def _with_law(write: Any, slot: int, scaled: Callable[..., float]) -> Any:
 
 @inline
 def thresholds_in(u: Units, t: solids.Thresholds) -> solids.Thresholds:
-    """The thresholds of the phases of a film in these units."""
+    """Thresholds of the phases of a film in these units."""
     return solids.Thresholds(
         solid=t.solid,
         soft=t.soft,
@@ -249,7 +249,7 @@ def thresholds_in(u: Units, t: solids.Thresholds) -> solids.Thresholds:
 
 
 def reduction(law: FrictionLaw, scaling: Scaling) -> Callable[[Parameters, np.ndarray], None]:
-    """The inline function (p, row) that writes `Reduced` parameters into a row."""
+    """Return the inline function (p, row) that writes `Reduced` parameters into a row."""
     write, units_of = make_reduction(law, KEPT), scaling.units_of
     first = len(KEPT)
 
@@ -265,15 +265,15 @@ def reduction(law: FrictionLaw, scaling: Scaling) -> Callable[[Parameters, np.nd
 
 
 def literals_of(index: float | None, *, higher: bool) -> dict[str, float]:
-    """The parameters that are written out as literals for a family of fluids."""
+    """Return the parameters that are compiled as literals for a family of fluids."""
     known = {} if index is None else {"rheological_index": index}
     return known if higher else known | dict.fromkeys(HIGHEST, 0.0)
 
 
 def make_values(literals: Literals) -> Callable[..., ParameterValues]:
-    """The inline function (q) that gives parameters in units of their own as the model takes them.
+    """Return the inline function (q) that turns scaled parameters into those of the model.
 
-    `q` has those that are not among the `literals`.
+    `q` has the parameters that are not among the `literals`.
     """
     values: dict[str, Any] = {name: f"q.{name}" for name in PARAMETERS}
     return make_tuple_maker(ParameterValues, "q", values | dict(literals), {})
@@ -283,10 +283,10 @@ def make_values(literals: Literals) -> Callable[..., ParameterValues]:
 def model_values(
     index: float | None, *, higher: bool = True, scaling: Scaling = FOLLOWING
 ) -> Callable[..., ParameterValues]:
-    """The inline function that gives `Reduced` parameters as the model's functions take them.
+    """Return the inline function that turns `Reduced` parameters into those of the model.
 
-    With the rheological index as a literal, or that of the parameters for None; with the highest
-    coefficients of the free energy only where there are `higher` ones than the paper's.
+    The rheological index is a literal, or for None that of the parameters; the coefficients beyond
+    the paper's free energy are 0 unless there are `higher` terms.
     """
     literals = {**LITERALS, **dict(scaling.literals), **literals_of(index, higher=higher)}
     return make_values(literals)

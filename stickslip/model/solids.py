@@ -1,9 +1,9 @@
 """The solid phases of the film, and where it melts and freezes (Eqs. 16-20).
 
-Under a strain the film is stationary where B equals the balance b phi - c phi^2 + ..., which
-`film.py` has, and stable where that falls. The balance of the paper turns at b/2c alone. With more
-terms it may turn at p < q < r: then there are a soft solid between p and q and a hard one above r.
-Solids between further turning points are found as well, and count as hard ones.
+Under a strain the film is stationary where B equals the balance b phi - c phi^2 + ... (`film.py`),
+and stable where the balance falls with phi. The paper's balance has one turning point, b/2c. With
+more terms there may be three, p < q < r: then a soft solid exists between p and q and a hard one
+above r. Solids between further turning points are found as well, and count as hard ones.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from stickslip.parameters import Parameters
 MELTED_PART = 0.1
 """A film counts as melted below this part of `solid_threshold`: the hysteresis of the count."""
 
-# The slope of the log force over B - heating at which a solid has its strength is 4.
+# At the strength of a solid the slope of the log force is 4 (B - heating); twice that for margin.
 _ROOM = 8.0
 
-# A film is liquid for good, for the motion, at this part of `solid_threshold`: a modulus of 1e-6.
+# Below this fraction of `solid_threshold`, a modulus of 1e-6, a film moves like a liquid.
 _LIQUID = 1e-3
 
-# Halvings of an interval: to the last bit of what is larger than 1e-14 of it.
+# Halvings of an interval: down to the last bit of values above 1e-14 of it.
 _BISECTIONS = 100
 
-# No order parameter is larger: that of the paper's solid is of order one.
+# Upper bound of order parameters: that of the paper's solid is of order one.
 _LARGEST = 1e6
 
 
 class TurningPoints(NamedTuple):
-    """The first order parameters at which the balance turns; infinite where it does not again."""
+    """The first order parameters at which the balance turns; infinite where there are no more."""
 
     soft: float
     """From here on a film is solid."""
@@ -43,14 +43,14 @@ class TurningPoints(NamedTuple):
 
 
 class Thresholds(NamedTuple):
-    """By what phases are told apart: order parameters, and the B [J/m3] of the soft solid."""
+    """The limits between phases: order parameters, and the B [J/m3] of the soft solid."""
 
     solid: float
     """From here on a film counts as solid ..."""
     soft: float
     """... up to here on as a soft solid ..."""
     hard: float
-    """... and from here on as a hard one; infinite where there is one solid."""
+    """... and from here on as a hard one; infinite if there is only one solid."""
     weakest: float
     """The soft solid exists above this B ..."""
     strongest: float
@@ -65,7 +65,7 @@ def balance(p: Parameters, phi: float) -> float:
 
 @jit
 def _derivative(p: Parameters, order: int, phi: float) -> float:
-    """The derivative of this order, 1 at least, of the balance."""
+    """Derivative of the balance of this order, at least 1."""
     total = 0.0
     for power in range(film.HIGHEST_POWER, order - 1, -1):
         weight = film.balance_coefficient(p, power)
@@ -77,12 +77,12 @@ def _derivative(p: Parameters, order: int, phi: float) -> float:
 
 @jit
 def _next_zero(p: Parameters, order: int, low: float, positive: bool) -> float:
-    """The first order parameter above `low` from which a derivative is `positive` or is not.
+    """First order parameter above `low` from which a derivative is `positive`, or is not.
 
-    Of this order, 1 at least, of the balance; between two zeros of its slope it has one at most.
-    It calls itself, which also keeps the compiler from copying it to wherever it is called.
+    The derivative of the balance of this order, at least 1, has at most one zero between two zeros
+    of its own slope. The recursion also keeps the compiler from inlining this everywhere.
     """
-    if order >= film.HIGHEST_POWER:  # that derivative is one number
+    if order >= film.HIGHEST_POWER:  # that derivative is constant
         return _LARGEST
     grows = _derivative(p, order + 1, low) > 0.0
     for _ in range(film.HIGHEST_POWER):
@@ -102,9 +102,9 @@ def _next_zero(p: Parameters, order: int, low: float, positive: bool) -> float:
 
 @jit
 def next_turning_point(p: Parameters, phi: float, rises: bool) -> float:
-    """The first order parameter above `phi`, from which on the balance rises or falls, to turn it.
+    """First turning point of the balance above `phi`, where it `rises` at first or falls.
 
-    Infinite where the balance falls for good.
+    Infinite if the balance falls forever.
     """
     if phi == math.inf:
         return phi
@@ -116,7 +116,7 @@ def next_turning_point(p: Parameters, phi: float, rises: bool) -> float:
 
 @jit
 def turning_points(p: Parameters) -> TurningPoints:
-    """Where the balance turns first; as it rises at first, at 0 where it falls from there."""
+    """The first turning points of the balance; the first is 0 if it falls from there."""
     soft = next_turning_point(p, 0.0, True)
     between = next_turning_point(p, soft, False)
     return TurningPoints(soft, between, next_turning_point(p, between, True))
@@ -124,7 +124,7 @@ def turning_points(p: Parameters) -> TurningPoints:
 
 @jit
 def _falling_to(p: Parameters, B: float, low: float, high: float) -> float:
-    """Where between `low` and `high` the balance, which falls there, is B."""
+    """Order parameter between `low` and `high`, where the balance falls, at which it is B."""
     for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
         if balance(p, middle) > B:
@@ -136,7 +136,7 @@ def _falling_to(p: Parameters, B: float, low: float, high: float) -> float:
 
 @jit
 def _solid_between(p: Parameters, B: float, low: float, high: float) -> float:
-    """The stable solid under B between two turning points, from which the balance falls; or -1."""
+    """The stable solid under B between two turning points with a falling balance; or -1."""
     if high == math.inf:
         high = 2.0 * low + 1.0
         while balance(p, high) > B:
@@ -146,13 +146,13 @@ def _solid_between(p: Parameters, B: float, low: float, high: float) -> float:
 
 @jit
 def hardest(p: Parameters, B: float) -> float:
-    """The largest order parameter of a stable solid; where the film is liquid only, the last one.
+    """Largest order parameter of a stable solid; if the film can only be liquid, the last one.
 
-    That is the one at which the solid is lost under the largest B.
+    The last one is that at which the solid disappears under the largest B.
     """
     low = next_turning_point(p, 0.0, True)
     found, lost = -1.0, low
-    for _ in range(film.HIGHEST_POWER):  # more than there are solids; from infinity none is found
+    for _ in range(film.HIGHEST_POWER):  # more than there are solids; none is found from infinity
         high = next_turning_point(p, low, False)
         found = max(found, _solid_between(p, B, low, high))
         lost = low if balance(p, low) >= balance(p, lost) else lost
@@ -162,9 +162,9 @@ def hardest(p: Parameters, B: float) -> float:
 
 @jit
 def next_phase(p: Parameters, phi: float, B: float) -> float:
-    """The order parameter to which a film goes from `phi` under a constant B [J/m3]; 0 if liquid.
+    """Order parameter to which a film goes from `phi` under a constant B [J/m3]; 0 if liquid.
 
-    Down the free energy, to the first minimum on the way: it may pass a phase that does not exist.
+    Down the free energy to the first minimum, past phases that do not exist under this B.
     """
     force, below, low = film.log_force(p, phi, B), 0.0, next_turning_point(p, 0.0, True)
     for _ in range(film.HIGHEST_POWER):
@@ -179,7 +179,7 @@ def next_phase(p: Parameters, phi: float, B: float) -> float:
 
 @jit
 def strongest(p: Parameters) -> float:
-    """The B [J/m3] from which on the film is liquid only."""
+    """The B [J/m3] above which the film can only be liquid."""
     return balance(p, hardest(p, math.inf))
 
 
@@ -187,7 +187,7 @@ def strongest(p: Parameters) -> float:
 def solid_order_parameter(p: Parameters, B: float) -> float:
     """Stable stationary order parameter phi_plus, Eq. 16, of the hardest solid.
 
-    Where the film is liquid only, that at which the last solid is lost: b/2c.
+    If the film can only be liquid, that at which the last solid disappears: b/2c.
     """
     if film.has_higher_terms(p):
         return hardest(p, B)
@@ -198,13 +198,13 @@ def solid_order_parameter(p: Parameters, B: float) -> float:
 
 @inline
 def largest_order_parameter(p: Parameters) -> float:
-    """The value that phi never exceeds once below it: phi_plus at rest, above T_c0 b/2c."""
+    """The value that phi never exceeds once below it: phi_plus at rest, or b/2c above T_c0."""
     return solid_order_parameter(p, film.heating(p))
 
 
 @inline
 def coexistence_limit(p: Parameters) -> float:
-    """The B [J/m3] from which on the film is liquid only: b^2/4c, Eq. 17."""
+    """The B [J/m3] above which the film can only be liquid: b^2/4c, Eq. 17."""
     if film.has_higher_terms(p):
         return strongest(p)
     return p.cubic_coefficient * p.cubic_coefficient / (4.0 * p.quartic_coefficient)
@@ -212,7 +212,7 @@ def coexistence_limit(p: Parameters) -> float:
 
 @inline
 def melting_strain(p: Parameters) -> float:
-    """Strain eps_c0 above which the film melts, Eq. 19; 0 where it is liquid at any strain."""
+    """Strain eps_c0 above which the film melts, Eq. 19; 0 if it is liquid at any strain."""
     if p.elastic_coefficient <= 0.0:
         return 0.0  # no strain melts a film without elasticity
     return math.sqrt(max(coexistence_limit(p) - film.heating(p), 0.0) / p.elastic_coefficient)
@@ -220,7 +220,7 @@ def melting_strain(p: Parameters) -> float:
 
 @inline
 def solidification_strain(p: Parameters) -> float:
-    """Strain eps_c^0 below which a liquid film solidifies, Eq. 20; 0 where it does at none."""
+    """Strain eps_c^0 below which a liquid film solidifies, Eq. 20; 0 if it does at none."""
     if p.elastic_coefficient <= 0.0:
         return 0.0
     return math.sqrt(max(-film.heating(p), 0.0) / p.elastic_coefficient)
@@ -243,7 +243,7 @@ def solidification_temperature(p: Parameters, eps: float) -> float:
 def solid_threshold(p: Parameters) -> float:
     """Order parameter from which a film counts as solid: b/2c, below the solid branch of Eq. 16.
 
-    With more terms the first turning point. Where that is 0 (a second-order transition) half the
+    With more terms the first turning point. If that is 0 (a second-order transition), half the
     unstrained stationary value.
     """
     if film.has_higher_terms(p):
@@ -256,7 +256,7 @@ def solid_threshold(p: Parameters) -> float:
 
 @inline
 def thresholds(p: Parameters) -> Thresholds:
-    """By what the phases of a film are told apart; a third solid counts as a hard one."""
+    """The limits between the phases of a film; a third solid counts as a hard one."""
     solid = solid_threshold(p)
     turns = turning_points(p)
     if turns.hard == math.inf:
@@ -267,13 +267,13 @@ def thresholds(p: Parameters) -> Thresholds:
 
 @inline
 def parts_never(p: Parameters, lowest: float, highest: float) -> bool:
-    """Whether neighbouring motions do not part while phi of both is between these two values.
+    """Tell whether neighbouring motions cannot separate while phi of both is between these values.
 
-    Where the force does not fall with the relative velocity, M dv^2/2 + K dx^2 of their difference
-    never grows. It does not in a liquid, which has no elasticity to speak of. Nor does it in a
-    solid whose order parameter follows the strain at once, where that is below its strength: the
+    As long as the force does not fall with the relative velocity, M dv^2/2 + K dx^2 of their
+    difference never grows. In a liquid the force does not fall: its elasticity is negligible. Nor
+    does it in a solid whose order parameter follows the strain instantly, below its strength: the
     stress a phi^2 eps rises while d ln(phi)/d ln(eps) = -2 (B - heating)/(slope of the log force)
-    stays above -1/2, here with as much room again (docs/decisions/stationarity.md).
+    stays above -1/2, here with a factor of two to spare (docs/decisions/stationarity.md).
     """
     heating, threshold = film.heating(p), solid_threshold(p)
     liquid = highest <= _LIQUID * threshold
@@ -285,6 +285,6 @@ def parts_never(p: Parameters, lowest: float, highest: float) -> bool:
 
 @inline
 def is_soft(phases: Thresholds, phi: float, B: float) -> bool:
-    """Whether a film is a soft solid: not merely on its way through, where that does not exist."""
+    """Tell whether a film is a soft solid, not merely passing where no soft solid exists."""
     within = (phi >= phases.solid) & (phi <= phases.soft)
     return within & (phases.weakest < B) & (phases.strongest > B)

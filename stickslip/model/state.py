@@ -1,11 +1,10 @@
-"""The state of the model: one declaration for each of its variables.
+"""The state variables of the model, each declared once.
 
-These are the state (x, v, psi) in which motions begin and are reported. The adaptive method
-integrates (x, u, psi) with u = V - v (`rhs.relative_state`), whose mirror images and weights are
-the same.
+Motions begin and are reported in the state (x, v, psi). The adaptive method integrates (x, u, psi)
+with u = V - v (`rhs.relative_state`), with the same mirror images and weights.
 
-A model declares which of them are its own (`models.py`); numerics, lanes and files take their
-number, their mirror images and their weights from there.
+A model declares which of them it has (`models.py`); numerics, lanes and files take their number,
+mirror images and weights from there.
 """
 
 from __future__ import annotations
@@ -19,12 +18,12 @@ State = tuple[float, ...]
 class Component(NamedTuple):
     """A state variable.
 
-    `mirror` is its sign under the odd half-period symmetry; `weight` tells how its repetition is
-    judged: ln(phi) repeats to a thousand tolerances, since it is slaved to the motion and swings
-    by hundreds. Values below `floor` are judged as equal: a film without noise that has melted for
-    good has an order parameter that sinks for ever, and means nothing any more. `follows` is the
-    number of the variable that it is nearly equal to in the lanes, -1 for none: their difference
-    is judged, and where an orbit is extrapolated it moves along.
+    `mirror` is its sign under the odd half-period symmetry. `weight` is that of its differences in
+    the test of repetition: ln(phi) need only repeat to a thousand tolerances, since it is slaved to
+    the motion and swings by hundreds. Values below `floor` count as equal: without noise the order
+    parameter of a film that has melted for good sinks forever and means nothing any more.
+    `follows` is the index of the variable that it nearly equals in the lanes, -1 for none: their
+    difference is tested, and in an extrapolation the two move together.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""The adaptive drive: steps of a Rosenbrock method under error control from one time to another."""
+"""The adaptive drive: error-controlled steps of a Rosenbrock method from one time to another."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from stickslip.numerics.rosenbrock import make_defect_error, make_step
 from stickslip.numerics.tableaus import RosenbrockTableau
 from stickslip.status import Status
 
-# How a drive can end, as plain integers for compiled code.
+# Outcomes of a drive, as plain integers for compiled code.
 OK, STEP_LIMIT, DIVERGED = int(Status.OK), int(Status.STEP_LIMIT), int(Status.DIVERGED)
 
 
-# A step that is this small a part of the interval leads nowhere, even from t = 0.
+# A step below this fraction of the interval leads nowhere, even from t = 0.
 _LEAST_STEP = 1e-25
 
 
@@ -45,12 +45,12 @@ def make_adaptive(
     algebra: Algebra,
     disturb: Callable[..., tuple[Vector, Vector, float]] = _undisturbed,
 ) -> Any:
-    """The adaptive drive of y' = rhs(p, t, y).
+    """Return the adaptive drive of y' = rhs(p, t, y).
 
-    `error_weight(p, y, J)` gives the weight with which each component's error counts;
-    `observe(p, t, h, y0, y1, d1, d2, record)` sees every accepted step; `disturb(p, t, h, y0, y1,
-    f1, d1, d2, record)` may change the state at its end: it gives the state to go on from
-    and its rates, and how long the next step may be.
+    `error_weight(p, y, J)` gives the weights of the components' errors; `observe(p, t, h, y0, y1,
+    d1, d2, record)` is called after every accepted step; `disturb(p, t, h, y0, y1, f1, d1, d2,
+    record)` may change the state at its end: it returns the state to go on from, its rates, and the
+    longest next step allowed.
 
     The drive maps (p, rtol, t0, t1, y, h, budget, record) to (y, h, steps, status): the state at
     t1, the step to go on with, the number of attempted steps, and OK, STEP_LIMIT or DIVERGED
@@ -70,19 +70,20 @@ def make_adaptive(
                 return y, h, attempts, STEP_LIMIT
             attempts += 1
             last = t + 1.0001 * h >= t1
-            used = t1 - t if last else min(h, 0.5 * (t1 - t))  # no sliver is left for the end
+            used = t1 - t if last else min(h, 0.5 * (t1 - t))  # leaves no tiny last step
             if not (
                 last or (t + used > t and used > _LEAST_STEP * (t1 - t0))
-            ):  # the step has shrunk to rounding, or is NaN
+            ):  # the step has shrunk to rounding level, or is NaN
                 return y, h, attempts, DIVERGED
             y1, error, d1, d2, LU = step(p, t, y, used, f, J)
             weight = error_weight(p, y, J)
             ratio = largest(error, weight) / rtol
             if ratio <= 1.0:
+                # The defect reveals what the embedded error misses: a cusp inside the step.
                 f1 = rhs(p, t + used, y1)
-                seen = largest(defect_error(f1, LU, y, y1, d1, d2, used), weight) / rtol
-                if not seen <= ratio:  # so that NaN counts
-                    ratio = seen
+                defect = largest(defect_error(f1, LU, y, y1, d1, d2, used), weight) / rtol
+                if not defect <= ratio:  # so that NaN counts
+                    ratio = defect
             if ratio <= 1.0:
                 observe(p, t, used, y, y1, d1, d2, record)
                 y, f, longest = disturb(p, t, used, y, y1, f1, d1, d2, record)
@@ -90,6 +91,7 @@ def make_adaptive(
                 J = jacobian(p, t, y)
                 factor, remembered = step_control.after_success(ratio, remembered)
                 proposal = used * factor
+                # A last step was cut to fit: its small error is no reason to lengthen the next one.
                 if not last or proposal < h:
                     h = proposal if grow else min(proposal, used)
                 h = min(h, longest)

@@ -1,8 +1,9 @@
 """The adaptive drive in lanes: many trajectories side by side, each with its own time and step.
 
-The lanes live in one flat array, slot after slot of LANES numbers. `attempt` lets every lane try
-one step; what is accepted advances, the others keep their state and take a shorter step next. The
-arithmetic is that of the scalar drive (adaptive.py), with choices instead of branches.
+The lanes are kept in one flat array, slot after slot of LANES numbers. `attempt` lets every lane
+try one step; lanes whose step is accepted advance, the others keep their state and try a shorter
+step next. The arithmetic is that of the scalar drive (adaptive.py), with choices in place of
+branches.
 """
 
 from __future__ import annotations
@@ -22,45 +23,45 @@ from stickslip.numerics.tableaus import RosenbrockTableau
 
 
 class Slots(NamedTuple):
-    """Where the numbers of a lane lie; the vectors take one slot a component from there on.
+    """The slots of the numbers of a lane; a vector takes one slot per component from there on.
 
-    What comes before the vectors lies where it is for any number of components.
+    The slots before the vectors do not depend on the number of components.
     """
 
     time: int
     end: int
     step: int
     grows: int
-    """1 where the last step was accepted: after a rejection the next may not be longer."""
+    """1 if the last step was accepted: after a rejection the next one may not be longer."""
     remembered: int
-    """What the step control remembers of the errors."""
+    """Memory of the step control about previous errors."""
     rtol: int
     begin: int
-    """Where the step tried last began ..."""
+    """Start of the last attempted step ..."""
     used: int
-    """... and how long it was."""
+    """... and its length."""
     accepted: int
     attempts: int
     limit: int
     """The number of attempts allowed."""
     stuck: int
-    """1 where the step has shrunk to rounding."""
+    """1 if the step has shrunk to rounding level."""
     event: int
-    """1 where any of this needs attention."""
+    """1 if the lane needs attention."""
     parameters: int
-    """The first of the slots in which the user of the lanes keeps what is his."""
+    """The first of the slots for the user of the lanes."""
     state: int
     old: int
-    """The state at the begin of the step tried last ..."""
+    """State at the start of the last attempted step ..."""
     d1: int
     d2: int
-    """... and the coefficients of its continuous extension."""
+    """... and coefficients of its continuous extension."""
     total: int
-    """How many there are."""
+    """Total number of slots."""
 
 
 def slots_for(width: int, room: int) -> Slots:
-    """The slots of lanes whose state has so many components, with `room` for what a user keeps."""
+    """Return the slots of lanes with states of this width, with `room` slots for the user."""
     scalars = Slots._fields.index("state")
     vectors = (scalars - 1 + room + width * i for i in range(len(Slots._fields) - scalars))
     return Slots(*range(scalars), *vectors)
@@ -75,10 +76,10 @@ def make_attempt(
     algebra: Algebra,
     room: int,
 ) -> Any:
-    """One attempted step in every lane, of y' = rhs(p, t, y) with p = parameters(lanes, lane).
+    """Return the function (lanes) that attempts one step of y' = rhs(p, t, y) in every lane.
 
-    `room` as of `slots_for`; the other arguments are those of `make_adaptive`. What comes
-    back maps the array of lanes to nothing: lanes that have arrived at their end stay there.
+    `parameters(lanes, lane)` gives p; `room` as in `slots_for`; the other arguments are those of
+    `make_adaptive`. Lanes that have reached their end stay there.
     """
     step, defect_error = make_step(rhs, tableau, algebra), make_defect_error(algebra)
     largest, choose = algebra.largest, algebra.choose
@@ -88,8 +89,8 @@ def make_attempt(
 
     @inline
     def lane_attempt(lane: int, lanes: np.ndarray) -> None:
-        # Choices in place of branches: with a branch in it a loop over lanes is not made of vector
-        # operations. Every lane does the work of an accepted step, a rejected one drops it.
+        # Choices in place of branches: a loop over lanes with a branch inside is not vectorised.
+        # Every lane does the work of an accepted step; a rejected one discards it.
         p, y = parameters(lanes, lane), get_vector(lanes, slots.state, lane)
         t, end = get(lanes, slots.time, lane), get(lanes, slots.end, lane)
         h, rtol = get(lanes, slots.step, lane), get(lanes, slots.rtol, lane)
@@ -97,27 +98,27 @@ def make_attempt(
         left = end - t
         last = 1.0001 * h >= left
         half = 0.5 * left
-        used = left if last else (h if h < half else half)  # no sliver is left for the end
+        used = left if last else (h if h < half else half)  # leaves no tiny last step
         f, J = rhs(p, t, y), jacobian(p, t, y)
         y1, error, d1, d2, LU = step(p, t, y, used, f, J)
         weight = error_weight(p, y, J)
-        # The defect sees what the embedded error does not: a cusp inside the step. The scalar drive
-        # asks it only where the embedded error would pass; here it costs as much in either case.
+        # The defect reveals what the embedded error misses: a cusp inside the step. The scalar
+        # drive computes it only if the embedded error passes; here the cost is the same either way.
         f1 = rhs(p, t + used, y1)
         embedded = largest(error, weight)
-        seen = largest(defect_error(f1, LU, y, y1, d1, d2, used), weight)
-        ratio = (embedded if seen <= embedded else seen) / rtol  # NaN counts
+        defect = largest(defect_error(f1, LU, y, y1, d1, d2, used), weight)
+        ratio = (embedded if defect <= embedded else defect) / rtol  # NaN counts
         accepted = ratio <= 1.0
         remembered = get(lanes, slots.remembered, lane)
         factor, remembers = step_control.after_success(ratio, remembered)
         longer = used * factor
         longer = longer if grows or longer < used else used
-        # The last step was cut to fit: its small error is no reason for a longer one than before.
+        # A last step was cut to fit: its small error is no reason to lengthen the next one.
         longer = longer if longer < h or not last else h
         shorter = used * step_control.after_rejection(ratio)
         put(lanes, slots.step, lane, longer if accepted else shorter)
         put(lanes, slots.remembered, lane, remembers if accepted else remembered)
-        # The step as it was tried stays, for those who look inside it after the attempt.
+        # The attempted step is stored, so that the user can look inside it afterwards.
         put(lanes, slots.begin, lane, t)
         put(lanes, slots.used, lane, used)
         put_vector(lanes, slots.old, lane, y)
@@ -128,7 +129,7 @@ def make_attempt(
         put(lanes, slots.grows, lane, 1.0 if accepted else 0.0)
         put(lanes, slots.accepted, lane, 1.0 if accepted else 0.0)
         attempts = get(lanes, slots.attempts, lane) + 1.0
-        # "Not greater", since a NaN is neither; the last step may be as short as what is left.
+        # "Not greater", so that NaN counts; the last step may be as short as the time left.
         stuck = (not last) & (not t + used > t)
         through = (last & accepted) | stuck | (attempts >= get(lanes, slots.limit, lane))
         put(lanes, slots.attempts, lane, attempts)

@@ -9,7 +9,7 @@ from stickslip.compiled.decorators import inline, jit
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
 from stickslip.numerics.linear import Vector, algebra
 
-# Looking at every step for NaN would cost as much as the step.
+# Checking every step for NaN would cost as much as the step.
 _STEPS_BETWEEN_CHECKS = 4096
 
 _finite = algebra(3).finite
@@ -25,15 +25,15 @@ def make_euler_cromer(
     observe: Callable[..., None],
     draw: Callable[..., float] = _no_draw,
 ) -> Any:
-    """The Euler-Cromer drive of the state (x, v, w), as in the paper.
+    """Return the Euler-Cromer drive of the state (x, v, w), as in the paper.
 
-    `increments(p, t, dt, y, xi)` gives what v and w gain in a step from the old state; x then moves
-    with the *new* v; w is reflected at 0. `observe(p, t, dt, y0, y1, record)` sees every step;
-    `draw(record)` gives the random number xi of the next one.
+    `increments(p, t, dt, y, xi)` gives the increments of v and w in a step from the old state; x
+    then moves with the *new* v; w is reflected at 0. `observe(p, t, dt, y0, y1, record)` is called
+    after every step; `draw(record)` gives the random number xi of the next one.
 
     The drive maps (p, t0, t1, steps, y, budget, record) to (y, done, status) in `steps` equal
-    steps; it ends with OK, STEP_LIMIT, or DIVERGED within 4096 steps of the state not being
-    finite. Order 1; stable only for steps below 2/(fastest rate), which it does not check.
+    steps; it ends with OK, STEP_LIMIT, or DIVERGED within 4096 steps of the state ceasing to be
+    finite. Order 1; stable only for steps below 2/(fastest rate), which is not checked here.
     """
 
     @jit

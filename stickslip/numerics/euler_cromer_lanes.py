@@ -1,13 +1,13 @@
 """The fixed-step drive in lanes: Euler-Cromer for many trajectories side by side.
 
-The unit of time is a lane's own step, so that no step length appears. All lanes go on by one step
-at a time; the step of an idle lane is computed in vain, which costs nothing beside its neighbours.
-The numbers of a lane do not depend on what the other lanes hold, nor on which lane it is.
+The unit of time is a lane's own step, so that no step length appears. All lanes advance by one step
+at a time; an idle lane computes a useless step, which costs nothing beside its neighbours. The
+numbers of a lane depend neither on the contents of other lanes nor on which lane it is.
 
 The drive of the system is a sum of sines, each of which advances by second differences:
-V(n+1) - 2 V(n) + V(n-1) is -turn V(n), which is exact for turn = 4 sin^2(angle/2) and costs two
-operations. It is set right again from the sine itself every so many steps, before its roundings
-add up.
+V(n+1) - 2 V(n) + V(n-1) = -turn V(n), which is exact for turn = 4 sin^2(angle/2) and costs two
+operations. Every STEPS_BETWEEN_CHECKS steps it is reset from the sine itself, before rounding
+errors add up.
 """
 
 from __future__ import annotations
@@ -29,28 +29,28 @@ PENDING = int(Status.PENDING)
 _finite = algebra(3).finite
 
 WIDTH = 4 * LANES
-"""Lanes side by side. A step of one lane waits for its own results ten times as long as it takes to
-compute; 64 lanes keep the machine busy meanwhile, and their numbers stay in its nearest cache."""
+"""Lanes side by side. A single lane would wait for its own results ten times as long as a step
+takes to compute; 64 lanes keep the processor busy meanwhile and still fit its nearest cache."""
 
-# Looking at every step for NaN, or for the sine, would cost as much as the step.
+# Checking every step for NaN, or resetting the sine, would cost as much as the step.
 STEPS_BETWEEN_CHECKS = 4096
 
-# Slots of a lane: the state (x, v, w); then for each sine of the drive its value, the change of it
-# in the last step and its second difference as a part of it; then what stays the same in a lane.
+# Slots of a lane: the state (x, v, w); then for each sine of the drive its value, its change in the
+# last step and the factor of its second difference; then the constants of the lane.
 X, V, W, DRIVE, CHANGE, TURN = range(6)
 SINE = 3
-"""Slots of a sine."""
+"""Number of slots of a sine."""
 
 
 def first_free(sines: int) -> int:
-    """The slot behind those of the state and of so many sines."""
+    """Return the slot after those of the state and of this many sines."""
     return DRIVE + SINE * sines
 
 
 class Tasks(NamedTuple):
-    """Trajectories to be marched, one a row.
+    """Trajectories to be marched, one per row.
 
-    `rows` (n, slots) holds all that a lane does; `done` and `total` (n,) steps; `status` (n,)
+    `rows` (n, slots) holds the contents of lanes; `done` and `total` (n,) steps; `status` (n,)
     is PENDING while there are steps to do, then OK or DIVERGED.
     """
 
@@ -64,10 +64,10 @@ class Chance(NamedTuple):
     """Random numbers for lanes, a group of steps at a time; inline functions."""
 
     group: int
-    """Steps in a group; 0 without chance."""
+    """Steps per group; 0 without random numbers."""
 
     refresh: Callable[..., None]
-    """(lane, lanes): make a lane ready for the next group of steps."""
+    """(lane, lanes): prepare a lane for the next group of steps."""
 
     draw: Callable[..., float]
     """(lanes, lane): the random number of the next step."""
@@ -97,21 +97,21 @@ def make_euler_cromer_lanes(
     slots: int,
     chance: Chance = NO_RANDOM_NUMBERS,
 ) -> Any:
-    """The Euler-Cromer drive of many systems of one kind.
+    """Return the Euler-Cromer drive of many systems of one kind.
 
-    `parameters(lanes, lane)` reads what a lane holds in the slots from `first_free` to `slots`;
-    `increments(p, V, y, xi)` gives what v and w gain in a step from the state y = (x, v, w) under
-    the drive V with the random number xi; x then gains the *new* v, and w is reflected at 0.
-    `observe(p, V, y, lanes, lane)` sees every step at its start. All three must be free of
-    branches, calls and divisions. Each of `sines`, of (p, n), gives its part of the drive at step n
-    and the change of it since step n - 1. With `chance` the tasks, and the budget, are whole
-    numbers of its groups of steps.
+    `parameters(lanes, lane)` reads the slots of a lane from `first_free` to `slots`;
+    `increments(p, V, y, xi)` gives the increments of v and w in a step from the state y = (x, v, w)
+    under the drive V with the random number xi; x then gains the *new* v, and w is reflected at 0.
+    `observe(p, V, y, lanes, lane)` is called at the start of every step. All three must be free of
+    branches, calls and divisions. Each of `sines`, a function of (p, n), gives its part of the
+    drive at step n and its change since step n - 1. With `chance` the tasks and the budget are
+    whole numbers of its groups of steps.
 
-    The drive maps (tasks, queue, budget) to the steps that are left of the budget: it marches the
-    PENDING ones among the rows of `queue`, for at most `budget` steps of all lanes together, and
-    leaves in `tasks` what it needs to go on. Where the budget ends makes no difference to a
-    result. A state that is not finite is noticed within 4096 steps. Order 1; stable only for
-    steps below 2/(fastest rate), which it does not check.
+    The drive maps (tasks, queue, budget) to the unused steps of the budget: it marches the PENDING
+    ones among the rows of `queue`, for at most `budget` steps of all lanes together, and leaves in
+    `tasks` what it needs to go on. Results do not depend on where the budget ends. A state that is
+    not finite is noticed within 4096 steps. Order 1; stable only for steps below 2/(fastest rate),
+    which is not checked here.
     """
     march = _make_march(parameters, increments, observe, len(sines), chance)
     check = _make_check(parameters, sines)
@@ -141,7 +141,7 @@ def _make_march(
     sines: int,
     chance: Chance,
 ) -> Any:
-    """The hot loop: so many steps of so many lanes. Its loops over sines are unrolled."""
+    """Return the inner loop, `steps` steps of `count` lanes; its loops over sines are unrolled."""
     draw, refresh = chance.draw, chance.refresh
 
     @inline
@@ -151,15 +151,15 @@ def _make_march(
         for i in range(1, sines):
             drive += get(lanes, DRIVE + SINE * i, lane)
         x, v, w = get(lanes, X, lane), get(lanes, V, lane), get(lanes, W, lane)
-        # Seen at its start, which the step stands for: the same values serve both.
+        # The record takes a step at its start, so that the same values serve both.
         observe(p, drive, (x, v, w), lanes, lane)
         dv, dw = increments(p, drive, (x, v, w), draw(lanes, lane))
         v += dv
         put(lanes, X, lane, x + v)
         put(lanes, V, lane, v)
         put(lanes, W, lane, abs(w + dw))
-        # A sine by its own difference equation, V'' = -omega^2 V: a call of sin() would end the
-        # vectors. Its rounding grows with the steps, so it is set right every so often.
+        # A sine by its own difference equation, V'' = -omega^2 V: a call of sin() would prevent
+        # vectorisation. Its rounding error grows with the steps, so it is reset every so often.
         for i in range(sines):
             own, turn = get(lanes, DRIVE + SINE * i, lane), get(lanes, TURN + SINE * i, lane)
             change = get(lanes, CHANGE + SINE * i, lane) - turn * own
@@ -184,7 +184,7 @@ def _make_march(
 
 
 def _make_set_right(sines: Sequence[Callable[..., tuple[float, float]]]) -> Any:
-    """What sets the drive of a lane right at step n: (p, n, lanes, lane)."""
+    """Return the function (p, n, lanes, lane) that resets the drive of a lane at step n."""
 
     @inline
     def nothing(p: Any, n: int, lanes: np.ndarray, lane: int) -> None:
@@ -210,7 +210,7 @@ def _with_sine(others: Any, sine: Any, drive: int, change: int) -> Any:
 def _make_check(
     parameters: Callable[..., Any], sines: Sequence[Callable[..., tuple[float, float]]]
 ) -> Any:
-    """What is due every so many steps: see whether a lane goes on, and set its drive right."""
+    """Return the regular check of a lane: whether it goes on, and resetting its drive."""
     set_right = _make_set_right(sines)
 
     @jit
@@ -227,7 +227,7 @@ def _make_check(
 
 
 def _make_fill(check: Callable[..., None]) -> Any:
-    """Give idle lanes the next rows of the queue."""
+    """Return the function that gives idle lanes the next rows of the queue."""
 
     @jit
     def fill(
@@ -253,11 +253,11 @@ def _make_fill(check: Callable[..., None]) -> Any:
 
 
 def _make_look(check: Callable[..., None]) -> Any:
-    """Look after the lanes that need it, and let go of those that are through."""
+    """Return the function that checks the lanes that are due and releases those that are done."""
 
     @jit
     def look(tasks: Tasks, lanes: np.ndarray, row_of: np.ndarray, active: int, steps: int) -> int:
-        # Backwards, because the last lane fills the gap of one that is through.
+        # Backwards, because the last lane fills the gap of one that is done.
         for lane in range(active - 1, -1, -1):
             row = row_of[lane]
             tasks.done[row] += steps
@@ -287,7 +287,7 @@ def _store(row: np.ndarray, lanes: np.ndarray, lane: int) -> None:
 
 @inline
 def _move(lanes: np.ndarray, source: int, target: int) -> None:
-    """Let the last lane fill a gap: the fewer lanes are at work, the shorter a step takes."""
+    """Let the last lane fill a gap: a step is faster the fewer lanes are busy."""
     for slot in range(lanes.shape[0] // WIDTH):
         put(lanes, slot, target, get(lanes, slot, source))
 
@@ -299,7 +299,7 @@ def _arrived(tasks: Tasks, row: int) -> bool:
 
 @inline
 def _steps_to_next_check(tasks: Tasks, row_of: np.ndarray, active: int) -> int:
-    """Steps that all lanes can do before one of them needs attention."""
+    """Number of steps that all lanes can do before one of them needs a check."""
     steps = STEPS_BETWEEN_CHECKS
     for lane in range(active):
         done = tasks.done[row_of[lane]]

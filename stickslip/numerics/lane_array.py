@@ -1,4 +1,4 @@
-"""Lanes in one flat array (structure of arrays): slot after slot, each with one number a lane."""
+"""Lanes in one flat array (structure of arrays): slot after slot, each with a number per lane."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stickslip.numerics.linear import Vector
 
 
 class LaneArray(NamedTuple):
-    """Access to an array of so many lanes; inline functions."""
+    """Access to an array of this many lanes; inline functions."""
 
     lanes: int
 
@@ -27,7 +27,7 @@ class LaneArray(NamedTuple):
 
 @cache
 def lane_array(lanes: int) -> LaneArray:
-    """Access to arrays of so many lanes."""
+    """Return access to arrays of this many lanes."""
 
     @inline
     def get(values: np.ndarray, slot: int, lane: int) -> float:
@@ -41,7 +41,7 @@ def lane_array(lanes: int) -> LaneArray:
 
 
 class LaneVectors(NamedTuple):
-    """Access to vectors that lie in neighbouring slots; inline functions."""
+    """Access to vectors in consecutive slots; inline functions."""
 
     get: Callable[..., Vector]
     """(values, first, lane): the vector that begins in the slot `first` of a lane."""
@@ -52,7 +52,7 @@ class LaneVectors(NamedTuple):
 
 @cache
 def lane_vectors(lanes: int, width: int) -> LaneVectors:
-    """Access to vectors of so many components in arrays of so many lanes."""
+    """Return access to vectors of this width in arrays of this many lanes."""
     array = lane_array(lanes)
     name = f"[{lanes} lanes, {width}]"
     read = (f"get(values, first + {i}, lane)" for i in range(width))
@@ -65,7 +65,7 @@ def lane_vectors(lanes: int, width: int) -> LaneVectors:
 
 @jit
 def aligned(size: int) -> np.ndarray:
-    """Zeros from the beginning of a cache line: with vectors across two, a step takes 1.3 times."""
+    """Return zeros aligned to a cache line: vectors across two make a step 1.3 times as long."""
     line = 8
     room = np.zeros(size + line)
     first = -(room.ctypes.data // 8) % line

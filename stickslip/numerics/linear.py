@@ -1,7 +1,7 @@
-"""Vectors of a few components and their linear systems, unrolled: the states live in registers.
+"""Vectors of a few components and their linear systems, unrolled: states are kept in registers.
 
-One source for any number of components. Numba compiles no loop over a tuple, so the text of each
-function is written out for a width, with every component by name.
+One source serves any number of components. Numba compiles no loop over a tuple, so the source of
+each function is generated for a width, with every component by name.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def larger(a: float, b: float) -> float:
 
 
 class Algebra(NamedTuple):
-    """Operations on vectors of one width, all of them inline functions."""
+    """Operations on vectors of one width; inline functions."""
 
     width: int
 
@@ -35,15 +35,15 @@ class Algebra(NamedTuple):
     """(): the vector of zeros."""
 
     largest: Callable[[Vector, Vector], float]
-    """(error, weight): max |error_i| weight_i; NaN where any component is NaN."""
+    """(error, weight): max |error_i| weight_i; NaN if any component is NaN."""
 
     finite: Callable[[Vector], bool]
     """(y): whether all components are finite."""
 
     factor: Callable[[Matrix, float], Matrix]
-    """(J, shift): LU factors of shift*I - J without pivoting, with reciprocal pivots on the
-    diagonal. No pivoting, because the shift dominates where a step is acceptable; where it does
-    not, the step is poor anyway and its error estimate rejects it."""
+    """(J, shift): LU factors of shift*I - J, with reciprocal pivots on the diagonal. There is no
+    pivoting, because the shift dominates where a step is acceptable; where it does not, the step is
+    poor anyway and its error estimate rejects it."""
 
     solve: Callable[[Matrix, Vector], Vector]
     """(LU, r): the solution of the factored system for the right-hand side r."""
@@ -52,16 +52,16 @@ class Algebra(NamedTuple):
     """(theta, y0, y1, d1, d2): the state at the fraction theta of a step, to third order."""
 
     end_slope: Callable[..., Vector]
-    """(f1, y0, y1, d1, d2, h): what the slope of the continuous extension at the end of a step of
-    length h misses of f1."""
+    """(f1, y0, y1, d1, d2, h): f1 minus the slope of the continuous extension at the end of a step
+    of length h."""
 
     choose: Callable[[bool, Vector, Vector], Vector]
-    """(condition, a, b): a where the condition holds, else b, without a branch."""
+    """(condition, a, b): a if the condition holds, else b, without a branch."""
 
 
 @cache
 def algebra(width: int) -> Algebra:
-    """The operations on vectors with so many components."""
+    """Return the operations on vectors of this width."""
     each = range(width)
 
     def vector(name: str, arguments: str, component: str, **names: Any) -> Any:
@@ -119,7 +119,7 @@ def _make_finite(width: int) -> Any:
 
 
 def _make_factor(width: int) -> Any:
-    """Row by row: the entries of row i follow from the rows above."""
+    """Return `Algebra.factor`, row by row: the entries of row i follow from the rows above."""
 
     def less_known(i: int, j: int, diagonal: str = "") -> str:
         known = range(min(i, j))
@@ -149,6 +149,6 @@ def _make_solve(width: int) -> Any:
 
 
 def _written(name: str, arguments: str, lines: list[str], result: list[Any]) -> Any:
-    """An inline function of these lines that returns a tuple, or a tuple of tuples."""
+    """Return an inline function of these lines that returns a tuple, or a tuple of tuples."""
     rows = [f"({', '.join(row)},)" if isinstance(row, list) else row for row in result]
     return make_function(name, arguments, [*lines, f"return ({', '.join(rows)},)"], {})

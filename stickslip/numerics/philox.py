@@ -1,9 +1,9 @@
-"""Random numbers that are a function of where they are used: Philox4x32-10.
+"""Counter-based random numbers: Philox4x32-10.
 
 Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3" (SC 2011). A counter and
-a key give four words of 32 bits. There is no state to carry, so a number does not depend on which
-lane, block or worker asks for it, nor on what was asked for before. Words are held in 64 bits, and
-the arithmetic vectorises: products of 32-bit halves, no branch, no call.
+a key give four words of 32 bits. There is no state to carry, so a number does not depend on the
+lane, block or worker that uses it, nor on what was drawn before. Words are held in 64 bits, and the
+arithmetic vectorises: products of 32-bit halves, no branches, no calls.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ _MULTIPLIERS = _U(0xD2511F53), _U(0xCD9E8D57)
 _WEYL = _U(0x9E3779B9), _U(0xBB67AE85)  # added to the key from round to round
 _ROUNDS = 10
 
-# The bits of 1, behind which a fraction stands in the mantissa.
+# The bits of 1.0, to be filled up with a fraction in the mantissa.
 _ONE = _U(0x3FF0000000000000)
 
-# Words of 32 bits in unsigned integers of 64; the types know compiled integers as Any.
+# Words of 32 bits in unsigned integers of 64; compiled integers have the type Any.
 Words = tuple[Any, Any, Any, Any]
 
 

@@ -1,4 +1,4 @@
-"""Small matrices: their spectral radii, and where the maps that they stand for have rest points."""
+"""Small matrices: spectral radii, and fixed points of the maps that they represent."""
 
 from __future__ import annotations
 
@@ -8,20 +8,21 @@ import numpy as np
 
 from stickslip.compiled.decorators import jit, kernel
 
-# With 2^24 factors the norm of a power tells the radius to 1e-6 even where eigenvectors are nearly
+# With 2^24 factors the norm of a power gives the radius to 1e-6 even if eigenvectors are nearly
 # parallel.
 _SQUARINGS = 24
 
 
-# A power and its square differ by a factor alone, the largest eigenvalue, where they agree to this
-# part; not where the eigenvectors are so nearly parallel that the factor is smaller than that.
+# If a normalised power and its square agree to this precision, they differ only by a factor, the
+# largest eigenvalue; unless eigenvectors are so nearly parallel that the factor is below the second
+# number.
 _SAME = 1e-9
 _SMALLEST_FACTOR = 1e-3
 
 
 @jit
 def _copy(matrix: np.ndarray, target: np.ndarray) -> None:
-    # Not `target[:] = matrix`: the message of an error that cannot be takes seconds to compile.
+    # Not `target[:] = matrix`: its message for an error that cannot occur takes seconds to compile.
     for i in range(matrix.shape[0]):
         for j in range(matrix.shape[1]):
             target[i, j] = matrix[i, j]
@@ -38,7 +39,7 @@ def _norm(matrix: np.ndarray) -> float:
 
 @jit
 def _square(matrix: np.ndarray, norm: float, squared: np.ndarray) -> None:
-    """Write the square of `matrix` (m, m) over `norm` into `squared` (m, m)."""
+    """Write the square of `matrix`/`norm` (m, m) into `squared` (m, m)."""
     for i in range(matrix.shape[0]):
         for j in range(matrix.shape[1]):
             total = 0.0
@@ -49,7 +50,7 @@ def _square(matrix: np.ndarray, norm: float, squared: np.ndarray) -> None:
 
 @jit
 def _replace(power: np.ndarray, norm: float, squared: np.ndarray, size: float) -> float:
-    """Copy `squared` into `power`; returns how far apart the two were, at norm 1, up to a sign."""
+    """Copy `squared` into `power`; return how far apart the two were, at norm 1, up to a sign."""
     apart, opposite = 0.0, 0.0
     for i in range(power.shape[0]):
         for j in range(power.shape[1]):
@@ -62,7 +63,7 @@ def _replace(power: np.ndarray, norm: float, squared: np.ndarray, size: float) -
 
 @jit
 def _spectral_radius(power: np.ndarray, squared: np.ndarray) -> float:
-    """The spectral radius of `power` (m, m), which is lost; `squared` (m, m) is written."""
+    """Spectral radius of `power` (m, m); both `power` and `squared` (m, m) are overwritten."""
     logarithm, part, norm = 0.0, 1.0, _norm(power)
     for _ in range(_SQUARINGS):
         logarithm += part * math.log(norm)
@@ -78,10 +79,10 @@ def _spectral_radius(power: np.ndarray, squared: np.ndarray) -> float:
 
 @kernel
 def spectral_radii(matrices: np.ndarray) -> np.ndarray:
-    """Moduli (n,) of the largest eigenvalues of `matrices` (n, m, m); NaN where one holds NaN.
+    """Return the moduli (n,) of the largest eigenvalues of `matrices` (n, m, m); NaN for NaN.
 
-    By Gelfand's formula, ||A^k||^(1/k) for large k, with powers by repeated squaring: faster than a
-    general solver, which finds all eigenvalues.
+    By Gelfand's formula, ||A^k||^(1/k) for large k, with repeated squaring: faster than a general
+    solver, which finds all eigenvalues.
     """
     count, size = matrices.shape[0], matrices.shape[1]
     radii, power, squared = np.empty(count), np.empty((size, size)), np.empty((size, size))
@@ -93,7 +94,7 @@ def spectral_radii(matrices: np.ndarray) -> np.ndarray:
 
 @jit
 def _eliminate(matrix: np.ndarray, target: np.ndarray) -> None:
-    """Solve `matrix` (m, m) y = `target` (m,) in place; inf or NaN where that cannot be done."""
+    """Solve `matrix` (m, m) y = `target` (m,) in place; inf or NaN if there is no solution."""
     size = len(target)
     for column in range(size):
         pivot = column
@@ -115,9 +116,9 @@ def _eliminate(matrix: np.ndarray, target: np.ndarray) -> None:
 
 @kernel
 def rest_points(maps: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-    """How far the rest points of linear maps move (n, m) where the maps are shifted.
+    """Return the fixed points (n, m) of y -> A y + s.
 
-    y = A y + s for each of the matrices A (n, m, m) and shifts s (n, m); NaN where A holds NaN.
+    For each of the matrices A (n, m, m) and shifts s (n, m); NaN if A holds NaN.
     """
     found, matrix = shifts.copy(), np.empty(maps.shape[1:])
     for index in range(len(maps)):

@@ -1,4 +1,4 @@
-"""Step control: how long the next step may be, from the errors of the last ones."""
+"""Step control: the length of the next step from the errors of the last ones."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ import numpy as np
 from stickslip.compiled.decorators import inline
 from stickslip.numerics.linear import larger
 
-# Aim below the tolerance so that few steps are rejected, and never change the step by much more
+# Aim below the tolerance, so that few steps are rejected, and never change the step by much more
 # than an order of magnitude (Hairer & Wanner).
 _SAFETY = 0.9
 _GROWTH, _SHRINKAGE = 6.0, 0.1
 
-# An error below this part of the tolerance says no more than that the step may grow.
+# An error below this fraction of the tolerance only says that the step may grow.
 _SMALLEST = 1e-10
 
-# ... and one above this, no more than that it must shrink; the roots know no infinity.
+# ... and one above this, only that it must shrink; the roots below cannot handle infinity.
 _LARGEST = 1e300
 
 START = 1e-4 ** (1.0 / 16.0)
-"""What to remember of the errors before the first step."""
+"""Memory of the errors before the first step."""
 
 
 @inline
 def inverse_fourth_root(x: float) -> float:
-    """x^(-1/4) for normal `x` > 0 to 5e-5: all that a step control needs."""
+    """x^(-1/4) for normal `x` > 0 to 5e-5, which is enough for step control."""
     bits = np.float64(x).view(np.uint64)
     r = np.uint64(np.uint64(0x4FEB3FA8A5A9C1D4) - (bits >> np.uint64(2))).view(np.float64)
     for _ in range(2):
@@ -40,9 +40,9 @@ def _limited(factor: float) -> float:
 
 @inline
 def after_rejection(error: float) -> float:
-    """Ratio of the next step to a rejected one, for an estimate of fourth order in the step.
+    """Ratio of the next step to a rejected one, for an error estimate of fourth order in the step.
 
-    A quarter after NaN: that may avoid an overflow.
+    A quarter after NaN, which may avoid an overflow.
     """
     finite = _LARGEST if error > _LARGEST else error
     factor = _limited(_SAFETY * inverse_fourth_root(finite))
@@ -51,10 +51,10 @@ def after_rejection(error: float) -> float:
 
 @inline
 def after_success(error: float, remembered: float) -> tuple[float, float]:
-    """Ratio of the next step to an accepted one, and what to remember for the next.
+    """Ratio of the next step to an accepted one, and the memory for the step after.
 
-    A PI controller (Gustafsson), error^(-1/8) before^(1/16): the step follows the error half as
-    fast as it could, and counts what the error did. `remembered` is before^(1/16).
+    A PI controller (Gustafsson), error^(-1/8) before^(1/16): the step responds to the error half as
+    fast as it could, and to its change. `remembered` is before^(1/16).
     """
     inverse = inverse_fourth_root(larger(error, _SMALLEST))
     return _limited(_SAFETY * np.sqrt(inverse) * remembered), inverse_fourth_root(inverse)

@@ -1,4 +1,4 @@
-"""Rosenbrock methods as data that check themselves when they are made."""
+"""Rosenbrock methods as data, checked when they are constructed."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ Rows = tuple[tuple[float, ...], ...]
 
 @dataclass(frozen=True)
 class RosenbrockTableau:
-    """A stiffly accurate Rosenbrock method in the form without matrix products.
+    """A stiffly accurate Rosenbrock method, in the form without matrix products.
 
     With W = I/(h gamma) - J, stage i solves
     W u_i = f(t + c_i h, y + sum a_ij u_j) + sum (C_ij/h) u_j + h d_i df/dt.
     The last two stages start from y and the embedded solution: y_embedded = (argument of the
     last stage), y_new = y_embedded + u_last, so u_last is the error estimate. `dense` holds the
     rows of the two coefficients of the continuous extension (Hairer & Wanner, Solving ODEs II,
-    IV.7). Construction raises ValueError where the order conditions fail.
+    IV.7). Construction raises ValueError if the order conditions fail.
     """
 
     name: str
@@ -102,4 +102,4 @@ RODAS4P2 = RosenbrockTableau(
          -3.516963011559032),
     ),
 )  # fmt: skip
-"""Steinebach's RODAS4P2 (2020): like RODASP, and of second order with an inexact Jacobian."""
+"""Steinebach's RODAS4P2 (2020): like RODASP, but of second order with an inexact Jacobian."""

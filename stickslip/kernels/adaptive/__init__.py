@@ -1,1 +1,1 @@
-"""The adaptive method in lanes: passes of many points, and what they record."""
+"""The adaptive method in lanes: passes over many points, and their records."""

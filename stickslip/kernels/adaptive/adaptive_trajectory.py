@@ -24,9 +24,9 @@ def adaptive_trajectory(physics: Physics) -> Any:
     """The kernel of a trajectory by the adaptive method.
 
     It maps (point, settings, start, per_period, stream, samples) to the Status as an integer:
-    `point` (parameters,); `start` (width,) the state (x, v, ln phi, ...) at phase 0; `stream` as of
-    `new_stream`, which is moved on; `samples` (periods*per_period + 1, width) receives (x, v, phi,
-    ...) at equal times.
+    `point` (parameters,); `start` (width,) the state (x, v, ln phi, ...) at phase 0; `stream` from
+    `new_stream`, which is advanced; `samples` (periods*per_period + 1, width) receives (x, v, phi,
+    ...) at equal intervals.
     """
     functions = problem_functions(physics)
     width, relative_state = functions.width, functions.equations.relative_state
@@ -47,7 +47,7 @@ def adaptive_trajectory(physics: Physics) -> Any:
 
 
 def _make_period(functions: ProblemFunctions) -> Any:
-    """A drive period with samples, as of `make_trajectory`."""
+    """Return the map of a drive period with samples for `make_trajectory`."""
     rhs, jacobian, weight = functions.rhs, functions.jacobian, functions.error_weight
     sample_step = make_sample_step(functions.width)
 
@@ -70,7 +70,7 @@ def _make_period(functions: ProblemFunctions) -> Any:
 
 
 def _make_stochastic_period(functions: ProblemFunctions) -> Any:
-    """The same with noise by chance, whose steps end at the samples."""
+    """Return the same map with stochastic noise, whose steps end at the samples."""
     rhs, jacobian, weight = functions.rhs, functions.jacobian, functions.error_weight
     disturb = _make_disturb(functions)
 
@@ -90,7 +90,7 @@ def _make_stochastic_period(functions: ProblemFunctions) -> Any:
     ) -> Any:
         problem, steps, status = problem_of(p, settings.rtol), 0, OK
         for i in range(s.rows.shape[0]):
-            # Between the ends of steps nothing is known of the noise: one ends at every sample.
+            # The noise is only known at the ends of steps, so a step must end at every sample.
             for component in range(s.rows.shape[1]):
                 s.rows[i, component] = y[component]
             end = (i + 1) * s.dt if i + 1 < s.rows.shape[0] else drive.period(p)
@@ -105,8 +105,8 @@ def _make_stochastic_period(functions: ProblemFunctions) -> Any:
 
 
 def _make_disturb(functions: ProblemFunctions) -> Any:
-    """What adds the noise by chance to the end of a step of the adaptive drive."""
-    from stickslip.kernels.adaptive.kicks import kicked  # of no use to others
+    """Return the function that adds random noise at the end of a step of the adaptive drive."""
+    from stickslip.kernels.adaptive.kicks import after_kick  # only stochastic films need it
     from stickslip.model.chance import make_deviation
 
     rhs, width = functions.rhs, functions.width
@@ -131,7 +131,7 @@ def _make_disturb(functions: ProblemFunctions) -> Any:
         xi = normal_number(low, high, path, period, stream[DRAWN])
         stream[DRAWN] += 1.0
         deviation = deviation_of(p, h, y0, y1, d1, d2)
-        psi, longest = kicked(p, y1[FILM], deviation, h, xi)
+        psi, longest = after_kick(p, y1[FILM], deviation, h, xi)
         y = with_psi(y1, psi)
         return y, rhs(problem, t + h, y), longest
 

@@ -22,7 +22,7 @@ from stickslip.parameters import Parameters
 
 
 def make_record_units(model: Model) -> Any:
-    """The inline function that gives the units of a record of the lanes for parameters `p`."""
+    """Return the inline function that gives the units of lane records for parameters `p`."""
     units_of = model.scaling.units_of
 
     @inline
@@ -47,15 +47,15 @@ class Conversion(NamedTuple):
     """(points, states): the way back."""
 
     write_records: Any
-    """(points, cycles, measured, records): write what `measured` (n, RECORD) over these half
-    periods (n,) says of whole orbits, in SI units."""
+    """(points, cycles, measured, records): write the records of whole orbits, in SI units, from
+    `measured` (n, RECORD) over `cycles` (n,) half periods."""
 
     write_stretches: Any
-    """(points, measured, records): the same of stretches of motion."""
+    """(points, measured, records): the same for stretches of motion."""
 
 
 def conversion_of(physics: Physics) -> Conversion:
-    """The kernels of these physics: the same whether the noise is a typical path or random."""
+    """Return the kernels of these physics, the same for typical and stochastic noise."""
     typical = physics.typical
     return Conversion(_reduction(typical), *_state_kernels(typical), *_record_kernels(typical))
 

@@ -1,6 +1,6 @@
-"""The adaptive method for many points at once, in lanes: one of the table `options.METHODS`.
+"""The adaptive method for many points at once, in lanes: an entry of the table `options.METHODS`.
 
-What such a module offers, `options.OFFERED`, is said in the functions of these names.
+The functions named in `options.OFFERED` are those that every such module provides.
 """
 
 from __future__ import annotations
@@ -48,37 +48,37 @@ from stickslip.parameters import Parameters
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 
-# Measurements that begin off the orbit and are made again, at most; and the longest correction of
-# the state by Newton's step, in tolerances.
+# How often a measurement that began off the orbit is repeated at most; and the longest correction
+# of the state by a Newton step, in tolerances.
 _MOST_CORRECTIONS = 2
 _LONGEST_CORRECTION = 100.0
 
-# A state that comes back farther from where it began, in units of the scaled motion, was not near
-# the orbit: at a loose tolerance a film can miss the moment in which it freezes.
+# A state that returns farther than this from where it began, in units of the scaled motion, was not
+# near the orbit: at a loose tolerance a film can miss the moment at which it freezes.
 _ELSEWHERE = 1e-2
 
-# A cycle whose end differs from its begin by more than this, as repetition is judged, was not that
-# of the orbit even where it leads there: of ln(phi), that the search lets go by thousands of
-# tolerances, it is 1, and the stress is seven times another one.
+# A cycle whose end differs from its start by more than this, weighted as in the test of repetition,
+# is not that of the orbit even if it leads there. The limit is a difference of 1 in ln(phi), which
+# the search accepts to thousands of tolerances, and by which the stress can differ seven-fold.
 _MOVED = 1e-3
 
-# Wandering motions are watched with this part of the tolerance, but not more finely than this for
-# its own sake.
+# Wandering motions are watched with this fraction of the tolerance, but for that reason alone no
+# more finely than the second number.
 _WATCHED_PART, _WATCHED = 1e-2, 1e-8
 
-# The largest distance to a limit that counts as none: beyond it long cycles close by accident.
+# The largest distance at which a limit counts as reached: beyond it long cycles close by accident.
 _LOOSEST = 1e-4
 
 
 def compile_shared(options: Options) -> None:
-    """Compile or load what all points need."""
+    """Compile or load everything that all points need."""
     nobody, columns = np.empty((0, len(Parameters._fields))), final_columns(options.physics)
     results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, columns))
     orbits(nobody, options, finals, results, finals)
 
 
 def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
-    """The kernels that points of these kinds (n, k) need besides; see `families.KIND`."""
+    """Yield the further kernels that points of these kinds (n, k) need; see `families.KIND`."""
     settings, width = options.settings(), model_of(options.physics).width
     task = Pass(TRAVEL, settings.rtol, settings.rtol, 0, 0, False)
     for family, _ in families(options.physics, kinds):
@@ -88,7 +88,7 @@ def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel
 
 
 def largest_step(points: np.ndarray, options: Options) -> np.ndarray:
-    """Largest fixed step [s] that is stable for each point (n, parameters); here any."""
+    """Return the largest stable fixed step [s] of each point (n, parameters): here infinity."""
     return np.full(len(points), np.inf)
 
 
@@ -105,14 +105,15 @@ def trajectory(
     samples: np.ndarray,
     stream: np.ndarray | None = None,
 ) -> int:
-    """A sampled trajectory; returns the Status as an integer.
+    """Compute a sampled trajectory and return the Status as an integer.
 
     `point` (parameters,); `start` (width,) the state at phase 0; `samples`
-    (periods*per_period + 1, width) receives (x, v, phi, ...) at equal times; `stream`, as of
-    `trajectories.new_stream`, the random numbers where the noise is left to chance, is moved on.
+    (periods*per_period + 1, width) receives (x, v, phi, ...) at equal intervals; `stream`, from
+    `trajectories.new_stream`, holds the random numbers of stochastic noise and is advanced.
     """
-    kernel, taken = adaptive_trajectory(options.physics), new_stream() if stream is None else stream
-    return int(kernel(point, options.settings(), start, per_period, taken, samples))
+    kernel = adaptive_trajectory(options.physics)
+    numbers = new_stream() if stream is None else stream
+    return int(kernel(point, options.settings(), start, per_period, numbers, samples))
 
 
 def orbits(
@@ -123,13 +124,13 @@ def orbits(
     finals: np.ndarray,
     patience: int = 0,
 ) -> None:
-    """Stationary orbits.
+    """Compute stationary orbits.
 
-    Three passes: to the orbit, at `rtol` and in the end a tenth of it; once over the orbit at
-    either tolerance. The finer measurement is reported, the difference tells its error. Copies
-    displaced a little tell how the orbit attracts, and what an offset from it does to what is
-    measured; where that is too much, the measurement is made again from nearer to it. Motions
-    that approach no orbit are watched over a window instead.
+    Three passes: one to the orbit, at `rtol` and finally a tenth of it, and one over the orbit at
+    each of these tolerances. The finer measurement is reported; the difference gives its error.
+    Slightly displaced copies show how strongly the orbit attracts, and how an offset from it
+    affects the measurement; if that is too much, the measurement is repeated from nearer to the
+    orbit. Motions that approach no orbit are watched over a window instead.
 
     Parameters
     ----------
@@ -138,13 +139,13 @@ def orbits(
     options
         Tolerances, budgets, the physics.
     starts
-        (n, columns) states to start from, as `finals`; a row of NaN means the point's own start.
+        (n, columns) initial states, laid out as `finals`; a row of NaN stands for the point's own.
     results
-        (n, columns), written in the order of `variables.RESULT_COLUMNS`.
+        (n, columns), output in the order of `variables.RESULT_COLUMNS`.
     finals
-        (n, columns), written in the order of `points.final_columns`.
+        (n, columns), output in the order of `points.final_columns`.
     patience
-        Drive periods after which a point is left pending; 0 for as long as it takes.
+        Drive periods after which a point is left pending; 0 for no limit.
     """
     physics = options.physics
     queue = reduced_queue(points, physics)
@@ -173,10 +174,10 @@ def orbits(
 def stochastic_walk(
     points: np.ndarray, starts: np.ndarray, streams: np.ndarray, options: Options
 ) -> StochasticWalk:
-    """Motions with noise by chance, a drive period at a time.
+    """Return motions with stochastic noise, to be advanced one drive period at a time.
 
-    `points` (n, parameters) in SI units; `starts` (n, columns) as `finals`; `streams` (n, STREAM)
-    tell their random numbers apart.
+    `points` (n, parameters) in SI units; `starts` (n, columns) laid out as `finals`; `streams`
+    (n, STREAM) distinguish their random numbers.
     """
     physics = options.physics
     queue = reduced_queue(points, physics.typical)
@@ -188,7 +189,7 @@ def stochastic_walk(
 def _start_elsewhere(
     points: np.ndarray, starts: np.ndarray, queue: Queue, physics: Physics
 ) -> None:
-    """Put the points for which a start is given (n, columns) into that state."""
+    """Put those points for which `starts` (n, columns) holds a state into that state."""
     rows = np.flatnonzero(~np.isnan(starts[:, 0]))
     states = starts[rows].copy()
     conversion_of(physics).scale_states(points[rows], states)
@@ -196,7 +197,7 @@ def _start_elsewhere(
 
 
 def _measuring(rtol: float, options: Options) -> Pass:
-    """The pass that measures cycles at a tolerance."""
+    """Return the pass that measures cycles at a tolerance."""
     return Pass(MEASURE, rtol, rtol, 0, options.settings().max_steps, False)
 
 
@@ -206,12 +207,12 @@ def _finer(options: Options) -> float:
 
 
 def _measure(points: np.ndarray, queue: Queue, options: Options, *, again: bool = False) -> Orbits:
-    """What is known of settled orbits besides the finer measurement, with which the queue returns.
+    """Measure settled orbits: the finer measurement stays in the queue, all else is returned.
 
-    The queue begins in states on them. The coarser measurement begins where the finer one ends:
-    were the first state off the orbit in a way that is soon forgotten, the two would differ. They
-    do, too, where the finer one's state is off the coarser one's orbit, whose cusp is rounded
-    farther: `again` lets that be forgotten before.
+    The queue begins in states on the orbits. The coarser measurement begins where the finer one
+    ends, so that the two differ if the first state was off the orbit by something that decays
+    quickly. They also differ if the finer one's state is off the coarser orbit, whose cusp is
+    rounded more widely: with `again` a cycle is spent first to let that decay.
     """
     settings, physics, finer = options.settings(), options.physics, _finer(options)
     components = model_of(physics).components
@@ -231,7 +232,7 @@ def _measure(points: np.ndarray, queue: Queue, options: Options, *, again: bool 
     )
     missed, others_missed = ended - begun, others_ended - others_begun
     offsets = rest_points(near.maps, missed) - missed
-    if not again:  # the motion may have gone elsewhere, and the cycle after it show nothing
+    if not again:  # the motion may have left the orbit, and the cycle after it would not show that
         offsets[np.abs(missed[:, :2]).max(axis=1) > _ELSEWHERE] = np.nan
     others_offsets = rest_points(near.maps, others_missed) - others_missed
     return Orbits(
@@ -250,11 +251,11 @@ def _measure(points: np.ndarray, queue: Queue, options: Options, *, again: bool 
 def _off_the_orbit(
     points: np.ndarray, queue: Queue, orbits: Orbits, options: Options
 ) -> np.ndarray:
-    """The points (m,) whose measurement began off their orbit, as far as what is measured tells.
+    """Return the points (m,) whose measurement visibly began off their orbit.
 
-    The velocity of a block that is locked by a thin film may be off by very little, and the force
-    by half of itself. An order parameter that was far off grows back within the cycle, too late
-    for the stress of that cycle, and no small displacement tells it.
+    If a thin film locks a block, a minute error of the velocity may change the force by half. An
+    order parameter that was far off grows back within the cycle, too late for the stress of that
+    cycle, and small displacements do not reveal it.
     """
     off, rtol = np.zeros(len(points), dtype=bool), options.settings().rtol
     row_kernels(options.physics).write_off_the_orbit(points, queue, orbits, rtol, off)
@@ -263,15 +264,16 @@ def _off_the_orbit(
 
 
 def _moved(orbits: Orbits) -> np.ndarray:
-    """Which of the cycles (n,) that were measured ended elsewhere than they began."""
+    """Tell which of the measured cycles (n,) did not end where they began."""
     return np.asarray(np.abs(orbits.missed).max(axis=1) > _MOVED)
 
 
 def _corrected(queue: Queue, orbits: Orbits, rows: np.ndarray, options: Options) -> np.ndarray:
-    """States (m, width + 1) nearer to their orbits: a cycle farther than those of these rows.
+    """Return states (m, width + 1) nearer to the orbits of these rows.
 
-    And by a step of Newton's, where that is a small one. A long step of ln(phi) is left out: the
-    film does not answer to it linearly, and follows the motion, which is corrected.
+    They are those of the queue, a cycle later, corrected by a Newton step if that is small. A long
+    step of ln(phi) is left out: the film does not respond linearly to it, and follows the motion,
+    which is corrected.
     """
     states, offsets = queue.states.copy(), orbits.offsets[rows]
     small = np.abs(offsets[:, :2]).max(axis=1) <= _LONGEST_CORRECTION * options.rtol
@@ -284,11 +286,11 @@ def _corrected(queue: Queue, orbits: Orbits, rows: np.ndarray, options: Options)
 def _settle(
     points: np.ndarray, queue: Queue, options: Options, patience: int
 ) -> list[tuple[np.ndarray, Watched]]:
-    """Bring the points of the queue to their orbits; those that are aperiodic: rows, and as seen.
+    """Bring the points of the queue to their orbits; return rows and records of the aperiodic ones.
 
-    A point that wanders is watched, and goes on with a search for longer cycles where its
-    neighbours approach it; where there is none either, it is aperiodic. One that takes longer than
-    the patience is left pending.
+    A point that wanders is watched. If its neighbours approach it, the search goes on for longer
+    cycles; if there is none either, it is aperiodic. A point that takes longer than the patience is
+    left pending.
     """
     settings, physics = options.settings(), options.physics
     task = _search_of(settings)
@@ -318,22 +320,22 @@ def _settle(
 def _watching_tolerance(settings: Settings) -> float:
     """The tolerance with which wandering motions are watched.
 
-    Chaos enlarges what the integrator adds, until it decides on the statistics: so it is finer than
-    what is asked for, but the statistics are no better than their window.
+    Chaos amplifies the errors of the integrator until they affect the statistics, so it is finer
+    than the user's tolerance; but statistics are no better than their window.
     """
     finer = min(max(_WATCHED_PART * settings.rtol, _WATCHED), REFINEMENT * settings.rtol)
     return max(finer, TIGHTEST)
 
 
 def _search_of(settings: Settings) -> Pass:
-    """The pass that brings points to their orbits."""
+    """Return the pass that brings points to their orbits."""
     distance = min(settings.stationary_rtol, _LOOSEST)
     halves, steps = 2 * settings.max_periods, settings.max_steps
     return Pass(SETTLE, settings.rtol, distance, halves, steps, settings.accelerate)
 
 
 def _after_watching(walk: TangentWalk, watched: Watched) -> Queue:
-    """The queue of a walk, with what came of it; motions that were stopped go on again."""
+    """Return the queue of a walk with its outcomes; motions that were stopped are to go on."""
     queue = walk.queue
     outcomes = queue.counts[:, OUTCOME]
     queue.counts[:, HALVES] += 2 * watched.periods
@@ -350,7 +352,7 @@ def _write_aperiodic(
     results: np.ndarray,
     finals: np.ndarray,
 ) -> None:
-    """Write the rows (m,) that are aperiodic, with arrays as of `orbits`."""
+    """Write the rows (m,) that are aperiodic; other arrays as in `orbits`."""
     own = np.empty((len(rows), results.shape[1]))
     write_aperiodic(points[rows], watched, (queue.counts[rows, HALVES] + 1) // 2, own)
     results[rows], finals[rows] = own, watched.ends
@@ -373,7 +375,7 @@ def _spreads(
 def end_states(
     points: np.ndarray, periods: int, options: Options
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where trajectories are after a number of drive periods from their starts.
+    """Return the states of trajectories a number of drive periods after their starts.
 
     Parameters
     ----------
@@ -387,11 +389,11 @@ def end_states(
     Returns
     -------
     states
-        (n, width): x [m], v [m/s], ln(phi) ...; where the lane stopped unless the status is ok.
+        (n, width): x [m], v [m/s], ln(phi) ...; unless the status is ok, where the lane stopped.
     steps
         (n,) attempted steps.
     statuses
-        (n,) the Status of each as an integer.
+        (n,) the Status of each, as an integer.
     """
     settings, queue = options.settings(), reduced_queue(points, options.physics)
     queue.counts[:, CYCLE] = 2 * periods

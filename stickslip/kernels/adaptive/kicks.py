@@ -1,6 +1,6 @@
-"""The adaptive method with noise by chance: what every accepted step of a lane gets besides.
+"""Stochastic noise in the adaptive method: the random kick after every accepted step of a lane.
 
-Imported where a stochastic film is asked for, and compiled into kernels of its own.
+Imported only for stochastic films, and compiled into kernels of their own.
 """
 
 from __future__ import annotations
@@ -20,37 +20,38 @@ from stickslip.model.state import FILM
 from stickslip.numerics.linear import algebra
 from stickslip.parameters import Parameters
 
-# The drift may bend so far over the width of the noise in a step.
+# Within a step the drift may deviate this far from a linear one over the width of the noise.
 _MOST_BENDING = 0.1
 
 
 @inline
-def kicked(p: Parameters, psi: float, deviation: float, h: float, xi: float) -> tuple[float, float]:
-    """ln(phi) after the noise of a step of length `h`, and how long the next one may be."""
+def after_kick(
+    p: Parameters, psi: float, deviation: float, h: float, xi: float
+) -> tuple[float, float]:
+    """ln(phi) after the noise of a step of length `h`, and the longest next step allowed."""
     bent = bending(p, psi, deviation, h)
     longest = h * (_MOST_BENDING / bent) if bent > _MOST_BENDING else np.inf
     return disturbed(psi, deviation, xi), longest
 
 
 def make_kick(problems: Callable[..., Problem], width: int) -> Any:
-    """What adds the noise of the step tried last in every lane where it was accepted.
-
-    It maps lanes to None.
-    """
+    """Return the function (lanes) that adds the noise of the last step wherever it was accepted."""
     deviation_of, step_of = make_deviation(algebra(width).interpolate), step_reader(width)
     first = stream_begin(width)
 
     @inline
     def lane_kick(lane: int, lanes: np.ndarray) -> None:
         p, step = problems(lanes, lane).p, step_of(lanes, lane)
+        # The attempt numbers the step, not a counter of draws: no state to carry between lanes.
         low, high = get(lanes, first + KEY_LOW, lane), get(lanes, first + KEY_HIGH, lane)
         path, period = get(lanes, first + PATH, lane), get(lanes, first + PERIOD, lane)
         xi = normal_number(low, high, path, period, get(lanes, SLOTS.attempts, lane))
         deviation = deviation_of(p, step.used, step.y0, step.y1, step.d1, step.d2)
-        psi, longest = kicked(p, step.y1[FILM], deviation, step.used, xi)
-        seen, h = get(lanes, SLOTS.accepted, lane) > 0.0, get(lanes, SLOTS.step, lane)
-        put(lanes, SLOTS.state + FILM, lane, psi if seen else step.y1[FILM])
-        put(lanes, SLOTS.step, lane, longest if seen and longest < h else h)
+        psi, longest = after_kick(p, step.y1[FILM], deviation, step.used, xi)
+        # Choices in place of branches: a lane whose step was rejected draws its number in vain.
+        accepted, h = get(lanes, SLOTS.accepted, lane) > 0.0, get(lanes, SLOTS.step, lane)
+        put(lanes, SLOTS.state + FILM, lane, psi if accepted else step.y1[FILM])
+        put(lanes, SLOTS.step, lane, longest if accepted and longest < h else h)
 
     @jit
     def kick(lanes: np.ndarray) -> None:

@@ -1,9 +1,9 @@
-"""The adaptive method in lanes: kernels that take a queue of points through it.
+"""The adaptive method in lanes: kernels that work through a queue of points.
 
-A point is integrated half a drive period at a time, over phases 0 to pi of its own units
-(model/scaling.py), and then mirrored, which maps its orbit onto itself. Lanes take the next point
-of the queue as soon as theirs is finished. A kernel works for a given number of attempts and leaves
-everything it needs to go on in the arrays that it was given.
+A point is integrated half a drive period at a time, over phases 0 to pi in its own units
+(model/scaling.py), and then mirrored, which maps its orbit onto itself. A lane takes the next point
+of the queue as soon as its own is finished. A kernel works for a given number of attempts and
+leaves everything it needs to go on in the arrays that it was given.
 """
 
 from __future__ import annotations
@@ -44,32 +44,33 @@ from stickslip.status import Status
 NOT_STATIONARY, APERIODIC = int(Status.NOT_STATIONARY), int(Status.APERIODIC)
 
 TRAVEL, SETTLE, MEASURE = 0, 1, 2
-"""What a pass through a queue does: so many half periods; as many as it takes to the stationary
-orbit; so many with a record."""
+"""Kinds of passes through a queue: a given number of half periods; as many as it takes to reach the
+stationary orbit; a given number with a record."""
 
 REFINEMENT = 0.1
-"""The finer tolerance of the search, and of the measurement, as a part of the coarser one."""
+"""The finer tolerance of the search, and of the measurement, as a fraction of the coarser one."""
 
 TIGHTEST = 1e-13
-"""The least tolerance: below it rounding decides."""
+"""The smallest tolerance: below it rounding dominates."""
 
-# The largest tolerance on the way to an orbit: beyond it a film may miss the moment in which it
+# The largest tolerance on the way to an orbit: beyond it a film may miss the moment at which it
 # freezes, and end on another orbit.
 _SEARCH = 1e-5
 
-# Over such a part of the offset a film that may freeze late does so, or does not.
+# The longest jump, in units of the scaled position, of a film that may freeze late: short enough
+# not to skip the periods in which it does.
 _LATE_JUMP = 0.1
 
-# Columns of `counts`, integers. HALVES: half periods of the search, all its passes together; CYCLE:
-# half periods after which the orbit closes (or how many to do); ATTEMPTED: steps attempted, all
-# passes together; OUTCOME: a Status, APERIODIC where a search wanders.
+# Columns of `counts`, integers. HALVES: half periods of the search, over all its passes; CYCLE:
+# half periods after which the orbit closes (or how many to do); ATTEMPTED: steps attempted, over
+# all passes; OUTCOME: a Status, APERIODIC if a search wanders.
 HALVES, CYCLE, ATTEMPTED, OUTCOME, COUNT_COLUMNS = range(5)
 
 _reduced_of = make_lane_reader(Reduced, SLOTS.parameters, get)
 
 
 class Pass(NamedTuple):
-    """What a pass does, and with which tolerances and budgets; half periods, not periods."""
+    """The kind of a pass, its tolerances, and its budgets of half periods and steps."""
 
     mode: int
     rtol: float
@@ -78,16 +79,16 @@ class Pass(NamedTuple):
     max_steps: int
     accelerate: bool
     late: bool = False
-    """Whether a search goes on where an earlier one found no cycle."""
+    """True for a search that continues one which found no cycle."""
 
 
 class Queue(NamedTuple):
     """The points of a pass; rows are points.
 
-    `points` (n, reduced parameters), as `Reduced`, and behind them a stream of random numbers
-    where there is chance; `states` (n, width + 1), the state in the
-    point's own units and the step to go on with, and `counts` (n, COUNT_COLUMNS) in and out;
-    `measured` (n, RECORD) and `ratios` (n,), the contraction of the orbit, out.
+    `points` (n, reduced parameters), as `Reduced`, followed by a stream of random numbers if the
+    noise is stochastic. In and out: `states` (n, width + 1), the state in the point's own units and
+    the next step, and `counts` (n, COUNT_COLUMNS). Out: `measured` (n, RECORD) and `ratios` (n,),
+    the contraction of the orbit.
     """
 
     points: np.ndarray
@@ -98,11 +99,11 @@ class Queue(NamedTuple):
 
 
 class Lanes(NamedTuple):
-    """The state of the lanes between two calls of a kernel: all of it.
+    """The complete state of the lanes between two calls of a kernel.
 
-    `values` (slots*LANES,); `rows` (LANES,) the point in each lane, -1 where idle; `halves`
-    (LANES,) done in this pass, or in all of the search; `memories` (LANES,) of searches; `cursor`
-    (2,) the next point of the queue and the number of lanes at work, -1 before the first call.
+    `values` (slots*LANES,); `rows` (LANES,) the point in each lane, -1 if idle; `halves` (LANES,)
+    half periods of this pass, or of the whole search; `memories` (LANES,) of the searches; `cursor`
+    (2,) the next point of the queue and the number of busy lanes, -1 before the first call.
     """
 
     values: np.ndarray
@@ -113,9 +114,10 @@ class Lanes(NamedTuple):
 
 
 def new_lanes(width: int) -> Lanes:
-    """Lanes that have not begun, for states of so many components."""
+    """Return lanes that have not begun, for states of this many components."""
     return Lanes(
-        values=aligned.py_func((stream_begin(width) + STREAM) * LANES),  # compiled: half a second
+        # Not compiled: that would take half a second for a single call.
+        values=aligned.py_func((stream_begin(width) + STREAM) * LANES),
         rows=np.full(LANES, -1, np.int64),
         halves=np.zeros(LANES, np.int64),
         memories=np.zeros(LANES, search.memory_of(width)),
@@ -124,7 +126,7 @@ def new_lanes(width: int) -> Lanes:
 
 
 def new_queue(points: np.ndarray, states: np.ndarray) -> Queue:
-    """A queue of points (n, reduced parameters) that begin in these states (n, width + 1)."""
+    """Return a queue of points (n, reduced parameters) in these states (n, width + 1)."""
     n = len(points)
     return Queue(
         points,
@@ -137,7 +139,7 @@ def new_queue(points: np.ndarray, states: np.ndarray) -> Queue:
 
 @jit
 def _park(lanes: Lanes, lane: int) -> None:
-    """Park an idle lane: its end and its limit are infinite, so no event is raised."""
+    """Park an idle lane: with an infinite end and limit it raises no event."""
     lanes.rows[lane] = -1
     put(lanes.values, SLOTS.end, lane, np.inf)
     put(lanes.values, SLOTS.limit, lane, np.inf)
@@ -145,7 +147,7 @@ def _park(lanes: Lanes, lane: int) -> None:
 
 @jit
 def _close(lanes: Lanes, queue: Queue, lane: int, status: int) -> None:
-    """Write down what became of the point in a lane."""
+    """Store the outcome of the point in a lane."""
     row, values = lanes.rows[lane], lanes.values
     width, counts = queue.states.shape[1] - 1, queue.counts[row]
     for component in range(width):
@@ -159,27 +161,27 @@ def _close(lanes: Lanes, queue: Queue, lane: int, status: int) -> None:
 
 @inline
 def _coarser(task: Pass) -> float:
-    """The tolerance with which a search begins."""
+    """The tolerance at which a search begins."""
     return min(task.rtol, _SEARCH)
 
 
 @inline
 def _finer(task: Pass, cuts: int) -> float:
-    """The tolerance of a search after so many cuts: the first one leaves no noise above its aim."""
+    """The tolerance of a search after so many cuts; the first puts the noise below the aim."""
     first = min(task.rtol * REFINEMENT, _SEARCH, max(task.stationary_rtol, TIGHTEST))
     return first * REFINEMENT ** (cuts - 1)
 
 
 @inline
 def _longest_jump(p: Parameters, phi: float) -> float:
-    """Longest jump: one must not outrun the periods in which a film freezes late."""
+    """Longest jump allowed: a jump must not skip the periods in which a film freezes late."""
     if not freezes_late(p):
         return np.inf
     return 0.0 if in_between(p, phi) else _LATE_JUMP
 
 
 def _make_apply_verdict(state: StateFunctions) -> Any:
-    """What asks the search what to do after a half period, and does it; -1 while it goes on."""
+    """Return the function that carries out the search's verdict on a half period; -1 to go on."""
     judged, unjudged, moved = state.judged, state.unjudged, state.moved
     begin_half, put_state = state.begin_half, state.put
 
@@ -193,7 +195,7 @@ def _make_apply_verdict(state: StateFunctions) -> Any:
         verdict, dx, dv = search.judge(memory, judged(y), task.stationary_rtol, rtol, budget)
         begin_half(values, lane, moved(y, dx, dv))
         if verdict == search.SETTLED:
-            # What is left of the way to the limit is known: the measurement begins nearer to it.
+            # The remaining way to the limit is known: the measurement begins nearer to it.
             dx, dv = search.last_correction(memory)
             put_state(values, SLOTS.state, lane, moved(y, dx, dv))
             return OK
@@ -204,7 +206,7 @@ def _make_apply_verdict(state: StateFunctions) -> Any:
         if verdict == search.FINER:
             put(values, SLOTS.rtol, lane, _finer(task, memory.fineness))
         elif verdict == search.RESTORE:
-            # A jump has led astray: back to before it, and from there as a search begins.
+            # A jump has led astray: return to the state before it, as at the start of a search.
             put_state(values, SLOTS.state, lane, unjudged(memory.stored))
             put(values, SLOTS.rtol, lane, _finer(task, 1) if task.late else _coarser(task))
         return -1
@@ -213,7 +215,7 @@ def _make_apply_verdict(state: StateFunctions) -> Any:
 
 
 def make_problems(family: Family) -> Any:
-    """What reads the problem of a lane, for fluids of one family: (lanes, lane) to a Problem."""
+    """Return the function (lanes, lane) that reads the Problem of a lane, for one family."""
     values_of: Any = model_of(family.physics).values(family.gamma, higher=family.higher)
 
     @inline
@@ -230,9 +232,9 @@ def make_problems(family: Family) -> Any:
 
 
 def _make_load(state: StateFunctions, begin_record: Any, streams: int) -> Any:
-    """What puts the next point of the queue into a lane, or parks the lane.
+    """Return the function that puts the next point of the queue into a lane, or parks the lane.
 
-    `streams` is the slot of what tells its random numbers, 0 without chance.
+    `streams` is the first slot of its stream of random numbers, 0 if there is none.
     """
     row_state, judged, begin_half = state.of_row, state.judged, state.begin_half
     reduced = len(Reduced._fields)
@@ -252,8 +254,8 @@ def _make_load(state: StateFunctions, begin_record: Any, streams: int) -> Any:
                 put(values, streams + slot, lane, queue.points[row, reduced + slot])
         y = row_state(queue.states[row])
         begin_half(values, lane, y)
-        # Half a period is pi in the units of a point. Nothing of the point before stays in the
-        # lane: what becomes of a point, to its last bit, must not hang on its company.
+        # Half a period is pi in the units of a point. Nothing of the previous point stays in the
+        # lane: a result must not depend, to its last bit, on the other points of a sweep.
         put(values, SLOTS.end, lane, math.pi)
         put(values, SLOTS.step, lane, queue.states[row, queue.states.shape[1] - 1])
         put(values, SLOTS.grows, lane, 1.0)
@@ -274,7 +276,7 @@ def _make_load(state: StateFunctions, begin_record: Any, streams: int) -> Any:
 
 
 def _make_handle_event(problems: Any, state: StateFunctions, begin_record: Any, refine: Any) -> Any:
-    """What an event in a lane means for its point: a status, or -1 to go on."""
+    """Return the function that handles an event in a lane: it gives a status, or -1 to go on."""
     mirror_record, apply_verdict = recording.record.mirror, _make_apply_verdict(state)
     mirrored, get_state, begin_half = state.mirrored, state.get, state.begin_half
 
@@ -312,7 +314,7 @@ def _make_handle_event(problems: Any, state: StateFunctions, begin_record: Any, 
     @jit
     def handle_event(lanes: Lanes, queue: Queue, task: Pass, lane: int) -> int:
         values = lanes.values
-        # First what is inside the step, then its end, which would begin a new half period.
+        # First the inside of the step, then its end, which would begin a new half period.
         if task.mode == MEASURE and get(values, recording.PROMISING, lane) > 0.0:
             refine(values, lane)
         if get(values, SLOTS.time, lane) >= get(values, SLOTS.end, lane):
@@ -331,21 +333,21 @@ def _no_kick(lanes: np.ndarray) -> None:
 
 
 def _make_noise(problems: Any, width: int, *, chance: bool) -> tuple[Any, int]:
-    """What adds the noise of a step to the lanes, and the slot of its stream, 0 without one."""
+    """Return the function that adds random noise after a step, and its stream's slot (or 0)."""
     if not chance:
         return _no_kick, 0
-    from stickslip.kernels.adaptive.kicks import make_kick  # of no use to others
+    from stickslip.kernels.adaptive.kicks import make_kick  # only stochastic films need it
 
     return make_kick(problems, width), stream_begin(width)
 
 
 def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> Any:
-    """A pass for the problems that `problems(lanes, lane)` finds in lanes, not yet a kernel.
+    """Return a pass, not yet a kernel, over problems that `problems(lanes, lane)` reads.
 
-    Changes between a soft and a hard solid are counted where there may be `two_solids`.
+    With `two_solids` changes between a soft and a hard solid are counted.
 
-    It maps (queue, lanes, task, attempts) to the number of points still to be finished: it works
-    for so many attempts of all lanes together, and is called again until that is 0.
+    It maps (queue, lanes, task, attempts) to the number of unfinished points: it works for that
+    many attempts of all lanes together, and is to be called again until the number is 0.
     """
     functions = problem_functions(physics)
     state = state_functions(model_of(physics).components)
@@ -368,7 +370,7 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
             for lane in range(LANES):
                 load(lanes, queue, task, lane)
         while lanes.cursor[1] > 0 and attempts > 0:
-            # Vector code for all lanes first; then, one by one, the few where something happened.
+            # First vector code for all lanes; then, one by one, the few lanes that raised an event.
             attempts -= 1
             attempt(lanes.values)
             if task.mode == MEASURE:
@@ -389,6 +391,6 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
 
 @kernel_factory
 def pass_kernel(family: Family) -> Any:
-    """The kernel of a family of fluids: what `make_pass` describes."""
+    """Return the kernel of a family of fluids, as `make_pass` describes it."""
     work = make_pass(make_problems(family), family.physics, two_solids=family.higher)
     return named_kernel(f"adaptive_pass[{family}]", work)

@@ -21,12 +21,12 @@ from stickslip.options import Physics
 
 _KIND = [Reduced._fields.index(name) for name in KIND]
 
-# Attempts of all lanes together in one call of a kernel: about a second.
+# Attempts of all lanes together in one call of a kernel: about a second, so that Ctrl-C is noticed.
 _WORK = 2_000_000
 
 
 def reduced_queue(points: np.ndarray, physics: Physics) -> Queue:
-    """The queue of points (n, parameters) in SI units, in their own units, at their starts."""
+    """Return a queue of points (n, parameters) from SI units, in their own, at their starts."""
     n = len(points)
     width = model_of(physics).width
     queue = new_queue(np.empty((n, len(Reduced._fields))), np.empty((n, width + 1)))
@@ -35,18 +35,18 @@ def reduced_queue(points: np.ndarray, physics: Physics) -> Queue:
 
 
 def part_of(queue: Queue, rows: np.ndarray) -> Queue:
-    """A copy of those rows (m,) of a queue."""
+    """Return a copy of these rows (m,) of a queue."""
     return Queue(*(column[rows] for column in queue))
 
 
 def put_back(queue: tuple[np.ndarray, ...], rows: np.ndarray, part: tuple[np.ndarray, ...]) -> None:
-    """Write a copy of some rows (m,) back into the queue, or into other columns of points."""
+    """Write a copy of some rows (m,) back into a queue, or into other columns of points."""
     for whole, piece in zip(queue, part, strict=True):
         whole[rows] = piece
 
 
 def work_through(queue: Queue, task: Pass, physics: Physics) -> None:
-    """One pass of the points of a queue that are ok so far through the lanes, by family."""
+    """Take the points of a queue that are still ok through a pass in lanes, family by family."""
     alive = np.flatnonzero(queue.counts[:, OUTCOME] == OK)
     for family, members in families(physics, queue.points[:, _KIND][alive]):
         rows = alive[members]

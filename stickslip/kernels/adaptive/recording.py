@@ -1,7 +1,7 @@
-"""What is measured of an orbit in lanes: extrema, integrals and phases, half period by half period.
+"""The record of an orbit in lanes: extrema, integrals and phases, half period by half period.
 
-A lane integrates half a drive period and is then mirrored, (x, u) -> (-x, -u), so that it is
-always at a phase between 0 and pi. Records are kept in the mirrored frame of the moment.
+A lane integrates half a drive period and is then mirrored, (x, u) -> (-x, -u), so that it is always
+at a phase between 0 and pi. Records are kept in the current, possibly mirrored, frame.
 """
 
 from __future__ import annotations
@@ -34,27 +34,27 @@ from stickslip.numerics.adaptive_lanes import slots_for
 from stickslip.numerics.lane_array import lane_array, lane_vectors
 from stickslip.numerics.linear import algebra, larger
 
-# Behind the parameters of a lane lies its record; then stress, force and their rates at the end of
-# the last accepted step, and whether an extremum inside the step tried last could beat the record;
-# then the lowest and the highest ln(phi) at the ends of steps since the half period began.
+# The parameters of a lane are followed by its record; then come stress, force and their rates at
+# the end of the last accepted step; a flag for a possible extremum inside the last attempted step;
+# and the lowest and highest ln(phi) at the ends of steps since the half period began.
 ROOM = len(Reduced._fields) + RECORD + 7
-"""Slots of a lane besides those of its integration."""
+"""Slots of a lane in addition to those of its integration."""
 
 SLOTS = slots_for(0, ROOM)
-"""Where the numbers of a lane lie; those of its vectors depend on their width."""
+"""Slots of the numbers of a lane; those of vectors depend on their width."""
 
 RECORD_BEGIN = SLOTS.parameters + len(Reduced._fields)
 
 
 def stream_begin(width: int) -> int:
-    """The first of the slots for the stream of random numbers of a lane, behind all others."""
+    """The first slot of the stream of random numbers of a lane, after all others."""
     return slots_for(width, ROOM).total
 
 
 _STRESS = RECORD_BEGIN + RECORD
 _FORCE, _STRESS_RATE, _FORCE_RATE, PROMISING, LOWEST, HIGHEST = range(_STRESS + 1, _STRESS + 7)
 
-# Where a step is looked at, and the weights of Lobatto's quadrature, of order 6.
+# Nodes at which a step is evaluated, and the weights of Lobatto's quadrature, of order 6.
 _INNER = 0.5 * math.sqrt(0.2)
 NODES = (0.0, 0.5 - _INNER, 0.5 + _INNER, 1.0)
 _PARTS = (NODES[1] - NODES[0], NODES[2] - NODES[1], NODES[3] - NODES[2])
@@ -71,7 +71,7 @@ _see_integrals = make_see_integrals(record, WEIGHTS)
 
 
 class Step(NamedTuple):
-    """The step tried last in a lane: its begin, its length, and its continuous extension."""
+    """The last attempted step of a lane: its start, its length, and its continuous extension."""
 
     t: float
     used: float
@@ -83,7 +83,7 @@ class Step(NamedTuple):
 
 @cache
 def step_reader(width: int) -> Any:
-    """What reads the step tried last in a lane: (lanes, lane) to a Step."""
+    """Return the function (lanes, lane) that reads the last attempted Step of a lane."""
     slots, get_state = slots_for(width, ROOM), lane_vectors(LANES, width).get
 
     @inline
@@ -104,14 +104,14 @@ def step_reader(width: int) -> Any:
 def _promising(
     lanes: np.ndarray, lane: int, slot: int, values: Values, rates: tuple[float, float]
 ) -> bool:
-    """Whether to look between the nodes of a step: the observable turns, and could beat the record.
+    """Tell whether to look between the nodes: the observable turns and could exceed the record.
 
     `values` at the nodes; `rates` at the ends.
     """
     begin, first, second, end = values
     high = get(lanes, RECORD_BEGIN + slot, lane)
     low = get(lanes, RECORD_BEGIN + slot + 1, lane)
-    # How far a curve may overshoot between the nodes: no farther than it rose and fell at them.
+    # Between the nodes a curve is assumed to overshoot no farther than it rose and fell at them.
     top, bottom = larger(larger(first, second), end), -larger(larger(-first, -second), -end)
     rise0, rise1, rise2 = first - begin, second - first, end - second
     turns = (rates[0] * rates[1] < 0.0) | (rise0 * rise1 < 0.0) | (rise1 * rise2 < 0.0)
@@ -120,11 +120,14 @@ def _promising(
 
 
 Node = tuple[State, float, float, float]
-"""What a step holds at a node: the state, phi, stress and force."""
+"""A step at a node: the state, phi, stress and force."""
 
 
 def _make_see_work(equations: Equations) -> Any:
-    """What adds a step to the integrals: (lanes, lane, problem, step, nodes, seen)."""
+    """Return the function that adds a step to the integrals of a record.
+
+    Its arguments are (lanes, lane, problem, step, nodes, accepted).
+    """
     power, stored_energy = equations.power, equations.stored_energy
 
     @inline
@@ -135,7 +138,7 @@ def _make_see_work(equations: Equations) -> Any:
 
     @inline
     def see_work(
-        lanes: np.ndarray, lane: int, problem: Problem, step: Step, nodes: Any, seen: bool
+        lanes: np.ndarray, lane: int, problem: Problem, step: Step, nodes: Any, accepted: bool
     ) -> None:
         moments = (
             moment(problem, step, NODES[0], nodes[0]),
@@ -143,33 +146,33 @@ def _make_see_work(equations: Equations) -> Any:
             moment(problem, step, NODES[2], nodes[2]),
             moment(problem, step, NODES[3], nodes[3]),
         )
-        _see_integrals(lanes, lane, moments, step.used, seen)
+        _see_integrals(lanes, lane, moments, step.used, accepted)
 
     @inline
     def see_work_and_energy(
-        lanes: np.ndarray, lane: int, problem: Problem, step: Step, nodes: Any, seen: bool
+        lanes: np.ndarray, lane: int, problem: Problem, step: Step, nodes: Any, accepted: bool
     ) -> None:
-        see_work(lanes, lane, problem, step, nodes, seen)
+        see_work(lanes, lane, problem, step, nodes, accepted)
         gained = stored_energy(problem.p, step.y1) - stored_energy(problem.p, step.y0)  # type: ignore[misc]
-        _add(lanes, lane, BLOCK_WORK, -gained, seen)
+        _add(lanes, lane, BLOCK_WORK, -gained, accepted)
 
     return see_work if stored_energy is None else see_work_and_energy
 
 
 @inline
 def _see_one_solid(
-    lanes: np.ndarray, lane: int, problem: Problem, eps: float, phi: float, seen: bool
+    lanes: np.ndarray, lane: int, problem: Problem, eps: float, phi: float, accepted: bool
 ) -> None:
     pass
 
 
 @inline
 def _see_either_solid(
-    lanes: np.ndarray, lane: int, problem: Problem, eps: float, phi: float, seen: bool
+    lanes: np.ndarray, lane: int, problem: Problem, eps: float, phi: float, accepted: bool
 ) -> None:
     B, phases = film.melting_function(problem.p, eps), problem.phases
     is_liquid, is_hard = phi <= solids.MELTED_PART * phases.solid, phi >= phases.hard
-    _see_solid(lanes, lane, is_liquid, solids.is_soft(phases, phi, B), is_hard, seen)
+    _see_solid(lanes, lane, is_liquid, solids.is_soft(phases, phi, B), is_hard, accepted)
 
 
 @inline
@@ -182,26 +185,26 @@ def _lane_follow(lane: int, lanes: np.ndarray) -> None:
 
 @jit
 def follow_film(lanes: np.ndarray) -> None:
-    """Take in the film of every lane after a step."""
+    """Update the lowest and highest ln(phi) of every lane after a step."""
     for_lanes(LANES, _lane_follow, (lanes,))
 
 
 @inline
 def begin_following(lanes: np.ndarray, lane: int) -> None:
-    """Make a lane ready for `follow_film` over half a period."""
+    """Prepare a lane for `follow_film` over half a period."""
     put(lanes, LOWEST, lane, np.inf)
     put(lanes, HIGHEST, lane, -np.inf)
 
 
 @inline
 def vertex(x0: float, x1: float, x2: float, y0: float, y1: float, y2: float) -> float:
-    """Where the parabola through three points has its vertex; NaN or inf for a straight line."""
+    """Abscissa of the vertex of a parabola through three points; NaN or inf for a straight line."""
     left, right = (y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1)
     return 0.5 * (x0 + x1) - 0.5 * left * (x2 - x0) / (right - left)
 
 
 def make_node(functions: ProblemFunctions) -> Any:
-    """What gives a Node of a step: (problem, step, theta)."""
+    """Return the function (problem, step, theta) that gives a Node of a step."""
     observables, interpolate = functions.equations.observables, algebra(functions.width).interpolate
 
     @inline
@@ -217,7 +220,7 @@ def make_node(functions: ProblemFunctions) -> Any:
 def make_see(
     problems: Callable[..., Problem], functions: ProblemFunctions, *, two_solids: bool
 ) -> Any:
-    """What takes in the step tried last, in every lane where it was accepted; maps lanes to None.
+    """Return the function (lanes) that records the last step of every lane where it was accepted.
 
     `problems(lanes, lane)` is the problem of a lane.
     """
@@ -228,9 +231,9 @@ def make_see(
 
     @inline
     def lane_see(lane: int, lanes: np.ndarray) -> None:
-        # A rejected step is looked at like any other, and nothing of it is kept: no branches.
+        # A rejected step is evaluated like any other, and its values are dropped: no branches.
         problem, step = problems(lanes, lane), step_of(lanes, lane)
-        seen = get(lanes, SLOTS.accepted, lane) > 0.0
+        accepted = get(lanes, SLOTS.accepted, lane) > 0.0
         ya, phia, sigmaa, Fa = node(problem, step, NODES[1])
         yb, phib, sigmab, Fb = node(problem, step, NODES[2])
         sigma1, F1, sigma_rate1, F_rate1 = observables_and_rates(
@@ -241,31 +244,31 @@ def make_see(
         stresses, forces = (sigma0, sigmaa, sigmab, sigma1), (F0, Fa, Fb, F1)
         inside = _promising(lanes, lane, STRESS_MAX, stresses, (sigma_rate0, sigma_rate1))
         inside = inside | _promising(lanes, lane, FORCE_MAX, forces, (F_rate0, F_rate1))
-        inside = inside & seen
-        _see_extremum(lanes, lane, STRESS_MAX, sigma1, seen)
-        _see_extremum(lanes, lane, FORCE_MAX, F1, seen)
-        # Looking inside takes steps of their own, and few steps need it: not in the vectors.
+        inside = inside & accepted
+        _see_extremum(lanes, lane, STRESS_MAX, sigma1, accepted)
+        _see_extremum(lanes, lane, FORCE_MAX, F1, accepted)
+        # Looking inside takes further steps, and few lanes need it: an event, outside the vectors.
         put(lanes, PROMISING, lane, 1.0 if inside else 0.0)
         put(lanes, SLOTS.event, lane, 1.0 if inside else get(lanes, SLOTS.event, lane))
         solid = problem.phases.solid
         melted = solids.MELTED_PART * solid
         phi1 = exponentials(step.y1[2])[0]
-        # The film between two nodes counts as at the second, so that no time is counted twice.
+        # An interval between nodes counts for the phase at its end, so that none counts twice.
         dta, dtb, dt1 = (_PARTS[0] * step.used, _PARTS[1] * step.used, _PARTS[2] * step.used)
-        _see_phase(lanes, lane, phia, solid, melted, dta, seen)
-        _see_phase(lanes, lane, phib, solid, melted, dtb, seen)
-        _see_phase(lanes, lane, phi1, solid, melted, dt1, seen)
-        see_solid(lanes, lane, problem, strain(problem.p, ya), phia, seen)
-        see_solid(lanes, lane, problem, strain(problem.p, yb), phib, seen)
-        see_solid(lanes, lane, problem, strain(problem.p, step.y1), phi1, seen)
+        _see_phase(lanes, lane, phia, solid, melted, dta, accepted)
+        _see_phase(lanes, lane, phib, solid, melted, dtb, accepted)
+        _see_phase(lanes, lane, phi1, solid, melted, dt1, accepted)
+        see_solid(lanes, lane, problem, strain(problem.p, ya), phia, accepted)
+        see_solid(lanes, lane, problem, strain(problem.p, yb), phib, accepted)
+        see_solid(lanes, lane, problem, strain(problem.p, step.y1), phi1, accepted)
         begin = (step.y0, exponentials(step.y0[2])[0], sigma0, F0)
         nodes = (begin, (ya, phia, sigmaa, Fa), (yb, phib, sigmab, Fb), (step.y1, phi1, sigma1, F1))
-        see_work(lanes, lane, problem, step, nodes, seen)
-        # The end of this step is the begin of the next: a law is evaluated once for both.
-        put(lanes, _STRESS, lane, sigma1 if seen else sigma0)
-        put(lanes, _FORCE, lane, F1 if seen else F0)
-        put(lanes, _STRESS_RATE, lane, sigma_rate1 if seen else sigma_rate0)
-        put(lanes, _FORCE_RATE, lane, F_rate1 if seen else F_rate0)
+        see_work(lanes, lane, problem, step, nodes, accepted)
+        # The end of this step is the start of the next: the law is evaluated once for both.
+        put(lanes, _STRESS, lane, sigma1 if accepted else sigma0)
+        put(lanes, _FORCE, lane, F1 if accepted else F0)
+        put(lanes, _STRESS_RATE, lane, sigma_rate1 if accepted else sigma_rate0)
+        put(lanes, _FORCE_RATE, lane, F_rate1 if accepted else F_rate0)
 
     @jit
     def see(lanes: np.ndarray) -> None:
@@ -275,9 +278,9 @@ def make_see(
 
 
 def make_begin(problems: Callable[..., Problem], functions: ProblemFunctions) -> Any:
-    """What makes a lane ready for measuring half a period, with a new record if `fresh`.
+    """Return the function (lanes, lane, fresh) that prepares a lane to measure half a period.
 
-    It maps (lanes, lane, fresh) to None.
+    If `fresh`, with a new record.
     """
     observables_and_rates, clear = functions.equations.observables_and_rates, record.clear
     get_state = lane_vectors(LANES, functions.width).get
@@ -297,10 +300,10 @@ def make_begin(problems: Callable[..., Problem], functions: ProblemFunctions) ->
 def make_refine(
     problems: Callable[..., Problem], functions: ProblemFunctions, shorter_step: Any
 ) -> Any:
-    """The search for extrema inside a promising step; maps (lanes, lane) to None.
+    """Return the function (lanes, lane) that searches for extrema inside a promising step.
 
-    It finds their places on the continuous extension and goes there with `shorter_step`, the step
-    of the method: the extension is of lower order, and a force can be steep in it.
+    It locates them on the continuous extension and gets there with `shorter_step`, the step of the
+    method: the extension is of lower order, and a force can be steep inside it.
     """
     node, observables = make_node(functions), functions.equations.observables
     rhs, jacobian, step_of = functions.rhs, functions.jacobian, step_reader(functions.width)
@@ -312,7 +315,7 @@ def make_refine(
         y = shorter_step(problem, t, y0, used, f, J)[0]
         phi, _ = exponentials(y[2])
         sigma, F = observables(problem.p, y, phi, problem.u_s)
-        # No error control has chosen this length: where such a step overflows, it tells nothing.
+        # No error control has chosen this length: if the step overflows, it is ignored.
         finite = math.isfinite(sigma) and math.isfinite(F)
         _see_extremum(lanes, lane, STRESS_MAX, sigma, finite)
         _see_extremum(lanes, lane, FORCE_MAX, F, finite)

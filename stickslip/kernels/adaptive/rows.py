@@ -1,4 +1,4 @@
-"""From orbits that were settled and measured to their result rows, errors estimated."""
+"""Result rows of orbits that were settled and measured, with error estimates."""
 
 from __future__ import annotations
 
@@ -34,39 +34,40 @@ from stickslip.numerics.adaptive import OK
 from stickslip.options import Physics
 from stickslip.parameters import Parameters
 
-# The error estimate: what is left, after a cut of the tolerance to a tenth, of the difference of
-# the two measurements and of the shift of the orbit; more of the latter where a liquid film runs
-# through a cusp of the law at full speed. And the least error that is believed, in tolerances,
-# since two measurements may agree by accident: the most where a film melts, which a step more or
-# less moves, or is near its strength, the least where the equations are smooth
+# The error estimate: fractions, for a tolerance cut to a tenth, of the difference of the two
+# measurements and of the shift of the orbit; a larger one of the latter if a liquid film crosses a
+# cusp of the law at full speed. And the smallest error that is believed, in tolerances, since two
+# measurements may agree by accident: largest where a film melts, at a time that one step more or
+# less changes, or is near its strength; smallest where the equations are smooth
 # (docs/decisions/amplitude-error.md).
 _DIFFERENCE_PART = 0.15
 _SHIFT_PART, _SHIFT_PART_PAST_CUSPS = 0.15, 0.5
 _LEAST, _LEAST_AT_CUSP, _LEAST_PAST_CUSPS, _LEAST_OF_FRONTS = 0.0025, 0.01, 0.015, 0.03
 
-# Films whose amplitudes feel the position least do not feel it alone.
+# At least this fraction of the smallest error counts even if the amplitudes hardly depend on the
+# position: they do not depend on it alone.
 _WELL_CONDITIONED = 0.5
 
-# From this part of a phi_plus^2 eps_c0 on a stress is near the strength, which is 0.4 of that.
+# Above this fraction of a phi_plus^2 eps_c0 a stress is near the strength, which is 0.4 of that.
 _NEAR_STRENGTH = 0.25
 
 # Measurements that differ by more tolerances than this do not begin on the same orbit.
 _APART = 0.3
 
-# The error where the copies were lost that would tell it.
+# The error if the copies that it is estimated from were lost.
 _UNKNOWN = 1.0
 
 
 class Orbits(NamedTuple):
-    """What is known of n settled orbits besides their finer measurement.
+    """Properties of n settled orbits other than their finer measurement.
 
-    `begins` (n, width + 1) states on them, in units of their own; `coarse` (n, RECORD) at the
-    coarser tolerance; `symmetric` (n,); `spreads` (n, 2) of stress and force in SI units;
-    `multipliers` (n,); `slopes` (n, EXTREMA, width) of the extrema over the state at the begin;
-    `missed` (n, width), by how much the finer cycle fails to close, as repetition is judged;
-    `offsets` (n, width) of the state from the orbit, NaN where it left it, and `shifts` (n, width)
-    of the orbit between the two tolerances, both a cycle later, when what is fast has been
-    forgotten.
+    `begins` (n, width + 1) states on them, in their own units; `coarse` (n, RECORD) at the coarser
+    tolerance; `symmetric` (n,); `spreads` (n, 2) of stress and force in SI units; `multipliers`
+    (n,); `slopes` (n, EXTREMA, width), derivatives of the extrema with respect to the first state;
+    `missed` (n, width), by how much the finer cycle fails to close, weighted as in the test of
+    repetition; `offsets` (n, width) of the state from the orbit, NaN if it left the orbit, and
+    `shifts` (n, width) of the orbit between the two tolerances, both a cycle later, when fast
+    transients have decayed.
     """
 
     begins: np.ndarray
@@ -90,10 +91,10 @@ def _error_of_displacement(
     units: RecordUnits,
     cycle: int,
 ) -> float:
-    """The error of the amplitudes where the state at the begin is off by this (width,).
+    """Error of the amplitudes due to this displacement (width,) of the first state.
 
-    Infinite where that or the slopes are not known: `max` would drop the NaN. `measured` (RECORD,)
-    as it is in lanes, and its `record` (RECORD,) of the whole orbit.
+    Infinite if that or the slopes are unknown: `max` would drop a NaN. `measured` (RECORD,) as in
+    the lanes, and `record` (RECORD,) of the whole orbit.
     """
     away, moved, total = measured.copy(), np.empty(RECORD), 0.0
     for k in range(len(EXTREMA)):
@@ -110,7 +111,7 @@ def _error_of_displacement(
 
 @inline
 def _near_strength(p: Parameters, record: np.ndarray) -> bool:
-    """Whether the stress comes near the strength of the film."""
+    """Tell whether the stress comes near the strength of the film."""
     stress = max(record[STRESS_MAX], -record[STRESS_MIN])
     stiffest = film.shear_modulus(p, solids.largest_order_parameter(p)) * solids.melting_strain(p)
     return stress > _NEAR_STRENGTH * stiffest
@@ -118,7 +119,7 @@ def _near_strength(p: Parameters, record: np.ndarray) -> bool:
 
 @jit
 def _parts_of_error(p: Parameters, record: np.ndarray, cusped: bool) -> tuple[float, float]:
-    """The part of the shift between the tolerances that counts, and the least error."""
+    """The fraction of the shift between the tolerances that counts, and the smallest error."""
     liquid = record[PHI_MAX] < solids.solid_threshold(p)
     if record[MELTINGS] > 0.0 or (not liquid and _near_strength(p, record)):
         return _SHIFT_PART, _LEAST_OF_FRONTS
@@ -134,9 +135,9 @@ class RowKernels(NamedTuple):
     """
 
     write_off_the_orbit: Any
-    """(points, queue, orbits, rtol, off): write which measurements (n,) began off the orbit by more
-    than the tolerance, by what an offset makes of the extrema or, where no front blurs the two
-    measurements, by their difference."""
+    """(points, queue, orbits, rtol, off): write which measurements (n,) began too far off the
+    orbit: by the change of the extrema with the offset or, if no melting blurs them, by the
+    difference of the two measurements."""
 
     write_results: Any
     """(points, queue, orbits, begins, ends, rtol, results): write the result rows (n, columns) of
@@ -145,7 +146,7 @@ class RowKernels(NamedTuple):
 
 
 def row_kernels(physics: Physics) -> RowKernels:
-    """The kernels of these physics: the same whether the noise is a typical path or random."""
+    """Return the kernels of these physics, the same for typical and stochastic noise."""
     return _row_kernels(physics.typical)
 
 
@@ -194,8 +195,8 @@ def _row_kernels(physics: Physics) -> RowKernels:
             shift_part, least = _parts_of_error(p, record, has_cusp(p))
             fine, slopes = queue.measured[i], orbits.slopes[i]
             error = _DIFFERENCE_PART * relative_difference(p, other, record)
-            # As much of the position: the force of a block near resonance is hundreds of times as
-            # much off.
+            # The smallest error as one of the position: near resonance it changes the force by
+            # hundreds of times as much.
             astray[:] = 0.0
             astray[0] = least * rtol
             lost = _error_of_displacement(p, fine, record, slopes, astray, own, cycle)

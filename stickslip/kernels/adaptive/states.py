@@ -18,7 +18,7 @@ from stickslip.numerics.lane_array import lane_vectors
 
 
 class StateFunctions(NamedTuple):
-    """What is done with a state y of the lanes, as compiled functions."""
+    """Compiled operations on a state y of the lanes."""
 
     get: Callable[..., Any]
     """(values, slot, lane): the state that begins in a slot."""
@@ -36,18 +36,18 @@ class StateFunctions(NamedTuple):
     """(y): the state half a period later in the mirror image of the motion."""
 
     judged: Callable[..., Any]
-    """(y): the state as its repetition is judged."""
+    """(y): the state in the weighted form in which its repetition is tested."""
 
     unjudged: Callable[..., Any]
-    """(z): the state that is judged as z."""
+    """(z): the inverse of `judged`."""
 
     moved: Callable[..., Any]
-    """(y, dx, du): the state shifted in x and u, and what follows them."""
+    """(y, dx, du): the state shifted in x and u, with the components that follow them."""
 
 
 @cache
 def state_functions(components: tuple[Component, ...]) -> StateFunctions:
-    """The functions for states of these components."""
+    """Return the operations on states of these components."""
     width, numbered = len(components), list(enumerate(components))
     vectors = lane_vectors(LANES, width)
     put_state = vectors.put

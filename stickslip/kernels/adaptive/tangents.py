@@ -1,7 +1,7 @@
-"""How neighbouring motions separate: Floquet multipliers and growth, from displaced copies.
+"""Separation of neighbouring motions: Floquet multipliers and growth, from displaced copies.
 
 A copy is integrated like the motion itself, with the same tolerance and the same first step, so
-that most of what the integrator adds to either is the same.
+that most integration errors are common to both.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from stickslip.numerics.adaptive import OK
 from stickslip.numerics.spectrum import spectral_radii
 from stickslip.options import Physics
 
-# A copy is displaced by more in what repeats to many tolerances, but not by so much that the film
-# melts or freezes: as if its weight were at least this.
+# A copy is displaced farther in components with a small weight, but not so far that the film melts
+# or freezes: as if the weight were at least this.
 _LEAST_WEIGHT = 0.01
 
 # Budget of steps of a copy: beyond it the multiplier stays unknown.
 _MAX_STEPS = 20_000_000
 
-# Half periods over which the tolerance of the points does not blur a multiplier, and tolerances for
-# longer ways; what attracts has none above 1: there the tightest.
+# Half periods over which the tolerance of the points does not blur a multiplier, and the tolerances
+# tried for longer cycles: an attracting orbit has no multiplier above 1.
 _SHORT = 2
 _TIGHT = (1e-8, 1e-10)
 
-# A symmetric orbit returns to its mirror image at least as closely.
+# A symmetric orbit comes at least this close to its mirror image.
 _MIRROR_IMAGE = 1e-4
 
 
@@ -51,36 +51,36 @@ def _weights(components: Components) -> np.ndarray:
 
 
 def _displacements(rtol: float, components: Components) -> np.ndarray:
-    """Displacements (width,) of copies, in units of the point: between bending and noise.
+    """Displacements (width,) of copies, in units of the point: a compromise of curvature and noise.
 
-    The film's is the largest: the tolerance leaves the most to ln(phi), which swings by hundreds.
+    That of the film is the largest, because ln(phi), which swings by hundreds, is the noisiest.
     """
     return np.sqrt(rtol) / np.maximum(_weights(components), _LEAST_WEIGHT)
 
 
 def floored(states: np.ndarray, components: Components) -> np.ndarray:
-    """The components (n, width) of states as they are compared: not below their floors."""
+    """Return the components (n, width) of states, raised to their floors for comparison."""
     floors = np.array([component.floor for component in components])
     return np.asarray(np.maximum(states[:, : len(components)], floors))
 
 
 def weighted(differences: np.ndarray, components: Components) -> np.ndarray:
-    """Differences (n, width) of states as their repetition is judged."""
+    """Return differences (n, width) of states, weighted as in the test of repetition."""
     return np.asarray(_weights(components) * differences)
 
 
 def travelled(
     points: np.ndarray, states: np.ndarray, cycles: np.ndarray, rtol: float, physics: Physics
 ) -> np.ndarray:
-    """Where motions are after so many half periods, (n, width); NaN where that failed.
+    """Return motions after so many half periods, (n, width); NaN for those that failed.
 
     `points` (n, reduced parameters), `states` (n, width + 1), `cycles` (n,); mirrored as in lanes.
     """
-    queue = _gone(points, states, cycles, TRAVEL, rtol, physics)
+    queue = _run(points, states, cycles, TRAVEL, rtol, physics)
     return _images(queue, model_of(physics).components)
 
 
-def _gone(
+def _run(
     points: np.ndarray,
     states: np.ndarray,
     cycles: np.ndarray,
@@ -95,18 +95,18 @@ def _gone(
 
 
 def _images(queue: Queue, components: Components) -> np.ndarray:
-    """Where the motions of a queue are, (n, width); NaN for those that failed."""
+    """The states of a queue, (n, width); NaN for those that failed."""
     ends = floored(queue.states, components)
     ends[queue.counts[:, OUTCOME] != OK] = np.nan
     return ends
 
 
 class Neighbours(NamedTuple):
-    """What displaced copies tell of n settled orbits, in the points' own units; NaN where unknown.
+    """Results from displaced copies of n settled orbits, in the points' own units; NaN if unknown.
 
     Moduli of the largest Floquet `multipliers` (n,); the `maps` (n, width, width) of small
-    displacements over the cycle, mirrored as in lanes; the `slopes` (n, EXTREMA, width) of the
-    extrema that are measured on it.
+    displacements over the cycle, mirrored as in the lanes; the `slopes` (n, EXTREMA, width) of the
+    extrema measured on it.
     """
 
     multipliers: np.ndarray
@@ -117,10 +117,10 @@ class Neighbours(NamedTuple):
 def neighbours_of(
     queue: Queue, begins: np.ndarray, ends: Queue, rtol: float, physics: Physics
 ) -> Neighbours:
-    """What copies displaced from the states `begins` (n, width + 1) on settled orbits tell.
+    """Return the results of copies displaced from states `begins` (n, width + 1) on settled orbits.
 
-    The `queue` with their cycles; `ends` after a measurement at the tolerance `rtol` from there. A
-    cycle of an odd number of half periods is half an orbit.
+    `queue` holds their cycles; `ends` is the queue after a measurement from there at the tolerance
+    `rtol`. A cycle of an odd number of half periods is half an orbit.
     """
     n, width = len(begins), begins.shape[1] - 1
     settled, cycles = queue.counts[:, OUTCOME] == OK, queue.counts[:, CYCLE]
@@ -137,7 +137,7 @@ def neighbours_of(
         rows, tolerance = np.flatnonzero(largest > 1.0), min(rtol, tight)
         if len(rows):
             points, halves = queue.points[rows], cycles[rows]
-            again = _gone(points, begins[rows], halves, MEASURE, tolerance, physics)
+            again = _run(points, begins[rows], halves, MEASURE, tolerance, physics)
             compare(rows, again, tolerance)
     return Neighbours(np.where(cycles % 2 == 1, largest**2, largest), maps, slopes)
 
@@ -145,9 +145,9 @@ def neighbours_of(
 def _linear_maps(
     measured: Queue, begins: np.ndarray, rtol: float, physics: Physics
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The maps (n, width, width) of small displacements, and the slopes (n, EXTREMA, width).
+    """Return the maps (n, width, width) of small displacements, and the slopes (n, EXTREMA, width).
 
-    `measured` over their cycles at the same tolerance from the states `begins` (n, width + 1).
+    `measured` is the queue of the same cycles, tolerance and states `begins` (n, width + 1).
     """
     components = model_of(physics).components
     n, width = len(begins), len(components)
@@ -156,12 +156,12 @@ def _linear_maps(
     for component in range(width):
         displaced[component * n : (component + 1) * n, component] += sizes[component]
     points = np.tile(measured.points, (width, 1))
-    copies = _gone(points, displaced, cycles, MEASURE, rtol, physics)
+    copies = _run(points, displaced, cycles, MEASURE, rtol, physics)
     moved = _images(copies, components).reshape(width, n, width) - _images(measured, components)
     extrema = list(EXTREMA)
     higher = copies.measured[:, extrema].reshape(width, n, len(extrema))
     higher = higher - measured.measured[:, extrema]
-    # Of one point they would be contiguous as they are: a second signature.
+    # Copied, since those of a single point are contiguous already: a second signature of kernels.
     maps, slopes = (
         np.ascontiguousarray((change / sizes[:, None, None]).transpose(1, 2, 0))
         for change in (moved, higher)
@@ -172,9 +172,9 @@ def _linear_maps(
 def symmetric(
     queue: Queue, begins: np.ndarray, stationary_rtol: float, rtol: float, physics: Physics
 ) -> np.ndarray:
-    """Which of the settled orbits (n,) are their own mirror images half a drive period later.
+    """Tell which of the settled orbits (n,) are their own mirror images half a drive period later.
 
-    The `queue` with their cycles; `begins` (n, width + 1) states on them.
+    `queue` holds their cycles; `begins` (n, width + 1) are states on them.
     """
     cycles = queue.counts[:, CYCLE]
     rows = np.flatnonzero((queue.counts[:, OUTCOME] == OK) & (cycles == 2))
@@ -190,9 +190,9 @@ def symmetric(
 
 
 class Tangents:
-    """Tangent vectors of n motions, carried along by copies displaced a little.
+    """Tangent vectors of n motions, carried along by slightly displaced copies.
 
-    `rtol` is the tolerance of the integration, `components` are those of their states.
+    `rtol` is the tolerance of the integration, `components` are those of the states.
     """
 
     def __init__(self, count: int, rtol: float, components: Components) -> None:
@@ -201,16 +201,16 @@ class Tangents:
         self._directions = np.full((count, width), width**-0.5)
 
     def displaced(self, states: np.ndarray) -> np.ndarray:
-        """The copies (n, width + 1) of the motions in these states."""
+        """Return displaced copies (n, width + 1) of motions in these states."""
         copies = states.copy()
         copies[:, :-1] += self._sizes * self._directions
         return copies
 
     def carried(self, states: np.ndarray, copies: np.ndarray) -> np.ndarray:
-        """Logarithms (n,) of the growth up to these states of the motions and their copies."""
+        """Return the logarithms (n,) of the growth up to these states of motions and copies."""
         apart = floored(copies, self._components) - floored(states, self._components)
         moved = apart / self._sizes
-        # In this order for any number of motions, which `np.linalg.norm` does not promise.
+        # The same order of summation for any number of motions, unlike `np.linalg.norm`.
         growth = np.sqrt(np.cumsum(np.square(moved), axis=1)[:, -1])
         self._directions = moved / np.where(growth > 0.0, growth, 1.0)[:, None]
         return np.asarray(np.log(np.maximum(growth, np.finfo(float).tiny)))

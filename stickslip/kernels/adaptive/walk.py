@@ -1,4 +1,4 @@
-"""The adaptive method a drive period at a time: the walk of `kernels/observation.py`."""
+"""Motions by the adaptive method, one drive period at a time: walks of `kernels/observation.py`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PENDING = int(Status.PENDING)
 
 
 class AdaptiveWalk:
-    """Points (n, parameters) on their way, from the states of a `queue`, by measuring passes."""
+    """The motions of points (n, parameters) from the states of a `queue`, by measuring passes."""
 
     def __init__(self, points: np.ndarray, queue: Queue, measuring: Pass, physics: Physics) -> None:
         self.points, self.measuring, self.physics = points, measuring, physics
@@ -26,13 +26,13 @@ class AdaptiveWalk:
         self.queue.counts[:, CYCLE], self.queue.counts[:, OUTCOME] = 2, OK
 
     def states(self) -> np.ndarray:
-        """As `observation.Walk`."""
+        """Return the stroboscopic states (n, columns) in SI units, with the next step."""
         states = self.queue.states.copy()
         conversion_of(self.physics).restore_states(self.points, states)
         return states
 
     def next_period(self) -> np.ndarray:
-        """As `observation.Walk`."""
+        """Advance by a drive period; return its records (n, RECORD) in SI units."""
         self._lanes.counts[:, ATTEMPTED] = 0  # each period has the whole budget
         work_through(self._lanes, self.measuring, self.physics)
         records = np.empty((len(self.points), RECORD))
@@ -40,29 +40,29 @@ class AdaptiveWalk:
         return records
 
     def part(self, which: np.ndarray) -> AdaptiveWalk:
-        """As `observation.DivisibleWalk`."""
+        """Return the walk of these motions alone, from where they are."""
         rows = np.flatnonzero(which)
         return AdaptiveWalk(
             self.points[rows], part_of(self.queue, rows), self.measuring, self.physics
         )
 
     def outcomes(self) -> np.ndarray:
-        """As `observation.Walk`."""
+        """Return the Status (n,) of each motion so far."""
         return self.queue.counts[:, OUTCOME].copy()
 
 
 class StochasticWalk(AdaptiveWalk):
-    """The same with noise by chance; the points of the queue have streams."""
+    """Motions with stochastic noise; the points of the queue have streams."""
 
     def next_period(self) -> np.ndarray:
-        """As `observation.Walk`; each drive period has random numbers of its own."""
+        """Advance by a drive period, which has random numbers of its own."""
         records = super().next_period()
         self.queue.points[:, -1] += 1.0
         return records
 
 
 class TangentWalk(AdaptiveWalk):
-    """The same with copies that carry tangents, through the lanes together with the points."""
+    """Motions with copies that carry tangents; both go through the lanes together."""
 
     def __init__(self, points: np.ndarray, queue: Queue, measuring: Pass, physics: Physics) -> None:
         super().__init__(points, queue, measuring, physics)
@@ -73,16 +73,16 @@ class TangentWalk(AdaptiveWalk):
         self._tangents = Tangents(count, measuring.rtol, model_of(physics).components)
 
     def next_period(self) -> np.ndarray:
-        """As `observation.Walk`."""
+        """Advance the motions and copies displaced from them by a drive period."""
         self._copies.states[:] = self._tangents.displaced(self.queue.states)
         return super().next_period()
 
     def growth(self) -> np.ndarray:
-        """As `observation.TangentWalk`; not a number where a copy was lost."""
+        """Return the logarithms (n,) of the growth of tangents; NaN where a copy was lost."""
         growth = self._tangents.carried(self.queue.states, self._copies.states)
         return np.where(self._copies.counts[:, OUTCOME] != OK, np.nan, growth)
 
     def stop(self, which: np.ndarray) -> None:
-        """As `observation.TangentWalk`."""
+        """Leave these motions where they are, with the outcome PENDING."""
         for queue in (self.queue, self._copies):
             queue.counts[which & (queue.counts[:, OUTCOME] == OK), OUTCOME] = PENDING

@@ -1,4 +1,4 @@
-"""Euler-Cromer for many points at once, in lanes: one of the table `options.METHODS`."""
+"""Euler-Cromer for many points at once, in lanes: an entry of the table `options.METHODS`."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from stickslip.parameters import Parameters
 
 
 def compile_shared(options: Options) -> None:
-    """As `adaptive.driver.compile_shared`, whose orbits are the reference."""
+    """Compile or load everything that all points need, including the adaptive reference orbits."""
     plain.compile_shared(March, options)
 
 
 def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
-    """As `adaptive.driver.family_kernels`."""
+    """Yield the further kernels that points of these kinds (n, k) need; see `families.KIND`."""
     yield from plain.reference_kernels(kinds, options)
     nobody, nothing = np.empty((0, len(Parameters._fields))), np.empty(0, np.int64)
     tasks = March(nobody, nothing, np.empty((0, WIDTH)), options.physics).tasks
@@ -38,20 +38,21 @@ def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel
 
 
 def largest_step(points: np.ndarray, options: Options) -> np.ndarray:
-    """Largest fixed step [s] that is stable for each point (n, parameters)."""
+    """Return the largest stable fixed step [s] of each point (n, parameters)."""
     return largest_stable_step(points, options.friction)
 
 
 def rounding(p: Parameters, options: Options) -> float:
-    """Relative speed [m/s] below which the method rounds a cusp of the law: none."""
+    """Relative speed [m/s] below which the method rounds a cusp of the law: it never does."""
     return 0.0
 
 
 def stochastic_walk(
     points: np.ndarray, starts: np.ndarray, streams: np.ndarray, options: Options
 ) -> Any:
-    """Motions with noise by chance, as of `adaptive.driver.stochastic_walk`."""
-    from stickslip.kernels.euler_cromer.stochastic_walk import StochasticWalk  # of no use to others
+    """Return motions with stochastic noise; arguments as in `adaptive.driver.stochastic_walk`."""
+    # Imported here since only stochastic films need it.
+    from stickslip.kernels.euler_cromer.stochastic_walk import StochasticWalk
 
     return StochasticWalk(points, starts, streams, options)
 
@@ -64,12 +65,10 @@ def trajectory(
     samples: np.ndarray,
     stream: np.ndarray | None = None,
 ) -> int:
-    """A sampled trajectory, as of `adaptive.driver.trajectory`."""
-    march, taken = (
-        euler_cromer_trajectory(options.physics),
-        new_stream() if stream is None else stream,
-    )
-    return int(march(point, options.settings(), start, per_period, taken, samples))
+    """Compute a sampled trajectory; arguments as in `adaptive.driver.trajectory`."""
+    kernel = euler_cromer_trajectory(options.physics)
+    numbers = new_stream() if stream is None else stream
+    return int(kernel(point, options.settings(), start, per_period, numbers, samples))
 
 
 def orbits(
@@ -80,5 +79,5 @@ def orbits(
     finals: np.ndarray,
     patience: int = 0,
 ) -> None:
-    """Stationary orbits; arrays as of `adaptive.driver.orbits`."""
+    """Compute stationary orbits; arrays as in `adaptive.driver.orbits`."""
     plain.write_orbits(March, points, options, starts, results, finals)

@@ -41,9 +41,9 @@ def _draw_sign(s: Samples) -> float:
 
 @kernel_factory
 def euler_cromer_trajectory(physics: Physics) -> Any:
-    """The kernel of a trajectory by Euler-Cromer; as `adaptive_trajectory`.
+    """Return the kernel of a trajectory by Euler-Cromer; arguments as in `adaptive_trajectory`.
 
-    The drive period is divided evenly, so a step may be a little below dt.
+    The drive period is divided evenly, so the step may be slightly shorter than dt.
     """
     stress_and_force = model_of(physics).equations.exact
     sample_step = make_sample_step(len(STATE))

@@ -1,4 +1,4 @@
-"""Many points on their way through drive periods by Euler-Cromer, side by side."""
+"""Many points taken through drive periods by Euler-Cromer, side by side."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from stickslip.parameters import Parameters
 _KIND = [Parameters._fields.index(name) for name in KIND]
 _NOISE = Parameters._fields.index("noise_intensity")
 
-# Steps of all lanes together between two looks at the interpreter: a tenth of a second.
+# Steps of all lanes together between two returns to the interpreter: a tenth of a second.
 _AT_A_TIME = 2**20
 
 _UNLIMITED = 2**62
 
 
 class March:
-    """Points on their way: a `motions.March` that can also go a part of a period.
+    """The motions of points: a `motions.March` that can also cover part of a period.
 
     Parameters
     ----------
     points
         (n, parameters) in SI units, in the order of `Parameters._fields`.
     steps
-        (n,) steps a drive period.
+        (n,) steps per drive period.
     states
         (n, 3) states (x, v, phi) at phase 0, in SI units.
     physics
-        The equations; the strain follows at once.
+        The equations; the strain follows instantly.
     """
 
     def __init__(
@@ -53,16 +53,16 @@ class March:
         row_kernels(physics.typical).fill(points, steps, states, self.tasks.rows)
 
     def start(self, which: np.ndarray, limits: np.ndarray | None = None) -> None:
-        """Put the points with the indices `which` (m,) to the beginning of a period.
+        """Put the points with the indices `which` (m,) at the beginning of a period.
 
-        They are to go to its end, or for as many steps as `limits` (m,) allows.
+        They are to go to its end, or as far as `limits` (m,) steps.
         """
         tasks, total = self.tasks, self.steps[which]
         tasks.total[which] = total if limits is None else np.minimum(total, limits)
         tasks.done[which], tasks.status[which] = 0, PENDING
 
     def period(self, which: np.ndarray, limits: np.ndarray, *, measured: bool) -> np.ndarray:
-        """As `motions.March`."""
+        """Take the points with indices `which` (m,) through a period; return the Status (m,)."""
         self.start(which, limits)
         self.march(measured)
         outcome = self.tasks.status[which]
@@ -70,25 +70,25 @@ class March:
         return outcome
 
     def clear_records(self, which: np.ndarray) -> None:
-        """Forget what was measured of the points with the indices `which` (m,)."""
+        """Clear the records of the points with the indices `which` (m,)."""
         clear_records(self.tasks.rows, which)
 
     def march(self, measured: bool = False, budget: int | None = None) -> int:
-        """Let the points that were started go on, for at most `budget` steps of all lanes.
+        """Advance the started points by at most `budget` steps of all lanes.
 
-        Returns what is left of the budget, 0 where there is more to do: call it again. The
-        statuses are in `tasks.status`: PENDING, OK at the end, DIVERGED.
+        Returns the unused budget; if it is 0 there may be more to do: call it again. The statuses
+        in `tasks.status` are PENDING, OK at the end, or DIVERGED.
         """
         left = _UNLIMITED if budget is None else budget
         for family, noisy, queue in self._families():
             march = march_kernel(family, noisy, measured)
             while left > 0 and np.any(self.tasks.status[queue] == PENDING):
-                given = min(left, _AT_A_TIME)
-                left -= given - march(self.tasks, queue, given)
+                share = min(left, _AT_A_TIME)
+                left -= share - march(self.tasks, queue, share)
         return left
 
     def _families(self) -> Iterator[tuple[Family, bool, np.ndarray]]:
-        """Points that share a kernel: their family, whether there is noise, their indices."""
+        """Yield groups of points that share a kernel: family, whether there is noise, indices."""
         pending = np.flatnonzero(self.tasks.status == PENDING)
         for family, members in families(self.physics, self.points[:, _KIND][pending]):
             rows = pending[members]
@@ -97,14 +97,14 @@ class March:
                 yield family, noisy, rows[with_noise == noisy]
 
     def states(self) -> np.ndarray:
-        """The states (x, v, phi) in SI units, (n, 3)."""
+        """Return the states (x, v, phi) in SI units, (n, 3)."""
         states = np.empty((len(self.points), 3))
         read = row_kernels(self.physics.typical).read_states
         read(self.points, self.steps, self.tasks.rows, states)
         return states
 
     def records(self, closed: bool = True) -> np.ndarray:
-        """What was measured, in SI units, (n, RECORD): of orbits if `closed`, or of stretches."""
+        """Return the records (n, RECORD) in SI units, of orbits if `closed`, else of stretches."""
         records = np.empty((len(self.points), RECORD))
         read = row_kernels(self.physics.typical).read_records
         read(self.points, self.steps, self.tasks.rows, closed, records)

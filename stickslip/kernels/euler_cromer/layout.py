@@ -1,4 +1,4 @@
-"""What fixed-step lanes hold: rows of numbers in units of each point's own, made and read here."""
+"""The layout of fixed-step lanes: rows of numbers in each point's own units."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ from stickslip.numerics.euler_cromer_lanes import CHANGE, DRIVE, SINE, TURN, V, 
 from stickslip.options import Physics
 
 PARAMETERS_BEGIN = first_free(len(drive.TONES))
-"""Behind the drive lie the parameters."""
+"""The parameters follow the drive."""
 
 RECORD_BEGIN = PARAMETERS_BEGIN + len(StepParameters._fields)
-"""Behind the parameters lies a record."""
+"""A record follows the parameters."""
 
 SLOTS = RECORD_BEGIN + RECORD
-"""Numbers that a lane holds besides those of its noise."""
+"""Number of slots of a lane, without those of stochastic noise."""
 
-# Behind them, where the noise is left to chance: the stream of random numbers, the number of the
-# next group of steps, and the signs that are left of this one.
+# With stochastic noise they are followed by the stream of random numbers, the number of the next
+# group of steps, and the remaining signs of the current one.
 _CHANCE_SLOTS = STREAM + 2
 
 _HARMONICS = tuple(tone.harmonic for tone in drive.TONES)
 
 
 def row_length(physics: Physics) -> int:
-    """Numbers that a lane holds."""
+    """Return the number of slots of a lane."""
     return SLOTS + (_CHANCE_SLOTS if physics.chance else 0)
 
 
@@ -49,32 +49,32 @@ _clear_record = accumulator(1, RECORD_BEGIN).clear
 
 
 class RowKernels(NamedTuple):
-    """Kernels that make and read rows (n, SLOTS) of points (n, parameters), `steps` (n,) a period.
+    """Kernels that write and read rows (n, SLOTS) of points (n, parameters), `steps` (n,) a period.
 
     States (n, 3) are (x, v, phi) in SI units.
     """
 
     fill: Any
-    """(points, steps, states, rows): write what lanes hold at phase 0."""
+    """(points, steps, states, rows): write the rows at phase 0."""
 
     read_states: Any
     """(points, steps, rows, states): write the states."""
 
     read_records: Any
-    """(points, steps, rows, closed, records): write the records, in SI units (n, RECORD), of orbits
-    where `closed`, else of stretches of motion."""
+    """(points, steps, rows, closed, records): write the records (n, RECORD) in SI units, of orbits
+    if `closed`, else of stretches of motion."""
 
 
 @kernel
 def clear_records(rows: np.ndarray, which: np.ndarray) -> None:
-    """Make the records of the rows with the indices `which` (m,) ready for a new orbit."""
+    """Clear the records of the rows with the indices `which` (m,) for a new orbit."""
     for i in which:
         _clear_record(rows[i], 0)
 
 
 @kernel_factory
 def row_kernels(physics: Physics) -> RowKernels:
-    """The kernels for rows of points with this law of friction."""
+    """Return the kernels for rows of points with these physics."""
     write_parameters = step_reduction(physics.friction)
 
     def fill(points: np.ndarray, steps: np.ndarray, states: np.ndarray, rows: np.ndarray) -> None:

@@ -1,9 +1,8 @@
 """Euler-Cromer in lanes: kernels that march many points through drive periods.
 
-A point marches in units of its own (step_units.py), in which its row of numbers stays from the
-first period to the last. A kernel works for a given number of steps and leaves everything that it
-needs to go on in the arrays that it was given. The numbers are those of the scalar drive but for
-rounding.
+A point marches in its own units (step_units.py), in which its row of numbers stays from the first
+period to the last. A kernel works for a given number of steps and leaves everything it needs to go
+on in the arrays that it was given. The results are those of the scalar drive up to rounding.
 """
 
 from __future__ import annotations
@@ -53,23 +52,24 @@ _see_integrals = make_see_integrals(_record, (1.0,))
 _own_parameters = make_lane_reader(StepParameters, PARAMETERS_BEGIN, get)
 
 
-# sqrt(2 D dt), what chance adds to phi in a step, over sqrt(D_eff dt).
+# sqrt(2 D dt), the random kick of phi in a step, divided by sqrt(D_eff dt).
 _RANDOM_KICK = math.sqrt(2.0 / TYPICAL_FRACTION)
 
 
 class _Lane(NamedTuple):
-    """What a step needs to know: the parameters in two shapes."""
+    """The parameters of a lane in the two forms that a step needs."""
 
     values: ParameterValues
     own: StepParameters
 
 
 def _make_sine(tone: drive.Tone) -> Any:
-    """The velocity of a tone of the drive at step n and its change since n - 1, of (p, n)."""
+    """Return the function (p, n) of a tone's velocity at step n and its change since step n - 1."""
     velocity, acceleration, times = tone.velocity, tone.acceleration, float(tone.harmonic)
 
     @inline
     def sine(p: _Lane, n: int) -> tuple[float, float]:
+        # The exact difference over a step: the slope in its middle times sin(angle/2)/(angle/2).
         angle = times * p.values.angular_frequency
         slope = acceleration(p.values, n - 0.5)
         return velocity(p.values, float(n)), slope * (2.0 * math.sin(0.5 * angle) / angle)
@@ -79,12 +79,12 @@ def _make_sine(tone: drive.Tone) -> Any:
 
 @inline
 def _kick(phi: float, own: StepParameters) -> float:
-    """`noise.typical_kick` for a step of 1, without its root and its division."""
+    """`noise.typical_kick` for a step of 1, without a square root or a division."""
     return own.D_eff * reciprocal(phi if phi > own.least_phi else own.least_phi)
 
 
 def _make_parameters(family: Family) -> Any:
-    """What a lane holds, for fluids of one family."""
+    """Return the function that reads the parameters of a lane, for one family of fluids."""
     values_of = step_values(family.gamma, higher=family.higher)
 
     @inline
@@ -96,9 +96,9 @@ def _make_parameters(family: Family) -> Any:
 
 
 def _make_increments(stress_and_force: Any, *, noisy: bool, chance: bool) -> Any:
-    """What v and phi gain in a step from the old state (Eqs. 3 and 26).
+    """Return the function of the increments of v and phi in a step from the old state (Eqs. 3, 26).
 
-    It maps (p, V, y, xi) to (dv, dphi); xi is the random number where there is chance.
+    It maps (p, V, y, xi) to (dv, dphi); xi is the random number of stochastic noise.
     """
 
     @inline
@@ -125,7 +125,7 @@ def _make_increments(stress_and_force: Any, *, noisy: bool, chance: bool) -> Any
 
 
 def _make_observe(stress_and_force: Any, *, measured: bool, two_solids: bool) -> Any:
-    """What is taken from a step at its start, which stands for the step: (p, V, y, lanes, lane)."""
+    """Return the function (p, V, y, lanes, lane) that records a step, represented by its start."""
 
     @inline
     def ignore(p: _Lane, V: float, y: State, lanes: np.ndarray, lane: int) -> None:
@@ -157,21 +157,22 @@ def _make_observe(stress_and_force: Any, *, measured: bool, two_solids: bool) ->
 
 
 def _chance_of(family: Family) -> Chance:
-    """The random numbers of lanes where the noise is left to chance."""
+    """Return the random numbers of lanes, none unless the noise is stochastic."""
     if not family.physics.chance:
         return NO_RANDOM_NUMBERS
-    from stickslip.kernels.euler_cromer.random_signs import signs_in_lanes  # of no use to others
+    # Imported here since only stochastic films need it.
+    from stickslip.kernels.euler_cromer.random_signs import signs_in_lanes
 
     return signs_in_lanes()
 
 
 @kernel_factory
 def march_kernel(family: Family, noisy: bool, measured: bool) -> Any:
-    """The kernel that marches fluids of one family, with or without noise and record.
+    """Return the kernel that marches fluids of one family, with or without noise and record.
 
-    It maps (tasks, queue, budget) to what is left of the budget: it marches the PENDING ones among
-    the rows of `queue`, at most `budget` steps of all lanes together. 0 where there is more to do.
-    One kernel each, because each takes seconds to compile and few are needed.
+    It maps (tasks, queue, budget) to the unused budget: it marches the PENDING ones among the rows
+    of `queue`, for at most `budget` steps of all lanes together. 0 means that there may be more to
+    do. The cases have kernels of their own, because each takes seconds to compile and few are used.
     """
     stress_and_force = model_of(family.physics).equations.exact
     chance = _chance_of(family)

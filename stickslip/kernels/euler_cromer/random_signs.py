@@ -1,8 +1,8 @@
-"""Euler-Cromer with noise by chance: a kick of one size and a random sign every step.
+"""Stochastic noise in Euler-Cromer: in every step a kick of fixed size and random sign.
 
-Two-point increments have the moments that weak convergence of first order asks for (Kloeden and
-Platen 1992, section 14.1), and one word of random bits serves SIGNS steps. Imported where a
-stochastic film is asked for.
+Two-point increments have the moments that weak convergence of first order requires (Kloeden and
+Platen 1992, section 14.1), and one word of random bits serves SIGNS steps. Imported only for
+stochastic films.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from stickslip.kernels.streams import (
 from stickslip.numerics.euler_cromer_lanes import Chance, get, put
 
 GROUP, _BITS = SLOTS + STREAM, SLOTS + STREAM + 1
-"""Slots behind the stream of a lane: the groups of signs drawn in this period; the signs left."""
+"""Slots after the stream of a lane: groups of signs drawn in this period; remaining signs."""
 
 
 @inline
@@ -44,5 +44,5 @@ def _draw(lanes: np.ndarray, lane: int) -> float:
 
 
 def signs_in_lanes() -> Chance:
-    """The random signs of lanes."""
+    """Return random signs for lanes."""
     return Chance(SIGNS, _refresh, _draw)

@@ -1,7 +1,7 @@
-"""The units of the fixed-step lanes: those of model/scaling.py with the step for the unit of time.
+"""The units of the fixed-step lanes: those of model/scaling.py, but with the step as unit of time.
 
-The units of strain and of length are free as well, and make the elastic coefficient and the area 1:
-an equation of the model takes the fewest operations that way (docs/equations.md).
+The units of strain and length are chosen to make the elastic coefficient and the area 1, with which
+the model's equations take the fewest operations (docs/equations.md).
 """
 
 from __future__ import annotations
@@ -39,23 +39,23 @@ _OWN_LITERALS: Literals = {
     "elastic_coefficient": 1.0,
     "contact_area": 1.0,
     "film_thickness": 1.0,
-    "noise_intensity": 0.0,  # `D_eff` below stands for it
+    "noise_intensity": 0.0,  # `D_eff` below takes its place
 }
 
 _KEPT = (*_OF_THE_DRIVE, *(name for name in KEPT if name not in _OWN_LITERALS))
-"""The parameters that are left; the angular frequency is the phase of the drive in a step."""
+"""The remaining parameters; the angular frequency is the phase of the drive per step."""
 
 _DERIVED = (
     *solids.Thresholds._fields,
     "D_eff",
-    "least_phi",  # the noise of a single step, below which its typical path has no meaning
-    "melted",  # the order parameter up to which a film counts as melted
+    "least_phi",  # the noise of a single step, below which the typical path has no meaning
+    "melted",  # the order parameter below which a film counts as melted
 )
 
 if TYPE_CHECKING:
 
     class StepParameters(ParameterValues):
-        """What distinguishes a lane: the parameters that are left, then what is derived."""
+        """The parameters of a lane: those that remain, then the derived ones."""
 
         D_eff: float
         least_phi: float
@@ -72,9 +72,10 @@ else:
 
 @inline
 def step_units(p: Parameters, steps: int) -> Units:
-    """The units of a lane with so many steps a period.
+    """The units of a lane with this many steps per period.
 
-    Without elasticity the strain has no effect, and its unit is free: c or higher stand for a.
+    Without elasticity the strain has no effect, and its unit is arbitrary: c, or the coefficient of
+    a higher term, takes the place of a.
     """
     time = 2.0 * math.pi / p.angular_frequency / steps
     highest = p.quartic_coefficient
@@ -89,7 +90,7 @@ def step_units(p: Parameters, steps: int) -> Units:
 
 @cache
 def step_reduction(law: str) -> Callable[[Parameters, int, np.ndarray], None]:
-    """The inline function (p, steps, row) that writes the `StepParameters` of a lane into a row."""
+    """Return the inline function (p, steps, row) that writes `StepParameters` into a row."""
     write, first = make_reduction(friction_law(law), _KEPT), len(_KEPT)
     behind = first + len(solids.Thresholds._fields)
     relaxation = _KEPT.index("strain_relaxation_time")
@@ -99,7 +100,7 @@ def step_reduction(law: str) -> Callable[[Parameters, int, np.ndarray], None]:
         units = step_units(p, steps)
         write(p, units, row)
         if p.elastic_coefficient == 0.0:
-            row[relaxation] = 0.0  # the literal 1 shall make no stress
+            row[relaxation] = 0.0  # so that the literal 1 for `a` makes no stress
         D_eff = noise.effective_intensity(p) * units.time
         t = thresholds_in(units, solids.thresholds(p))
         # A film that is always solid never melts.
@@ -113,9 +114,9 @@ def step_reduction(law: str) -> Callable[[Parameters, int, np.ndarray], None]:
 
 @cache
 def step_values(index: float | None, *, higher: bool = True) -> Callable[..., ParameterValues]:
-    """The inline function that gives `StepParameters` as the model's functions take them.
+    """Return the inline function that turns `StepParameters` into the parameters of the model.
 
-    Arguments as of `model_values`.
+    Arguments as in `model_values`.
     """
     return make_values({**_OWN_LITERALS, **literals_of(index, higher=higher)})
 

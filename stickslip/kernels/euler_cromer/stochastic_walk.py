@@ -1,4 +1,4 @@
-"""Euler-Cromer with noise by chance, a drive period at a time; imported where it is asked for."""
+"""Euler-Cromer with stochastic noise, one drive period at a time; imported only where needed."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from stickslip.options import Options
 
 
 class StochasticWalk:
-    """Paths (n,) on their way, a drive period at a time: the walk of observation.py.
+    """Paths (n,) that advance one drive period at a time: a walk of observation.py.
 
     `points` (n, parameters) in SI units; `starts` (n, columns) as finals; `streams` (n, STREAM)
-    tell their random numbers apart.
+    distinguish their random numbers.
     """
 
     def __init__(
@@ -27,20 +27,20 @@ class StochasticWalk:
         self.points, self.options = points, options
         self.steps = np.empty(len(points), np.int64)
         write_steps(points, options.dt, self.steps)
-        self.steps += -self.steps % SIGNS  # whole groups
+        self.steps += -self.steps % SIGNS  # a whole number of groups of steps
         self.march = March(points, self.steps, states_of(starts), options.physics)
         self.march.tasks.rows[:, SLOTS : SLOTS + STREAM] = streams
         self._left = np.full(len(points), options.settings().max_steps)
         self._status = np.full(len(points), OK)
 
     def states(self) -> np.ndarray:
-        """As `observation.Walk`."""
+        """Return the stroboscopic states (n, columns) in SI units, with the next step."""
         finals = np.empty((len(self.points), len(STATE) + 1))
         write_finals(self.points, self.march.states(), finals)
         return finals
 
     def next_period(self) -> np.ndarray:
-        """As `observation.Walk`."""
+        """Advance by a drive period; return its records (n, RECORD) in SI units."""
         self._status[(self._status == OK) & (self._left < self.steps)] = STEP_LIMIT
         alive = np.flatnonzero(self._status == OK)
         tasks = self.march.tasks
@@ -54,5 +54,5 @@ class StochasticWalk:
         return self.march.records(closed=False)
 
     def outcomes(self) -> np.ndarray:
-        """As `observation.Walk`."""
+        """Return the Status (n,) of each path so far."""
         return self._status.copy()

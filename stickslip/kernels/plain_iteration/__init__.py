@@ -1,5 +1,5 @@
-"""Orbits by plain iteration of the drive period: for every method with a fixed step.
+"""Orbits by plain iteration of the drive period, for every method with a fixed step.
 
-A method brings a `motions.March`, which takes points through a drive period. How an orbit is
-recognised, a wandering motion watched and an error estimated stands here, once.
+A method supplies a `motions.March`, which takes points through a drive period. Recognising orbits,
+watching wandering motions and estimating errors are common to all, and are done here.
 """

@@ -1,8 +1,8 @@
-"""The orbit that one by fixed steps is compared with: where the adaptive method settles from it.
+"""Reference orbits for fixed steps: those on which the adaptive method settles from the same state.
 
-A step changes not only what a cycle measures but the cycle: where the orbit attracts slowly, a
-small defect of the map is a large offset of its fixed point. So the comparison is with the other
-method's own orbit, not with its way over this one.
+A step changes not only the measurement of a cycle but the cycle itself: if the orbit attracts
+slowly, a small error of the map is a large offset of its fixed point. So the comparison is with the
+adaptive method's own orbit, not with its path over the fixed-step one.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _MAX_STEPS = 20_000_000
 
 
 class Known(NamedTuple):
-    """What is known of n orbits from their references.
+    """Reference values of n orbits.
 
     `records` (n, RECORD) in SI units; `symmetric` (n,); Floquet `multipliers` (n,).
     """
@@ -41,10 +41,10 @@ class Known(NamedTuple):
 def settle_from(
     points: np.ndarray, finals: np.ndarray, statuses: np.ndarray, options: Options
 ) -> Known:
-    """The orbits of the adaptive method from stroboscopic states.
+    """Return the orbits on which the adaptive method settles from stroboscopic states.
 
-    `points` (n, parameters); `finals` (n, columns). Where there is no such orbit, the status among
-    `statuses` (n,) is changed to the reason.
+    `points` (n, parameters); `finals` (n, columns). Where it finds none, the status in `statuses`
+    (n,) is changed to the reason.
     """
     physics, halves = options.physics, 2 * options.max_periods
     conversion = conversion_of(physics)

@@ -1,4 +1,4 @@
-"""Between periods of fixed steps and the search, and from what was measured to result rows."""
+"""Kernels that feed the search with periods of fixed steps, and that write result rows."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from stickslip.numerics.periodic import search
 
 _UNLIMITED = 2**62
 
-# Both extrema count in the difference of two records, an amplitude is half of theirs.
+# The difference of two records counts both extrema; an amplitude is half of their difference.
 _AMPLITUDE_PART = 0.5
 
 judged = state_functions(STATE).judged
@@ -33,7 +33,7 @@ judged = state_functions(STATE).judged
 
 @inline
 def _judged(point: np.ndarray, state: np.ndarray) -> State:
-    """The state (x, v, phi) as its repetition is judged."""
+    """The state (x, v, phi) in the weighted form in which its repetition is tested."""
     units = units_of(parameters_of(point))
     return judged((state[0] / units.length, state[1] / units.speed, math.log(state[2])))
 
@@ -44,7 +44,7 @@ def start_searches(
 ) -> None:
     """Begin the searches `memories` (n,) of points at the states (n, 3), (x, v, phi).
 
-    `late` as of `search.start`.
+    `late` as in `search.start`.
     """
     for i in range(points.shape[0]):
         search.start(memories[i], _judged(points[i], states[i]), 1, False, False, late)
@@ -59,10 +59,10 @@ def judge(
     memories: np.ndarray,
     verdicts: np.ndarray,
 ) -> None:
-    """Take in the stroboscopic states of some points; write the verdicts of their searches.
+    """Pass the stroboscopic states of some points to their searches, and write the verdicts.
 
-    `points` (n, parameters); `states` (n, 3); `which` (m,) indices; `tolerance` the distance from
-    the limit to reach; `memories` (n,) and `verdicts` (n,) of `numerics.periodic.search`.
+    `points` (n, parameters); `states` (n, 3); `which` (m,) indices; `tolerance` the required
+    distance from the limit; `memories` (n,) and `verdicts` (n,) of `numerics.periodic.search`.
     """
     for i in which:
         z = _judged(points[i], states[i])

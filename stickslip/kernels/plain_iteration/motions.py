@@ -1,4 +1,4 @@
-"""Points on their way from period to period, by the march that a method brings."""
+"""Points taken from period to period by the march that a method supplies."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ from stickslip.status import Status
 NOT_STATIONARY = int(Status.NOT_STATIONARY)
 
 WIDTH = len(STATE)
-"""State variables: the strain follows at once."""
+"""State variables: the strain follows instantly."""
 
 
 class March(Protocol):
-    """What a method brings: points (n,) that it takes through drive periods of a fixed step."""
+    """Points (n,) that a method takes through drive periods with a fixed step."""
 
     def states(self) -> np.ndarray:
-        """The states (x, v, phi) where the points are, in SI units, (n, 3)."""
+        """Return the current states (x, v, phi) in SI units, (n, 3)."""
         ...
 
     def period(self, which: np.ndarray, limits: np.ndarray, *, measured: bool) -> np.ndarray:
         """Take the points with the indices `which` (m,) through a drive period from phase 0.
 
-        Each in at most `limits` (m,) steps, and with a record if `measured`. Returns the Status
-        (m,): OK at the end of the period, STEP_LIMIT, DIVERGED.
+        Each in at most `limits` (m,) steps, with a record if `measured`. Returns the Status (m,):
+        OK at the end of the period, STEP_LIMIT or DIVERGED.
         """
         ...
 
     def clear_records(self, which: np.ndarray) -> None:
-        """Forget what was measured of the points with the indices `which` (m,)."""
+        """Clear the records of the points with the indices `which` (m,)."""
         ...
 
     def records(self, closed: bool = True) -> np.ndarray:
-        """What was measured, in SI units, (n, RECORD): of orbits if `closed`, or of stretches."""
+        """Return the records (n, RECORD) in SI units, of orbits if `closed`, else of stretches."""
         ...
 
 
@@ -49,29 +49,29 @@ MakeMarch = Callable[[np.ndarray, np.ndarray, np.ndarray, Physics], March]
 
 
 class Motions:
-    """Points (n, parameters) on their way: the `march`, and by point `periods` and `status`.
+    """The motions of points (n, parameters): their `march`, and per point `periods` and `status`.
 
-    `given` (n, columns) are states to start from, as finals; a row of NaN means the point's own.
-    The status is NOT_STATIONARY until something else is known.
+    `starts` (n, columns) are initial states, as finals; a row of NaN stands for the point's own.
+    The status is NOT_STATIONARY until the outcome is known.
     """
 
     def __init__(
-        self, make_march: MakeMarch, points: np.ndarray, given: np.ndarray, options: Options
+        self, make_march: MakeMarch, points: np.ndarray, starts: np.ndarray, options: Options
     ) -> None:
         count, settings = len(points), options.settings()
         self.points, self.physics = points, options.physics
-        self._steps, starts = np.empty(count, np.int64), np.empty((count, WIDTH))
+        self._steps, states = np.empty(count, np.int64), np.empty((count, WIDTH))
         write_steps(points, settings.dt, self._steps)
-        write_starts(points, starts)
-        elsewhere = ~np.isnan(given[:, 0])
-        starts[elsewhere] = states_of(given[elsewhere])
-        self.march = make_march(points, self._steps, starts, options.physics)
+        write_starts(points, states)
+        elsewhere = ~np.isnan(starts[:, 0])
+        states[elsewhere] = states_of(starts[elsewhere])
+        self.march = make_march(points, self._steps, states, options.physics)
         self._left = np.full(count, settings.max_steps)
         self.periods = np.zeros(count, np.int64)
         self.status = np.full(count, NOT_STATIONARY)
 
     def next_period(self, which: np.ndarray, *, measured: bool) -> np.ndarray:
-        """Take some points (m,) through a period; those that did not fail on the way."""
+        """Take some points (m,) through a period; return those that did not fail."""
         self.periods[which] += 1
         outcome = self.march.period(which, self._left[which], measured=measured)
         self._left[which] -= self._steps[which]

@@ -1,6 +1,6 @@
-"""Stationary orbits by plain iteration: settle, measure, compare with the adaptive method, write.
+"""Stationary orbits by plain iteration: settle, measure, compare with the adaptive method.
 
-Tangents, references and their kernels are those of the adaptive method, for every march.
+For every march, tangents and reference orbits are computed by the adaptive method.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from stickslip.variables import RESULT_COLUMNS
 
 APERIODIC = int(Status.APERIODIC)
 
-# Points at a time: a search remembers 15 kB of each.
+# Points at a time: a search keeps 15 kB for each.
 _BLOCK = 2048
 
 
 def compile_shared(make_march: MakeMarch, options: Options) -> None:
-    """Compile or load what all points need: as `adaptive.driver.compile_shared`."""
+    """Compile or load everything that all points need, including the adaptive method's part."""
     nobody, columns = np.empty((0, len(Parameters._fields))), final_columns(options.physics)
     adaptive.compile_shared(options)
     results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, columns))
@@ -40,9 +40,9 @@ def compile_shared(make_march: MakeMarch, options: Options) -> None:
 
 
 def reference_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
-    """The kernels of the reference orbits of points of these kinds (n, 2).
+    """Yield the kernels of the reference orbits of points of these kinds (n, k).
 
-    As `adaptive.driver.family_kernels`; none where the noise is left to chance.
+    There are none if the noise is stochastic.
     """
     if not options.physics.chance:
         yield from adaptive.family_kernels(kinds, options)
@@ -56,18 +56,18 @@ def write_orbits(
     results: np.ndarray,
     finals: np.ndarray,
 ) -> None:
-    """Stationary orbits by a march; arrays as of `adaptive.driver.orbits`.
+    """Compute stationary orbits by a march; arrays as in `adaptive.driver.orbits`.
 
     The error estimate compares with the orbit on which the adaptive method settles from there.
     """
-    for first in range(0, max(len(points), 1), _BLOCK):  # an empty one compiles
+    for first in range(0, max(len(points), 1), _BLOCK):  # an empty block compiles
         part = slice(first, first + _BLOCK)
         motions = Motions(make_march, np.ascontiguousarray(points[part]), starts[part], options)
         _Search(motions, options).run(results[part], finals[part])
 
 
 class _Search:
-    """The way of a block of points from their starts to their result rows."""
+    """The computation of a block of points, from their starts to their result rows."""
 
     def __init__(self, motions: Motions, options: Options) -> None:
         self.motions, self.options, self.settings = motions, options, options.settings()
@@ -75,7 +75,7 @@ class _Search:
         self.memories = np.zeros(len(self.points), search.memory_of(WIDTH))
 
     def run(self, results: np.ndarray, finals: np.ndarray) -> None:
-        """Settle, measure, compare, write."""
+        """Settle, measure, compare and write the results."""
         periods, aperiodic = self.motions.periods, self._settle()
         begins, cycles = self.march.states(), self.memories["cycle"].copy()
         self._measure(cycles)
@@ -92,7 +92,7 @@ class _Search:
             results[rows], finals[rows] = own, watched.ends
 
     def _settle(self) -> list[tuple[np.ndarray, Watched]]:
-        """Bring the points to their orbits; those that are aperiodic: rows, and as seen."""
+        """Bring the points to their orbits; return rows and records of the aperiodic ones."""
         pending, aperiodic = np.arange(len(self.points)), []
         for late in (False, True):
             states = self.march.states()[pending]
@@ -108,7 +108,7 @@ class _Search:
         return aperiodic
 
     def _search(self, pending: np.ndarray) -> np.ndarray:
-        """Iterate to the orbit; the points (m,) that wander instead."""
+        """Iterate to the orbit; return the points (m,) that wander instead."""
         wandering = [pending[:0]]
         while len(pending):
             pending = self.motions.next_period(pending, measured=False)
@@ -125,7 +125,7 @@ class _Search:
         return np.concatenate(wandering)
 
     def _watch(self, wandering: np.ndarray, *, decisive: bool) -> Watched:
-        """Watch points (m,) that wander."""
+        """Watch points (m,) that wander, and set their status."""
         walk = PlainWalk(self.motions, wandering)
         watched = watch(walk, self.settings.window, decisive=decisive)
         goes_on = np.isin(walk.outcomes(), (OK, PENDING))
@@ -143,7 +143,7 @@ class _Search:
             pending = self.motions.next_period(pending, measured=True)
 
     def _spreads(self, cycles: np.ndarray) -> np.ndarray:
-        """Standard deviations (n, 2) of the amplitudes of single drive periods, SI units."""
+        """Return the standard deviations (n, 2) of amplitudes of single drive periods, SI units."""
         spreads = np.zeros((len(self.points), 2))
         rows = np.flatnonzero((self.status == OK) & (cycles > 1))
         if len(rows):  # once more over the orbit

@@ -1,4 +1,4 @@
-"""Some motions of a plain iteration a drive period at a time: the walk of observation.py."""
+"""Some motions of a plain iteration, one drive period at a time: a walk of observation.py."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ PENDING = int(Status.PENDING)
 
 
 class PlainWalk:
-    """The `rows` (m,) of some motions, which go on from where they are.
+    """The `rows` (m,) of some motions, which go on from their present states.
 
-    Tangents are carried by the adaptive method, from each state to a period later.
+    The adaptive method carries the tangents, from each state to a period later.
     """
 
     def __init__(self, motions: Motions, rows: np.ndarray) -> None:
@@ -30,13 +30,13 @@ class PlainWalk:
         self._tangents = Tangents(len(rows), observation.RTOL, STATE)
 
     def states(self) -> np.ndarray:
-        """As `observation.Walk`."""
+        """Return the stroboscopic states (m, columns) in SI units, with the next step."""
         finals = np.empty((len(self._rows), WIDTH + 1))
         write_finals(self._points, self._motions.march.states()[self._rows], finals)
         return finals
 
     def next_period(self) -> np.ndarray:
-        """As `observation.Walk`."""
+        """Advance by a drive period; return its records (m, RECORD) in SI units."""
         march, alive = self._motions.march, self._rows[self.outcomes() == OK]
         self._before = self.states()
         march.clear_records(alive)
@@ -44,11 +44,11 @@ class PlainWalk:
         return march.records(closed=False)[self._rows]
 
     def part(self, which: np.ndarray) -> PlainWalk:
-        """As `observation.DivisibleWalk`."""
+        """Return the walk of these motions alone, from where they are."""
         return PlainWalk(self._motions, self._rows[which])
 
     def growth(self) -> np.ndarray:
-        """As `observation.Walk`."""
+        """Return the logarithms (m,) of the growth of tangent vectors over the last period."""
         physics, n = self._motions.physics, len(self._rows)
         reduced, states = reduced_queue(self._points, physics).points, self._before.copy()
         conversion_of(physics).scale_states(self._points, states)
@@ -58,9 +58,9 @@ class PlainWalk:
         return self._tangents.carried(ends[:n], ends[n:])
 
     def outcomes(self) -> np.ndarray:
-        """As `observation.Walk`."""
+        """Return the Status (m,) of each motion so far."""
         return self._motions.status[self._rows]
 
     def stop(self, which: np.ndarray) -> None:
-        """As `observation.TangentWalk`."""
+        """Leave these motions where they are, with the outcome PENDING."""
         self._motions.status[self._rows[which & (self.outcomes() == OK)]] = PENDING

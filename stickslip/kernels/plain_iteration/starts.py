@@ -1,4 +1,4 @@
-"""Where periods of fixed steps begin: how many steps they have, their states, and finals."""
+"""Starts of periods of fixed steps: the number of steps, the states, and finals."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stickslip.model.rhs import starting_state
 
 @kernel
 def write_steps(points: np.ndarray, dt: float, steps: np.ndarray) -> None:
-    """Write the number of steps a period: it is divided evenly, by a step of at most `dt`."""
+    """Write the number of steps per period, which divide it evenly, each of at most `dt`."""
     for i in range(points.shape[0]):
         steps[i] = math.ceil(drive.period(parameters_of(points[i])) / dt)
 
@@ -37,5 +37,5 @@ def write_finals(points: np.ndarray, states: np.ndarray, finals: np.ndarray) -> 
 
 
 def states_of(finals: np.ndarray) -> np.ndarray:
-    """The states (x, v, phi), shape (n, 3), of finals (n, columns)."""
+    """Return the states (x, v, phi), shape (n, 3), of finals (n, columns)."""
     return np.column_stack([finals[:, 0], finals[:, 1], np.exp(finals[:, 2])])

@@ -14,8 +14,8 @@ from stickslip.model.friction import strain_rate
 from stickslip.model.laws import FrictionLaw
 from stickslip.parameters import Parameters
 
-# The viscous slope of a pseudoplastic fluid is infinite at u = 0; a strain rate this small
-# stands for 0 there and keeps the Jacobian finite.
+# The viscous slope of a pseudoplastic fluid is infinite at u = 0; adding this small strain rate
+# keeps the Jacobian finite there.
 _SMALLEST_SQUARE = 1e-90**2
 
 
@@ -32,7 +32,7 @@ def rounded_viscous_stress(
 ) -> tuple[float, float, float]:
     """Viscous stress [Pa] and its slope [Pa s/m], with the cusp at u = 0 rounded for |u| < u_s.
 
-    Behind them the derivative over ln(phi), on which it does not depend.
+    The third value, the derivative with respect to ln(phi), is 0.
 
     For gamma < 0 the strain rate in the viscosity, Eq. 7, is sqrt(u^2 + u_s^2)/h: odd in u, the
     slope finite, the relative change of the stress |gamma|/2 (u_s/u)^2. For gamma >= 0 it is
@@ -56,13 +56,13 @@ def _has_cusp(p: Parameters) -> bool:
 
 @inline
 def _stable_slope(p: Parameters, u: float, phi: float) -> float:
-    """The slope at the fastest slip; that of a shear-thinning fluid is left out with its cusp."""
+    """Slope at the fastest slip; 0 for a shear-thinning fluid, whose slope peaks at the cusp."""
     return rounded_viscous_stress(p, u, phi, 0.0)[1] if p.rheological_index >= 0.0 else 0.0
 
 
 @inline
 def _scaled_viscosity(p: Parameters, rate: float, stress: float) -> float:
-    """The coefficient k where `rate` [1/s] and `stress` [Pa] are the units: k rate^(gamma+1)."""
+    """The coefficient k in units of `rate` [1/s] and `stress` [Pa]: k rate^(gamma+1)/stress."""
     return p.viscosity_coefficient * _rate_power(rate, p.rheological_index) / stress
 
 

@@ -1,1 +1,1 @@
-"""Periodic orbits of a driven system: when has a sequence of states reached its cycle."""
+"""Periodic orbits of a driven system: recognising and accelerating convergence to a cycle."""

@@ -1,15 +1,15 @@
-"""Jumps towards the limit of a sequence that plainly contracts along one direction.
+"""Jumps towards the limit of a sequence that clearly contracts along one direction.
 
-Under the half-period map of an odd-symmetric system the offset that a start leaves alternates with
-a ratio close to -1, and the secant step to its limit (Aitken, Steffensen) is an interpolation
-between the last two states: well conditioned, and blind to the noise of the integrator, where an
-extrapolation over periods divides that noise by the distance of the ratio from 1. The ratio of a
-direction is the orbit's largest Floquet multiplier there.
+Under the half-period map of an odd-symmetric system the offset left by the start alternates with a
+ratio close to -1, and the secant step to its limit (Aitken, Steffensen) is an interpolation between
+the last two states: well conditioned and insensitive to the noise of the integrator, whereas an
+extrapolation over whole periods divides that noise by the distance of the ratio from 1. The ratio
+along the slow direction is the orbit's largest Floquet multiplier.
 
-Of a spiral, which no single direction describes, the middle is the limit (`spirals.py`).
+The limit of a spiral, which has no such direction, is its middle (`spirals.py`).
 
 A jump moves the first two components of the state, position and velocity; the others are slaved to
-them. A chain of jumps that fails is undone by the search.
+them. The search undoes a chain of jumps that fails.
 """
 
 from __future__ import annotations
@@ -38,63 +38,64 @@ from stickslip.numerics.periodic.ratios import (
 )
 from stickslip.numerics.periodic.spirals import held_for, middle_of_spiral
 
-# A ratio is steady if it changes by no more than this part of its distance from 1. One known to
-# contract without being seen to changes by no more than these, along a line.
+# A ratio is steady if it changes by no more than this fraction of its distance from 1. If the
+# sequence is known to contract although that cannot be seen, the ratio may change by no more than
+# the first of these, and the displacements bend by no more than the second.
 _STEADY = 0.3
 _UNSTEADY, _STRAIGHT = 0.05, 0.05
 
-# Ratios above this are not trusted with a jump: an extrapolation to a hundred displacements.
+# Ratios above this are not trusted with a jump: it would extrapolate to a hundred displacements.
 _LARGEST_RATIO = 0.99
 
-# A jump is worth its cost where more than this many tolerances remain ...
+# A jump is worth its cost if more than this many tolerances remain ...
 _WORTH = 0.5
 # ... and the iteration is slower than this.
 _SMALLEST_RATIO = 0.5
 _SMALLEST_ALTERNATION = 0.1
 
-# A jump longer than this many units of the scaled position, the largest offset that a start at rest
-# leaves, is not risked, and after every jump at most half of what it went may remain.
+# No jump is longer than this many units of the scaled position, the largest offset left by a start
+# at rest; and after every jump at most half of its length may remain.
 LONGEST_JUMP = 2.0
 
-# Jumps are few where they lead anywhere.
+# Successful searches need only a few jumps.
 _MOST_JUMPS = 20
 
-# A jump moves position and velocity alone. That the other components follow is believed where they
-# differ by no more than this between the states that the jump is judged by. Where they differ more,
-# the sequence may end in either of them: then a jump goes half the way only, along states that
-# plain iteration passes too, and only where that is slow.
+# A jump moves position and velocity alone. The other components are believed to follow if they
+# differ by no more than this between the states that the jump is based on. If they differ more, the
+# sequence may end on either side: then a jump goes only half the way, through states that plain
+# iteration passes too, and only if plain iteration is slow.
 _SLAVED = 1e-3
 _HALF_WAY = 0.5
 _SLOWEST_PART = 0.8
 
-# A cycle of several applications is plainly approached where its points lie farther apart than
-# this many times the way that remains.
+# A cycle of several applications is clearly approached if its points are farther apart than this
+# many times the remaining distance.
 _APART = 4.0
 
-# The first jump stops short of the limit by this part: the next ratio is then measured near the
-# limit, and tells an orbit that attracts from one that does not.
+# The first jump stops short of the limit by this fraction: the next ratio is then measured near the
+# limit, and shows whether the orbit attracts.
 _SHORTFALL = 0.01
 
-# From this distance on the finer tolerance is taken.
+# Within this distance the finer tolerance is used.
 _COARSE = 1e-4
 
-# A spiral: cycles that it may lead to, and how many of them its displacements span (more where it
-# turns slowly). One that shrinks faster than a slow part is followed to its end: it costs as few
-# applications, and a few displacements of any transient look like it.
+# Spirals: the cycles that they may lead to, and how many of these a displacement spans (more for a
+# slowly turning spiral). A spiral that shrinks fast is simply followed to its end: that takes as
+# few applications, and a few displacements of any transient look like one.
 _CYCLES_OF_SPIRALS = 4
 _SPANS = (1, 4, 16)
 
 
 @inline
 def _slow(ratio: float, cycle: int) -> bool:
-    """Whether a contraction is slow enough, and not too slow, for a jump."""
+    """Tell whether a contraction is slow enough, but not too slow, for a jump."""
     alternating = cycle == 1 and -1.0 < ratio <= -_SMALLEST_ALTERNATION
     return alternating or (_SMALLEST_RATIO <= abs(ratio) < 1.0 and ratio <= _LARGEST_RATIO)
 
 
 @jit
 def _steady_cycle(memory: Any, newest: int, noise: float) -> int:
-    """Smallest cycle whose last displacements shrink by one ratio along one line; or 0."""
+    """Smallest cycle whose last displacements shrink by the same ratio along one line; or 0."""
     for cycle in range(1, min(memory.longest_cycle, SOONEST_CYCLE) + 1):
         if 3 * cycle > newest:
             return 0
@@ -105,13 +106,12 @@ def _steady_cycle(memory: Any, newest: int, noise: float) -> int:
 
 @jit
 def _steady(memory: Any, newest: int, cycle: int, noise: float) -> bool:
-    """Whether the last displacements by `cycle` applications plainly lead to a limit.
+    """Tell whether the last displacements by `cycle` applications clearly lead to a limit.
 
-    Three of them shrink by one ratio, of an alternating sequence four: of one that ends on an
-    asymmetric orbit the first two ratios can agree by accident, and the jump to the middle would
-    land on a symmetric orbit, which may attract too. An asymmetric orbit is approached with
-    displacements whose ratio tends to -1: its distance from -1 then shrinks, which the comparison
-    with the earlier ratio sees.
+    Three of them must shrink by the same ratio, and four if the sequence alternates: on the way to
+    an asymmetric orbit two ratios can agree by accident, and the jump to the middle would land on a
+    symmetric orbit, which may attract too. On approach to an asymmetric orbit the ratio tends to
+    -1: its distance from -1 shrinks, which the comparison with the earlier ratio reveals.
     """
     oldest = displacement(memory, newest - 2 * cycle, newest - 3 * cycle)
     before = displacement(memory, newest - cycle, newest - 2 * cycle)
@@ -131,7 +131,7 @@ def _steady(memory: Any, newest: int, cycle: int, noise: float) -> bool:
 
 @inline
 def _alternates(memory: Any, newest: int, cycle: int, ratio: float, blur: float) -> bool:
-    """Whether the ratio of the two displacements before the last three is the same."""
+    """Tell whether the first two of the last four displacements have the same ratio."""
     if 4 * cycle > newest:
         return False
     first = displacement(memory, newest - 3 * cycle, newest - 4 * cycle)
@@ -142,10 +142,10 @@ def _alternates(memory: Any, newest: int, cycle: int, ratio: float, blur: float)
 
 @inline
 def _slaved(memory: Any, newest: int, cycle: int, longest: int) -> bool:
-    """Whether what a jump does not move was the same at the passages of `longest` applications.
+    """Tell whether the components that a jump does not move repeated for `longest` applications.
 
-    And before them: a film that all but freezes between two passages may freeze in the next one,
-    and a jump would lead past that.
+    Their peaks between these states must repeat too: a film that almost freezes in one application
+    may freeze in the next, and a jump would skip that.
     """
     for lag in range(cycle, min(longest, newest) + 1, cycle):
         raised = memory.peaks[(newest - lag) % REMEMBERED] - memory.peaks[newest % REMEMBERED]
@@ -161,7 +161,7 @@ def _slaved(memory: Any, newest: int, cycle: int, longest: int) -> bool:
 
 @inline
 def _apart(memory: Any, newest: int, cycle: int, length: float) -> bool:
-    """Whether the points of the cycle are farther apart than the way `length` that remains."""
+    """Tell whether the points of the cycle are much farther apart than the remaining `length`."""
     for lag in range(1, cycle):
         if not length_of(displacement(memory, newest, newest - lag)) >= _APART * length:
             return False
@@ -170,7 +170,7 @@ def _apart(memory: Any, newest: int, cycle: int, length: float) -> bool:
 
 @inline
 def _part(memory: Any, slaved: bool, ratio: float, length: float) -> float:
-    """The part of the remaining way `length` that a jump is to go; 0 for no jump."""
+    """Fraction of the remaining `length` that a jump is to cover; 0 for no jump."""
     if not slaved:
         free = memory.allowed == np.inf
         return _HALF_WAY if free and abs(ratio) >= _SLOWEST_PART else 0.0
@@ -180,7 +180,7 @@ def _part(memory: Any, slaved: bool, ratio: float, length: float) -> float:
 
 @jit
 def jump(memory: Any, tolerance: float, noise: float) -> tuple[float, float]:
-    """The way to the limit where the sequence plainly leads to one; (0, 0) otherwise."""
+    """Jump (dx, dv) to the limit if the sequence clearly leads to one; else (0, 0)."""
     newest = memory.newest
     cycle = memory.aim
     followed = cycle > 0 and newest == cycle and memory.turning == 0
@@ -210,7 +210,7 @@ def jump(memory: Any, tolerance: float, noise: float) -> tuple[float, float]:
 
 @jit
 def _jump_inwards(memory: Any, tolerance: float, noise: float) -> tuple[float, float]:
-    """The way to the middle of a spiral where the sequence plainly winds into one; or (0, 0)."""
+    """Jump (dx, dv) to the middle of a spiral if the sequence clearly follows one; else (0, 0)."""
     newest = memory.newest
     for span in _SPANS:
         for cycle in range(1, _CYCLES_OF_SPIRALS + 1):
@@ -230,7 +230,7 @@ def _jump_inwards(memory: Any, tolerance: float, noise: float) -> tuple[float, f
                     last[0] / length_of(last),
                     last[1] / length_of(last),
                 )
-                # What remains is so many times the last displacement, though not along it.
+                # The remaining way, in lengths of the last displacement, though not along it.
                 remains = length / length_of(last)
                 memory.ratios[cycle - 1] = remains / (1.0 + remains)
                 _store_jump(memory, cycle, length, part)
@@ -241,9 +241,9 @@ def _jump_inwards(memory: Any, tolerance: float, noise: float) -> tuple[float, f
 
 @inline
 def jump_outran(memory: Any) -> bool:
-    """Whether what a jump does not move is another one after it: it was slaved to the way there.
+    """Tell whether the components that a jump does not move changed after it.
 
-    The sequence may end elsewhere then, where it passes through all the states in between.
+    They then depended on the skipped states, and plain iteration may end elsewhere.
     """
     newest, aim = memory.newest, memory.aim
     if aim == 0 or newest != aim or memory.paired == 0:
@@ -257,7 +257,7 @@ def jump_outran(memory: Any) -> bool:
 
 @inline
 def jump_failed(memory: Any, noise: float) -> bool:
-    """Whether the first displacement after a jump is not shorter than the one before it."""
+    """Tell whether the first displacement after a jump is not shorter than the one before it."""
     newest, aim = memory.newest, memory.aim
     if aim == 0 or newest != aim:
         return False
@@ -269,7 +269,7 @@ def jump_failed(memory: Any, noise: float) -> bool:
 
 @jit
 def _store_jump(memory: Any, cycle: int, length: float, part: float) -> None:
-    """Note a jump from the newest state, with what is needed to judge it and to undo it."""
+    """Store a jump from the newest state, with the data needed to judge and to undo it."""
     newest = memory.newest
     newer, older = newest % REMEMBERED, (newest - cycle) % REMEMBERED
     if memory.jumps == 0:
@@ -281,7 +281,7 @@ def _store_jump(memory: Any, cycle: int, length: float, part: float) -> None:
     memory.aim, memory.common = cycle, _common_divisor(cycle, memory.common)
     slow = memory.slow[0], memory.slow[1]
     shift = abs(along(displacement(memory, newest, newest - cycle), slow))
-    memory.residue = (1.0 - 0.5 * part) * shift  # without the jump it would stay the same
+    memory.residue = (1.0 - 0.5 * part) * shift  # a useless jump would leave the whole shift
     memory.longest_jump = min((1.0 - 0.5 * part) * length, memory.longest_jump)
     memory.gone = part * length
     memory.paired = 1
@@ -298,7 +298,7 @@ def _common_divisor(a: int, b: int) -> int:
 
 @jit
 def compare_landing(memory: Any, noise: float) -> None:
-    """The ratio of contraction between the landing after a jump and the one before."""
+    """Note the ratio of contraction from the states before and after a jump and their images."""
     newest, aim = memory.newest, memory.aim
     if memory.paired == 0 or newest != aim:
         return
@@ -310,7 +310,7 @@ def compare_landing(memory: Any, noise: float) -> None:
 
 @jit
 def nearly_repeats(memory: Any, newest: int, tolerance: float) -> bool:
-    """Whether the sequence repeats well enough for the finer tolerance to be worth its cost."""
+    """Tell whether the sequence repeats well enough to justify the finer tolerance."""
     enough = max(_COARSE, 10.0 * tolerance)
     for cycle in range(1, memory.longest_cycle + 1):
         ratio = memory.ratios[cycle - 1]

@@ -1,11 +1,11 @@
-"""When has a sequence of states reached its cycle? Periodic orbits of a driven system judged.
+"""Tests of whether a sequence of states has reached its cycle, approaches one, or wanders.
 
-The states are those of a stroboscopic (Poincaré) map: one for each application of the map. The
-sequence may converge with a ratio of 0.99 an application, so the last difference says little: what
-counts is the remaining distance to the limit. For a geometric sequence seen at a lag, with D1 the
-newest displacement over the lag and D0 the one before, it is D1^2/(D0 - D1) (Aitken's delta-squared
-process). Long lags make the estimate firm where the differences are near the noise of the
-integrator.
+The states are those of a stroboscopic (Poincaré) map, one for each application of the map. The
+sequence may converge with a ratio of 0.99 per application, so the last difference says little: what
+counts is the remaining distance to the limit. For a geometric sequence sampled at a lag, with D1
+the newest displacement over the lag and D0 the one before, it is D1^2/(D0 - D1) (Aitken's
+delta-squared process). Long lags make the estimate robust where the differences are near the noise
+of the integrator.
 """
 
 from __future__ import annotations
@@ -18,60 +18,60 @@ import numpy as np
 from stickslip.compiled.decorators import inline, jit
 
 LONGEST_CYCLE = 256
-"""Cycles of 1 to this many applications are recognised, at most."""
+"""Length of the longest cycle that is recognised, in applications."""
 
 SOONEST_CYCLE = 64
-"""Of these, cycles up to this many applications before a sequence has proved to be late: to look at
-all of them after each application takes longer than the application of a simple film."""
+"""Longest cycle that is looked for in a first search, in applications: testing all cycles after
+each application takes longer than the application itself for a simple film."""
 
-# Lags that say how much of the way to the limit remains; fewer for the longest cycles.
+# Longest lag, in cycles, of the estimates of the remaining distance; less for the longest cycles.
 _LAGS = 16
 REMEMBERED = 513
-"""States that are remembered: twice round the longest cycle."""
+"""Number of states kept: twice round the longest cycle."""
 
 UNKNOWN = 2.0
-"""The ratio of contraction where none was measured yet."""
+"""The ratio of contraction before one is measured."""
 
-# A difference this small a part of the tolerance cannot hide a drift that matters: with a ratio
-# of 0.999 a period it leaves one tolerance to go.
+# A difference below this fraction of the tolerance cannot hide a drift that matters: with a ratio
+# of 0.999 per period it leaves one tolerance to go.
 _NEGLIGIBLE = 1e-3
 
-# Staying within this part of the tolerance for 16 cycles bounds the drift of a noisy sequence: with
-# a ratio of 0.99 a period it leaves one tolerance to go.
+# Staying within this fraction of the tolerance for 16 cycles bounds the drift of a noisy sequence:
+# with a ratio of 0.99 per period it leaves one tolerance to go.
 _QUIET = 0.2
 _DRIFTLESS = 0.7
 
-# A displacement longer than its ratio makes it by this part of the tolerance is a drift.
+# A displacement longer than its ratio predicts, by this fraction of the tolerance, is a drift.
 _DRIFT = 0.3
 
-# Cycles closer together than this many tolerances are one. Of a noisy sequence any of many long
-# ones closes by chance: a cycle of more periods than this is none unless its points are apart.
+# Points closer together than this many tolerances are the same. In a noisy sequence one of many
+# long cycles closes by accident: beyond this many periods the points of a cycle must be distinct.
 _INDISTINCT = 10.0
 _SHORT_PERIODS = 8
 
-# A sequence has stalled if, within this many tolerances of repeating, it moved in so many periods
-# nearly as far as in as many before.
+# A sequence has stalled if, within this many tolerances of repeating, it moved nearly as far in
+# this many applications as in as many before.
 _PATIENCE = 64
 _STALLED_RATIO = 0.9
 _NEAR = 100.0
 
-# A sequence is watched for so many drive periods before it is said to wander. A cycle is approached
-# where its displacements seldom grow, and left where they seldom shrink, whatever the pace, noise
-# and a few exceptions allowed for: where neither is true, every other one grows.
+# A sequence is watched for this many drive periods before it is said to wander. A cycle is
+# approached if its displacements seldom grow, and left if they seldom shrink, at any pace, allowing
+# for noise and a few exceptions: otherwise every other one grows.
 _WATCHED_PERIODS = 128
 _SELDOM = 0.1
 _NOISE_ALLOWED = 10.0
 
-# The longest way to a cycle: the longest offset that a start leaves, and as much again.
+# The longest way to a cycle: twice the longest offset left by a start.
 _LONGEST_WAY = 4.0
 
-# Times besides the last that a displacement within the noise is looked at for whether it declines.
+# Number of earlier displacements that the last one is compared with to see a decline in the noise.
 _LOOKS = 4
 
 
 @inline
 def distance(memory: Any, newer: int, older: int) -> float:
-    """Largest scaled difference between two remembered states; NaN where either is NaN."""
+    """Largest scaled difference between two stored states; NaN if either is NaN."""
     states, i, j = memory.states, newer % REMEMBERED, older % REMEMBERED
     largest, total = 0.0, 0.0
     for component in range(states.shape[1]):
@@ -83,20 +83,20 @@ def distance(memory: Any, newer: int, older: int) -> float:
 
 @inline
 def displacement(memory: Any, newer: int, older: int) -> tuple[float, float]:
-    """Displacement of (x, v) between two remembered states."""
+    """Displacement of (x, v) between two stored states."""
     states, i, j = memory.states, newer % REMEMBERED, older % REMEMBERED
     return states[i, 0] - states[j, 0], states[i, 1] - states[j, 1]
 
 
 @inline
 def reach(ratio: float) -> float:
-    """Remaining way to the limit in units of the last displacement, with its sign."""
+    """Remaining way to the limit in units of the last displacement, signed."""
     return ratio / (1.0 - ratio)
 
 
 @jit
 def _remaining_distance(memory: Any, newest: int, lag: int) -> float:
-    """Estimated distance of the newest state from the limit, seen at `lag`; inf if it grows."""
+    """Estimated distance of the newest state from the limit, from a `lag`; inf if it grows."""
     moved = distance(memory, newest, newest - lag)
     before = distance(memory, newest - lag, newest - 2 * lag)
     return moved * moved / (before - moved) if moved < before else np.inf
@@ -104,13 +104,12 @@ def _remaining_distance(memory: Any, newest: int, lag: int) -> float:
 
 @jit
 def _repeats(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
-    """Whether the orbit closes after `cycle` applications, within `tolerance` of its limit.
+    """Tell whether the orbit closes after `cycle` applications, within `tolerance` of its limit.
 
-    Where the ratio of contraction was measured above the noise, it says how much remains.
-    Otherwise every lag that the sequence is long enough for must say so: a short one can be
-    deceived by noise, a long one by a fast transient. A sequence that repeats to a small part of
-    the tolerance, or does not contract but stays within a larger part for long, has nothing left
-    to estimate.
+    If the ratio of contraction was measured above the noise, it gives the remaining distance.
+    Otherwise every lag that the sequence is long enough for must agree: noise can deceive a short
+    one, a fast transient a long one. A sequence that repeats to a small fraction of the tolerance,
+    or does not contract but stays within a larger fraction for long, needs no estimate.
     """
     if cycle > newest:
         return False
@@ -132,9 +131,9 @@ def _repeats(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
 
 @inline
 def _contracts(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
-    """Whether the last displacement is as short as the ratio that was measured makes it.
+    """Tell whether the last displacement is as short as the measured ratio predicts.
 
-    The ratio may belong to a fast mode that has died out, and hide a slow one that still drifts.
+    The ratio may belong to a fast mode that has decayed, and hide a slow one that still drifts.
     """
     if 2 * cycle > newest:
         return True
@@ -145,9 +144,9 @@ def _contracts(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
 
 @jit
 def _quiet(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
-    """Whether the last 16 cycles stay, without a drift, in a small part of the tolerance.
+    """Tell whether the last 16 cycles stayed, without drift, within a small part of the tolerance.
 
-    With a drift the later half of the lags reaches twice as far as the earlier half.
+    With a drift, all lags together reach twice as far as the shorter half of them.
     """
     lags = min(_LAGS, (REMEMBERED - 1) // cycle)
     if newest < lags * cycle:
@@ -159,7 +158,7 @@ def _quiet(memory: Any, newest: int, cycle: int, tolerance: float) -> bool:
 
 @jit
 def _farthest(memory: Any, newest: int, cycle: int, lags: int) -> float:
-    """Largest distance of the newest state from those of so many cycles before; NaN counts."""
+    """Largest distance of the newest state from those up to so many cycles before; NaN counts."""
     farthest = 0.0
     for lag in range(cycle, lags * cycle + 1, cycle):
         away = distance(memory, newest, newest - lag)
@@ -170,7 +169,7 @@ def _farthest(memory: Any, newest: int, cycle: int, lags: int) -> float:
 
 @jit
 def closing_cycle(memory: Any, newest: int, tolerance: float) -> int:
-    """Smallest number of applications after which the orbit closes; 0 where it does not yet."""
+    """Smallest number of applications after which the orbit closes; 0 if it does not yet."""
     for cycle in range(1, memory.longest_cycle + 1):
         if _repeats(memory, newest, cycle, tolerance):
             shorter = _indistinct_cycle(memory, newest, cycle, tolerance)
@@ -181,7 +180,7 @@ def closing_cycle(memory: Any, newest: int, tolerance: float) -> int:
 
 @jit
 def _indistinct_cycle(memory: Any, newest: int, cycle: int, tolerance: float) -> int:
-    """The shortest part of a cycle that nearly closes as well; the cycle where none does."""
+    """Shortest part of a cycle that nearly closes as well; the cycle itself if none does."""
     for shorter in range(1, cycle):
         close = distance(memory, newest, newest - shorter) <= _INDISTINCT * tolerance
         if cycle % shorter == 0 and close:
@@ -191,11 +190,11 @@ def _indistinct_cycle(memory: Any, newest: int, cycle: int, tolerance: float) ->
 
 @jit
 def stalled(memory: Any, newest: int, tolerance: float) -> bool:
-    """Whether a sequence near its limit no longer approaches it.
+    """Tell whether a sequence near its limit no longer approaches it.
 
-    An adaptive method maps a period with jumps of the order of its tolerance, where the pattern
-    of accepted steps changes. Where the orbit attracts slowly these jumps, not the orbit, decide
-    what the sequence does: it wanders about the limit and never settles.
+    The map of an adaptive method has jumps of the order of its tolerance, where the pattern of
+    accepted steps changes. If the orbit attracts slowly, these jumps and not the orbit determine
+    the sequence: it wanders about the limit and never settles.
     """
     for cycle in range(1, memory.longest_cycle + 1):
         lag = cycle * ((_PATIENCE + cycle - 1) // cycle)
@@ -209,11 +208,11 @@ def stalled(memory: Any, newest: int, tolerance: float) -> bool:
 
 @jit
 def wanders(memory: Any, newest: int, tolerance: float, noise: float, due: bool) -> bool:
-    """Whether the sequence, watched for 128 drive periods, has to do with no cycle in sight.
+    """Tell whether the sequence, watched for 128 drive periods, is related to no cycle in sight.
 
-    Looked at twice in so many periods. `noise` is the tolerance of the integrator. Where a verdict
-    is `due`, only what approaches a cycle without exception goes on: neither what leaves one nor
-    what stays near one without closing.
+    Tested twice in that many periods. `noise` is the tolerance of the integrator. If a verdict is
+    `due`, only a sequence that approaches a cycle without exception may go on: neither one that
+    leaves a cycle nor one that stays near it without closing.
     """
     watched, periods = _WATCHED_PERIODS * memory.per_period, newest // memory.per_period
     if newest < max(watched, memory.patience) or periods % (_WATCHED_PERIODS // 2) != 0:
@@ -232,11 +231,11 @@ def wanders(memory: Any, newest: int, tolerance: float, noise: float, due: bool)
 
 @jit
 def _in_sight(memory: Any, newest: int, cycle: int, watched: int, blur: float) -> bool:
-    """Whether the sequence approaches the cycle, or leaves it, at whatever pace.
+    """Tell whether the sequence approaches the cycle, or leaves it, at any pace.
 
     Along a line its displacements by `cycle` applications then seldom grew, or seldom shrank. On a
-    spiral they grow and shrink by turns, but the areas between them go one way. Areas that stay as
-    they are say nothing: a motion round and round without end has such.
+    spiral they grow and shrink in turn, but the areas between them only shrink or only grow.
+    Constant areas prove nothing: a motion that circles forever has them.
     """
     rarely_grew, rarely_shrank = _trend(memory, newest, cycle, watched, blur, _SELDOM, _moved)
     if rarely_grew or rarely_shrank:
@@ -247,11 +246,11 @@ def _in_sight(memory: Any, newest: int, cycle: int, watched: int, blur: float) -
 
 @jit
 def _approaches(memory: Any, newest: int, cycle: int, watched: int, blur: float) -> bool:
-    """Whether the sequence has approached the cycle all the time.
+    """Tell whether the sequence has approached the cycle all the time.
 
-    A weakly damped film that is kicked every forty periods does so most of the time. What has
-    approached in geometric progression for so long moves by little now: a way of length w, of
-    which a part 1 - r is gone at a time, has steps of w (1 - r) r^n, for no r above w / (e n).
+    A weakly damped film that is kicked every forty periods does so most of the time. A geometric
+    approach over so many applications must have become slow: of a way w, covered by a fraction
+    1 - r at a time, the nth step is w (1 - r) r^n, which is at most w/(e n) for any r.
     """
     never_grew, _ = _trend(memory, newest, cycle, watched, blur, 0.0, _moved)
     if never_grew:
@@ -264,7 +263,7 @@ def _approaches(memory: Any, newest: int, cycle: int, watched: int, blur: float)
 
 @inline
 def _declines(memory: Any, newest: int, cycle: int, watched: int) -> bool:
-    """Whether the displacements are shorter each time they are looked at: not so what is noise."""
+    """Tell whether displacements at a few times become shorter each time, unlike noise."""
     apart = (watched - cycle) // _LOOKS
     before = np.inf
     for look in range(_LOOKS, -1, -1):
@@ -286,9 +285,9 @@ def _trend(
     exceptions: float,
     extent: Any,
 ) -> tuple[bool, bool]:
-    """Whether `extent` did not grow, and did not shrink, by more than what of it is noise.
+    """Tell whether `extent` never grew, and whether it never shrank, by more than its noise.
 
-    But for a part of `exceptions`.
+    A fraction of `exceptions` is allowed.
     """
     first = newest - watched + 3 * cycle
     grew, shrank, most = 0, 0, int(exceptions * (newest - first + 1))
@@ -304,15 +303,15 @@ def _trend(
 
 @jit
 def _moved(memory: Any, newer: int, cycle: int, blur: float) -> tuple[float, float]:
-    """The length of the displacement by `cycle` applications, and what of it is noise."""
+    """Length of the displacement by `cycle` applications, and its noise."""
     return distance(memory, newer, newer - cycle), blur
 
 
 @jit
 def _swept(memory: Any, newer: int, cycle: int, blur: float) -> tuple[float, float]:
-    """The area in (x, v) between the last two displacements, and what of it is noise.
+    """Area in (x, v) between the last two displacements, and its noise.
 
-    A linear map multiplies it by its determinant, whatever the shape of the spiral.
+    A linear map multiplies it by its determinant, for any shape of spiral.
     """
     last = displacement(memory, newer, newer - cycle)
     before = displacement(memory, newer - cycle, newer - 2 * cycle)

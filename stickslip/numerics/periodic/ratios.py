@@ -1,4 +1,4 @@
-"""Ratios at which a sequence contracts, from displacements of its states that differ enough."""
+"""Ratios at which a sequence contracts, measured on displacements well above the noise."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from typing import Any
 from stickslip.compiled.decorators import inline, jit
 from stickslip.numerics.periodic.convergence import displacement
 
-# A ratio is measured where displacements are this many times the noise of the map, taken for one
-# tolerance of the integrator, and believed where the noise blurs its distance from 1 by no more
-# than this part. Growth must stand out more: where it is mistaken the jumps are undone, and plain
+# A ratio is measured if displacements are this many times the noise of the map, taken as one
+# tolerance of the integrator, and believed if the noise blurs its distance from 1 by no more than
+# the last fraction. Growth must stand out more: if it is mistaken, jumps are undone, and plain
 # iteration takes hundreds of periods.
 CLEARANCE = 30.0
 _CLEARANCE_OF_GROWTH = 300.0
 _BLUR = 0.3
 
-# How far two displacements may be from parallel, as a part of the newer one.
+# How far two displacements may be from parallel, as a fraction of the newer one.
 BEND = 0.3
 
-# Where the caller has known for so many applications that no motions part, an alternation with a
-# ratio up to the first one leads to the middle, and one with a ratio down to the second contracts
-# all the same, however little of it can be seen: it counts as the last.
+# If the caller has known for so many applications that no motions separate, an alternation with a
+# ratio between these two leads to the middle. Even if it seems not to contract it must do so,
+# however slowly: its ratio counts as the last of these.
 _KNOWN_FOR = 4
 _FASTEST_KNOWN, _SLOWEST_KNOWN = -0.5, -1.05
 _SLOWEST_ALTERNATION = -1.0 + 1e-6
@@ -28,16 +28,16 @@ _SLOWEST_ALTERNATION = -1.0 + 1e-6
 
 @inline
 def length_of(way: tuple[float, float]) -> float:
-    """Of a displacement: the larger one of its two components."""
+    """Length of a displacement: the larger of its two components."""
     return max(abs(way[0]), abs(way[1]))
 
 
 @inline
 def along(way: tuple[float, float], image: tuple[float, float]) -> float:
-    """The component of `way` that is the larger one of `image`.
+    """The component of `way` that is the larger one in `image`.
 
-    The map wipes out all but the slow mode, so images differ along it. A landing after a jump may
-    lie off it, by a velocity that is forgotten at once and must not count.
+    The map leaves only the slow mode, so images differ along it. The state after a jump may lie off
+    it, by a velocity that decays at once and must not count.
     """
     return way[0] if abs(image[0]) >= abs(image[1]) else way[1]
 
@@ -52,20 +52,20 @@ def contraction(newer: tuple[float, float], older: tuple[float, float]) -> tuple
 
 @inline
 def stands_out(ratio: float, length: float, noise: float) -> bool:
-    """Whether a ratio measured on displacements of this length can be told from 1."""
+    """Tell whether a ratio measured on displacements of this length differs clearly from 1."""
     clearance = CLEARANCE if abs(ratio) < 1.0 else _CLEARANCE_OF_GROWTH
     return noise <= min(_BLUR * abs(1.0 - abs(ratio)), 1.0 / clearance) * length
 
 
 @inline
 def known_to_contract(memory: Any) -> bool:
-    """Whether the caller has known for a while that no motions part."""
+    """Tell whether the caller has known for a while that no motions separate."""
     return bool(memory.contracting >= _KNOWN_FOR)
 
 
 @inline
 def alternates_inwards(memory: Any, ratio: float, bend: float, length: float, noise: float) -> bool:
-    """Whether an alternation is known to contract without being seen to."""
+    """Tell whether an alternation is known to contract although that cannot be seen."""
     near = _SLOWEST_KNOWN <= ratio <= _FASTEST_KNOWN and bend <= BEND
     return known_to_contract(memory) and memory.plain == 0 and near and noise <= length
 
@@ -78,10 +78,10 @@ def note_ratio(
     older: tuple[float, float],
     noise: float,
 ) -> None:
-    """Remember the contraction by `cycle` applications where it stands out from the noise.
+    """Store the contraction by `cycle` applications if it stands out from the noise.
 
-    A growth is forgotten as soon as there is contraction, clear or not: it belonged to a bend of
-    the map that the sequence has left behind.
+    Growth is forgotten as soon as there is contraction, clear or not: it belonged to a bend of the
+    map that the sequence has left behind.
     """
     ratio, bend = contraction(newer, older)
     length = abs(along(older, newer))
@@ -100,7 +100,7 @@ def note_ratio(
 
 @jit
 def note_ratios(memory: Any, noise: float) -> None:
-    """Remember the ratios of contraction of all cycles where they stand out from the noise."""
+    """Store the ratios of contraction of all cycles that stand out from the noise."""
     newest = memory.newest
     for cycle in range(1, memory.longest_cycle + 1):
         if 2 * cycle <= newest:

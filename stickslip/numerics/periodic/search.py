@@ -1,12 +1,12 @@
-"""The search for the orbit on which a driven system settles, fed with one application at a time.
+"""The search for the orbit on which a driven system settles, one application of its map at a time.
 
 The system may have the odd symmetry (x, v, w, t) -> (-x, -v, w, t + T/2). Half a drive period from
-phase 0, with the signs turned at its end, is then a map of the state into itself. A symmetric orbit
-is a fixed point of this half-period map, an orbit that closes after n periods a cycle of at most 2n
-applications. Where a method maps a whole period at a time, an application is a period.
+phase 0, followed by a change of signs, is then a map of the state space into itself. A symmetric
+orbit is a fixed point of this half-period map; an orbit that closes after n periods is a cycle of
+at most 2n applications. If a method maps a whole period at a time, an application is a period.
 
 The search keeps its whole memory in one record, so that each of many lanes has its own. A drive
-calls `judge` with the scaled state after each application, and does what it says.
+calls `judge` with the scaled state after each application, and carries out the verdict.
 """
 
 from __future__ import annotations
@@ -41,17 +41,17 @@ from stickslip.numerics.periodic.ratios import known_to_contract, note_ratios
 
 GO_ON, JUMP, FINER, RESTORE, SETTLED, EXHAUSTED, WANDERING = range(7)
 """Verdicts: go on; add (dx, dv) to the scaled state; cut the tolerance of the integrator to a
-tenth (and add (dx, dv)); take the stored state back, with the tolerance of the beginning; the orbit
-is found; the budget of applications is spent; no cycle is in sight."""
+tenth (and add (dx, dv)); return to the stored state and the initial tolerance; the orbit is found;
+the budget of applications is spent; no cycle is in sight."""
 
 LONGEST_CYCLE_IN_PERIODS = LONGEST_CYCLE // 2
-"""Orbits that close after 1 to this many drive periods are recognised."""
+"""Length of the longest orbit that is recognised, in drive periods."""
 
 _SOONEST_CYCLE_IN_PERIODS = SOONEST_CYCLE // 2
 
-# Drive periods after which a sequence that neither approaches a cycle nor closes wanders, whatever
-# it is near to, but at most half of the budget; and those before a late one may be said to: three
-# times round the longest cycle, and a half for the way to it.
+# Drive periods, or at most half of the budget, after which a sequence that neither approaches a
+# cycle nor closes counts as wandering, whatever it is near; and the fewest for a late search: three
+# times round the longest cycle, and half of it for the way there.
 _DUE_PERIODS = 384
 _PATIENCE_OF_LATE = 7 * LONGEST_CYCLE_IN_PERIODS // 2
 
@@ -59,7 +59,7 @@ _PATIENCE_OF_LATE = 7 * LONGEST_CYCLE_IN_PERIODS // 2
 # can mimic it once.
 _CONFIRMED_PERIODS = 2
 
-# Chains of jumps that are undone before the search goes on without jumps.
+# Chains of jumps that are undone before the search continues without jumps.
 _MOST_FAILURES = 8
 
 _FINEST = 3  # cuts of the tolerance: one for the last steps to the orbit, two where it stalls
@@ -67,34 +67,34 @@ _FINEST = 3  # cuts of the tolerance: one for the last steps to the orbit, two w
 
 @cache
 def memory_of(width: int) -> np.dtype[np.void]:
-    """The record that a search remembers, for states of so many components."""
+    """Return the record type of the memory of a search, for states of this width."""
     return np.dtype(
         [
-            ("per_period", "i8"),  # applications a drive period: 2 for the half-period map
+            ("per_period", "i8"),  # applications per drive period: 2 for the half-period map
             ("longest_cycle", "i8"),  # in applications
-            ("patience", "i8"),  # applications before the sequence may be said to wander
+            ("patience", "i8"),  # applications before the sequence may count as wandering
             ("applications", "i8"),  # since the start
-            ("mirrored", "i8"),  # 1 where the state is the mirror image of the start's
-            ("newest", "i8"),  # applications since the sequence was last begun again
+            ("mirrored", "i8"),  # 1 if the state is in the mirror image of the start's frame
+            ("newest", "i8"),  # applications since the sequence was last restarted
             ("held", "i8"),  # times in a row that the same cycle was found closed
             ("cycle", "i8"),  # that cycle, in applications
             ("fineness", "i8"),  # times that the tolerance was cut
-            ("initial_fineness", "i8"),  # _FINEST where the map has no tolerance
-            ("plain", "i8"),  # 1 where no jump is allowed (any more)
+            ("initial_fineness", "i8"),  # _FINEST if the map has no tolerance
+            ("plain", "i8"),  # 1 if no jump is allowed (any more)
             ("allowed", "f8"),  # longest jump that the caller allows
-            ("contracting", "i8"),  # applications in which, as the caller knows, no motions part
-            ("peak", "f8"),  # in the application just made, of what a jump does not move
+            ("contracting", "i8"),  # latest run of applications in which no motions separate
+            ("peak", "f8"),  # of the components that a jump does not move, in the last application
             ("jumps", "i8"),  # since the state to restore was stored
             ("failures", "i8"),  # chains of jumps that were undone
             ("aim", "i8"),  # the cycle whose limit the jumps aim at
             ("common", "i8"),  # greatest common divisor of the cycles that jumps aimed at
-            ("paired", "i8"),  # 1 where `landing` can be compared with the next displacement
+            ("paired", "i8"),  # 1 if `landing` can be compared with the next displacement
             ("stored_mirrored", "i8"),
             ("longest_jump", "f8"),  # longest jump allowed
             ("gone", "f8"),  # length of the last jump
-            ("stride", "f8"),  # longest part of a way that a jump may go
-            ("residue", "f8"),  # longest displacement by which the last jump is a success
-            ("calm", "f8"),  # displacements must be shorter before jumps begin again
+            ("stride", "f8"),  # longest jump after one that outran the film
+            ("residue", "f8"),  # longest displacement after a successful jump
+            ("calm", "f8"),  # displacements must be shorter than this before jumps resume
             ("slow", "f8", 2),  # direction of the slow mode, its larger component 1
             ("landing", "f8", 2),  # (x, v) before ...
             ("image", "f8", 2),  # ... and after `aim` applications
@@ -112,12 +112,12 @@ def memory_of(width: int) -> np.dtype[np.void]:
 def start(
     memory: Any, z: Vector, per_period: int, accelerate: bool, refinable: bool, late: bool
 ) -> None:
-    """Make the record `memory` ready for a search from the scaled state `z`.
+    """Prepare the record `memory` for a search from the scaled state `z`.
 
     `per_period` applications make a drive period: 1, or 2 for the half-period map of a system with
     the odd symmetry. `accelerate` allows jumps; `refinable` says that the map has a tolerance that
-    can be cut. A `late` search goes on with a sequence in which an earlier one found no cycle: it
-    looks for longer ones, with the finer tolerance from the beginning.
+    can be cut. A `late` search continues a sequence in which an earlier one found no cycle: it
+    looks for longer ones, at the finer tolerance from the beginning.
     """
     longest = LONGEST_CYCLE_IN_PERIODS if late else _SOONEST_CYCLE_IN_PERIODS
     memory.per_period, memory.longest_cycle = per_period, per_period * longest
@@ -138,12 +138,12 @@ def start(
 
 @inline
 def limit_jumps(memory: Any, longest: float, contracting: bool, peak: float = 0.0) -> None:
-    """Allow jumps of so many units of the scaled position, 0 for none, inf for any.
+    """Limit jumps to `longest` in units of the scaled position, 0 for none, inf for any.
 
-    The caller knows of a slow part that a jump would outrun. Where the limit is finite, what a jump
-    does not move must also stand still. Or it knows that the application just made was
-    `contracting`: that neighbouring motions did not part in it; or the `peak` in it of what a jump
-    does not move, which must not change either.
+    With a finite limit, for a slow process that a jump would outrun, the components that a jump
+    does not move must also stand still. The caller may know that the last application was
+    `contracting`, that is, neighbouring motions did not separate; and the `peak` of the components
+    that a jump does not move during it, which must not change either.
     """
     memory.allowed, memory.peak = longest, peak
     memory.contracting = memory.contracting + 1 if contracting else 0
@@ -151,7 +151,7 @@ def limit_jumps(memory: Any, longest: float, contracting: bool, peak: float = 0.
 
 @inline
 def _begin_again(memory: Any, z: Vector, dx: float, dv: float) -> None:
-    """Judge the sequence only from the state z + (dx, dv) on."""
+    """Restart the sequence at the state z + (dx, dv)."""
     memory.newest, memory.held, memory.cycle = 0, 0, 0
     _remember(memory, z)
     memory.states[0, 0] += dx
@@ -167,10 +167,10 @@ def _remember(memory: Any, z: Vector) -> None:
 
 @inline
 def _doubtful(memory: Any, cycle: int) -> bool:
-    """Whether jumps led to an orbit that plain iteration might not end on.
+    """Tell whether jumps led to an orbit on which plain iteration might not end.
 
     It must be of the kind that the jumps aimed at, and attract: a jump towards a symmetric orbit
-    can land on an unstable one where the plain sequence ends on an asymmetric one.
+    can land on an unstable one, while the plain sequence ends on an asymmetric one.
     """
     attracting = abs(memory.ratios[cycle - 1]) < 1.0 or known_to_contract(memory)
     return not (memory.common % cycle == 0 and attracting)
@@ -180,9 +180,9 @@ def _doubtful(memory: Any, cycle: int) -> bool:
 def judge(
     memory: Any, z: Vector, tolerance: float, noise: float, budget: int
 ) -> tuple[int, float, float]:
-    """What to do after an application of the map that led to the scaled state `z`.
+    """Return the verdict, and a jump (dx, dv), after an application that led to the state `z`.
 
-    `tolerance` is the distance from the limit to reach, `noise` the present tolerance of the
+    `z` is scaled; `tolerance` is the required distance from the limit, `noise` the tolerance of the
     integrator, `budget` the number of applications allowed.
     """
     memory.applications += 1
@@ -190,7 +190,7 @@ def judge(
     if memory.per_period == 2:
         memory.mirrored = 1 - memory.mirrored
     _remember(memory, z)
-    note_ratios(memory, noise)  # without jumps too: the last correction and the error ask for them
+    note_ratios(memory, noise)  # without jumps too: the last correction and the error use them
     compare_landing(memory, noise)
     cycle = closing_cycle(memory, memory.newest, tolerance)
     memory.held = memory.held + 1 if cycle > 0 and cycle == memory.cycle else min(cycle, 1)
@@ -209,17 +209,17 @@ def judge(
     verdict, dx, dv = _proceed(memory, z, tolerance, noise)
     due = memory.applications >= min(_DUE_PERIODS * memory.per_period, budget // 2)
     late = due or memory.patience > 0
-    # Not in the mirror image: the amplitudes of single periods depend on where these begin.
+    # Never in the mirror image: the amplitudes of single periods depend on where these begin.
     in_sight = memory.mirrored > 0 or not wanders(memory, memory.newest, tolerance, noise, late)
     if verdict != GO_ON or in_sight:
         return verdict, dx, dv
-    # A jump that led nowhere may have led to where plain iteration does not wander.
+    # A failed jump may have led to a region in which the sequence wanders, unlike plain iteration.
     return _undo(memory, _MOST_FAILURES) if memory.jumps > 0 else (WANDERING, 0.0, 0.0)
 
 
 @inline
 def _confirmed(memory: Any, cycle: int) -> bool:
-    """Whether a cycle was found closed often enough, at the tolerance that counts."""
+    """Tell whether a cycle was found closed often enough, at the finer tolerance."""
     whole = cycle % 2 == 1 or memory.mirrored == 0  # an asymmetric orbit, not its mirror image
     enough = max(_CONFIRMED_PERIODS * memory.per_period, cycle)
     return memory.held >= enough and memory.fineness > 0 and whole
@@ -227,7 +227,7 @@ def _confirmed(memory: Any, cycle: int) -> bool:
 
 @jit
 def _undo(memory: Any, failures: int) -> tuple[int, float, float]:
-    """Take the state before the first jump back, and count the failure."""
+    """Return to the state before the first jump, and count the failure."""
     memory.failures += failures
     if memory.failures >= _MOST_FAILURES:
         memory.plain = 1
@@ -242,7 +242,7 @@ def _undo(memory: Any, failures: int) -> tuple[int, float, float]:
 
 @jit
 def _proceed(memory: Any, z: Vector, tolerance: float, noise: float) -> tuple[int, float, float]:
-    """Jump, take the finer tolerance, or both, or just go on."""
+    """Jump, switch to the finer tolerance, or both, or simply go on."""
     newest = memory.newest
     if memory.jumps > 0 and newest < memory.aim:  # the last jump is not judged yet
         return GO_ON, 0.0, 0.0
@@ -266,7 +266,7 @@ def _proceed(memory: Any, z: Vector, tolerance: float, noise: float) -> tuple[in
 
 @inline
 def found(memory: Any) -> tuple[int, float]:
-    """The cycle of a settled orbit, in applications, and its contraction; 0 where unmeasured."""
+    """Cycle of a settled orbit, in applications, and its contraction; 0 if not measured."""
     cycle = memory.cycle
     ratio = memory.ratios[cycle - 1]
     return cycle, ratio if abs(ratio) < 1.0 else 0.0
@@ -276,9 +276,9 @@ def found(memory: Any) -> tuple[int, float]:
 def last_correction(memory: Any) -> tuple[float, float]:
     """The way (dx, dv) from the settled state to the limit of its sequence, as far as it is known.
 
-    It is shorter than the tolerance, but the offset that is left would enter the extrema of a
-    symmetric orbit, of which only half is looked at, to first order. On a spiral its direction is
-    not known: (0, 0).
+    It is shorter than the tolerance, but the remaining offset would enter the extrema of a
+    symmetric orbit to first order, because only half of it is measured. On a spiral the direction
+    is unknown: (0, 0).
     """
     newest, (cycle, ratio) = memory.newest, found(memory)
     if memory.turning == cycle:

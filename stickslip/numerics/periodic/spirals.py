@@ -1,7 +1,7 @@
-"""The middle of a spiral: of a sequence that turns while it contracts, or while it closes in.
+"""The middle of a spiral: the limit of a sequence that turns while it contracts.
 
-Two displacements and their images tell the map of both components, and the secant step to the limit
-is Newton's with that map.
+Two displacements and their images determine the map of both components, and the secant step to the
+limit is a Newton step with that map.
 """
 
 from __future__ import annotations
@@ -13,26 +13,27 @@ from stickslip.compiled.decorators import inline, jit
 from stickslip.numerics.periodic.convergence import displacement
 from stickslip.numerics.periodic.ratios import CLEARANCE, length_of, stands_out
 
-# The least angle between displacements, as a sine; the part of the way to the limit by which their
-# map may miss the newest one, and that by which it may miss those before.
+# The smallest angle between displacements, as a sine; how far, as a fraction, their map may miss
+# the newest displacement (relative to the way to the limit), and earlier ones.
 _LEAST_ANGLE = 0.05
 _MISSED, _MORE_OR_LESS = 0.3, 0.3
 
-# Before the first jump a spiral has shrunk by this factor, or is followed for so many applications:
-# a film that freezes every now and then is on one in between, which does not lead to the limit.
+# Before the first jump a spiral must have shrunk by this factor, or been followed for this many
+# applications: a film that freezes now and then moves on a spiral in between, which does not lead
+# to the limit.
 _SHRUNK = 30.0
 _LONGEST_HELD = 64.0
 
-# After a jump it is the same spiral if it shows within so many of its lags.
+# After a jump it is the same spiral if it appears within this many of its lags.
 _SOON = 8
 
-# What is known to contract does so by this much at least.
+# A sequence known to contract does so by at least this much.
 _LARGEST_DETERMINANT = 1.0 - 1e-6
 
 
 @inline
 def held_for(memory: Any, lag: int, radius: float) -> int:
-    """Applications for which a spiral must have been followed before a jump to its middle.
+    """Number of applications for which a spiral must be followed before a jump to its middle.
 
     It contracts by `radius` over `lag` applications.
     """
@@ -46,10 +47,10 @@ def held_for(memory: Any, lag: int, radius: float) -> int:
 def middle_of_spiral(
     memory: Any, newest: int, lag: int, noise: float
 ) -> tuple[float, float, float]:
-    """The way (dx, dv) to the middle of a spiral, and its contraction, 0 where there is none.
+    """The way (dx, dv) to the middle of a spiral, and its contraction, 0 if there is none.
 
-    The map of displacements over `lag` applications from three of them, which those `held_for` so
-    many must confirm. Whether it contracts is known, or must stand out from noise.
+    The map of displacements over `lag` applications follows from three of them, and all those of
+    `held_for` must confirm it. That it contracts must be known, or stand out from the noise.
     """
     a = displacement(memory, newest - 3 * lag, newest - 4 * lag)
     b = displacement(memory, newest - 2 * lag, newest - 3 * lag)
