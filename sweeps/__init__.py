@@ -1,4 +1,4 @@
-"""Many orbits: config, grid, blocks of points, Dataset, NetCDF, pictures, command line."""
+"""Sweeps over many orbits: config, grid, blocks, Dataset, NetCDF, figures, command line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `ds.stickslip` offers for a Dataset of this program: points, pictures, masks."""
+"""The accessor `ds.stickslip` of Datasets of this program: points, figures, masks."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ if TYPE_CHECKING:
 
 @xr.register_dataset_accessor("stickslip")  # type: ignore[no-untyped-call]
 class StickslipAccessor:
-    """Methods for the result of a sweep, whole or a part of it; `plot` also for a trajectory."""
+    """Methods for the result of a sweep or a part of it; `plot` also works on a trajectory."""
 
     def __init__(self, ds: xr.Dataset) -> None:
         self._ds = ds
 
     def at(self, **where: Any) -> Point:
-        """The point nearest to values such as `temperature=228`, by name or symbol, in SI units.
+        """Return the point nearest to values such as `temperature=228`, by name or symbol, in SI.
 
-        Its `.orbit()`, `.simulate()` and `.portrait()` compute it again. Raises PointError where no
-        single point is meant.
+        Its `.orbit()`, `.simulate()` and `.portrait()` compute it again. Raises PointError if the
+        values do not single out one point.
         """
         from sweeps.views.points import point_of
 
         return point_of(self._ds, **where)
 
     def ok(self) -> xr.Dataset:
-        """The same with NaN in all result variables of points that failed or are pending.
+        """Return the Dataset with NaN in all result variables of failed and pending points.
 
-        Counts and flags become floats, since whole numbers have no NaN.
+        Counts and flags become floats, since integers have no NaN.
         """
         results = [status for status in Status if status.is_result]
-        there = self._ds["status"].isin(results)
-        masked = {n: self._ds[n].where(there) for n in RESULT_COLUMNS if n in self._ds.data_vars}
+        valid = self._ds["status"].isin(results)
+        masked = {n: self._ds[n].where(valid) for n in RESULT_COLUMNS if n in self._ds.data_vars}
         return self._ds.assign(masked)
 
     def plot(
@@ -56,11 +56,11 @@ class StickslipAccessor:
         log: str = "",
         figure: str | None = None,
     ) -> Figure:
-        """The picture that `stickslip plot` draws, with the same choices.
+        """Return the picture that `stickslip plot` draws, with the same options.
 
-        `variable` left out: both amplitudes. `at` cuts axes, such as `{"temperature": 228}`; `log`
-        names logarithmic scales, such as 'x,z'; `figure` is one by name instead. Raises ValueError
-        for a choice that the data does not have.
+        Without `variable` both amplitudes are drawn. `at` cuts axes, such as `{"temperature":
+        228}`; `log` names logarithmic scales, such as 'x,z'; `figure` names a figure instead.
+        Raises ValueError for a choice that the data do not have.
         """
         from sweeps.figures import PlotOptions, draw
         from sweeps.views.notebook import displayed
@@ -71,13 +71,13 @@ class StickslipAccessor:
         )
 
     def map(self, variable: str, x: str | None = None, y: str | None = None, **at: Any) -> Figure:
-        """A map of one variable over two axes, the others cut at keywords: `map("regime", K=500)`.
+        """Return a map of a variable over two axes, others cut by keyword: `map("regime", K=500)`.
 
-        Axes that are left out are the two longest. Raises ValueError as `plot`.
+        By default the axes are the two longest. Raises ValueError as `plot` does.
         """
-        taken = {canonical_name(name) or name for name in (*at, x, y) if name is not None}
+        chosen = {canonical_name(name) or name for name in (*at, x, y) if name is not None}
         free = sorted(
-            (str(dim) for dim, size in self._ds.sizes.items() if size > 1 and dim not in taken),
+            (str(dim) for dim, size in self._ds.sizes.items() if size > 1 and dim not in chosen),
             key=lambda dim: -self._ds.sizes[dim],
         )
         if len(free) < (x, y).count(None):
@@ -87,13 +87,13 @@ class StickslipAccessor:
         return self.plot(variable, x=x, y=y, at=at)
 
     def report(self, path: str | Path) -> Path:
-        """Write the page of `stickslip report`, which needs no network; returns its path.
+        """Write the page of `stickslip report`, which needs no network, and return its path.
 
-        Raises ReportError where no page can be made, StorageError where it cannot be written.
+        Raises ReportError if no page can be made, StorageError if it cannot be written.
         """
         from sweeps.views.report import write_report
 
-        # It stands in commands of the page; a result in memory has no file yet.
+        # The page shows commands with this name; a result in memory has no file yet.
         source = self._ds.encoding.get("source", "FILE")
         write_report(self._ds, Path(path), name=Path(source).name)
         return Path(path)

@@ -1,4 +1,4 @@
-"""The points of a sweep, numbered: every index is a row of parameters."""
+"""The numbered points of a sweep: every index stands for a row of parameters."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from sweeps.config.load import Config
 CASE, DIRECTION = "case", "direction"
 
 DIRECTIONS = ("up", "down")
-"""The two ways along a followed axis, in the order in which they are gone."""
+"""The two directions along a followed axis, in the order in which they are computed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """The product of the swept axes and, last, of the cases; points count in C order.
+    """The product of the swept axes and, last, the cases; points are numbered in C order.
 
-    `dims` and `shape` are those of the result. Each parameter stands either in `coords`, with its
-    dimensions and values, or in `fixed`; `case` is a coordinate of its own where there are cases.
-    Where an axis is `followed`, upward and downward, `direction` is one more dimension, the last.
+    `dims` and `shape` are those of the result. Each parameter is either in `coords`, with its
+    dimensions and values, or in `fixed`; with cases there is a further coordinate `case`. If an
+    axis is `followed`, upward and downward, `direction` is one more dimension, the last.
     """
 
     dims: tuple[str, ...]
@@ -37,7 +37,7 @@ class Grid:
 
     @classmethod
     def from_config(cls, config: Config) -> Self:
-        """The grid of a config."""
+        """Return the grid of a config."""
         lengths = {name: len(values) for name, values in config.sweep.items()}
         coords = {name: ((name,), _frozen(v, np.float64)) for name, v in config.sweep.items()}
         if config.cases:
@@ -60,25 +60,25 @@ class Grid:
 
     @property
     def size(self) -> int:
-        """The number of points; 1 where nothing varies."""
+        """Number of points; 1 if nothing varies."""
         return math.prod(self.shape)
 
     def points(self, start: int, stop: int) -> NDArray[np.float64]:
-        """The parameters of the points from `start` to before `stop`, as of `rows`.
+        """Return the parameters of the points from `start` to before `stop`, as `rows` does.
 
-        Raises IndexError where `start` and `stop` are no range within the grid.
+        Raises IndexError if `start` and `stop` are not a range within the grid.
         """
         if not 0 <= start <= stop <= self.size:
-            raise IndexError(f"points {start} to {stop} are no range of a grid of {self.size}")
+            raise IndexError(f"points {start} to {stop} are not within a grid of {self.size}")
         return self.rows(np.arange(start, stop, dtype=np.int64))
 
     def rows(self, indices: NDArray[np.int64]) -> NDArray[np.float64]:
-        """The parameters of the points with these numbers: (n, number of parameters), in SI units.
+        """Return the parameters of the points with these numbers, (n, parameters), in SI units.
 
-        The columns are those of `Parameters._fields`. Costs time and memory for these points only,
+        The columns are those of `Parameters._fields`. Time and memory are those for these points,
         whatever the size of the grid.
         """
-        # numpy has no positions in an array without dimensions
+        # NumPy has no positions in an array without dimensions.
         positions = np.unravel_index(indices, self.shape) if self.dims else ()
         along = dict(zip(self.dims, positions, strict=True))
         rows = np.empty((len(indices), len(Parameters._fields)))
@@ -91,14 +91,14 @@ class Grid:
         return rows
 
     def values(self, name: str) -> NDArray[np.float64]:
-        """The distinct values of a parameter over the grid, in increasing order."""
+        """Return the distinct values of a parameter over the grid, in increasing order."""
         return np.unique(self.fixed[name] if name in self.fixed else self.coords[name][1])
 
     def locate(self, rows: NDArray[np.float64]) -> NDArray[np.int64]:
-        """The numbers of the points with these parameters, -1 where the grid has no such point.
+        """Return the numbers of the points with these parameters, -1 if the grid has no such point.
 
-        Points are the same where all parameters are equal as floats, whatever is swept,
-        linked or fixed here and where the rows, as of `rows`, come from.
+        Points are the same if all parameters are equal as floats, whichever of them are swept,
+        linked or fixed, here or in the grid that the rows come from.
         """
         columns = dict(zip(Parameters._fields, np.asarray(rows).T, strict=True))
         found = np.ones(len(rows), dtype=bool)
@@ -106,7 +106,9 @@ class Grid:
             found &= columns[name] == value
         numbers = np.zeros(len(rows), dtype=np.int64)
         for dim, length in zip(self.dims, self.shape, strict=True):
-            if dim == DIRECTION:  # no parameter tells them apart: the point of the way up is named
+            if (
+                dim == DIRECTION
+            ):  # both directions have the same parameters: return the upward point
                 numbers *= length
                 continue
             tied = [name for name in columns if name in self.coords and dim in self.coords[name][0]]
@@ -116,7 +118,7 @@ class Grid:
         return np.where(found, numbers, -1)
 
     def counterparts(self, indices: NDArray[np.int64], other: Self) -> NDArray[np.int64]:
-        """The numbers that points of this grid have in another, -1 where it has no such point."""
+        """Return the numbers of points of this grid in another, -1 where it has no such point."""
         found = other.locate(self.rows(indices))
         if self.followed != other.followed:
             return np.full_like(found, -1)
@@ -124,7 +126,7 @@ class Grid:
         return np.where(found < 0, -1, found + indices % ways)
 
     def lines(self) -> NDArray[np.int64]:
-        """The points that follow each other, (lines, points of a line): up, then down again."""
+        """Return the lines of successive points, (lines, points): up, then down again."""
         axis = self.dims.index(str(self.followed))
         numbers = np.moveaxis(np.arange(self.size).reshape(self.shape), axis, -2)
         numbers = numbers.reshape(-1, self.shape[axis], len(DIRECTIONS))
@@ -132,12 +134,12 @@ class Grid:
 
 
 def _position(pairs: list[tuple[NDArray[Any], NDArray[np.float64]]]) -> NDArray[np.int64]:
-    """Where the wanted values stand side by side, -1 where they do not; pairs (listed, wanted)."""
+    """Return the index at which all lists have the wanted values, else -1; pairs (list, wanted)."""
     length = len(pairs[0][0])
     codes = np.zeros(length + len(pairs[0][1]), dtype=np.int64)
-    for values, wanted in pairs:
-        distinct, ranks = np.unique(np.concatenate([values, wanted]), return_inverse=True)
-        # Renumbered after each list, so that many long lists stay within an integer.
+    for values, sought in pairs:
+        distinct, ranks = np.unique(np.concatenate([values, sought]), return_inverse=True)
+        # Renumbered after each list, so that many long lists do not overflow an integer.
         _, codes = np.unique(codes * len(distinct) + ranks, return_inverse=True)
     position = np.full(len(codes), -1)
     position[codes[:length]] = np.arange(length)

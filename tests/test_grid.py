@@ -127,7 +127,7 @@ def test_points_are_float64_rows_of_their_own() -> None:
 
 @pytest.mark.parametrize(("start", "stop"), [(-1, 3), (3, 2), (0, 13), (13, 13)])
 def test_a_range_outside_the_grid_is_an_error(start: int, stop: int) -> None:
-    with pytest.raises(IndexError, match="no range of a grid of 12"):
+    with pytest.raises(IndexError, match="not within a grid of 12"):
         Grid.from_config(from_mapping(BOTH)).points(start, stop)
 
 

@@ -1,4 +1,4 @@
-"""The command line; `main` loads it when it is called, so that importing costs nothing."""
+"""The command line; `main` loads it when called, so that importing this costs nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`python -m sweeps.cli`: the command `stickslip` where no script is installed."""
+"""`python -m sweeps.cli`: the command `stickslip` without an installed script."""
 
 from sweeps.cli import main
 

@@ -1,7 +1,7 @@
 """The command line: `stickslip VERB`.
 
-Heavy imports live inside the commands, so that `--help` answers at once. `sweeps.exits` has the
-exit codes.
+Slow imports are inside the commands, so that `--help` answers at once. The exit codes are in
+`sweeps.exits`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from sweeps.cli.pictures import figure, plot, simulate
 from sweeps.cli.replay import replay
 from sweeps.cli.report import report
 from sweeps.cli.shared import stop_with
-from sweeps.cli.streams import lasting_streams, lose
+from sweeps.cli.streams import discard, lasting_streams
 from sweeps.cli.sweeps import plan, status, sweep
 from sweeps.exits import Exit, ExpectedError
 
@@ -34,10 +34,10 @@ _VERBS = {verb.__name__: verb for verb in (*_SWEEPS, *_MOTIONS, *_FILES)}
 
 
 class _Commands(Mapping[str, Any]):
-    """The commands of the verbs, made when they are asked for: `--help` needs none of them."""
+    """The commands of the verbs, made when needed: `--help` needs none of them."""
 
     def __getitem__(self, name: str) -> Any:
-        """The command of a verb; raises KeyError for what is none."""
+        """Return the command of a verb; raises KeyError for an unknown one."""
         verb, alone = _VERBS[name], typer.Typer(add_completion=False, rich_markup_mode=None)
         alone.command(name, short_help=_sentence(verb))(verb)
         return typer.main.get_command(alone)
@@ -50,7 +50,7 @@ class _Commands(Mapping[str, Any]):
 
 
 class _Program(TyperGroup):
-    """The program: its verbs, each with the first sentence of what it does."""
+    """The program: its verbs, each with the first sentence of its help text."""
 
     def __init__(self, **attributes: Any) -> None:
         super().__init__(**attributes | {"commands": _Commands()})
@@ -62,7 +62,7 @@ class _Program(TyperGroup):
 
 
 def _sentence(verb: Callable[..., None]) -> str:
-    """The first sentence of a verb; without it the list would cut what does not fit into a line."""
+    """Return the first sentence of a verb's help: typer's own list would cut it at one line."""
     return (verb.__doc__ or "").partition("\n\n")[0]
 
 
@@ -75,7 +75,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={
         "help_option_names": ["-h", "--help"],
-        "max_content_width": 160,  # columns: longer lines are hard to read
+        "max_content_width": 160,  # longer lines are hard to read
     },
 )
 
@@ -90,7 +90,7 @@ def _run() -> None:
     logging.basicConfig(format="%(levelname)s: %(message)s", stream=sys.stderr)
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         stop_with(
-            "NUMBA_DISABLE_JIT is set, but there is no lane without compiled code: unset it",
+            "NUMBA_DISABLE_JIT is set, but the kernels only run as compiled code: unset it",
             Exit.USAGE,
         )
     try:
@@ -102,13 +102,13 @@ def _run() -> None:
     except ExpectedError as error:
         stop_with(str(error), error.code)
     except BrokenPipeError:
-        lose(sys.stdout)  # the reader of our output has gone: no further words
+        discard(sys.stdout)  # the reader of our output is gone: end quietly
         sys.exit(Exit.DONE)
-    except OSError as error:  # such as a full disk behind the standard output
+    except OSError as error:  # such as a full disk under standard output
         stop_with(f"Input/output error: {error}", Exit.STORAGE)
     except MemoryError:
         stop_with("Out of memory; a smaller grid or fewer samples may fit.", Exit.UNEXPECTED)
-    except Exception as error:  # the last resort: one line, the trace for a report
+    except Exception as error:  # the last resort: one line; --verbose logs the traceback
         logging.getLogger(__name__).debug("unexpected", exc_info=True)
         stop_with(f"Unexpected {type(error).__name__}: {error}", Exit.UNEXPECTED)
 

@@ -1,4 +1,4 @@
-"""The verbs that hand results on: export and merge."""
+"""The verbs that pass results on: export and merge."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ def export(
     file: Annotated[Path, typer.Argument(help="Result file of a sweep, or a trajectory.")],
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="Table, .csv or .parquet; left out, FILE as .csv."),
+        typer.Option("-o", "--output", help="Table, .csv or .parquet. [default: FILE as .csv]"),
     ] = None,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an existing table.")
     ] = False,
 ) -> None:
-    """Write a result as a table, for programs that read no NetCDF.
+    """Write a result as a table, for programs that do not read NetCDF.
 
-    A row for each point: its coordinates, then all result variables, in the units of the file,
-    status and regime as words; what a point lacks is an empty cell. Beside TABLE.csv stands
-    TABLE.columns.csv with units, meanings and the parameters that are fixed.
+    The table has one row per point: its coordinates, then all result variables, in the units of the
+    file, with status and regime as words. Missing values are empty cells. TABLE.columns.csv, beside
+    TABLE.csv, lists units, meanings and the fixed parameters.
     """
     from sweeps.engine.existing import seal_note
     from sweeps.files.datasets import open_result, readable
@@ -45,7 +45,7 @@ def export(
 
 
 def _refuse_table(path: Path, file: Path, *, overwrite: bool) -> None:
-    """End the command where a table would replace what is not to be replaced."""
+    """End the command if a table would replace a file that it must not."""
     from sweeps.files.atomic import refuse_odd_output
 
     refuse_odd_output(path)
@@ -59,19 +59,19 @@ def _refuse_table(path: Path, file: Path, *, overwrite: bool) -> None:
 
 def merge(
     files: Annotated[
-        list[Path], typer.Argument(metavar="FILE...", help="Results of one config, its parts.")
+        list[Path], typer.Argument(metavar="FILE...", help="The parts of the result of one config.")
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Result file.")],
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace an existing output.")
     ] = False,
     partial: Annotated[
-        bool, typer.Option("--partial", help="Write what there is, though points are missing.")
+        bool, typer.Option("--partial", help="Write the result even if points are missing.")
     ] = False,
 ) -> None:
-    """Put the parts of a sweep together: the file that one run would have written.
+    """Combine the parts of a sweep into the file that a single run would have written.
 
-    Points that several files hold must be equal; the files stay as they are.
+    Points that occur in several files must be equal. The parts are not changed.
     """
     from sweeps.cli.output import print_summary
     from sweeps.engine.merge import merge as merge_files

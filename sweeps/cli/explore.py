@@ -22,17 +22,17 @@ def explore(
         Path | None,
         typer.Argument(
             metavar="[FILE_OR_CONFIG]",
-            help="Result file, whose points open on a click, or config; left out, the paper's.",
+            help="Result file, whose points open on a click, or config. [default: the paper's]",
         ),
     ] = None,
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="Port on this machine; 0 for a free one.")
     ] = 0,
     no_browser: Annotated[
-        bool, typer.Option("--no-browser", help="Print the address and open nothing.")
+        bool, typer.Option("--no-browser", help="Print the address without opening it.")
     ] = False,
 ) -> None:
-    """Open a page on which every parameter is a slider and the orbit follows; Ctrl-C ends it."""
+    """Open a page with a slider for every parameter, and the orbit that follows; Ctrl-C ends it."""
     if find_spec("bokeh") is None:
         stop_with("bokeh is not installed; try: pip install 'stickslip[explore]'", Exit.USAGE)
     from sweeps.views.explore.page import Page
@@ -42,18 +42,18 @@ def explore(
     server = PageServer(lambda document: Page(beginning).open_in(document), port)
     print(server.address)
     sys.stdout.flush()
-    say("Ctrl-C ends it.")
+    say("Press Ctrl-C to stop.")
     if not no_browser and has_display():
         _open(server.address)
     server.run_until_signal()
-    say("")  # the terminal has written ^C
+    say("")  # the terminal has echoed ^C
     sys.stdout.flush()
     sys.stderr.flush()
-    os._exit(Exit.DONE)  # compiled code at work in a thread would keep the process alive
+    os._exit(Exit.DONE)  # compiled code running in a thread would keep the process alive
 
 
 def _beginning(target: Path | None) -> Beginning:
-    """What the page begins with; raises what opening the file raises."""
+    """Return the initial content of the page; raises the errors of opening the file."""
     from sweeps.engine.existing import seal_note
     from sweeps.files.datasets import open_result
     from sweeps.views.explore import beginning
@@ -73,7 +73,7 @@ def _beginning(target: Path | None) -> Beginning:
 
 
 def has_display() -> bool:
-    """Whether there is a screen for a browser; without one, a browser in letters would open."""
+    """Tell whether there is a display; without one a text browser would open."""
     return sys.platform == "darwin" or bool(
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     )

@@ -1,4 +1,4 @@
-"""The verbs that look without computing: check, schema, info."""
+"""The verbs that inspect without computing: check, schema, info."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def check(file: ConfigArgument, set_: SetOption = None) -> None:
-    """Validate a config and say what it would compute."""
+    """Validate a config and show what it would compute."""
     from sweeps.grid import Grid
 
     config = checked_config(file, set_)
@@ -30,19 +30,19 @@ def check(file: ConfigArgument, set_: SetOption = None) -> None:
 
 
 def _described(grid: Grid) -> str:
-    """The parameters that are not the paper's, and that the others are."""
+    """Return a list of the parameters that differ from the paper's."""
     from stickslip.variables import PARAMETERS
 
-    told = []
+    changed = []
     for name, variable in PARAMETERS.items():
         values = grid.values(name)
         low, high = values[0], values[-1]
         if low < high:
-            told.append(f"{variable.symbol} {low:g} to {high:g} {variable.units}")
+            changed.append(f"{variable.symbol} {low:g} to {high:g} {variable.units}")
         elif low != variable.default:
-            told.append(f"{variable.symbol} {low:g} {variable.units}")
-    rest = "the others as in the paper" if told else "as in the paper"
-    return ", ".join([*told, rest]).replace(" 1,", ",")
+            changed.append(f"{variable.symbol} {low:g} {variable.units}")
+    rest = "the others as in the paper" if changed else "as in the paper"
+    return ", ".join([*changed, rest]).replace(" 1,", ",")
 
 
 def schema() -> None:
@@ -55,7 +55,7 @@ def schema() -> None:
 def info(
     file: Annotated[Path | None, typer.Argument(help="Result file to describe.")] = None,
     hash_: Annotated[
-        bool, typer.Option("--hash", help="Print only the SHA-256 of the file's content.")
+        bool, typer.Option("--hash", help="Print only the SHA-256 of the file's contents.")
     ] = False,
 ) -> None:
     """Describe the installation, or a result file."""

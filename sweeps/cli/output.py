@@ -1,4 +1,4 @@
-"""What the command line prints about a sweep, a file or the installation."""
+"""Printed summaries of sweeps, files and the installation."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def write_timing(outcome: Outcome, workers: int, backend: str) -> None:
-    """Timing in a file beside the result, because it is no part of the result."""
+    """Write the timing to a file beside the result, of which it is not a part."""
     timing = {
         "seconds": round(outcome.seconds, 3),
         "kernel_seconds": round(outcome.kernel_seconds, 3),
@@ -49,7 +49,7 @@ def write_timing(outcome: Outcome, workers: int, backend: str) -> None:
 
 
 def print_summary(outcome: Outcome) -> None:
-    """Print where the result is and how it went."""
+    """Print the name of the result and a summary of the sweep."""
     _print(str(outcome.output))
     part = f"part {outcome.part}: " if outcome.part else ""
     points = f"{part}{outcome.points} points"
@@ -67,7 +67,7 @@ def print_summary(outcome: Outcome) -> None:
 
 
 def print_reasons(statuses: NDArray[np.int64]) -> None:
-    """Print how many points did not end ok, and what that means; nothing where all did."""
+    """Print how many points did not end ok, with explanations; nothing if all did."""
     for status in Status:
         count = int(statuses[status])
         if count and status is not Status.OK:
@@ -75,36 +75,36 @@ def print_reasons(statuses: NDArray[np.int64]) -> None:
 
 
 def print_suspicions(suspicious: tuple[int, int]) -> None:
-    """Print warnings of points that look wrong without being impossible."""
+    """Print warnings about points that are possible but suspicious."""
     balance, stress = suspicious
     if balance:
         print(
             f"warning: power_balance_error and amplitude_error are above {SUSPICIOUS_BALANCE:g} on "
-            f"{balance} points; a smaller integrator.rtol (or dt) makes sure of them",
+            f"{balance} points; check them with a smaller integrator.rtol (or dt)",
             file=sys.stderr,
         )
     if stress:
         print(
             f"warning: the elastic stress exceeds its static maximum by more than 10 % on {stress} "
-            "points; slow kinetics may do that, an inaccurate integration too",
+            "points; slow kinetics can do that, but so can an inaccurate integration",
             file=sys.stderr,
         )
 
 
 def print_plan(plan: Plan, slots: str) -> None:
-    """Print what a sweep would take."""
+    """Print the size and the expected time of a sweep."""
     print(f"points: {plan.points}" + (f", {plan.there} already computed" if plan.there else ""))
     print(f"blocks: {plan.blocks}")
     print(
         f"bytes: up to {size_text(plan.result_bytes)} for the result, "
-        f"{size_text(plan.journal_bytes)} for the journal on the way"
+        f"{size_text(plan.journal_bytes)} for the journal while it runs"
     )
     sample = f"from a sample of {plan.pilot_points}" if plan.pilot_points else "nothing to compute"
     print(f"time: about {duration(plan.seconds)} on {slots}, {sample}")
 
 
 def print_state(state: Mapping[str, Any]) -> None:
-    """Print how a sweep stands."""
+    """Print the state of a sweep."""
     part = f" (part {state['part']})" if "part" in state else ""
     _print(f"{state['output']}: {state['state']}{part}")
     if "points" not in state:
@@ -115,14 +115,14 @@ def print_state(state: Mapping[str, Any]) -> None:
         ahead = "" if left is None else f", about {duration(left)} left"
         _print(f"{points_per_time(state['points_per_second'])}{ahead}")
     if "pid" in state:
-        _print(f"process {state['pid']} on {state['host']}, last heard of {state['updated']}")
+        _print(f"process {state['pid']} on {state['host']}, last heard from {state['updated']}")
     for name, count in state["statuses"].items():
         if name != "ok":
             _print(f"  {count} {name}: {Status[name.upper()].sentence}")
 
 
 def describe_installation() -> None:
-    """Print versions, machine, hash of the code and the folder of compiled code."""
+    """Print versions, machine, hash of the code, and the folder of compiled code."""
     _print(software())
     _print(f"machine: {platform.machine()}, {platform.system()}")
     _print(f"code: {source_hash()}")
@@ -133,7 +133,7 @@ def describe_installation() -> None:
 
 
 def describe_file(ds: xr.Dataset) -> None:
-    """Print what a result file holds and where it comes from."""
+    """Print the contents and the provenance of a result file."""
     _print(f"title: {ds.attrs.get('title', '')}")
     _print("dimensions: " + (", ".join(f"{d} {n}" for d, n in ds.sizes.items()) or "none"))
     _print(f"variables: {', '.join(map(str, ds.data_vars))}")
@@ -151,5 +151,5 @@ def describe_file(ds: xr.Dataset) -> None:
 
 
 def _print(text: str) -> None:
-    """Print what comes from a file, which must not steer the terminal."""
+    """Print text from a file, whose control characters must not reach the terminal."""
     print(printable(text))

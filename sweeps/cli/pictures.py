@@ -1,4 +1,4 @@
-"""The verbs that make trajectories and pictures: simulate, figure, plot."""
+"""The verbs that make trajectories and figures: simulate, figure, plot."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 def simulate(
     file: Annotated[
         Path | None,
-        typer.Argument(metavar="[CONFIG]", help="YAML config; left out, the paper's Fig. 3."),
+        typer.Argument(metavar="[CONFIG]", help="YAML config. [default: the paper's Fig. 3]"),
     ] = None,
     set_: SetOption = None,
     periods: Annotated[int | None, typer.Option(min=1, help="Drive periods.")] = None,
@@ -39,7 +39,7 @@ def simulate(
     ] = False,
     no_progress: NoProgressOption = False,
 ) -> None:
-    """Compute one trajectory; the default file is results/<name of the config>-trajectory.nc."""
+    """Compute a trajectory; by default into results/<name of the config>-trajectory.nc."""
     from sweeps.engine.trajectories import AxisLeftError
     from sweeps.files.atomic import refuse_odd_output
     from sweeps.files.datasets import require_writable
@@ -62,18 +62,19 @@ def figure(
     numbers: Annotated[
         list[str],
         typer.Argument(
-            metavar="FIGURE...", help="Figures of the paper, 2 to 9 or all; or configs, FILE.yaml."
+            metavar="FIGURE...", help="Figures of the paper, 2 to 9, or all; or configs, FILE.yaml."
         ),
     ],
     output: Annotated[
-        Path, typer.Option("-o", "--output", help="Folder for figN.nc, figN.png, figN.pdf ....")
+        Path,
+        typer.Option("-o", "--output", help="Folder for figN.nc, figN.png, figN.pdf and so on."),
     ] = Path("results"),
     workers: WorkersOption = None,
     no_progress: NoProgressOption = False,
 ) -> None:
-    """Compute and draw figures from scratch; older files of theirs are replaced.
+    """Compute and draw figures of the paper or of configs, replacing older files.
 
-    Those of the paper, or what a config asks for with `plot: {figure: NAME}`.
+    The figure of a config is that of its `plot: {figure: NAME}`.
     """
     from sweeps.config.paper import PAPER
 
@@ -82,11 +83,11 @@ def figure(
     if unknown:
         listed = f"{', '.join(known)}, all, or a config FILE.yaml"
         stop_with(f"no figure {', '.join(unknown)}; there are {listed}", Exit.USAGE)
-    wanted = list(known) if "all" in numbers else []
-    wanted += [name for name in dict.fromkeys(numbers) if name not in {*wanted, "all"}]
+    names = list(known) if "all" in numbers else []
+    names += [name for name in dict.fromkeys(numbers) if name not in {*names, "all"}]
     failures = [
         _computed_figure(_planned(name), output, workers, progress=not no_progress)
-        for name in wanted
+        for name in names
     ]
     if any(failures):
         raise typer.Exit(Exit.FAILED_POINTS)
@@ -100,33 +101,33 @@ def plot(
     file: Annotated[Path, typer.Argument(help="Result file of a sweep or a trajectory.")],
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="Picture, .png, .pdf or .svg; left out, PNG and PDF."),
+        typer.Option("-o", "--output", help="Picture, .png, .pdf or .svg. [default: PNG and PDF]"),
     ] = None,
     figure: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="A figure by name; left out, the one of its config."),
+        typer.Option(metavar="NAME", help="A figure by name. [default: that of the config]"),
     ] = None,
     variable: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="A result variable; left out, both amplitudes."),
+        typer.Option(metavar="NAME", help="A result variable. [default: both amplitudes]"),
     ] = None,
-    x: Annotated[str | None, _axis_option("-x", does="Axis across, by name or symbol.")] = None,
-    y: Annotated[str | None, _axis_option("-y", does="Axis upward, which makes a map.")] = None,
-    hue: Annotated[str | None, _axis_option("--hue", does="Axis with a curve a value.")] = None,
-    row: Annotated[str | None, _axis_option("--row", does="Axis with a row a value.")] = None,
-    col: Annotated[str | None, _axis_option("--col", does="Axis with a column a value.")] = None,
+    x: Annotated[str | None, _axis_option("-x", does="Horizontal axis, by name or symbol.")] = None,
+    y: Annotated[str | None, _axis_option("-y", does="Vertical axis, for a map.")] = None,
+    hue: Annotated[str | None, _axis_option("--hue", does="Axis with a curve per value.")] = None,
+    row: Annotated[str | None, _axis_option("--row", does="Axis with a row per value.")] = None,
+    col: Annotated[str | None, _axis_option("--col", does="Axis with a column per value.")] = None,
     at: Annotated[
         list[str] | None,
         typer.Option(metavar="KEY=VALUE", help="Only the nearest point of an axis; SI units."),
     ] = None,
     log: Annotated[
-        str, typer.Option(metavar="x,y,z", help="Logarithmic scales; z: colours or values.")
+        str, typer.Option(metavar="x,y,z", help="Logarithmic scales; z is the variable.")
     ] = "",
     style: Annotated[
         Path | None, typer.Option(metavar="FILE", help="A matplotlib style file.")
     ] = None,
 ) -> None:
-    """Draw a picture of a result file; docs/plot.md has examples."""
+    """Draw a picture of a result file (examples: docs/plot.md)."""
     from sweeps.engine.existing import seal_note
     from sweeps.figures import PlotOptions
     from sweeps.files.datasets import open_result
@@ -134,14 +135,14 @@ def plot(
     options = PlotOptions(variable, x, y, hue, row, col, tuple(at or ()), log, style)
     if options.asks and figure is not None:
         stop_with(
-            "--figure names a whole picture: leave out what chooses variables and axes", Exit.USAGE
+            "--figure names a whole picture: leave out options for variables and axes", Exit.USAGE
         )
     ds = open_result(file)
     if note := seal_note(file):
         say(f"warning: {note}")
     target = output or (file.with_suffix("") if file.suffix == ".nc" else file)
     _refuse_picture_name(target)
-    _draw(ds, target, figure or _asked_figure(ds), options)
+    _draw(ds, target, figure or _figure_of_config(ds), options)
 
 
 def _is_config(name: str) -> bool:
@@ -149,17 +150,17 @@ def _is_config(name: str) -> bool:
 
 
 class _Planned(NamedTuple):
-    """A figure: its config and what is changed in it, the stem of its files."""
+    """A figure: its config, the changes to that, and the stem of its files."""
 
     config: Path
     changes: list[str]
     stem: str
     figure: str | None
-    """Left out, the one that the config asks for."""
+    """None for the figure of the config."""
 
 
 def _planned(name: str) -> _Planned:
-    """What a figure of this name is made of: a number of the paper, or a config."""
+    """Return the plan of the figure with this name: a number in the paper, or a config."""
     from sweeps.config.paper import PAPER, shipped_config
 
     if _is_config(name):
@@ -169,7 +170,7 @@ def _planned(name: str) -> _Planned:
 
 
 def _computed_figure(plan: _Planned, folder: Path, workers: int | None, *, progress: bool) -> int:
-    """Compute, write and draw one figure; returns the number of failed points."""
+    """Compute, write and draw one figure; return the number of failed points."""
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop
     from sweeps.figure_table import FIGURES
@@ -180,8 +181,8 @@ def _computed_figure(plan: _Planned, folder: Path, workers: int | None, *, progr
     figure = plan.figure or config.plot.figure
     failures, data = 0, FIGURES[figure].data
     if data == "sweep":
-        afresh = ExistingPolicy(overwrite=True)
-        failures = sweep_and_report(config, path, afresh, Stop(), progress=progress, timing=False)
+        policy = ExistingPolicy(overwrite=True)
+        failures = sweep_and_report(config, path, policy, Stop(), progress=progress, timing=False)
     elif data == "phases":
         _write_phases(config, path)
     else:
@@ -199,7 +200,7 @@ def _write_phases(config: Config, path: Path) -> None:
 
 
 def _write_trajectories(config: Config, path: Path, *, progress: bool) -> None:
-    """Write the trajectory of a config or, where it has an axis, one for each of its values."""
+    """Write the trajectory of a config or, if it has an axis, one for each of its values."""
     from stickslip import IntegrationError, NoiseError
     from sweeps.engine.progress.compiling import Compiling
     from sweeps.engine.signals import interruptible
@@ -224,7 +225,7 @@ def _write_trajectories(config: Config, path: Path, *, progress: bool) -> None:
 def _draw(
     ds: xr.Dataset, target: Path, name: str | None, options: PlotOptions | None = None
 ) -> None:
-    """Draw the named figure, the one that suits the file or the options, into its pictures."""
+    """Draw the named figure, or the one that suits the file or the options, and save it."""
     from sweeps.figures import draw, save
     from sweeps.files.atomic import storage_errors
 
@@ -238,16 +239,16 @@ def _draw(
         print(picture)
 
 
-def _asked_figure(ds: xr.Dataset) -> str | None:
-    """The figure named in the config that a file carries, where the file holds data for it."""
+def _figure_of_config(ds: xr.Dataset) -> str | None:
+    """Return the figure named in the config of a file, if the file holds data for it."""
     from sweeps.config.load import ConfigError, from_yaml
     from sweeps.figures import obstacle
 
     try:
-        asked = from_yaml(str(ds.attrs.get("config", "{}"))).plot.figure
+        figure = from_yaml(str(ds.attrs.get("config", "{}"))).plot.figure
     except ConfigError:  # a file of another version
         return None
-    return None if obstacle(ds, asked) else asked
+    return None if obstacle(ds, figure) else figure
 
 
 def _refuse_picture_name(path: Path) -> None:
@@ -257,5 +258,5 @@ def _refuse_picture_name(path: Path) -> None:
         stop_with(f"{path} is a folder; -o names a picture", Exit.STORAGE)
     ending = path.suffix.lower()
     if ending[1:].isalpha() and ending not in ENDINGS:
-        known = "a picture ends in .png, .pdf or .svg, or in none of them for PNG and PDF"
+        known = "a picture ends in .png, .pdf or .svg, or has no ending for PNG and PDF"
         stop_with(f"{path}: {known}", Exit.USAGE)

@@ -1,4 +1,4 @@
-"""The verb that goes from a point of a result back to its motion: replay."""
+"""The verb that recomputes a point of a result and its motion: replay."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ def replay(
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="NetCDF file; left out, FILE with -replay."),
+        typer.Option("-o", "--output", help="NetCDF file. [default: FILE with -replay]"),
     ] = None,
     periods: Annotated[
-        int | None, typer.Option(min=1, help="Drive periods; left out, until the orbit closes.")
+        int | None, typer.Option(min=1, help="Drive periods. [default: until the orbit closes]")
     ] = None,
     start: Annotated[
         str | None,
-        typer.Option(metavar="initial|stationary", help="Where to begin; left out, on the orbit."),
+        typer.Option(metavar="initial|stationary", help="Where to begin. [default: on the orbit]"),
     ] = None,
     no_progress: NoProgressOption = False,
 ) -> None:
     """Compute one point of a result again, and draw its motion.
 
-    The numbers are compared with those of the file; by the same version on the same kind of
-    processor they have the same bits. An older replay of the file is replaced.
+    The values are compared with those of the file; with the same version on the same type of
+    processor they agree bit for bit. An older replay of the file is replaced.
     """
     from sweeps.engine.progress.compiling import Compiling
     from sweeps.files.datasets import open_result, readable, write_dataset
@@ -65,7 +65,7 @@ def replay(
 
 
 def _compare(point: Point) -> bool:
-    """Print what the file says of the point, and whether it is computed again; returns that."""
+    """Print the point's values in the file and any differences now; return whether they agree."""
     from stickslip.regime import Regime
     from stickslip.variables import RESULTS
 
@@ -73,18 +73,18 @@ def _compare(point: Point) -> bool:
     differing = point.differences()
     for name, stored in point.stored.items():
         units = "" if RESULTS[name].units == "1" else f" {RESULTS[name].units}"
-        now = f", now {differing[name][1]!r}" if name in differing else ""
+        change = f", now {differing[name][1]!r}" if name in differing else ""
         words = f" ({Regime(int(stored)).name.lower()})" if name == "regime" else ""
-        print(f"  {name}: {stored!r}{units}{words}{now}")
+        print(f"  {name}: {stored!r}{units}{words}{change}")
     print(f"status: {point.status.name.lower()}: {point.status.sentence}")
     for note in point.versions:
         say(f"note: {note}")
     if not point.is_comparable:
-        print("it was not computed for the file; its orbit is computed now")
+        print("the file has no computed values for it; its orbit is computed now")
     elif differing:
         say(f"warning: {len(differing)} variables differ from the file in their last bits or more")
     else:
-        print(f"all {len(point.stored)} variables are computed again with the bits of the file")
+        print(f"all {len(point.stored)} variables agree with the file bit for bit")
     return not differing
 
 
@@ -94,7 +94,7 @@ def _motion(point: Point, periods: int | None, start: str | None) -> xr.Dataset:
     try:
         return point.replay(periods, start)  # type: ignore[arg-type] # checked above
     except IntegrationError as error:
-        stop_with(f"the motion cannot be followed: {error}", Exit.FAILED_POINTS)
+        stop_with(f"the motion cannot be computed: {error}", Exit.FAILED_POINTS)
 
 
 def _draw(ds: xr.Dataset, target: Path) -> None:

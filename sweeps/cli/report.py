@@ -1,4 +1,4 @@
-"""The verbs that lead from a result back to its points: report."""
+"""The verb that writes a page about a result: report."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ def report(
     file: Annotated[Path, typer.Argument(help="Result file of a sweep.")],
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="HTML file; left out, beside the result."),
+        typer.Option("-o", "--output", help="HTML file. [default: beside the result]"),
     ] = None,
     at: Annotated[
         list[str] | None,
         typer.Option(metavar="KEY=VALUE", help="Only the nearest point of an axis; SI units."),
     ] = None,
     orbits: Annotated[
-        int, typer.Option(min=0, max=200, help="Points whose orbits are computed and kept in it.")
+        int, typer.Option(min=0, max=200, help="Points whose orbits are computed for the page.")
     ] = 200,
     workers: WorkersOption = None,
     no_progress: NoProgressOption = False,
 ) -> None:
-    """Write a page to look around in a result: one HTML file that needs no network.
+    """Write a page for looking around in a result: one HTML file that needs no network.
 
-    Maps with a slider for each further axis, curves, orbits on a click, failures, provenance;
-    docs/report.md shows one. An older page is replaced.
+    It has maps with a slider for each further axis, curves, orbits on a click, failures and
+    provenance (docs/report.md shows one). An older page is replaced.
     """
     from sweeps.engine.existing import seal_note
     from sweeps.engine.progress.compiling import Compiling
@@ -58,7 +58,7 @@ def report(
     require_writable(page)
     compiling = Compiling(wanted=not no_progress)
     with ExitStack() as stack:
-        on_orbit = _telling(stack, compiling, wanted=not no_progress)
+        on_orbit = _reporter(stack, compiling, wanted=not no_progress)
         interruptible(
             lambda: write_report(
                 ds,
@@ -76,19 +76,24 @@ def report(
     print(page)
 
 
-def _telling(stack: ExitStack, compiling: Compiling, *, wanted: bool) -> Callable[[int, int], None]:
-    """Says now and then how many orbits are finished; the first one needs what is compiled."""
-    told = time.monotonic()
+def _reporter(
+    stack: ExitStack, compiling: Compiling, *, wanted: bool
+) -> Callable[[int, int], None]:
+    """Return a function that reports every few seconds how many orbits are finished.
 
-    def tell(done: int, total: int) -> None:
-        nonlocal told
+    Kernels are compiled before the first orbit.
+    """
+    last = time.monotonic()
+
+    def report_orbits(done: int, total: int) -> None:
+        nonlocal last
         if done == 0:
             stack.enter_context(compiling)
         elif done == 1:
             compiling.stop()
-            told = time.monotonic()
-        elif wanted and time.monotonic() - told > _SECONDS_BETWEEN_LINES:
-            told = time.monotonic()
+            last = time.monotonic()
+        elif wanted and time.monotonic() - last > _SECONDS_BETWEEN_LINES:
+            last = time.monotonic()
             say(f"orbits: {done} of {total}")
 
-    return tell
+    return report_orbits

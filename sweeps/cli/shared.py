@@ -1,4 +1,4 @@
-"""What several verbs of the command line share: their options, configs, and how they end."""
+"""Code shared by the verbs of the command line: options, configs, and ending with a message."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ SetOption = Annotated[
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="Change the config: a parameter by name or symbol, or a path like integrator.rtol.",
+        help="Change the config: a parameter by name or symbol, or a key like integrator.rtol.",
     ),
 ]
 WorkersOption = Annotated[int | None, typer.Option(min=1, help="Number of threads or processes.")]
-NoProgressOption = Annotated[bool, typer.Option("--no-progress", help="Say nothing on the way.")]
+NoProgressOption = Annotated[bool, typer.Option("--no-progress", help="Show no progress.")]
 
 
 def stop_with(message: str, code: Exit) -> NoReturn:
@@ -36,12 +36,12 @@ def stop_with(message: str, code: Exit) -> NoReturn:
 
 
 def say(message: str) -> None:
-    """Print a message; it may hold names and texts of files, which must not steer a terminal."""
+    """Print a message, without the control characters that names and texts of files may hold."""
     print(printable(message), file=sys.stderr)
 
 
 def checked_config(file: Path | None, changes: list[str] | None) -> Config:
-    """The checked config, its warnings printed; raises ConfigError."""
+    """Return the checked config and print its warnings; raises ConfigError."""
     from sweeps.engine.settings import coarse_step, read_config
 
     config = read_config(file if file is not None else {}, changes or [])
@@ -51,9 +51,9 @@ def checked_config(file: Path | None, changes: list[str] | None) -> Config:
 
 
 def execution_changes(workers: int | None, backend: str | None, scheduler: str | None) -> list[str]:
-    """The options that say where to compute, as changes of the config."""
+    """Return the options of where to compute as changes to the config."""
     backend = backend or ("dask" if scheduler else None)
     if backend and backend != "dask" and scheduler is None:
         scheduler = "null"  # one in the config belongs to dask
-    given = {"workers": workers, "backend": backend, "scheduler": scheduler}
-    return [f"execution.{key}={value}" for key, value in given.items() if value is not None]
+    options = {"workers": workers, "backend": backend, "scheduler": scheduler}
+    return [f"execution.{key}={value}" for key, value in options.items() if value is not None]

@@ -1,4 +1,4 @@
-"""The standard streams, whose loss decides nothing about a computation."""
+"""The standard streams; losing them never affects a computation."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from typing import Any, TextIO
 
 
 class Messages:
-    """A stream for messages: where it is closed, full or without a reader, they are lost."""
+    """A stream for messages, which are lost if it is closed, full or without a reader."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
 
     def write(self, text: str) -> int:
-        """Write, or not."""
+        """Write if possible."""
         with contextlib.suppress(OSError, ValueError):  # ValueError: it is closed
             self._stream.write(text)
         return len(text)
 
     def flush(self) -> None:
-        """Have it written, or not."""
+        """Flush if possible."""
         with contextlib.suppress(OSError, ValueError):
             self._stream.flush()
 
@@ -33,39 +33,40 @@ class Messages:
 
 @contextlib.contextmanager
 def lasting_streams() -> Iterator[None]:
-    """Streams for the time of a command.
+    """Provide standard streams for the duration of a command.
 
-    Where one of the three is closed, a file that is opened would take its number, and messages
-    would be written into it: it is opened on nothing. Messages that cannot be written are lost.
+    If one of the three is closed, the next file to be opened would take its number, and messages
+    would be written into that: so it is opened on the null device. Messages that cannot be written
+    are lost.
     """
     for number in (0, 1, 2):
-        _hold(number)
+        _open_if_closed(number)
     sys.stdin = sys.stdin or os.fdopen(0)
     sys.stdout = sys.stdout or os.fdopen(1, "w")
-    before = sys.stderr or os.fdopen(2, "w")
-    if isinstance(sys.stdout, TextIOWrapper):  # names of files need not be text
+    stderr = sys.stderr or os.fdopen(2, "w")
+    if isinstance(sys.stdout, TextIOWrapper):  # file names need not be valid text
         sys.stdout.reconfigure(errors="backslashreplace")
-    sys.stderr = Messages(before)
+    sys.stderr = Messages(stderr)
     try:
         yield
     finally:
         sys.stderr.flush()
-        sys.stderr = before
+        sys.stderr = stderr
 
 
-def lose(stream: TextIO) -> None:
-    """Have a stream that cannot be written lead nowhere: the interpreter flushes it at its end."""
-    nowhere = os.open(os.devnull, os.O_RDWR)
-    os.dup2(nowhere, stream.fileno())
-    os.close(nowhere)
+def discard(stream: TextIO) -> None:
+    """Redirect a broken stream to the null device: the interpreter flushes it at exit."""
+    null = os.open(os.devnull, os.O_RDWR)
+    os.dup2(null, stream.fileno())
+    os.close(null)
 
 
-def _hold(number: int) -> None:
-    """Open a standard stream that is closed on nothing."""
+def _open_if_closed(number: int) -> None:
+    """Open a closed standard stream on the null device."""
     try:
         os.fstat(number)
     except OSError:
-        nowhere = os.open(os.devnull, os.O_RDWR)
-        if nowhere != number:
-            os.dup2(nowhere, number)
-            os.close(nowhere)
+        null = os.open(os.devnull, os.O_RDWR)
+        if null != number:
+            os.dup2(null, number)
+            os.close(null)

@@ -21,7 +21,7 @@ from sweeps.cli.shared import (
     say,
     stop_with,
 )
-from sweeps.cli.streams import lose
+from sweeps.cli.streams import discard
 from sweeps.executor_table import EXECUTORS
 from sweeps.exits import Exit
 
@@ -230,7 +230,7 @@ def sweep_and_report(
         print_summary(outcome)
         sys.stdout.flush()
     except OSError:  # the result is there: that nobody can be told changes nothing
-        lose(sys.stdout)
+        discard(sys.stdout)
     return outcome.failures
 
 

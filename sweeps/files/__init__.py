@@ -1,1 +1,1 @@
-"""What lies on the disk: journals, run folders, result and trajectory files."""
+"""Files on disk: journals, run folders, results and trajectories."""

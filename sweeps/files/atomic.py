@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, and what stands in the way of writing one."""
+"""Files that are written completely or not at all, and errors of the disk."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from pathlib import Path
 from sweeps.exits import Exit, ExpectedError
 from sweeps.human import reason
 
-_LEAST_ROOM = 1 << 17  # bytes: less than the structure of an empty result
+_LEAST_ROOM = 1 << 17  # bytes; even an empty result needs more
 
 
 class StorageError(ExpectedError, OSError):
-    """A file that cannot be read or written, or was not written as it was meant."""
+    """A file that cannot be read or written, or does not read back as it was written."""
 
     code = Exit.STORAGE
 
@@ -25,12 +25,12 @@ class StorageError(ExpectedError, OSError):
 def replacing(
     path: Path, temporary: Path | None = None, *, fsync: bool = True, follow: bool = True
 ) -> Iterator[Path]:
-    """Give the body a temporary file to write, and afterwards let it take the place of `path`.
+    """Give the body a temporary file to write, which afterwards replaces `path`.
 
-    Whatever happens, `path` is the old file or the new one, whole; a body that raises leaves the
-    old one. The temporary file, on the same file system and by default a hidden name beside `path`,
-    is gone in either case. With `fsync` the file survives a power cut. With `follow` a link stays
-    one, and the file that it leads to is replaced. An older file passes on who may read it.
+    Whatever happens, `path` is the complete old file or the complete new one; if the body raises,
+    the old one. The temporary file, on the same file system and by default a hidden one beside
+    `path`, is removed in either case. With `fsync` the file survives a power cut. With `follow` a
+    link is kept, and the file that it points to is replaced. Permissions are those of the old file.
     """
     path = followed(path) if follow else path
     temporary = temporary or beside(path)
@@ -49,38 +49,38 @@ def replacing(
 
 
 def followed(path: Path) -> Path:
-    """Where a chain of links ends; a path that is none as it is."""
+    """Return the end of a chain of links, or a path that is not a link unchanged."""
     return path.resolve() if path.is_symlink() else path
 
 
 def begin(path: Path) -> None:
-    """Make an empty file of our own: whatever somebody put there, a link too, is taken away."""
+    """Create an empty file of our own, removing anything, even a link, that is there."""
     remove(path)
     os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666))
 
 
 def fingerprint(path: Path) -> list[int] | None:
-    """Tells whether a file is still the same; None where there is none."""
+    """Return size and time of a file, to tell whether it has changed; None if there is none."""
     try:
-        found = path.stat()
+        status = path.stat()
     except FileNotFoundError:
         return None
-    return [found.st_size, found.st_mtime_ns]
+    return [status.st_size, status.st_mtime_ns]
 
 
 def beside(path: Path) -> Path:
-    """A hidden name in the same folder, of this process alone."""
+    """Return a hidden name in the same folder, unique to this process."""
     return path.with_name(f".{path.name}.{os.getpid()}.tmp")
 
 
 def remove(path: Path) -> None:
-    """Take a file away if it is there; an earlier failure is the message, not that of cleaning."""
+    """Remove a file if it exists; failing to is ignored, so that it hides no earlier error."""
     with contextlib.suppress(OSError):
         path.unlink()
 
 
 def flush(path: Path) -> None:
-    """Have a file, or the entries of a folder, on the disk."""
+    """Flush a file, or the entries of a folder, to disk."""
     handle = os.open(path, os.O_RDONLY)
     try:
         os.fsync(handle)
@@ -92,8 +92,8 @@ def flush(path: Path) -> None:
 def storage_errors(what: str, where: Path | None = None) -> Iterator[None]:
     """Raise failures of the disk as a StorageError, such as `cannot write a.nc: File exists`.
 
-    The HDF5 library reports a full disk as a RuntimeError without a reason, or as a permission that
-    is missing: with `where`, the folder that was written to, the reason is told.
+    The HDF5 library reports a full disk as a RuntimeError without a reason, or as a missing
+    permission; given `where`, the folder being written to, the message names the real reason.
     """
     try:
         yield
@@ -101,12 +101,12 @@ def storage_errors(what: str, where: Path | None = None) -> Iterator[None]:
         raise
     except (OSError, RuntimeError) as error:
         full = where is not None and is_full(where)
-        told = "no space left on the disk" if full else reason(error)
-        raise StorageError(f"{what}: {told}") from error
+        cause = "no space left on the disk" if full else reason(error)
+        raise StorageError(f"{what}: {cause}") from error
 
 
 def is_full(folder: Path) -> bool:
-    """Whether next to nothing can be written into a folder any more."""
+    """Tell whether a folder has next to no space left."""
     try:
         return shutil.disk_usage(folder).free < _LEAST_ROOM
     except OSError:
@@ -114,7 +114,7 @@ def is_full(folder: Path) -> bool:
 
 
 def refuse_odd_output(output: Path) -> None:
-    """Raise StorageError where the output is something that a file must not replace."""
+    """Raise StorageError if the output is something that a file must not replace."""
     with storage_errors(f"cannot write {output}"):
         if output.is_dir():
             raise StorageError(f"{output} is a folder; -o names a file")

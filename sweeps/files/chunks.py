@@ -1,4 +1,4 @@
-"""A large result in pieces: ranges of points that are boxes of the result's array."""
+"""Chunks of a large result: ranges of points that are boxes of its array."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-# A megabyte of each variable: what is read, filled, written and compressed at once.
+# A megabyte of each variable: the unit that is read, filled, compressed and written.
 CHUNK_POINTS = 131_072
 
 
 class Chunks:
     """Cuts the points 0 ... size - 1 of a grid into chunks, numbered in order.
 
-    A chunk is a range of points without a gap and a box of the array, so that a file can be written
-    and read chunk by chunk with the memory for one of them.
+    A chunk is both a contiguous range of points and a box of the array, so that a file can be
+    written and read chunk by chunk, with memory for only one.
     """
 
     def __init__(self, shape: tuple[int, ...], most: int = CHUNK_POINTS) -> None:
@@ -37,12 +37,12 @@ class Chunks:
         return self._outer * self._per_length
 
     def of(self, indices: NDArray[np.int64]) -> NDArray[np.int64]:
-        """The number of the chunk in which each point lies."""
+        """Return the number of the chunk that each point is in."""
         outer, within = np.divmod(indices, self._length * self._inner)
         return np.asarray(outer * self._per_length + within // (self._inner * self._thickness))
 
     def range(self, number: int) -> tuple[int, int]:
-        """The first point of a chunk, and the one after its last."""
+        """Return the first point of a chunk, and the one after its last."""
         outer, part = divmod(number, self._per_length)
         begin = part * self._thickness
         end = min(begin + self._thickness, self._length)
@@ -50,11 +50,11 @@ class Chunks:
         return (offset + begin) * self._inner, (offset + end) * self._inner
 
     def box(self, number: int) -> tuple[slice, ...]:
-        """The chunk as an index into the array."""
+        """Return the chunk as an index into the array."""
         first = np.unravel_index(self.range(number)[0], self._shape)
         along = zip(map(int, first), self.extent, self._shape, strict=True)
         return tuple(slice(begin, min(begin + most, end)) for begin, most, end in along)
 
     def shape(self, number: int) -> tuple[int, ...]:
-        """The shape of this chunk."""
+        """Return the shape of this chunk."""
         return tuple(part.stop - part.start for part in self.box(number))

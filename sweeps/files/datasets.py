@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 
 DAMAGE = (OSError, RuntimeError, AttributeError, LookupError, TypeError, ValueError)
-"""What reading a damaged file has raised."""
+"""Errors that have been seen on reading damaged files."""
 
 
 def require_writable(path: Path) -> None:
-    """Raise StorageError where no file can be written there: better before the computation."""
+    """Raise StorageError if no file can be written there: better known before a computation."""
     import xarray as xr
 
     temporary = beside(path)
@@ -40,7 +40,7 @@ def require_writable(path: Path) -> None:
 def write_dataset(ds: xr.Dataset, path: Path) -> None:
     """Write `ds` to `path`; an older file there is replaced completely or not at all.
 
-    Raises StorageError where the file cannot be written or does not read back as it was.
+    Raises StorageError if the file cannot be written or does not read back as it was written.
     """
     with storage_errors(f"cannot write {path}", path.parent):
         _make_folder(path.parent)
@@ -50,9 +50,9 @@ def write_dataset(ds: xr.Dataset, path: Path) -> None:
 
 
 def open_result(path: Path, *, whole: bool = True) -> xr.Dataset:
-    """The Dataset in a file, loaded, or read variable by variable when it is looked at.
+    """Return the Dataset in a file, loaded if `whole`, else read when accessed.
 
-    Raises StorageError where it is not a readable NetCDF file.
+    Raises StorageError if it is not a readable NetCDF file.
     """
     import xarray as xr
 
@@ -69,7 +69,7 @@ def open_result(path: Path, *, whole: bool = True) -> xr.Dataset:
 
 @contextlib.contextmanager
 def readable(path: Path) -> Iterator[None]:
-    """Raise what reading a damaged file raises as a StorageError."""
+    """Raise the errors of reading a damaged file as a StorageError."""
     try:
         yield
     except ExpectedError:  # it has its message already
@@ -81,10 +81,10 @@ def readable(path: Path) -> Iterator[None]:
 
 
 def content_hash(ds: xr.Dataset) -> str:
-    """SHA-256 over all variables, coordinates and attributes but `history`, in hexadecimal.
+    """Return the SHA-256 of all variables, coordinates and attributes except `history`, as hex.
 
-    Files with the same hash are identical in the sense that this project promises: for any number
-    of workers, any size of blocks.
+    Files with the same hash are identical in the sense in which results are reproducible: for any
+    number of workers and any size of blocks.
     """
     digest = hashlib.sha256()
     for name, value in sorted(ds.attrs.items()):
@@ -93,7 +93,7 @@ def content_hash(ds: xr.Dataset) -> str:
     for name in sorted(map(str, ds.variables)):
         variable = ds.variables[name]
         values = np.ascontiguousarray(variable.values)
-        if values.dtype.kind in "OT":  # texts, as they are read from a file
+        if values.dtype.kind in "OT":  # texts read from a file
             values = values.astype(np.str_)
         attrs = sorted((key, _canonical(value)) for key, value in variable.attrs.items())
         head = f"{name}{variable.dims}{values.dtype.str}{values.shape}{attrs}"
@@ -117,7 +117,7 @@ def _write(ds: xr.Dataset, temporary: Path) -> None:
 
 
 def _encoding(ds: xr.Dataset) -> dict[str, dict[str, object]]:
-    """Compression for arrays, and a fill value for nothing but measured floats, as CF asks."""
+    """Return compression for arrays, and fill values only for data that are floats, as in CF."""
     encoding: dict[str, dict[str, object]] = {str(name): {"_FillValue": None} for name in ds.coords}
     for name, variable in ds.data_vars.items():
         packed = {"zlib": True, "complevel": 4, "shuffle": True} if variable.ndim else {}

@@ -1,10 +1,9 @@
-"""Results as tables, for people without NetCDF: a row for each point, CSV or Parquet.
+"""Results as tables, for users without NetCDF: one row per point, CSV or Parquet.
 
-The columns are the coordinates along which points differ, then the variables, with the names of the
-file and in its units; status and regime are words. The first line holds the names and nothing
-stands above it, because spreadsheets take a comment for data. Units, meanings and the parameters
-that are the same in all rows stand in a second small table beside a CSV file, and in the metadata
-of a Parquet file.
+The columns are the coordinates along which points differ, then the variables, with the names and
+units of the file; status and regime are words. The first line holds the names, without comments
+above it, which spreadsheets take for data. Units, meanings and the parameters that are the same in
+all rows are in a second, small table beside a CSV file, or in the metadata of a Parquet file.
 """
 
 from __future__ import annotations
@@ -30,13 +29,13 @@ ENDINGS = (".csv", ".parquet")
 
 
 class TableError(ExpectedError, ValueError):
-    """A table that cannot be made; the message says what helps."""
+    """A table that cannot be made; the message says what would help."""
 
 
 def files_of(path: Path) -> list[Path]:
-    """The files that a table of this name is written to: itself, and what stands beside a CSV file.
+    """Return the files of a table of this name: itself, and the table of columns of a CSV file.
 
-    Raises TableError where the ending is neither .csv nor .parquet, or what writes it is missing.
+    Raises TableError if the ending is neither .csv nor .parquet, or pyarrow is missing.
     """
     ending = path.suffix.lower()
     if ending not in ENDINGS:
@@ -48,19 +47,19 @@ def files_of(path: Path) -> list[Path]:
 
 
 def refuse_other_data(ds: xr.Dataset, name: Path) -> None:
-    """Raise TableError where a Dataset is neither the result of a sweep nor a trajectory."""
+    """Raise TableError if a Dataset is neither the result of a sweep nor a trajectory."""
     if not {"status", "lower_displacement"} & ds.variables.keys():
         raise TableError(f"{name} holds neither the result of a sweep nor a trajectory")
 
 
 def export(ds: xr.Dataset, path: Path) -> list[Path]:
-    """Write the table of a Dataset, read chunk by chunk, to `path`; returns the files.
+    """Write the table of a Dataset, read chunk by chunk, to `path`; return the files.
 
     `ds` is the result of a sweep, or a trajectory, whose samples are the rows. Floats have all
-    their digits. What a point without a result lacks is an empty cell: its NaN, and the -1 of its
-    counts. Older files are replaced completely or not at all.
+    their digits. For points without a result, NaN and the -1 of counts become empty cells. Older
+    files are replaced completely or not at all.
 
-    Raises TableError as `files_of`, StorageError where a file cannot be written.
+    Raises TableError as `files_of` does, StorageError if a file cannot be written.
     """
     files = files_of(path)
     with storage_errors(f"cannot write {path}", path.parent):
@@ -81,7 +80,7 @@ def _require_pyarrow() -> None:
         import pyarrow.parquet  # noqa: F401 - only whether it is there
     except ImportError:
         raise TableError(
-            "Parquet is written by pyarrow, which is not installed: "
+            "Parquet needs pyarrow, which is not installed: "
             'pip install "stickslip[table]"; '
             "a table that ends in .csv needs nothing more"
         ) from None
@@ -106,11 +105,11 @@ def _write_parquet(ds: xr.Dataset, path: Path) -> None:
 
 
 def _with_metadata(schema: pa.Schema, ds: xr.Dataset) -> pa.Schema:
-    """The same columns with their units and meanings, and what the file says of itself."""
+    """Add units and meanings of the columns, and the global attributes of the file."""
     described = _described(ds).set_index("name")
     for place, field in enumerate(schema):
-        told = described.loc[field.name]
-        schema = schema.set(place, field.with_metadata(told[["units", "meaning"]].to_dict()))
+        row = described.loc[field.name]
+        schema = schema.set(place, field.with_metadata(row[["units", "meaning"]].to_dict()))
     fixed = described[described["fixed_value"] != ""]
     about = {name: value for name, value in ds.attrs.items() if isinstance(value, str)}
     # json writes a float with all its digits.
@@ -118,7 +117,7 @@ def _with_metadata(schema: pa.Schema, ds: xr.Dataset) -> pa.Schema:
 
 
 def _frames(ds: xr.Dataset) -> Iterator[pd.DataFrame]:
-    """The table chunk by chunk, its rows in the order of the points or samples."""
+    """Yield the table chunk by chunk, with rows in the order of the points or samples."""
     import pandas as pd
 
     template = _template(ds)
@@ -131,12 +130,12 @@ def _frames(ds: xr.Dataset) -> Iterator[pd.DataFrame]:
 
 
 def _template(ds: xr.Dataset) -> xr.DataArray:
-    """A variable with a value for each row."""
+    """Return a variable with a value for each row."""
     return ds["status"] if "status" in ds.variables else ds["lower_displacement"]
 
 
 def _columns(ds: xr.Dataset) -> list[str]:
-    """What differs from row to row, axes first: coordinates, then variables."""
+    """Return the names that differ from row to row: axes, other coordinates, variables."""
     dims = _template(ds).dims
     along = [str(name) for name in ds.coords if ds[name].ndim and name not in dims]
     names = [*map(str, dims), *along, *map(str, ds.data_vars)]
@@ -144,9 +143,9 @@ def _columns(ds: xr.Dataset) -> list[str]:
 
 
 def _values(variable: xr.DataArray, shape: Mapping[str, int]) -> Any:
-    """A column: the values (rows,), spread over the dimensions that a variable lacks."""
-    lacking = {dim: size for dim, size in shape.items() if dim not in variable.dims}
-    whole = variable.variable.set_dims(lacking | dict(variable.sizes))  # type: ignore[no-untyped-call]
+    """Return a column: the values (rows,), repeated along the dimensions that a variable lacks."""
+    missing = {dim: size for dim, size in shape.items() if dim not in variable.dims}
+    whole = variable.variable.set_dims(missing | dict(variable.sizes))  # type: ignore[no-untyped-call]
     values = whole.transpose(*shape).values.ravel()
     if "flag_meanings" in variable.attrs:
         return _words(values, variable.attrs)
@@ -154,14 +153,14 @@ def _values(variable: xr.DataArray, shape: Mapping[str, int]) -> Any:
 
 
 def _words(codes: np.ndarray, attributes: Mapping[str, Any]) -> list[str]:
-    """The meanings (rows,) of the codes of a flag."""
+    """Return the meanings (rows,) of the codes of a flag."""
     meanings = attributes["flag_meanings"].split()
     known = dict(zip(attributes["flag_values"], meanings, strict=True))
     return [known.get(code, str(code)) for code in codes]
 
 
 def _counts(values: np.ndarray, name: str) -> Any:
-    """Whole numbers (rows,), empty where they say that there is none: -1 would enter a mean."""
+    """Return integers (rows,), empty where missing: a -1 would distort a mean."""
     import pandas as pd
 
     if name not in RESULTS:
@@ -170,7 +169,7 @@ def _counts(values: np.ndarray, name: str) -> Any:
 
 
 def _described(ds: xr.Dataset) -> pd.DataFrame:
-    """The second table: units and meanings of the columns, and the values of what is fixed."""
+    """Return the second table: units and meanings of columns, and values of fixed parameters."""
     import pandas as pd
 
     fixed = {str(name): ds[name].item() for name in ds.coords if not ds[name].ndim}

@@ -1,8 +1,8 @@
-"""An append-only file of records with checksums: a damaged one is passed over, the next is found.
+"""An append-only file of records with checksums; a damaged record is skipped.
 
-A torn write or a damaged byte costs the record that it lies in: it brings no wrong bytes in, and
-takes no sound record with it. That holds for every read, not only for the first one: a file can be
-damaged while it is open.
+A torn write or a damaged byte costs the record that it is in, but no other, and no wrong bytes are
+ever returned. That holds for every read, not only the first: a file can be damaged while it is
+open.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from numpy.typing import NDArray
 
 from sweeps.files.atomic import StorageError, replacing
 
-# Begins every record; the bytes above 127 and the line ends show a transfer as text.
+# Begins every record; the byte above 127 and the line ends reveal a transfer as text.
 _MAGIC = b"\x9fslip\r\n\n"
 _HEADER = struct.Struct("<8sQ16sc7s16s")  # magic, length of the payload, key, kind, 0, checksum
 _PADDING = bytes(7)
 _CHECKSUM_BYTES = 16
-_LONGEST = 1 << 31  # bytes of a payload: a longer one is a damaged length
-_WINDOW = 1 << 20  # bytes that are searched at once for the next record
+_LONGEST = 1 << 31  # bytes of a payload: anything longer is a damaged length
+_WINDOW = 1 << 20  # bytes that are searched at a time for the next record
 
 
 class DamagedRecordError(StorageError):
-    """A record that is not any more what was appended."""
+    """A record that is no longer what was appended."""
 
 
 class Record(NamedTuple):
-    """A sound record: one letter for its kind, a key of 16 bytes, and where its payload begins."""
+    """An intact record: a letter for its kind, a key of 16 bytes, the payload and its position."""
 
     kind: bytes
     key: bytes
@@ -44,7 +44,7 @@ class Record(NamedTuple):
 
 
 class RecordLog:
-    """Records in a file, appended and read; `damaged` counts the bytes that reading passed over."""
+    """Records in a file, appended and read; `damaged` counts the bytes skipped on reading."""
 
     def __init__(self, path: Path, handle: int) -> None:
         self.path = path
@@ -54,14 +54,14 @@ class RecordLog:
 
     @classmethod
     def create(cls, path: Path) -> Self:
-        """An empty file; raises OSError."""
+        """Create an empty file; raises OSError."""
         flags = os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_NOFOLLOW
         return cls(path, os.open(path, flags, 0o666))
 
     @classmethod
     def open(cls, path: Path, *, readonly: bool = False) -> Self:
-        """An existing file, to be read by `scan` before anything is appended; raises OSError."""
-        # Opening a pipe would wait for somebody at its other end.
+        """Open an existing file, to be read by `scan` before appending; raises OSError."""
+        # Without O_NONBLOCK, opening a pipe would wait for its other end.
         handle = os.open(path, (os.O_RDONLY if readonly else os.O_RDWR) | os.O_NONBLOCK)
         if not stat.S_ISREG(os.fstat(handle).st_mode):
             os.close(handle)
@@ -69,19 +69,19 @@ class RecordLog:
         return cls(path, handle)
 
     def close(self) -> None:
-        """Close the file; the log must not be used any more."""
+        """Close the file; the log must not be used afterwards."""
         os.close(self._handle)
 
     def flush(self) -> None:
-        """Have everything on the disk, in its place: a file that was deleted is made again."""
+        """Flush everything to disk; a file that was deleted meanwhile is restored."""
         if not self.path.exists():
             self._put_back()
         os.fsync(self._handle)
 
     def append(self, kind: bytes, key: bytes, *arrays: NDArray[Any]) -> int:
-        """Append one record; returns where its payload begins, raises OSError.
+        """Append one record and return where its payload begins; raises OSError.
 
-        A record that cannot be written whole is cut off again.
+        A record that cannot be written completely is cut off again.
         """
         payload = [array.data.cast("B") for array in map(np.ascontiguousarray, arrays)]
         length, start = sum(map(len, payload)), self._end
@@ -96,9 +96,9 @@ class RecordLog:
         return start + len(header)
 
     def read(self, start: int, length: int, key: bytes) -> bytes:
-        """The payload of so many bytes that begins there; raises DamagedRecordError.
+        """Return the payload that begins at `start`; raises DamagedRecordError.
 
-        The key is the one part of a record that no checksum covers: whoever reads it knows it.
+        The key is the only part of a record that no checksum covers: the caller knows it.
         """
         record = self._record_at(start - _HEADER.size)
         if record is None or len(record.payload) != length or record.key != key:
@@ -108,11 +108,11 @@ class RecordLog:
         return record.payload
 
     def begin_again(self) -> None:
-        """Forget what was read: `scan` goes through the file once more."""
+        """Reset, so that `scan` can go through the file once more."""
         self._end = self.damaged = 0
 
     def scan(self) -> Iterator[Record]:
-        """The sound records of the file, in order; what is appended goes behind the last one."""
+        """Yield the intact records of the file in order; appending continues after the last one."""
         for record in self._records():
             self.damaged += record.start - _HEADER.size - self._end
             self._end = record.start + len(record.payload)
@@ -120,7 +120,7 @@ class RecordLog:
         self.damaged += os.fstat(self._handle).st_size - self._end
 
     def cut_torn_end(self) -> None:
-        """Cut away what follows the last sound record."""
+        """Cut off everything after the last intact record."""
         os.ftruncate(self._handle, self._end)
 
     def _records(self) -> Iterator[Record]:
@@ -146,7 +146,7 @@ class RecordLog:
         return Record(kind, key, payload, start)
 
     def _bytes(self, start: int, length: int) -> bytes:
-        """So many bytes of the file, or as many as it has."""
+        """Return this many bytes of the file, or as many as there are."""
         pieces = []
         while length > 0 and (piece := os.pread(self._handle, length, start)):
             pieces.append(piece)
@@ -154,7 +154,7 @@ class RecordLog:
         return b"".join(pieces)
 
     def _put_back(self) -> None:
-        """Write what the open file holds to its path again, and go on there."""
+        """Write the contents of the open file to its path again, and continue there."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(self.path) as new:
             handle = os.open(new, os.O_RDWR | os.O_NOFOLLOW)
@@ -169,7 +169,7 @@ class RecordLog:
         self._handle = handle
 
     def _next_magic(self, position: int) -> int | None:
-        """Where the next record may begin, after a damaged one at `position`."""
+        """Return where the next record may begin, after a damaged one at `position`."""
         position += 1
         while piece := self._bytes(position, _WINDOW):
             found = piece.find(_MAGIC)

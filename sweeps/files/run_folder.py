@@ -1,4 +1,4 @@
-"""The folder beside a result, while it is made: lock, journal, heartbeat, the file to be."""
+"""The folder beside a result while it is computed: lock, journal, heartbeat, unfinished result."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from sweeps.files.attributes import command_line, now
 from sweeps.human import reason
 
 _BEATS_EVERY = 1.0  # seconds
-# Long enough for a run that is just ending to take its lock away.
+# Seconds to wait for the lock: long enough for a run that is just ending to release it.
 _PATIENCE = 0.3
 
 
 class InUseError(ExpectedError, RuntimeError):
-    """Another run holds the output."""
+    """Another run is writing this output."""
 
     code = Exit.STOPPED
 
 
 class RunFolder:
-    """`<output>.run/`: what a sweep needs beside its output until that is complete."""
+    """`<output>.run/`: the files that a sweep needs until its output is complete."""
 
     def __init__(self, output: Path) -> None:
         self.output = output = followed(output)
@@ -51,7 +51,7 @@ class RunFolder:
 
     @contextlib.contextmanager
     def held(self) -> Iterator[None]:
-        """Hold the output for this process, until it ends, however it ends.
+        """Hold the output for this process until it ends, however it ends.
 
         Raises InUseError, which names the holder, and StorageError.
         """
@@ -68,7 +68,7 @@ class RunFolder:
         except (OSError, RuntimeError) as error:
             raise StorageError(f"cannot write into {self.path}: {reason(error)}") from error
         try:
-            self._beat({"state": "starting"})  # over the last one of a run that was killed
+            self._beat({"state": "starting"})  # replaces that of a killed run
             yield
         finally:
             if not self.journal.exists():
@@ -76,7 +76,7 @@ class RunFolder:
             lock.release()  # last: from here on the folder may belong to another run
 
     def is_held(self) -> bool:
-        """Whether a run holds the output now."""
+        """Tell whether a run currently holds the output."""
         if not self._lock.exists():
             return False
         lock = FileLock(self._lock, timeout=0)
@@ -84,15 +84,15 @@ class RunFolder:
             lock.acquire()
         except Timeout:
             return True
-        except (OSError, RuntimeError):  # the lock of another user: only the heartbeat tells
+        except (OSError, RuntimeError):  # another user's lock: rely on the heartbeat
             return bool(self.last_beat())
         lock.release()
         return False
 
     def last_beat(self) -> dict[str, Any]:
-        """What the run last said about itself; empty where nothing is readable."""
+        """Return the run's last report about itself; empty if it cannot be read."""
         try:
-            if not self.heartbeat.is_file():  # a pipe would be waited for
+            if not self.heartbeat.is_file():  # reading a pipe would wait
                 return {}
             beat = json.loads(self.heartbeat.read_text())
         except (OSError, ValueError, RecursionError):
@@ -100,12 +100,12 @@ class RunFolder:
         return beat if isinstance(beat, dict) else {}
 
     def discard_leftovers(self) -> None:
-        """Take away what a killed run left half made; the journal stays."""
+        """Remove unfinished files of a killed run, but not its journal."""
         for path in (self.result, self.path / "journal.new", self._next_beat):
             remove(path)
 
     def remove(self, *, keep_journal: bool = False) -> None:
-        """Take away what is not needed any more; whatever is not ours stays, with the folder."""
+        """Remove files that are no longer needed; the folder stays if it holds other files."""
         self.discard_leftovers()
         with contextlib.suppress(OSError):
             self.heartbeat.unlink(missing_ok=True)
@@ -116,7 +116,7 @@ class RunFolder:
 
     @contextlib.contextmanager
     def beating(self, beat: Callable[[], dict[str, Any]]) -> Iterator[None]:
-        """Say every second how the run goes, for whoever looks from another terminal."""
+        """Write the state of the run every second, for `stickslip status`."""
         over = threading.Event()
 
         def keep_beating() -> None:
@@ -133,8 +133,8 @@ class RunFolder:
             heart.join()
             self._beat(beat())
 
-    def _beat(self, said: dict[str, Any]) -> None:
-        text = json.dumps(said | self._who | {"updated": now()}) + "\n"
+    def _beat(self, state: dict[str, Any]) -> None:
+        text = json.dumps(state | self._who | {"updated": now()}) + "\n"
         with (
             contextlib.suppress(OSError),  # the sweep goes on without a heartbeat
             replacing(self.heartbeat, self._next_beat, fsync=False, follow=False) as new,
@@ -142,24 +142,24 @@ class RunFolder:
             new.write_text(text)
 
     def _refuse_folder_of_others(self) -> None:
-        """Raise StorageError where somebody else could change what lies in the folder."""
+        """Raise StorageError if another user could change the contents of the folder."""
         try:
-            found = self.path.lstat()
-        except OSError:  # it is not there, or a message that follows says why
+            status = self.path.lstat()
+        except OSError:  # it does not exist, or a later message says why
             return
-        if not stat.S_ISDIR(found.st_mode):
+        if not stat.S_ISDIR(status.st_mode):
             raise StorageError(
                 f"cannot write into {self.path}: it is not a folder; move it away, or use another "
                 "-o"
             )
-        if os.geteuid() not in (0, found.st_uid):
+        if os.geteuid() not in (0, status.st_uid):
             raise StorageError(
-                f"cannot write into {self.path}: it belongs to another user, who could change what "
-                "is computed there; -o writes elsewhere"
+                f"cannot write into {self.path}: it belongs to another user, who could change the "
+                "results; -o writes elsewhere"
             )
 
     def _in_use(self) -> str:
-        holder = "a process that has not said its name yet"
+        holder = "a process that has not identified itself yet"
         if beat := self.last_beat():
             pid, host, since = (beat.get(key) for key in ("pid", "host", "started"))
             holder = f"process {pid} on {host}, since {since}: {beat.get('command')}"

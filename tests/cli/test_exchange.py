@@ -68,7 +68,7 @@ def test_parquet_is_written_or_what_it_needs_is_said(
         without.setitem(sys.modules, "pyarrow.parquet", None)
         code, _, err = command("export", "a.nc", "-o", "a.parquet")
     assert code == 2
-    assert err.startswith("Parquet is written by pyarrow, which is not installed: pip install")
+    assert err.startswith("Parquet needs pyarrow, which is not installed: pip install")
     assert not Path("a.parquet").exists()
     pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
     assert command("export", "a.nc", "-o", "a.parquet").out == "a.parquet\n"

@@ -37,7 +37,7 @@ def test_it_prints_one_address_and_ends_on_a_signal(number: signal.Signals) -> N
     code, out, err = running.ended()
     assert code == 0
     assert out.count("\n") == 1
-    assert err.strip() == "Ctrl-C ends it."
+    assert err.strip() == "Press Ctrl-C to stop."
 
 
 def test_without_bokeh_it_names_the_command(

@@ -94,7 +94,7 @@ def test_from_pixel_to_orbit(
 ) -> None:
     names = run_page("from-pixel-to-orbit", monkeypatch)
     said = capsys.readouterr().out
-    assert "with the bits of the file" in said
+    assert "agree with the file bit for bit" in said
     assert "3 meltings a period" in said
     assert names["point"].differences() == {}
     assert Path("results/fig7-replay.png").is_file()
