@@ -4,7 +4,7 @@ from enum import IntEnum
 
 
 class Exit(IntEnum):
-    """How a command ended; batch scripts decide by these numbers."""
+    """The exit codes of commands, for batch scripts."""
 
     DONE = 0
     UNEXPECTED = 1
@@ -16,6 +16,6 @@ class Exit(IntEnum):
 
 
 class ExpectedError(Exception):
-    """A failure whose message says what to do; the command line prints it and ends with `code`."""
+    """A failure whose message says what to do; the command line prints it and exits with `code`."""
 
     code = Exit.USAGE

@@ -29,7 +29,7 @@ class FigureEntry:
 
     @property
     def drawn(self) -> str:
-        """What it draws, in a sentence."""
+        """A phrase for the data that it draws."""
         return {"phases": "the phases of a film"}.get(self.data, f"a {self.data}")
 
 

@@ -9,7 +9,7 @@ _LONGEST_NAME = 60  # letters that are compared: a pasted page would take diffli
 
 
 def duration(seconds: float) -> str:
-    """A duration as people say it: `8.4 s`, `3 min 20 s`, `2 h 5 min`."""
+    """Return a duration as text: `8.4 s`, `3 min 20 s`, `2 h 5 min`."""
     if seconds < 59.95:  # below what would be rounded to 60.0 s
         return f"{seconds:.1f} s"
     minutes, rest = divmod(round(seconds), 60)
@@ -19,14 +19,14 @@ def duration(seconds: float) -> str:
 
 
 def clock(seconds: float) -> str:
-    """A duration as a clock shows it, second by second: `0:08`, `3:20`, `2:05:07`."""
+    """Return a duration as on a clock: `0:08`, `3:20`, `2:05:07`."""
     minutes, rest = divmod(int(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
 
 
 def points_per_time(points_per_second: float) -> str:
-    """A rate in the unit that suits it: `8.5 points/s`, `1.3 points/min`, `0.2 points/h`."""
+    """Return a rate in a suitable unit: `8.5 points/s`, `1.3 points/min`, `0.2 points/h`."""
     rate = points_per_second
     for unit in ("s", "min", "h"):
         if rate >= 0.1 or unit == "h":
@@ -36,7 +36,7 @@ def points_per_time(points_per_second: float) -> str:
 
 
 def size_text(count: float) -> str:
-    """A number of bytes as people say it: `512 bytes`, `1.5 MiB`."""
+    """Return a number of bytes as text: `512 bytes`, `1.5 MiB`."""
     for unit in ("bytes", "KiB", "MiB", "GiB"):
         if count < 1024 or unit == "GiB":
             break
@@ -45,12 +45,12 @@ def size_text(count: float) -> str:
 
 
 def reason(error: BaseException) -> str:
-    """What went wrong, without the number and the path that the text of an OSError repeats."""
+    """Return the text of an error, without the number and path that an OSError repeats."""
     return str(getattr(error, "strerror", None) or error)
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """` (did you mean 'temperature'?)` where a known name is close to `name`, else nothing."""
+    """Return ` (did you mean 'temperature'?)` if a known name is close to `name`, else nothing."""
     names = {candidate.lower(): candidate for candidate in known}
     written = name[:_LONGEST_NAME].lower()
     begun = [candidate for candidate in names if len(written) > 2 and candidate.startswith(written)]
@@ -59,7 +59,7 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
 
 
 def printable(text: str) -> str:
-    """A text for a terminal: what would steer it is written as an escape, line ends stay."""
+    """Return a text with control characters escaped for a terminal, except line ends."""
     return "".join(c if c.isprintable() or c == "\n" else _escaped(c) for c in text)
 
 

@@ -1,4 +1,4 @@
-"""When two computations are the same: what enters the identity of a point, and how it is told.
+"""The identity of points: when two computations are the same.
 
 A point is the same if all its parameters are equal as floats and the settings below are equal.
 Title, output, execution, plot and simulation never enter, nor does an edit of the sources that
@@ -26,7 +26,7 @@ _NEAR = 1e-9  # relative: closer values differ by rounding rather than by intent
 
 
 def settings_of(config: Config) -> Settings:
-    """Return what, besides its parameters, makes a point's numbers: dotted names and values."""
+    """Return the settings that, besides its parameters, determine a point, by dotted name."""
     parts = {name: section.used() for name, section in config.defining().items()}
     flat = {f"{name}.{key}": v for name, part in parts.items() for key, v in part.items()}
     followed = {"follow": config.follow} if config.follow else {}  # refined points are the same
@@ -34,7 +34,7 @@ def settings_of(config: Config) -> Settings:
 
 
 def differences(old: Settings, new: Settings) -> list[str]:
-    """Return one line for each setting that differs, as `integrator.rtol: 1e-06 -> 1e-05`."""
+    """Return a line for each setting that differs, as `integrator.rtol: 1e-06 -> 1e-05`."""
     return [
         f"{name}: {old.get(name, 'not set')} -> {new.get(name, 'not set')}"
         for name in dict.fromkeys([*old, *new])
@@ -43,7 +43,7 @@ def differences(old: Settings, new: Settings) -> list[str]:
 
 
 def key_of(settings: Settings, grid: Grid) -> bytes:
-    """Return the key of a computation: under the same key a number means the same point."""
+    """Return the key of a computation: under one key, a point's number has one meaning."""
     parts = [dict(settings), dict(grid.fixed), NUMERICS_VERSION]
     digest = hashlib.blake2b(json.dumps(parts, sort_keys=True).encode(), digest_size=KEY_BYTES)
     for name, (dims, values) in sorted(grid.coords.items()):
@@ -53,16 +53,16 @@ def key_of(settings: Settings, grid: Grid) -> bytes:
 
 
 def near_duplicates(old: Grid, new: Grid) -> list[str]:
-    """Values of the new grid that differ from one of the old by rounding: other points."""
-    told = []
+    """List values of the new grid that differ from old ones by rounding, yet are other points."""
+    pairs = []
     for name in (*new.fixed, *new.coords):
         if (name not in old.fixed and name not in old.coords) or name not in PARAMETERS:
             continue
-        known, wanted = old.values(name), new.values(name)
-        unknown = wanted[~np.isin(wanted, known)]
+        known, values = old.values(name), new.values(name)
+        unknown = values[~np.isin(values, known)]
         place = np.searchsorted(known, unknown)
         for side in (np.maximum(place - 1, 0), np.minimum(place, len(known) - 1)):
             near = np.abs(unknown - known[side]) <= _NEAR * np.abs(unknown)
-            pairs = zip(known[side][near].tolist(), unknown[near].tolist(), strict=True)
-            told += [f"{name} {was!r} and {now!r}" for was, now in pairs]
-    return list(dict.fromkeys(told))  # an outermost value has one neighbour, on both sides
+            neighbours = zip(known[side][near].tolist(), unknown[near].tolist(), strict=True)
+            pairs += [f"{name} {before!r} and {after!r}" for before, after in neighbours]
+    return list(dict.fromkeys(pairs))  # an outermost value has the same neighbour on both sides

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 OutputOption = Annotated[Path | None, typer.Option("-o", "--output", help="Result file.")]
 BackendOption = Annotated[
-    str | None, typer.Option(metavar="|".join(EXECUTORS), help="Where the points are computed.")
+    str | None, typer.Option(metavar="|".join(EXECUTORS), help="Where to compute the points.")
 ]
 SchedulerOption = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler, such as tcp://host:8786.")
@@ -42,10 +42,10 @@ SchedulerOption = Annotated[
 
 PartOption = Annotated[
     str | None,
-    typer.Option(metavar="I/N", help="Only every N-th point, from the I-th on: a job of an array."),
+    typer.Option(metavar="I/N", help="Only every Nth point from the Ith, for job arrays."),
 ]
 
-# Options that decide about existing results once, and not again when the sweep is resumed.
+# Options that must not be repeated when the sweep is resumed.
 _ONCE = ("--overwrite", "--retry-failed")
 
 
@@ -57,31 +57,29 @@ def sweep(
     scheduler: SchedulerOption = None,
     max_runtime: Annotated[
         str | None,
-        typer.Option(
-            metavar="DURATION", help="Stop before it is over, such as 2h or 90min; resumable."
-        ),
+        typer.Option(metavar="DURATION", help="Stop in time, such as 2h or 90min; resumable."),
     ] = None,
     set_: SetOption = None,
     no_progress: NoProgressOption = False,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Start afresh, whatever the output holds.")
+        bool, typer.Option("--overwrite", help="Start afresh, whatever the output contains.")
     ] = False,
     retry_failed: Annotated[
-        bool, typer.Option("--retry-failed", help="Compute failed points once more.")
+        bool, typer.Option("--retry-failed", help="Compute failed points again.")
     ] = False,
     partial: Annotated[
-        bool, typer.Option("--partial", help="Compute nothing; write what is there so far.")
+        bool, typer.Option("--partial", help="Compute nothing; write the points finished so far.")
     ] = False,
     keep_journal: Annotated[
-        bool, typer.Option("--keep-journal", help="Leave the journal beside the result.")
+        bool, typer.Option("--keep-journal", help="Keep the journal beside the result.")
     ] = False,
     part: PartOption = None,
 ) -> None:
-    """Compute what a config asks for and is not there yet, and write it to NetCDF.
+    """Compute the points of a config that are still missing, and write the result to NetCDF.
 
-    The same command runs, resumes and grows a sweep: after an interruption, with more values on an
-    axis or a finer grid, exactly the missing points are computed. The parts 1/16 to 16/16 write
-    files of their own, which `stickslip merge` puts together.
+    The same command runs, resumes and extends a sweep: after an interruption, with more values on
+    an axis or a finer grid, exactly the missing points are computed. The parts 1/16 to 16/16 write
+    separate files, which `stickslip merge` combines.
     """
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop, parse_duration
@@ -110,7 +108,7 @@ def sweep(
 
 
 def _part(text: str | None) -> Part | None:
-    """The part that an option names; a wrong one ends the command."""
+    """Return the part that an option names; an invalid one ends the command."""
     from sweeps.engine.order.part import Part
 
     try:
@@ -120,7 +118,7 @@ def _part(text: str | None) -> Part | None:
 
 
 def _default_output(config: Config, part: Part | None) -> Path:
-    """Where a result goes where the command does not say it: each part has a file of its own."""
+    """Return the default name of the result; each part has a file of its own."""
     path = Path(config.output)
     return path.with_name(f"{path.stem}.{part.suffix}{path.suffix}") if part else path
 
@@ -135,7 +133,7 @@ def plan(
     no_progress: NoProgressOption = False,
     part: PartOption = None,
 ) -> None:
-    """Say what a sweep would take: points, blocks, bytes, and the time, from a pilot sample."""
+    """Estimate a sweep: points, blocks, bytes, and the time, from a pilot sample."""
     from sweeps.cli.output import print_plan
     from sweeps.engine.plan import plan as make_plan
     from sweeps.engine.progress.compiling import Compiling
@@ -154,11 +152,11 @@ def plan(
 
 def status(
     target: Annotated[
-        Path, typer.Argument(metavar="FILE_OR_CONFIG", help="Result file, or config of the sweep.")
+        Path, typer.Argument(metavar="FILE_OR_CONFIG", help="Result file or config of the sweep.")
     ],
-    json_: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
+    json_: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
 ) -> None:
-    """Say how a sweep stands, while it runs or after; it is not disturbed."""
+    """Show the state of a sweep, running or finished, without disturbing it."""
     from sweeps.cli.output import print_state
     from sweeps.engine.state import state_of
 
@@ -189,7 +187,7 @@ def sweep_and_report(
     part: Part | None = None,
     timing: bool = True,
 ) -> int:
-    """Sweep, and say how it went; returns the number of failed points."""
+    """Run a sweep and print its summary; return the number of failed points."""
     from sweeps.cli.output import print_summary, write_timing
     from sweeps.engine.outcome import Console
     from sweeps.engine.sweep import sweep as run_sweep
@@ -217,21 +215,21 @@ def sweep_and_report(
     try:
         print_summary(outcome)
         sys.stdout.flush()
-    except OSError:  # the result is there: that nobody can be told changes nothing
+    except OSError:  # the result is complete, even if nobody can read the summary
         discard(sys.stdout)
     return outcome.failures
 
 
 def _leave(outcome: Outcome) -> NoReturn:
-    """Say how to resume, and end: a compiler at work in a thread would keep the process alive."""
+    """Say how to resume, and exit: a compiler running in a thread would keep the process alive."""
     from stickslip.status import Status
     from sweeps.cli.output import print_reasons
 
-    again = shlex.join(["stickslip", *(a for a in sys.argv[1:] if a not in _ONCE)])
+    command = shlex.join(["stickslip", *(a for a in sys.argv[1:] if a not in _ONCE)])
     kept = outcome.points - int(outcome.statuses[Status.PENDING])
     say(
         f"Stopped: {outcome.reason}. {kept} of {outcome.points} points are kept in "
-        f"{outcome.output}.run. To resume:\n  {again}"
+        f"{outcome.output}.run. To resume:\n  {command}"
     )
     failed = outcome.statuses.copy()
     failed[Status.PENDING] = 0

@@ -1,4 +1,4 @@
-"""From result rows to the Dataset that is written: names, units, flags, provenance."""
+"""From result rows to the Dataset of a file: names, units, flags, provenance."""
 
 from __future__ import annotations
 
@@ -41,9 +41,10 @@ REFERENCE = (
 
 
 def result_dataset(config: Config, grid: Grid, results: NDArray[np.float64]) -> xr.Dataset:
-    """The Dataset of a sweep as it is written to a file.
+    """Return the Dataset of a sweep as it is written to a file.
 
-    `results` (grid.size, columns) are as `RESULT_COLUMNS`; NaN rows get the status `pending`.
+    `results` (grid.size, columns) are in the order of `RESULT_COLUMNS`; NaN rows get the status
+    `pending`.
     """
     import xarray as xr
 
@@ -56,13 +57,13 @@ def result_dataset(config: Config, grid: Grid, results: NDArray[np.float64]) -> 
     digests = [hashlib.sha256(column.tobytes()).hexdigest() for column in values.values()]
     along = {name: xr.Variable(*described) for name, described in coordinates(grid).items()}
     seal = {"data_sha256": data_sha256(seal_key(config.resolved_yaml(), places(grid)), digests)}
-    there = results[~np.isnan(results[:, STATUS]), STATUS]
-    breaks = breaks_of(config, status_counts(there))
+    computed = results[~np.isnan(results[:, STATUS]), STATUS]
+    breaks = breaks_of(config, status_counts(computed))
     return xr.Dataset(data, along, global_attributes(config) | breaks | seal)
 
 
 def seal_key(config: str, coordinates: Mapping[str, Place]) -> bytes:
-    """Return the digest of what a file says of its numbers: its config as text, its coordinates."""
+    """Return a digest of the config, as text, and the coordinates of a file."""
     digest = hashlib.sha256(config.encode())
     for name, (dims, values) in sorted(coordinates.items()):
         digest.update(f"\0{name}{dims}{values.shape}\0".encode() + values.tobytes())
@@ -70,7 +71,7 @@ def seal_key(config: str, coordinates: Mapping[str, Place]) -> bytes:
 
 
 def data_sha256(key: bytes, digests: Sequence[str]) -> str:
-    """Return the seal of a file, by which a change after it was written is noticed.
+    """Return the seal of a file, which reveals changes made after it was written.
 
     `key` is the `seal_key` of the file, `digests` the SHA-256 of each result variable, in the order
     of `RESULT_COLUMNS`.
@@ -79,7 +80,7 @@ def data_sha256(key: bytes, digests: Sequence[str]) -> str:
 
 
 def variable_attributes(name: str) -> dict[str, object]:
-    """Name, unit, meaning and flags of a result variable."""
+    """Return name, unit, meaning and flags of a result variable."""
     described: dict[str, object] = dict(RESULTS[name].attributes)
     if name in _FLAGS:
         codes = list(_FLAGS[name])
@@ -89,11 +90,11 @@ def variable_attributes(name: str) -> dict[str, object]:
 
 
 def coordinates(grid: Grid) -> dict[str, Coordinate]:
-    """The parameters of a grid, along a dimension or one number: dimensions, values, attributes."""
+    """Return dimensions, values and attributes of a grid's parameters, arrays or single numbers."""
     fixed = {name: ((), np.array(value, np.float64)) for name, value in grid.fixed.items()}
     own: dict[str, dict[str, str]] = {
         CASE: {"long_name": "number of the case", "units": "1"},
-        DIRECTION: {"long_name": f"way along the followed axis, {grid.followed}"},
+        DIRECTION: {"long_name": f"direction along the followed axis, {grid.followed}"},
     }
     return {
         name: (dims, values, own.get(name) or dict(PARAMETERS[name].attributes))
@@ -107,7 +108,7 @@ def places(grid: Grid) -> dict[str, Place]:
 
 
 def global_attributes(config: Config) -> dict[str, str]:
-    """What a file says about itself: conventions, provenance, the resolved config."""
+    """Return the global attributes of a file: conventions, provenance, the resolved config."""
     version = metadata.version("stickslip")
     return {
         "Conventions": "CF-1.8",
@@ -128,7 +129,7 @@ def global_attributes(config: Config) -> dict[str, str]:
 
 
 def breaks_of(config: Config, statuses: NDArray[np.int64]) -> dict[str, str]:
-    """How often a followed line had to go on over a point without a result, as an attribute.
+    """Return, as an attribute, how often a followed line had to skip a point without a result.
 
     `statuses` (STATUS_CODES,) counts the points of each status.
     """
@@ -136,22 +137,22 @@ def breaks_of(config: Config, statuses: NDArray[np.int64]) -> dict[str, str]:
 
 
 def software() -> str:
-    """Versions of Python and of the packages that enter the numbers or the file."""
+    """Return the versions of Python and of the packages that affect the numbers or the file."""
     versions = [f"{name} {metadata.version(name)}" for name in _PACKAGES]
     return ", ".join([f"Python {platform.python_version()}", *versions])
 
 
 def now() -> str:
-    """The time of the day, in UTC, as provenance has it."""
+    """Return the current time in UTC, as used for provenance."""
     return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
 def command_line() -> str:
-    """The command as it was typed, by the name of the program alone."""
+    """Return the command as it was typed, with the name of the program without its path."""
     program, *arguments = sys.argv
     return " ".join([program.rsplit("/", 1)[-1], *arguments])
 
 
 def add_provenance(ds: xr.Dataset, config: Config, title: str, summary: str) -> xr.Dataset:
-    """The same Dataset, of something else than a sweep, with the global attributes of a file."""
+    """Add the global attributes of a file to a Dataset that is not the result of a sweep."""
     return ds.assign_attrs(global_attributes(config) | {"title": title, "summary": summary})

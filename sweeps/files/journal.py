@@ -61,7 +61,7 @@ class Journal:
         size: int,
         carried: Iterable[tuple[Indices, Rows]] = (),
     ) -> Self:
-        """A new journal, which takes the place of an older one when it has all that is carried.
+        """Create a journal that replaces an older one once it holds all `carried` points.
 
         Raises OSError; then the older one is as it was, or the new one is whole.
         """
@@ -83,7 +83,7 @@ class Journal:
     def open(
         cls, path: Path, manifest: Manifest, chunks: Chunks, size: int, *, readonly: bool = False
     ) -> Self:
-        """The journal in a file; to be continued, what is torn off at its end is cut away.
+        """Open the journal in a file; unless `readonly`, a torn end is cut off.
 
         Only records with the key of the manifest count: those of another computation are as good as
         not there. Raises OSError.
@@ -100,7 +100,7 @@ class Journal:
         return journal
 
     def close(self) -> None:
-        """Close the file; the journal must not be used any more."""
+        """Close the file; the journal must not be used afterwards."""
         self._log.close()
 
     @property
@@ -110,11 +110,11 @@ class Journal:
 
     @property
     def damaged(self) -> int:
-        """How many bytes were passed over when it was opened."""
+        """Number of bytes that were skipped when it was opened."""
         return self._log.damaged
 
     def recover(self) -> int:
-        """Keep the records that are still sound; returns how many points were lost.
+        """Keep the records that are still intact, and return how many points were lost.
 
         Raises OSError.
         """
@@ -130,13 +130,13 @@ class Journal:
         return int(before - np.count_nonzero(self.done))
 
     def note(self, manifest: Manifest) -> None:
-        """Record a manifest, which replaces the one before; raises OSError."""
+        """Record a manifest, which replaces the previous one; raises OSError."""
         text = np.frombuffer(json.dumps(manifest).encode(), np.uint8)
         self._log.append(_MANIFEST, self._key, text)
         self.manifest = manifest
 
     def append(self, indices: Indices, rows: Rows) -> None:
-        """Record finished points: (n,) numbers and (n, columns) rows; what is there already stays.
+        """Record finished points: (n,) numbers and (n, columns) rows; earlier records stay valid.
 
         Raises OSError; then what is noted as done is there, whole.
         """
@@ -155,7 +155,7 @@ class Journal:
             self.flush()
 
     def flush(self) -> None:
-        """Have everything on the disk."""
+        """Flush everything to disk."""
         self._log.flush()
         self._flushed = time.monotonic()
 
@@ -167,10 +167,10 @@ class Journal:
         self._count.append(len(indices))
 
     def chunk(self, number: int) -> Rows:
-        """The result rows (n, columns) of a chunk, in order; NaN where a point is not there.
+        """Return the result rows (n, columns) of a chunk, in order; NaN for points not recorded.
 
         They are valid until the next call: new memory for each would take longer than filling it.
-        Raises DamagedRecordError where a record is not any more what was appended; so does
+        Raises DamagedRecordError if a record is no longer what was appended; so does
         `records`.
         """
         begin, end = self.chunks.range(number)
@@ -184,7 +184,7 @@ class Journal:
         return found
 
     def records(self) -> Iterator[tuple[Indices, Rows]]:
-        """All finished points, record by record: (n,) numbers and (n, columns) rows."""
+        """Yield all finished points, record by record: (n,) numbers and (n, columns) rows."""
         for start, count in zip(self._offset, self._count, strict=True):
             yield self._points(start, count)
 
@@ -209,9 +209,9 @@ class Journal:
 
 
 def readable_manifest(path: Path) -> Manifest | None:
-    """What a journal says that it belongs to; None where there is no journal.
+    """Return the manifest of a journal; None if there is no journal.
 
-    Raises StorageError where it is damaged or was begun by another numerics version, OSError where
+    Raises StorageError if it is damaged or was begun by another numerics version, OSError if
     it cannot be read.
     """
     try:

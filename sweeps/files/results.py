@@ -1,4 +1,4 @@
-"""NetCDF files of sweeps, written and read chunk by chunk, in the memory of one chunk."""
+"""NetCDF files of sweeps, written and read chunk by chunk, with memory for one chunk."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ from sweeps.files.chunks import Chunks
 from sweeps.files.columns import STATUS, STATUS_CODES, Rows, result_values, status_counts
 from sweeps.grid import CASE, DIRECTION, Grid
 
-# Level 1 takes half the time of level 4 and makes files a few percent larger: mantissas are noise.
+# Level 1 takes half the time of level 4; files are a few percent larger, as mantissas are noise.
 _COMPRESSION: Mapping[str, Any] = {"compression": "zlib", "complevel": 1, "shuffle": True}
 
-# A folder in memory, where there is one; bytes of numbers up to which files are made there.
+# A folder in memory, on systems that have one; and the largest size of files that are made there.
 _MEMORY = "/dev/shm"
 _LARGE = 1 << 25
 
 
 @dataclass(frozen=True)
 class Written:
-    """What a result file holds: how many points of each status (128,), and the largest error."""
+    """Summary of a result file: number of points of each status (128,), and largest error."""
 
     statuses: NDArray[np.int64]
     worst_error: float
@@ -55,13 +55,13 @@ def write_result(
     temporary: Path,
     path: Path,
 ) -> Written:
-    """Write a result to `temporary`, read it back, and put it in place of an older one.
+    """Write a result to `temporary`, read it back, and let it replace an older one.
 
     `rows` gives the result rows (n, columns) of a chunk, of which NaN rows become `pending`;
     `statuses` (128,) says how many points of each status that makes. The seal is added to the
     `attributes`, which hold the config.
 
-    Raises StorageError where the file cannot be written or does not read back as it was meant; an
+    Raises StorageError if the file cannot be written or does not read back as it should; an
     older one is as it was.
     """
     with storage_errors(f"cannot write {path}", path.parent), replacing(path, temporary):
@@ -79,7 +79,7 @@ def write_result(
 
 
 def try_writing(grid: Grid, chunks: Chunks, attributes: Mapping[str, str], temporary: Path) -> None:
-    """Write a result without its numbers, and take it away again: better before the sweep.
+    """Write a result without its numbers, and remove it again: errors are better before the sweep.
 
     Raises StorageError.
     """
@@ -94,10 +94,10 @@ def try_writing(grid: Grid, chunks: Chunks, attributes: Mapping[str, str], tempo
 
 @contextmanager
 def _new_file(path: Path, grid: Grid) -> Iterator[netCDF4.Dataset]:
-    """A file to be written: in memory first where it is small.
+    """Provide a file to write, first in memory if it is small.
 
-    Where the disk fails while the C library opens a file to write, the library takes the process
-    with it. Large files are left to it all the same.
+    If the disk fails while the C library has a file open for writing, the library crashes the
+    process. Large files have to be written to disk all the same.
     """
     small = grid.size * len(RESULT_COLUMNS) * 8 <= _LARGE and os.access(_MEMORY, os.W_OK)
     with tempfile.TemporaryDirectory(dir=_MEMORY) if small else nullcontext() as folder:
@@ -133,22 +133,22 @@ def _define(
 
 
 class Digests:
-    """The SHA-256 of each result variable, of values that come chunk by chunk."""
+    """The SHA-256 of each result variable, updated chunk by chunk."""
 
     def __init__(self, names: Iterable[str]) -> None:
         self._of = {name: hashlib.sha256() for name in names}
 
     def add(self, name: str, values: NDArray[np.generic]) -> None:
-        """Take in the next values of a variable."""
+        """Add the next values of a variable."""
         self._of[name].update(values.tobytes())
 
     def hexadecimal(self) -> list[str]:
-        """One for each variable, in order."""
+        """Return the digest of each variable, in order."""
         return [digest.hexdigest() for digest in self._of.values()]
 
 
 def _fill(file: netCDF4.Dataset, chunks: Chunks, rows: Callable[[int], Rows]) -> list[str]:
-    """Fill the variables; returns the SHA-256 of each."""
+    """Fill the variables and return the SHA-256 of each."""
     digests = Digests(RESULT_COLUMNS)
     for number in range(len(chunks)):
         found = rows(number)
@@ -172,14 +172,14 @@ def coordinates_in(file: netCDF4.Dataset) -> dict[str, Place]:
 
 
 def _native(values: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Return the values as a grid has them: the library reads texts as objects."""
+    """Return values with the types of a grid: the library reads strings as objects."""
     return values.astype(np.str_) if values.dtype == object else np.asarray(values)
 
 
 def whole_chunks(file: netCDF4.Dataset) -> None:
-    """Have a result file read and written by whole chunks, as they are.
+    """Have a result file read and written by whole chunks, without masks.
 
-    The library would keep many of them in its cache, which only needs memory.
+    The library's cache of many chunks would only cost memory.
     """
     file.set_auto_mask(False)
     for name in file.variables.keys() & set(RESULT_COLUMNS):  # a trajectory has none of them
@@ -190,7 +190,7 @@ def whole_chunks(file: netCDF4.Dataset) -> None:
 def read_rows(
     file: netCDF4.Dataset, chunks: Chunks, number: int, digests: Digests | None = None
 ) -> Rows:
-    """The result rows (n, columns) of a chunk of a result file; NaN where a point is pending.
+    """Return the result rows (n, columns) of a chunk of a result file; NaN for pending points.
 
     `digests` take in what was read.
     """
@@ -206,7 +206,7 @@ def read_rows(
 
 
 def contents(path: Path, chunks: Chunks) -> Written:
-    """What a result file holds, read chunk by chunk; raises StorageError."""
+    """Return the summary of a result file, read chunk by chunk; raises StorageError."""
     statuses, worst = np.zeros(STATUS_CODES, dtype=np.int64), np.nan
     with storage_errors(f"cannot read {path}"), netCDF4.Dataset(path) as file:
         whole_chunks(file)
@@ -218,7 +218,7 @@ def contents(path: Path, chunks: Chunks) -> Written:
 
 
 def digests_of(path: Path, chunks: Chunks) -> list[str]:
-    """The SHA-256 of each result variable in a file; raises OSError and RuntimeError."""
+    """Return the SHA-256 of each result variable in a file; raises OSError and RuntimeError."""
     with netCDF4.Dataset(path) as file:
         whole_chunks(file)
         digests = Digests(RESULT_COLUMNS)

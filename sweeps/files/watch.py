@@ -1,7 +1,7 @@
-"""Files that may be damaged, read under a watch.
+"""A watched trial reading of files that may be damaged.
 
-In a damaged NetCDF file the HDF5 library can loop for ever, deaf to signals, or end the process.
-A process of its own reads a file to its end before we do: what happens to it does not happen to us.
+In a damaged NetCDF file the HDF5 library can loop forever, ignoring signals, or crash the process.
+So a separate process reads every file to its end before we do.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from pathlib import Path
 
 from sweeps.files.atomic import StorageError
 
-# What the slowest disk takes that anybody would still wait for.
+# The limit of the slowest disk that anybody would wait for.
 _SECONDS = 20.0
 _BYTES_A_SECOND = 5e6
 
-# Reads one file after the other, a megabyte at a time. The alarm ends it within the library too,
-# where nothing else does, and when we are no longer there.
+# Reads one file after another, a megabyte at a time. The alarm ends it even inside the library, and
+# even if we are gone.
 _READER = """\
 import os, signal, sys, netCDF4
 
@@ -55,7 +55,7 @@ _reader: subprocess.Popen[str] | None = None
 
 
 def require_readable(path: Path) -> None:
-    """Raise StorageError where reading a NetCDF file hangs or ends the process, or is no file.
+    """Raise StorageError if reading a NetCDF file hangs or crashes, or if it is not a file.
 
     A file that cannot be read, but says so, passes: who reads it hears why.
     """
@@ -82,7 +82,7 @@ def stop() -> None:
 
 
 def _read(path: Path, limit: float) -> int:
-    """Have the reader read a file: the number of the signal that ended it, 0 where none did."""
+    """Let the reader read a file; return the number of the signal that ended it, 0 if none."""
     global _reader
     reader = _reader = _reader or _started()
     assert reader.stdin is not None
