@@ -21,7 +21,7 @@ PAGE = Path(__file__).with_suffix(".md")
 
 _TABLE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-# A count is bounded by the integers of the kernels, which nobody reaches.
+# The upper bound of a count is that of 64-bit integers, which is not worth showing.
 _UNREACHED = 2**63 - 1
 
 _AXES = (
@@ -154,7 +154,7 @@ def _value(value: object) -> str:
         return f"`{value}`"
     if isinstance(value, list):
         return f"`[{', '.join(str(item) for item in value)}]`"
-    number: float = value  # type: ignore[assignment]  # all else is told above
+    number: float = value  # type: ignore[assignment]  # all other types are handled above
     if number >= 1e4 and number % 1e4 == 0:
         mantissa, _, exponent = f"{number:e}".partition("e")
         return f"{float(mantissa):g}e{int(exponent)}"

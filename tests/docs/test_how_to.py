@@ -95,7 +95,7 @@ def test_from_pixel_to_orbit(
     names = run_page("from-pixel-to-orbit", monkeypatch)
     said = capsys.readouterr().out
     assert "agree with the file bit for bit" in said
-    assert "3 meltings a period" in said
+    assert "3 meltings per period" in said
     assert names["point"].differences() == {}
     assert Path("results/fig7-replay.png").is_file()
 
