@@ -19,8 +19,8 @@ TYPICAL_PATH, NO_NOISE, STOCHASTIC = "typical-path", "none", "stochastic"
 
 STRAINS: Mapping[str, str] = MappingProxyType(
     {
-        ADIABATIC: "it follows the relative velocity at once (Eq. 24)",
-        RELAXING: "it is a variable of its own (Eq. 23; adaptive method)",
+        ADIABATIC: "it follows the relative velocity instantly (Eq. 24)",
+        RELAXING: "it is an independent variable (Eq. 23; adaptive method)",
     }
 )
 """How the elastic strain of the film is modelled."""

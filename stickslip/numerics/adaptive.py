@@ -69,6 +69,7 @@ def make_adaptive(
             if attempts >= budget:
                 return y, h, attempts, STEP_LIMIT
             attempts += 1
+            # A step that nearly reaches the end is stretched to it.
             last = t + 1.0001 * h >= t1
             used = t1 - t if last else min(h, 0.5 * (t1 - t))  # leaves no tiny last step
             if not (

@@ -96,6 +96,7 @@ def make_attempt(
         h, rtol = get(lanes, slots.step, lane), get(lanes, slots.rtol, lane)
         grows = get(lanes, slots.grows, lane) > 0.0
         left = end - t
+        # A step that nearly reaches the end is stretched to it.
         last = 1.0001 * h >= left
         half = 0.5 * left
         used = left if last else (h if h < half else half)  # leaves no tiny last step

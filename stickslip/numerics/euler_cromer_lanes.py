@@ -123,6 +123,7 @@ def make_euler_cromer_lanes(
         active, following = fill(tasks, queue, lanes, row_of, 0, 0)
         while active > 0 and budget > 0:
             steps = min(budget, _steps_to_next_check(tasks, row_of, active))
+            # Whole vectors: the idle lanes among them compute in vain.
             march(lanes, (active + LANES - 1) // LANES * LANES, steps)
             budget -= steps
             active = look(tasks, lanes, row_of, active, steps)
@@ -244,6 +245,7 @@ def _make_fill(check: Callable[..., None]) -> Any:
             if tasks.status[row] == PENDING:
                 _load(tasks.rows[row], lanes, active)
                 row_of[active] = row
+                # Between checks a resumed row goes on with the drive that it was stored with.
                 if tasks.done[row] % STEPS_BETWEEN_CHECKS == 0 or _arrived(tasks, row):
                     check(tasks, row, lanes, active)
                 active += 1 if tasks.status[row] == PENDING else 0

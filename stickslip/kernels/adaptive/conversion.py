@@ -74,6 +74,7 @@ def _reduction(physics: Physics) -> Any:
             write_reduced(p, reduced_points[i])
             for component in range(width):
                 states[i, component] = y[component] / units[component]
+            # The unit of time is 1/omega: a drive period is 2 pi.
             states[i, width] = FIRST_STEP * (2.0 * math.pi)
 
     return named_kernel(f"reduce_points[{physics}]", reduce_points)
@@ -91,6 +92,7 @@ def _state_kernels(physics: Physics) -> tuple[Any, Any]:
         for i in range(points.shape[0]):
             p = parameters_of(points[i])
             units = state_units(units_of(p))
+            # Units first: `relative_state` needs the state and the parameters in the same ones.
             for component in range(width):
                 states[i, component] *= units[component]
             y = relative_state(p, 0.0, of_row(states[i]))

@@ -72,6 +72,7 @@ _LOOSEST = 1e-4
 
 def compile_shared(options: Options) -> None:
     """Compile or load everything that all points need."""
+    # A run over no points calls, and so compiles, every kernel but those of families.
     nobody, columns = np.empty((0, len(Parameters._fields))), final_columns(options.physics)
     results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, columns))
     orbits(nobody, options, finals, results, finals)
@@ -158,9 +159,11 @@ def orbits(
             break
         part = part_of(queue, rows)
         part.states[:] = _corrected(part, orbits, rows, options)
+        # The state is that at the end of the measured cycle: one more has been integrated.
         part.counts[:, HALVES] += part.counts[:, CYCLE]
         put_back(orbits, rows, _measure(points[rows], part, options, again=True))
         put_back(queue, rows, part)
+    # Still moving after all corrections: the offset, and with it the error, is unknown.
     orbits.offsets[_moved(orbits)] = np.nan
     finals[:], ends = orbits.begins, queue.states.copy()
     for states in (finals, ends):
@@ -300,6 +303,7 @@ def _settle(
         queue.counts[unfinished, OUTCOME] = int(Status.PENDING)
         return []
     pending, aperiodic = np.arange(len(points)), []
+    # First for short cycles; then, for motions whose neighbours approach them, for long ones.
     for late in (False, True):
         part = part_of(queue, pending)
         work_through(part, task._replace(late=late), physics)
@@ -367,6 +371,7 @@ def _spreads(
     if len(rows):
         part, cycles = part_of(queue, rows), queue.counts[rows, CYCLE]
         part.states[:] = begins[rows]
+        # A cycle of an odd number of half periods is half an orbit.
         periods = np.where(cycles % 2 == 1, cycles, cycles // 2)
         spreads[rows] = spreads_of(AdaptiveWalk(points[rows], part, measuring, physics), periods)
     return spreads

@@ -262,6 +262,7 @@ def _make_load(state: StateFunctions, begin_record: Any, streams: int) -> Any:
         put(values, SLOTS.remembered, lane, step_control.START)
         put(values, SLOTS.rtol, lane, task.rtol)
         put(values, SLOTS.attempts, lane, 0.0)
+        # All passes of a point share one budget of steps.
         put(values, SLOTS.limit, lane, float(task.max_steps - queue.counts[row, ATTEMPTED]))
         lanes.rows[lane], lanes.halves[lane] = row, 0
         if task.mode == SETTLE:
@@ -295,6 +296,7 @@ def _make_handle_event(problems: Any, state: StateFunctions, begin_record: Any, 
             )
             contracting = solids.parts_never(p, math.exp(lowest), math.exp(highest))
             longest = _longest_jump(p, math.exp(y[FILM]))
+            # A liquid that cannot freeze may have any peaks: nothing hangs on them.
             may_freeze = p.temperature < solids.solidification_temperature(p, 0.0)
             peak = STATE[FILM].weight * max(highest, STATE[FILM].floor) if may_freeze else 0.0
             search.limit_jumps(lanes.memories[lane], longest, contracting, peak)
@@ -365,7 +367,7 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
     handle_event = _make_handle_event(problems, state, begin_record, refine)
 
     def work(queue: Queue, lanes: Lanes, task: Pass, attempts: int) -> int:
-        if lanes.cursor[1] < 0:
+        if lanes.cursor[1] < 0:  # the first call
             lanes.cursor[1] = LANES
             for lane in range(LANES):
                 load(lanes, queue, task, lane)
@@ -384,6 +386,7 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
                     if status >= 0:
                         _close(lanes, queue, lane, status)
                         load(lanes, queue, task, lane)
+        # Points that wait, and those in busy lanes.
         return queue.points.shape[0] - lanes.cursor[0] + lanes.cursor[1]
 
     return work

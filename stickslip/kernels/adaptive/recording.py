@@ -114,6 +114,7 @@ def _promising(
     # Between the nodes a curve is assumed to overshoot no farther than it rose and fell at them.
     top, bottom = larger(larger(first, second), end), -larger(larger(-first, -second), -end)
     rise0, rise1, rise2 = first - begin, second - first, end - second
+    # `|` and `&` evaluate both sides; `or` and `and` would branch.
     turns = (rates[0] * rates[1] < 0.0) | (rise0 * rise1 < 0.0) | (rise1 * rise2 < 0.0)
     reach = abs(rise0) + abs(rise1) + abs(rise2)
     return turns & ((top + reach >= high) | (bottom - reach <= low))
@@ -288,6 +289,7 @@ def make_begin(problems: Callable[..., Problem], functions: ProblemFunctions) ->
     @jit
     def begin(lanes: np.ndarray, lane: int, fresh: bool) -> None:
         problem, y = problems(lanes, lane), get_state(lanes, SLOTS.state, lane)
+        # Every half period begins at phase 0 of the mirrored frame.
         values = observables_and_rates(problem.p, 0.0, y, problem.u_s)
         for i in range(4):
             put(lanes, _STRESS + i, lane, values[i])
@@ -323,6 +325,7 @@ def make_refine(
     @jit
     def see_vertices(lanes: np.ndarray, lane: int, values: Values) -> None:
         step = step_of(lanes, lane)
+        # Two parabolas, each through three neighbouring nodes, cover the step.
         for i in range(2):
             x0, x1, x2 = NODES[i], NODES[i + 1], NODES[i + 2]
             place = vertex(x0, x1, x2, values[i], values[i + 1], values[i + 2])

@@ -101,6 +101,7 @@ def _error_of_displacement(
         change = 0.0
         for component in range(len(displacement)):
             change += abs(slopes[k, component] * displacement[component])
+        # Maxima and minima alternate; both move outwards, so that no errors cancel.
         away[EXTREMA[k]] += change if k % 2 == 0 else -change
         total += change
     if not math.isfinite(total):
@@ -168,6 +169,7 @@ def _row_kernels(physics: Physics) -> RowKernels:
                 write_whole_orbit(orbits.coarse[i], own, cycle, other)
                 slopes, offset = orbits.slopes[i], orbits.offsets[i]
                 error = _error_of_displacement(p, fine, record, slopes, offset, own, cycle)
+                # The time of a melting depends on the steps: it blurs the difference.
                 solid = record[MELTINGS] == 0.0
                 differ = solid and relative_difference(p, other, record) > _APART * rtol
                 off[i] = differ or error > rtol

@@ -124,6 +124,7 @@ def neighbours_of(
     """
     n, width = len(begins), begins.shape[1] - 1
     settled, cycles = queue.counts[:, OUTCOME] == OK, queue.counts[:, CYCLE]
+    # Infinite until measured: longer cycles are measured only by the tight tolerances below.
     largest, maps = np.where(settled, np.inf, np.nan), np.full((n, width, width), np.nan)
     slopes = np.full((n, len(EXTREMA), width), np.nan)
 

@@ -23,6 +23,7 @@ class AdaptiveWalk:
     def __init__(self, points: np.ndarray, queue: Queue, measuring: Pass, physics: Physics) -> None:
         self.points, self.measuring, self.physics = points, measuring, physics
         self.queue = self._lanes = part_of(queue, np.arange(len(points)))
+        # A pass of two half periods is a drive period.
         self.queue.counts[:, CYCLE], self.queue.counts[:, OUTCOME] = 2, OK
 
     def states(self) -> np.ndarray:
@@ -57,7 +58,7 @@ class StochasticWalk(AdaptiveWalk):
     def next_period(self) -> np.ndarray:
         """Advance by a drive period, which has random numbers of its own."""
         records = super().next_period()
-        self.queue.points[:, -1] += 1.0
+        self.queue.points[:, -1] += 1.0  # the last number of a stream: the drive period
         return records
 
 
@@ -67,6 +68,7 @@ class TangentWalk(AdaptiveWalk):
     def __init__(self, points: np.ndarray, queue: Queue, measuring: Pass, physics: Physics) -> None:
         super().__init__(points, queue, measuring, physics)
         count = len(points)
+        # One queue for motions and copies, so that lanes are full; both are views of it.
         self._lanes = part_of(self.queue, np.tile(np.arange(count), 2))
         self.queue = Queue(*(column[:count] for column in self._lanes))
         self._copies = Queue(*(column[count:] for column in self._lanes))

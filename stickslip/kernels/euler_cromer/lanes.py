@@ -66,6 +66,7 @@ class March:
         self.start(which, limits)
         self.march(measured)
         outcome = self.tasks.status[which]
+        # A task is ok at its limit of steps too, which may lie before the end of the period.
         outcome[(outcome == OK) & (limits < self.steps[which])] = STEP_LIMIT
         return outcome
 

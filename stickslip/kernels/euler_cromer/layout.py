@@ -85,6 +85,7 @@ def row_kernels(physics: Physics) -> RowKernels:
             for tone in range(len(_HARMONICS)):
                 first = SINE * tone
                 row[DRIVE + first], row[CHANGE + first] = 0.0, 0.0  # written at step 0
+                # The factor of the second difference is 4 sin^2(angle/2), angle per step.
                 half = 2.0 * math.sin(math.pi * _HARMONICS[tone] / steps[i])
                 row[TURN + first] = half * half
             write_parameters(p, steps[i], row[PARAMETERS_BEGIN:])

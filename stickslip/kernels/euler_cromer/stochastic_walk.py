@@ -44,7 +44,7 @@ class StochasticWalk:
         self._status[(self._status == OK) & (self._left < self.steps)] = STEP_LIMIT
         alive = np.flatnonzero(self._status == OK)
         tasks = self.march.tasks
-        tasks.rows[:, GROUP] = 0.0
+        tasks.rows[:, GROUP] = 0.0  # random numbers count within a drive period
         self.march.clear_records(alive)
         self.march.start(alive)
         self.march.march(measured=True)
