@@ -35,12 +35,12 @@ class Page(HTMLParser):
 
 @cache
 def page_of(path: Path) -> Page:
-    """A page, read once."""
+    """Return a page, which is read only once."""
     return Page(path.read_text("utf-8"))
 
 
 def broken_links(site: Path) -> Iterator[str]:
-    """The links of a site that lead to no file or no anchor, as lines."""
+    """Return the links of a site that lead to no file or anchor, as lines."""
     for path in sorted(site.rglob("*.html")):
         for link in page_of(path).links:
             if not is_external(link) and (why := _complaint(path, link)):
@@ -48,7 +48,7 @@ def broken_links(site: Path) -> Iterator[str]:
 
 
 def external_links(site: Path) -> dict[str, str]:
-    """The links that leave a site, each with the first page that has it."""
+    """Return the external links of a site, each with the first page that has it."""
     found: dict[str, str] = {}
     for path in sorted(site.rglob("*.html")):
         for link in filter(is_external, page_of(path).links):
@@ -57,7 +57,7 @@ def external_links(site: Path) -> dict[str, str]:
 
 
 def is_external(link: str) -> bool:
-    """Whether a link leaves the site."""
+    """Tell whether a link leaves the site."""
     return bool(urlsplit(link).scheme or link.startswith("//"))
 
 
@@ -73,7 +73,7 @@ def _complaint(page: Path, link: str) -> str:
 
 
 def main() -> None:
-    """Check the site that was built."""
+    """Check the built site."""
     site = BUILT / "html"
     pages, broken = sum(1 for _ in site.rglob("*.html")), list(broken_links(site))
     outside = external_links(site)

@@ -16,7 +16,7 @@ from sphinx.application import Sphinx
 _DOCS = Path(__file__).parent
 sys.path.insert(0, str(_DOCS))
 
-from contents import LISTINGS, with_contents  # noqa: E402 - Sphinx does not look beside this file
+from contents import LISTINGS, with_contents  # noqa: E402 - needs the path set above
 from gallery import with_thumbnails  # noqa: E402
 from made_tables import with_made_tables  # noqa: E402
 from source_hash import PACKAGES, source_hash  # noqa: E402
@@ -48,7 +48,7 @@ myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_fence_as_directive = ["math"]  # as the sites that show repositories do
 myst_heading_anchors = 6
 
-# What a notebook shows hangs on the sources alone; those of one state are executed once.
+# The output of a notebook depends only on the sources; each is executed once per state of them.
 os.environ["JUPYTER_PATH"] = str(_DOCS)  # this interpreter, whatever kernels a home folder names
 nb_execution_mode = "cache"
 nb_execution_cache_path = str(_DOCS / "_build" / "notebooks" / source_hash(*PACKAGES)[:12])
@@ -62,7 +62,7 @@ autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented_params"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
-# Types of other packages, whose inventories lie on the network; names without their module, as
+# Types of other packages, whose inventories are on the network; names without their module, as
 # docstrings have them and hints that only type checkers read.
 nitpick_ignore_regex = [
     (r"py:.*", r"(xarray|xr|numpy|np|pathlib|collections|typing|sweeps|stickslip)\..*"),
@@ -74,11 +74,11 @@ html_title = f"stickslip {release}"
 html_math_renderer = "drawn"
 html_static_path = ["style/site.css"]
 html_css_files = ["site.css"]
-html_extra_path = ["style/index.html"]  # leads to the root page, which lies in docs/
+html_extra_path = ["style/index.html"]  # redirects to the root page, which is in docs/
 
 
 def _made(_app: Sphinx, name: str, source: list[str]) -> None:
-    """Fill what a page leaves to the build: the menu, tables from declarations, small pictures."""
+    """Fill the generated parts of a page: the menu, tables from declarations, thumbnails."""
     if name in LISTINGS:
         source[0] = with_contents(source[0])
     source[0] = with_thumbnails(with_made_tables(source[0]))

@@ -34,7 +34,7 @@ _AXES = (
 
 
 def with_tables(page: str) -> str:
-    """The page with each of its tables made anew."""
+    """Return the page with each of its tables updated."""
     tables = {
         "keys": _keys,
         "parameters": _parameters,
@@ -51,7 +51,7 @@ def with_tables(page: str) -> str:
 
 
 def table(head: str, rows: Iterable[Iterable[str]]) -> str:
-    """A Markdown table."""
+    """Return a Markdown table."""
     columns = head.count("|") - 1
     return "\n".join([head, "|---" * columns + "|", *("| " + " | ".join(r) + " |" for r in rows)])
 
@@ -103,7 +103,7 @@ def _section(name: str) -> str:
 
 
 def _sample_keys() -> str:
-    """The keys of `sample` that are no parameters."""
+    """Return the keys of `sample` that are not parameters."""
     properties = json_schema()["$defs"]["sample"]["properties"]
     own = [key for key in properties if canonical_name(key) is None]
     rows = (
@@ -115,7 +115,7 @@ def _sample_keys() -> str:
 
 
 def _valid(schema: Mapping[str, Any]) -> str:
-    """The valid values of a key in words, from its JSON Schema."""
+    """Return the valid values of a key in words, from its JSON Schema."""
     kinds = [kind for kind in schema.get("anyOf", [schema]) if kind.get("type") != "null"]
     kind = kinds[0]
     if "$ref" in kind:
@@ -145,7 +145,7 @@ def _valid(schema: Mapping[str, Any]) -> str:
 
 
 def _value(value: object) -> str:
-    """A value as a person writes it: -2/3, 1e-9."""
+    """Return a value as a person writes it: -2/3, 1e-9."""
     if value is None:
         return ""
     if isinstance(value, bool):

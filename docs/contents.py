@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 
 LISTINGS = ("docs/README", "docs/decisions/README")
-"""Pages that list others. A page that none lists ends the build: no menu would lead to it."""
+"""Pages that list others. A page that is in no list is an error: no menu would lead to it."""
 
 _LINK = re.compile(r"\]\((?!\w+:)([^)#\s]+)\.md\)")
 
 
 def with_contents(page: str) -> str:
-    """A listing with the entries of the menu, which are not shown, at the end of each section."""
+    """Add hidden menu entries at the end of each section of a listing."""
     head, *sections = re.split(r"^(?=## )", page, flags=re.MULTILINE)
     return head + "".join(section + _entries(section) for section in sections)
 

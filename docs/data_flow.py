@@ -10,7 +10,7 @@ PICTURE = Path(__file__).parent / "pictures" / "data-flow.svg"
 
 
 class Stage(NamedTuple):
-    """A form that the data takes, and the modules that lead from it to the next one."""
+    """A form of the data, and the modules that turn it into the next one."""
 
     name: str
     meaning: tuple[str, ...]
@@ -22,9 +22,9 @@ STAGES = (
         "config",
         ("a YAML file or a dict:", "model, sweep, cases, settings"),
         (
-            ("sweeps/config/yaml_reader.py", "text to values that know their line"),
+            ("sweeps/config/yaml_reader.py", "text to values with their lines"),
             ("sweeps/config/schema.py", "sections, types, defaults"),
-            ("sweeps/config/parameter_space.py", "what is fixed, swept, linked"),
+            ("sweeps/config/parameter_space.py", "fixed, swept and linked parameters"),
             ("sweeps/grid.py", "axes to numbered points"),
         ),
     ),
@@ -32,7 +32,7 @@ STAGES = (
         "points",
         ("numbers 0 … N−1,", "each a row of parameters"),
         (
-            ("sweeps/engine/existing.py", "leave out what is computed already"),
+            ("sweeps/engine/existing.py", "skip points that exist already"),
             ("sweeps/engine/order/product.py", "shuffle, cut into blocks of a second"),
             ("sweeps/engine/dispatch.py", "hand blocks to workers"),
             ("stickslip/orbit.py", "choose the method; refuse unstable steps"),
@@ -43,21 +43,21 @@ STAGES = (
         ("16 trajectories side by side,", "in nondimensional form"),
         (
             ("stickslip/model/", "the equations, as scalar functions"),
-            ("stickslip/numerics/", "steps, step control, search of the orbit"),
+            ("stickslip/numerics/", "steps, step control, search for the orbit"),
             ("stickslip/measure/", "extrema, work, phases to a result row"),
-            ("stickslip/kernels/", "where the three meet, compiled"),
+            ("stickslip/kernels/", "the three joined and compiled"),
         ),
     ),
     Stage(
         "journal",
-        ("a row of 13 results a point,", "appended with a checksum"),
+        ("a row of results per point,", "appended with a checksum"),
         (
             ("sweeps/files/journal.py", "the rows of a chunk, verified"),
             ("sweeps/files/results.py", "written by chunks, read back, sealed"),
             ("sweeps/files/attributes.py", "units, meanings, provenance"),
         ),
     ),
-    Stage("result file", ("NetCDF-4, CF-1.8:", "one dimension an axis")),
+    Stage("result file", ("NetCDF-4, CF-1.8:", "a dimension for each axis")),
 )
 
 WIDTH, LEFT, BOX, ROW, GAP = 860, 110, 230, 58, 34
@@ -66,7 +66,7 @@ INK, GREY, LIGHT, BLUE = "#1a1a1a", "#5f5f5f", "#f3f6fa", "#0072b2"
 
 
 def picture() -> str:
-    """The picture as SVG."""
+    """Return the picture as SVG."""
     tops = _tops()
     height = tops[-1] + ROW + 76
     parts = [_workers(tops), *_loops(tops)]
@@ -121,7 +121,7 @@ def _steps(stage: Stage, top: int, below: int) -> list[str]:
 
 
 def _workers(tops: list[int]) -> str:
-    """A band behind what happens in the workers, with its name."""
+    """Return a labelled band behind the stages in the workers."""
     top, bottom = tops[2] - LINE - GAP / 2 - 3, tops[3] - GAP / 2 + 7
     return (
         f'<rect x="{LEFT - 14}" y="{top}" width="{WIDTH - LEFT}" height="{bottom - top}" rx="10" '
@@ -132,7 +132,7 @@ def _workers(tops: list[int]) -> str:
 
 
 def _loops(tops: list[int]) -> list[str]:
-    """What is computed already comes back as existing results."""
+    """Return the arrow of existing results back to the points."""
     to = tops[1] + ROW / 2
     lines = []
     for stage, x, label in ((3, 78, "resume"), (4, 34, "grow")):

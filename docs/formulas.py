@@ -1,4 +1,4 @@
-"""Formulas drawn when the site is built, as SVG: no script, no font and no network when it is read.
+"""Formulas as SVG, drawn when the site is built: reading it needs no scripts, fonts or network.
 
 An extension of Sphinx; ziamath draws, with the STIX fonts that it brings.
 """
@@ -29,7 +29,10 @@ class FormulaError(ValueError):
 
 @cache
 def drawn(tex: str, *, inline: bool) -> str:
-    """The SVG of a formula, in the colour of the text and on its base line; raises FormulaError."""
+    """Return the SVG of a formula, in the colour and on the base line of the text.
+
+    Raises FormulaError.
+    """
     ziamath.config.math.color = "currentColor"
     ziamath.config.precision = 1
     ziamath.config.svg2 = False  # no names of glyphs, which several formulas of a page would share

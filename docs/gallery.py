@@ -32,12 +32,12 @@ _THUMBNAILS = "<!-- thumbnails -->"
 
 
 class GalleryError(RuntimeError):
-    """An entry that does not make its picture; the message says which and why."""
+    """An entry that fails to make its picture; the message says which and why."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A section of the gallery: its name, picture and commands, and configs of its own by name."""
+    """A section of the gallery: title, picture and commands, and its own configs by name."""
 
     title: str
     picture: str
@@ -46,12 +46,12 @@ class Entry:
 
     @property
     def drawing(self) -> tuple[str, ...]:
-        """The commands that draw what a file holds."""
+        """The commands that draw a file."""
         return tuple(line for line in self.commands if line.startswith("stickslip plot "))
 
     @property
     def computing(self) -> tuple[str, ...]:
-        """All others."""
+        """All other commands."""
         return tuple(line for line in self.commands if line not in self.drawing)
 
     def shipped(self) -> list[Path]:
@@ -64,7 +64,7 @@ class Entry:
 
 
 def entries(page: str) -> list[Entry]:
-    """The entries of a page, in order; raises GalleryError for a section that is none."""
+    """Return the entries of a page, in order; raises GalleryError for an invalid section."""
     sections = re.split(r"^## ", page, flags=re.MULTILINE)[1:]
     return [_entry(section) for section in sections]
 
@@ -79,7 +79,7 @@ def _entry(section: str) -> Entry:
 
 
 def with_thumbnails(page: str) -> str:
-    """The page with small pictures of all its entries, which lead to them, in their place."""
+    """Return the page with thumbnails that link to its entries."""
     if _THUMBNAILS not in page:
         return page
     cards = []
@@ -94,7 +94,7 @@ def with_thumbnails(page: str) -> str:
 
 
 def data_name(entry: Entry) -> str:
-    """The name of the folder of an entry's data, which changes when they may."""
+    """Return the name of the folder of an entry's data, which changes whenever they might."""
     from stickslip.kernels.version import NUMERICS_VERSION
 
     asked = repr((NUMERICS_VERSION, entry.computing, entry.configs))
@@ -102,7 +102,7 @@ def data_name(entry: Entry) -> str:
 
 
 def make(entry: Entry, made: Path = MADE) -> str:
-    """Make the picture of an entry where it is not made yet; says what was done."""
+    """Make the picture of an entry unless it exists; return what was done."""
     folder = made / data_name(entry)
     drawn_by = (ROOT / "sweeps" / "figures", ROOT / "stickslip" / "variables.py")
     kept = folder / f"{source_hash(*drawn_by, also=repr(entry.drawing))[:12]}-{entry.picture}"
@@ -131,7 +131,7 @@ def _run(entry: Entry, folder: Path, kept: Path) -> str:
 
 
 def _prepare(entry: Entry, folder: Path) -> None:
-    """An empty folder with the configs."""
+    """Provide an empty folder with the configs."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     (folder / "configs").symlink_to(ROOT / "configs")
@@ -155,7 +155,7 @@ def _execute(entry: Entry, command: str, folder: Path) -> None:
 
 
 def main() -> None:
-    """Make all pictures, and remove the data of entries that are no more."""
+    """Make all pictures, and remove the data of entries that no longer exist."""
     MADE.mkdir(parents=True, exist_ok=True)
     found = entries(PAGE.read_text("utf-8"))
     for entry in found:

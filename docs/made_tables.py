@@ -1,4 +1,4 @@
-"""Tables of the site that are made when it is built: the commands, and what registries declare.
+"""Tables that are made when the site is built: commands, and the contents of registries.
 
 A page has them between `<!-- made: NAME -->` and `<!-- end of made -->`; what stands there is for
 those who read the page without the site.
@@ -22,12 +22,12 @@ _PLACE = re.compile(r"<!-- made: (\w+) -->\n.*?<!-- end of made -->", re.DOTALL)
 
 
 def with_made_tables(page: str) -> str:
-    """The page with each of its tables in place."""
+    """Return the page with each of its tables filled in."""
     return _PLACE.sub(lambda place: _MAKERS[place[1]](), page)
 
 
 def _commands() -> str:
-    """Usage, help, arguments and options of every command, as `--help` has them."""
+    """Return usage, help, arguments and options of every command, as in `--help`."""
     import typer.main
 
     from sweeps.cli.app import app
@@ -46,7 +46,7 @@ def _command(name: str, command: Any) -> str:
 
 
 def _plain(text: str) -> str:
-    """A text that is not taken for HTML."""
+    """Return a text that is not interpreted as HTML."""
     return escape(text, quote=False)
 
 

@@ -1,4 +1,4 @@
-"""Of which state of the sources something was made."""
+"""The state of the sources from which something was made."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ PACKAGES = (ROOT / "stickslip", ROOT / "sweeps")
 
 
 def source_hash(*sources: Path, also: str = "") -> str:
-    """Hexadecimal SHA-256 of files, of the Python files below folders, and of a text."""
+    """Return the hexadecimal SHA-256 of files, Python files below folders, and a text."""
     digest = hashlib.sha256(also.encode())
     for source in sources:
         for path in sorted(source.rglob("*.py")) if source.is_dir() else [source]:
