@@ -1,4 +1,4 @@
-# Each target sets itself up in .venv from a bare checkout: Python 3.11 or newer, pip and make suffice.
+# Each target sets up its environment in .venv; it needs only Python 3.11 or newer, pip and make.
 
 PYTHON ?= python3
 VENV := .venv
@@ -10,16 +10,16 @@ WORKERS ?= 2
 
 help:
 	@echo "make demo       Fig. 7 of the paper: results/fig7.nc and its picture"
-	@echo "make test       the test suite, but for stress and faults"
+	@echo "make test       the test suite, except stress and faults"
 	@echo "make test-fast  the tests that are not marked slow"
-	@echo "make stress     the numerics, every fluid and method in the long tests"
-	@echo "make faults     kills, failing disks, damage: the long tests, and the table of attacks; an hour"
+	@echo "make stress     the long tests of the numerics, with every fluid and method"
+	@echo "make faults     the long tests of kills, failing disks and damage, and their table; an hour"
 	@echo "make lint       ruff, mypy and the import contracts"
-	@echo "make generated  the schema of configs and docs/configuration.md, from their declarations"
-	@echo "make docs       the documentation as a site: tutorial and gallery computed, every function and command"
+	@echo "make generated  the schema of configs and docs/configuration.md"
+	@echo "make docs       the documentation as a site, with computed tutorial and gallery"
 	@echo "make bench      the benchmarks with pictures and tables; an hour or two, on an idle machine"
 	@echo "make tables     the pictures and tables of the benchmarks from their records"
-	@echo "make bench-quick  the same scripts in a minute or two: are they alive?"
+	@echo "make bench-quick  the same scripts in a minute or two, to see that they run"
 	@echo "make clean      remove .venv, build products and caches; results/ stays"
 
 demo: $(VENV)/.core
