@@ -53,7 +53,7 @@ class SteadyCache(FunctionCache):
             rtsys.initialize(target_context)
             return self._load_overload(sig, target_context)
         except Exception as error:  # noqa: BLE001 - a damaged pickle can raise nearly anything
-            warn_once(f"the cache of compiled code is damaged and is made anew ({error!r})")
+            warn_once(f"the cache of compiled code is damaged and is rebuilt ({error!r})")
             with contextlib.suppress(OSError):  # an index that cannot be replaced stays
                 self.flush()
             return None

@@ -257,4 +257,4 @@ def _state_units(units: Units) -> State:
 
 
 FOLLOWING = StrainModel(STATE, adiabatic_equations, scaling.FOLLOWING, starting_state, _state_units)
-"""The strain follows the relative velocity at once, Eq. 24."""
+"""The strain follows the relative velocity instantly, Eq. 24."""

@@ -73,9 +73,9 @@ _LOOSEST = 1e-4
 def compile_shared(options: Options) -> None:
     """Compile or load everything that all points need."""
     # A run over no points calls, and so compiles, every kernel but those of families.
-    nobody, columns = np.empty((0, len(Parameters._fields))), final_columns(options.physics)
+    no_points, columns = np.empty((0, len(Parameters._fields))), final_columns(options.physics)
     results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, columns))
-    orbits(nobody, options, finals, results, finals)
+    orbits(no_points, options, finals, results, finals)
 
 
 def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
@@ -83,9 +83,9 @@ def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel
     settings, width = options.settings(), model_of(options.physics).width
     task = Pass(TRAVEL, settings.rtol, settings.rtol, 0, 0, False)
     for family, _ in families(options.physics, kinds):
-        nobody = new_queue(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
+        no_points = new_queue(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
         kernel = pass_kernel(family)
-        yield FamilyKernel(kernel, partial(kernel, nobody, new_lanes(width), task, 0))
+        yield FamilyKernel(kernel, partial(kernel, no_points, new_lanes(width), task, 0))
 
 
 def largest_step(points: np.ndarray, options: Options) -> np.ndarray:

@@ -296,7 +296,7 @@ def _make_handle_event(problems: Any, state: StateFunctions, begin_record: Any, 
             )
             contracting = solids.parts_never(p, math.exp(lowest), math.exp(highest))
             longest = _longest_jump(p, math.exp(y[FILM]))
-            # A liquid that cannot freeze may have any peaks: nothing hangs on them.
+            # In a liquid that cannot freeze the peaks do not matter.
             may_freeze = p.temperature < solids.solidification_temperature(p, 0.0)
             peak = STATE[FILM].weight * max(highest, STATE[FILM].floor) if may_freeze else 0.0
             search.limit_jumps(lanes.memories[lane], longest, contracting, peak)

@@ -34,8 +34,8 @@ _LEAST_WEIGHT = 0.01
 # Budget of steps of a copy: beyond it the multiplier stays unknown.
 _MAX_STEPS = 20_000_000
 
-# Half periods over which the tolerance of the points does not blur a multiplier, and the tolerances
-# tried for longer cycles: an attracting orbit has no multiplier above 1.
+# Half periods over which the tolerance of the points does not blur a multiplier; and the tolerances
+# for longer cycles, and in turn for results above 1, which no attracting orbit has.
 _SHORT = 2
 _TIGHT = (1e-8, 1e-10)
 

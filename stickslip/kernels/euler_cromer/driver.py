@@ -28,8 +28,8 @@ def compile_shared(options: Options) -> None:
 def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
     """Yield the further kernels that points of these kinds (n, k) need; see `families.KIND`."""
     yield from plain.reference_kernels(kinds, options)
-    nobody, nothing = np.empty((0, len(Parameters._fields))), np.empty(0, np.int64)
-    tasks = March(nobody, nothing, np.empty((0, WIDTH)), options.physics).tasks
+    no_points, nothing = np.empty((0, len(Parameters._fields))), np.empty(0, np.int64)
+    tasks = March(no_points, nothing, np.empty((0, WIDTH)), options.physics).tasks
     noisy = options.noise != NO_NOISE
     for family, _ in families(options.physics, kinds):
         for measured in (False, True):

@@ -33,10 +33,10 @@ _BLOCK = 2048
 
 def compile_shared(make_march: MakeMarch, options: Options) -> None:
     """Compile or load everything that all points need, including the adaptive method's part."""
-    nobody, columns = np.empty((0, len(Parameters._fields))), final_columns(options.physics)
+    no_points, columns = np.empty((0, len(Parameters._fields))), final_columns(options.physics)
     adaptive.compile_shared(options)
     results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, columns))
-    write_orbits(make_march, nobody, options, finals, results, finals)
+    write_orbits(make_march, no_points, options, finals, results, finals)
 
 
 def reference_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
