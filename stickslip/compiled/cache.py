@@ -12,6 +12,7 @@ import hashlib
 import os
 import pickle
 import shutil
+import stat
 import time
 import warnings
 from collections.abc import Callable
@@ -32,7 +33,10 @@ class SteadyCache(FunctionCache):
     """Numba's file cache, which recompiles where a damaged file would have raised."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
-        super().__init__(function)
+        try:
+            super().__init__(function)
+        except RuntimeError:  # Numba names the function, of which there are many
+            raise RuntimeError("no folder that can be written; set NUMBA_CACHE_DIR") from None
         impl = self._impl
         stamp = impl.locator.get_source_stamp()
         self._name = function.__qualname__
@@ -105,12 +109,13 @@ class OneFolder(UserProvidedCacheLocator):
 class CacheFolder:
     """Points Numba at the package's own cache folder while a kernel is declared.
 
-    Raises RuntimeError where there is none.
+    Raises RuntimeError where there is none, or none that can be trusted.
     """
 
     def __enter__(self) -> None:
         folder = cache_folder()
         _prepare(folder)
+        refuse_planted(folder)
         self._previous = numba_config.CACHE_DIR, numba_config.CACHE_LOCATOR_CLASSES
         numba_config.CACHE_DIR = str(folder)
         # Without this an unwritable folder sends Numba to __pycache__, which no hash names.
@@ -121,12 +126,36 @@ class CacheFolder:
 
 
 def cache_folder() -> Path:
-    """Where the compiled code of exactly these sources is kept.
+    """Return the folder of the compiled code of exactly these sources.
 
-    Nobody else can write there, since what is loaded is run. Raises RuntimeError where there is no
-    home folder.
+    In a folder that several users share, such as /tmp, each has one of their own. Raises
+    RuntimeError where there is no home folder.
     """
-    return _cache_root() / f"{_PREFIX}{source_hash()[:16]}"
+    root = _cache_root()
+    user = f"{os.geteuid()}-" if root.is_dir() and _writable_by_others(root.stat()) else ""
+    return root / f"{_PREFIX}{user}{source_hash()[:16]}"
+
+
+def refuse_planted(folder: Path) -> None:
+    """Raise RuntimeError where another user could have put code into the folder: it would be run.
+
+    A folder that does not exist holds no code.
+    """
+    with contextlib.suppress(FileNotFoundError):
+        root, found = folder.parent.stat(), folder.lstat()
+        if not stat.S_ISDIR(found.st_mode):
+            raise RuntimeError(f"{folder} is not a folder; remove it")
+        for path, status in ((folder.parent, root), (folder, found)):
+            if status.st_uid not in (0, os.geteuid()):
+                raise RuntimeError(f"{path} belongs to another user; set NUMBA_CACHE_DIR")
+        if _writable_by_others(found):
+            raise RuntimeError(f"others can write into {folder}; remove it")
+        if _writable_by_others(root) and not root.st_mode & stat.S_ISVTX:
+            raise RuntimeError(f"others can exchange what lies in {folder.parent}; chmod go-w it")
+
+
+def _writable_by_others(status: os.stat_result) -> bool:
+    return bool(status.st_mode & (stat.S_IWGRP | stat.S_IWOTH))
 
 
 @cache
@@ -134,14 +163,15 @@ def _prepare(folder: Path) -> None:
     """Make the folder, for its owner alone, and take those of sources long gone away."""
     with contextlib.suppress(OSError):  # Numba says that it cannot be written
         if not folder.exists():
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            folder.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            folder.mkdir(mode=0o700, exist_ok=True)
             _remove_old(folder.parent)
         os.utime(folder)
 
 
 def _remove_old(root: Path) -> None:
-    """Take folders that no process has used for long away."""
-    for folder in root.glob(f"{_PREFIX}{'[0-9a-f]' * 16}"):
+    """Remove the folders of this user that no process has used for long."""
+    for folder in root.glob(f"{_PREFIX}*{'[0-9a-f]' * 16}"):
         with contextlib.suppress(OSError):
             if time.time() - folder.stat().st_mtime > _KEPT_SECONDS:
                 shutil.rmtree(folder, ignore_errors=True)
@@ -151,9 +181,12 @@ def _cache_root() -> Path:
     if numba_config.CACHE_DIR:  # set by NUMBA_CACHE_DIR
         return Path(numba_config.CACHE_DIR)
     home = Path(os.environ.get("XDG_CACHE_HOME") or "")
-    if not home.is_absolute():  # as the XDG specification says
-        home = Path("~/.cache").expanduser()
-    return home / "stickslip"
+    if home.is_absolute():  # else it is ignored, as the XDG specification says
+        return home / "stickslip"
+    try:
+        return Path("~/.cache/stickslip").expanduser()
+    except RuntimeError:
+        raise RuntimeError("there is no home folder; set NUMBA_CACHE_DIR") from None
 
 
 @cache
