@@ -80,6 +80,6 @@ def named_kernel(name: str, function: Callable[..., Any]) -> Any:
     try:
         with CacheFolder():
             dispatcher._cache = SteadyCache(function)  # as njit(cache=True), but with our class
-    except RuntimeError:  # no writable folder anywhere
-        warn_once("compiled code cannot be cached: no writable folder; set NUMBA_CACHE_DIR")
+    except RuntimeError as error:  # no folder, or none that can be written or trusted
+        warn_once(f"compiled code is not cached: {error}")
     return dispatcher

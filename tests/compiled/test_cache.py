@@ -114,6 +114,53 @@ def test_the_cache_folder_is_named_by_the_hash() -> None:
     assert compiled_cache.cache_folder().name == f"stickslip-{compiled_cache.source_hash()[:16]}"
 
 
+# --- folders in which others could have put code -------------------------------------------------
+
+
+def of_another_user(folder: Path) -> None:
+    if os.geteuid() != 0:
+        pytest.skip("only root can give a folder away")
+    os.chown(folder, 65534, 65534)
+
+
+PLANTED: dict[str, tuple[Callable[[Path], None], str]] = {
+    "of another user": (of_another_user, "belongs to another user"),
+    "in one of another user": (lambda folder: of_another_user(folder.parent), "another user"),
+    "others can write": (lambda folder: folder.chmod(0o777), "others can write into"),
+    "its group can write": (lambda folder: folder.chmod(0o770), "others can write into"),
+    "others can exchange it": (lambda folder: folder.parent.chmod(0o777), "others can exchange"),
+    "a link": (lambda folder: folder.rename(f"{folder}.mine"), "is not a folder"),
+}
+
+
+@pytest.mark.parametrize("case", PLANTED)
+def test_code_that_another_user_could_have_put_there_is_not_run(
+    cache: Path, case: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert use() == (7.0, 0, [])
+    assert use() == (7.0, 1, [])
+    plant, told = PLANTED[case]
+    folder = compiled_cache.cache_folder()
+    monkeypatch.setattr(compiled_cache, "cache_folder", lambda: folder)
+    plant(folder)
+    if case == "a link":
+        folder.symlink_to(f"{folder}.mine")
+    value, hits, (warning,) = use()
+    assert (value, hits) == (7.0, 0)
+    assert warning.startswith("compiled code is not cached: ")
+    assert told in warning
+
+
+def test_in_a_folder_that_users_share_each_has_one_of_their_own(cache: Path) -> None:
+    cache.mkdir()
+    cache.chmod(0o1777)
+    assert use() == (7.0, 0, [])
+    assert use() == (7.0, 1, [])
+    folder = compiled_cache.cache_folder()
+    assert folder.name.startswith(f"stickslip-{os.geteuid()}-")
+    assert folder.stat().st_mode & 0o777 == 0o700
+
+
 # --- edits and damage, seen by new processes -----------------------------------------------------
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import socket
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -161,7 +162,11 @@ def test_the_file_is_on_the_disk_before_it_gets_its_name(
     monkeypatch.setattr(os, "fsync", observed_fsync)
     monkeypatch.setattr(Path, "replace", observed_replace)
     write_dataset(dataset(), tmp_path / "a.nc")
-    assert done == [f"flush .a.nc.{os.getpid()}.tmp", "replace", f"flush {tmp_path.name}"]
+    assert done == [
+        f"flush .a.nc.{socket.gethostname()}.{os.getpid()}.tmp",
+        "replace",
+        f"flush {tmp_path.name}",
+    ]
 
 
 def test_what_does_not_read_back_is_not_kept(
