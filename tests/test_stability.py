@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip.kernels.fastest_rates import REFUSE_ABOVE, fastest_rate
-from stickslip.model.laws import friction_law
-from stickslip.options import DEFAULTS, FRICTION_LAWS
+from stickslip.options import DEFAULTS
 from stickslip.parameters import Parameters
 from stickslip.stability import ACCURATE_PART, largest_stable_step, static_strength, step_as_text
 
@@ -35,17 +34,15 @@ def test_a_step_that_gives_finite_but_wrong_numbers_is_refused(
     assert limit(**changes) < dt
 
 
-def test_the_step_of_the_paper_is_accepted_at_the_parameters_of_fig_3() -> None:
-    assert ACCURATE_PART * limit() > 1e-10
-
-
-def test_the_step_8e_9_that_has_a_small_error_at_fig_3_is_accepted_there() -> None:
-    assert limit() > 8e-9
+@pytest.mark.parametrize("omega", [10.0, 15.0, 32.0, 38.0])
+def test_the_step_of_the_paper_is_accepted_at_its_parameters(omega: float) -> None:
+    assert ACCURATE_PART * limit(angular_frequency=omega) > 1e-10
+    assert limit(angular_frequency=omega) > 10 * 1e-10
 
 
 def test_the_largest_step_at_fig_3_is_set_by_the_melting_in_the_slip() -> None:
-    # The order parameter relaxes with up to 2e8 1/s in the slip.
-    assert 5e-9 < limit() < 2.5e-8
+    # The order parameter relaxes with up to 2e8 1/s in the slip; 8e-9 s has a small error still.
+    assert 8e-9 < limit() < 2.5e-8
     assert limit(kinetic_coefficient=50.0) == pytest.approx(2 * limit(), rel=1e-12)
 
 
@@ -236,17 +233,3 @@ def test_a_film_that_is_liquid_or_not_elastic_has_no_strength() -> None:
     liquid = Parameters(temperature=400.0)
     assert static_strength(np.array(liquid))[0] == 0.0
     assert static_strength(np.array(Parameters(elastic_coefficient=0.0)))[0] == 0.0
-
-
-@pytest.mark.parametrize("law", FRICTION_LAWS)
-@pytest.mark.parametrize("gamma", [-0.9, -2 / 3, 0.0, 0.5, 2 / 3, 2.0])
-def test_the_slope_of_a_law_up_to_a_speed_is_bounded_by_the_one_that_limits_a_step(
-    law: str, gamma: float
-) -> None:
-    known, p = friction_law(law), Parameters(rheological_index=gamma)
-    if not known.has_cusp(p):
-        most = known.stable_slope(p, 1e-5, 0.5)
-        assert all(
-            known.rounded(p, u, 0.5, 0.0)[1] <= most * (1 + 1e-12)
-            for u in np.linspace(0.0, 1e-5, 50)
-        )

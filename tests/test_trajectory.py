@@ -85,12 +85,6 @@ def test_the_states_obey_the_equations_of_motion() -> None:
     assert np.quantile(force_error, 0.9) < 1e-4 * scale
 
 
-def test_the_dataset_survives_a_file(tmp_path, fig_3: xr.Dataset) -> None:
-    fig_3.to_netcdf(tmp_path / "fig3.nc")
-    with xr.open_dataset(tmp_path / "fig3.nc") as ds:
-        xr.testing.assert_identical(ds.load(), fig_3)
-
-
 # --- sampling -------------------------------------------------------------------------------------
 
 

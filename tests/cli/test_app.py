@@ -15,8 +15,6 @@ from support.sweeps.commands import FOUR_POINTS, Command, entries
 
 from sweeps.cli.app import app
 
-CONFIGS = Path(__file__).parents[2] / "configs"
-
 HEAVY = {"numba", "numpy", "xarray", "netCDF4", "matplotlib", "joblib", "scipy", "dask", "ruamel"}
 
 VERBS = tuple(typer.main.get_command(app).commands)

@@ -104,10 +104,6 @@ REFUSED = [row for row in ALL if row[2].kind == "refused"]
 BAD = [row for row in REFUSED if row[2].line is not None]
 
 
-def test_there_are_enough_bad_configs() -> None:
-    assert len(BAD) >= 72
-
-
 @pytest.mark.parametrize("verb", ["sweep", "check", "simulate"])
 def test_bad_configs_are_refused_in_lines(command: Command, verb: str) -> None:
     rows = BAD if verb == "check" else BAD[::5]

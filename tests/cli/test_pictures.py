@@ -17,8 +17,6 @@ from sweeps.exits import Exit
 from sweeps.figures import PlotOptions
 from sweeps.files.datasets import open_result
 
-CONFIGS = Path(__file__).parents[2] / "configs"
-
 
 def test_simulate_computes_what_python_computes(command: Command) -> None:
     code, out, err = command("simulate", "a.yaml", "--set", "T=250", "--set", "gamma=0")

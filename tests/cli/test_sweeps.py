@@ -14,8 +14,6 @@ from support.sweeps.commands import FOUR_POINTS, Command, entries
 from sweeps.engine.run import run
 from sweeps.files.datasets import content_hash, open_result
 
-CONFIGS = Path(__file__).parents[2] / "configs"
-
 
 def test_sweep_writes_beside_the_config_s_name_and_says_so(command: Command) -> None:
     code, out, err = command("sweep", "a.yaml")

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 import pytest
 from numba.core import config as numba_config
-from support.marks import marked
 from support.package import copy_of_package, run_python, start_python
 from support.small_kernel import LOG_PHI, SMALL_KERNEL, run_small_kernel
 
@@ -110,10 +109,6 @@ def test_the_hash_changes_with_the_name_of_a_source(tmp_path: Path) -> None:
     assert hash_of(package) != compiled_cache.source_hash()
 
 
-def test_the_cache_folder_is_named_by_the_hash() -> None:
-    assert compiled_cache.cache_folder().name == f"stickslip-{compiled_cache.source_hash()[:16]}"
-
-
 # --- edits and damage, seen by new processes -----------------------------------------------------
 
 
@@ -162,52 +157,11 @@ def test_an_edit_of_the_physics_is_compiled_even_with_a_warm_cache(tmp_path: Pat
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("suffix", "kept"), marked("stress", [("nbc", 0.5), ("nbi", 0.5), ("nbi", 0.0), ("nbc", 0.0)])
-)
-def test_a_truncated_cache_is_made_anew_with_a_warning(
-    tmp_path: Path, suffix: str, kept: float
-) -> None:
-    value = run_small_kernel(tmp_path)[0]
-    damaged = list(tmp_path.rglob(f"*.{suffix}"))
-    assert damaged
-    for path in damaged:
-        data = path.read_bytes()
-        path.write_bytes(data[: int(kept * len(data))])
-    again = run_small_kernel(tmp_path)
-    assert again[0] == value
-    assert "RuntimeWarning: the cache of compiled code is damaged" in again[3]
-    assert "Traceback" not in again[3]
-    assert run_small_kernel(tmp_path) == (value, 1, 0, "")
-
-
-@pytest.mark.stress
-def test_a_cache_of_random_bytes_is_made_anew(tmp_path: Path) -> None:
-    value = run_small_kernel(tmp_path)[0]
-    rng = np.random.default_rng(0)
-    for path in [*tmp_path.rglob("*.nbi"), *tmp_path.rglob("*.nbc")]:
-        path.write_bytes(rng.bytes(len(path.read_bytes())))
-    assert run_small_kernel(tmp_path)[0] == value
-    assert run_small_kernel(tmp_path)[1:] == (1, 0, "")
-
-
-@pytest.mark.slow
 def test_a_cache_folder_that_cannot_be_made_does_not_stop_the_work(tmp_path: Path) -> None:
     package = copy_of_package(tmp_path)
     obstacle = tmp_path / "file"
     obstacle.write_text("not a folder")
     assert run_small_kernel(obstacle, package)[0] == pytest.approx(LOG_PHI, abs=1e-6)
-
-
-@pytest.mark.slow
-def test_a_cache_folder_that_is_read_only_does_not_stop_the_work(tmp_path: Path) -> None:
-    folder = tmp_path / "cache"
-    folder.mkdir()
-    folder.chmod(0o500)
-    if os.access(folder, os.W_OK):
-        pytest.skip("this user can write to a read-only folder")
-    package = copy_of_package(tmp_path)
-    assert run_small_kernel(folder, package)[0] == pytest.approx(LOG_PHI, abs=1e-6)
 
 
 @pytest.mark.stress

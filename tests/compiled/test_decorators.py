@@ -39,19 +39,6 @@ def test_a_division_by_zero_is_infinite_and_raises_nothing() -> None:
 # --- signatures ----------------------------------------------------------------------------------
 
 
-def test_settings_are_of_one_type_whatever_numbers_made_them() -> None:
-    types = {
-        tuple(type(value) for value in Options(**changes).settings())
-        for changes in (
-            {},
-            {"rtol": np.float32(1e-3), "dt": 1, "stationary_rtol": np.float32(1e-3)},
-            {"max_steps": 1e6, "max_periods": np.int64(7)},
-            {"method": "euler-cromer", "accelerate": 1},
-        )
-    }
-    assert types == {(float, float, int, float, int, int, bool)}
-
-
 @decorators.kernel
 def smallest(point: np.ndarray, settings: Settings) -> float:
     return drive.period(parameters_of(point)) * settings.rtol * settings.max_steps

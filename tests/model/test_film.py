@@ -17,7 +17,6 @@ B_CUBIC, C_QUARTIC = PAPER.cubic_coefficient, PAPER.quartic_coefficient
 SPINODAL = B_CUBIC**2 / (4 * C_QUARTIC)
 """b^2/4c: the melting function from which a film is liquid only."""
 
-FIG_2_STRAIN = 2.1e-6
 
 ENERGIES = [name for name, v in PARAMETERS.items() if v.units == "J m-3"]
 FULL = PAPER._replace(**{name: 100.0 for name in ENERGIES if getattr(PAPER, name) == 0.0})
@@ -41,20 +40,6 @@ def unstable_order_parameter(p: Parameters, B: float) -> float:
     """The lower root of Eq. 16, which separates the basins of liquid and solid."""
     half = 0.5 * p.cubic_coefficient / p.quartic_coefficient
     return half - math.sqrt(half * half - B / p.quartic_coefficient)
-
-
-def extrema_of_free_energy(T: float, eps: float) -> list[tuple[str, float]]:
-    """Minima and maxima of f over phi >= 0, with the edge phi = 0 seen from its right."""
-    p, phi = at(T), np.linspace(0.0, 0.6, 6001)
-    f = np.array([film.free_energy(p, x, eps) for x in phi])
-    rises = np.diff(f) > 0
-    found = [("minimum", 0.0)] if rises[0] else [("maximum", 0.0)]
-    for i in range(1, len(rises)):
-        if rises[i] and not rises[i - 1]:
-            found.append(("minimum", float(phi[i])))
-        if rises[i - 1] and not rises[i]:
-            found.append(("maximum", float(phi[i])))
-    return found
 
 
 def five_point_slope(function: Any, x: float, step: float) -> float:
@@ -142,26 +127,6 @@ def test_the_quasi_static_film_bears_4_2885_MPa_and_2_8009_mN_at_200_K() -> None
 
 
 # --- Fig. 2: the landscape -----------------------------------------------------------------------
-
-
-def test_fig_2_at_265_K_the_only_minimum_is_a_solid_one() -> None:
-    kinds = extrema_of_free_energy(265.0, FIG_2_STRAIN)
-    assert [kind for kind, _ in kinds] == ["maximum", "minimum"]
-    assert kinds[0][1] == 0.0
-    assert kinds[1][1] > 0.0
-
-
-def test_fig_2_at_286_K_a_maximum_parts_the_liquid_from_the_solid_minimum() -> None:
-    p, kinds = at(286.0), extrema_of_free_energy(286.0, FIG_2_STRAIN)
-    assert [kind for kind, _ in kinds] == ["minimum", "maximum", "minimum"]
-    B = film.melting_function(p, FIG_2_STRAIN)
-    assert kinds[0][1] == 0.0
-    assert kinds[1][1] == pytest.approx(unstable_order_parameter(p, B), abs=2e-4)
-    assert kinds[2][1] == pytest.approx(solids.solid_order_parameter(p, B), abs=2e-4)
-
-
-def test_fig_2_at_310_K_the_only_minimum_is_the_liquid() -> None:
-    assert extrema_of_free_energy(310.0, FIG_2_STRAIN) == [("minimum", 0.0)]
 
 
 # --- stationary states and kinetics --------------------------------------------------------------
@@ -314,10 +279,6 @@ def test_without_the_cubic_term_a_film_counts_as_solid_from_half_its_unstrained_
     unstrained = math.sqrt(2 * PAPER.thermal_coefficient * 90.0 / C_QUARTIC)
     assert threshold == pytest.approx(0.5 * unstrained, rel=1e-14, abs=0)
     assert solids.solid_threshold(at(300.0, cubic_coefficient=0.0)) == 0.0
-
-
-def test_a_film_counts_as_melted_below_a_tenth_of_the_solid_threshold() -> None:
-    assert solids.MELTED_PART == 0.1
 
 
 def test_the_bound_of_the_order_parameter_is_the_unstrained_solid_or_half_b_over_c() -> None:
