@@ -58,22 +58,6 @@ def test_names_of_files_are_left_to_the_shell(line: str) -> None:
     assert (fish.returncode, fish.stdout) == (1, "")
 
 
-@pytest.mark.parametrize(
-    ("shell", "script"),
-    [
-        ("bash", ".bash_completions/stickslip.sh"),
-        ("zsh", ".zfunc/_stickslip"),
-        ("fish", ".config/fish/completions/stickslip.fish"),
-    ],
-)
-def test_completion_is_shown_and_installed(tmp_path: Path, shell: str, script: str) -> None:
-    shown = asked("--show-completion", shell, **GIVEN)
-    assert shown.returncode == 0
-    installed = asked("--install-completion", shell, HOME=str(tmp_path), **GIVEN)
-    assert installed.returncode == 0
-    assert (tmp_path / script).read_text().strip() == shown.stdout.strip()
-
-
 @pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
 def test_bash_completes_a_verb_with_the_installed_script(tmp_path: Path) -> None:
     command = tmp_path / "stickslip"

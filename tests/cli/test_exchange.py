@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import netCDF4
@@ -27,15 +26,6 @@ def test_an_array_of_jobs_is_the_whole(command: Command) -> None:
     assert content_hash(open_result(Path("merged.nc"))) == whole
 
 
-def test_a_part_says_how_it_stands(command: Command) -> None:
-    command("sweep", "a.yaml", "--part", "1/2")
-    again = command("sweep", "a.yaml", "--part", "1/2")
-    assert "is complete: 2 points, nothing to do" in again.err
-    status = command("status", "results/a.part-1-of-2.nc")
-    assert "complete (part 1/2)" in status.out
-    assert "2 of 2 points done" in status.out
-
-
 def test_a_table_is_written_once(command: Command) -> None:
     command("sweep", "a.yaml", "-o", "a.nc")
     done = command("export", "a.nc")
@@ -58,20 +48,6 @@ def test_what_is_no_table_of_ours_is_not_replaced(command: Command) -> None:
         code, _, err = command("export", "c.csv", *more)
         assert (code, err) == (2, "c.csv is the result itself; -o names the table\n")
     assert Path("c.csv").read_bytes() == result
-
-
-def test_parquet_is_written_or_what_it_needs_is_said(
-    command: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    command("sweep", "a.yaml", "-o", "a.nc")
-    with monkeypatch.context() as without:
-        without.setitem(sys.modules, "pyarrow.parquet", None)
-        code, _, err = command("export", "a.nc", "-o", "a.parquet")
-    assert code == 2
-    assert err.startswith("Parquet is written by pyarrow, which is not installed: pip install")
-    assert not Path("a.parquet").exists()
-    pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
-    assert command("export", "a.nc", "-o", "a.parquet").out == "a.parquet\n"
 
 
 def test_numbers_that_were_changed_are_told(command: Command) -> None:

@@ -66,15 +66,6 @@ def test_a_trajectory_is_no_result_of_a_sweep(command: Command) -> None:
     assert err.startswith("t.nc: this is no result of a sweep")
 
 
-def test_all_problems_of_a_config_are_told(command: Command) -> None:
-    pytest.importorskip("bokeh", reason="bokeh is not installed")
-    Path("b.yaml").write_text("modle: {}\nsweep: {T: []}\n")
-    code, out, err = command("explore", "b.yaml")
-    assert (code, out) == (2, "")
-    assert "b.yaml:1: modle: unknown key (did you mean 'model'?)" in err
-    assert err.count("\n") == 2
-
-
 @pytest.mark.parametrize(
     ("display", "opens"),
     [({}, False), ({"DISPLAY": ":0"}, True), ({"WAYLAND_DISPLAY": "wayland-0"}, True)],
