@@ -22,7 +22,7 @@ OK, APERIODIC = int(Status.OK), int(Status.APERIODIC)
 _DROPPED = 5
 
 # Paths side by side.
-_AT_A_TIME = 4096
+PATHS_AT_A_TIME = 4096
 
 _COLUMN = {name: place for place, name in enumerate(RESULT_COLUMNS)}
 _AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
@@ -42,7 +42,7 @@ def write_ensembles(
     multiplier and exponent, and its state. Points without a typical path stay as they are.
     """
     rows = np.flatnonzero(np.isin(results[:, STATUS], (OK, APERIODIC)))
-    at_once = max(1, _AT_A_TIME // int(options.realizations))
+    at_once = max(1, PATHS_AT_A_TIME // int(options.realizations))
     for first in range(0, len(rows), at_once):
         some = rows[first : first + at_once]
         results[some] = _statistics(points[some], options, results[some], finals[some])

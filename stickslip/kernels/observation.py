@@ -28,7 +28,7 @@ from stickslip.parameters import Parameters
 # judged; a growth above the least, per period, is none that leads to a cycle soon.
 _ALIGNING = 16
 _JUDGED = 128
-_LEAST_GROWTH = -0.01
+LEAST_GROWTH = -0.01
 
 RTOL = 1e-8
 """The tolerance of an adaptive method that carries the tangents of another one's motions."""
@@ -135,7 +135,7 @@ def watch(walk: TangentWalk, length: int, *, decisive: bool = False) -> Watched:
 
 
 def _grows(grown: list[np.ndarray]) -> np.ndarray:
-    return mean_in_order(grown[_ALIGNING:_JUDGED]) > _LEAST_GROWTH
+    return mean_in_order(grown[_ALIGNING:_JUDGED]) > LEAST_GROWTH
 
 
 def spreads_of(walk: DivisibleWalk, periods: np.ndarray) -> np.ndarray:

@@ -130,7 +130,7 @@ def test_a_step_budget_covers_the_measurement() -> None:
 def test_a_block_of_points_at_a_time_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     points = np.array([Parameters(**changes) for changes in ORBITS])
     whole = compute_orbits(points, Options(**COARSE, stationary_rtol=1e-4))
-    monkeypatch.setattr(plain, "_BLOCK", 3)
+    monkeypatch.setattr(plain, "POINTS_AT_A_TIME", 3)
     parts = compute_orbits(points, Options(**COARSE, stationary_rtol=1e-4))
     for ours, theirs in zip(parts, whole, strict=True):
         np.testing.assert_array_equal(ours, theirs)
