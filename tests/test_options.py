@@ -24,7 +24,6 @@ from stickslip.options import (
     OPTIONS,
     STOCHASTIC,
     TYPICAL_PATH,
-    NoiseError,
     OptionError,
     Options,
     Settings,
@@ -203,12 +202,6 @@ def test_all_complaints_come_at_once() -> None:
         "dt must be greater than 0, not -1.0",
         "max_steps must be a whole number, 1 <= value <= 9.22337e+18, not 0",
     ]
-
-
-def test_errors_are_value_errors() -> None:
-    assert issubclass(OptionError, ValueError)
-    assert issubclass(NoiseError, ValueError)
-    assert "could never solidify" in str(NoiseError())
 
 
 # --- as kernels take them -------------------------------------------------------------------------

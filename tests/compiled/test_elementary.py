@@ -84,12 +84,6 @@ def test_the_relative_error_of_the_cube_root_is_below_5_ulp(exponent: float) -> 
     assert relative_error(cube_root, 10.0**exponent) < 5 * ULP
 
 
-@pytest.mark.parametrize("root", [1.0, 2.0, 20.0, 1e-5, 3e80])
-def test_cubes_have_their_roots(root: float) -> None:
-    assert cube_root(root**3) == pytest.approx(root, rel=5 * ULP)
-    assert inverse_cube_root(root**3) == pytest.approx(1 / root, rel=4 * ULP)
-
-
 def test_the_root_of_zero_is_zero() -> None:
     assert cube_root(0.0) == 0.0
 
