@@ -17,31 +17,6 @@ from stickslip.variables import PARAMETERS
 
 TINY = 5e-324  # the smallest positive float
 
-FIG_3 = {
-    "temperature": 200,
-    "viscosity_coefficient": 5e4,
-    "spring_stiffness": 3000,
-    "rheological_index": -2 / 3,
-    "angular_frequency": 10,
-    "drive_amplitude": 0.8e-6,
-    "block_mass": 0.4,
-    "initial_displacement": 0,
-    "initial_velocity": 0,
-    "initial_order_parameter": 0,
-    "film_thickness": 1e-9,
-    "strain_relaxation_time": 1e-8,
-    "contact_area": 0.6e-9,
-    "kinetic_coefficient": 100,
-    "thermal_coefficient": 0.95,
-    "critical_temperature": 290,
-    "elastic_coefficient": 4e12,
-    "cubic_coefficient": 230,
-    "quartic_coefficient": 850,
-    "noise_intensity": 1e-18,  # not in the paper: model choice, see docs/equations.md
-    "quintic_coefficient": 0,  # the paper ends with the fourth order
-    "sextic_coefficient": 0,
-}
-
 POSITIVE = [
     "film_thickness",
     "strain_relaxation_time",
@@ -97,10 +72,6 @@ INVALID = [
 
 def test_bounds_are_tried_for_every_parameter():
     assert {name for name, _ in VALID} == set(PARAMETERS)
-
-
-def test_defaults_are_those_of_fig_3():
-    assert Parameters()._asdict() == FIG_3
 
 
 def test_fields_are_the_registry_in_its_order():

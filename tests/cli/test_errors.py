@@ -6,8 +6,6 @@ import logging
 import os
 import re
 import resource
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from support.sweeps.bad_configs import ALL
-from support.sweeps.commands import Command, entries
+from support.sweeps.commands import Command, entries, process
 
 from stickslip.orbit import compute_orbits
 from sweeps.cli import inspect
@@ -199,19 +197,12 @@ def test_a_disk_that_is_really_full_keeps_the_old_file(tmp_path: Path) -> None:
     write_dataset(xr.Dataset({"old": 1.0}), path)
     old = path.read_bytes()
     (tmp_path / "a.yaml").write_text(SWEEP)
-    done = subprocess.run(
-        [sys.executable, "-m", "sweeps.cli", "sweep", "a.yaml", "-o", "a.nc", "--overwrite"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000)),
-    )
-    assert done.returncode == 5, done.stderr
-    assert done.stdout == ""
-    assert "cannot write " in done.stderr
-    assert "a.nc" in done.stderr
-    assert "Traceback" not in done.stderr
+    limit = resource.RLIMIT_FSIZE, (20_000, 20_000)
+    command = ("sweep", "a.yaml", "-o", "a.nc", "--overwrite")
+    code, out, err = process(*command, cwd=tmp_path, preexec_fn=lambda: resource.setrlimit(*limit))
+    assert (code, out) == (5, ""), err
+    assert "cannot write " in err
+    assert "a.nc" in err
     assert path.read_bytes() == old
     assert "result.nc" not in [file.name for file in tmp_path.rglob("*")]
 
@@ -220,15 +211,9 @@ def test_a_full_disk_behind_the_standard_output(tmp_path: Path) -> None:
     if not Path("/dev/full").exists():
         pytest.skip("there is no /dev/full here")
     with Path("/dev/full").open("w") as full:
-        done = subprocess.run(
-            [sys.executable, "-m", "sweeps.cli", "schema"],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            check=False,
-        )
-    assert done.returncode == 5
-    assert done.stderr == "Input/output error: [Errno 28] No space left on device\n"
+        code, _, err = process("schema", stdout=full)
+    assert code == 5
+    assert err == "Input/output error: [Errno 28] No space left on device\n"
 
 
 def test_a_timing_that_cannot_be_written_costs_nothing_else(command: Command) -> None:

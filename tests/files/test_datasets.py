@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -84,38 +85,32 @@ def write_trial(_: xr.Dataset, path: Path) -> None:
 
 
 WRITE = xr.Dataset.to_netcdf
+FULL = OSError(errno.ENOSPC, "No space left on device")
+HDF = RuntimeError("NetCDF: HDF error")
 
 
-def raising(error: BaseException, after: Callable[..., Any] | None = None) -> Callable[..., Any]:
-    def fail(*args: Any, **kwargs: Any) -> None:
-        if after is not None:
-            after(*args, **kwargs)
-        raise error
-
-    return fail
+def written(*args: Any, **kwargs: Any) -> None:
+    WRITE(*args, **kwargs)
+    raise HDF
 
 
 def flawed(ds: xr.Dataset, *args: Any, **kwargs: Any) -> None:
     WRITE(ds.assign(force=ds.force + 1e-9), *args, **kwargs)
 
 
-FULL = OSError(errno.ENOSPC, "No space left on device")
-HDF = RuntimeError("NetCDF: HDF error")
-
-
 @pytest.mark.parametrize(
     ("owner", "name", "broken", "write", "told"),
     [
-        (xr.Dataset, "to_netcdf", raising(FULL), write_dataset, "No space left on device"),
-        (xr.Dataset, "to_netcdf", raising(HDF, WRITE), write_dataset, "NetCDF: HDF error"),
-        (xr.Dataset, "to_netcdf", raising(FULL), write_trial, "No space left on device"),
-        (xr.Dataset, "to_netcdf", raising(HDF, WRITE), write_trial, "NetCDF: HDF error"),
+        (xr.Dataset, "to_netcdf", Mock(side_effect=FULL), write_dataset, "No space left on device"),
+        (xr.Dataset, "to_netcdf", written, write_dataset, "NetCDF: HDF error"),
+        (xr.Dataset, "to_netcdf", Mock(side_effect=FULL), write_trial, "No space left on device"),
+        (xr.Dataset, "to_netcdf", written, write_trial, "NetCDF: HDF error"),
         (xr.Dataset, "to_netcdf", flawed, write_dataset, "the file does not read back .*"),
-        (xr, "open_dataset", raising(HDF), write_dataset, "NetCDF: HDF error"),
-        (os, "open", raising(FULL), write_dataset, "No space left on device"),
-        (os, "fsync", raising(FULL), write_dataset, "No space left on device"),
-        (Path, "replace", raising(FULL), write_dataset, "No space left on device"),
-        (xr, "open_dataset", raising(KeyboardInterrupt()), write_dataset, None),
+        (xr, "open_dataset", Mock(side_effect=HDF), write_dataset, "NetCDF: HDF error"),
+        (os, "open", Mock(side_effect=FULL), write_dataset, "No space left on device"),
+        (os, "fsync", Mock(side_effect=FULL), write_dataset, "No space left on device"),
+        (Path, "replace", Mock(side_effect=FULL), write_dataset, "No space left on device"),
+        (xr, "open_dataset", Mock(side_effect=KeyboardInterrupt()), write_dataset, None),
     ],
 )
 def test_a_step_that_fails_leaves_the_old_file_and_no_other(

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import netCDF4
 import numpy as np
@@ -178,13 +178,6 @@ def test_what_does_not_read_back_is_not_kept(
     )
 
 
-def raising(error: BaseException) -> Callable[..., Any]:
-    def fail(*_: Any, **__: Any) -> None:
-        raise error
-
-    return fail
-
-
 FULL = OSError(28, "No space left on device")
 
 
@@ -205,7 +198,7 @@ def test_a_step_that_fails_leaves_the_older_result_alone(
     error: BaseException,
     reason: str,
 ) -> None:
-    monkeypatch.setattr(owner, name, raising(error))
+    monkeypatch.setattr(owner, name, Mock(side_effect=error))
     path = tmp_path / "a.nc"
     assert refused(path) == f"cannot write {path}: {reason}"
 
@@ -218,13 +211,18 @@ def test_rows_that_cannot_be_read_leave_the_older_result_alone(
 ) -> None:
     path = tmp_path / "a.nc"
     reason = getattr(error, "strerror", None) or error
-    assert refused(path, rows=raising(error)) == f"cannot write {path}: {reason}"
+    assert refused(path, rows=Mock(side_effect=error)) == f"cannot write {path}: {reason}"
 
 
 def test_ctrl_c_leaves_nothing_half_made(tmp_path: Path) -> None:
     settings = from_mapping(SWEEPS["one axis"])
     with pytest.raises(KeyboardInterrupt):
-        write(settings, numbered_rows(4), tmp_path / "a.nc", rows=raising(KeyboardInterrupt()))
+        write(
+            settings,
+            numbered_rows(4),
+            tmp_path / "a.nc",
+            rows=Mock(side_effect=KeyboardInterrupt()),
+        )
     assert list(tmp_path.iterdir()) == []
 
 
