@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.differences import slope_of
 
 from stickslip.model import film, solids
 from stickslip.parameters import Parameters
@@ -40,12 +41,6 @@ def unstable_order_parameter(p: Parameters, B: float) -> float:
     """The lower root of Eq. 16, which separates the basins of liquid and solid."""
     half = 0.5 * p.cubic_coefficient / p.quartic_coefficient
     return half - math.sqrt(half * half - B / p.quartic_coefficient)
-
-
-def five_point_slope(function: Any, x: float, step: float) -> float:
-    """Derivative by central differences of fourth order."""
-    values = [function(x + times * step) for times in (-2, -1, 1, 2)]
-    return float(np.dot([1, -8, 8, -1], values)) / (12 * step)
 
 
 # --- closed forms --------------------------------------------------------------------------------
@@ -197,7 +192,7 @@ def test_the_log_force_is_the_slope_of_the_free_energy_over_phi(
     p: Parameters, phi: float, eps: float, T: float
 ) -> None:
     p = p._replace(temperature=T)
-    slope = five_point_slope(lambda x: film.free_energy(p, x, eps), phi, 1e-3 * phi)
+    slope = slope_of(lambda x: film.free_energy(p, x, eps), phi, 1e-3 * phi)
     force = film.log_force(p, phi, film.melting_function(p, eps))
     B = film.melting_function(p, eps)
     assert force == pytest.approx(slope / phi, abs=1e-9 * (abs(B) + size_of_force(p, phi)))
@@ -205,7 +200,7 @@ def test_the_log_force_is_the_slope_of_the_free_energy_over_phi(
 
 @given(p=films, psi=st.floats(-30.0, 1.0))
 def test_the_slope_of_the_log_force_is_its_derivative_by_ln_phi(p: Parameters, psi: float) -> None:
-    slope = five_point_slope(lambda x: film.log_force(p, math.exp(x), 3.0), psi, 1e-3)
+    slope = slope_of(lambda x: film.log_force(p, math.exp(x), 3.0), psi, 1e-3)
     found = film.log_force_slope(p, math.exp(psi))
     assert found == pytest.approx(slope, abs=1e-9 * (1 + size_of_force(p, math.exp(psi))))
 

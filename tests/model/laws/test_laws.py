@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 import pytest
+from support.differences import slope_of
 from support.reduced import reduced_of
 
 from stickslip.model import scaling
@@ -65,12 +65,6 @@ def fluid(request: pytest.FixtureRequest) -> Fluid:
 @pytest.fixture(scope="module", params=FRICTION_LAWS)
 def law(request: pytest.FixtureRequest) -> FrictionLaw:
     return friction_law(request.param)
-
-
-def slope_of(function: Callable[[float], float], u: float, step: float) -> float:
-    """Derivative by central differences of fourth order."""
-    values = [function(u + times * step) for times in (-2, -1, 1, 2)]
-    return float(np.dot([1, -8, 8, -1], values)) / (12 * step)
 
 
 # --- what is declared ----------------------------------------------------------------------------

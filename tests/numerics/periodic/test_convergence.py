@@ -198,15 +198,11 @@ def test_a_state_that_is_not_finite_never_closes(judge: Judge, component: int, b
     assert judge.closes(sequence) == 0
 
 
-def test_a_fast_transient_does_not_hide_a_slow_one(judge: Judge) -> None:
-    sequence = geometric(0.3, 3000, (1.0, 0.5, 0.0)) + geometric(0.98, 3000, (1e-3, 0.0, 0.0))
-    newest, cycle = judge.first_verdict(sequence)
-    assert cycle == 1
-    assert abs(sequence[newest] - 0.6).max() <= TOL * 1.01
-
-
-def test_a_slow_transient_in_another_component_is_not_hidden(judge: Judge) -> None:
-    sequence = geometric(0.5, 3000, (1.0, 0.0, 0.0)) + geometric(0.98, 3000, (0.0, 0.0, 1e-3))
+@pytest.mark.parametrize("slow", [(1e-3, 0.0, 0.0), (0.0, 0.0, 1e-3)])
+def test_a_fast_transient_hides_no_slow_one_in_any_component(
+    judge: Judge, slow: tuple[float, ...]
+) -> None:
+    sequence = geometric(0.3, 3000, (1.0, 0.5, 0.0)) + geometric(0.98, 3000, slow)
     newest, cycle = judge.first_verdict(sequence)
     assert cycle == 1
     assert abs(sequence[newest] - 0.6).max() <= TOL * 1.01
