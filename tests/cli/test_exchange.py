@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import netCDF4
-import pytest
 from support.sweeps.commands import Command, entries
 
 from sweeps.files.datasets import content_hash, open_result
@@ -57,21 +56,3 @@ def test_numbers_that_were_changed_are_told(command: Command) -> None:
     code, _, err = command("export", "a.nc")
     assert code == 0
     assert err.startswith("warning: the numbers of a.nc are not those that stickslip wrote")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "told"),
-    [
-        (("sweep", "a.yaml", "--part", "3/2"), 2, "--part: '3/2' is no part"),
-        (("merge", "no.nc", "-o", "m.nc"), 5, "no.nc does not exist"),
-        (("export", "a.yaml", "-o", "a.csv"), 5, "a.yaml"),
-        (("export", "no.nc"), 5, "no.nc does not exist"),
-        (("export", "no.nc", "-o", "a.xlsx"), 2, "a.xlsx: a table ends in .csv or .parquet"),
-        (("export", "no.nc", "-o", "a.yaml/a.csv"), 5, "a.yaml is not a folder"),
-    ],
-)
-def test_what_cannot_be_done_is_said(
-    command: Command, arguments: tuple[str, ...], code: int, told: str
-) -> None:
-    done = command(*arguments)
-    assert (done.code, told in done.err) == (code, True), done.err
