@@ -74,10 +74,6 @@ def test_bounds_are_tried_for_every_parameter():
     assert {name for name, _ in VALID} == set(PARAMETERS)
 
 
-def test_fields_are_the_registry_in_its_order():
-    assert Parameters._fields == tuple(PARAMETERS)
-
-
 @pytest.mark.parametrize(("name", "value"), VALID)
 def test_valid_value_is_kept(name: str, value: float):
     assert getattr(Parameters(**{name: value} | BOUNDED.get(name, {})), name) == value

@@ -81,11 +81,6 @@ def test_a_name_is_refused_the_second_time() -> None:
         decorators.named_kernel("tests: constant[2]", make_constant(3.0))
 
 
-def test_kernels_of_one_factory_do_what_their_names_say() -> None:
-    kernels = [decorators.named_kernel(f"tests: value {i}", make_constant(i)) for i in (3.0, 4.0)]
-    assert [kernel() for kernel in kernels] == [3.0, 4.0]
-
-
 def test_threads_that_ask_a_factory_at_once_get_one_kernel() -> None:
     made: list[float] = []
 

@@ -46,10 +46,6 @@ def unstable_order_parameter(p: Parameters, B: float) -> float:
 # --- closed forms --------------------------------------------------------------------------------
 
 
-def test_the_spinodal_of_the_paper_is_15_5588() -> None:
-    assert pytest.approx(15.5588, abs=5e-5) == SPINODAL
-
-
 def test_a_film_at_rest_melts_at_298_18885_K() -> None:
     assert solids.melting_strain(at(298.18885 - 5e-6)) > 0.0
     assert solids.melting_strain(at(298.18885 + 5e-6)) == 0.0

@@ -124,11 +124,6 @@ def test_the_slope_at_the_end_is_that_of_the_interpolant(of_width: Algebra) -> N
     )
 
 
-def test_the_algebra_of_a_width_is_made_once() -> None:
-    assert algebra(3) is algebra(3)
-    assert algebra(3).width == 3
-
-
 # --- what must not be lost -----------------------------------------------------------------------
 
 

@@ -39,11 +39,6 @@ def test_the_law_declares_the_indices_that_have_kernels_of_their_own() -> None:
     assert set(LAW.parameters) == {"viscosity_coefficient", "rheological_index"}
 
 
-@pytest.mark.parametrize("gamma", INDICES)
-def test_the_viscosity_coefficient_is_the_effective_viscosity_at_unit_rate(gamma: float) -> None:
-    assert viscous_stress(fluid(gamma), H, PHI) == K_VISCOUS
-
-
 @given(u=signed_speeds, gamma=indices)
 def test_the_viscous_stress_is_the_effective_viscosity_times_the_strain_rate(
     u: float, gamma: float

@@ -7,7 +7,6 @@ import pytest
 from support.maps import TOL, new_memory
 
 from stickslip.numerics.periodic.convergence import (
-    LONGEST_CYCLE,
     REMEMBERED,
     SOONEST_CYCLE,
     UNKNOWN,
@@ -61,15 +60,6 @@ def judge(request: pytest.FixtureRequest) -> Judge:
 def geometric(ratio: float, length: int, direction=(1.0, 0.4, 0.1), limit=0.3) -> np.ndarray:
     """A sequence at the distance ratio^n from its limit."""
     return limit + ratio ** np.arange(length)[:, None] * np.array(direction)
-
-
-def test_thirty_two_periods_are_looked_at_in_maps_of_a_period_and_of_half_a_period() -> None:
-    assert [Judge(per_period).longest_cycle for per_period in (1, 2)] == [32, 64]
-    assert SOONEST_CYCLE == 64
-
-
-def test_twice_round_the_longest_cycle_is_remembered() -> None:
-    assert 2 * LONGEST_CYCLE < REMEMBERED
 
 
 # --- closing_cycle -------------------------------------------------------------------------------
