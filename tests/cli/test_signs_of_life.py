@@ -64,17 +64,6 @@ def open_gate(folder: Path) -> None:
 # --- blocks that take long ---
 
 
-def test_a_log_tells_what_is_waited_for(folder: Path) -> None:
-    child = Running("-c", SLOW_BLOCKS, *SWEEP, cwd=folder)
-    child.says(STUCK, times=2)
-    open_gate(folder)
-    code, out, err = child.ended()
-    assert code == 0
-    assert out.startswith("a.nc\n4 points in ")
-    assert err.startswith("4 points (2 x 2); 4 to compute\n0/4 points, 0 failed, ")
-    assert err.replace("\n", "").isprintable()
-
-
 def test_a_terminal_tells_what_is_waited_for_and_what_ctrl_c_means(folder: Path) -> None:
     child = OnTerminal(SLOW_BLOCKS, *SWEEP, folder=folder)
     child.shows(STUCK)
