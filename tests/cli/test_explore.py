@@ -52,6 +52,7 @@ def test_without_bokeh_it_names_the_command(
 def test_files_that_cannot_be_used(command: Command) -> None:
     pytest.importorskip("bokeh", reason="bokeh is not installed")
     assert command("explore", "b.nc") == (5, "", "b.nc does not exist\n")
+    assert command("explore", "b.yaml").code == 2
     Path("b.nc").write_text("no file")
     code, _, err = command("explore", "b.nc")
     assert code == 5
