@@ -86,6 +86,12 @@ def test_extrema_are_those_of_what_was_seen(slot: int) -> None:
     assert record[other : other + 2].tolist() == [-math.inf, math.inf]
 
 
+def test_the_first_value_is_both_maximum_and_minimum() -> None:
+    record = fresh()
+    ALONE.see_extremum(record, 0, STRESS_MAX, -4.0, True)
+    assert record[[STRESS_MAX, STRESS_MIN]].tolist() == [-4.0, -4.0]
+
+
 def test_no_number_is_neither_a_maximum_nor_a_minimum() -> None:
     record = fresh()
     ALONE.see_extremum(record, 0, STRESS_MAX, math.nan, True)
