@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import time
 
 import numpy as np
 import pytest
@@ -91,10 +90,8 @@ def test_any_cut_of_the_grid_is_the_product(lengths: list[int], cases: int, cut:
 def test_a_huge_grid_costs_only_the_points_that_are_asked_for() -> None:
     axis = {"linspace": [1, 2], "num": 1000}
     grid = Grid.from_config(from_mapping({"sweep": {"T": axis, "M": axis, "K": axis}}))
-    assert grid.size == 10**9
-    begin = time.monotonic()
+    assert grid.size == 10**9  # rows of 176 GB
     (last,) = grid.points(10**9 - 1, 10**9)
-    assert time.monotonic() - begin < 1
     assert (Parameters(*last).temperature, Parameters(*last).spring_stiffness) == (2, 2)
 
 

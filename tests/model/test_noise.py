@@ -45,11 +45,6 @@ def test_the_typical_fraction_is_the_geometric_mean_of_chi_squared() -> None:
     assert math.exp(mean_log) == pytest.approx(noise.TYPICAL_FRACTION, rel=1e-9, abs=0)
 
 
-def test_the_effective_intensity_is_that_part_of_the_intensity() -> None:
-    assert noise.effective_intensity(PAPER) == D_EFF
-    assert noise.effective_intensity(with_noise(0.0)) == 0.0
-
-
 # --- the closure is exact while the dynamics are linear ------------------------------------------
 
 
