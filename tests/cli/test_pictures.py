@@ -148,8 +148,6 @@ def test_plot_draws_what_the_options_ask_for(
     ("options", "words"),
     [
         (("--variable", "melting_cuont"), "did you mean 'melting_count'?"),
-        (("-x", "temprature"), "did you mean 'temperature'?"),
-        (("--at", "K=1000"), "spring_stiffness is 3000.0 in all of this file"),
         (("--log", "u"), "there is no 'u'"),
         (("--style", "none"), "the style file none does not exist"),
         (("--figure", "amplitudes", "-x", "T"), "--figure names a whole picture"),
