@@ -209,10 +209,6 @@ def importable(name: str) -> bool:
     return False
 
 
-def test_readme_is_read_in_three_minutes():
-    assert len((ROOT / "README.md").read_text("utf-8").splitlines()) <= 120
-
-
 def test_modules_named_in_the_picture_exist(scripts: Callable[[str], Any]):
     drawing = scripts("docs/data_flow.py")
     for stage in drawing["STAGES"]:
