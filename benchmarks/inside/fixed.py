@@ -7,20 +7,15 @@ import numpy as np
 from inside.defaults import PHYSICS, WIDTH, amplitudes_of
 from inside.lanes import half_periods
 from inside.scalar import scalar_end
-from stickslip.compiled.decorators import jit
 from stickslip.kernels.adaptive import passes
 from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.queues import reduced_queue, work_through
 from stickslip.kernels.euler_cromer.lanes import March
-from stickslip.kernels.euler_cromer.march import march_kernel
-from stickslip.kernels.families import families
 from stickslip.kernels.plain_iteration import judging
 from stickslip.kernels.plain_iteration.comparison import Known
 from stickslip.kernels.plain_iteration.starts import write_starts, write_steps
 from stickslip.kernels.points import parameters_of
-from stickslip.measure.accumulate import (
-    RECORD,
-)
+from stickslip.measure.accumulate import RECORD
 from stickslip.measure.results import relative_difference
 from stickslip.options import Options
 from stickslip.variables import RESULT_COLUMNS
@@ -40,14 +35,6 @@ def fixed_lanes(points: np.ndarray, dt: float, phi: float | None = None) -> Marc
     if phi is not None:
         states[:, 2] = phi
     return March(points, steps, states, PHYSICS)
-
-
-def march_assembly(gamma: float, noisy: bool, measured: bool, lanes: March) -> str:
-    """The machine code of the kernel for a rheological index, compiled anew."""
-    ((family, _),) = families(PHYSICS, np.array([[gamma, 0.0]]))
-    fresh = jit(march_kernel(family, noisy, measured).py_func).alone
-    fresh(lanes.tasks, np.arange(1), 1)
-    return str(fresh.inspect_asm(fresh.signatures[0]))
 
 
 def fixed_amplitudes(lanes: March) -> np.ndarray:

@@ -11,6 +11,8 @@ from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from shared.timing import pin
+
 from peers.base import PeerFailed, State
 from stickslip.parameters import Parameters
 
@@ -138,12 +140,6 @@ class Worker:
             self._process.kill()
             self._process.wait()
         self._connection = self._process = None
-
-
-def pin() -> None:
-    """Keep this process on one processor, where the system allows it."""
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 
 def serve(name: str, descriptor: int) -> None:

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import numpy as np
-from common import amplitude_errors, amplitudes, column, described, good, orbits, statuses
+from shared.points import (
+    column,
+    described,
+    good,
+    log_uniform,
+    orbits,
+    statuses,
+    worse_errors,
+)
 
 from stickslip.options import Options
 from stickslip.parameters import Parameters
@@ -46,15 +53,13 @@ def run(quick: bool) -> dict[str, Any]:
     alone = np.array([Parameters(**{name: value}) for name, value in one])
     points = random_extremes(40 if quick else 2000)
     options = Options(max_steps=_STEPS, max_periods=_PERIODS)
-    results, seconds = _timed(points, options)
-    single, _ = _timed(alone, options)
+    results, single = orbits(points, options), orbits(alone, options)
     return {
         "one_at_a_time": [
             {"parameter": name, "value": value, "status": Status(int(code)).name.lower()}
             for (name, value), code in zip(one, column(single, "status"), strict=True)
         ],
         "points": len(points),
-        "seconds": seconds,
         "statuses": statuses(results),
         "worst_stated": float(column(results, "amplitude_error")[good(results)].max()),
         "sample": _checked(points, results, max(len(points) // 10, 4)),
@@ -66,18 +71,9 @@ def random_extremes(count: int) -> np.ndarray:
     rng = np.random.default_rng(_SEED)
     rows = []
     for _ in range(count):
-        values = {
-            name: float(np.exp(rng.uniform(np.log(low), np.log(high))))
-            for name, (low, high) in RANGES.items()
-        }
+        values = {name: log_uniform(rng, *ends) for name, ends in RANGES.items()}
         rows.append(Parameters(rheological_index=rng.uniform(-0.999, 5.0), **values))
     return np.array(rows)
-
-
-def _timed(points: np.ndarray, options: Options) -> tuple[np.ndarray, float]:
-    begun = time.perf_counter()
-    results = orbits(points, options)
-    return results, time.perf_counter() - begun
 
 
 def _checked(points: np.ndarray, results: np.ndarray, count: int) -> dict[str, Any]:
@@ -87,9 +83,7 @@ def _checked(points: np.ndarray, results: np.ndarray, count: int) -> dict[str, A
     better = orbits(points[rows], tight)
     both = good(better)
     rows, better = rows[both], better[both]
-    missed = amplitude_errors(points[rows], amplitudes(results[rows]), amplitudes(better)).max(
-        axis=1
-    )
+    missed = worse_errors(points[rows], results[rows], better)
     stated = column(results, "amplitude_error")[rows]
     return {
         "compared": len(rows),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from inside import end_states, first_period
+from inside.lanes import end_states, first_period
 
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits, orbit_of_row

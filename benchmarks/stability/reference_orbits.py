@@ -13,8 +13,8 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
-from common import DESCRIPTION
-from inside import scalar_amplitudes, scalar_states, starting_state
+from inside.scalar import scalar_amplitudes, scalar_states, starting_state
+from shared.points import DESCRIPTION, log_uniform
 
 from stickslip.parameters import Parameters
 
@@ -39,18 +39,14 @@ _FILM_WEIGHT = 1e-3
 def points() -> np.ndarray:
     """The rows of parameters (500, 20)."""
     rng, rows = np.random.default_rng(_SEED), []
-
-    def log_uniform(low: float, high: float) -> float:
-        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
-
     for i in range(_WIDE + _NEAR):
         near = i >= _WIDE
         rows.append(
             Parameters(
                 temperature=rng.uniform(285, 295) if near else rng.uniform(100, 350),
-                angular_frequency=log_uniform(2, 100) if near else rng.uniform(2, 100),
-                viscosity_coefficient=log_uniform(5e2, 1e6),
-                spring_stiffness=log_uniform(100, 2e4),
+                angular_frequency=log_uniform(rng, 2, 100) if near else rng.uniform(2, 100),
+                viscosity_coefficient=log_uniform(rng, 5e2, 1e6),
+                spring_stiffness=log_uniform(rng, 100, 2e4),
                 rheological_index=-2 / 3 if rng.random() < 0.25 else rng.uniform(-0.9, 0.95),
             )
         )

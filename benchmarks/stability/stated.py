@@ -6,12 +6,11 @@ known in closed form: its force is |2K - M omega^2| |X_m|.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from common import (
+from shared.points import (
     amplitude_errors,
     amplitudes,
     box_points,
@@ -124,7 +123,7 @@ BOXES = {
 
 
 def run(quick: bool) -> dict[str, Any]:
-    """Of each box and tolerance: statuses, seconds, and the errors of each kind of film."""
+    """Of each box and tolerance: statuses, and the errors of each kind of film."""
     return {name: _answer(box, 40 if quick else box.count) for name, box in BOXES.items()}
 
 
@@ -139,21 +138,17 @@ def _options(box: Box, rtol: float, **more: Any) -> Options:
 
 
 def _compared(box: Box, points: np.ndarray, rtol: float, exact: np.ndarray) -> dict[str, Any]:
-    begun = time.process_time()
     found = orbits(points, _options(box, rtol))
-    seconds = time.process_time() - begun
     # Other cycles are another orbit, of which there can be several at a point.
     same = column(found, "orbit_periods") == column(exact, "orbit_periods")
     both = good(found) & good(exact) & same
-    true = amplitude_errors(points, amplitudes(found), amplitudes(exact)).max(axis=1)
-    stated, kinds = column(found, "amplitude_error"), box.kinds(points, exact)
+    kinds = box.kinds(points, exact)
     return {
-        "seconds": seconds,
         "statuses": {kind: statuses(found[of]) for kind, of in kinds.items()},
         "other_cycle": int((good(found) & good(exact) & ~same).sum()),
         "balance_max": _off_balance(points, found, kinds),
         "kinds": {
-            kind: error_bars(true[both & of], stated[both & of], _RESOLVED)
+            kind: error_bars(points, found, exact, both & of, _RESOLVED)
             for kind, of in kinds.items()
         },
     }

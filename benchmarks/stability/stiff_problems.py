@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from inside import generic_drive
+from inside.scalar import generic_drive
 
 from stickslip.compiled.decorators import inline
 

@@ -7,11 +7,11 @@ close there too, and stated errors of means to cover the true mean.
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import numpy as np
-from common import (
+from inside.scalar import scalar_amplitudes, scalar_states, starting_state
+from shared.points import (
     amplitude_errors,
     amplitudes,
     box_points,
@@ -20,10 +20,11 @@ from common import (
     good,
     orbits,
     statuses,
+    worse_errors,
 )
-from inside import error_of_mean, scalar_amplitudes, scalar_states, starting_state
 
 from stability.stated import everywhere
+from stickslip.measure.window import error_of_mean
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
@@ -62,7 +63,7 @@ def weakly_viscous(count: int) -> np.ndarray:
 
 
 def run(quick: bool) -> dict[str, Any]:
-    """Coverage of stated errors, statuses and seconds of two boxes, and plain iterations."""
+    """Coverage of stated errors, statuses of two boxes, and plain iterations."""
     covered = [_coverage(film, 8 if quick else _WINDOWS) for film in WANDERING]
     points = weakly_viscous(20 if quick else 400)
     weak, results, finals = _ended(points)
@@ -95,7 +96,7 @@ def _coverage(film: tuple[float, ...], count: int) -> dict[str, Any]:
     rows = {}
     for length, results in found.items():
         wanders = _wander(results)
-        off = amplitude_errors(points, amplitudes(results), np.tile(truth, (count, 1))).max(axis=1)
+        off = worse_errors(points, results, np.tile(truth, (count, 1)))
         stated = column(results, "amplitude_error")
         rows[str(length)] = {
             "aperiodic": int(wanders.sum()),
@@ -111,11 +112,9 @@ def _wander(results: np.ndarray) -> np.ndarray:
 
 
 def _ended(points: np.ndarray) -> tuple[dict[str, Any], np.ndarray, np.ndarray]:
-    begun = time.process_time()
     results, finals = compute_orbits(points, Options(max_periods=_PERIODS))
     row = {
         "points": len(points),
-        "seconds": time.process_time() - begun,
         "statuses": statuses(results),
         "periods": int(column(results, "periods_integrated").sum()),
         "most_periods": int(column(results, "periods_integrated").max()),

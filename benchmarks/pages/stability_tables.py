@@ -1,0 +1,146 @@
+"""The two tables of docs/stability.md: stated against true errors, and what else was asked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+Results = dict[str, Any]
+Row = tuple[str, ...]
+Lines = Iterator[tuple[str, str]]
+
+_DEFAULT = 1e-6
+_IN_ALL = "all"
+
+
+# --- stated against true errors -------------------------------------------------------------------
+
+
+def errors(
+    ladder: Results, references: Results, locked: Results, fixed_step: Results, stated: Results
+) -> list[Row]:
+    """True errors, and how the stated ones bound them, of each set of points."""
+    head = ("points", "rtol", "compared", "held", "off by more than 3 times")
+    rows = [(*head, "error: median", "largest", "stated over true, median")]
+    random = f"{ladder['points']} random"
+    rows += [_bars(random, f"{row['rtol']:.0e}", row) for row in ladder["steps"]]
+    default = f"{_DEFAULT:.0e}"
+    rows.append(_bars(f"{references['points']} wide, plain iteration", default, references))
+    rows.append(_bars(f"{locked['points']} locked, near resonance", default, locked))
+    rows.append(_bars(f"{fixed_step['points']} by Euler–Cromer", "-", fixed_step))
+    for box, tolerances in stated.items():
+        for rtol, found in tolerances.items():
+            for kind, row in found["kinds"].items():
+                if kind == _IN_ALL or _IN_ALL not in found["kinds"] or float(rtol) == _DEFAULT:
+                    rows.append(_bars(f"{box}, {kind}", f"{float(rtol):.0e}", row))
+    return rows
+
+
+def _bars(points: str, rtol: str, row: Results) -> Row:
+    return (
+        points,
+        rtol,
+        str(row["compared"]),
+        f"{100 * row['held']:.1f} %",
+        str(row["far_off"]),
+        f"{row['error_median']:.1e}",
+        f"{row['error_max']:.1e}",
+        f"{row['over_median']:.2g}",
+    )
+
+
+# --- what else was asked --------------------------------------------------------------------------
+
+
+def verdicts(
+    references: Results,
+    locked: Results,
+    stated: Results,
+    step_map: Results,
+    fixed_step: Results,
+    extremes: Results,
+    acceleration: Results,
+    watched: Results,
+    long_run: Results,
+) -> list[Row]:
+    """Orbits, steps, extremes, verdicts, drift: what was asked, and what came of it."""
+    closed = f"{references['compared']} orbits that closed by plain iteration"
+    wrong = f"{len(references['wrong'])}, {references['other_period']}"
+    balance = f"{100 * locked['balance_held']:.1f} %, {locked['balance_max']:.1e}"
+    unseen = step_map["counts"]["wrong, and no check afterwards would see it"]
+    return [
+        ("what", "value"),
+        (f"{closed}: wrong ones, other periods", wrong),
+        ("locked blocks: force within 1e-5 of |2K − Mω²| X_m, largest error", balance),
+        *_closed_form(stated),
+        (
+            f"Euler–Cromer, {len(step_map['cells'])} periods: wrong, and no check would see it",
+            str(unseen),
+        ),
+        (
+            f"Euler–Cromer, {fixed_step['points']} orbits near the largest step",
+            _counted(fixed_step["statuses"]),
+        ),
+        *_extremes(extremes),
+        *_jumps("random starts", acceleration),
+        *_jumps("films with several orbits", acceleration["several"]),
+        *_watched(watched),
+        *_drifts(long_run),
+    ]
+
+
+def _closed_form(stated: Results) -> Lines:
+    """The worst force of locked blocks whose force is known in closed form."""
+    for box, tolerances in stated.items():
+        off = [found["balance_max"] for found in tolerances.values()]
+        if max(off) > 0.0:
+            what = f"locked blocks of {box} films, largest, at {', '.join(map(_power, tolerances))}"
+            yield what, ", ".join(f"{value:.1e}" for value in off)
+
+
+def _power(rtol: str) -> str:
+    return f"{float(rtol):.0e}"
+
+
+def _extremes(found: Results) -> Lines:
+    yield f"{found['points']} extremes at random", _counted(found["statuses"])
+    alone = [row["status"] for row in found["one_at_a_time"]]
+    yield "... one at a time", _counted({name: alone.count(name) for name in sorted(set(alone))})
+    sample = found["sample"]
+    held = f"{100 * sample['held']:.1f} % of {sample['compared']}, {len(sample['wrong'])}"
+    yield "... within what was stated at a hundredth of the tolerance; far off", held
+
+
+def _jumps(kind: str, found: Results) -> Lines:
+    same = f"{found['same']} of {found['compared']}"
+    fewer = f"{found['periods_plain'] / found['periods']:.2g} times fewer periods"
+    yield f"{found['points']} {kind}: on the orbit of plain iteration", f"{same}, {fewer}"
+    both = f"{_counted(found['statuses'])}; {_counted(found['statuses_plain'])}"
+    yield "... statuses with jumps, without", both
+
+
+def _watched(found: Results) -> Lines:
+    for what in ("weakly_viscous", "everywhere"):
+        row = found[what]
+        yield f"{row['points']} films {what.replace('_', ' ')}", _counted(row["statuses"])
+    plain, long = found["aperiodic"], found["long_cycles"]
+    apart = max((film["standard_errors_apart"] for film in plain["films"]), default=0.0)
+    what = f"... {len(plain['films'])} aperiodic: mean from that of plain iteration"
+    yield what, f"up to {apart:.1f} standard errors"
+    yield "... long cycles that still close later", f"{long['closed']} of {long['found']}"
+    lengths = list(found["windows"][0]["lengths"])
+    for length in lengths:
+        covered = [100 * row["lengths"][length]["covered"] for row in found["windows"]]
+        what = f"{len(covered)} wandering films, windows of {length}: stated error covers"
+        yield what, ", ".join(f"{value:.0f} %" for value in covered)
+
+
+def _drifts(found: Results) -> Lines:
+    for scene in found["scenes"]:
+        drifts = f"{scene['drift_stress']:.1e}, {scene['drift_force']:.1e}"
+        what = f"{found['periods']} periods, {scene['scene']}: drift of stress and force, balance"
+        yield what, f"{drifts}, {scene['balance_after']:.1e}"
+
+
+def _counted(counts: dict[str, int]) -> str:
+    return ", ".join(f"{count} {name}" for name, count in counts.items())
