@@ -38,7 +38,7 @@ PAPER_STEP = 1e-10
 
 
 def adaptive(quick: bool) -> dict[str, Any]:
-    """Nanoseconds of an attempted step of all lanes in a search, and of one point's period."""
+    """Time an attempted step of all lanes in a search, and a period of one point."""
     drawn = random_points(POINTS // 16 if quick else POINTS, SEED)
     gammas, rows = parameter(drawn, "rheological_index"), {}
     for gamma in ADAPTIVE_GAMMAS[:1] if quick else ADAPTIVE_GAMMAS:
@@ -49,7 +49,7 @@ def adaptive(quick: bool) -> dict[str, Any]:
 
 
 def _search(points: np.ndarray) -> dict[str, float]:
-    """Nanoseconds of all lanes for an attempted step in the search for orbits of many points."""
+    """Time an attempted step of all lanes in the search for orbits of many points."""
     options = Options(rtol=1e-4, max_periods=64)
     attempts = attempted(search(points, options))
     ns = fastest(lambda: search(points, options), attempts / LANES, 3)
@@ -57,7 +57,7 @@ def _search(points: np.ndarray) -> dict[str, float]:
 
 
 def _single(point: np.ndarray) -> dict[str, float]:
-    """Nanoseconds for a drive period of one point, in turn by either way, whose ends agree."""
+    """Time a drive period of one point in turn by either way, and see that the ends agree."""
     options = Options(rtol=1e-6)
     by_scalar, by_lanes = (
         lambda: scalar_end(point, options, PERIODS)[0],
@@ -73,7 +73,7 @@ def _single(point: np.ndarray) -> dict[str, float]:
 
 
 def fixed(quick: bool) -> dict[str, Any]:
-    """Nanoseconds of a step of one trajectory: a plain loop, the scalar kernel, lanes."""
+    """Time a step of one trajectory in a plain loop, the scalar kernel and lanes."""
     steps = 20_000 if quick else 200_000
     plain, scalar, lanes = {}, {}, []
     for gamma in FIXED_GAMMAS[:1] if quick else FIXED_GAMMAS:
@@ -86,7 +86,7 @@ def fixed(quick: bool) -> dict[str, Any]:
 
 @numba.njit
 def _plain(n, dt, T, k, K, gamma, omega, X_m, M, h, tau, A, delta, alpha, T_c, a, b, c, x, v, phi):
-    """The scheme as it stands in the paper, written down plainly."""
+    """Follow the scheme as it stands in the paper, written down plainly."""
     for i in range(n):
         V = -X_m * omega * math.sin(omega * i * dt)
         u = V - v
@@ -121,7 +121,7 @@ def _scalar_kernel(gamma: float, steps: int) -> float:
 
 
 def _points_of(gamma: float, count: int, *, noise: bool) -> np.ndarray:
-    """Temperatures of the solid and of the stick-slip region."""
+    """Return points at temperatures of the solid and of the stick-slip region."""
     D = Parameters().noise_intensity if noise else 0.0
     return np.array(
         [
@@ -132,7 +132,7 @@ def _points_of(gamma: float, count: int, *, noise: bool) -> np.ndarray:
 
 
 def _lane_rows(gamma: float, steps: int, plain: float, widths: tuple[int, ...]) -> list[dict]:
-    """Times of a step for some numbers of lanes, with and without noise and record."""
+    """Time a step for some numbers of lanes, with and without noise and record."""
     rows = []
     for noise, measured, width in product((False, True), (False, True), widths):
         ns = _lane_step(gamma, width, steps, noise=noise, measured=measured)
@@ -143,7 +143,7 @@ def _lane_rows(gamma: float, steps: int, plain: float, widths: tuple[int, ...]) 
 
 
 def _lane_step(gamma: float, width: int, steps: int, *, noise: bool, measured: bool) -> float:
-    """Nanoseconds of a step of one of so many lanes."""
+    """Return the nanoseconds of a step of one of so many lanes."""
     lanes = fixed_lanes(_points_of(gamma, width, noise=noise), PAPER_STEP, phi=0.3)
     every, limits = np.arange(width), np.full(width, steps)
 
@@ -156,7 +156,7 @@ def _lane_step(gamma: float, width: int, steps: int, *, noise: bool, measured: b
 
 
 def period(quick: bool) -> dict[str, Any]:
-    """A period from rest at the paper's step, 64 temperatures at once, against the adaptive one."""
+    """Compare a period from rest at the paper's step, 64 temperatures, with the adaptive one."""
     points, dt = _points_of(-2 / 3, 64, noise=True), 1e-8 if quick else PAPER_STEP
     lanes = fixed_lanes(points, dt)
     lanes.start(np.arange(len(points)))

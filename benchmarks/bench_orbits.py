@@ -57,7 +57,7 @@ COMPANY, COMPANY_SEED = 4000, 2027
 
 
 def _drawn(quick: bool) -> tuple[np.ndarray, np.ndarray]:
-    """The points, and their results at a tight tolerance."""
+    """Draw the points, and compute their results at a tight tolerance."""
     points = random_points(POINTS, SEED)[: FEW if quick else POINTS]
     options = Options(rtol=1e-10 if quick else 1e-11, stationary_rtol=1e-10)
     return points, orbits(points, options)
@@ -67,7 +67,7 @@ def _drawn(quick: bool) -> tuple[np.ndarray, np.ndarray]:
 
 
 def accuracy(quick: bool) -> dict[str, Any]:
-    """Periods, orbits, errors, and whether the stated errors bound them."""
+    """Measure periods, orbits, errors, and how the stated errors bound them."""
     points, reference = _drawn(quick)
     default = orbits(points, Options())
     same = same_counts(default, reference)
@@ -86,7 +86,7 @@ def accuracy(quick: bool) -> dict[str, Any]:
 
 
 def _stated(points: np.ndarray, rtol: float, reference: np.ndarray) -> dict[str, Any]:
-    """How the stated errors bound the true ones, points on another orbit as they come."""
+    """Return how the stated errors bound the true ones, points on another orbit as they come."""
     results = orbits(points, Options(rtol=rtol, stationary_rtol=rtol))
     both = good(results) & good(reference)
     row = {"rtol": rtol} | error_bars(points, results, reference, both, RESOLVED)
@@ -95,7 +95,7 @@ def _stated(points: np.ndarray, rtol: float, reference: np.ndarray) -> dict[str,
 
 
 def _against_plain(points: np.ndarray, default: np.ndarray, *, quick: bool) -> dict[str, Any]:
-    """Whether each point ends on the orbit of plain iteration; the others, with the differences.
+    """Count the points on the orbit of plain iteration; list the others with the differences.
 
     Where that does not settle, the comparison is with an accelerated run at rtol 1e-10.
     """
@@ -122,7 +122,7 @@ def _against_plain(points: np.ndarray, default: np.ndarray, *, quick: bool) -> d
 
 
 def _difference(mine: np.ndarray, theirs: np.ndarray) -> dict[str, list[float]]:
-    """The results in which two orbits differ, as pairs; empty where they are the same orbit."""
+    """Return the results in which two orbits differ, as pairs, none for the same orbit."""
     own, other = mine[None], theirs[None]
     differences = {}
     for name in ("status", *COUNTS):
@@ -143,7 +143,7 @@ def _difference(mine: np.ndarray, theirs: np.ndarray) -> dict[str, list[float]]:
 
 
 def time(quick: bool) -> dict[str, Any]:
-    """Seconds for all points on one core, and numbalsoda's at the error nearest to ours."""
+    """Time all points on one core, and numbalsoda at the error nearest to ours."""
     pin()
     points, reference = _drawn(quick)
     default, runs = orbits(points, Options()), 1 if quick else RUNS
@@ -183,13 +183,13 @@ def _median_error(points: np.ndarray, results: np.ndarray, reference: np.ndarray
 
 
 def _nearest(pilot: list[dict[str, Any]], error: float) -> float:
-    """The tolerance whose median error is nearest, of those at which few points fail."""
+    """Return the tolerance whose median error is nearest, of those at which few points fail."""
     usable = [row for row in pilot if row["failed"] <= TOLERATED * row["points"]] or pilot
     return min(usable, key=lambda row: abs(math.log(row["error_median"] / error)))["rtol"]
 
 
 def _in_company(its_seconds: float, *, quick: bool) -> dict[str, Any]:
-    """Our time of a point among thousands that end ok, and the peer's of a point over it."""
+    """Time a point among thousands that end ok, beside the peer's time of a point."""
     points = random_points(COMPANY // 16 if quick else COMPANY, COMPANY_SEED)
     ended = points[good(orbits(points, Options()))]
     seconds = median_seconds(lambda: compute_orbits(ended, Options()), 1 if quick else RUNS)
@@ -208,7 +208,7 @@ def _peer_seconds(ends: list[Ended], part: np.ndarray) -> float:
 def _peer_row(
     worker: Worker, points: np.ndarray, reference: np.ndarray, rtol: float
 ) -> tuple[dict[str, Any], list[Ended]]:
-    """Errors of numbalsoda with plain iteration at a tolerance, and what became of each point."""
+    """Return errors of numbalsoda with plain iteration, and what became of each point."""
     ends = [_peer_run(worker, Parameters(*row), rtol) for row in points]
     missing = (math.nan, math.nan)
     amplitudes = [o[:2] if isinstance(o, StationaryOrbit) else missing for o, _ in ends]
@@ -226,7 +226,7 @@ def _peer_row(
 
 
 def _peer_run(worker: Worker, p: Parameters, rtol: float) -> Ended:
-    """An orbit, or why there is none, and its seconds, or those until it failed."""
+    """Return an orbit, or why there is none, and its seconds, or those until it failed."""
     orbit, seconds = timed(
         lambda: worker.stationary(p, rtol, PEER_PERIODS, PEER_STATIONARY, limit=PEER_LIMIT)
     )

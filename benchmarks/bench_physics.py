@@ -43,14 +43,14 @@ Row = dict[str, Any]
 
 
 def prices(quick: bool) -> dict[str, Any]:
-    """Microseconds a point of each fluid and model, on one core, the models in turn."""
+    """Time a point of each fluid and model on one core, the models in turn."""
     pin()
     fluids, count, runs = (FLUIDS[:1], 16, 1) if quick else (FLUIDS, COUNT, RUNS)
     return {"points": count, "fluids": [_prices(gamma, count, runs) for gamma in fluids]}
 
 
 def _prices(gamma: float, count: int, runs: int) -> Row:
-    """Terms of sixth order are so small here that the same orbits are computed."""
+    """Time the models; terms of sixth order are so small that the orbits are the same."""
     rng = np.random.default_rng(7)
     films = [
         Parameters(
@@ -77,12 +77,12 @@ def _prices(gamma: float, count: int, runs: int) -> Row:
 
 
 def relaxation(quick: bool) -> dict[str, Any]:
-    """Changes of the amplitudes from Eq. 24 to Eq. 23 over the relaxation time."""
+    """Compute the changes of the amplitudes from Eq. 24 to Eq. 23 over the relaxation time."""
     return {"rows": [_difference(tau) for tau in (TIMES[:2] if quick else TIMES)]}
 
 
 def _difference(tau: float) -> Row:
-    """Relative changes, with a thickness in proportion to tau and the viscous stress as it is."""
+    """Return relative changes, the thickness in proportion to tau, viscous stress the same."""
     h, p = 0.1 * tau, Parameters()
     k = p.viscosity_coefficient * (h / p.film_thickness) ** (p.rheological_index + 1.0)
     film = p._replace(film_thickness=h, strain_relaxation_time=tau, viscosity_coefficient=k)
@@ -98,7 +98,7 @@ def _difference(tau: float) -> Row:
 
 
 def ensembles(quick: bool) -> dict[str, Any]:
-    """Largest stresses beside Euler-Maruyama, the typical path over omega, and prices."""
+    """Compare ensembles with Euler-Maruyama and the typical path, and time them."""
     paths, periods, step = (1, 7, 1e-8) if quick else (PATHS, PERIODS, STEP)
     frequencies, fluids = (FREQUENCIES[20:22], FLUIDS[:1]) if quick else (FREQUENCIES, FLUIDS)
     realizations = 8 if quick else Options().realizations
@@ -112,7 +112,7 @@ def ensembles(quick: bool) -> dict[str, Any]:
 
 
 def _euler_maruyama(paths: int, periods: int, step: float) -> Row:
-    """Largest stresses of single periods of paths from the settled typical path at omega = 15.
+    """Return largest stresses of single periods from the settled typical path at omega = 15.
 
     There the film may freeze sooner or later, and single drive periods differ.
     """
@@ -131,7 +131,7 @@ def _euler_maruyama(paths: int, periods: int, step: float) -> Row:
 
 
 def _largest_stresses(p: Parameters, options: Options) -> Row:
-    """The same by the ensemble."""
+    """Return the same by the ensemble."""
     point = np.array([p])
     results, finals = compute_orbits(point, typical_options(options))
     paths = options.realizations
@@ -154,7 +154,7 @@ def _statistics(what: str, singles: np.ndarray) -> Row:
 
 
 def _over_frequencies(frequencies: np.ndarray, options: Options) -> list[Row]:
-    """Amplitudes of the typical path and of the ensembles over the frequency of the drive."""
+    """Return amplitudes of typical path and ensembles over the frequency of the drive."""
     points = np.array([Parameters(angular_frequency=omega) for omega in frequencies])
     noisy, _ = compute_orbits(points, options)
     typical, _ = compute_orbits(points, typical_options(options))
@@ -168,7 +168,7 @@ def _over_frequencies(frequencies: np.ndarray, options: Options) -> list[Row]:
 
 
 def _price(gamma: float, options: Options) -> Row:
-    """Microseconds of a drive period of a realization, and seconds of a point."""
+    """Return microseconds of a drive period of a realization, and seconds of a point."""
     point = np.array([Parameters(angular_frequency=15.0, rheological_index=gamma)])
     few = replace(options, realizations=max(options.realizations // 4, 1))
     calls = [partial(compute_orbits, point, some) for some in (options, few)]

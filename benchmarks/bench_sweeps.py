@@ -68,7 +68,7 @@ EXACT = Options(rtol=1e-9, stationary_rtol=1e-9, max_periods=MOST_PERIODS)
 
 
 def start(quick: bool) -> dict[str, Any]:
-    """Seconds to the first words and to the first results."""
+    """Time the first words and the first results."""
     runs = 1 if quick else RUNS
     with tempfile.TemporaryDirectory() as where, tempfile.TemporaryDirectory() as empty:
         config, output = shipped_config("quickstart"), Path(where) / "first.nc"
@@ -90,7 +90,7 @@ def start(quick: bool) -> dict[str, Any]:
 
 
 def _elsewhere(words: tuple[str | Path, ...], compiled: str) -> float:
-    """Seconds of a command of the same sources in another place, with this folder of code."""
+    """Return the seconds of a command of the same sources in another place, with compiled code."""
     with tempfile.TemporaryDirectory() as place:
         for package in (stickslip, sweeps):
             sources = Path(package.__file__).parent
@@ -104,7 +104,7 @@ def _elsewhere(words: tuple[str | Path, ...], compiled: str) -> float:
 
 
 def figures(quick: bool) -> dict[str, Any]:
-    """Figs. 7, 8 and 9 from scratch by one command; their computations and errors one by one."""
+    """Time Figs. 7, 8 and 9 by one command; measure their computations and errors one by one."""
     runs = 1 if quick else RUNS
     with tempfile.TemporaryDirectory() as folder:
         where = Path(folder)
@@ -118,7 +118,7 @@ def figures(quick: bool) -> dict[str, Any]:
 
 
 def _figure(name: str, runs: int, changes: tuple[str, ...]) -> dict[str, Any]:
-    """A figure's sweep, and its errors against the same sweep at rtol 1e-9."""
+    """Time a figure's sweep, and compare it with the same sweep at rtol 1e-9."""
     config = read_config(shipped_config(name), changes)
     ds = run(config, workers=WORKERS)
     exact = run(read_config(shipped_config(name), (*changes, *REFERENCE)), workers=WORKERS)
@@ -144,7 +144,7 @@ def _amplitudes(ds: xr.Dataset) -> np.ndarray:
 
 
 def regimes(quick: bool) -> dict[str, Any]:
-    """The map of `configs/regimes.yaml` in full and refined; wrong pixels of the refined one.
+    """Time the map of `configs/regimes.yaml` in full and refined, and count wrong pixels.
 
     A pixel is wrong where its regime or status is another one, or where an amplitude misses by
     more than its stated error.
@@ -161,7 +161,7 @@ def regimes(quick: bool) -> dict[str, Any]:
 
 
 def _compared(full: np.ndarray, found: np.ndarray) -> dict[str, Any]:
-    """Points computed, and what is wrong with the others."""
+    """Count the points that were computed, and those of the others that are wrong."""
     status, error, regime, *own = (
         RESULT_COLUMNS.index(name) for name in ("status", "amplitude_error", "regime", *AMPLITUDES)
     )
@@ -183,7 +183,7 @@ def _compared(full: np.ndarray, found: np.ndarray) -> dict[str, Any]:
 
 
 def cube(quick: bool) -> dict[str, Any]:
-    """A cube over T, k, K, omega and three fluids: seconds, statuses, errors on a sample."""
+    """Time a cube over T, k, K, omega and three fluids; count statuses, measure some errors."""
     config = grid_config(CUBE, QUICK_SHAPE if quick else CUBE_SHAPE, FLUIDS, CUBE_RTOL)
     result: dict[str, Any] = {"rtol": CUBE_RTOL, "sample": _sample(config, 20 if quick else SAMPLE)}
     with tempfile.TemporaryDirectory() as folder:
@@ -209,7 +209,7 @@ def cube(quick: bool) -> dict[str, Any]:
 
 
 def _sample(config: dict[str, Any], count: int) -> dict[str, Any]:
-    """Errors of random points of the cube."""
+    """Return errors of random points of the cube."""
     grid = Grid.from_config(read_config(config))
     chosen = np.random.default_rng(SEED).choice(grid.size, min(count, grid.size), replace=False)
     points = grid.rows(np.sort(chosen))
@@ -228,7 +228,7 @@ def _sample(config: dict[str, Any], count: int) -> dict[str, Any]:
 
 
 def scaling(quick: bool) -> dict[str, Any]:
-    """The same large sweep on one worker and on two."""
+    """Time the same large sweep on one worker and on two."""
     config = read_config(grid_config(CUBE, (4, 2, 2, 2) if quick else (16, 8, 8, 8), FLUIDS))
     calls = [lambda n=workers: run(config, workers=n) for workers in (1, WORKERS)]
     one, two = medians_in_turn(calls, 1 if quick else 3)
@@ -239,7 +239,7 @@ def scaling(quick: bool) -> dict[str, Any]:
 
 
 def engine(quick: bool) -> dict[str, Any]:
-    """What journal, checks and files add to the kernels, in time, memory and bytes.
+    """Measure what journal, checks and files add to the kernels, in time, memory and bytes.
 
     That is what the cores did not spend in the kernels, from the first block to the finished file.
     """
@@ -255,7 +255,7 @@ def engine(quick: bool) -> dict[str, Any]:
 
 
 def _swept(where: Path, scene: str, config: dict[str, Any], runs: int) -> dict[str, Any]:
-    """Medians of a sweep through the command line; the first run warms up."""
+    """Return medians of a sweep through the command line; the first run warms up."""
     file, path = written(where / "engine.yaml", config), where / "a.nc"
     rows = [_once(file, path) for _ in range(runs + 1)][1:]
     result = {name: quantile([row[name] for row in rows], 50) for name in rows[0]}
@@ -281,7 +281,7 @@ def _once(config: Path, path: Path) -> dict[str, float]:
 
 
 def _huge(where: Path, shape: tuple[int, ...], *, quick: bool) -> dict[str, Any]:
-    """A grid that is planned, run in part, resumed and exported."""
+    """Measure a grid that is planned, run in part, resumed and exported."""
     config = written(where / "huge.yaml", grid_config(LIQUID, shape, [0], *ENGINE_RTOL))
     path = where / "huge.nc"
     part = ("sweep", config, "-o", path, "--max-runtime", "1s" if quick else "20s")

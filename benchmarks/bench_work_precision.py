@@ -80,7 +80,7 @@ QUICK = Plan(
 
 
 def fluids(quick: bool) -> dict[str, Any]:
-    """Curves and ratios of three fluids: one trajectory, an ensemble, every peer."""
+    """Measure curves and ratios of three fluids: one trajectory, an ensemble, every peer."""
     pin()
     plan = QUICK if quick else FULL
     workers = {name: Worker(name) for name in plan.peers if PEERS[name].version()}
@@ -95,7 +95,7 @@ def fluids(quick: bool) -> dict[str, Any]:
 
 
 def _regime(name: str, plan: Plan, workers: dict[str, Worker]) -> dict[str, Any]:
-    """All curves of one fluid, and the ratios that they give."""
+    """Return all curves of one fluid, and the ratios that they give."""
     p = Parameters(rheological_index=REGIMES[name])
     points = _ensemble(p, plan.ensemble)
     sample = points[:: max(plan.ensemble // plan.sample, 1)]
@@ -120,12 +120,12 @@ def _regime(name: str, plan: Plan, workers: dict[str, Worker]) -> dict[str, Any]
 
 
 def _ensemble(p: Parameters, count: int) -> np.ndarray:
-    """The scene at so many temperatures, shape (count, parameters)."""
+    """Return the scene at so many temperatures, shape (count, parameters)."""
     return np.array([p._replace(temperature=T) for T in np.linspace(*TEMPERATURES, count)])
 
 
 def random(quick: bool) -> dict[str, Any]:
-    """Curves of random points of five fluids, against numbalsoda."""
+    """Measure curves of random points of five fluids, against numbalsoda."""
     pin()
     plan = QUICK if quick else FULL
     with Worker(NUMBALSODA) as worker:
@@ -134,7 +134,7 @@ def random(quick: bool) -> dict[str, Any]:
 
 
 def _random_fluid(gamma: float, plan: Plan, worker: Worker) -> dict[str, Any]:
-    """The curves of random points of a fluid, and how many times faster than numbalsoda."""
+    """Return the curves of random points of a fluid, and how many times faster than numbalsoda."""
     points = random_points(plan.random_points, RANDOM_SEED)
     points[:, Parameters._fields.index("rheological_index")] = gamma
     solvers = {OURS_ENSEMBLE: in_lanes(points), OURS_SAMPLE: one_by_one(points)}

@@ -18,7 +18,7 @@ PAPER_DT = 1e-10
 
 
 def euler_cromer(p: Parameters, ladder: tuple[float, ...], steps: int) -> dict[str, Any]:
-    """The paper's scheme: measured at larger steps, extrapolated to the paper's."""
+    """Measure the paper's scheme at larger steps, and extrapolate to the paper's."""
     exact = reference(np.array(p).tobytes())[0]
     points = [_fixed_run(p, dt, exact) for dt in ladder]
     _fixed_seconds(p, PAPER_DT, 1000)
@@ -48,7 +48,7 @@ def euler_cromer(p: Parameters, ladder: tuple[float, ...], steps: int) -> dict[s
 
 
 def _fixed_run(p: Parameters, dt: float, reference: float) -> dict[str, Any]:
-    """One run over all periods at `dt`, which is also the timing."""
+    """Return error and time of one run over all periods at `dt`."""
     begun = time.perf_counter()
     x = _fixed_end(p, dt, None)
     seconds = (time.perf_counter() - begun) / PERIODS
@@ -69,6 +69,6 @@ def _fixed_seconds(p: Parameters, dt: float, steps: int) -> float:
 
 
 def _fixed_end(p: Parameters, dt: float, max_steps: int | None) -> float:
-    """x after all periods; anything where the steps did not suffice."""
+    """Return x after all periods, or anything where the steps did not suffice."""
     options = Options(method="euler-cromer", dt=dt, max_steps=max_steps)
     return scalar_end(np.array(p), options, PERIODS)[0]

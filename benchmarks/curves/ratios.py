@@ -17,7 +17,7 @@ OURS_SAMPLE, NUMBALSODA_SAMPLE = "ours, one at a time", f"{NUMBALSODA}, one at a
 
 
 def curve(solver: str, series: Series, ladder: tuple[float, ...], runs: int) -> dict[str, Any]:
-    """The measured points of one solver over a ladder, or its own if empty, and what failed."""
+    """Measure one solver over a ladder, its own if empty; return points and failures."""
     points: list[dict[str, Any]] = []
     failures: list[dict[str, Any]] = []
     given_up = False
@@ -51,7 +51,7 @@ def curve(solver: str, series: Series, ladder: tuple[float, ...], runs: int) -> 
 
 
 def _complaint(good: np.ndarray, reason: str) -> str:
-    """Why a run is no point of a curve: too many members failed or are wrong; '' if it is one."""
+    """Return why a run is no point of a curve: too many members are wrong; '' if it is one."""
     bad = int((~good).sum())
     if bad <= TOLERATED * len(good):
         return ""
@@ -70,7 +70,7 @@ def _print_point(solver: str, point: dict[str, Any]) -> None:
 
 
 def cross_check(curves: list[dict[str, Any]]) -> dict[str, Any]:
-    """How far the tightest peer, of another kind and other hands, is from the reference."""
+    """Return how far the tightest peer, of another kind and other hands, is from the reference."""
     runs = [
         (point["rtol"], point["error"], curve["solver"])
         for curve in curves
@@ -88,7 +88,7 @@ def cross_check(curves: list[dict[str, Any]]) -> dict[str, Any]:
 def cost_at(
     points: list[dict[str, Any]], error: float, cost: str = "seconds_per_period"
 ) -> float | None:
-    """What it costs a solver to reach `error`, log-log between its best points.
+    """Return what it costs a solver to reach `error`, log-log between its best points.
 
     Points that are no better than a cheaper one are left out. A solver that is already better at
     its loosest tolerance gets that one's cost; None where it is never as good.
@@ -104,7 +104,7 @@ def cost_at(
 
 
 def costs(curves: dict[str, Any]) -> list[dict[str, Any]]:
-    """What an ensemble costs at equal error: our steps and seconds a period, and the ratios."""
+    """Return our steps and seconds a period for an ensemble at equal error, and the ratios."""
     table = []
     for error in TARGETS:
         ensemble = curves[OURS_ENSEMBLE]["points"]
@@ -121,7 +121,7 @@ def costs(curves: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def ratios(curves: dict[str, Any], euler_cromer: dict[str, Any]) -> dict[str, Any]:
-    """How many times faster this package is at equal error; None where either never gets there."""
+    """Return how many times faster we are at equal error, None where either never gets there."""
     pairs = {
         "ensemble against numbalsoda": (NUMBALSODA_SAMPLE, OURS_ENSEMBLE),
         "one at a time against numbalsoda": (NUMBALSODA_SAMPLE, OURS_SAMPLE),

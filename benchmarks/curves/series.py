@@ -48,7 +48,7 @@ class Series(NamedTuple):
 
 
 def one_by_one(points: np.ndarray) -> Series:
-    """The scalar code of this package, one call a point."""
+    """Return the scalar code of this package as a series, one call a point."""
 
     def run(rtol: float, runs: int) -> Run:
         options = Options(rtol=rtol)
@@ -62,19 +62,19 @@ def one_by_one(points: np.ndarray) -> Series:
 
 @cache
 def reference(rows: bytes) -> np.ndarray:
-    """End positions in X_m of rows (n, parameters), by the scalar code at its tolerance."""
+    """Return end positions in X_m of rows (n, parameters), by the scalar code at its tolerance."""
     points = np.frombuffer(rows).reshape(-1, len(Parameters._fields))
     return _scaled(points, [_end(row, Options(rtol=REFERENCE_RTOL)) for row in points])
 
 
 def _end(row: np.ndarray, options: Options) -> float:
-    """x after all periods by the scalar code; NaN where it fails."""
+    """Return x after all periods by the scalar code, NaN where it fails."""
     x, status = scalar_end(row, options, PERIODS)
     return x if status == 0 else math.nan
 
 
 def in_lanes(points: np.ndarray) -> Series:
-    """The ensemble code of this package, on one processor."""
+    """Return the ensemble code of this package as a series, on one processor."""
 
     def end(rtol: float) -> tuple[np.ndarray, float]:
         states, steps, statuses = end_states(points, PERIODS, Options(rtol=rtol))
@@ -90,7 +90,7 @@ def in_lanes(points: np.ndarray) -> Series:
 
 
 def by_peer(name: str, worker: Worker, points: np.ndarray, limit: float) -> Series:
-    """A peer, one call a point."""
+    """Return a peer as a series, one call a point."""
 
     def run(rtol: float, runs: int) -> Run:
         x, seconds, done, last = [], [], runs, Failure("")
@@ -115,7 +115,7 @@ def _scaled(points: np.ndarray, x: Any) -> np.ndarray:
 
 
 def _shortest(call: Callable[[], Any], runs: int) -> tuple[float, int]:
-    """The shortest of up to `runs` timings [s], and how many fitted into two seconds."""
+    """Return the shortest of up to `runs` timings [s], and how many fitted into two seconds."""
     shortest, done = math.inf, 0
     while done < runs and (done == 0 or done * shortest < 2.0):
         begun = time.perf_counter()

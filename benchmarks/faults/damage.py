@@ -12,7 +12,7 @@ from faults.arena import BLOCK, SWEEP, Arena, Tally, begin, ended
 
 
 def journals(quick: bool, folder: Path) -> dict[str, Any]:
-    """Tallies of damage to journals: while a sweep runs, and at rest."""
+    """Damage journals while a sweep runs, and at rest."""
     arena, rng, running, resting = Arena(folder), random.Random(3), Tally(), Tally()
     for _ in range(3 if quick else 200):
         flip_ = _Flip(rng.randint(2, 11), rng.random(), rng.randint(1, 255))
@@ -29,7 +29,7 @@ def journals(quick: bool, folder: Path) -> dict[str, Any]:
 
 
 def results(quick: bool, folder: Path) -> dict[str, Any]:
-    """The tally of damage to results at rest: the older file that a sweep is to grow."""
+    """Damage results at rest: the older file that a sweep is to grow."""
     arena, rng, tally = Arena(folder), random.Random(6), Tally()
     for _ in range(3 if quick else 1000):
         at_rest(arena, rng, tally, None, "a.nc")
@@ -91,7 +91,7 @@ class _Kill(_BeforeBlock):
 
 
 def harm(path: Path, rng: random.Random) -> str:
-    """Damage a file: bits, a cut, zeros, or a piece of rubbish; what was done."""
+    """Damage a file by bits, a cut, zeros or rubbish, and return what was done."""
     content = bytearray(path.read_bytes())
     at, kind = rng.randrange(len(content)), rng.choice(("bits", "bits", "cut", "zeros", "rubbish"))
     if kind == "bits":
@@ -109,7 +109,7 @@ def harm(path: Path, rng: random.Random) -> str:
 def at_rest(
     arena: Arena, rng: random.Random, tally: Tally, template: Path | None, name: str
 ) -> None:
-    """A sweep that finds a damaged file: it ends right, or refuses and touches nothing."""
+    """Let a sweep find a damaged file: it ends right, or refuses and touches nothing."""
     folder = arena.new()
     if template is not None:
         shutil.rmtree(folder)

@@ -16,7 +16,7 @@ ERRORS = (errno.ENOSPC, errno.EIO, errno.EACCES)  # no space, a broken disk, no 
 
 
 def kills(quick: bool, folder: Path) -> dict[str, Any]:
-    """Tallies of both kinds of kills."""
+    """Kill sweeps at random times and before file operations."""
     arena, rng, count = Arena(folder), random.Random(1), 4 if quick else 150
     return {
         "kills at random times": _at_random(arena, rng, count).as_dict(),
@@ -25,7 +25,7 @@ def kills(quick: bool, folder: Path) -> dict[str, Any]:
 
 
 def failures(quick: bool, folder: Path) -> dict[str, Any]:
-    """The tally of operations that fail, once or from then on."""
+    """Let file operations fail, once or from then on."""
     arena, rng, tally = Arena(folder), random.Random(2), Tally()
     operations = _number_of_operations(arena) if shim() else 0
     for _ in range((4 if quick else 500) if operations else 0):
@@ -63,7 +63,7 @@ def _before_operations(arena: Arena, rng: random.Random, count: int) -> Tally:
 
 
 def _number_of_operations(arena: Arena) -> int:
-    """How many operations on its files the sweep makes."""
+    """Return how many operations on its files the sweep makes."""
     folder = arena.new()
     process = begin(folder, *SWEEP, before=_Counting(str(shim()), str(folder)))
     if ended(folder, process).code != 0:

@@ -22,13 +22,13 @@ from stickslip.variables import RESULT_COLUMNS
 
 
 def scalar_steps(row: np.ndarray, options: Options, steps: int) -> None:
-    """So many fixed steps by the scalar drive, from the start."""
+    """Take so many fixed steps by the scalar drive, from the start."""
     limited = Options(**(vars(options) | {"max_steps": steps}))
     scalar_end(row, limited, 1)
 
 
 def fixed_lanes(points: np.ndarray, dt: float, phi: float | None = None) -> March:
-    """Points at their start, or at another order parameter, ready for `start` and `march`."""
+    """Return points at their start, or with another order parameter, ready to march."""
     steps, states = np.empty(len(points), np.int64), np.empty((len(points), WIDTH))
     write_steps(points, dt, steps)
     write_starts(points, states)
@@ -38,12 +38,12 @@ def fixed_lanes(points: np.ndarray, dt: float, phi: float | None = None) -> Marc
 
 
 def fixed_amplitudes(lanes: March) -> np.ndarray:
-    """Amplitudes of stress [Pa] and force [N] over what was marched with a record, (n, 2)."""
+    """Return amplitudes of stress [Pa] and force [N] of what was marched, (n, 2)."""
     return amplitudes_of(lanes.records())
 
 
 def reference_period(points: np.ndarray, finals: np.ndarray, rtol: float) -> np.ndarray:
-    """Records (n, RECORD) in SI units of a period by the adaptive method from stroboscopic states.
+    """Return SI records (n, RECORD) of an adaptive period from stroboscopic states.
 
     `finals` (n, columns) as `points.final_columns`.
     """
@@ -59,7 +59,7 @@ def reference_period(points: np.ndarray, finals: np.ndarray, rtol: float) -> np.
 def fixed_period(
     row: np.ndarray, final: np.ndarray, dt: float, exact: np.ndarray, near: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """The result row of a period by Euler-Cromer from a stroboscopic state, and its true error.
+    """Return the result row of a period by Euler-Cromer from a state, and its true error.
 
     The stated error is the difference from the record `near` (RECORD,), the true one that from
     `exact`. A step above the limit is not refused.

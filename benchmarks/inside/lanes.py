@@ -16,7 +16,7 @@ __all__ = ["attempted", "end_states", "first_period", "half_periods", "lane_end"
 
 
 def lane_end(row: np.ndarray, options: Options, periods: int) -> float:
-    """The displacement x [m] of a point after some periods in one of the lanes; others are idle."""
+    """Return the displacement x [m] of a point after some periods in a lane among idle ones."""
     queue = reduced_queue(row[None], PHYSICS)
     queue.counts[:, passes.CYCLE] = 2 * periods
     task = _search_pass(options)._replace(mode=passes.TRAVEL)
@@ -27,24 +27,24 @@ def lane_end(row: np.ndarray, options: Options, periods: int) -> float:
 
 
 def search(points: np.ndarray, options: Options) -> passes.Queue:
-    """A queue of points after the search for their orbits."""
+    """Return a queue of points after the search for their orbits."""
     queue = reduced_queue(points, PHYSICS)
     work_through(queue, _search_pass(options), PHYSICS)
     return queue
 
 
 def attempted(queue: passes.Queue) -> int:
-    """Attempted steps of all points so far."""
+    """Return attempted steps of all points so far."""
     return int(queue.counts[:, passes.ATTEMPTED].sum())
 
 
 def half_periods(queue: passes.Queue) -> np.ndarray:
-    """Half periods after which each orbit closes: a view, to be changed."""
+    """Return half periods after which each orbit closes: a view, to be changed."""
     return queue.counts[:, passes.CYCLE]
 
 
 def first_period(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
-    """States (x, v, phi) in SI units after a period from the start, (n, 3), and its amplitudes."""
+    """Return SI states (x, v, phi) after a period from the start, (n, 3), and amplitudes."""
     queue, conversion = reduced_queue(points, PHYSICS), conversion_of(PHYSICS)
     half_periods(queue)[:] = 2
     work_through(queue, _search_pass(options)._replace(mode=passes.MEASURE), PHYSICS)

@@ -42,14 +42,14 @@ _observables = model_of(PHYSICS).equations.observables
 
 
 def starting_state(row: np.ndarray) -> State:
-    """The state (x, v, ln phi) at the start of a row of parameters (20,)."""
+    """Return the state (x, v, ln phi) at the start of a row of parameters (20,)."""
     state = np.empty(WIDTH)
     start_kernel(DEFAULTS.physics)(row, state)
     return float(state[0]), float(state[1]), float(state[2])
 
 
 def scalar_end(row: np.ndarray, options: Options, periods: int) -> tuple[float, int]:
-    """The displacement x [m] after some periods by the scalar drive of a method, and the status."""
+    """Return the displacement x [m] after some periods by a scalar drive, and the status."""
     samples, start = np.empty((periods + 1, WIDTH)), np.array(starting_state(row))
     status = METHODS[options.method].kernels.trajectory(row, options, start, 1, samples)
     return float(samples[-1, 0]), int(status)
@@ -62,7 +62,7 @@ def _ignore(p: Any, t: float, h: float, y0: Any, y1: Any, d1: Any, d2: Any, reco
 
 @cache
 def _scalar_periods(observed: bool) -> Any:
-    """Periods by the scalar drive: (row, rtol, state, states, record) to a status.
+    """Return a function of (row, rtol, state, states, record): periods by the scalar drive.
 
     With so many looks at stress and force in each step, or without.
     """
@@ -104,7 +104,7 @@ def _scalar_periods(observed: bool) -> Any:
 
 
 def scalar_states(row: np.ndarray, state: np.ndarray, periods: int, rtol: float) -> np.ndarray:
-    """States (periods, 3), (x, v, ln phi), after each of some periods by the scalar drive."""
+    """Return the states (x, v, ln phi) after each period by the scalar drive, (periods, 3)."""
     states, record = np.empty((periods, 3)), np.empty(RECORD)
     assert _scalar_periods(False)(row, rtol, state, states, record) == 0
     return states
@@ -113,7 +113,7 @@ def scalar_states(row: np.ndarray, state: np.ndarray, periods: int, rtol: float)
 def scalar_amplitudes(
     row: np.ndarray, state: np.ndarray, periods: int, rtol: float
 ) -> tuple[float, float, int]:
-    """Amplitudes of stress [Pa] and force [N] over some periods from a state, and meltings."""
+    """Return amplitudes of stress [Pa] and force [N] over some periods, and meltings."""
     states, record = np.empty((periods, 3)), np.empty(RECORD)
     _record.clear(record, 0)
     assert _scalar_periods(True)(row, rtol, state, states, record) == 0
@@ -123,7 +123,7 @@ def scalar_amplitudes(
 
 
 def generic_drive(rhs: Any, jacobian: Any, sizes: tuple[float, ...]) -> Any:
-    """The adaptive drive of y' = rhs(p, t, y); errors count against |y|, or these sizes if more.
+    """Return the adaptive drive of y' = rhs(p, t, y), with errors against |y| or these sizes.
 
     As of `numerics.adaptive.make_adaptive`, compiled.
     """

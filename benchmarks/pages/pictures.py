@@ -55,7 +55,7 @@ def main() -> None:
 
 
 def stated_errors(ladder: Results) -> Figure:
-    """Stated against true error of every point at every tolerance; below the line it is broken."""
+    """Draw stated against true error of every point at every tolerance."""
     pairs = np.array(ladder["pairs"])
     figure, ax = _panel(6.6, 5.6)
     for rtol in sorted(set(pairs[:, 0]), reverse=True):
@@ -75,7 +75,7 @@ def stated_errors(ladder: Results) -> Figure:
 
 
 def step_map(found: Results) -> Figure:
-    """Step over limit against scene: what is right, and what the checks say."""
+    """Draw what is right and what the checks say, over step and scene."""
     from matplotlib.colors import ListedColormap
 
     cells, kinds = found["cells"], list(CELLS)
@@ -100,7 +100,7 @@ def step_map(found: Results) -> Figure:
 
 
 def stiff_problems(found: Results) -> Figure:
-    """Error against tolerance of the generic integrator."""
+    """Draw error against tolerance of the generic integrator."""
     figure, ax = _panel(6.6, 4.8)
     colours = (BLUE, VERMILION, ORANGE)
     for (name, rows), colour in zip(found["problems"].items(), colours, strict=True):
@@ -125,7 +125,7 @@ def _panel(width: float, height: float, top: float = 0.97) -> tuple[Figure, Axes
 
 
 def relaxation(found: Results) -> Figure:
-    """How far the amplitudes of Eq. 23 are from those of the adiabatic limit, over tau."""
+    """Draw how far the amplitudes of Eq. 23 are from those of the adiabatic limit, over tau."""
     figure, ax = plt.subplots(figsize=(5.2, 3.9))
     figure.subplots_adjust(left=0.15, right=0.97, top=0.97, bottom=0.16)
     rows = found["rows"]
@@ -146,7 +146,7 @@ def relaxation(found: Results) -> Figure:
 
 
 def closure(found: Results) -> Figure:
-    """The amplitudes of the typical path and of the ensembles, and how far they are apart."""
+    """Draw the amplitudes of the typical path and of the ensembles, and their differences."""
     rows = found["closure"]
     omega = np.array([row["omega"] for row in rows])
     figure, panels = plt.subplots(3, 1, figsize=(5.6, 6.4), sharex=True)

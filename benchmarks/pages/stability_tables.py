@@ -19,7 +19,7 @@ _IN_ALL = "all"
 def errors(
     ladder: Results, references: Results, locked: Results, fixed_step: Results, stated: Results
 ) -> list[Row]:
-    """True errors, and how the stated ones bound them, of each set of points."""
+    """Return true errors and how the stated ones bound them, a row for each set of points."""
     head = ("points", "rtol", "compared", "held", "off by more than 3 times")
     rows = [(*head, "error: median", "largest", "stated over true, median")]
     random = f"{ladder['points']} random"
@@ -63,7 +63,7 @@ def verdicts(
     watched: Results,
     long_run: Results,
 ) -> list[Row]:
-    """Orbits, steps, extremes, verdicts, drift: what was asked, and what came of it."""
+    """Return what was asked about orbits, steps, extremes and drift, and what came of it."""
     closed = f"{references['compared']} orbits that closed by plain iteration"
     wrong = f"{len(references['wrong'])}, {references['other_period']}"
     balance = f"{100 * locked['balance_held']:.1f} %, {locked['balance_max']:.1e}"
@@ -90,7 +90,7 @@ def verdicts(
 
 
 def _closed_form(stated: Results) -> Lines:
-    """The worst force of locked blocks whose force is known in closed form."""
+    """Return the worst force of locked blocks whose force is known in closed form."""
     for box, tolerances in stated.items():
         off = [found["balance_max"] for found in tolerances.values()]
         if max(off) > 0.0:

@@ -33,13 +33,13 @@ class Table(NamedTuple):
     rows: Callable[..., Rows]
 
     def text(self, record: Record) -> str:
-        """The table in Markdown."""
+        """Return the table in Markdown."""
         head, *rows = map(tuple, self.rows(*(record[part]["results"] for part in self.parts)))
         lines = [head, ("---",) * len(head), *rows]
         return "".join("| " + " | ".join(line) + " |\n" for line in lines)
 
     def source(self, record: Record) -> str:
-        """The script, and at which commits and on which machines the parts were measured."""
+        """Return the script, and at which commits and on which machines the parts were measured."""
         places: dict[tuple[str, str], list[str]] = {}
         for part in self.parts:
             where = record[part]["environment"]
@@ -59,7 +59,7 @@ def main() -> None:
 
 
 def filled(page: str) -> str:
-    """The page with the tables of today's records."""
+    """Return the page with the tables of today's records."""
     return re.sub(
         r"(<!-- table: (\w+) -->\n).*?(<!-- end -->)",
         lambda found: found[1] + _filling(TABLES[found[2]]) + found[3],
@@ -87,7 +87,7 @@ def _seconds(value: float) -> str:
 
 
 def _jobs(start: Results, figures: Results, regimes: Results, cube: Results) -> Rows:
-    """What a user waits for."""
+    """Return what a user waits for."""
     points = sum(row["points"] for row in figures["figures"].values())
     rows = {
         "`import stickslip`": _seconds(start["import stickslip"]),
@@ -111,7 +111,7 @@ def _jobs(start: Results, figures: Results, regimes: Results, cube: Results) -> 
 
 
 def _errors_of_sweeps(figures: Results, regimes: Results, cube: Results) -> Rows:
-    """Errors of the figures and of a cube; pixels of a refined map."""
+    """Return errors of the figures and of a cube; pixels of a refined map."""
     sample, wrong = cube["sample"], regimes["wrong_kind"] + regimes["missed"]
     statuses = ", ".join(f"{count} {name}" for name, count in cube["statuses"].items())
     stated = f"{cube['stated_error_max']:.1e}, {cube['stated_error_max_aperiodic']:.1e}"
@@ -160,7 +160,7 @@ def _engine(engine: Results) -> Rows:
 
 
 def _accuracy(found: Results) -> Rows:
-    """Random points: which orbit, how accurate, how honest."""
+    """Return random points: which orbit, how accurate, how honest."""
     plain, points = found["plain_iteration"], found["points"]
     rows = {
         "points that are ok": f"{found['statuses'].get('ok', 0)} of {points}",
@@ -207,7 +207,7 @@ def _orbit_times(found: Results) -> Rows:
 
 
 def _against_peers(fluids: Results) -> Rows:
-    """How many times faster the package is at equal error."""
+    """Return how many times faster the package is at equal error."""
     columns = {
         "ensemble against numbalsoda": "ensemble",
         "one at a time against numbalsoda": "one at a time",
@@ -231,7 +231,7 @@ def _ratio(fluids: Results, fluid: str, what: str, error: float) -> str:
 
 
 def _random_fluids(random: Results) -> Rows:
-    """Random points of five fluids: cost at one error, ratios of ensembles at three."""
+    """Return random points of five fluids: cost at one error, ratios of ensembles at three."""
     faster = [f"times faster at {error:.0e}" for error in ERRORS]
     rows: Rows = [("γ", "steps a period", "µs a period", *faster)]
     for name, fluid in random["fluids"].items():
@@ -244,7 +244,7 @@ def _random_fluids(random: Results) -> Rows:
 
 
 def _against_paper(fluids: Results) -> Rows:
-    """The scheme of the paper at its step, which is too slow to be run to the end."""
+    """Return the scheme of the paper at its step, which is too slow to be run to the end."""
     times = "ensemble, times faster at error 1e-06"
     rows: Rows = [("γ", "Euler–Cromer [s a period]", "its error", times)]
     for fluid, shown in FLUIDS.items():
@@ -259,7 +259,7 @@ def _against_paper(fluids: Results) -> Rows:
 
 
 def _adaptive_steps(adaptive: Results) -> Rows:
-    """The adaptive method: a step in lanes, and what a single point takes."""
+    """Return the adaptive method: a step in lanes, and what a single point takes."""
     step = f"a step of {adaptive['lanes']} lanes in a search [ns]"
     one = "a period of one point, scalar [µs]"
     return [
@@ -277,7 +277,7 @@ def _adaptive_steps(adaptive: Results) -> Rows:
 
 
 def _fixed_steps(fixed: Results) -> Rows:
-    """A step of Euler-Cromer in lanes."""
+    """Return a step of Euler-Cromer in lanes."""
     rows: Rows = [("γ", "plain loop [ns a step]", "lanes [ns a step]", "times faster, at most")]
     for gamma, plain in fixed["plain"].items():
         lanes = [row for row in fixed["lanes"] if f"{row['gamma']:.2f}" == gamma]
@@ -289,7 +289,7 @@ def _fixed_steps(fixed: Results) -> Rows:
 
 
 def _whole_period(period: Results) -> Rows:
-    """A drive period at the paper's step, run to its end."""
+    """Return a drive period at the paper's step, run to its end."""
     return [
         ("what", "value"),
         ("steps", f"{period['steps']}"),
@@ -302,7 +302,7 @@ def _whole_period(period: Results) -> Rows:
 
 
 def _prices(prices: Results) -> Rows:
-    """What sixth order and a relaxing strain cost a point."""
+    """Return what sixth order and a relaxing strain cost a point."""
     models = list(prices["fluids"][0]["microseconds"])
     rows: Rows = [("γ", "default [µs a point]", *(f"{m}, times as much" for m in models[1:]))]
     for row in prices["fluids"]:
@@ -313,7 +313,7 @@ def _prices(prices: Results) -> Rows:
 
 
 def _ensembles(found: Results) -> Rows:
-    """The stochastic film: means beside independent ones, the typical path, prices."""
+    """Return the stochastic film: means beside independent ones, the typical path, prices."""
     ours, plain = found["ensemble"], found["euler_maruyama"]
     closure = [row for row in found["closure"] if row["status"] == 0]
     name = "elastic_stress_amplitude"
@@ -342,7 +342,7 @@ def _mean(row: Results) -> str:
 
 
 def _attacks(*kinds: Results) -> Rows:
-    """What became of each kind of attack on sweeps."""
+    """Return what became of each kind of attack on sweeps."""
     columns = ("tried", "survived", "lost", "wrong", "hung")
     attacks = {what: row for kind in kinds for what, row in kind.items()}
     total = (str(sum(row[part] for row in attacks.values())) for part in columns)

@@ -45,7 +45,7 @@ NOTE = (
 
 
 def draw_work_precision(found: dict[str, Any]) -> Figure:
-    """Seconds per period against error, one panel a fluid."""
+    """Draw seconds per period against error, one panel a fluid."""
     regimes = found["regimes"]
     figure, axes = plt.subplots(1, len(regimes), figsize=(13, 5.6), sharex=True, sharey=True)
     for ax, (name, regime) in zip(axes, regimes.items(), strict=True):
@@ -78,7 +78,7 @@ def _draw_panel(ax: Axes, title: str, regime: dict[str, Any]) -> None:
 
 
 def _draw_euler_cromer(ax: Axes, run: dict[str, Any]) -> None:
-    """Measured steps filled; the paper's step hollow, with the line that leads there broken."""
+    """Draw measured steps filled, and the paper's step hollow at the end of a broken line."""
     measured = [(point["error"], point["seconds_per_period"]) for point in run["points"]]
     if measured:
         ax.plot(*zip(*measured, strict=True), color=BLACK, marker="d", markersize=5.5)
@@ -91,7 +91,7 @@ def _draw_euler_cromer(ax: Axes, run: dict[str, Any]) -> None:
 
 
 def _legend(found: dict[str, Any]) -> list[Line2D]:
-    """One entry a solver, slowest first as in the panels; solvers without a point say so."""
+    """Return an entry a solver, slowest first as in the panels; those without a point say so."""
     curves = [curve for regime in found["regimes"].values() for curve in regime["curves"]]
     drawn = {curve["solver"] for curve in curves if curve["points"]}
     scheme = {"color": BLACK, "marker": "d"}

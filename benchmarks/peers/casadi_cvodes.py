@@ -65,7 +65,7 @@ def _integrator(gamma: float, phase: float, rtol: float) -> Any:
 
 
 def _short(message: str) -> str:
-    """What CVODES returned, out of casadi's message."""
+    """Return what CVODES returned, out of casadi's message."""
     name = re.search(r"CV_\w+", message)
     return f"CVODES returns {name[0]}" if name else message.strip().splitlines()[-1][:120]
 
@@ -94,7 +94,7 @@ def _rates(ops: Any, p: ParameterValues, s: Any, y: Any) -> list[Any]:
 
 
 def _rate_power(ops: Any, strain_rate: Any, gamma: float) -> Any:
-    """sgn(r) |r|^(gamma + 1) with finite derivatives."""
+    """Return sgn(r) |r|^(gamma + 1) with finite derivatives."""
     if gamma == 0.0:
         return strain_rate
     size = ops.fmax(ops.fabs(strain_rate), _SMALLEST_STRAIN_RATE)

@@ -45,7 +45,7 @@ class Cyrk(Peer):
 
 @cache
 def _right_hand_side() -> int:
-    """Address of the compiled right-hand side, which is kept."""
+    """Return address of the compiled right-hand side, which is kept."""
     return int(_callback().address)
 
 

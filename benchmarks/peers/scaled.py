@@ -50,7 +50,7 @@ def fill_jacobian(row: np.ndarray, s: float, y: np.ndarray, out: np.ndarray) -> 
 
 @kernel
 def rates(row: np.ndarray, s: float, y: np.ndarray) -> np.ndarray:
-    """The rates dy/ds as a new array (3,)."""
+    """Return the rates dy/ds as a new array (3,)."""
     out = np.empty(3)
     fill_rates(row, s, y, out)
     return out
@@ -58,7 +58,7 @@ def rates(row: np.ndarray, s: float, y: np.ndarray) -> np.ndarray:
 
 @kernel
 def rates_jacobian(row: np.ndarray, s: float, y: np.ndarray) -> np.ndarray:
-    """The Jacobian of the rates as a new array (3, 3)."""
+    """Return the Jacobian of the rates as a new array (3, 3)."""
     out = np.empty((3, 3))
     fill_jacobian(row, s, y, out)
     return out

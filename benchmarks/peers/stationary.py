@@ -53,7 +53,7 @@ class StationaryOrbit(NamedTuple):
 def numbalsoda_stationary(
     parameters: Parameters, rtol: float, max_periods: int = 5000, stationary_rtol: float = 1e-6
 ) -> StationaryOrbit:
-    """Stationary amplitudes by plain iteration with LSODA from the start of `parameters`.
+    """Return stationary amplitudes by plain iteration with LSODA from the start of `parameters`.
 
     The orbit is stationary if, over 1 to 8 periods, it repeats to `stationary_rtol` in
     (x/X_m, v/(X_m omega)) and the remaining distance of a geometric sequence is not larger,
@@ -91,7 +91,7 @@ def _distance(newer: np.ndarray, older: np.ndarray) -> float:
 
 @njit(**FLAGS)
 def _closing_cycle(states: np.ndarray, newest: int, tolerance: float) -> int:
-    """Smallest number of periods after which the orbit closes; 0 where it does not yet."""
+    """Return smallest number of periods after which the orbit closes; 0 where it does not yet."""
     for cycle in range(1, _LONGEST_CYCLE + 1):
         if 2 * cycle > newest:
             return 0
@@ -105,7 +105,7 @@ def _closing_cycle(states: np.ndarray, newest: int, tolerance: float) -> int:
 
 @njit(**FLAGS)
 def _shortest(states: np.ndarray, newest: int, cycle: int, tolerance: float) -> int:
-    """The smallest divisor of `cycle` after which the state is the same but for noise."""
+    """Return the smallest divisor of `cycle` after which the state is the same but for noise."""
     for shorter in range(1, cycle):
         close = _distance(states[newest], states[newest - shorter]) <= 10.0 * tolerance
         if cycle % shorter == 0 and close:
@@ -115,7 +115,7 @@ def _shortest(states: np.ndarray, newest: int, cycle: int, tolerance: float) -> 
 
 @njit(**FLAGS)
 def _observe(p: Any, s: np.ndarray, states: np.ndarray) -> np.ndarray:
-    """Elastic stress and friction force, shape (2, n), at the phases `s`."""
+    """Return elastic stress and friction force, shape (2, n), at the phases `s`."""
     seen = np.empty((2, len(s)))
     V_m = abs(p.drive_amplitude) * p.angular_frequency
     for i in range(len(s)):
@@ -125,7 +125,7 @@ def _observe(p: Any, s: np.ndarray, states: np.ndarray) -> np.ndarray:
 
 @njit(**FLAGS)
 def _peak(values: np.ndarray, sign: float) -> float:
-    """Largest sign*value, refined by the parabola through its neighbours."""
+    """Return largest sign*value, refined by the parabola through its neighbours."""
     best = 0
     for i in range(len(values)):
         if sign * values[i] > sign * values[best]:
@@ -139,7 +139,7 @@ def _peak(values: np.ndarray, sign: float) -> float:
 
 @njit(**FLAGS)
 def _close_ups(s: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """Phases between the neighbours of the four sampled extrema, in order."""
+    """Return phases between the neighbours of the four sampled extrema, in order."""
     phases = np.empty(_EXTREMA * _CLOSE_UP + 1)
     phases[0] = s[0]
     for k in range(_EXTREMA):
@@ -156,7 +156,7 @@ def _compiled_search() -> Any:
 
     @njit(**FLAGS)
     def settle(address, row, rtol, max_periods, tolerance):
-        """Stroboscopic state on the orbit, periods, cycle, status."""
+        """Return stroboscopic state on the orbit, periods, cycle, status."""
         states = np.empty((max_periods + 1, 3))
         states[0] = _scaled_start(row)
         done, held, previous = 0, 0, 0
@@ -178,7 +178,7 @@ def _compiled_search() -> Any:
 
     @njit(**FLAGS)
     def search(address, row, rtol, max_periods, tolerance):
-        """The two amplitudes, periods, cycle, status."""
+        """Return the two amplitudes, periods, cycle, status."""
         y, periods, cycle, status = settle(address, row, rtol, max_periods, tolerance)
         amplitudes = (np.nan, np.nan)
         if status != _OK:
@@ -203,5 +203,5 @@ def _compiled_search() -> Any:
 
 @njit(**FLAGS)
 def _best(coarse: np.ndarray, fine: np.ndarray, sign: float) -> float:
-    """Largest sign*value: sampled, and refined in the close-ups."""
+    """Return largest sign*value: sampled, and refined in the close-ups."""
     return max(np.max(sign * coarse), _peak(fine, sign))

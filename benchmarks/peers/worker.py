@@ -90,7 +90,7 @@ class Worker:
         *,
         limit: float,
     ) -> StationaryOrbit | Failure:
-        """Stationary amplitudes by plain iteration, by numbalsoda whichever peer this is.
+        """Return stationary amplitudes by plain iteration, by numbalsoda whichever peer this is.
 
         `limit` [s] bounds the search; the first one of a process, which compiles, comes untimed.
         """
@@ -103,7 +103,7 @@ class Worker:
         return self._ask(("stationary", task), limit)
 
     def _ask(self, message: tuple, limit: float) -> Any:
-        """What the process answers; a Failure for a reason in words, or for no answer."""
+        """Return the answer of the process, a Failure for a reason in words or for none."""
         connection = self._started()
         try:
             connection.send(message)

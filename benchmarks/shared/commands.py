@@ -16,7 +16,7 @@ MIB = 2.0**20
 
 
 def run_command(*words: str | Path, stopped: bool = False, **environment: str) -> dict[str, Any]:
-    """Run `stickslip WORDS`: its wall seconds, exit code and peak memory.
+    """Run `stickslip WORDS`; return its wall seconds, exit code and peak memory.
 
     Raises RuntimeError where it fails; failed points are no failure, nor, if `stopped` is meant, an
     early end.
@@ -52,5 +52,5 @@ def run_process(
 
 
 def median_of_commands(runs: int, *words: str | Path) -> float:
-    """Median of the wall seconds of `stickslip WORDS`."""
+    """Return median of the wall seconds of `stickslip WORDS`."""
     return statistics.median(run_command(*words)["seconds"] for _ in range(runs))

@@ -15,7 +15,7 @@ from numba import njit
 def single_periods(
     p: np.ndarray, dt: float, start: np.ndarray, kicks: np.random.Generator, periods: int
 ) -> np.ndarray:
-    """Largest and smallest elastic stress [Pa] of each drive period of one path, (periods, 2).
+    """Return largest and smallest elastic stress [Pa] of each drive period, (periods, 2).
 
     `p` (parameters,) as `stickslip.Parameters`; `dt` [s] a step; `start` (3,) the state (x, v, phi)
     at phase 0; `kicks` gives the increments.

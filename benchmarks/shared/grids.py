@@ -41,7 +41,7 @@ def grid_config(
     rtol: float = 1e-6,
     stationary_rtol: float = 1e-6,
 ) -> dict[str, Any]:
-    """The config of a grid over the first of some axes, so many values each, and over fluids."""
+    """Return the config of a grid over fluids and the first axes, so many values each."""
     sizes = {name: axes[name] | {"num": n} for name, n in zip(axes, shape, strict=False)}
     return {
         "sweep": sizes | {"rheological_index": fluids},
@@ -51,6 +51,6 @@ def grid_config(
 
 
 def written(path: Path, config: dict[str, Any]) -> Path:
-    """A config as a file."""
+    """Write a config to a file, and return its path."""
     path.write_text(json.dumps(config))  # JSON is YAML
     return path

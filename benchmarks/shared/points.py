@@ -26,7 +26,7 @@ _FAR_OFF = 3.0  # times the stated error
 
 
 def random_points(count: int, seed: int) -> np.ndarray:
-    """Rows (count, parameters) drawn from all over the range of the paper's claims."""
+    """Return rows (count, parameters) drawn from all over the range of the paper's claims."""
     rng = np.random.default_rng(seed)
     return np.array(
         [
@@ -43,12 +43,12 @@ def random_points(count: int, seed: int) -> np.ndarray:
 
 
 def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
-    """A number whose logarithm is uniform."""
+    """Return a number whose logarithm is uniform."""
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
 def box_points(count: int, seed: int, **ranges: tuple[str, float, float]) -> np.ndarray:
-    """Rows (count, parameters) from a box: each "linear" or "log" between two values."""
+    """Return rows (count, parameters) from a box: each "linear" or "log" between two values."""
     rng = np.random.default_rng(seed)
     columns = {
         name: rng.uniform(low, high, count)
@@ -65,12 +65,12 @@ def box_points(count: int, seed: int, **ranges: tuple[str, float, float]) -> np.
 
 
 def parameter(points: np.ndarray, name: str) -> np.ndarray:
-    """The column of a parameter."""
+    """Return the column of a parameter."""
     return points[:, Parameters._fields.index(name)]
 
 
 def described(point: np.ndarray, **more: Any) -> dict[str, Any]:
-    """A point in words, for a list of exceptions."""
+    """Return a point in words, for a list of exceptions."""
     return {name: float(f"{point[i]:.6g}") for i, name in enumerate(DESCRIPTION)} | more
 
 
@@ -78,38 +78,38 @@ def described(point: np.ndarray, **more: Any) -> dict[str, Any]:
 
 
 def orbits(points: np.ndarray, options: Options) -> np.ndarray:
-    """Result rows of the stationary orbits, (n, columns)."""
+    """Return result rows of the stationary orbits, (n, columns)."""
     return compute_orbits(points, options)[0]
 
 
 def column(results: np.ndarray, name: str) -> np.ndarray:
-    """The column of a result."""
+    """Return the column of a result."""
     return results[:, RESULT_COLUMNS.index(name)]
 
 
 def amplitudes(results: np.ndarray) -> np.ndarray:
-    """Amplitudes of stress [Pa] and force [N], (n, 2)."""
+    """Return amplitudes of stress [Pa] and force [N], (n, 2)."""
     return np.column_stack([column(results, name) for name in AMPLITUDES])
 
 
 def good(results: np.ndarray) -> np.ndarray:
-    """Which points ended ok."""
+    """Return which points ended ok."""
     return column(results, "status") == Status.OK
 
 
 def statuses(results: np.ndarray) -> dict[str, int]:
-    """How many points ended how."""
+    """Count how many points ended how."""
     return counted(column(results, "status"))
 
 
 def counted(codes: np.ndarray) -> dict[str, int]:
-    """How many of these statuses there are of each, by name."""
+    """Count these statuses, by name."""
     values, counts = np.unique(np.asarray(codes).astype(int), return_counts=True)
     return {Status(v).name.lower(): int(n) for v, n in zip(values, counts, strict=True)}
 
 
 def same_counts(results: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Points that are ok in both and have the same counts: others end on another orbit."""
+    """Return points that are ok in both and have the same counts: others end on another orbit."""
     same = good(results) & good(reference)
     for name in COUNTS:
         same &= column(results, name) == column(reference, name)
@@ -120,7 +120,7 @@ def same_counts(results: np.ndarray, reference: np.ndarray) -> np.ndarray:
 
 
 def amplitude_errors(points: np.ndarray, found: np.ndarray, exact: np.ndarray) -> np.ndarray:
-    """Errors of the amplitudes of stress and force (n, 2), as `amplitude_error` counts them.
+    """Return errors of the amplitudes of stress and force (n, 2), as `amplitude_error` counts them.
 
     Relative to the amplitude, or to 1 % of max(2K, M omega^2)|X_m| (over A for the stress) where
     that is more. The first two columns of `found` and `exact` are the amplitudes.
@@ -133,14 +133,14 @@ def amplitude_errors(points: np.ndarray, found: np.ndarray, exact: np.ndarray) -
 
 
 def worse_errors(points: np.ndarray, found: np.ndarray, exact: np.ndarray) -> np.ndarray:
-    """Errors of the worse amplitude (n,)."""
+    """Return errors of the worse amplitude (n,)."""
     return amplitude_errors(points, found, exact).max(axis=1)
 
 
 def error_bars(
     points: np.ndarray, results: np.ndarray, exact: np.ndarray, of: np.ndarray, resolved: float
 ) -> dict[str, Any]:
-    """The errors `of` some points, and how the stated ones bound them.
+    """Return the errors `of` some points, and how the stated ones bound them.
 
     As far as the reference resolves; `missed` are those whose stated error is below the true one.
     """
@@ -166,10 +166,10 @@ def error_bars(
 
 
 def quantile(values: np.ndarray, percent: float) -> float:
-    """A percentile as a plain number; NaN for nothing."""
+    """Return a percentile as a plain number; NaN for nothing."""
     return float(np.percentile(values, percent)) if len(values) else float("nan")
 
 
 def spread(values: np.ndarray) -> dict[str, float]:
-    """Median, 95 % and largest of some numbers."""
+    """Return median, 95 % and largest of some numbers."""
     return {"median": quantile(values, 50), "95": quantile(values, 95), "max": float(values.max())}

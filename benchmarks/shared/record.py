@@ -53,12 +53,12 @@ def measure(
 
 
 def read_record(path: Path) -> Record:
-    """A record; empty where there is none."""
+    """Return a record; empty where there is none."""
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
 
 
 def environment() -> dict[str, str]:
-    """Commit, code, machine and versions."""
+    """Return commit, code, machine and versions."""
     return {
         "commit": _commit(),
         "code_sha256": source_hash(),
@@ -83,7 +83,7 @@ def _arguments(
 
 
 def _measured(parts: dict[str, Part], processes: int, quick: bool) -> Iterator[tuple[str, Results]]:
-    """The results of each part when it is done, one after the other or side by side."""
+    """Return the results of each part when it is done, one after the other or side by side."""
     begun = time.perf_counter()
     if processes == 1:
         for part, run in parts.items():
@@ -112,7 +112,7 @@ def _show(name: str, record: Record) -> None:
 
 
 def _commit() -> str:
-    """The commit, marked where the sources, not just earlier results, differ from it."""
+    """Return the commit, marked where the sources, not just earlier results, differ from it."""
     git = ("git", "-C", str(RESULTS.parent))
     sources = ("--", ":/", ":(exclude,top)benchmarks/results")
     changed = _output(*git, "status", "--porcelain", *sources)

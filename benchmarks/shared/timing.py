@@ -16,25 +16,25 @@ def pin() -> None:
 
 
 def timed(call: Callable[[], Any]) -> tuple[Any, float]:
-    """What a call returns, and its seconds."""
+    """Return the value of a call, and its seconds."""
     begun = time.perf_counter()
     value = call()
     return value, time.perf_counter() - begun
 
 
 def median_seconds(call: Callable[[], Any], runs: int) -> float:
-    """Median of so many timings [s]."""
+    """Return median of so many timings [s]."""
     return statistics.median(timed(call)[1] for _ in range(runs))
 
 
 def medians_in_turn(calls: Sequence[Callable[[], Any]], runs: int) -> list[float]:
-    """Medians of so many timings [s] of each call, in turn: what disturbs one disturbs all."""
+    """Return medians of timings [s] of each call, in turn: what disturbs one disturbs all."""
     rounds = [[timed(call)[1] for call in calls] for _ in range(runs)]
     return [statistics.median(times) for times in zip(*rounds, strict=True)]
 
 
 def fastest(run: Callable[[], object], count: float, repeats: int = 7) -> float:
-    """Nanoseconds of CPU time for each of `count` items: the least of several runs."""
+    """Return nanoseconds of CPU time for each of `count` items: the least of several runs."""
     times = []
     for _ in range(repeats):
         begun = time.thread_time_ns()

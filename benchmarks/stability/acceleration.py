@@ -27,7 +27,7 @@ _MAX_PERIODS_OF_SEVERAL = 3000
 
 
 def random_starts(wide: int, near: int) -> np.ndarray:
-    """Rows of parameters with random starts: from all over, and within 5 K of T_c."""
+    """Return rows of parameters with random starts: from all over, and within 5 K of T_c."""
     rng = np.random.default_rng(_SEED)
 
     return np.array(
@@ -48,7 +48,7 @@ def random_starts(wide: int, near: int) -> np.ndarray:
 
 
 def several_orbits(count: int) -> np.ndarray:
-    """Rows of parameters of films that may stay liquid, freeze for good, or do both by turns."""
+    """Return rows of films that may stay liquid, freeze for good, or do both by turns."""
     return box_points(
         count,
         _SEED_OF_SEVERAL,
@@ -62,7 +62,7 @@ def several_orbits(count: int) -> np.ndarray:
 
 
 def run(quick: bool) -> dict[str, Any]:
-    """How many points differ by more than both state, or in their kind of motion."""
+    """Count the points that differ by more than both state, or in their kind of motion."""
     wide, near = (40, 20) if quick else (2000, 1000)
     several = several_orbits(20 if quick else 2000)
     return {

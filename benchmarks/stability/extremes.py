@@ -48,7 +48,7 @@ RANGES: dict[str, tuple[float, float]] = {
 
 
 def run(quick: bool) -> dict[str, Any]:
-    """Statuses of one extreme at a time and of random points; a sample 100 times as finely."""
+    """Count statuses of single extremes and of random points, and check a sample of these."""
     one = [(n, v) for n, values in EXTREMES.items() for v in values]
     alone = np.array([Parameters(**{name: value}) for name, value in one])
     points = random_extremes(40 if quick else 2000)
@@ -67,7 +67,7 @@ def run(quick: bool) -> dict[str, Any]:
 
 
 def random_extremes(count: int) -> np.ndarray:
-    """Rows (count, parameters)."""
+    """Return rows (count, parameters)."""
     rng = np.random.default_rng(_SEED)
     rows = []
     for _ in range(count):
@@ -77,7 +77,7 @@ def random_extremes(count: int) -> np.ndarray:
 
 
 def _checked(points: np.ndarray, results: np.ndarray, count: int) -> dict[str, Any]:
-    """Some of the ok points again at a hundredth of the tolerance: which miss what they state."""
+    """Compute some ok points again at a hundredth of the tolerance; list those far off."""
     rows = np.flatnonzero(good(results))[:: max(good(results).sum() // count, 1)][:count]
     tight = Options(rtol=1e-8, stationary_rtol=1e-8, max_steps=5 * _STEPS, max_periods=5 * _PERIODS)
     better = orbits(points[rows], tight)

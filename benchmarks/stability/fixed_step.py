@@ -23,7 +23,7 @@ _RESOLVED = 1e-10
 
 
 def run(quick: bool) -> dict[str, Any]:
-    """Statuses at nearly the largest step, true and stated errors of what is ok."""
+    """Count statuses at nearly the largest step, and compare true and stated errors."""
     drawn = random_points(2000, _SEED)
     steps = _NEAR * largest_stable_step(drawn)
     a_period = 2.0 * np.pi / parameter(drawn, "angular_frequency") / steps

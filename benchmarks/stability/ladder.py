@@ -17,7 +17,7 @@ _RESOLVED = 1e-11
 
 
 def run(quick: bool) -> dict[str, Any]:
-    """Errors at each tolerance, and every pair of a stated and a true one."""
+    """Measure errors at each tolerance, and keep every pair of a stated and a true one."""
     points = random_points(20 if quick else 200, _SEED)
     exact = orbits(points, Options(rtol=_EXACT, stationary_rtol=_EXACT, max_error=1.0))
     steps, pairs = [], []

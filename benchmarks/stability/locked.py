@@ -36,7 +36,7 @@ _BALANCED = 1e-5
 
 
 def run(quick: bool) -> dict[str, Any]:
-    """Errors of the force at the default tolerances, and of both amplitudes against stated ones."""
+    """Measure errors of the force at the default, and of both amplitudes against stated ones."""
     drawn = _locked(20 if quick else 400)
     exact, settled = _exact(drawn)
     points, exact = drawn[settled], exact[settled]
@@ -59,19 +59,19 @@ def run(quick: bool) -> dict[str, Any]:
 
 
 def balance(points: np.ndarray) -> np.ndarray:
-    """Force [N] that moves a block with the drive: |2K - M omega^2| |X_m|, (n,)."""
+    """Return force [N] that moves a block with the drive: |2K - M omega^2| |X_m|, (n,)."""
     away = 2.0 * parameter(points, "spring_stiffness") - inertia(points)
     return np.asarray(np.abs(away * parameter(points, "drive_amplitude")))
 
 
 def inertia(points: np.ndarray) -> np.ndarray:
-    """M omega^2 [N/m]: force over displacement of a block that moves with the drive, (n,)."""
+    """Return M omega^2 [N/m], force over displacement of a block that moves with the drive."""
     mass, omega = parameter(points, "block_mass"), parameter(points, "angular_frequency")
     return np.asarray(mass * omega**2)
 
 
 def _locked(count: int) -> np.ndarray:
-    """The first points of a sequence whose film is solid throughout, (count, parameters)."""
+    """Return the first points of a sequence whose film is solid throughout, (count, parameters)."""
     points = _drawn(2 * count)
     results = orbits(points, Options())
     solid = (column(results, "solid_fraction") == 1.0) & (column(results, "melting_count") == 0)
@@ -96,7 +96,7 @@ def _drawn(count: int) -> np.ndarray:
 
 
 def _exact(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Amplitudes (n, 2) by the scalar drive at 1e-11, and which points (n,) have settled there."""
+    """Return amplitudes (n, 2) by the scalar drive at 1e-11, and which points have settled."""
     options = Options(rtol=_EXACT, stationary_rtol=_EXACT, max_error=1.0)
     results, finals = compute_orbits(points, options)
     exact, settled = np.empty((len(points), 2)), good(results)

@@ -37,7 +37,7 @@ _FILM_WEIGHT = 1e-3
 
 
 def points() -> np.ndarray:
-    """The rows of parameters (500, 20)."""
+    """Return the rows of parameters (500, 20)."""
     rng, rows = np.random.default_rng(_SEED), []
     for i in range(_WIDE + _NEAR):
         near = i >= _WIDE
@@ -63,7 +63,7 @@ def main() -> None:
 
 
 def reference(row: np.ndarray) -> list[float]:
-    """A row of the table; an orbit of 0 periods is none that closed."""
+    """Return a row of the table; an orbit of 0 periods is none that closed."""
     state, states = np.array(starting_state(row)), np.empty((0, 3))
     cycle, distance = 0, np.inf
     while cycle == 0 and len(states) < _MOST_PERIODS:
@@ -85,7 +85,7 @@ def _scaled(row: np.ndarray, states: np.ndarray) -> np.ndarray:
 
 
 def _closed(z: np.ndarray) -> tuple[int, float]:
-    """The cycle on which states (n, 3) end, 0 for none yet, and the distance that remains."""
+    """Return the cycle on which states (n, 3) end, 0 for none yet, and what distance is left."""
     for cycle in range(1, min(_LONGEST, len(z) // 3) + 1):
         moved, before = (np.abs(z[end] - z[end - cycle]).max() for end in (-1, -1 - cycle))
         # Where it no longer contracts it is at the noise: then the last displacement is all.

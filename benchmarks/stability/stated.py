@@ -51,7 +51,7 @@ class Box(NamedTuple):
 
 
 def everywhere(count: int) -> np.ndarray:
-    """Rows (count, parameters) from far around the paper's values."""
+    """Return rows (count, parameters) from far around the paper's values."""
     return box_points(
         count,
         2906,
@@ -64,7 +64,7 @@ def everywhere(count: int) -> np.ndarray:
 
 
 def thin(count: int) -> np.ndarray:
-    """Thin pseudoplastic films (count, parameters) that are strongly viscous and driven little."""
+    """Return thin films (count, parameters) that are strongly viscous and driven little."""
     return box_points(
         count,
         2902,
@@ -78,7 +78,7 @@ def thin(count: int) -> np.ndarray:
 
 
 def near_resonance(count: int) -> np.ndarray:
-    """Pseudoplastic films (count, parameters) within |2K/(M omega^2) - 1| <= 0.5."""
+    """Return pseudoplastic films (count, parameters) within |2K/(M omega^2) - 1| <= 0.5."""
     points = box_points(
         count,
         2903,
@@ -123,7 +123,7 @@ BOXES = {
 
 
 def run(quick: bool) -> dict[str, Any]:
-    """Of each box and tolerance: statuses, and the errors of each kind of film."""
+    """Measure statuses and errors of each kind of film, for each box and tolerance."""
     return {name: _answer(box, 40 if quick else box.count) for name, box in BOXES.items()}
 
 
@@ -155,7 +155,7 @@ def _compared(box: Box, points: np.ndarray, rtol: float, exact: np.ndarray) -> d
 
 
 def _off_balance(points: np.ndarray, found: np.ndarray, kinds: dict[str, np.ndarray]) -> float:
-    """Largest error of the force of locked blocks against the closed form."""
+    """Return largest error of the force of locked blocks against the closed form."""
     locked = kinds.get(_IN_CLOSED_FORM, np.zeros(len(points), dtype=bool)) & good(found)
     of, force = points[locked], amplitudes(found[locked])[:, 1]
     both = [np.column_stack([each, each]) for each in (force, balance(of))]

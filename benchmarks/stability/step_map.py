@@ -27,7 +27,7 @@ _WRONG = 1e-2
 
 
 def run(quick: bool) -> dict[str, Any]:
-    """The cells of the map, by scene and ratio, and how many of each kind."""
+    """Judge the cells of the map, by scene and ratio, and count each kind."""
     points = _scenes(2 if quick else _SCENES)
     results, finals = compute_orbits(points, Options(rtol=1e-9, stationary_rtol=1e-9))
     keep = (column(results, "status") == Status.OK) & (column(results, "orbit_periods") == 1)

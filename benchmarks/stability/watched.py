@@ -50,7 +50,7 @@ _WINDOWS, _LENGTHS = 100, (32, 64, 200)
 
 
 def weakly_viscous(count: int) -> np.ndarray:
-    """Rows (count, parameters)."""
+    """Return rows (count, parameters)."""
     return box_points(
         count,
         _SEED,
@@ -63,7 +63,7 @@ def weakly_viscous(count: int) -> np.ndarray:
 
 
 def run(quick: bool) -> dict[str, Any]:
-    """Coverage of stated errors, statuses of two boxes, and plain iterations."""
+    """Measure coverage of stated errors, verdicts on two boxes, and plain iterations."""
     covered = [_coverage(film, 8 if quick else _WINDOWS) for film in WANDERING]
     points = weakly_viscous(20 if quick else 400)
     weak, results, finals = _ended(points)
@@ -77,7 +77,7 @@ def run(quick: bool) -> dict[str, Any]:
 
 
 def _coverage(film: tuple[float, ...], count: int) -> dict[str, Any]:
-    """How often the mean over a window is off by no more than stated, for windows of each length.
+    """Return how often the mean over a window is off by no more than stated, by length.
 
     The windows are those of as many starts a thousandth of the drive's amplitude apart, forgotten
     before they begin; the true mean is that of all windows of the longest kind. Starts that end on
@@ -123,7 +123,7 @@ def _ended(points: np.ndarray) -> tuple[dict[str, Any], np.ndarray, np.ndarray]:
 
 
 def _plain(points: np.ndarray, results: np.ndarray, count: int, periods: int) -> dict[str, Any]:
-    """Means over single periods of films called aperiodic, against a plain iteration from rest.
+    """Compare means of films called aperiodic with those of plain iteration from rest.
 
     How far apart they are, in standard errors of the two, summed in squares.
     """
@@ -141,14 +141,14 @@ def _plain(points: np.ndarray, results: np.ndarray, count: int, periods: int) ->
 
 
 def _single_periods(row: np.ndarray, periods: int) -> np.ndarray:
-    """Amplitudes (periods, 2) of single periods, by the scalar drive after some from rest."""
+    """Return amplitudes (periods, 2) of single periods by the scalar drive, after some."""
     start = np.array(starting_state(row))
     states = scalar_states(row, start, _SETTLING + periods, _RTOL)[_SETTLING:]
     return np.array([scalar_amplitudes(row, state, 1, _RTOL)[:2] for state in states])
 
 
 def _long_cycles(points: np.ndarray, results: np.ndarray, finals: np.ndarray) -> dict[str, Any]:
-    """Cycles of many drive periods, which still close after as many more as `_PLAIN`."""
+    """Return cycles of many drive periods, which still close after as many more as `_PLAIN`."""
     long = np.flatnonzero(good(results) & (column(results, "orbit_periods") > _LONG))
     rows = []
     for i in long:
