@@ -136,7 +136,7 @@ def _error_of_figure(row: Results) -> str:
 def _engine(engine: Results) -> Rows:
     """Time, memory and bytes of large grids, and the share of the engine."""
     head = ("points", "film", "points/s", "kernel [µs a point]", "engine [µs a point]")
-    rows: Rows = [(*head, "share of the cores", "peak", "file")]
+    rows: Rows = [(*head, "share of the cores", "peak, at most", "file")]
     rows += [
         (
             f"{row['points']:.0f}",

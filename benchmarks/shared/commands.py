@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
+import json
 import os
 import statistics
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 from typing import Any
 
 COMMAND = Path(sys.executable).with_name("stickslip")
 MIB = 2.0**20
+
+# Runs the program from a small process: the peak of a child is never below that of its parent.
+_LAUNCHER = """
+import json, resource, subprocess, sys, time
+begun = time.perf_counter()
+code = subprocess.call(sys.argv[2:], stdin=subprocess.DEVNULL)
+seconds = time.perf_counter() - begun
+peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+with open(sys.argv[1], "w") as file:
+    json.dump({"seconds": seconds, "code": code, "peak": peak}, file)
+"""
 
 
 def run_command(*words: str | Path, stopped: bool = False, **environment: str) -> dict[str, Any]:
@@ -28,29 +39,22 @@ def run_process(
     words: list[str | Path], codes: tuple[int, ...] = (0,), **environment: str
 ) -> dict[str, Any]:
     """Run a program; see `run_command`."""
-    begun = time.perf_counter()
-    with (
-        tempfile.TemporaryFile() as said,
-        subprocess.Popen(
-            [str(word) for word in words],
-            stdin=subprocess.DEVNULL,
-            stdout=said,
+    with tempfile.TemporaryDirectory() as folder:
+        report = Path(folder) / "report.json"
+        ended = subprocess.run(
+            [sys.executable, "-S", "-c", _LAUNCHER, str(report), *map(str, words)],
+            stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             env=os.environ | environment,
-        ) as process,
-    ):
-        _, status, usage = os.wait4(process.pid, 0)
-        seconds = time.perf_counter() - begun
-        process.returncode = code = os.waitstatus_to_exitcode(status)
-        said.seek(0)
-        text = said.read().decode(errors="replace")
-    if code not in codes:
-        raise RuntimeError(f"{words} ended with exit code {code}:\n{text}")
-    peak = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
-    user = usage.ru_utime + usage.ru_stime
-    return {"seconds": seconds, "cpu": user, "code": code, "peak_mib": peak / MIB, "said": text}
+        )
+        took = json.loads(report.read_text()) if report.exists() else {"code": ended.returncode}
+    if took["code"] not in codes:
+        output = ended.stdout.decode(errors="replace")
+        raise RuntimeError(f"{words} ended with exit code {took['code']}:\n{output}")
+    peak = took["peak"] * (1 if sys.platform == "darwin" else 1024)
+    return {"seconds": took["seconds"], "code": took["code"], "peak_mib": peak / MIB}
 
 
 def median_of_commands(runs: int, *words: str | Path) -> float:
-    """Return median of the wall seconds of `stickslip WORDS`."""
+    """Return the median of the wall seconds of `stickslip WORDS`."""
     return statistics.median(run_command(*words)["seconds"] for _ in range(runs))
