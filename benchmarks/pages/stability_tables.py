@@ -71,7 +71,7 @@ def verdicts(
     return [
         ("what", "value"),
         (f"{closed}: wrong ones, other periods", wrong),
-        ("locked blocks: force within 1e-5 of |2K − Mω²| X_m, largest error", balance),
+        ("locked blocks: force within 1e-5 of abs(2K − Mω²) X_m, largest error", balance),
         *_closed_form(stated),
         (
             f"Euler–Cromer, {len(step_map['cells'])} periods: wrong, and no check would see it",
