@@ -253,6 +253,7 @@ def test_a_benchmark_is_one_of_the_family(path: Path, scripts: Callable[[str], A
     name = path.stem.removeprefix("bench_")
     # Takes --quick and --full, and keeps quick runs away from the records.
     assert f'measure("{name}", __doc__, ' in text
+    assert callable(scripts(str(path.relative_to(ROOT)))["measure"])  # all that it imports is there
     tables = scripts("benchmarks/pages/tables.py")["TABLES"].values()
     assert name in {table.script for table in tables}, "what it measures is shown"
     assert f"| `{path.name}` |" in readme
