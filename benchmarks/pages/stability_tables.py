@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
-Results = dict[str, Any]
+from pages.numbers import Results, counted
+
 Row = tuple[str, ...]
 Lines = Iterator[tuple[str, str]]
 
@@ -79,7 +79,7 @@ def verdicts(
         ),
         (
             f"Euler–Cromer, {fixed_step['points']} orbits near the largest step",
-            _counted(fixed_step["statuses"]),
+            counted(fixed_step["statuses"]),
         ),
         *_extremes(extremes),
         *_jumps("random starts", acceleration),
@@ -103,9 +103,9 @@ def _power(rtol: str) -> str:
 
 
 def _extremes(found: Results) -> Lines:
-    yield f"{found['points']} extremes at random", _counted(found["statuses"])
+    yield f"{found['points']} extremes at random", counted(found["statuses"])
     alone = [row["status"] for row in found["one_at_a_time"]]
-    yield "... one at a time", _counted({name: alone.count(name) for name in sorted(set(alone))})
+    yield "... one at a time", counted({name: alone.count(name) for name in sorted(set(alone))})
     sample = found["sample"]
     held = f"{100 * sample['held']:.1f} % of {sample['compared']}, {len(sample['wrong'])}"
     yield "... within what was stated at a hundredth of the tolerance; far off", held
@@ -115,14 +115,14 @@ def _jumps(kind: str, found: Results) -> Lines:
     same = f"{found['same']} of {found['compared']}"
     fewer = f"{found['periods_plain'] / found['periods']:.2g} times fewer periods"
     yield f"{found['points']} {kind}: on the orbit of plain iteration", f"{same}, {fewer}"
-    both = f"{_counted(found['statuses'])}; {_counted(found['statuses_plain'])}"
+    both = f"{counted(found['statuses'])}; {counted(found['statuses_plain'])}"
     yield "... statuses with jumps, without", both
 
 
 def _watched(found: Results) -> Lines:
     for what in ("weakly_viscous", "everywhere"):
         row = found[what]
-        yield f"{row['points']} films {what.replace('_', ' ')}", _counted(row["statuses"])
+        yield f"{row['points']} films {what.replace('_', ' ')}", counted(row["statuses"])
     plain, long = found["aperiodic"], found["long_cycles"]
     apart = max((film["standard_errors_apart"] for film in plain["films"]), default=0.0)
     what = f"... {len(plain['films'])} aperiodic: mean from that of plain iteration"
@@ -140,7 +140,3 @@ def _drifts(found: Results) -> Lines:
         drifts = f"{scene['drift_stress']:.1e}, {scene['drift_force']:.1e}"
         what = f"{found['periods']} periods, {scene['scene']}: drift of stress and force, balance"
         yield what, f"{drifts}, {scene['balance_after']:.1e}"
-
-
-def _counted(counts: dict[str, int]) -> str:
-    return ", ".join(f"{count} {name}" for name, count in counts.items())
