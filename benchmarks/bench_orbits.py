@@ -16,7 +16,7 @@ from shared.points import (
     COUNTS,
     amplitude_errors,
     column,
-    described,
+    description,
     error_bars,
     good,
     orbits,
@@ -111,7 +111,7 @@ def _against_plain(points: np.ndarray, default: np.ndarray, *, quick: bool) -> d
         "settled": int(settled.sum()),
         "same_orbit": sum(not difference for difference in differences),
         "other_orbit": [
-            described(points[i], differs_in=differences[i], plain_settled=bool(settled[i]))
+            description(points[i], differs_in=differences[i], plain_settled=bool(settled[i]))
             for i in range(len(points))
             if differences[i]
         ],

@@ -26,9 +26,9 @@ from shared.grids import (
     STICK_SLIP,
     WORKERS,
     grid_config,
-    written,
+    write_config,
 )
-from shared.points import AMPLITUDES, counted, good, orbits, quantile, worse_errors
+from shared.points import AMPLITUDES, count_by_name, good, orbits, quantile, worse_errors
 from shared.record import measure
 from shared.timing import median_seconds, medians_in_turn, timed
 
@@ -188,7 +188,7 @@ def cube(quick: bool) -> dict[str, Any]:
     result: dict[str, Any] = {"rtol": CUBE_RTOL, "sample": _sample(config, 20 if quick else SAMPLE)}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "cube.nc"
-        file = written(path.with_suffix(".yaml"), config)
+        file = write_config(path.with_suffix(".yaml"), config)
         took = run_command("sweep", file, "-o", path, *SWEEP)
         with xr.open_dataset(path) as ds:
             stated, status = ds.amplitude_error.values, ds.status.values
@@ -199,7 +199,7 @@ def cube(quick: bool) -> dict[str, Any]:
         "seconds": took["seconds"],
         "points_per_second": status.size / took["seconds"],
         "peak_mib": took["peak_mib"],
-        "statuses": counted(status),
+        "statuses": count_by_name(status),
         "stated_error_median": quantile(ok, 50),
         "stated_error_max": float(ok.max()),
         "stated_error_max_aperiodic": float(aperiodic.max(initial=0.0)),
@@ -256,7 +256,7 @@ def engine(quick: bool) -> dict[str, Any]:
 
 def _swept(where: Path, scene: str, config: dict[str, Any], runs: int) -> dict[str, Any]:
     """Return medians of a sweep through the command line; the first run warms up."""
-    file, path = written(where / "engine.yaml", config), where / "a.nc"
+    file, path = write_config(where / "engine.yaml", config), where / "a.nc"
     rows = [_once(file, path) for _ in range(runs + 1)][1:]
     result = {name: quantile([row[name] for row in rows], 50) for name in rows[0]}
     print(scene, result)
@@ -282,7 +282,7 @@ def _once(config: Path, path: Path) -> dict[str, float]:
 
 def _huge(where: Path, shape: tuple[int, ...], *, quick: bool) -> dict[str, Any]:
     """Measure a grid that is planned, run in part, resumed and exported."""
-    config = written(where / "huge.yaml", grid_config(LIQUID, shape, [0], *ENGINE_RTOL))
+    config = write_config(where / "huge.yaml", grid_config(LIQUID, shape, [0], *ENGINE_RTOL))
     path = where / "huge.nc"
     part = ("sweep", config, "-o", path, "--max-runtime", "1s" if quick else "20s")
     steps = {

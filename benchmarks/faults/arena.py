@@ -225,8 +225,8 @@ class Arena:
         unread = end.code == _UNREAD[0] and _UNREAD[1] in end.said
         if not (end.code in _ENDINGS or unread) or "Traceback" in end.said:
             return "wrong", f"exit code {end.code}: {end.said[-300:]}"
-        there = content_hash(open_result(output))
-        if there != self.expected and (end.code == 0 or there != self.old_hash):
+        found = content_hash(open_result(output))
+        if found != self.expected and (end.code == 0 or found != self.old_hash):
             return "wrong", f"another result with exit code {end.code}: {end.said[-300:]}"
         kept = _journaled(output)
         (folder / "a.nc.timing.json").unlink(missing_ok=True)
@@ -236,7 +236,7 @@ class Arena:
         if again.code != 0 or content_hash(open_result(output)) != self.expected:
             return "wrong", f"the same command again: exit code {again.code}: {again.said[-300:]}"
         computed = _computed(output)
-        if computed > POINTS - max(kept, 2) + spared and there != self.expected:
+        if computed > POINTS - max(kept, 2) + spared and found != self.expected:
             return "lost", f"{computed} points computed again, {kept} were in the journal"
         return "survived", ""
 

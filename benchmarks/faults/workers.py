@@ -16,8 +16,6 @@ import psutil
 
 from faults.arena import PATIENCE, SWEEP, Arena, Ended, Tally
 
-LONG = "gamma=-2/3"
-
 
 def run(quick: bool, folder: Path) -> dict[str, Any]:
     """Kill or freeze workers of this machine, and of a cluster."""

@@ -25,6 +25,6 @@ def signed(gamma: str) -> str:
     return gamma.replace("-", "−")
 
 
-def counted(counts: dict[str, int]) -> str:
+def count_by_name(counts: dict[str, int]) -> str:
     """Return how many there are of each."""
     return ", ".join(f"{count} {name}" for name, count in counts.items())

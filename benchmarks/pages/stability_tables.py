@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 
-from pages.numbers import Results, counted
+from pages.numbers import Results, count_by_name
 
 Row = tuple[str, ...]
 Lines = Iterator[tuple[str, str]]
@@ -79,7 +80,7 @@ def verdicts(
         ),
         (
             f"Euler–Cromer, {fixed_step['points']} orbits near the largest step",
-            counted(fixed_step["statuses"]),
+            count_by_name(fixed_step["statuses"]),
         ),
         *_extremes(extremes),
         *_jumps("random starts", acceleration),
@@ -103,9 +104,9 @@ def _power(rtol: str) -> str:
 
 
 def _extremes(found: Results) -> Lines:
-    yield f"{found['points']} extremes at random", counted(found["statuses"])
-    alone = [row["status"] for row in found["one_at_a_time"]]
-    yield "... one at a time", counted({name: alone.count(name) for name in sorted(set(alone))})
+    yield f"{found['points']} extremes at random", count_by_name(found["statuses"])
+    alone = Counter(sorted(row["status"] for row in found["one_at_a_time"]))
+    yield "... one at a time", count_by_name(alone)
     sample = found["sample"]
     held = f"{100 * sample['held']:.1f} % of {sample['compared']}, {len(sample['wrong'])}"
     yield "... within what was stated at a hundredth of the tolerance; far off", held
@@ -115,14 +116,14 @@ def _jumps(kind: str, found: Results) -> Lines:
     same = f"{found['same']} of {found['compared']}"
     fewer = f"{found['periods_plain'] / found['periods']:.2g} times fewer periods"
     yield f"{found['points']} {kind}: on the orbit of plain iteration", f"{same}, {fewer}"
-    both = f"{counted(found['statuses'])}; {counted(found['statuses_plain'])}"
+    both = f"{count_by_name(found['statuses'])}; {count_by_name(found['statuses_plain'])}"
     yield "... statuses with jumps, without", both
 
 
 def _watched(found: Results) -> Lines:
     for what in ("weakly_viscous", "everywhere"):
         row = found[what]
-        yield f"{row['points']} films {what.replace('_', ' ')}", counted(row["statuses"])
+        yield f"{row['points']} films {what.replace('_', ' ')}", count_by_name(row["statuses"])
     plain, long = found["aperiodic"], found["long_cycles"]
     apart = max((film["standard_errors_apart"] for film in plain["films"]), default=0.0)
     what = f"... {len(plain['films'])} aperiodic: mean from that of plain iteration"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pages.numbers import Results, Rows, counted, digits, seconds
+from pages.numbers import Results, Rows, count_by_name, digits, seconds
 
 
 def jobs(
@@ -48,7 +48,7 @@ def errors_of_sweeps(figures: Results, regimes: Results, cube: Results) -> Rows:
         ),
         ("refined map: wrong pixels", f"{wrong} of {regimes['points']}"),
         (f"cube: error, median, 95 % and largest of {sample['points']}", errors),
-        ("cube: statuses", counted(cube["statuses"])),
+        ("cube: statuses", count_by_name(cube["statuses"])),
         ("cube: largest stated error, ok and aperiodic", stated),
     ]
 

@@ -83,11 +83,11 @@ def _draw_euler_cromer(ax: Axes, run: dict[str, Any]) -> None:
     if measured:
         ax.plot(*zip(*measured, strict=True), color=BLACK, marker="d", markersize=5.5)
     if run["error"]:
-        there = max(run["error"], 1e-13), run["seconds_per_period"]
-        ax.plot(*zip(measured[-1], there, strict=True), color=BLACK, linestyle=":", linewidth=1)
-        ax.plot(*there, "d", color=BLACK, markersize=8, markerfacecolor="white", clip_on=False)
+        end = max(run["error"], 1e-13), run["seconds_per_period"]
+        ax.plot(*zip(measured[-1], end, strict=True), color=BLACK, linestyle=":", linewidth=1)
+        ax.plot(*end, "d", color=BLACK, markersize=8, markerfacecolor="white", clip_on=False)
         aside = {"xytext": (-7, 2), "textcoords": "offset points", "ha": "right"}
-        ax.annotate("extrapolated", there, fontsize=8, **aside)
+        ax.annotate("extrapolated", end, fontsize=8, **aside)
 
 
 def _legend(found: dict[str, Any]) -> list[Line2D]:

@@ -18,10 +18,9 @@ class Cyrk(Peer):
     """`CyRK.nbsolve2_ivp` with one of its implicit methods; it takes no Jacobian."""
 
     package = "CyRK"
-    slow = True
 
     def __init__(self, method: str) -> None:
-        self.method = method
+        self.method, self.slow = method, method != "LSODA"
 
     def integrate(
         self, row: np.ndarray, begin: np.ndarray, phase: float, rtol: float

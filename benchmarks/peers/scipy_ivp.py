@@ -16,7 +16,7 @@ class ScipyIvp(Peer):
     package = "scipy"
 
     def __init__(self, method: str) -> None:
-        self.method = method
+        self.method, self.slow = method, method != "LSODA"
 
     def integrate(
         self, row: np.ndarray, begin: np.ndarray, phase: float, rtol: float

@@ -21,7 +21,7 @@ from stickslip.kernels.trajectories import start_kernel
 from stickslip.options import DEFAULTS
 from stickslip.parameters import Parameters
 
-stress_and_force = EQUATIONS.exact
+stress_and_force, write_start = EQUATIONS.exact, start_kernel(DEFAULTS.physics)
 
 _TURN = 2.0 * np.pi
 _LONGEST_CYCLE = 8
@@ -76,7 +76,7 @@ def numbalsoda_stationary(
 @njit(**FLAGS)
 def _scaled_start(row: np.ndarray) -> np.ndarray:
     state = np.empty(3)
-    start_kernel(DEFAULTS.physics)(row, state)
+    write_start(row, state)
     p = parameters_of(row)
     X_m = abs(p.drive_amplitude)
     # At phase 0 the drive stands still: u = -v.
@@ -116,11 +116,13 @@ def _shortest(states: np.ndarray, newest: int, cycle: int, tolerance: float) -> 
 @njit(**FLAGS)
 def _observe(p: Any, s: np.ndarray, states: np.ndarray) -> np.ndarray:
     """Return elastic stress and friction force, shape (2, n), at the phases `s`."""
-    seen = np.empty((2, len(s)))
+    observed = np.empty((2, len(s)))
     V_m = abs(p.drive_amplitude) * p.angular_frequency
     for i in range(len(s)):
-        seen[0, i], seen[1, i] = stress_and_force(p, states[i, 1] * V_m, np.exp(states[i, 2]))
-    return seen
+        observed[0, i], observed[1, i] = stress_and_force(
+            p, states[i, 1] * V_m, np.exp(states[i, 2])
+        )
+    return observed
 
 
 @njit(**FLAGS)
@@ -138,12 +140,12 @@ def _peak(values: np.ndarray, sign: float) -> float:
 
 
 @njit(**FLAGS)
-def _close_ups(s: np.ndarray, seen: np.ndarray) -> np.ndarray:
+def _close_ups(s: np.ndarray, observed: np.ndarray) -> np.ndarray:
     """Return phases between the neighbours of the four sampled extrema, in order."""
     phases = np.empty(_EXTREMA * _CLOSE_UP + 1)
     phases[0] = s[0]
     for k in range(_EXTREMA):
-        values = seen[k // 2] if k % 2 == 0 else -seen[k // 2]
+        values = observed[k // 2] if k % 2 == 0 else -observed[k // 2]
         best = min(max(int(np.argmax(values)), 1), len(s) - 2)
         part = np.linspace(s[best - 1], s[best + 1], _CLOSE_UP)
         phases[1 + k * _CLOSE_UP : 1 + (k + 1) * _CLOSE_UP] = part
@@ -186,16 +188,16 @@ def _compiled_search() -> Any:
         p = parameters_of(row)
         s = np.linspace(0.0, cycle * _TURN, cycle * _SAMPLES + 1)
         states, success = lsoda(address, y.copy(), s, row, rtol, rtol, MOST_STEPS)
-        seen = _observe(p, s, states)
-        near = _close_ups(s, seen)
+        observed = _observe(p, s, states)
+        near = _close_ups(s, observed)
         close, success_too = lsoda(address, y.copy(), near, row, rtol, rtol, MOST_STEPS)
-        if not (success and success_too and np.isfinite(seen).all()):
+        if not (success and success_too and np.isfinite(observed).all()):
             return amplitudes, periods, cycle, _LSODA_FAILED
         finer = _observe(p, near, close)
         stress, force = 0.0, 0.0
         for sign in (1.0, -1.0):
-            stress += 0.5 * _best(seen[0], finer[0], sign)
-            force += 0.5 * _best(seen[1], finer[1], sign)
+            stress += 0.5 * _best(observed[0], finer[0], sign)
+            force += 0.5 * _best(observed[1], finer[1], sign)
         return (stress, force), periods + cycle, cycle, _OK
 
     return search

@@ -50,7 +50,7 @@ def grid_config(
     }
 
 
-def written(path: Path, config: dict[str, Any]) -> Path:
+def write_config(path: Path, config: dict[str, Any]) -> Path:
     """Write a config to a file, and return its path."""
     path.write_text(json.dumps(config))  # JSON is YAML
     return path

@@ -69,7 +69,7 @@ def parameter(points: np.ndarray, name: str) -> np.ndarray:
     return points[:, Parameters._fields.index(name)]
 
 
-def described(point: np.ndarray, **more: Any) -> dict[str, Any]:
+def description(point: np.ndarray, **more: Any) -> dict[str, Any]:
     """Return a point in words, for a list of exceptions."""
     return {name: float(f"{point[i]:.6g}") for i, name in enumerate(DESCRIPTION)} | more
 
@@ -99,10 +99,10 @@ def good(results: np.ndarray) -> np.ndarray:
 
 def statuses(results: np.ndarray) -> dict[str, int]:
     """Count how many points ended how."""
-    return counted(column(results, "status"))
+    return count_by_name(column(results, "status"))
 
 
-def counted(codes: np.ndarray) -> dict[str, int]:
+def count_by_name(codes: np.ndarray) -> dict[str, int]:
     """Count these statuses, by name."""
     values, counts = np.unique(np.asarray(codes).astype(int), return_counts=True)
     return {Status(v).name.lower(): int(n) for v, n in zip(values, counts, strict=True)}
@@ -147,7 +147,8 @@ def error_bars(
     from scipy.stats import spearmanr
 
     points, true = points[of], worse_errors(points, results, exact)[of]
-    stated, seen = column(results, "amplitude_error")[of], np.maximum(true, resolved)
+    stated, resolvable = column(results, "amplitude_error")[of], np.maximum(true, resolved)
+    rank = float(spearmanr(stated, resolvable)[0]) if len(true) > 2 else float("nan")
     return {
         "compared": len(true),
         "error_median": quantile(true, 50),
@@ -155,11 +156,11 @@ def error_bars(
         "error_max": float(true.max(initial=0.0)),
         "held": float(np.mean(true <= stated + resolved)) if len(true) else float("nan"),
         "far_off": int(np.sum(true > _FAR_OFF * stated + resolved)),
-        "over_median": quantile(stated / seen, 50),
-        "over_95": quantile(stated / seen, 95),
-        "rank_correlation": float(spearmanr(stated, seen)[0]) if len(true) > 2 else float("nan"),
+        "over_median": quantile(stated / resolvable, 50),
+        "over_95": quantile(stated / resolvable, 95),
+        "rank_correlation": rank,
         "missed": [
-            described(points[i], true=float(true[i]), stated=float(stated[i]))
+            description(points[i], true=float(true[i]), stated=float(stated[i]))
             for i in np.flatnonzero(true > stated + resolved)
         ],
     }

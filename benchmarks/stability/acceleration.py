@@ -8,7 +8,7 @@ import numpy as np
 from shared.points import (
     box_points,
     column,
-    described,
+    description,
     good,
     log_uniform,
     orbits,
@@ -85,7 +85,7 @@ def _compared(points: np.ndarray, **options: Any) -> dict[str, Any]:
         "other_status": int((column(jumping, "status") != column(plain, "status")).sum()),
         "beyond_stated": int((both & (differs > stated)).sum()),
         "others": [
-            described(
+            description(
                 points[i],
                 differs=float(differs[i]),
                 stated=float(stated[i]),

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from shared.points import (
     column,
-    described,
+    description,
     good,
     log_uniform,
     orbits,
@@ -89,7 +89,7 @@ def _checked(points: np.ndarray, results: np.ndarray, count: int) -> dict[str, A
         "compared": len(rows),
         "held": float(np.mean(missed <= stated)) if len(rows) else 1.0,
         "wrong": [
-            described(points[i], missed=float(m), stated=float(s))
+            description(points[i], missed=float(m), stated=float(s))
             for i, m, s in zip(rows, missed, stated, strict=True)
             if m > 10.0 * s + 1e-4
         ],

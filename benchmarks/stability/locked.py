@@ -13,7 +13,7 @@ from inside.scalar import scalar_amplitudes, scalar_states
 from shared.points import (
     amplitudes,
     column,
-    described,
+    description,
     error_bars,
     good,
     log_uniform,
@@ -54,7 +54,7 @@ def run(quick: bool) -> dict[str, Any]:
         "balance_max": float(of_balance.max()),
         "balance_held": float(np.mean(of_balance <= _BALANCED)),
         **error_bars(points, results, exact, good(results), _RESOLVED),
-        "worst": described(points[worst], error=float(of_force[worst])),
+        "worst": description(points[worst], error=float(of_force[worst])),
     }
 
 

@@ -10,7 +10,7 @@ from shared.points import (
     AMPLITUDES,
     DESCRIPTION,
     column,
-    described,
+    description,
     error_bars,
     good,
     orbits,
@@ -45,7 +45,7 @@ def run(quick: bool) -> dict[str, Any]:
         "ok": int(good(results).sum()),
         "other_period": int((both & (cycles != column(results, "orbit_periods"))).sum()),
         "wrong": [
-            described(points[i], true=float(true[i]), stated=float(stated[i]))
+            description(points[i], true=float(true[i]), stated=float(stated[i]))
             for i in np.flatnonzero(wrong)
         ],
         **error_bars(points, results, exact, both, _RESOLVED),

@@ -16,7 +16,7 @@ from shared.points import (
     amplitudes,
     box_points,
     column,
-    described,
+    description,
     good,
     orbits,
     statuses,
@@ -104,7 +104,7 @@ def _coverage(film: tuple[float, ...], count: int) -> dict[str, Any]:
             "stated_median": float(np.median(stated[wanders])),
             "off_median": float(np.median(off[wanders])),
         }
-    return {"film": described(points[0]), "lengths": rows}
+    return {"film": description(points[0]), "lengths": rows}
 
 
 def _wander(results: np.ndarray) -> np.ndarray:
@@ -136,7 +136,7 @@ def _plain(points: np.ndarray, results: np.ndarray, count: int, periods: int) ->
         stated = column(results, "amplitude_error")[i] / scale
         errors = np.array([error_of_mean(np.ascontiguousarray(a)[None]) for a in singles.T])
         apart = np.abs(own - theirs) / (np.hypot(stated, errors) / _SIGMAS)
-        rows.append(described(points[i], standard_errors_apart=float(apart.max())))
+        rows.append(description(points[i], standard_errors_apart=float(apart.max())))
     return {"periods": periods, "films": rows}
 
 
@@ -156,5 +156,5 @@ def _long_cycles(points: np.ndarray, results: np.ndarray, finals: np.ndarray) ->
         states = scalar_states(points[i], finals[i, :3], _PLAIN + cycle, _RTOL)
         motion = states[:, :2] / np.abs(states[:, :2]).max(axis=0)
         distances = np.abs(motion[_PLAIN:] - motion[_PLAIN - cycle : -cycle]).max()
-        rows.append(described(points[i], periods=cycle, distance=float(distances)))
+        rows.append(description(points[i], periods=cycle, distance=float(distances)))
     return {"found": len(rows), "closed": sum(r["distance"] < _CLOSED for r in rows), "films": rows}
