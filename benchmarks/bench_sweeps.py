@@ -1,12 +1,10 @@
 """What typical jobs take: a first result, the figures, a map, a cube of a million points.
 
-And what the engine adds to the kernels. Jobs go through the command line, as a user runs them.
+Jobs go through the command line, as a user runs them; maps and bare points are computed in memory.
 """
 
 from __future__ import annotations
 
-import json
-import math
 import os
 import shutil
 import statistics
@@ -21,9 +19,8 @@ from shared.commands import MIB, median_of_commands, run_command, run_process
 from shared.grids import (
     CUBE,
     FLUIDS,
-    LIQUID,
     MOST_PERIODS,
-    STICK_SLIP,
+    SWEEP,
     WORKERS,
     grid_config,
     write_config,
@@ -46,7 +43,6 @@ from sweeps.figures import draw, save
 from sweeps.grid import Grid
 
 RUNS = 5
-SWEEP = ("--workers", str(WORKERS), "--overwrite", "--no-progress")
 
 FIGURES = ("fig7", "fig8", "fig9")
 COARSE = {
@@ -59,7 +55,6 @@ REFERENCE = ("integrator.rtol=1e-9", "stationary.rtol=1e-9")
 
 CUBE_SHAPE, QUICK_SHAPE = (24, 24, 24, 24), (3, 3, 2, 2)
 CUBE_RTOL = 1e-4  # the loosest that is accurate to 1e-4 on a sample
-ENGINE_RTOL = (1e-4, 1e-4)  # of the integration, and of stationarity
 SEED, SAMPLE = 17, 300
 EXACT = Options(rtol=1e-9, stationary_rtol=1e-9, max_periods=MOST_PERIODS)
 
@@ -224,7 +219,7 @@ def _sample(config: dict[str, Any], count: int) -> dict[str, Any]:
     }
 
 
-# --- the engine -----------------------------------------------------------------------------------
+# --- two workers ---------------------------------------------------------------------------------
 
 
 def scaling(quick: bool) -> dict[str, Any]:
@@ -238,67 +233,6 @@ def scaling(quick: bool) -> dict[str, Any]:
     return result | {"cores": os.cpu_count()}
 
 
-def engine(quick: bool) -> dict[str, Any]:
-    """Measure what journal, checks and files add to the kernels, in time, memory and bytes.
-
-    That is what the cores did not spend in the kernels, from the first block to the finished file.
-    """
-    sizes = [(4, 5, 5), (10, 10, 10)] if quick else [(10, 100, 100), (100, 100, 100)]
-    runs, shape = (1, (4, 4, 4)) if quick else (3, (40, 40, 40))
-    grids = [("liquid", grid_config(LIQUID, size, [0], *ENGINE_RTOL)) for size in sizes]
-    grids.append(("stick-slip", grid_config(STICK_SLIP, shape, FLUIDS, *ENGINE_RTOL)))
-    with tempfile.TemporaryDirectory() as folder:
-        where = Path(folder)
-        rows = [_swept(where, scene, config, runs) for scene, config in grids]
-        huge = _huge(where, (10, 10, 10, 3) if quick else (100, 100, 100, 10), quick=quick)
-    return {"sweeps": rows, "huge": huge}
-
-
-def _swept(where: Path, scene: str, config: dict[str, Any], runs: int) -> dict[str, Any]:
-    """Return medians of a sweep through the command line; the first run warms up."""
-    file, path = write_config(where / "engine.yaml", config), where / "a.nc"
-    rows = [_once(file, path) for _ in range(runs + 1)][1:]
-    result = {name: quantile([row[name] for row in rows], 50) for name in rows[0]}
-    print(scene, result)
-    return {"scene": scene} | result
-
-
-def _once(config: Path, path: Path) -> dict[str, float]:
-    took = run_command("sweep", config, "-o", path, *SWEEP)
-    timing = json.loads(path.with_name(path.name + ".timing.json").read_text())
-    cores, points = timing["seconds"] * WORKERS, timing["points"]
-    own = cores - timing["kernel_seconds"]
-    return {
-        "points": points,
-        "command_seconds": took["seconds"],
-        "points_per_second": timing["points_per_second"],
-        "kernel_us_per_point": 1e6 * timing["kernel_seconds"] / points,
-        "overhead_us_per_point": 1e6 * own / points,
-        "overhead_part": own / cores,
-        "peak_mib": took["peak_mib"],
-        "file_mib": path.stat().st_size / MIB,
-    }
-
-
-def _huge(where: Path, shape: tuple[int, ...], *, quick: bool) -> dict[str, Any]:
-    """Measure a grid that is planned, run in part, resumed and exported."""
-    config = write_config(where / "huge.yaml", grid_config(LIQUID, shape, [0], *ENGINE_RTOL))
-    path = where / "huge.nc"
-    part = ("sweep", config, "-o", path, "--max-runtime", "1s" if quick else "20s")
-    steps = {
-        "plan": ("plan", config, "-o", path),
-        "part": part,
-        "resumed": part,
-        "export": ("sweep", config, "-o", path, "--partial"),
-    }
-    result: dict[str, Any] = {"points": math.prod(shape)}
-    for step, words in steps.items():
-        took = run_command(*words, stopped=True)
-        result[step] = {name: took[name] for name in ("seconds", "peak_mib")}
-    print(result)
-    return result
-
-
 if __name__ == "__main__":
-    parts = (start, figures, regimes, cube, scaling, engine)
+    parts = (start, figures, regimes, cube, scaling)
     measure("sweeps", __doc__, {part.__name__: part for part in parts})

@@ -57,7 +57,7 @@ def _error_of_figure(row: Results) -> str:
     return f"{row['error_median']:.1e}, {row['error_max']:.1e}; {row['failed']}"
 
 
-def engine(found: Results) -> Rows:
+def engine(grids: Results, huge: Results) -> Rows:
     """Return time, memory and bytes of large grids, and the share of the engine."""
     head = ("points", "film", "points/s", "kernel [µs a point]", "engine [µs a point]")
     rows: Rows = [(*head, "share of the cores", "peak, at most", "file")]
@@ -72,9 +72,8 @@ def engine(found: Results) -> Rows:
             f"{row['peak_mib']:.0f} MiB",
             f"{row['file_mib']:.3g} MiB",
         )
-        for row in found["sweeps"]
+        for row in grids["sweeps"]
     ]
-    huge = found["huge"]
     peak = max(step["peak_mib"] for step in huge.values() if isinstance(step, dict))
     what = "liquid; planned, run in part, resumed, exported"
     return [*rows, (str(huge["points"]), what, "", "", "", "", f"{peak:.0f} MiB", "")]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 WORKERS = 2
+SWEEP = ("--workers", str(WORKERS), "--overwrite", "--no-progress")
 FLUIDS = ["-2/3", 0, "2/3"]
 
 # Of large sweeps: a point settles within some ten to a hundred periods or not at all, and the few

@@ -11,7 +11,7 @@ import json
 import platform
 import subprocess
 import time
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,7 @@ Part = Callable[[bool], Results]
 def measure(
     name: str,
     doc: str | None,
-    parts: dict[str, Part],
+    parts: Mapping[str, Part],
     *,
     long: Collection[str] = (),
     processes: int = 1,
