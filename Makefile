@@ -19,7 +19,7 @@ help:
 	@echo "make docs       the documentation as a site: tutorial and gallery computed, every function and command"
 	@echo "make bench      the benchmarks with pictures and tables; an hour or two, on an idle machine"
 	@echo "make tables     the pictures and tables of the benchmarks from their records"
-	@echo "make bench-quick  the same scripts in a minute or two: are they alive?"
+	@echo "make bench-quick  the same scripts in some minutes: are they alive?"
 	@echo "make clean      remove .venv, build products and caches; results/ stays"
 
 demo: $(VENV)/.core
