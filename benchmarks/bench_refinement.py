@@ -16,8 +16,8 @@ from common import arguments, finish, timed
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import load
-from sweeps.config.order import Refine
 from sweeps.config.paper import shipped_config
+from sweeps.config.refinement import Refine
 from sweeps.engine.in_memory import compute
 from sweeps.engine.order.refine import Refinement
 from sweeps.engine.settings import options_of
@@ -52,7 +52,7 @@ def main() -> None:
         "refined": _compared(grid, full, refined),
         "curve": [
             {"levels": levels, "where": _named(miss)}
-            | _played(grid, full, Refine(chosen.axes, levels, miss))
+            | _played(grid, full, Refine(axes=chosen.axes, levels=levels, where=[miss or "regime"]))
             for levels in LEVELS
             for miss in MISSES
         ],

@@ -22,9 +22,9 @@ STAGES = (
         "config",
         ("a YAML file or a dict:", "model, sweep, cases, settings"),
         (
-            ("sweeps/config/yaml_reader.py", "text to values that know their line"),
-            ("sweeps/config/schema.py", "sections, types, defaults"),
-            ("sweeps/config/parameter_space.py", "what is fixed, swept, linked"),
+            ("sweeps/config/yaml_reader.py", "text to values, and the line of each"),
+            ("sweeps/config/schema.py", "keys, types, defaults"),
+            ("sweeps/config/checks.py", "what must fit together"),
             ("sweeps/grid.py", "axes to numbered points"),
         ),
     ),

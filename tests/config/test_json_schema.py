@@ -71,7 +71,7 @@ def test_the_schema_agrees_with_the_reader(text: str, accepted: bool) -> None:
 
 
 def test_the_schema_describes_every_parameter_with_its_unit() -> None:
-    properties = json_schema()["$defs"]["model"]["properties"]
+    properties = json_schema()["properties"]["model"]["anyOf"][0]["properties"]
     for name, variable in PARAMETERS.items():
         for key in (name, variable.symbol):
             assert f"[{variable.units}]" in properties[key]["description"]
