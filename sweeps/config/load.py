@@ -75,8 +75,7 @@ def _config(
     settled: dict[str, Any] = with_noise(config.stationary, config.noise)
     if output and "output" not in config.model_fields_set:
         settled["output"] = output
-    config = config.model_copy(update=settled)
-    config._warnings = tuple(map(str, document.warnings))
+    config = config.settled(map(str, document.warnings), **settled)
     for check in checks:
         for key, message in check(config):
             document.refuse(message, *key.split("."))

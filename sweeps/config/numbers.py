@@ -87,10 +87,7 @@ def full_name(key: str, *other_keys: str) -> str:
     return name
 
 
-# Bounds of such a number come before these: behind a validator they are missing in the JSON Schema.
-Number = Annotated[float, BeforeValidator(number)]
 Finite = Annotated[float, BeforeValidator(finite)]
-Whole = Annotated[int, BeforeValidator(whole)]
 Text = Annotated[str, BeforeValidator(text)]
 ParameterName = Annotated[str, AfterValidator(full_name)]
 

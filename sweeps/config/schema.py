@@ -49,12 +49,12 @@ _MAX_SAMPLES = 100_000_000
 
 
 def _one_of(names: Iterable[str]) -> GetPydanticSchema:
-    """A text that is one of these names, which tables tell at run time only."""
+    """Return the type of a text that is one of these names, which tables tell at run time."""
     return GetPydanticSchema(lambda *_: literal_schema([*names]))
 
 
 def _range(option: str) -> Any:
-    """The valid values of an option of the integrators."""
+    """Return the range of an option of the integrators."""
     limits = OPTIONS[option].range
     return Field(
         gt=limits.lower if limits.lower_open else None,
@@ -64,12 +64,12 @@ def _range(option: str) -> Any:
 
 
 def _option(option: str) -> Any:
-    """The field of an option of the integrators."""
+    """Return the field of an option of the integrators."""
     return Field(OPTIONS[option].default, description=OPTIONS[option].meaning)
 
 
 def _of_ensembles(option: str) -> Any:
-    """The field of an option that counts for a stochastic film alone."""
+    """Return the field of an option that counts for a stochastic film alone."""
     what = OPTIONS[option]
     return Field(None, description=f"{STOCHASTIC} alone: {what.meaning}; left out, {what.default}")
 
@@ -102,7 +102,7 @@ def _address(value: str | None) -> str | None:
 
 
 def is_local(address: str) -> bool:
-    """Whether the address of a scheduler is one of this machine alone."""
+    """Return whether the address of a scheduler is one of this machine alone."""
     host = urlsplit(address).hostname or ""
     try:
         return ip_address(host).is_loopback
@@ -143,7 +143,7 @@ class Section(Group):
     """A section of settings; all keys have defaults."""
 
     def used(self) -> dict[str, Any]:
-        """The keys that have an effect, with their values."""
+        """Return the keys that have an effect, with their values."""
         return self.model_dump(exclude_none=True)
 
 
@@ -160,7 +160,7 @@ class Integrator(Section):
     max_error: MaxError = _option("max_error")
 
     def used(self) -> dict[str, Any]:
-        """What the method uses: the tolerance or the step, never both."""
+        """Return what the method uses: the tolerance or the step, never both."""
         own = {method.own_option for method in METHODS.values()}
         unused = own - {METHODS[self.method].own_option}
         return self.model_dump(exclude=unused, exclude_none=True)
@@ -190,7 +190,7 @@ class Noise(Section):
     )
 
     def settled(self) -> Noise:
-        """The same with every key that has an effect."""
+        """Return the same with every key that has an effect."""
         if self.treatment != STOCHASTIC:
             return self.model_copy(update={"seed": None, "realizations": None})
         given = {key: getattr(self, key) for key in ("seed", "realizations")}
@@ -309,6 +309,12 @@ class Config(Group):
         """What is allowed, but probably not meant: a line each."""
         return self._warnings
 
+    def settled(self, warnings: Iterable[str], **keys: Any) -> Config:
+        """Return the same with other values of some keys, and with warnings."""
+        config = self.model_copy(update=keys)
+        config._warnings = tuple(warnings)
+        return config
+
     @property
     def names(self) -> set[str]:
         """The parameters with a value of their own."""
@@ -320,15 +326,15 @@ class Config(Group):
         return self.sweep.get(name) or self.cases.get(name) or (self.model.get(name, default),)
 
     def parameters(self) -> Parameters:
-        """The fixed parameters, with the paper's values for those that are not given."""
+        """Return the fixed parameters, with the paper's values for those that are not given."""
         return Parameters(**self.model)
 
     def defining(self) -> dict[str, Section]:
-        """The sections that, besides the parameters, make the numbers of a point."""
+        """Return the sections that, besides the parameters, make the numbers of a point."""
         return {name: getattr(self, name) for name in DEFINING}
 
     def resolved(self) -> dict[str, Any]:
-        """Everything that defines the result, without `execution` and `output`, ready for JSON."""
+        """Return all that defines the result, without `execution` and `output`, ready for JSON."""
         varied = {*self.sweep, *self.cases}
         fixed = self.parameters()._asdict()
         title = {} if self.title is None else {"title": self.title}
@@ -343,12 +349,12 @@ class Config(Group):
         }
 
     def order(self) -> dict[str, Any]:
-        """The keys that say in which order points are computed, and which, where they are given."""
+        """Return the keys that say which points are computed, and in which order."""
         follow = {} if self.follow is None else {"follow": self.follow}
         return follow | ({} if self.refine is None else {"refine": self.refine.resolved()})
 
     def resolved_yaml(self) -> str:
-        """`resolved` as YAML; loading it gives an equal config but for `execution` and `output`."""
+        """Return `resolved` as YAML; it is an equal config but for `execution` and `output`."""
         return block_yaml(self.resolved())
 
     def sha256(self) -> str:
