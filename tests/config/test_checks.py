@@ -93,6 +93,12 @@ def test_unusual_values_are_not_taken_for_another_unit(model: dict[str, float]) 
     assert not from_mapping({"model": model}).warnings
 
 
+def test_a_grid_that_is_too_large_is_not_judged_further(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sweeps.config.checks.MAX_POINTS", 3)
+    (problem,) = problems("sweep: {d: [0, 1], e: [0, 1]}")
+    assert "4 points are more than 3" in problem
+
+
 def test_values_that_occur_together_are_all_combinations_but_of_linked_ones() -> None:
     config = from_mapping({"sweep": {"c": [850, 900]}, "cases": {"d": [0, 1], "e": [0, 5]}})
     coefficients = ("quartic_coefficient", "quintic_coefficient", "sextic_coefficient")

@@ -70,6 +70,8 @@ def test_a_refused_value_causes_no_further_problems() -> None:
     assert len(problems("integrator: {rtol: *x}\nstationary: {rtol: *y}")) == 2
     assert len(problems("sweep: {T: [x], k: [1]}\nfollow: T")) == 1
     assert len(problems("sweep: {T: [1, 2]}\nrefine: {axes: [T], levels: x}")) == 1
+    assert len(problems("sweep: {Tx: {linspace: 3}}")) == 1
+    assert len(problems("sample: {sobol: 4, Tx: 3, T: [1, 2]}")) == 1
     assert len(problems("noise: {treatment: random, seed: 3, realizations: 5}")) == 1
 
 
