@@ -30,7 +30,7 @@ _WORDS = {
 }
 
 
-G = TypeVar("G", bound="Group")
+_G = TypeVar("_G", bound="Group")
 
 
 class Group(BaseModel):
@@ -97,7 +97,7 @@ def _general(details: ErrorDetails) -> str:
     return f"{message}, not {quoted(value)}{did_you_mean(value, names) if names else ''}"
 
 
-def sound_parts(kind: type[G], document: Document) -> tuple[G, set[str]]:
+def sound_parts(kind: type[_G], document: Document) -> tuple[_G, set[str]]:
     """Return the keys of a document that are sound, and the names of those that are not.
 
     What is wrong is refused and left out, a key of a group alone where the rest of it is sound.
