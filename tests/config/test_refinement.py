@@ -8,7 +8,7 @@ import pytest
 from support.sweeps.configs import problems
 
 from sweeps.config.load import from_mapping, from_yaml
-from sweeps.config.order import Refine
+from sweeps.config.refinement import Refine
 from sweeps.identity import settings_of
 
 NINE = "sweep: {T: {linspace: [200, 280], num: 9}, omega: {linspace: [10, 18], num: 9}}\n"
@@ -31,7 +31,7 @@ def test_what_is_followed_is_part_of_the_identity_what_is_refined_is_not() -> No
 
 def test_neither_is_the_default() -> None:
     config = from_mapping({"follow": None, "refine": None, "sample": None})
-    assert (config.follow, config.refine, config.sampled) == (None, None, "")
+    assert (config.follow, config.refine, config.sample) == (None, None, None)
     assert not {"follow", "refine", "sample"} & set(config.resolved())
 
 
@@ -46,7 +46,9 @@ def test_neither_is_the_default() -> None:
 )
 def test_a_refinement_is_read(where: str, miss: float | None) -> None:
     config = from_yaml(f"{NINE}refine: {{axes: [T, omega], levels: 2{where}}}\n")
-    assert config.refine == Refine(("temperature", "angular_frequency"), 2, miss)
+    axes = ("temperature", "angular_frequency")
+    assert config.refine == Refine(axes=axes, levels=2, where=[miss or "regime"])
+    assert config.refine.miss == miss
     assert from_yaml(config.resolved_yaml()) == config
 
 
@@ -58,10 +60,10 @@ def test_a_refinement_is_read(where: str, miss: float | None) -> None:
         ("follow: T\nrefine: {axes: [omega]}", "follow: does not go together with `refine`"),
         ("follow: T\ncases: {K: [1e3, 2e3]}", "follow: does not go together with `cases`"),
         ("refine: 3", "refine: must be {axes: "),
-        ("refine: {levels: 2}", "refine.axes: must name the axes to refine"),
+        ("refine: {levels: 2}", "refine.axes: is missing; write {axes: "),
         ("refine: {axes: [T, T], levels: 2}", "refine.axes: names an axis twice"),
         ("refine: {axes: [Tt], levels: 2}", "must name a swept axis, not 'Tt'"),
-        ("refine: {axes: [T], levels: 0}", "refine.levels: must be 1 to 6, not 0"),
+        ("refine: {axes: [T], levels: 0}", "refine.levels: must be at least 1, not 0"),
         (
             "refine: {axes: [T], levels: 4}",
             "temperature has 9 values; 4 levels need a multiple of 16 and one more, such as 17",
