@@ -45,9 +45,9 @@ def test_verbs_and_options_are_completed() -> None:
         "schema",
     ]
     assert completed("stickslip sweep --over", "bash").stdout.split() == ["--overwrite"]
-    assert "Compute what a config asks for" in completed("stickslip sw", "zsh").stdout
+    assert "Compute the points of a config" in completed("stickslip sw", "zsh").stdout
     fish = completed("stickslip sw", "fish", _TYPER_COMPLETE_FISH_ACTION="get-args")
-    assert fish.stdout.startswith("sweep\tCompute what a config asks for")
+    assert fish.stdout.startswith("sweep\tCompute the points of a config")
 
 
 @pytest.mark.parametrize("line", ["stickslip sweep con", "stickslip plot ", "stickslip sweep -o "])
