@@ -59,7 +59,7 @@ bench: $(VENV)/.bench
 
 # Pictures and tables of the records as they are; seconds.
 tables: $(VENV)/.core
-	cd benchmarks && for page in plots report performance; do "$(CURDIR)/$(BIN)/python" -m pages.$$page; done
+	cd benchmarks && for kind in tables pictures; do "$(CURDIR)/$(BIN)/python" -m pages.$$kind; done
 
 generated: $(VENV)/.core
 	$(BIN)/stickslip schema > configs/stickslip.schema.json

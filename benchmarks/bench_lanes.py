@@ -1,72 +1,63 @@
-"""What a step in lanes costs, against what the machine could do it in, for each kernel.
+"""A step in lanes, of either method, beside what takes one trajectory at a time.
 
-For each fluid: vector operations in an attempted step of all lanes and in the look at it that
-measures, from their machine code; the least time in which this machine does so many, by rates
-measured in the same run; the time of the loops alone; and the time in a search for orbits, where
-lanes are also loaded, judged and idle. Then a single trajectory, by the scalar drive and in one of
-the lanes. The fixed step is the affair of bench_fixed_lanes.py.
+Of the adaptive method an attempted step in a search for orbits, and a drive period of one point by
+the scalar drive and in one of the lanes; of Euler-Cromer a step in a loop that is written down
+plainly, by the scalar kernel and in lanes. The part `period`, some ten minutes, is a whole period
+at the paper's step of 1e-10 s for 64 temperatures, against the adaptive method.
 """
 
 from __future__ import annotations
 
+import math
+import time
+from itertools import product
 from typing import Any
 
+import numba
 import numpy as np
-from common import arguments, finish, parameter, random_points
-from inside import LaneLoops, attempted, lane_end, scalar_end, search
-from parts.machine_code import counted, fastest, least_time, rates
+from inside.fixed import fixed_amplitudes, fixed_lanes, scalar_steps
+from inside.lanes import attempted, first_period, lane_end, search
+from inside.scalar import scalar_end
+from shared.points import parameter, random_points
+from shared.record import measure
+from shared.timing import fastest
 
 from stickslip.compiled.simd import LANES
 from stickslip.options import Options
+from stickslip.parameters import Parameters
 
-GAMMAS = (-2 / 3, -1 / 3, 0.0, 1 / 3, 2 / 3, -1 / 2)
+ADAPTIVE_GAMMAS = (-2 / 3, -1 / 3, 0.0, 1 / 3, 2 / 3, -1 / 2)
 SEED, POINTS = 7, 4096
-CALLS = 20_000
 PERIODS = 20  # of a single trajectory
+FIXED_GAMMAS = (-2 / 3, 0.0, 2 / 3, -0.5)
+WIDTHS = (16, 32, 64)
+PAPER_STEP = 1e-10
 
 
-def main() -> None:
-    quick = arguments(__doc__).quick
-    can = rates()
-    print("vector operations a nanosecond:", {kind: f"{rate:.3g}" for kind, rate in can.items()})
+# --- the adaptive method --------------------------------------------------------------------------
+
+
+def adaptive(quick: bool) -> dict[str, Any]:
+    """Time an attempted step of all lanes in a search, and a period of one point."""
     drawn = random_points(POINTS // 16 if quick else POINTS, SEED)
-    gammas = parameter(drawn, "rheological_index")
-    rows = {
-        f"{gamma:.2f}": _row(gamma, drawn[np.isclose(gammas, gamma)], can)
-        for gamma in (GAMMAS[:1] if quick else GAMMAS)
-    }
-    finish("lanes", {"rates": can, "lanes": LANES, "fluids": rows}, quick=quick)
+    gammas, rows = parameter(drawn, "rheological_index"), {}
+    for gamma in ADAPTIVE_GAMMAS[:1] if quick else ADAPTIVE_GAMMAS:
+        points = drawn[np.isclose(gammas, gamma)]
+        rows[f"{gamma:.2f}"] = row = {"search": _search(points), "single": _single(points[0])}
+        print(f"gamma = {gamma:.2f}", row)
+    return {"lanes": LANES, "fluids": rows}
 
 
-def _row(gamma: float, points: np.ndarray, can: dict[str, float]) -> dict[str, Any]:
-    loops = LaneLoops(points)
-    row = {"attempt": _loop(loops, "attempt", can), "see": _loop(loops, "see", can)}
-    row["search"] = _search(points, row["attempt"]["least_ns"])
-    row["single"] = _single(points[0])
-    print(f"gamma = {gamma:.3g}")
-    for name, part in row.items():
-        print(f"   {name}: " + "  ".join(f"{key} {value:.3g}" for key, value in part.items()))
-    return row
-
-
-def _loop(loops: LaneLoops, name: str, can: dict[str, float]) -> dict[str, float]:
-    """Operations of a loop over all lanes; its nanoseconds, the least possible and measured."""
-    counts = counted(loops.assembly(name))
-    loops.repeat(name, 1)
-    ns, least = fastest(lambda: loops.repeat(name, CALLS), CALLS), least_time(counts, can)
-    return counts | {"least_ns": least, "ns": ns, "part_of_peak": least / ns}
-
-
-def _search(points: np.ndarray, least: float) -> dict[str, float]:
-    """Nanoseconds of all lanes for an attempted step in the search for orbits of many points."""
+def _search(points: np.ndarray) -> dict[str, float]:
+    """Time an attempted step of all lanes in the search for orbits of many points."""
     options = Options(rtol=1e-4, max_periods=64)
     attempts = attempted(search(points, options))
     ns = fastest(lambda: search(points, options), attempts / LANES, 3)
-    return {"points": len(points), "ns": ns, "part_of_peak": least / ns}
+    return {"points": len(points), "ns": ns}
 
 
 def _single(point: np.ndarray) -> dict[str, float]:
-    """Nanoseconds for a drive period of one point, in turn by either way, whose ends agree."""
+    """Time a drive period of one point in turn by either way, and see that the ends agree."""
     options = Options(rtol=1e-6)
     by_scalar, by_lanes = (
         lambda: scalar_end(point, options, PERIODS)[0],
@@ -78,5 +69,118 @@ def _single(point: np.ndarray) -> dict[str, float]:
     return {"scalar_ns": scalar, "one_lane_ns": lanes, "ratio": lanes / scalar}
 
 
+# --- Euler-Cromer ---------------------------------------------------------------------------------
+
+
+def fixed(quick: bool) -> dict[str, Any]:
+    """Time a step of one trajectory in a plain loop, the scalar kernel and lanes."""
+    steps = 20_000 if quick else 200_000
+    plain, scalar, lanes = {}, {}, []
+    for gamma in FIXED_GAMMAS[:1] if quick else FIXED_GAMMAS:
+        name = f"{gamma:.2f}"
+        plain[name], scalar[name] = _plain_loop(gamma, steps), _scalar_kernel(gamma, steps)
+        print(f"gamma = {name}: plain loop {plain[name]:.3g} ns, scalar {scalar[name]:.3g} ns")
+        lanes += _lane_rows(gamma, steps, plain[name], WIDTHS[-1:] if quick else WIDTHS)
+    return {"plain": plain, "scalar": scalar, "lanes": lanes}
+
+
+@numba.njit
+def _plain(n, dt, T, k, K, gamma, omega, X_m, M, h, tau, A, delta, alpha, T_c, a, b, c, x, v, phi):
+    """Follow the scheme as it stands in the paper, written down plainly."""
+    for i in range(n):
+        V = -X_m * omega * math.sin(omega * i * dt)
+        u = V - v
+        eps = tau * u / h
+        sigma_el = a * phi**2 * eps
+        sigma_v = k * (abs(u) / h) ** (gamma + 1) * np.sign(u)
+        F = (sigma_el + sigma_v) * A
+        B = a * eps**2 + 2 * alpha * (T - T_c)
+        v += dt * (F - 2 * K * x) / M
+        x += dt * v
+        phi = abs(phi - dt * delta * phi * (B - b * phi + c * phi**2))
+    return x, v, phi
+
+
+def _plain_loop(gamma: float, steps: int) -> float:
+    p = Parameters(rheological_index=gamma)
+    arguments = (
+        p.temperature, p.viscosity_coefficient, p.spring_stiffness, gamma, p.angular_frequency,
+        p.drive_amplitude, p.block_mass, p.film_thickness, p.strain_relaxation_time,
+        p.contact_area, p.kinetic_coefficient, p.thermal_coefficient, p.critical_temperature,
+        p.elastic_coefficient, p.cubic_coefficient, p.quartic_coefficient, 0.0, 0.0, 0.3,
+    )  # fmt: skip
+    _plain(1, PAPER_STEP, *arguments)
+    return fastest(lambda: _plain(steps, PAPER_STEP, *arguments), steps)
+
+
+def _scalar_kernel(gamma: float, steps: int) -> float:
+    point = np.array(Parameters(rheological_index=gamma))
+    options = Options(method="euler-cromer", dt=PAPER_STEP)
+    scalar_steps(point, options, 1)
+    return fastest(lambda: scalar_steps(point, options, steps), steps)
+
+
+def _points_of(gamma: float, count: int, *, noise: bool) -> np.ndarray:
+    """Return points at temperatures of the solid and of the stick-slip region."""
+    D = Parameters().noise_intensity if noise else 0.0
+    return np.array(
+        [
+            Parameters(temperature=T, rheological_index=gamma, noise_intensity=D)
+            for T in np.linspace(155.0, 280.0, count).tolist()
+        ]
+    )
+
+
+def _lane_rows(gamma: float, steps: int, plain: float, widths: tuple[int, ...]) -> list[dict]:
+    """Time a step for some numbers of lanes, with and without noise and record."""
+    rows = []
+    for noise, measured, width in product((False, True), (False, True), widths):
+        ns = _lane_step(gamma, width, steps, noise=noise, measured=measured)
+        row = {"gamma": round(gamma, 2), "lanes": width, "noise": noise, "measured": measured}
+        rows.append(row | {"ns_per_step": ns, "times_faster_than_plain": plain / ns})
+        print("   ", rows[-1])
+    return rows
+
+
+def _lane_step(gamma: float, width: int, steps: int, *, noise: bool, measured: bool) -> float:
+    """Return the nanoseconds of a step of one of so many lanes."""
+    lanes = fixed_lanes(_points_of(gamma, width, noise=noise), PAPER_STEP, phi=0.3)
+    every, limits = np.arange(width), np.full(width, steps)
+
+    def run() -> None:
+        lanes.start(every, limits)
+        lanes.march(measured)
+
+    run()
+    return fastest(run, steps * width)
+
+
+def period(quick: bool) -> dict[str, Any]:
+    """Compare a period from rest at the paper's step, 64 temperatures, with the adaptive one."""
+    points, dt = _points_of(-2 / 3, 64, noise=True), 1e-8 if quick else PAPER_STEP
+    lanes = fixed_lanes(points, dt)
+    lanes.start(np.arange(len(points)))
+    begun = time.process_time()
+    lanes.march(measured=True)
+    seconds = time.process_time() - begun
+    ends, exact = first_period(points, Options(rtol=1e-11))
+    p = Parameters()
+    scale = np.array([p.drive_amplitude, p.drive_amplitude * p.angular_frequency])
+    errors = np.abs(lanes.states()[:, :2] - ends[:, :2]) / scale
+    amplitudes = np.abs(fixed_amplitudes(lanes) / exact - 1.0)
+    steps = int(lanes.steps.sum())
+    return {
+        "steps": steps,
+        "statuses": lanes.tasks.status.tolist(),
+        "seconds": seconds,
+        "ns_per_step": seconds * 1e9 / steps,
+        "largest_error_x": float(errors[:, 0].max()),
+        "largest_error_v": float(errors[:, 1].max()),
+        "largest_error_stress_amplitude": float(amplitudes[:, 0].max()),
+        "largest_error_force_amplitude": float(amplitudes[:, 1].max()),
+    }
+
+
 if __name__ == "__main__":
-    main()
+    parts = {"adaptive": adaptive, "fixed": fixed, "period": period}
+    measure("lanes", __doc__, parts, long=("period",))

@@ -1,163 +1,238 @@
-"""Sweeps through the whole package: figures, scaling, overhead, memory, start-up.
+"""What typical jobs take: a first result, the figures, a map, a cube of a million points.
 
-A few minutes on two idle cores.
+Jobs go through the command line, as a user runs them; maps and bare points are computed in memory.
 """
 
 from __future__ import annotations
 
-import math
 import os
+import shutil
 import statistics
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
-from bench_figures import FIGURES
-from command import median_of_commands, run_command
-from common import (
-    arguments,
-    finish,
-    median_seconds,
-    medians_in_turn,
-    timed,
+import numpy as np
+import xarray as xr
+from shared.commands import MIB, median_of_commands, run_command, run_process
+from shared.grids import (
+    CUBE,
+    FLUIDS,
+    MOST_PERIODS,
+    SWEEP,
+    WORKERS,
+    grid_config,
+    write_config,
 )
-from parts.grids import FLUIDS, grid_config, written
-from parts.startup import start_up
+from shared.points import AMPLITUDES, count_by_name, good, orbits, quantile, worse_errors
+from shared.record import measure
+from shared.timing import median_seconds, medians_in_turn, timed
 
+import stickslip
+import sweeps
 from stickslip.options import Options
-from stickslip.orbit import compute_orbits
+from stickslip.status import Status
+from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
 from sweeps.config.paper import shipped_config
-from sweeps.config.schema import Execution
-from sweeps.engine.executors.worker import Block
+from sweeps.engine.executors.kernels import compile_kernels
 from sweeps.engine.in_memory import compute
 from sweeps.engine.settings import options_of, read_config
 from sweeps.figures import draw, save
-from sweeps.files.attributes import result_dataset
 from sweeps.grid import Grid
 
-WORKERS, RUNS = 2, 5
+RUNS = 5
 
-MEMORY_SIZES = {"1e3": (10, 10, 10), "1e5": (50, 50, 40)}
-MEMORY_FLUID = 0  # the cheapest: it is not the time that counts
+FIGURES = ("fig7", "fig8", "fig9")
+COARSE = {
+    "fig7": "temperature={linspace: [150, 320], num: 8}",
+    "fig8": "viscosity_coefficient={linspace: [1e4, 2e5], num: 8}",
+    "fig9": "spring_stiffness={linspace: [100, 1e4], num: 8}",
+}
+COARSE_MAP = ("T={linspace: [150, 300], num: 33}", "omega={linspace: [5, 60], num: 33}")
+REFERENCE = ("integrator.rtol=1e-9", "stationary.rtol=1e-9")
+
+CUBE_SHAPE, QUICK_SHAPE = (24, 24, 24, 24), (3, 3, 2, 2)
+CUBE_RTOL = 1e-4  # the loosest that is accurate to 1e-4 on a sample
+SEED, SAMPLE = 17, 300
+EXACT = Options(rtol=1e-9, stationary_rtol=1e-9, max_periods=MOST_PERIODS)
 
 
-def main() -> None:
-    quick = arguments(__doc__).quick
-    results: dict[str, Any] = {"workers": WORKERS, "cores": os.cpu_count()}
+# --- a first result -------------------------------------------------------------------------------
+
+
+def start(quick: bool) -> dict[str, Any]:
+    """Time the first words and the first results."""
+    runs = 1 if quick else RUNS
+    with tempfile.TemporaryDirectory() as where, tempfile.TemporaryDirectory() as empty:
+        config, output = shipped_config("quickstart"), Path(where) / "first.nc"
+        sweep = ("sweep", config, "-o", output, *SWEEP)
+        run_command(*sweep)
+        result = {
+            "import stickslip": statistics.median(
+                run_process([sys.executable, "-c", "import stickslip"])["seconds"]
+                for _ in range(runs)
+            ),
+            "stickslip --help": median_of_commands(runs, "--help"),
+            "warm first result": median_of_commands(runs, *sweep),
+        }
+        if not quick:
+            result["cold first result"] = run_command(*sweep, NUMBA_CACHE_DIR=empty)["seconds"]
+            result["first result of another installation"] = _elsewhere(sweep, empty)
+    print(result)
+    return result
+
+
+def _elsewhere(words: tuple[str | Path, ...], compiled: str) -> float:
+    """Return the seconds of a command of the same sources in another place, with compiled code."""
+    with tempfile.TemporaryDirectory() as place:
+        for package in (stickslip, sweeps):
+            sources = Path(package.__file__).parent
+            leave_out = shutil.ignore_patterns("__pycache__")
+            shutil.copytree(sources, Path(place) / sources.name, ignore=leave_out)
+        command = [sys.executable, "-P", "-c", "from sweeps.cli import main; main()", *words]
+        return run_process(command, NUMBA_CACHE_DIR=compiled, PYTHONPATH=place)["seconds"]
+
+
+# --- the figures of the paper ---------------------------------------------------------------------
+
+
+def figures(quick: bool) -> dict[str, Any]:
+    """Time Figs. 7, 8 and 9 by one command; measure their computations and errors one by one."""
+    runs = 1 if quick else RUNS
     with tempfile.TemporaryDirectory() as folder:
         where = Path(folder)
-        results["figures"] = _figures(where, runs=1 if quick else RUNS)
-        results["scaling"] = _scaling((4, 2, 2, 2) if quick else (16, 8, 8, 8), quick=quick)
-        results["overhead"] = _overhead((6, 4, 2, 2) if quick else (12, 8, 6, 4), quick=quick)
-        sizes = {"1e1": (3, 2, 2)} if quick else MEMORY_SIZES
-        results["memory"] = {name: _memory(where, shape) for name, shape in sizes.items()}
-        results["start"] = start_up(where, runs=1 if quick else RUNS, cold=not quick)
-        finish("sweeps", results, quick=quick)
+        words = ("figure", "7", "8", "9", "-o", where / "figures", "--workers", str(WORKERS))
+        run_command(*words)
+        command = median_of_commands(runs, *words)
+        datasets = [run(shipped_config(name), workers=WORKERS) for name in FIGURES]
+        pictures = median_seconds(lambda: [save(draw(ds), where / "p") for ds in datasets], runs)
+    rows = {name: _figure(name, runs, (COARSE[name],) if quick else ()) for name in FIGURES}
+    return {"command_seconds": command, "pictures_seconds": pictures, "figures": rows}
 
 
-# --- a: figures -----------------------------------------------------------------------------------
-
-
-def _figures(where: Path, runs: int) -> dict[str, Any]:
-    """Figs. 7, 8 and 9 from scratch by one command; their computations and pictures alone."""
-    words = ("figure", "7", "8", "9", "-o", where / "figures", "--workers", str(WORKERS))
-    run_command(*words)
-    configs = [read_config(shipped_config(name)) for name in FIGURES]
-
-    def computations() -> None:
-        for config in configs:
-            run(config, workers=WORKERS)
-
-    computations()
-    datasets = [run(config, workers=WORKERS) for config in configs]
-
-    def pictures() -> None:
-        for ds in datasets:
-            save(draw(ds), where / "picture")
-
-    result = {
-        "command_seconds": median_of_commands(runs, *words),
-        "computations_seconds": median_seconds(computations, runs),
-        "pictures_seconds": median_seconds(pictures, runs),
-        "points": sum(Grid.from_config(config).size for config in configs),
-        "runs": runs,
+def _figure(name: str, runs: int, changes: tuple[str, ...]) -> dict[str, Any]:
+    """Time a figure's sweep, and compare it with the same sweep at rtol 1e-9."""
+    config = read_config(shipped_config(name), changes)
+    ds = run(config, workers=WORKERS)
+    exact = run(read_config(shipped_config(name), (*changes, *REFERENCE)), workers=WORKERS)
+    grid = Grid.from_config(config)
+    errors = worse_errors(grid.points(0, grid.size), _amplitudes(ds), _amplitudes(exact))
+    known = errors[np.isfinite(errors)]
+    row = {
+        "points": int(ds.status.size),
+        "failed": int((ds.status != 0).sum()),
+        "seconds": median_seconds(lambda: run(config, workers=WORKERS), runs),
+        "error_median": float(np.median(known)),
+        "error_max": float(known.max()),
     }
-    print("figures:", result)
-    return result
+    print(name, row)
+    return row
 
 
-# --- b, d: scaling and overhead -------------------------------------------------------------------
+def _amplitudes(ds: xr.Dataset) -> np.ndarray:
+    return np.column_stack([ds[name].values.ravel() for name in AMPLITUDES])
 
 
-def _scaling(shape: tuple[int, ...], *, quick: bool) -> dict[str, Any]:
-    """The same large sweep on one worker and on two."""
-    config = read_config(grid_config(shape, FLUIDS))
-    runs = 1 if quick else 3
-    one, two = medians_in_turn(
-        [lambda: run(config, workers=1), lambda: run(config, workers=2)], runs
-    )
-    points = Grid.from_config(config).size
-    result = {
-        "points": points,
-        "one_worker_seconds": one,
-        "two_workers_seconds": two,
-        "times_faster": one / two,
-        "points_per_second": {"1": points / one, "2": points / two},
-        "runs": runs,
-    }
-    print("scaling:", result)
-    return result
+# --- a refined map --------------------------------------------------------------------------------
 
 
-def _overhead(shape: tuple[int, ...], *, quick: bool) -> dict[str, Any]:
-    """What the engine adds to a point: against the kernels in its blocks, and in a single call."""
-    config = read_config(grid_config(shape, FLUIDS))
+def regimes(quick: bool) -> dict[str, Any]:
+    """Time the map of `configs/regimes.yaml` in full and refined, and count wrong pixels.
+
+    A pixel is wrong where its regime or status is another one, or where an amplitude misses by
+    more than its stated error.
+    """
+    config = read_config(shipped_config("regimes"), COARSE_MAP if quick else ())
     grid, options = Grid.from_config(config), options_of(config)
-    points = grid.points(0, grid.size)
-    runs = 1 if quick else RUNS
-    rows: dict[str, Any] = {"points": grid.size}
-    direct, one = medians_in_turn(
-        [lambda: compute_orbits(points, options), lambda: run(config, workers=1)], runs
-    )
-    rows["one_call_us_per_point"] = 1e6 * direct / grid.size
-    rows["with_cutting_us_per_point"] = 1e6 * (one - direct) / grid.size
-    for workers in (1, WORKERS):
-        handing = statistics.median(_handing_out(grid, options, workers) for _ in range(runs))
-        rows[f"handing_out_us_per_point_{workers}_workers"] = 1e6 * handing / grid.size
-    results = compute(grid, options, execution=Execution(workers=WORKERS))
-    labelling = median_seconds(lambda: result_dataset(config, grid, results), runs)
-    rows["dataset_us_per_point"] = 1e6 * labelling / grid.size
-    print("overhead:", rows)
-    return rows
-
-
-def _handing_out(grid: Grid, options: Options, workers: int) -> float:
-    """Seconds of all cores together that went not into blocks."""
-    blocks: list[Block] = []
-    execution = Execution(workers=workers)
-    _, seconds = timed(lambda: compute(grid, options, execution=execution, on_block=blocks.append))
-    return seconds * workers - sum(block.seconds for block in blocks)
-
-
-# --- c: memory ------------------------------------------------------------------------------------
-
-
-def _memory(where: Path, shape: tuple[int, ...]) -> dict[str, Any]:
-    """Peak memory of a sweep through the command line."""
-    config = written(where / "memory.yaml", grid_config(shape, [MEMORY_FLUID]))
-    path = where / "memory.nc"
-    words = ("sweep", config, "-o", path, "--workers", str(WORKERS), "--no-progress")
-    took = run_command(*words, "--overwrite")
-    result = {
-        "points": math.prod(shape),
-        "peak_mib": took["peak_mib"],
-        "seconds": took["seconds"],
-        "file_bytes_per_point": path.stat().st_size / math.prod(shape),
-    }
-    print("memory:", result)
+    compile_kernels(options, grid)
+    full, full_seconds = timed(lambda: compute(grid, options, workers=WORKERS))
+    refined, seconds = timed(lambda: compute(grid, options, refine=config.refine, workers=WORKERS))
+    result = {"points": grid.size, "full_seconds": full_seconds, "refined_seconds": seconds}
+    result |= _compared(full, refined)
+    print(result)
     return result
+
+
+def _compared(full: np.ndarray, found: np.ndarray) -> dict[str, Any]:
+    """Count the points that were computed, and those of the others that are wrong."""
+    status, error, regime, *own = (
+        RESULT_COLUMNS.index(name) for name in ("status", "amplitude_error", "regime", *AMPLITUDES)
+    )
+    filled = found[:, status] == Status.INTERPOLATED
+    ended = np.where(filled, float(Status.OK), found[:, status])
+    kind = (found[:, regime] != full[:, regime]) | (ended != full[:, status])
+    scale = np.maximum(full[:, own], 0.01 * np.nanmax(full[:, own], axis=0))
+    off = np.abs(found[:, own] - full[:, own]) / scale
+    stated = (found[:, error] + full[:, error])[:, None]
+    return {
+        "computed": int((~filled).sum()),
+        "wrong_kind": int(kind.sum()),
+        "missed": int((filled & ~kind & (off > stated).any(axis=1)).sum()),
+        "stated_error_max": float(found[filled, error].max(initial=0.0)),
+    }
+
+
+# --- a cube of a million points -------------------------------------------------------------------
+
+
+def cube(quick: bool) -> dict[str, Any]:
+    """Time a cube over T, k, K, omega and three fluids; count statuses, measure some errors."""
+    config = grid_config(CUBE, QUICK_SHAPE if quick else CUBE_SHAPE, FLUIDS, CUBE_RTOL)
+    result: dict[str, Any] = {"rtol": CUBE_RTOL, "sample": _sample(config, 20 if quick else SAMPLE)}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "cube.nc"
+        file = write_config(path.with_suffix(".yaml"), config)
+        took = run_command("sweep", file, "-o", path, *SWEEP)
+        with xr.open_dataset(path) as ds:
+            stated, status = ds.amplitude_error.values, ds.status.values
+        result["file_mib"] = path.stat().st_size / MIB
+    ok, aperiodic = stated[status == Status.OK], stated[status == Status.APERIODIC]
+    result |= {
+        "points": int(status.size),
+        "seconds": took["seconds"],
+        "points_per_second": status.size / took["seconds"],
+        "peak_mib": took["peak_mib"],
+        "statuses": count_by_name(status),
+        "stated_error_median": quantile(ok, 50),
+        "stated_error_max": float(ok.max()),
+        "stated_error_max_aperiodic": float(aperiodic.max(initial=0.0)),
+    }
+    print(result)
+    return result
+
+
+def _sample(config: dict[str, Any], count: int) -> dict[str, Any]:
+    """Return errors of random points of the cube."""
+    grid = Grid.from_config(read_config(config))
+    chosen = np.random.default_rng(SEED).choice(grid.size, min(count, grid.size), replace=False)
+    points = grid.rows(np.sort(chosen))
+    found = orbits(points, Options(rtol=CUBE_RTOL, max_periods=MOST_PERIODS))
+    exact = orbits(points, EXACT)
+    errors = worse_errors(points, found, exact)[good(found) & good(exact)]
+    return {
+        "points": len(points),
+        "error_median": quantile(errors, 50),
+        "error_95": quantile(errors, 95),
+        "error_max": float(errors.max()),
+    }
+
+
+# --- two workers ---------------------------------------------------------------------------------
+
+
+def scaling(quick: bool) -> dict[str, Any]:
+    """Time the same large sweep on one worker and on two."""
+    config = read_config(grid_config(CUBE, (4, 2, 2, 2) if quick else (16, 8, 8, 8), FLUIDS))
+    calls = [lambda n=workers: run(config, workers=n) for workers in (1, WORKERS)]
+    one, two = medians_in_turn(calls, 1 if quick else 3)
+    points = Grid.from_config(config).size
+    result = {"points": points, "one_worker_seconds": one, "two_workers_seconds": two}
+    print(result)
+    return result | {"cores": os.cpu_count()}
 
 
 if __name__ == "__main__":
-    main()
+    parts = (start, figures, regimes, cube, scaling)
+    measure("sweeps", __doc__, {part.__name__: part for part in parts})

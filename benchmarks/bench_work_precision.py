@@ -1,9 +1,7 @@
 """Run time against error: this package, other solvers, and Euler-Cromer, on the same orbits.
 
-Part one: error of x relative to X_m after three drive periods from the common start, against
-seconds per period on one processor, for three fluids and a ladder of tolerances. Part two: the
-same on random points of five fluids, against numbalsoda. Benchmarks/README.md says how to read the
-numbers.
+Error of x relative to X_m after three drive periods from the common start, against seconds a period
+on one processor, over a ladder of tolerances: for three fluids, and for random points of five.
 """
 
 from __future__ import annotations
@@ -11,8 +9,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from common import arguments, finish, random_points
-from parts.curves import (
+from curves.paper_scheme import euler_cromer
+from curves.ratios import (
     NUMBALSODA_SAMPLE,
     OURS_ENSEMBLE,
     OURS_SAMPLE,
@@ -22,10 +20,11 @@ from parts.curves import (
     curve,
     ratios,
 )
-from parts.paper_scheme import euler_cromer
-from parts.series import PERIODS, by_peer, in_lanes, one_by_one
+from curves.series import PERIODS, by_peer, in_lanes, one_by_one
 from peers import NUMBALSODA, PEERS, Worker
-from peers.worker import pin
+from shared.points import random_points
+from shared.record import measure
+from shared.timing import pin
 
 from stickslip.parameters import Parameters
 
@@ -80,36 +79,23 @@ QUICK = Plan(
 )
 
 
-def main() -> None:
-    quick = arguments(__doc__).quick
-    plan = QUICK if quick else FULL
+def fluids(quick: bool) -> dict[str, Any]:
+    """Measure curves and ratios of three fluids: one trajectory, an ensemble, every peer."""
     pin()
+    plan = QUICK if quick else FULL
     workers = {name: Worker(name) for name in plan.peers if PEERS[name].version()}
     try:
-        results = {
-            "periods": PERIODS,
-            "peers": {name: peer.version() or "not installed" for name, peer in PEERS.items()},
-            "regimes": {name: _regime(name, plan, workers) for name in REGIMES},
-            "random": {
-                "seed": RANDOM_SEED,
-                "points": plan.random_points,
-                "fluids": {name: _random_fluid(gamma, plan, workers) for name, gamma in FLUIDS},
-            },
-        }
+        regimes = {name: _regime(name, plan, workers) for name in REGIMES}
     finally:
         for worker in workers.values():
             worker.close()
-    for name, version in results["peers"].items():
-        if version == "not installed":
-            print(f"{name}: not installed")
-    finish("work_precision", results, quick=quick)
-
-
-# --- part one: three fluids -----------------------------------------------------------------------
+    versions = {name: peer.version() or "not installed" for name, peer in PEERS.items()}
+    print(*(f"{name}: not installed" for name, v in versions.items() if v == "not installed"))
+    return {"periods": PERIODS, "peers": versions, "regimes": regimes}
 
 
 def _regime(name: str, plan: Plan, workers: dict[str, Worker]) -> dict[str, Any]:
-    """All curves of one fluid, and the ratios that they give."""
+    """Return all curves of one fluid, and the ratios that they give."""
     p = Parameters(rheological_index=REGIMES[name])
     points = _ensemble(p, plan.ensemble)
     sample = points[:: max(plan.ensemble // plan.sample, 1)]
@@ -134,20 +120,26 @@ def _regime(name: str, plan: Plan, workers: dict[str, Worker]) -> dict[str, Any]
 
 
 def _ensemble(p: Parameters, count: int) -> np.ndarray:
-    """The scene at so many temperatures, shape (count, parameters)."""
+    """Return the scene at so many temperatures, shape (count, parameters)."""
     return np.array([p._replace(temperature=T) for T in np.linspace(*TEMPERATURES, count)])
 
 
-# --- part two: random points of five fluids -------------------------------------------------------
+def random(quick: bool) -> dict[str, Any]:
+    """Measure curves of random points of five fluids, against numbalsoda."""
+    pin()
+    plan = QUICK if quick else FULL
+    with Worker(NUMBALSODA) as worker:
+        found = {name: _random_fluid(gamma, plan, worker) for name, gamma in FLUIDS}
+    return {"seed": RANDOM_SEED, "points": plan.random_points, "fluids": found}
 
 
-def _random_fluid(gamma: float, plan: Plan, workers: dict[str, Worker]) -> dict[str, Any]:
-    """The curves of random points of a fluid, and how many times faster than numbalsoda."""
+def _random_fluid(gamma: float, plan: Plan, worker: Worker) -> dict[str, Any]:
+    """Return the curves of random points of a fluid, and how many times faster than numbalsoda."""
     points = random_points(plan.random_points, RANDOM_SEED)
     points[:, Parameters._fields.index("rheological_index")] = gamma
     solvers = {OURS_ENSEMBLE: in_lanes(points), OURS_SAMPLE: one_by_one(points)}
-    if NUMBALSODA in workers:
-        solvers[NUMBALSODA_SAMPLE] = by_peer(NUMBALSODA, workers[NUMBALSODA], points, plan.limit)
+    if PEERS[NUMBALSODA].version():
+        solvers[NUMBALSODA_SAMPLE] = by_peer(NUMBALSODA, worker, points, plan.limit)
     print(f"\n{len(points)} random points, gamma = {gamma:.2f}")
     curves = {
         name: curve(name, series, plan.ladder, plan.random_runs) for name, series in solvers.items()
@@ -156,4 +148,4 @@ def _random_fluid(gamma: float, plan: Plan, workers: dict[str, Worker]) -> dict[
 
 
 if __name__ == "__main__":
-    main()
+    measure("work_precision", __doc__, {"fluids": fluids, "random": random})

@@ -15,7 +15,6 @@ from typing import Any
 from stickslip.variables import PARAMETERS, canonical_name
 from sweeps.config.json_schema import json_schema
 from sweeps.config.load import KEYS, from_yaml
-from sweeps.config.schema import SECTIONS
 
 PAGE = Path(__file__).with_suffix(".md")
 
@@ -61,14 +60,16 @@ def _keys() -> str:
     rows = []
     for key in KEYS:
         value = schema["properties"][key]
-        reference = value["anyOf"][0].get("$ref", "").removeprefix("#/$defs/")
-        meaning = value.get("description") or schema["$defs"][reference]["description"]
-        rows.append((f"[`{key}`](#{key})" if reference else f"`{key}`", meaning))
+        kind = value["anyOf"][0]
+        group = schema["$defs"].get(key.capitalize(), kind)
+        meaning = value.get("description") or group["description"]
+        is_text = kind.get("type") == "string"
+        rows.append((f"`{key}`" if is_text else f"[`{key}`](#{key})", meaning))
     return table("| key | holds |", rows)
 
 
 def _parameters() -> str:
-    definitions = json_schema()["$defs"]
+    keys = json_schema()["properties"]["model"]["anyOf"][0]["properties"]
     rows = (
         (
             f"`{name}`",
@@ -77,7 +78,7 @@ def _parameters() -> str:
             if variable.units != "1"
             else "",
             _value(variable.default),
-            _valid(definitions[f"value_{name}"]),
+            _valid(keys[name]),
             variable.meaning + (f"; {variable.comment}" if variable.comment else ""),
         )
         for name, variable in PARAMETERS.items()
@@ -94,7 +95,7 @@ def _axes() -> str:
 
 
 def _section(name: str) -> str:
-    schema = json_schema()["$defs"][SECTIONS[name].__name__ if name in SECTIONS else name]
+    schema = json_schema()["$defs"][name.capitalize()]
     rows = (
         (f"`{key}`", _value(value.get("default")), _valid(value), value["description"])
         for key, value in schema["properties"].items()
@@ -104,7 +105,7 @@ def _section(name: str) -> str:
 
 def _sample_keys() -> str:
     """Return the keys of `sample` that are not parameters."""
-    properties = json_schema()["$defs"]["sample"]["properties"]
+    properties = json_schema()["$defs"]["Sample"]["properties"]
     own = [key for key in properties if canonical_name(key) is None]
     rows = (
         (f"`{key}`", _value(properties[key].get("default")), _valid(properties[key]),
@@ -118,7 +119,7 @@ def _valid(schema: Mapping[str, Any]) -> str:
     """Return the valid values of a key in words, from its JSON Schema."""
     kinds = [kind for kind in schema.get("anyOf", [schema]) if kind.get("type") != "null"]
     kind = kinds[0]
-    if "$ref" in kind:
+    if kind.get("type") == "object":
         return "parameters, each with an axis"
     names = kind.get("enum") or [kind[k] for k in ("const",) if k in kind]
     if names:
@@ -141,7 +142,8 @@ def _valid(schema: Mapping[str, Any]) -> str:
         "string": "text",
         "array": "list",
     }
-    return " ".join(filter(None, [words[kind["type"]], ", ".join(bounds)])) or "any number"
+    word = words[kind.get("type", "number")]
+    return " ".join(filter(None, [word, ", ".join(bounds)])) or "any number"
 
 
 def _value(value: object) -> str:

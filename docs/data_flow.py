@@ -23,8 +23,8 @@ STAGES = (
         ("a YAML file or a dict:", "model, sweep, cases, settings"),
         (
             ("sweeps/config/yaml_reader.py", "text to values with their lines"),
-            ("sweeps/config/schema.py", "sections, types, defaults"),
-            ("sweeps/config/parameter_space.py", "fixed, swept and linked parameters"),
+            ("sweeps/config/schema.py", "keys, types, defaults"),
+            ("sweeps/config/checks.py", "values that must fit together"),
             ("sweeps/grid.py", "axes to numbered points"),
         ),
     ),

@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import pytest
-from support import broken_law
-from support.points import orbits, refuse_nothing, row, rows
+from support.points import orbits, refuse_nothing, row
 
 from stickslip import Parameters, Status
-from stickslip import options as options_module
 from stickslip.compiled.cache import source_hash
 from stickslip.kernels.adaptive import driver as adaptive
-from stickslip.kernels.adaptive import passes
 from stickslip.kernels.euler_cromer import driver as euler_cromer
-from stickslip.model import laws
 from stickslip.options import METHODS, Options
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS, RESULTS
@@ -99,24 +94,6 @@ def test_orbits_of_an_unstable_step_break_the_power_balance(
     options = {**COARSE, "dt": 2.6e-5, "stationary_rtol": 1e-2}
     found = orbits(row(rheological_index=0.0), **options)
     assert_nothing_but(found.row[0], Status.INVARIANT_VIOLATED)
-
-
-@pytest.mark.stress
-def test_an_orbit_of_another_law_than_the_measured_one_breaks_the_power_balance(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    # Blocks that slip: while they do, the viscous force does work on them that the elastic force
-    # does not take back.
-    points = rows("viscosity_coefficient", [5e3, 1e3], rheological_index=0.0)
-    right = orbits(points)
-    assert np.all(right.status == Status.OK)
-    assert np.all(right.melting_count > 0)
-    monkeypatch.setattr(passes, "problem_functions", broken_law.measured_otherwise)
-    known = MappingProxyType({broken_law.NAME: broken_law.__name__})
-    for module in (options_module, laws):
-        monkeypatch.setattr(module, "FRICTION_LAWS", known)
-    for found in orbits(points, friction=broken_law.NAME).row:
-        assert_nothing_but(found, Status.INVARIANT_VIOLATED)
 
 
 def colder(points: np.ndarray) -> np.ndarray:

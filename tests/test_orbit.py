@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -54,39 +54,6 @@ def test_the_paper_is_the_default() -> None:
     assert orbit.friction_force_amplitude == pytest.approx(2.8121364e-3, rel=1e-6)
 
 
-def test_amplitudes_are_half_of_maximum_minus_minimum() -> None:
-    orbit = stationary_orbit(Parameters(angular_frequency=15.0))
-    for name in ("elastic_stress", "friction_force"):
-        high, low = getattr(orbit, f"{name}_max"), getattr(orbit, f"{name}_min")
-        assert getattr(orbit, f"{name}_amplitude") == pytest.approx(0.5 * (high - low), rel=1e-15)
-    high, low = orbit.elastic_stress_max, orbit.elastic_stress_min
-    assert orbit.asymmetry == pytest.approx(abs(high + low) / (high - low), rel=1e-12)
-
-
-def test_the_state_is_on_the_orbit() -> None:
-    p = Parameters(angular_frequency=38.0)
-    x, v, log_phi = stationary_orbit(p, rtol=1e-9).state
-    start = p._replace(
-        initial_displacement=x, initial_velocity=v, initial_order_parameter=math.exp(log_phi)
-    )
-    ds = simulate(start, periods=1, rtol=1e-9)
-    assert float(ds.lower_displacement[-1]) == pytest.approx(x, abs=1e-8 * 0.8e-6)
-    assert float(ds.lower_velocity[-1]) == pytest.approx(v, abs=1e-8 * 0.8e-6 * 38)
-
-
-def test_extremes_are_those_of_the_time_course() -> None:
-    p = Parameters(angular_frequency=15.0)
-    orbit = stationary_orbit(p)
-    ds = simulate(p, periods=1, start="stationary", samples_per_period=100_000)
-    for name in ("elastic_stress", "friction_force"):
-        values = ds[name].values
-        scale = getattr(orbit, f"{name}_amplitude")
-        high, low = getattr(orbit, f"{name}_max"), getattr(orbit, f"{name}_min")
-        # Samples miss the microsecond in which a film that solidifies catches the blocks.
-        assert -5e-6 * scale < high - values.max() < 1e-3 * scale
-        assert -1e-3 * scale < low - values.min() < 5e-6 * scale
-
-
 @pytest.mark.parametrize(
     "changes",
     [{"rheological_index": 0.0}, {"rheological_index": 2 / 3}, {"spring_stiffness": 500.0}],
@@ -104,72 +71,19 @@ def test_the_state_is_as_close_to_the_limit_as_asked(changes: dict[str, float]) 
     assert near.periods_integrated < 1000
 
 
-def test_asymmetry_of_no_stress_is_zero() -> None:
-    orbit = stationary_orbit(Parameters(temperature=310.0))
-    assert orbit.elastic_stress_amplitude < 0.5
-    assert orbit.asymmetry == 0.0
-
-
 def test_a_tighter_tolerance_states_a_smaller_error() -> None:
     errors = [stationary_orbit(rtol=rtol).amplitude_error for rtol in (1e-4, 1e-6, 1e-8)]
     assert errors[0] > 10 * errors[1] > 100 * errors[2]
 
 
-def test_a_tighter_tolerance_changes_the_amplitudes_by_less_than_the_stated_error() -> None:
-    points = rows("temperature", np.linspace(160.0, 280.0, 13))
-    loose, tight = orbits(points, rtol=1e-5), orbits(points, rtol=1e-7, stationary_rtol=1e-8)
-    for name in ("elastic_stress_amplitude", "friction_force_amplitude"):
-        change = np.abs(getattr(loose, name) / getattr(tight, name) - 1)
-        assert np.all(change <= loose.amplitude_error)
-
-
-def test_acceleration_saves_periods_and_changes_nothing_else() -> None:
-    p = Parameters(rheological_index=0.0)
-    hurried, plain = stationary_orbit(p), stationary_orbit(p, accelerate=False)
-    assert hurried.periods_integrated < 20 < 100 < plain.periods_integrated
-    assert hurried.friction_force_amplitude == pytest.approx(
-        plain.friction_force_amplitude, rel=1e-6
-    )
-
-
-def test_the_start_is_remembered_where_there_are_two_attractors() -> None:
-    rest = stationary_orbit(Parameters(angular_frequency=38.0))
-    solid = stationary_orbit(Parameters(angular_frequency=38.0, initial_order_parameter=0.6))
-    assert (rest.melting_count, solid.melting_count) == (1, 2)
-
-
 # --- many points ----------------------------------------------------------------------------------
 
 
-def mixed() -> np.ndarray:
-    return np.array(
-        [
-            row(temperature=229.0),
-            row(rheological_index=0.0),
-            row(initial_velocity=1e200),  # diverges
-            row(angular_frequency=38.0),
-            row(angular_frequency=38.0, initial_order_parameter=0.6),
-            row(temperature=285.0),
-            row(rheological_index=-0.4),
-        ]
-    )
-
-
-@pytest.mark.parametrize("order", [[0, 1, 2, 3, 4, 5, 6], [6, 2, 4, 0, 5, 1, 3], [3, 3, 2, 3]])
-def test_a_result_does_not_depend_on_the_neighbours(order: list[int]) -> None:
-    points = mixed()
-    results, finals = compute_orbits(points[order], Options())
-    for i, j in enumerate(order):
-        alone, final = compute_orbits(points[j], Options())
-        np.testing.assert_array_equal(results[i], alone[0], strict=True)
-        np.testing.assert_array_equal(finals[i], final[0], strict=True)
-
-
 def test_points_are_left_as_they_are() -> None:
-    points = mixed()
+    points = np.array([row(initial_velocity=1e200), row(initial_order_parameter=0.6)])
     before = points.copy()
     compute_orbits(points, Options(max_periods=1))
-    prepared_points(points[4:5], "none")
+    prepared_points(points[1:], "none")
     np.testing.assert_array_equal(points, before)
 
 
@@ -289,27 +203,13 @@ def test_each_method_answers_for_itself() -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "name"),
-    [
-        ({"method": "euler"}, "method"),
-        ({"noise": "random"}, "noise"),
-        ({"noise": "stochastic", "realizations": 0}, "realizations"),
-        ({"noise": "stochastic", "seed": 2**64}, "seed"),
-        ({"noise": "stochastic", "window": 3}, "window"),
-        ({"friction": "coulomb"}, "friction"),
-        ({"rtol": 0.0}, "rtol"),
-        ({"rtol": float("nan")}, "rtol"),
-        ({"rtol": 2.0}, "rtol"),
-        ({"dt": 0.0}, "dt"),
-        ({"dt": -1.0}, "dt"),
-        ({"dt": float("nan")}, "dt"),
-        ({"max_periods": 0}, "max_periods"),
-        ({"max_steps": 0}, "max_steps"),
-    ],
+    # One tolerance is that of both, and a switch takes anything.
+    "name",
+    sorted({field.name for field in fields(Options)} - {"stationary_rtol", "accelerate"}),
 )
-def test_an_option_out_of_range_is_refused_by_name(options: dict[str, object], name: str) -> None:
+def test_every_option_reaches_the_orbit(name: str) -> None:
     with pytest.raises(OptionError, match=f"^{name} must be "):
-        stationary_orbit(**options)
+        stationary_orbit(**{name: "nonsense"})
 
 
 def test_the_step_budget_bounds_the_error_estimate_too() -> None:

@@ -107,26 +107,3 @@ def test_the_twin_knows_the_closed_forms() -> None:
     rest = reference.right_hand_side(0.0, np.array([1e-7, 0.0, 0.0]), p)
     assert rest[1] == pytest.approx(-2 * 3000 * 1e-7 / 0.4, rel=1e-14)
     assert rest[2] == pytest.approx(-100 * (2 * 0.95 * -90 - 230 + 850), rel=1e-14)
-
-
-def test_the_liquid_newtonian_film_has_the_force_of_its_closed_form() -> None:
-    # F = X_m c omega |D|/sqrt(D^2 + c^2 omega^2), once the start has decayed.
-    p = Parameters(
-        rheological_index=0.0,
-        temperature=310.0,
-        viscosity_coefficient=1e3,
-        spring_stiffness=300.0,
-        block_mass=0.04,
-    )
-    c, omega = 1e3 * 0.6e-9 / 1e-9, 10.0
-    D = 2 * 300.0 - 0.04 * omega**2
-    F_max = 0.8e-6 * c * omega * abs(D) / math.hypot(D, c * omega)
-    # x = Re(c i omega X_m/(D + i c omega) e^(i omega t)) is the stationary motion.
-    x = c * 1j * omega * 0.8e-6 / (D + 1j * c * omega)
-    q = p._replace(initial_displacement=x.real, initial_velocity=-omega * x.imag)
-    samples, times = compiled_trajectory(q), times_of(q)
-    V = -0.8e-6 * omega * np.sin(omega * times)
-    F = c * (V - samples[:, 1])
-    closed_form = (D * x * np.exp(1j * omega * times)).real
-    assert np.all(abs(F - closed_form) <= 1e-6 * F_max)
-    assert abs(D * x) == pytest.approx(F_max, rel=1e-12)

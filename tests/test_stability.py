@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip.kernels.fastest_rates import REFUSE_ABOVE, fastest_rate
-from stickslip.model.laws import friction_law
-from stickslip.options import DEFAULTS, FRICTION_LAWS
+from stickslip.options import DEFAULTS
 from stickslip.parameters import Parameters
 from stickslip.stability import ACCURATE_PART, largest_stable_step, static_strength, step_as_text
 
@@ -35,17 +34,15 @@ def test_a_step_that_gives_finite_but_wrong_numbers_is_refused(
     assert limit(**changes) < dt
 
 
-def test_the_step_of_the_paper_is_accepted_at_the_parameters_of_fig_3() -> None:
-    assert ACCURATE_PART * limit() > 1e-10
-
-
-def test_the_step_8e_9_that_has_a_small_error_at_fig_3_is_accepted_there() -> None:
-    assert limit() > 8e-9
+@pytest.mark.parametrize("omega", [10.0, 15.0, 32.0, 38.0])
+def test_the_step_of_the_paper_is_accepted_at_its_parameters(omega: float) -> None:
+    assert ACCURATE_PART * limit(angular_frequency=omega) > 1e-10
+    assert limit(angular_frequency=omega) > 10 * 1e-10
 
 
 def test_the_largest_step_at_fig_3_is_set_by_the_melting_in_the_slip() -> None:
-    # The order parameter relaxes with up to 2e8 1/s in the slip.
-    assert 5e-9 < limit() < 2.5e-8
+    # The order parameter relaxes with up to 2e8 1/s in the slip; 8e-9 s has a small error still.
+    assert 8e-9 < limit() < 2.5e-8
     assert limit(kinetic_coefficient=50.0) == pytest.approx(2 * limit(), rel=1e-12)
 
 
@@ -55,49 +52,62 @@ def test_the_largest_step_is_the_limit_over_the_fastest_rate() -> None:
     assert REFUSE_ABOVE == 2.0
 
 
-def test_without_a_slip_the_relaxation_of_the_solid_is_seen() -> None:
-    # No springs, no drive to speak of: 2 alpha (T - T_c) - 2 b phi + 3 c phi^2 at phi_plus.
-    phi = 0.603782
-    rate = 100.0 * (2 * 0.95 * -90.0 - 2 * 230.0 * phi + 3 * 850.0 * phi**2)
-    step = limit(spring_stiffness=0.0, drive_amplitude=1e-15, elastic_coefficient=1.0)
-    assert step == pytest.approx(2.0 / rate, rel=1e-5)
+PHI = 0.603782
+"""phi_plus at 200 K and no strain."""
+
+NO_SPRINGS = {"spring_stiffness": 0.0}
+SLOW_FILM = {"kinetic_coefficient": 1e-6}
+VISCOUS = {"elastic_coefficient": 0.0, **SLOW_FILM}
+# The friction A k (u/h)^(5/3) is never more than the inertia in the drive.
+LOCKED = 1e-9 * (0.4 * 10.0**2 * 0.8e-6 / (0.6e-9 * 5e4)) ** (3 / 5)
 
 
-def test_elastic_friction_limits_the_step_of_a_light_block() -> None:
-    phi, M = 0.603782, 1e-9
-    rate = 4e12 * phi**2 * 1e-8 / 1e-9 * 0.6e-9 / M
-    step = limit(
-        block_mass=M, kinetic_coefficient=1e-6, spring_stiffness=0.0, viscosity_coefficient=0.0
-    )
-    assert step == pytest.approx(2.0 / rate, rel=1e-5)
+def dilatant_slope(k: float, speed: float) -> float:
+    return k * (5 / 3) / 1e-9 * (speed / 1e-9) ** (2 / 3)
 
 
-def test_newtonian_friction_limits_the_step_by_k_A_over_h_M() -> None:
-    step = limit(
-        rheological_index=0.0,
-        elastic_coefficient=0.0,
-        kinetic_coefficient=1e-6,
-        spring_stiffness=0.0,
-        viscosity_coefficient=1e6,
-    )
-    assert step == pytest.approx(2.0 * 1e-9 * 0.4 / (1e6 * 0.6e-9), rel=1e-9)
+# Where one rate is the fastest: changes, that rate [1/s], and how well it is known; PHI has six
+# digits.
+FASTEST = {
+    "relaxation of a solid that does not slip": (
+        {**NO_SPRINGS, "drive_amplitude": 1e-15, "elastic_coefficient": 1.0},
+        # 2 alpha (T - T_c) - 2 b phi + 3 c phi^2 at phi_plus
+        100.0 * (2 * 0.95 * -90.0 - 2 * 230.0 * PHI + 3 * 850.0 * PHI**2),
+        1e-5,
+    ),
+    "elastic friction of a light block": (
+        {"block_mass": 1e-9, **SLOW_FILM, **NO_SPRINGS, "viscosity_coefficient": 0.0},
+        4e12 * PHI**2 * 1e-8 / 1e-9 * 0.6e-9 / 1e-9,
+        1e-5,
+    ),
+    "Newtonian friction": (
+        {"rheological_index": 0.0, **VISCOUS, **NO_SPRINGS, "viscosity_coefficient": 1e6},
+        1e6 * 0.6e-9 / (1e-9 * 0.4),
+        1e-9,
+    ),
+    "dilatant friction at the speed of the drive": (
+        {"rheological_index": 2 / 3, **VISCOUS, "viscosity_coefficient": 5.0},
+        dilatant_slope(5.0, 8e-6) * 0.6e-9 / 0.4,
+        1e-9,
+    ),
+    "a thick fluid that locks the block before it is that fast": (
+        {"rheological_index": 2 / 3, **VISCOUS, **NO_SPRINGS},
+        dilatant_slope(5e4, LOCKED) * 0.6e-9 / 0.4,
+        1e-9,
+    ),
+    "springs": (
+        {**VISCOUS, "viscosity_coefficient": 0.0, "spring_stiffness": 1e8},
+        math.sqrt(2e8 / 0.4),
+        1e-9,
+    ),
+}
 
 
-DILATANT = {"rheological_index": 2 / 3, "elastic_coefficient": 0.0, "kinetic_coefficient": 1e-6}
-
-
-def test_dilatant_friction_limits_the_step_by_its_slope_at_the_speed_of_the_drive() -> None:
-    step = limit(**DILATANT, viscosity_coefficient=5.0)
-    slope = 5.0 * (5 / 3) / 1e-9 * (8e-6 / 1e-9) ** (2 / 3)
-    assert step == pytest.approx(2.0 * 0.4 / (slope * 0.6e-9), rel=1e-9)
-
-
-def test_a_thick_fluid_locks_the_block_before_it_is_that_fast() -> None:
-    # The friction A k (u/h)^(5/3) is never more than the inertia in the drive.
-    step = limit(**DILATANT, spring_stiffness=0.0)
-    speed = 1e-9 * (0.4 * 10.0**2 * 0.8e-6 / (0.6e-9 * 5e4)) ** (3 / 5)
-    slope = 5e4 * (5 / 3) / 1e-9 * (speed / 1e-9) ** (2 / 3)
-    assert step == pytest.approx(2.0 * 0.4 / (slope * 0.6e-9), rel=1e-9)
+@pytest.mark.parametrize(("changes", "rate", "rel"), FASTEST.values(), ids=FASTEST)
+def test_the_largest_step_is_2_over_the_fastest_rate(
+    changes: dict[str, float], rate: float, rel: float
+) -> None:
+    assert limit(**changes) == pytest.approx(2.0 / rate, rel=rel)
 
 
 def test_the_step_of_the_paper_is_stable_where_a_thick_fluid_locks_the_block() -> None:
@@ -117,16 +127,6 @@ def test_the_limit_knows_the_start() -> None:
     }
     assert limit(**scene, initial_displacement=2e-7) < 2e-7
     assert limit(**scene) > 1e-6
-
-
-def test_the_springs_limit_the_step_where_nothing_else_does() -> None:
-    step = limit(
-        elastic_coefficient=0.0,
-        viscosity_coefficient=0.0,
-        kinetic_coefficient=1e-6,
-        spring_stiffness=1e8,
-    )
-    assert step == pytest.approx(2.0 / math.sqrt(2e8 / 0.4), rel=1e-9)
 
 
 def test_a_start_at_speed_or_with_tight_springs_makes_the_slip_faster() -> None:
@@ -236,17 +236,3 @@ def test_a_film_that_is_liquid_or_not_elastic_has_no_strength() -> None:
     liquid = Parameters(temperature=400.0)
     assert static_strength(np.array(liquid))[0] == 0.0
     assert static_strength(np.array(Parameters(elastic_coefficient=0.0)))[0] == 0.0
-
-
-@pytest.mark.parametrize("law", FRICTION_LAWS)
-@pytest.mark.parametrize("gamma", [-0.9, -2 / 3, 0.0, 0.5, 2 / 3, 2.0])
-def test_the_slope_of_a_law_up_to_a_speed_is_bounded_by_the_one_that_limits_a_step(
-    law: str, gamma: float
-) -> None:
-    known, p = friction_law(law), Parameters(rheological_index=gamma)
-    if not known.has_cusp(p):
-        most = known.stable_slope(p, 1e-5, 0.5)
-        assert all(
-            known.rounded(p, u, 0.5, 0.0)[1] <= most * (1 + 1e-12)
-            for u in np.linspace(0.0, 1e-5, 50)
-        )

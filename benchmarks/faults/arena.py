@@ -64,7 +64,7 @@ class Tally:
             self.complaints.append(f"{verdict}: {what}")
 
     def as_dict(self) -> dict[str, Any]:
-        """The same for a record."""
+        """Return the same for a record."""
         return dict(vars(self))
 
 
@@ -80,7 +80,7 @@ class Ended(NamedTuple):
 
 @cache
 def shim() -> str | None:
-    """The compiled shim; None where there is no compiler."""
+    """Return the compiled shim; None where there is no compiler."""
     compiler = shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
         return None
@@ -93,7 +93,7 @@ def shim() -> str | None:
 
 @cache
 def _children() -> Any:
-    """Processes that begin with everything imported and compiled, and with the shim."""
+    """Return processes that begin with everything imported and compiled, and with the shim."""
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["faults.warm"])
     # The server has the path of an interpreter that has just begun.
@@ -116,7 +116,7 @@ def _nothing() -> None:
 def begin(
     folder: Path, *arguments: str, before: Callable[[], None] | None = None
 ) -> multiprocessing.process.BaseProcess:
-    """`stickslip ARGUMENTS` in a folder, in a new process; `before` is called there first."""
+    """Start `stickslip ARGUMENTS` in a folder, in a new process that calls `before` first."""
     process = _children().Process(target=_live, args=(str(folder), arguments, before), daemon=True)
     process.start()
     return process
@@ -139,7 +139,7 @@ def _live(folder: str, arguments: tuple[str, ...], before: Callable[[], None] | 
 
 
 def ended(folder: Path, process: multiprocessing.process.BaseProcess) -> Ended:
-    """How a process ended; it is killed where it hangs."""
+    """Return how a process ended; kill it where it hangs."""
     process.join(PATIENCE)
     hung = process.exitcode is None
     if hung:
@@ -151,7 +151,7 @@ def ended(folder: Path, process: multiprocessing.process.BaseProcess) -> Ended:
 
 
 def armed(folder: Path, number: int, error: int, *, lasting: bool = False) -> Callable[[], None]:
-    """What arms the shim in a child: the operation of that number fails, or kills where 0."""
+    """Return what arms the shim in a child: that operation fails, or kills where `error` is 0."""
     return _Arm(str(shim()), str(folder), number, error, lasting)
 
 
@@ -188,7 +188,7 @@ class Arena:
         self._number = 0
 
     def new(self) -> Path:
-        """A folder with the config and the older result."""
+        """Return a folder with the config and the older result."""
         self._number += 1
         folder = self.root / f"{self._number}" / "work"
         folder.mkdir(parents=True)
@@ -203,14 +203,14 @@ class Arena:
     def attack(
         self, tally: Tally, what: str, before: Callable[[Path], Callable[[], None]], spared: int = 0
     ) -> None:
-        """One sweep with a fault; `spared` points may be computed again though journaled."""
+        """Run a sweep with a fault; `spared` points may be computed again though journaled."""
         folder = self.new()
         process = begin(folder, *SWEEP, before=before(folder))
         self.judge(tally, what, folder, ended(folder, process), spared)
         self.clear(folder)
 
     def is_right(self, folder: Path) -> bool:
-        """Whether the result there is that of an undisturbed sweep."""
+        """Return whether the result there is that of an undisturbed sweep."""
         return content_hash(open_result(folder / "a.nc")) == self.expected
 
     def judge(self, tally: Tally, what: str, folder: Path, end: Ended, spared: int = 0) -> None:
@@ -225,8 +225,8 @@ class Arena:
         unread = end.code == _UNREAD[0] and _UNREAD[1] in end.said
         if not (end.code in _ENDINGS or unread) or "Traceback" in end.said:
             return "wrong", f"exit code {end.code}: {end.said[-300:]}"
-        there = content_hash(open_result(output))
-        if there != self.expected and (end.code == 0 or there != self.old_hash):
+        found = content_hash(open_result(output))
+        if found != self.expected and (end.code == 0 or found != self.old_hash):
             return "wrong", f"another result with exit code {end.code}: {end.said[-300:]}"
         kept = _journaled(output)
         (folder / "a.nc.timing.json").unlink(missing_ok=True)
@@ -236,13 +236,13 @@ class Arena:
         if again.code != 0 or content_hash(open_result(output)) != self.expected:
             return "wrong", f"the same command again: exit code {again.code}: {again.said[-300:]}"
         computed = _computed(output)
-        if computed > POINTS - max(kept, 2) + spared and there != self.expected:
+        if computed > POINTS - max(kept, 2) + spared and found != self.expected:
             return "lost", f"{computed} points computed again, {kept} were in the journal"
         return "survived", ""
 
 
 def _journaled(output: Path) -> int:
-    """How many points the journal holds."""
+    """Return how many points the journal holds."""
     journal = RunFolder(output).journal
     manifest = readable_manifest(journal)
     if manifest is None:
@@ -251,6 +251,6 @@ def _journaled(output: Path) -> int:
 
 
 def _computed(output: Path) -> int:
-    """How many points the last sweep computed, by the file that tells its time."""
+    """Return how many points the last sweep computed, by the file that tells its time."""
     path = output.with_name(output.name + ".timing.json")
     return int(json.loads(path.read_text())["points"]) if path.exists() else 0

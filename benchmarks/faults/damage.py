@@ -11,15 +11,15 @@ from typing import Any
 from faults.arena import BLOCK, SWEEP, Arena, Tally, begin, ended
 
 
-def run(quick: bool, folder: Path) -> dict[str, Any]:
-    """Tallies of damage to journals: while a sweep runs, and at rest."""
+def journals(quick: bool, folder: Path) -> dict[str, Any]:
+    """Damage journals while a sweep runs, and at rest."""
     arena, rng, running, resting = Arena(folder), random.Random(3), Tally(), Tally()
     for _ in range(3 if quick else 200):
         flip_ = _Flip(rng.randint(2, 11), rng.random(), rng.randint(1, 255))
         what = f"flipped during the sweep: {flip_}"
         arena.attack(running, what, lambda _, fault=flip_: fault, spared=BLOCK)
     killed = arena.new()
-    ended(killed, begin(killed, *SWEEP, before=_Killed(6)))
+    ended(killed, begin(killed, *SWEEP, before=_Kill(6)))
     for _ in range(3 if quick else 1000):
         at_rest(arena, rng, resting, killed, "a.nc.run/journal")
     return {
@@ -28,42 +28,16 @@ def run(quick: bool, folder: Path) -> dict[str, Any]:
     }
 
 
-class _Flip:
-    """In the child: flips a byte of the journal before a block."""
-
-    def __init__(self, block: int, place: float, mask: int) -> None:
-        self._block, self._place, self._mask = block, place, mask
-
-    def __repr__(self) -> str:
-        return f"block {self._block}, place {self._place:.4f}, mask {self._mask}"
-
-    def __call__(self) -> None:
-        from sweeps.engine.executors import worker
-
-        real, begun = worker.compute_orbits, 0
-
-        def flipping(*points: Any, **options: Any) -> Any:
-            nonlocal begun
-            begun += 1
-            if begun == self._block:
-                flip(Path("a.nc.run/journal"), self._place, self._mask)
-            return real(*points, **options)
-
-        worker.compute_orbits = flipping
+def results(quick: bool, folder: Path) -> dict[str, Any]:
+    """Damage results at rest: the older file that a sweep is to grow."""
+    arena, rng, tally = Arena(folder), random.Random(6), Tally()
+    for _ in range(3 if quick else 1000):
+        at_rest(arena, rng, tally, None, "a.nc")
+    return {"damaged results at rest": tally.as_dict()}
 
 
-def flip(path: Path, place: float, mask: int) -> None:
-    """Change bits of one byte of a file."""
-    with path.open("r+b") as file:
-        at = int(place * path.stat().st_size)
-        file.seek(at)
-        byte = file.read(1)[0]
-        file.seek(at)
-        file.write(bytes([byte ^ mask]))
-
-
-class _Killed:
-    """In the child: kills it before a block."""
+class _BeforeBlock:
+    """In the child: something happens before a block of that number."""
 
     def __init__(self, block: int) -> None:
         self._block = block
@@ -73,18 +47,51 @@ class _Killed:
 
         real, begun = worker.compute_orbits, 0
 
-        def dying(*points: Any, **options: Any) -> Any:
+        def struck(*points: Any, **options: Any) -> Any:
             nonlocal begun
             begun += 1
             if begun == self._block:
-                os.kill(os.getpid(), 9)
+                self.strike()
             return real(*points, **options)
 
-        worker.compute_orbits = dying
+        worker.compute_orbits = struck
+
+    def strike(self) -> None:
+        """Let it happen."""
+        raise NotImplementedError
+
+
+class _Flip(_BeforeBlock):
+    """Flips a byte of the journal."""
+
+    def __init__(self, block: int, place: float, mask: int) -> None:
+        super().__init__(block)
+        self._place, self._mask = place, mask
+
+    def __repr__(self) -> str:
+        return f"block {self._block}, place {self._place:.4f}, mask {self._mask}"
+
+    def strike(self) -> None:
+        """See _BeforeBlock."""
+        path = Path("a.nc.run/journal")
+        with path.open("r+b") as file:
+            at = int(self._place * path.stat().st_size)
+            file.seek(at)
+            byte = file.read(1)[0]
+            file.seek(at)
+            file.write(bytes([byte ^ self._mask]))
+
+
+class _Kill(_BeforeBlock):
+    """Kills the process."""
+
+    def strike(self) -> None:
+        """See _BeforeBlock."""
+        os.kill(os.getpid(), 9)
 
 
 def harm(path: Path, rng: random.Random) -> str:
-    """Damage a file: bits, a cut, zeros, or a piece of rubbish; what was done."""
+    """Damage a file by bits, a cut, zeros or rubbish, and return what was done."""
     content = bytearray(path.read_bytes())
     at, kind = rng.randrange(len(content)), rng.choice(("bits", "bits", "cut", "zeros", "rubbish"))
     if kind == "bits":
@@ -102,7 +109,7 @@ def harm(path: Path, rng: random.Random) -> str:
 def at_rest(
     arena: Arena, rng: random.Random, tally: Tally, template: Path | None, name: str
 ) -> None:
-    """A sweep that finds a damaged file: it ends right, or refuses and touches nothing."""
+    """Let a sweep find a damaged file: it ends right, or refuses and touches nothing."""
     folder = arena.new()
     if template is not None:
         shutil.rmtree(folder)

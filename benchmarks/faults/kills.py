@@ -1,8 +1,9 @@
-"""Kills at random times, and before each file operation."""
+"""Kills at random times and before file operations; operations that fail."""
 
 from __future__ import annotations
 
 import ctypes
+import errno
 import random
 import time
 from multiprocessing import util
@@ -11,16 +12,31 @@ from typing import Any
 
 from faults.arena import SWEEP, Arena, Tally, armed, begin, ended, shim
 
+ERRORS = (errno.ENOSPC, errno.EIO, errno.EACCES)  # no space, a broken disk, no permission
 
-def run(quick: bool, folder: Path) -> dict[str, Any]:
-    """Tallies of both kinds of kills."""
-    arena, rng = Arena(folder), random.Random(1)
+
+def kills(quick: bool, folder: Path) -> dict[str, Any]:
+    """Kill sweeps at random times and before file operations."""
+    arena, rng, count = Arena(folder), random.Random(1), 4 if quick else 150
     return {
-        "kills at random times": _at_random(arena, rng, 4 if quick else 150).as_dict(),
-        "kills before a file operation": _before_operations(
-            arena, rng, 4 if quick else 150
-        ).as_dict(),
+        "kills at random times": _at_random(arena, rng, count).as_dict(),
+        "kills before a file operation": _before_operations(arena, rng, count).as_dict(),
     }
+
+
+def failures(quick: bool, folder: Path) -> dict[str, Any]:
+    """Let file operations fail, once or from then on."""
+    arena, rng, tally = Arena(folder), random.Random(2), Tally()
+    operations = _number_of_operations(arena) if shim() else 0
+    for _ in range((4 if quick else 500) if operations else 0):
+        number, error, lasting = rng.randint(1, operations), rng.choice(ERRORS), rng.random() < 0.5
+        what = f"operation {number} {'and all later ones fail' if lasting else 'fails'}: {error}"
+        arena.attack(
+            tally,
+            what,
+            lambda f, n=number, e=error, for_good=lasting: armed(f, n, e, lasting=for_good),
+        )
+    return {"failing file operations": tally.as_dict()}
 
 
 def _at_random(arena: Arena, rng: random.Random, count: int) -> Tally:
@@ -39,15 +55,15 @@ def _before_operations(arena: Arena, rng: random.Random, count: int) -> Tally:
     tally = Tally()
     if shim() is None:
         return tally
-    operations = number_of_operations(arena)
+    operations = _number_of_operations(arena)
     for _ in range(count):
         number = rng.randint(1, operations)
         arena.attack(tally, f"killed before operation {number}", lambda f, n=number: armed(f, n, 0))
     return tally
 
 
-def number_of_operations(arena: Arena) -> int:
-    """How many operations on its files the sweep makes."""
+def _number_of_operations(arena: Arena) -> int:
+    """Return how many operations on its files the sweep makes."""
     folder = arena.new()
     process = begin(folder, *SWEEP, before=_Counting(str(shim()), str(folder)))
     if ended(folder, process).code != 0:

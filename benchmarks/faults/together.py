@@ -17,7 +17,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 def run(quick: bool, folder: Path) -> dict[str, Any]:
-    """Tallies of pairs, signals and full disks."""
+    """Attack by a second sweep, by signals and by full disks."""
     arena, rng = Arena(folder), random.Random(4)
     return {
         "two sweeps at once": _pairs(arena, rng, 2 if quick else 100).as_dict(),

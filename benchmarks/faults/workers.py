@@ -16,11 +16,9 @@ import psutil
 
 from faults.arena import PATIENCE, SWEEP, Arena, Ended, Tally
 
-LONG = "gamma=-2/3"
-
 
 def run(quick: bool, folder: Path) -> dict[str, Any]:
-    """Tallies of workers of this machine, and of a cluster."""
+    """Kill or freeze workers of this machine, and of a cluster."""
     arena, rng = Arena(folder), random.Random(5)
     workers, clusters = Tally(), Tally()
     for number in range(1 if quick else 10):
@@ -69,7 +67,7 @@ def _worker(arena: Arena, rng: random.Random, tally: Tally, backend: str) -> Non
 
 
 def _workers(process: subprocess.Popen[bytes]) -> list[psutil.Process]:
-    """The processes of a sweep, but for the one that counts their shared memory."""
+    """Return the processes of a sweep, but for the one that counts their shared memory."""
     if process.poll() is not None:
         return []
     children = psutil.Process(process.pid).children(recursive=True)
@@ -77,7 +75,7 @@ def _workers(process: subprocess.Popen[bytes]) -> list[psutil.Process]:
 
 
 def _cluster(arena: Arena, rng: random.Random, tally: Tally, mishap: str) -> None:
-    """A scheduler and two workers, one of which dies or freezes."""
+    """Strike a scheduler or one of two workers: it dies or freezes."""
     folder = arena.new()
     file = folder.parent / "scheduler.json"
     processes = [_dask("scheduler", "--port", "0", "--scheduler-file", str(file))]

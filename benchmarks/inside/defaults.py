@@ -12,5 +12,5 @@ PHYSICS, WIDTH = DEFAULTS.physics, len(STATE)
 
 
 def amplitudes_of(records: np.ndarray) -> np.ndarray:
-    """Amplitudes of stress and force (n, 2) of records of whole orbits (n, RECORD)."""
+    """Return amplitudes of stress and force (n, 2) of records of whole orbits (n, RECORD)."""
     return 0.5 * (records[:, [STRESS_MAX, FORCE_MAX]] - records[:, [STRESS_MIN, FORCE_MIN]])

@@ -7,33 +7,28 @@ import numpy as np
 from inside.defaults import PHYSICS, WIDTH, amplitudes_of
 from inside.lanes import half_periods
 from inside.scalar import scalar_end
-from stickslip.compiled.decorators import jit
 from stickslip.kernels.adaptive import passes
 from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.queues import reduced_queue, work_through
 from stickslip.kernels.euler_cromer.lanes import March
-from stickslip.kernels.euler_cromer.march import march_kernel
-from stickslip.kernels.families import families
 from stickslip.kernels.plain_iteration import judging
 from stickslip.kernels.plain_iteration.comparison import Known
 from stickslip.kernels.plain_iteration.starts import write_starts, write_steps
 from stickslip.kernels.points import parameters_of
-from stickslip.measure.accumulate import (
-    RECORD,
-)
+from stickslip.measure.accumulate import RECORD
 from stickslip.measure.results import relative_difference
 from stickslip.options import Options
 from stickslip.variables import RESULT_COLUMNS
 
 
 def scalar_steps(row: np.ndarray, options: Options, steps: int) -> None:
-    """So many fixed steps by the scalar drive, from the start."""
+    """Take so many fixed steps by the scalar drive, from the start."""
     limited = Options(**(vars(options) | {"max_steps": steps}))
     scalar_end(row, limited, 1)
 
 
 def fixed_lanes(points: np.ndarray, dt: float, phi: float | None = None) -> March:
-    """Points at their start, or at another order parameter, ready for `start` and `march`."""
+    """Return points at their start, or with another order parameter, ready to march."""
     steps, states = np.empty(len(points), np.int64), np.empty((len(points), WIDTH))
     write_steps(points, dt, steps)
     write_starts(points, states)
@@ -42,21 +37,13 @@ def fixed_lanes(points: np.ndarray, dt: float, phi: float | None = None) -> Marc
     return March(points, steps, states, PHYSICS)
 
 
-def march_assembly(gamma: float, noisy: bool, measured: bool, lanes: March) -> str:
-    """The machine code of the kernel for a rheological index, compiled anew."""
-    ((family, _),) = families(PHYSICS, np.array([[gamma, 0.0]]))
-    fresh = jit(march_kernel(family, noisy, measured).py_func).alone
-    fresh(lanes.tasks, np.arange(1), 1)
-    return str(fresh.inspect_asm(fresh.signatures[0]))
-
-
 def fixed_amplitudes(lanes: March) -> np.ndarray:
-    """Amplitudes of stress [Pa] and force [N] over what was marched with a record, (n, 2)."""
+    """Return amplitudes of stress [Pa] and force [N] of what was marched, (n, 2)."""
     return amplitudes_of(lanes.records())
 
 
 def reference_period(points: np.ndarray, finals: np.ndarray, rtol: float) -> np.ndarray:
-    """Records (n, RECORD) in SI units of a period by the adaptive method from stroboscopic states.
+    """Return SI records (n, RECORD) of an adaptive period from stroboscopic states.
 
     `finals` (n, columns) as `points.final_columns`.
     """
@@ -72,7 +59,7 @@ def reference_period(points: np.ndarray, finals: np.ndarray, rtol: float) -> np.
 def fixed_period(
     row: np.ndarray, final: np.ndarray, dt: float, exact: np.ndarray, near: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """The result row of a period by Euler-Cromer from a stroboscopic state, and its true error.
+    """Return the result row of a period by Euler-Cromer from a state, and its true error.
 
     The stated error is the difference from the record `near` (RECORD,), the true one that from
     `exact`. A step above the limit is not refused.

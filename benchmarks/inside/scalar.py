@@ -1,4 +1,4 @@
-"""The scalar adaptive drive, and one trajectory by it."""
+"""One trajectory by the scalar drives, and the adaptive one for other equations."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ import numpy as np
 
 from inside.defaults import PHYSICS, WIDTH, amplitudes_of
 from stickslip.compiled.decorators import inline, jit
+from stickslip.compiled.fields import make_map
 from stickslip.kernels.points import FIRST_STEP, parameters_of
-from stickslip.kernels.problem import ProblemFunctions, problem_functions, problem_of
+from stickslip.kernels.problem import problem_functions, problem_of
 from stickslip.kernels.trajectories import start_kernel
 from stickslip.measure.accumulate import (
     FIRST_PHASE,
@@ -29,7 +30,7 @@ from stickslip.model.models import model_of
 from stickslip.model.rhs import relative_state
 from stickslip.numerics.adaptive import make_adaptive
 from stickslip.numerics.linear import algebra
-from stickslip.numerics.tableaus import RODAS4P2, RosenbrockTableau
+from stickslip.numerics.tableaus import RODAS4P2
 from stickslip.options import DEFAULTS, METHODS, Options
 
 State = tuple[float, float, float]
@@ -39,43 +40,32 @@ _record = accumulator(1, 0)
 _interpolate = algebra(WIDTH).interpolate
 _observables = model_of(PHYSICS).equations.observables
 
-FUNCTIONS: ProblemFunctions = problem_functions(PHYSICS)
-"""The right-hand side, the Jacobian and the error weights of the model."""
-
-
-def adaptive_drive(weight: Any, observe: Any, tableau: RosenbrockTableau) -> Any:
-    """The scalar adaptive drive with these error weights and this tableau."""
-    return make_adaptive(
-        FUNCTIONS.rhs, FUNCTIONS.jacobian, weight, observe, tableau, algebra(WIDTH)
-    )
-
 
 def starting_state(row: np.ndarray) -> State:
-    """The state (x, v, ln phi) at the start of a row of parameters (20,)."""
+    """Return the state (x, v, ln phi) at the start of a row of parameters (20,)."""
     state = np.empty(WIDTH)
     start_kernel(DEFAULTS.physics)(row, state)
     return float(state[0]), float(state[1]), float(state[2])
 
 
 def scalar_end(row: np.ndarray, options: Options, periods: int) -> tuple[float, int]:
-    """The displacement x [m] after some periods by the scalar drive of a method, and the status."""
+    """Return the displacement x [m] after some periods by a scalar drive, and the status."""
     samples, start = np.empty((periods + 1, WIDTH)), np.array(starting_state(row))
     status = METHODS[options.method].kernels.trajectory(row, options, start, 1, samples)
     return float(samples[-1, 0]), int(status)
 
 
+@inline
+def _ignore(p: Any, t: float, h: float, y0: Any, y1: Any, d1: Any, d2: Any, record: Any) -> None:
+    pass
+
+
 @cache
 def _scalar_periods(observed: bool) -> Any:
-    """Periods by the scalar drive: (row, rtol, state, states, record) to a status.
+    """Return a function of (row, rtol, state, states, record): periods by the scalar drive.
 
     With so many looks at stress and force in each step, or without.
     """
-
-    @inline
-    def ignore(
-        problem: Any, t: float, h: float, y0: Any, y1: Any, d1: Any, d2: Any, record: Any
-    ) -> None:
-        pass
 
     @inline
     def look(
@@ -90,7 +80,11 @@ def _scalar_periods(observed: bool) -> Any:
             _record.see_extremum(record, 0, FORCE_MAX, force, True)
             _record.see_phase(record, 0, phi, solid, solids.MELTED_PART * solid, 0.0, True)
 
-    drive_on = adaptive_drive(FUNCTIONS.error_weight, look if observed else ignore, RODAS4P2)
+    functions = problem_functions(PHYSICS)
+    drive_on = make_adaptive(
+        functions.rhs, functions.jacobian, functions.error_weight, look if observed else _ignore,
+        RODAS4P2, algebra(WIDTH),
+    )  # fmt: skip
 
     @jit
     def periods(row: Any, rtol: float, state: Any, states: Any, record: Any) -> int:
@@ -110,7 +104,7 @@ def _scalar_periods(observed: bool) -> Any:
 
 
 def scalar_states(row: np.ndarray, state: np.ndarray, periods: int, rtol: float) -> np.ndarray:
-    """States (periods, 3), (x, v, ln phi), after each of some periods by the scalar drive."""
+    """Return the states (x, v, ln phi) after each period by the scalar drive, (periods, 3)."""
     states, record = np.empty((periods, 3)), np.empty(RECORD)
     assert _scalar_periods(False)(row, rtol, state, states, record) == 0
     return states
@@ -119,10 +113,27 @@ def scalar_states(row: np.ndarray, state: np.ndarray, periods: int, rtol: float)
 def scalar_amplitudes(
     row: np.ndarray, state: np.ndarray, periods: int, rtol: float
 ) -> tuple[float, float, int]:
-    """Amplitudes of stress [Pa] and force [N] over some periods from a state, and meltings."""
+    """Return amplitudes of stress [Pa] and force [N] over some periods, and meltings."""
     states, record = np.empty((periods, 3)), np.empty(RECORD)
     _record.clear(record, 0)
     assert _scalar_periods(True)(row, rtol, state, states, record) == 0
     wrapped = record[LAST_PHASE] == SOLID and record[FIRST_PHASE] == MELTED
     stress, force = amplitudes_of(record[None])[0]
     return float(stress), float(force), int(record[MELTINGS]) + int(wrapped)
+
+
+def generic_drive(rhs: Any, jacobian: Any, sizes: tuple[float, ...]) -> Any:
+    """Return the adaptive drive of y' = rhs(p, t, y), with errors against |y| or these sizes.
+
+    As of `numerics.adaptive.make_adaptive`, compiled.
+    """
+    width = len(sizes)
+    least = make_map(
+        "least", "y", (f"1.0 / (abs(y[{i}]) + {sizes[i]!r})" for i in range(width)), {}
+    )
+
+    @inline
+    def weight(p: Any, y: Any, J: Any) -> Any:
+        return least(y)
+
+    return make_adaptive(rhs, jacobian, weight, _ignore, RODAS4P2, algebra(width))

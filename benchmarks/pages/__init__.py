@@ -1,1 +1,1 @@
-"""From records to tables and pictures of the docs."""
+"""From records to the tables and pictures of the docs."""

@@ -14,11 +14,8 @@ from __future__ import annotations
 from peers.base import LADDER, Peer, PeerFailed, State
 from peers.casadi_cvodes import CasadiCvodes
 from peers.cyrk_implicit import Cyrk
-from peers.diffrax_kvaerno import DiffraxKvaerno5
-from peers.heyoka_taylor import HeyokaTaylor
 from peers.numbalsoda_lsoda import NumbalsodaLsoda
-from peers.scipy_ivp import ScipyIvp, ScipyOdeint
-from peers.sksundae_cvode import SksundaeCvode
+from peers.scipy_ivp import ScipyIvp
 from peers.stationary import StationaryOrbit, numbalsoda_stationary
 from peers.worker import Failure, Measurement, Worker
 
@@ -30,13 +27,9 @@ PEERS: dict[str, Peer] = {
     "CyRK BDF": Cyrk("BDF"),
     "CyRK Radau": Cyrk("RADAU"),
     "casadi CVODES": CasadiCvodes(),
-    "scikit-sundae CVODE": SksundaeCvode(),
-    "SciPy odeint LSODA": ScipyOdeint(),
     "SciPy LSODA": ScipyIvp("LSODA"),
     "SciPy BDF": ScipyIvp("BDF"),
     "SciPy Radau": ScipyIvp("Radau"),
-    "diffrax Kvaerno5": DiffraxKvaerno5(),
-    "heyoka Taylor": HeyokaTaylor(),
 }
 
 __all__ = [

@@ -36,14 +36,14 @@ class Peer(ABC):
     slow: bool = True
 
     def version(self) -> str | None:
-        """Version of the installed package; None where it is not installed."""
+        """Return version of the installed package; None where it is not installed."""
         try:
             return metadata.version(self.package)
         except metadata.PackageNotFoundError:
             return None
 
     def end_state(self, parameters: Parameters, start: State, periods: int, rtol: float) -> State:
-        """The state (x, v, ln phi) after so many drive periods from `start` at phase 0.
+        """Return the state (x, v, ln phi) after so many drive periods from `start` at phase 0.
 
         Raises PeerFailed where the solver does not get there.
         """
@@ -61,7 +61,7 @@ class Peer(ABC):
         periods: int,  # noqa: ARG002 - for solvers whose end is compiled in
         rtol: float,
     ) -> None:
-        """Whatever need not be timed: imports and compilation for this fluid and tolerance."""
+        """Do what need not be timed: imports and compilation for this fluid and tolerance."""
         row, X_m, V_m = _scales(parameters)
         begin = np.array([start[0] / X_m, -start[1] / V_m, start[2]])  # u = -v at phase 0
         compile_all(row, begin)
@@ -71,7 +71,7 @@ class Peer(ABC):
     def integrate(
         self, row: np.ndarray, begin: np.ndarray, phase: float, rtol: float
     ) -> np.ndarray:
-        """The scaled state at `phase` from `begin` at 0; raises PeerFailed."""
+        """Return the scaled state at `phase` from `begin` at 0; raises PeerFailed."""
 
 
 def _scales(parameters: Parameters) -> tuple[np.ndarray, float, float]:

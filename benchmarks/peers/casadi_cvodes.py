@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from peers.base import Peer, PeerFailed, State
-from peers.scaled import symbolic_rates
+from stickslip.model import noise
 from stickslip.parameters import Parameters, ParameterValues
 
 _PLENTY = 100_000_000
 _ATOL = 1e-3  # in rtol
+_SMALLEST_STRAIN_RATE = 1e-90  # as in the model: stands for 0 where a derivative is infinite
 _INDEX = ParameterValues._fields.index("rheological_index")
 
 
@@ -57,13 +58,44 @@ def _integrator(gamma: float, phase: float, rtol: float) -> Any:
     row = casadi.SX.sym("row", len(ParameterValues._fields))
     values = [row[i] for i in range(row.numel())]
     values[_INDEX] = gamma
-    rates = casadi.vertcat(*symbolic_rates(casadi, ParameterValues(*values), s, y))
+    rates = casadi.vertcat(*_rates(casadi, ParameterValues(*values), s, y))
     options = {"abstol": _ATOL * rtol, "reltol": rtol, "max_num_steps": _PLENTY}
     equations = {"t": s, "x": y, "p": row, "ode": rates}
     return casadi.integrator("model", "cvodes", equations, 0.0, phase, options)
 
 
 def _short(message: str) -> str:
-    """What CVODES returned, out of casadi's message."""
+    """Return what CVODES returned, out of casadi's message."""
     name = re.search(r"CV_\w+", message)
     return f"CVODES returns {name[0]}" if name else message.strip().splitlines()[-1][:120]
+
+
+def _rates(ops: Any, p: ParameterValues, s: Any, y: Any) -> list[Any]:
+    """Return dy/ds of `peers.scaled` as expressions.
+
+    `ops` is casadi; the fields of `p` may be symbols, except for the rheological index, which
+    decides the form of the expression.
+    """
+    omega, X_m = p.angular_frequency, ops.fabs(p.drive_amplitude)
+    V_m = X_m * omega
+    phi = ops.exp(y[2])
+    u, sign = y[1] * V_m, ops.sign(p.drive_amplitude)
+    strain = u * p.strain_relaxation_time / p.film_thickness
+    viscous = p.viscosity_coefficient * _rate_power(ops, u / p.film_thickness, p.rheological_index)
+    force = (p.elastic_coefficient * phi**2 * strain + viscous) * p.contact_area
+    growth = 2 * p.thermal_coefficient * (p.temperature - p.critical_temperature)
+    growth = growth + p.elastic_coefficient * strain**2
+    growth = growth - p.cubic_coefficient * phi + p.quartic_coefficient * phi**2
+    noise_rate = noise.TYPICAL_FRACTION * p.noise_intensity / ops.fmax(phi**2, 1e-300)
+    acceleration = (force - 2 * p.spring_stiffness * y[0] * X_m) / p.block_mass
+    psi_rate = noise_rate - p.kinetic_coefficient * growth
+    x_rate, V_rate = -sign * ops.sin(s) - y[1], -sign * ops.sin(s + 0.5 * np.pi)
+    return [x_rate, V_rate - acceleration / (V_m * omega), psi_rate / omega]
+
+
+def _rate_power(ops: Any, strain_rate: Any, gamma: float) -> Any:
+    """Return sgn(r) |r|^(gamma + 1) with finite derivatives."""
+    if gamma == 0.0:
+        return strain_rate
+    size = ops.fmax(ops.fabs(strain_rate), _SMALLEST_STRAIN_RATE)
+    return ops.sign(strain_rate) * size ** (gamma + 1.0)

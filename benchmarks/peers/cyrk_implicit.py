@@ -18,10 +18,9 @@ class Cyrk(Peer):
     """`CyRK.nbsolve2_ivp` with one of its implicit methods; it takes no Jacobian."""
 
     package = "CyRK"
-    slow = True
 
     def __init__(self, method: str) -> None:
-        self.method = method
+        self.method, self.slow = method, method != "LSODA"
 
     def integrate(
         self, row: np.ndarray, begin: np.ndarray, phase: float, rtol: float
@@ -45,7 +44,7 @@ class Cyrk(Peer):
 
 @cache
 def _right_hand_side() -> int:
-    """Address of the compiled right-hand side, which is kept."""
+    """Return address of the compiled right-hand side, which is kept."""
     return int(_callback().address)
 
 

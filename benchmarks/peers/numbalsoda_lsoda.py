@@ -45,13 +45,13 @@ class NumbalsodaLsoda(Peer):
 
 @cache
 def right_hand_side() -> int:
-    """Address of the compiled right-hand side."""
+    """Return address of the compiled right-hand side."""
     return int(_callback().address)
 
 
 @cache
 def compiled_lsoda() -> Any:
-    """`numbalsoda.lsoda` itself, a compiled function that compiled functions can call."""
+    """Return `numbalsoda.lsoda` itself, which compiled functions can call."""
     from numbalsoda import lsoda
 
     return lsoda

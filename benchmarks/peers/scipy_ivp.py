@@ -1,4 +1,4 @@
-"""SciPy: `solve_ivp` with LSODA, BDF and Radau; `odeint`, which is LSODA with a compiled loop."""
+"""SciPy: `solve_ivp` with LSODA, BDF and Radau."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ import numpy as np
 from peers.base import Peer, PeerFailed
 from peers.scaled import rates, rates_jacobian
 
-_PLENTY = 100_000_000
-
 
 class ScipyIvp(Peer):
     """`scipy.integrate.solve_ivp` with compiled right-hand side and Jacobian."""
@@ -18,7 +16,7 @@ class ScipyIvp(Peer):
     package = "scipy"
 
     def __init__(self, method: str) -> None:
-        self.method = method
+        self.method, self.slow = method, method != "LSODA"
 
     def integrate(
         self, row: np.ndarray, begin: np.ndarray, phase: float, rtol: float
@@ -44,33 +42,3 @@ class ScipyIvp(Peer):
         if not solution.success or not solution.y.size:
             raise PeerFailed(str(solution.message))
         return np.asarray(solution.y[:, -1])
-
-
-class ScipyOdeint(Peer):
-    """`scipy.integrate.odeint` with compiled right-hand side and Jacobian."""
-
-    package = "scipy"
-    slow = False
-
-    def integrate(
-        self, row: np.ndarray, begin: np.ndarray, phase: float, rtol: float
-    ) -> np.ndarray:
-        """See Peer."""
-        from scipy.integrate import odeint
-
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            states, report = odeint(
-                lambda s, y: rates(row, s, y),
-                begin,
-                [0.0, phase],
-                Dfun=lambda s, y: rates_jacobian(row, s, y),
-                rtol=rtol,
-                atol=rtol,
-                mxstep=_PLENTY,
-                tfirst=True,
-                full_output=True,
-            )
-        if report["message"] != "Integration successful.":
-            raise PeerFailed(report["message"])
-        return np.asarray(states[-1])

@@ -21,7 +21,7 @@ from stickslip.kernels.trajectories import start_kernel
 from stickslip.options import DEFAULTS
 from stickslip.parameters import Parameters
 
-stress_and_force = EQUATIONS.exact
+stress_and_force, write_start = EQUATIONS.exact, start_kernel(DEFAULTS.physics)
 
 _TURN = 2.0 * np.pi
 _LONGEST_CYCLE = 8
@@ -53,7 +53,7 @@ class StationaryOrbit(NamedTuple):
 def numbalsoda_stationary(
     parameters: Parameters, rtol: float, max_periods: int = 5000, stationary_rtol: float = 1e-6
 ) -> StationaryOrbit:
-    """Stationary amplitudes by plain iteration with LSODA from the start of `parameters`.
+    """Return stationary amplitudes by plain iteration with LSODA from the start of `parameters`.
 
     The orbit is stationary if, over 1 to 8 periods, it repeats to `stationary_rtol` in
     (x/X_m, v/(X_m omega)) and the remaining distance of a geometric sequence is not larger,
@@ -76,7 +76,7 @@ def numbalsoda_stationary(
 @njit(**FLAGS)
 def _scaled_start(row: np.ndarray) -> np.ndarray:
     state = np.empty(3)
-    start_kernel(DEFAULTS.physics)(row, state)
+    write_start(row, state)
     p = parameters_of(row)
     X_m = abs(p.drive_amplitude)
     # At phase 0 the drive stands still: u = -v.
@@ -91,7 +91,7 @@ def _distance(newer: np.ndarray, older: np.ndarray) -> float:
 
 @njit(**FLAGS)
 def _closing_cycle(states: np.ndarray, newest: int, tolerance: float) -> int:
-    """Smallest number of periods after which the orbit closes; 0 where it does not yet."""
+    """Return smallest number of periods after which the orbit closes; 0 where it does not yet."""
     for cycle in range(1, _LONGEST_CYCLE + 1):
         if 2 * cycle > newest:
             return 0
@@ -105,7 +105,7 @@ def _closing_cycle(states: np.ndarray, newest: int, tolerance: float) -> int:
 
 @njit(**FLAGS)
 def _shortest(states: np.ndarray, newest: int, cycle: int, tolerance: float) -> int:
-    """The smallest divisor of `cycle` after which the state is the same but for noise."""
+    """Return the smallest divisor of `cycle` after which the state is the same but for noise."""
     for shorter in range(1, cycle):
         close = _distance(states[newest], states[newest - shorter]) <= 10.0 * tolerance
         if cycle % shorter == 0 and close:
@@ -115,17 +115,19 @@ def _shortest(states: np.ndarray, newest: int, cycle: int, tolerance: float) -> 
 
 @njit(**FLAGS)
 def _observe(p: Any, s: np.ndarray, states: np.ndarray) -> np.ndarray:
-    """Elastic stress and friction force, shape (2, n), at the phases `s`."""
-    seen = np.empty((2, len(s)))
+    """Return elastic stress and friction force, shape (2, n), at the phases `s`."""
+    observed = np.empty((2, len(s)))
     V_m = abs(p.drive_amplitude) * p.angular_frequency
     for i in range(len(s)):
-        seen[0, i], seen[1, i] = stress_and_force(p, states[i, 1] * V_m, np.exp(states[i, 2]))
-    return seen
+        observed[0, i], observed[1, i] = stress_and_force(
+            p, states[i, 1] * V_m, np.exp(states[i, 2])
+        )
+    return observed
 
 
 @njit(**FLAGS)
 def _peak(values: np.ndarray, sign: float) -> float:
-    """Largest sign*value, refined by the parabola through its neighbours."""
+    """Return largest sign*value, refined by the parabola through its neighbours."""
     best = 0
     for i in range(len(values)):
         if sign * values[i] > sign * values[best]:
@@ -138,12 +140,12 @@ def _peak(values: np.ndarray, sign: float) -> float:
 
 
 @njit(**FLAGS)
-def _close_ups(s: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """Phases between the neighbours of the four sampled extrema, in order."""
+def _close_ups(s: np.ndarray, observed: np.ndarray) -> np.ndarray:
+    """Return phases between the neighbours of the four sampled extrema, in order."""
     phases = np.empty(_EXTREMA * _CLOSE_UP + 1)
     phases[0] = s[0]
     for k in range(_EXTREMA):
-        values = seen[k // 2] if k % 2 == 0 else -seen[k // 2]
+        values = observed[k // 2] if k % 2 == 0 else -observed[k // 2]
         best = min(max(int(np.argmax(values)), 1), len(s) - 2)
         part = np.linspace(s[best - 1], s[best + 1], _CLOSE_UP)
         phases[1 + k * _CLOSE_UP : 1 + (k + 1) * _CLOSE_UP] = part
@@ -156,7 +158,7 @@ def _compiled_search() -> Any:
 
     @njit(**FLAGS)
     def settle(address, row, rtol, max_periods, tolerance):
-        """Stroboscopic state on the orbit, periods, cycle, status."""
+        """Return stroboscopic state on the orbit, periods, cycle, status."""
         states = np.empty((max_periods + 1, 3))
         states[0] = _scaled_start(row)
         done, held, previous = 0, 0, 0
@@ -178,7 +180,7 @@ def _compiled_search() -> Any:
 
     @njit(**FLAGS)
     def search(address, row, rtol, max_periods, tolerance):
-        """The two amplitudes, periods, cycle, status."""
+        """Return the two amplitudes, periods, cycle, status."""
         y, periods, cycle, status = settle(address, row, rtol, max_periods, tolerance)
         amplitudes = (np.nan, np.nan)
         if status != _OK:
@@ -186,16 +188,16 @@ def _compiled_search() -> Any:
         p = parameters_of(row)
         s = np.linspace(0.0, cycle * _TURN, cycle * _SAMPLES + 1)
         states, success = lsoda(address, y.copy(), s, row, rtol, rtol, MOST_STEPS)
-        seen = _observe(p, s, states)
-        near = _close_ups(s, seen)
+        observed = _observe(p, s, states)
+        near = _close_ups(s, observed)
         close, success_too = lsoda(address, y.copy(), near, row, rtol, rtol, MOST_STEPS)
-        if not (success and success_too and np.isfinite(seen).all()):
+        if not (success and success_too and np.isfinite(observed).all()):
             return amplitudes, periods, cycle, _LSODA_FAILED
         finer = _observe(p, near, close)
         stress, force = 0.0, 0.0
         for sign in (1.0, -1.0):
-            stress += 0.5 * _best(seen[0], finer[0], sign)
-            force += 0.5 * _best(seen[1], finer[1], sign)
+            stress += 0.5 * _best(observed[0], finer[0], sign)
+            force += 0.5 * _best(observed[1], finer[1], sign)
         return (stress, force), periods + cycle, cycle, _OK
 
     return search
@@ -203,5 +205,5 @@ def _compiled_search() -> Any:
 
 @njit(**FLAGS)
 def _best(coarse: np.ndarray, fine: np.ndarray, sign: float) -> float:
-    """Largest sign*value: sampled, and refined in the close-ups."""
+    """Return largest sign*value: sampled, and refined in the close-ups."""
     return max(np.max(sign * coarse), _peak(fine, sign))

@@ -11,6 +11,8 @@ from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from shared.timing import pin
+
 from peers.base import PeerFailed, State
 from stickslip.parameters import Parameters
 
@@ -88,7 +90,7 @@ class Worker:
         *,
         limit: float,
     ) -> StationaryOrbit | Failure:
-        """Stationary amplitudes by plain iteration, by numbalsoda whichever peer this is.
+        """Return stationary amplitudes by plain iteration, by numbalsoda whichever peer this is.
 
         `limit` [s] bounds the search; the first one of a process, which compiles, comes untimed.
         """
@@ -101,7 +103,7 @@ class Worker:
         return self._ask(("stationary", task), limit)
 
     def _ask(self, message: tuple, limit: float) -> Any:
-        """What the process answers; a Failure for a reason in words, or for no answer."""
+        """Return the answer of the process, a Failure for a reason in words or for none."""
         connection = self._started()
         try:
             connection.send(message)
@@ -138,12 +140,6 @@ class Worker:
             self._process.kill()
             self._process.wait()
         self._connection = self._process = None
-
-
-def pin() -> None:
-    """Keep this process on one processor, where the system allows it."""
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 
 def serve(name: str, descriptor: int) -> None:

@@ -5,7 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from common import amplitude_errors, amplitudes, column, described, good, orbits, statuses
+from shared.points import (
+    box_points,
+    column,
+    description,
+    good,
+    log_uniform,
+    orbits,
+    statuses,
+    worse_errors,
+)
 
 from stickslip.options import Options
 from stickslip.parameters import Parameters
@@ -18,20 +27,17 @@ _MAX_PERIODS_OF_SEVERAL = 3000
 
 
 def random_starts(wide: int, near: int) -> np.ndarray:
-    """Rows of parameters with random starts: from all over, and within 5 K of T_c."""
+    """Return rows of parameters with random starts: from all over, and within 5 K of T_c."""
     rng = np.random.default_rng(_SEED)
-
-    def log_uniform(low: float, high: float) -> float:
-        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
     return np.array(
         [
             Parameters(
                 temperature=rng.uniform(285, 295) if i >= wide else rng.uniform(120, 340),
-                viscosity_coefficient=log_uniform(3e3, 3e5),
-                spring_stiffness=log_uniform(500, 1e4),
+                viscosity_coefficient=log_uniform(rng, 3e3, 3e5),
+                spring_stiffness=log_uniform(rng, 500, 1e4),
                 rheological_index=-2 / 3 if rng.random() < 0.25 else rng.uniform(-0.8, 0.9),
-                angular_frequency=log_uniform(5, 80),
+                angular_frequency=log_uniform(rng, 5, 80),
                 initial_displacement=rng.uniform(-0.8e-6, 0.8e-6),
                 initial_velocity=rng.uniform(-2e-5, 2e-5),
                 initial_order_parameter=0.0 if rng.random() < 0.5 else rng.uniform(0.0, 0.6),
@@ -42,29 +48,21 @@ def random_starts(wide: int, near: int) -> np.ndarray:
 
 
 def several_orbits(count: int) -> np.ndarray:
-    """Rows of parameters of films that may stay liquid, freeze for good, or do both by turns."""
-    rng = np.random.default_rng(_SEED_OF_SEVERAL)
-    temperature = rng.uniform(150.0, 260.0, count)
-    viscosity = np.exp(rng.uniform(np.log(1e4), np.log(7e4), count))
-    stiffness = np.exp(rng.uniform(np.log(1300.0), np.log(3800.0), count))
-    rheology = rng.uniform(-0.85, -0.75, count)
-    frequency = rng.uniform(15.0, 50.0, count)
-    start = rng.uniform(-8e-7, 8e-7, count)
-    columns = (temperature, viscosity, stiffness, rheology, frequency, start)
-    names = (
-        "temperature",
-        "viscosity_coefficient",
-        "spring_stiffness",
-        "rheological_index",
-        "angular_frequency",
-        "initial_displacement",
+    """Return rows of films that may stay liquid, freeze for good, or do both by turns."""
+    return box_points(
+        count,
+        _SEED_OF_SEVERAL,
+        temperature=("linear", 150, 260),
+        viscosity_coefficient=("log", 1e4, 7e4),
+        spring_stiffness=("log", 1300, 3800),
+        rheological_index=("linear", -0.85, -0.75),
+        angular_frequency=("linear", 15, 50),
+        initial_displacement=("linear", -8e-7, 8e-7),
     )
-    rows = zip(*columns, strict=True)
-    return np.array([Parameters(**dict(zip(names, row, strict=True))) for row in rows])
 
 
 def run(quick: bool) -> dict[str, Any]:
-    """How many points differ by more than both state, or in their kind of motion."""
+    """Count the points that differ by more than both state, or in their kind of motion."""
     wide, near = (40, 20) if quick else (2000, 1000)
     several = several_orbits(20 if quick else 2000)
     return {
@@ -77,7 +75,7 @@ def run(quick: bool) -> dict[str, Any]:
 def _compared(points: np.ndarray, **options: Any) -> dict[str, Any]:
     jumping, plain = (orbits(points, Options(accelerate=each, **options)) for each in (True, False))
     both = good(jumping) & good(plain)
-    differs = amplitude_errors(points, amplitudes(jumping), amplitudes(plain)).max(axis=1)
+    differs = worse_errors(points, jumping, plain)
     stated = column(jumping, "amplitude_error") + column(plain, "amplitude_error")
     wrong = both & (differs > 10.0 * stated + 1e-6)
     return {
@@ -87,7 +85,7 @@ def _compared(points: np.ndarray, **options: Any) -> dict[str, Any]:
         "other_status": int((column(jumping, "status") != column(plain, "status")).sum()),
         "beyond_stated": int((both & (differs > stated)).sum()),
         "others": [
-            described(
+            description(
                 points[i],
                 differs=float(differs[i]),
                 stated=float(stated[i]),

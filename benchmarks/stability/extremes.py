@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import numpy as np
-from common import amplitude_errors, amplitudes, column, described, good, orbits, statuses
+from shared.points import (
+    column,
+    description,
+    good,
+    log_uniform,
+    orbits,
+    statuses,
+    worse_errors,
+)
 
 from stickslip.options import Options
 from stickslip.parameters import Parameters
@@ -41,20 +48,18 @@ RANGES: dict[str, tuple[float, float]] = {
 
 
 def run(quick: bool) -> dict[str, Any]:
-    """Statuses of one extreme at a time and of random points; a sample 100 times as finely."""
+    """Count statuses of single extremes and of random points, and check a sample of these."""
     one = [(n, v) for n, values in EXTREMES.items() for v in values]
     alone = np.array([Parameters(**{name: value}) for name, value in one])
     points = random_extremes(40 if quick else 2000)
     options = Options(max_steps=_STEPS, max_periods=_PERIODS)
-    results, seconds = _timed(points, options)
-    single, _ = _timed(alone, options)
+    results, single = orbits(points, options), orbits(alone, options)
     return {
         "one_at_a_time": [
             {"parameter": name, "value": value, "status": Status(int(code)).name.lower()}
             for (name, value), code in zip(one, column(single, "status"), strict=True)
         ],
         "points": len(points),
-        "seconds": seconds,
         "statuses": statuses(results),
         "worst_stated": float(column(results, "amplitude_error")[good(results)].max()),
         "sample": _checked(points, results, max(len(points) // 10, 4)),
@@ -62,40 +67,29 @@ def run(quick: bool) -> dict[str, Any]:
 
 
 def random_extremes(count: int) -> np.ndarray:
-    """Rows (count, parameters)."""
+    """Return rows (count, parameters)."""
     rng = np.random.default_rng(_SEED)
     rows = []
     for _ in range(count):
-        values = {
-            name: float(np.exp(rng.uniform(np.log(low), np.log(high))))
-            for name, (low, high) in RANGES.items()
-        }
+        values = {name: log_uniform(rng, *ends) for name, ends in RANGES.items()}
         rows.append(Parameters(rheological_index=rng.uniform(-0.999, 5.0), **values))
     return np.array(rows)
 
 
-def _timed(points: np.ndarray, options: Options) -> tuple[np.ndarray, float]:
-    begun = time.perf_counter()
-    results = orbits(points, options)
-    return results, time.perf_counter() - begun
-
-
 def _checked(points: np.ndarray, results: np.ndarray, count: int) -> dict[str, Any]:
-    """Some of the ok points again at a hundredth of the tolerance: which miss what they state."""
+    """Compute some ok points again at a hundredth of the tolerance; list those far off."""
     rows = np.flatnonzero(good(results))[:: max(good(results).sum() // count, 1)][:count]
     tight = Options(rtol=1e-8, stationary_rtol=1e-8, max_steps=5 * _STEPS, max_periods=5 * _PERIODS)
     better = orbits(points[rows], tight)
     both = good(better)
     rows, better = rows[both], better[both]
-    missed = amplitude_errors(points[rows], amplitudes(results[rows]), amplitudes(better)).max(
-        axis=1
-    )
+    missed = worse_errors(points[rows], results[rows], better)
     stated = column(results, "amplitude_error")[rows]
     return {
         "compared": len(rows),
         "held": float(np.mean(missed <= stated)) if len(rows) else 1.0,
         "wrong": [
-            described(points[i], missed=float(m), stated=float(s))
+            description(points[i], missed=float(m), stated=float(s))
             for i, m, s in zip(rows, missed, stated, strict=True)
             if m > 10.0 * s + 1e-4
         ],

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from inside import end_states, first_period
+from inside.lanes import end_states, first_period
 
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits, orbit_of_row
@@ -18,7 +18,7 @@ SCENES = {
 
 
 def run(quick: bool) -> dict[str, Any]:
-    """Amplitudes over one period before and after, and the energy balance of either orbit."""
+    """Compare amplitudes and energy balance before and after a hundred thousand periods."""
     periods, options = 200 if quick else 100_000, Options(max_steps=10**12)
     points = np.array(list(SCENES.values()))
     orbits = [orbit_of_row(*rows) for rows in zip(*compute_orbits(points, options), strict=True)]
@@ -47,7 +47,7 @@ def run(quick: bool) -> dict[str, Any]:
 
 
 def _from_states(points: np.ndarray, states: np.ndarray) -> np.ndarray:
-    """The points with the states (n, 3), (x, v, ln phi), as their starts."""
+    """Return the points with the states (n, 3), (x, v, ln phi), as their starts."""
     return np.array(
         [
             Parameters(*row)._replace(

@@ -13,8 +13,8 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
-from common import DESCRIPTION
-from inside import scalar_amplitudes, scalar_states, starting_state
+from inside.scalar import scalar_amplitudes, scalar_states, starting_state
+from shared.points import DESCRIPTION, log_uniform
 
 from stickslip.parameters import Parameters
 
@@ -37,20 +37,16 @@ _FILM_WEIGHT = 1e-3
 
 
 def points() -> np.ndarray:
-    """The rows of parameters (500, 20)."""
+    """Return the rows of parameters (500, 20)."""
     rng, rows = np.random.default_rng(_SEED), []
-
-    def log_uniform(low: float, high: float) -> float:
-        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
-
     for i in range(_WIDE + _NEAR):
         near = i >= _WIDE
         rows.append(
             Parameters(
                 temperature=rng.uniform(285, 295) if near else rng.uniform(100, 350),
-                angular_frequency=log_uniform(2, 100) if near else rng.uniform(2, 100),
-                viscosity_coefficient=log_uniform(5e2, 1e6),
-                spring_stiffness=log_uniform(100, 2e4),
+                angular_frequency=log_uniform(rng, 2, 100) if near else rng.uniform(2, 100),
+                viscosity_coefficient=log_uniform(rng, 5e2, 1e6),
+                spring_stiffness=log_uniform(rng, 100, 2e4),
                 rheological_index=-2 / 3 if rng.random() < 0.25 else rng.uniform(-0.9, 0.95),
             )
         )
@@ -67,7 +63,7 @@ def main() -> None:
 
 
 def reference(row: np.ndarray) -> list[float]:
-    """A row of the table; an orbit of 0 periods is none that closed."""
+    """Return a row of the table; an orbit of 0 periods is none that closed."""
     state, states = np.array(starting_state(row)), np.empty((0, 3))
     cycle, distance = 0, np.inf
     while cycle == 0 and len(states) < _MOST_PERIODS:
@@ -89,7 +85,7 @@ def _scaled(row: np.ndarray, states: np.ndarray) -> np.ndarray:
 
 
 def _closed(z: np.ndarray) -> tuple[int, float]:
-    """The cycle on which states (n, 3) end, 0 for none yet, and the distance that remains."""
+    """Return the cycle on which states (n, 3) end, 0 for none yet, and what distance is left."""
     for cycle in range(1, min(_LONGEST, len(z) // 3) + 1):
         moved, before = (np.abs(z[end] - z[end - cycle]).max() for end in (-1, -1 - cycle))
         # Where it no longer contracts it is at the noise: then the last displacement is all.

@@ -6,12 +6,11 @@ known in closed form: its force is |2K - M omega^2| |X_m|.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from common import (
+from shared.points import (
     amplitude_errors,
     amplitudes,
     box_points,
@@ -52,7 +51,7 @@ class Box(NamedTuple):
 
 
 def everywhere(count: int) -> np.ndarray:
-    """Rows (count, parameters) from far around the paper's values."""
+    """Return rows (count, parameters) from far around the paper's values."""
     return box_points(
         count,
         2906,
@@ -65,7 +64,7 @@ def everywhere(count: int) -> np.ndarray:
 
 
 def thin(count: int) -> np.ndarray:
-    """Thin pseudoplastic films (count, parameters) that are strongly viscous and driven little."""
+    """Return thin films (count, parameters) that are strongly viscous and driven little."""
     return box_points(
         count,
         2902,
@@ -79,7 +78,7 @@ def thin(count: int) -> np.ndarray:
 
 
 def near_resonance(count: int) -> np.ndarray:
-    """Pseudoplastic films (count, parameters) within |2K/(M omega^2) - 1| <= 0.5."""
+    """Return pseudoplastic films (count, parameters) within |2K/(M omega^2) - 1| <= 0.5."""
     points = box_points(
         count,
         2903,
@@ -124,7 +123,7 @@ BOXES = {
 
 
 def run(quick: bool) -> dict[str, Any]:
-    """Of each box and tolerance: statuses, seconds, and the errors of each kind of film."""
+    """Measure statuses and errors of each kind of film, for each box and tolerance."""
     return {name: _answer(box, 40 if quick else box.count) for name, box in BOXES.items()}
 
 
@@ -139,28 +138,24 @@ def _options(box: Box, rtol: float, **more: Any) -> Options:
 
 
 def _compared(box: Box, points: np.ndarray, rtol: float, exact: np.ndarray) -> dict[str, Any]:
-    begun = time.process_time()
     found = orbits(points, _options(box, rtol))
-    seconds = time.process_time() - begun
     # Other cycles are another orbit, of which there can be several at a point.
     same = column(found, "orbit_periods") == column(exact, "orbit_periods")
     both = good(found) & good(exact) & same
-    true = amplitude_errors(points, amplitudes(found), amplitudes(exact)).max(axis=1)
-    stated, kinds = column(found, "amplitude_error"), box.kinds(points, exact)
+    kinds = box.kinds(points, exact)
     return {
-        "seconds": seconds,
         "statuses": {kind: statuses(found[of]) for kind, of in kinds.items()},
         "other_cycle": int((good(found) & good(exact) & ~same).sum()),
         "balance_max": _off_balance(points, found, kinds),
         "kinds": {
-            kind: error_bars(true[both & of], stated[both & of], _RESOLVED)
+            kind: error_bars(points, found, exact, both & of, _RESOLVED)
             for kind, of in kinds.items()
         },
     }
 
 
 def _off_balance(points: np.ndarray, found: np.ndarray, kinds: dict[str, np.ndarray]) -> float:
-    """Largest error of the force of locked blocks against the closed form."""
+    """Return largest error of the force of locked blocks against the closed form."""
     locked = kinds.get(_IN_CLOSED_FORM, np.zeros(len(points), dtype=bool)) & good(found)
     of, force = points[locked], amplitudes(found[locked])[:, 1]
     both = [np.column_stack([each, each]) for each in (force, balance(of))]

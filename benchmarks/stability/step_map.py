@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from common import column, random_points
-from inside import fixed_period, reference_period
+from inside.fixed import fixed_period, reference_period
+from shared.points import column, parameter, random_points
 
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
@@ -27,30 +27,28 @@ _WRONG = 1e-2
 
 
 def run(quick: bool) -> dict[str, Any]:
-    """The cells of the map, by scene and ratio, and how many of each kind."""
+    """Judge the cells of the map, by scene and ratio, and count each kind."""
     points = _scenes(2 if quick else _SCENES)
     results, finals = compute_orbits(points, Options(rtol=1e-9, stationary_rtol=1e-9))
     keep = (column(results, "status") == Status.OK) & (column(results, "orbit_periods") == 1)
     points, finals = points[keep], finals[keep]
     exact, near = (reference_period(points, finals, rtol) for rtol in (1e-11, 1e-9))
-    limits, cells = largest_stable_step(points), []
+    limits, omegas = largest_stable_step(points), parameter(points, "angular_frequency")
+    cells = []
     ratios = RATIOS[4:13:4] if quick else RATIOS
     for i in range(len(points)):
         for ratio in ratios:
             dt = float(ratio * limits[i])
-            steps = 2.0 * np.pi / points[i, _OMEGA] / dt
+            steps = 2.0 * np.pi / omegas[i] / dt
             if 10.0 <= steps <= _MOST_STEPS:
                 row, error = fixed_period(points[i], finals[i], dt, exact[i], near[i])
                 cells.append(_cell(i, ratio, dt, row, error))
     return {"scenes": len(points), "cells": cells, "counts": _counts(cells)}
 
 
-_OMEGA = 4  # of `Parameters`
-
-
 def _scenes(count: int) -> np.ndarray:
     drawn = random_points(40 * count, _SEED)
-    return drawn[drawn[:, _OMEGA] >= _LEAST_OMEGA][:count]
+    return drawn[parameter(drawn, "angular_frequency") >= _LEAST_OMEGA][:count]
 
 
 def _cell(scene: int, ratio: float, dt: float, row: np.ndarray, error: float) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from inside import generic_drive
+from inside.scalar import generic_drive
 
 from stickslip.compiled.decorators import inline
 
@@ -90,7 +90,7 @@ PROBLEMS = {
 
 
 def run(quick: bool) -> dict[str, Any]:
-    """The largest relative error of a component at each tolerance, and the attempted steps."""
+    """Return the largest relative error of a component at each tolerance, and the steps."""
     tolerances = TOLERANCES[::3] if quick else TOLERANCES
     return {"problems": {name: _ladder(each, tolerances) for name, each in PROBLEMS.items()}}
 

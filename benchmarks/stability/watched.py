@@ -7,23 +7,24 @@ close there too, and stated errors of means to cover the true mean.
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import numpy as np
-from common import (
+from inside.scalar import scalar_amplitudes, scalar_states, starting_state
+from shared.points import (
     amplitude_errors,
     amplitudes,
     box_points,
     column,
-    described,
+    description,
     good,
     orbits,
     statuses,
+    worse_errors,
 )
-from inside import error_of_mean, scalar_amplitudes, scalar_states, starting_state
 
 from stability.stated import everywhere
+from stickslip.measure.window import error_of_mean
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
@@ -49,7 +50,7 @@ _WINDOWS, _LENGTHS = 100, (32, 64, 200)
 
 
 def weakly_viscous(count: int) -> np.ndarray:
-    """Rows (count, parameters)."""
+    """Return rows (count, parameters)."""
     return box_points(
         count,
         _SEED,
@@ -62,7 +63,7 @@ def weakly_viscous(count: int) -> np.ndarray:
 
 
 def run(quick: bool) -> dict[str, Any]:
-    """Coverage of stated errors, statuses and seconds of two boxes, and plain iterations."""
+    """Measure coverage of stated errors, verdicts on two boxes, and plain iterations."""
     covered = [_coverage(film, 8 if quick else _WINDOWS) for film in WANDERING]
     points = weakly_viscous(20 if quick else 400)
     weak, results, finals = _ended(points)
@@ -76,7 +77,7 @@ def run(quick: bool) -> dict[str, Any]:
 
 
 def _coverage(film: tuple[float, ...], count: int) -> dict[str, Any]:
-    """How often the mean over a window is off by no more than stated, for windows of each length.
+    """Return how often the mean over a window is off by no more than stated, by length.
 
     The windows are those of as many starts a thousandth of the drive's amplitude apart, forgotten
     before they begin; the true mean is that of all windows of the longest kind. Starts that end on
@@ -95,7 +96,7 @@ def _coverage(film: tuple[float, ...], count: int) -> dict[str, Any]:
     rows = {}
     for length, results in found.items():
         wanders = _wander(results)
-        off = amplitude_errors(points, amplitudes(results), np.tile(truth, (count, 1))).max(axis=1)
+        off = worse_errors(points, results, np.tile(truth, (count, 1)))
         stated = column(results, "amplitude_error")
         rows[str(length)] = {
             "aperiodic": int(wanders.sum()),
@@ -103,7 +104,7 @@ def _coverage(film: tuple[float, ...], count: int) -> dict[str, Any]:
             "stated_median": float(np.median(stated[wanders])),
             "off_median": float(np.median(off[wanders])),
         }
-    return {"film": described(points[0]), "lengths": rows}
+    return {"film": description(points[0]), "lengths": rows}
 
 
 def _wander(results: np.ndarray) -> np.ndarray:
@@ -111,11 +112,9 @@ def _wander(results: np.ndarray) -> np.ndarray:
 
 
 def _ended(points: np.ndarray) -> tuple[dict[str, Any], np.ndarray, np.ndarray]:
-    begun = time.process_time()
     results, finals = compute_orbits(points, Options(max_periods=_PERIODS))
     row = {
         "points": len(points),
-        "seconds": time.process_time() - begun,
         "statuses": statuses(results),
         "periods": int(column(results, "periods_integrated").sum()),
         "most_periods": int(column(results, "periods_integrated").max()),
@@ -124,7 +123,7 @@ def _ended(points: np.ndarray) -> tuple[dict[str, Any], np.ndarray, np.ndarray]:
 
 
 def _plain(points: np.ndarray, results: np.ndarray, count: int, periods: int) -> dict[str, Any]:
-    """Means over single periods of films called aperiodic, against a plain iteration from rest.
+    """Compare means of films called aperiodic with those of plain iteration from rest.
 
     How far apart they are, in standard errors of the two, summed in squares.
     """
@@ -137,19 +136,19 @@ def _plain(points: np.ndarray, results: np.ndarray, count: int, periods: int) ->
         stated = column(results, "amplitude_error")[i] / scale
         errors = np.array([error_of_mean(np.ascontiguousarray(a)[None]) for a in singles.T])
         apart = np.abs(own - theirs) / (np.hypot(stated, errors) / _SIGMAS)
-        rows.append(described(points[i], standard_errors_apart=float(apart.max())))
+        rows.append(description(points[i], standard_errors_apart=float(apart.max())))
     return {"periods": periods, "films": rows}
 
 
 def _single_periods(row: np.ndarray, periods: int) -> np.ndarray:
-    """Amplitudes (periods, 2) of single periods, by the scalar drive after some from rest."""
+    """Return amplitudes (periods, 2) of single periods by the scalar drive, after some."""
     start = np.array(starting_state(row))
     states = scalar_states(row, start, _SETTLING + periods, _RTOL)[_SETTLING:]
     return np.array([scalar_amplitudes(row, state, 1, _RTOL)[:2] for state in states])
 
 
 def _long_cycles(points: np.ndarray, results: np.ndarray, finals: np.ndarray) -> dict[str, Any]:
-    """Cycles of many drive periods, which still close after as many more as `_PLAIN`."""
+    """Return cycles of many drive periods, which still close after as many more as `_PLAIN`."""
     long = np.flatnonzero(good(results) & (column(results, "orbit_periods") > _LONG))
     rows = []
     for i in long:
@@ -157,5 +156,5 @@ def _long_cycles(points: np.ndarray, results: np.ndarray, finals: np.ndarray) ->
         states = scalar_states(points[i], finals[i, :3], _PLAIN + cycle, _RTOL)
         motion = states[:, :2] / np.abs(states[:, :2]).max(axis=0)
         distances = np.abs(motion[_PLAIN:] - motion[_PLAIN - cycle : -cycle]).max()
-        rows.append(described(points[i], periods=cycle, distance=float(distances)))
+        rows.append(description(points[i], periods=cycle, distance=float(distances)))
     return {"found": len(rows), "closed": sum(r["distance"] < _CLOSED for r in rows), "films": rows}

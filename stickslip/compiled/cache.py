@@ -11,6 +11,7 @@ import hashlib
 import os
 import pickle
 import shutil
+import stat
 import time
 import warnings
 from collections.abc import Callable
@@ -31,7 +32,10 @@ class SteadyCache(FunctionCache):
     """Numba's file cache, which recompiles where a damaged file would have raised."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
-        super().__init__(function)
+        try:
+            super().__init__(function)
+        except RuntimeError:  # Numba names the function, of which there are many
+            raise RuntimeError("no folder that can be written; set NUMBA_CACHE_DIR") from None
         impl = self._impl
         stamp = impl.locator.get_source_stamp()
         self._name = function.__qualname__
@@ -104,12 +108,13 @@ class OneFolder(UserProvidedCacheLocator):
 class CacheFolder:
     """Points Numba to the package's own cache folder while a kernel is declared.
 
-    Raises RuntimeError if there is none.
+    Raises RuntimeError if there is none, or none that can be trusted.
     """
 
     def __enter__(self) -> None:
         folder = cache_folder()
         _prepare(folder)
+        refuse_planted(folder)
         self._previous = numba_config.CACHE_DIR, numba_config.CACHE_LOCATOR_CLASSES
         numba_config.CACHE_DIR = str(folder)
         # Otherwise Numba would fall back from an unwritable folder to __pycache__, without a hash.
@@ -122,10 +127,34 @@ class CacheFolder:
 def cache_folder() -> Path:
     """Return the folder for the compiled code of exactly these sources.
 
-    Nobody else may write there, since code that is loaded is run. Raises RuntimeError if there is
-    no home folder.
+    In a folder that several users share, such as /tmp, each has one of their own. Raises
+    RuntimeError if there is no home folder.
     """
-    return _cache_root() / f"{_PREFIX}{source_hash()[:16]}"
+    root = _cache_root()
+    user = f"{os.geteuid()}-" if root.is_dir() and _writable_by_others(root.stat()) else ""
+    return root / f"{_PREFIX}{user}{source_hash()[:16]}"
+
+
+def refuse_planted(folder: Path) -> None:
+    """Raise RuntimeError where another user could have put code into the folder: it would be run.
+
+    A folder that does not exist holds no code.
+    """
+    with contextlib.suppress(FileNotFoundError):
+        root, found = folder.parent.stat(), folder.lstat()
+        if not stat.S_ISDIR(found.st_mode):
+            raise RuntimeError(f"{folder} is not a folder; remove it")
+        for path, status in ((folder.parent, root), (folder, found)):
+            if status.st_uid not in (0, os.geteuid()):
+                raise RuntimeError(f"{path} belongs to another user; set NUMBA_CACHE_DIR")
+        if _writable_by_others(found):
+            raise RuntimeError(f"others can write into {folder}; remove it")
+        if _writable_by_others(root) and not root.st_mode & stat.S_ISVTX:
+            raise RuntimeError(f"others can exchange what lies in {folder.parent}; chmod go-w it")
+
+
+def _writable_by_others(status: os.stat_result) -> bool:
+    return bool(status.st_mode & (stat.S_IWGRP | stat.S_IWOTH))
 
 
 @cache
@@ -133,14 +162,15 @@ def _prepare(folder: Path) -> None:
     """Make the folder, for its owner alone, and remove folders of old sources."""
     with contextlib.suppress(OSError):  # Numba reports a folder that cannot be written
         if not folder.exists():
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            folder.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            folder.mkdir(mode=0o700, exist_ok=True)
             _remove_old(folder.parent)
         os.utime(folder)
 
 
 def _remove_old(root: Path) -> None:
-    """Remove folders that no process has used for a long time."""
-    for folder in root.glob(f"{_PREFIX}{'[0-9a-f]' * 16}"):
+    """Remove this user's folders that no process has used for a long time."""
+    for folder in root.glob(f"{_PREFIX}*{'[0-9a-f]' * 16}"):
         with contextlib.suppress(OSError):
             if time.time() - folder.stat().st_mtime > _KEPT_SECONDS:
                 shutil.rmtree(folder, ignore_errors=True)
@@ -150,9 +180,12 @@ def _cache_root() -> Path:
     if numba_config.CACHE_DIR:  # set by NUMBA_CACHE_DIR
         return Path(numba_config.CACHE_DIR)
     home = Path(os.environ.get("XDG_CACHE_HOME") or "")
-    if not home.is_absolute():  # as the XDG specification says
-        home = Path("~/.cache").expanduser()
-    return home / "stickslip"
+    if home.is_absolute():  # else it is ignored, as the XDG specification says
+        return home / "stickslip"
+    try:
+        return Path("~/.cache/stickslip").expanduser()
+    except RuntimeError:
+        raise RuntimeError("there is no home folder; set NUMBA_CACHE_DIR") from None
 
 
 @cache

@@ -20,7 +20,7 @@ from stickslip.compiled.compilers import Part, SealedCompiler
 # No C wrapper: nobody calls these functions from C, and each wrapper is compiled as a function.
 _FLAGS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 
-_kernels: set[str] = set()
+KERNEL_NAMES: set[str] = set()
 _factories = threading.RLock()
 
 # a*b + c with one rounding, and one reciprocal for several divisions by the same number: both
@@ -72,14 +72,14 @@ def named_kernel(name: str, function: Callable[..., Any]) -> Any:
 
     Raises ValueError if the name is taken.
     """
-    if name in _kernels:
+    if name in KERNEL_NAMES:
         raise ValueError(f"there is a kernel called {name} already")
-    _kernels.add(name)
+    KERNEL_NAMES.add(name)
     function.__qualname__ = name
     dispatcher = numba.njit(**_FLAGS, fastmath=_FASTMATH, pipeline_class=SealedCompiler)(function)
     try:
         with CacheFolder():
             dispatcher._cache = SteadyCache(function)  # as njit(cache=True), but with our class
-    except RuntimeError:  # no writable folder anywhere
-        warn_once("compiled code cannot be cached: no writable folder; set NUMBA_CACHE_DIR")
+    except RuntimeError as error:  # no folder, or none that can be written or trusted
+        warn_once(f"compiled code is not cached: {error}")
     return dispatcher

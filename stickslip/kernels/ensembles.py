@@ -22,7 +22,7 @@ OK, APERIODIC = int(Status.OK), int(Status.APERIODIC)
 _DROPPED = 5
 
 # Paths that are computed side by side.
-_AT_A_TIME = 4096
+PATHS_AT_A_TIME = 4096
 
 _COLUMN = {name: place for place, name in enumerate(RESULT_COLUMNS)}
 _AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
@@ -42,7 +42,7 @@ def write_ensembles(
     multiplier, exponent and state. Points without a typical path are left unchanged.
     """
     rows = np.flatnonzero(np.isin(results[:, STATUS], (OK, APERIODIC)))
-    size = max(1, _AT_A_TIME // int(options.realizations))
+    size = max(1, PATHS_AT_A_TIME // int(options.realizations))
     for first in range(0, len(rows), size):
         batch = rows[first : first + size]
         results[batch] = _statistics(points[batch], options, results[batch], finals[batch])

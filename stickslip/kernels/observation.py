@@ -28,7 +28,7 @@ from stickslip.parameters import Parameters
 # growth is averaged; with more growth per period than the third number no cycle is near.
 _ALIGNING = 16
 _JUDGED = 128
-_LEAST_GROWTH = -0.01
+LEAST_GROWTH = -0.01
 
 RTOL = 1e-8
 """Tolerance of the adaptive method when it carries tangents for motions of another method."""
@@ -134,7 +134,7 @@ def watch(walk: TangentWalk, length: int, *, decisive: bool = False) -> Watched:
 
 
 def _grows(grown: list[np.ndarray]) -> np.ndarray:
-    return mean_in_order(grown[_ALIGNING:_JUDGED]) > _LEAST_GROWTH
+    return mean_in_order(grown[_ALIGNING:_JUDGED]) > LEAST_GROWTH
 
 
 def spreads_of(walk: DivisibleWalk, periods: np.ndarray) -> np.ndarray:

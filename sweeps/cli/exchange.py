@@ -40,7 +40,7 @@ def export(
         if note := seal_note(file):
             say(f"warning: {note}")
         with readable(file):
-            for path in write_table(ds, target):
+            for path in write_table(ds, target, file):
                 print(path)
 
 

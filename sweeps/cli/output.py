@@ -9,7 +9,7 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from stickslip.compiled.cache import cache_folder, processor, source_hash
+from stickslip.compiled.cache import cache_folder, processor, refuse_planted, source_hash
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.plausibility import SUSPICIOUS_BALANCE
 from stickslip.status import Status
@@ -127,9 +127,11 @@ def describe_installation() -> None:
     _print(f"machine: {platform.machine()}, {platform.system()}")
     _print(f"code: {source_hash()}")
     try:
-        _print(f"compiled code is cached in: {cache_folder()}")
-    except RuntimeError:
-        _print("compiled code is not cached: there is no home folder; set NUMBA_CACHE_DIR")
+        folder = cache_folder()
+        refuse_planted(folder)
+        _print(f"compiled code is cached in: {folder}")
+    except RuntimeError as error:
+        _print(f"compiled code is not cached: {error}")
 
 
 def describe_file(ds: xr.Dataset) -> None:

@@ -1,14 +1,13 @@
-"""What is wrong with a config, and where: values that know their place in the text, and the report.
+"""A config as it was written, where each value stands, and what is wrong with it.
 
-Everything is collected first and reported together, so that no problem hides another.
+Problems are collected and reported together, so that none hides another.
 """
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -17,11 +16,12 @@ from sweeps.human import printable
 
 # Longer quotations of the user's text make a line of the report unreadable.
 _QUOTED = 60
-_TOLD = 50  # problems that are printed: a screen of them
+_SHOWN = 50  # problems that are printed: a screen of them
 # The deepest valid config has four levels; far below what would strain Python's recursion.
 MAX_DEPTH = 12
 
-T = TypeVar("T")
+Path: TypeAlias = tuple[str | int, ...]
+"""The keys and indices that lead to a value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,23 +47,9 @@ class ConfigError(ExpectedError, ValueError):
         super().__init__(self.problems)
 
     def __str__(self) -> str:
-        told = [str(problem) for problem in self.problems[:_TOLD]]
-        left = len(self.problems) - len(told)
-        return "\n".join([*told, *([f"... and {left} more"] if left else [])])
-
-
-@dataclass
-class Diagnostics:
-    """The problems and warnings of one config, collected while it is read."""
-
-    problems: list[Problem] = field(default_factory=list)
-    warnings: list[Problem] = field(default_factory=list)
-
-    def raise_problems(self) -> None:
-        """Raise a ConfigError with all problems, in the order of the lines, if there is any."""
-        if self.problems:
-            unique = dict.fromkeys(self.problems)
-            raise ConfigError(sorted(unique, key=lambda p: (p.line is None, p.line or 0)))
+        lines = [str(problem) for problem in self.problems[:_SHOWN]]
+        left = len(self.problems) - len(lines)
+        return "\n".join([*lines, *([f"... and {left} more"] if left else [])])
 
 
 class _Unreadable:
@@ -76,81 +62,94 @@ class _Unreadable:
 UNREADABLE = _Unreadable()
 
 
-@dataclass(slots=True)
-class Located:
-    """A value, where it was written, and its path of keys; children are located values again.
+@dataclass
+class Document:
+    """The plain values of a config, the place of each, and the problems and warnings so far.
 
-    `source` is a file, `--set KEY=VALUE` or a dict. The line of a value in a mapping is that of
+    `source` is a file, a text or `<dict>`; `places` has the source and the line of each value that
+    begins in another line than what it is a part of. The line of a value in a mapping is that of
     its key.
     """
 
-    value: Any
     source: str
-    line: int | None
-    key: str
-    diagnostics: Diagnostics
+    data: Any = None
+    places: dict[Path, tuple[str, int | None]] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+    warnings: list[Problem] = field(default_factory=list)
 
-    def refuse(self, message: str, *below: str | int) -> None:
-        """Note why this value, or what should stand at the path `below` it, cannot be used."""
-        nearest = self
-        with contextlib.suppress(KeyError, IndexError, TypeError):
-            for step in below:
-                nearest = nearest.value[step]
-        problem = Problem(nearest.source, nearest.line, _path(self.key, *below), message)
-        self.diagnostics.problems.append(problem)
+    def refuse(self, message: str, *path: str | int) -> None:
+        """Note why the value at a path, or what should stand there, cannot be used."""
+        self.problems.append(Problem(*self.place(path), path_text(path), message))
 
-    def warn(self, message: str) -> None:
-        """Note that this value is allowed, but probably not what was meant."""
-        self.diagnostics.warnings.append(Problem(self.source, self.line, self.key, message))
+    def refuse_line(self, line: int | None, message: str, *path: str | int) -> None:
+        """Note a problem of the text itself, in a line of it."""
+        self.problems.append(Problem(self.source, line, path_text(path), message))
 
-    def read(self, convert: Callable[[Any], T]) -> T | None:
-        """The value as `convert` understands it; None where it raises a ValueError, noted."""
-        if self.value is UNREADABLE:
-            return None
-        try:
-            return convert(self.value)
-        except ValueError as error:
-            self.refuse(str(error))
-            return None
+    def warn(self, message: str, *path: str | int) -> None:
+        """Note that the value at a path is allowed, but probably not what was meant."""
+        self.warnings.append(Problem(*self.place(path), path_text(path), message))
 
-    def children(self) -> dict[str, Located]:
-        """What a mapping holds; nothing where it is none."""
-        return self.value if isinstance(self.value, dict) else {}
+    def place(self, path: Path) -> tuple[str, int | None]:
+        """Return the source and the line of a value, or of the nearest one that leads to it."""
+        while path and path not in self.places:
+            path = path[:-1]
+        return self.places.get(path, (self.source, None))
 
-    def plain(self) -> Any:
-        """The value without the places."""
-        if isinstance(self.value, dict):
-            return {key: child.plain() for key, child in self.value.items()}
-        if isinstance(self.value, list):
-            return [child.plain() for child in self.value]
-        return self.value
+    def locate(self, line: int, *path: str | int) -> None:
+        """Note the line of a value, where it is not the one of what it is a part of."""
+        if self.place(path)[1] != line:
+            self.places[path] = self.source, line
+
+    def put(self, value: object, source: str, *path: str) -> None:
+        """Put a value from another source into the place of the one at a path."""
+        self.at(*path[:-1])[path[-1]] = value
+        kept = {p: place for p, place in self.places.items() if p[: len(path)] != path}
+        self.places = kept | {path: (source, None)}
+
+    def at(self, *path: str | int) -> Any:
+        """Return the value at a path that exists."""
+        value = self.data
+        for step in path:
+            value = value[step]
+        return value
+
+    def section(self, name: str) -> dict[str, Any]:
+        """Return what a section holds; nothing where it is missing, or no mapping."""
+        value = self.data.get(name)
+        return value if isinstance(value, dict) else {}
+
+    def raise_problems(self) -> None:
+        """Raise a ConfigError with all problems, in the order of the lines, if there is any."""
+        if self.problems:
+            unique = dict.fromkeys(self.problems)
+            raise ConfigError(sorted(unique, key=lambda p: (p.line is None, p.line or 0)))
 
 
-def located(
-    value: Any, source: str, diagnostics: Diagnostics, key: str = "", depth: int = 0
-) -> Located:
-    """A Python value, which has no lines; arrays and tuples count as lists."""
-    node = Located(value, source, None, key, diagnostics)
+def document_of(value: object, source: str) -> Document:
+    """Return a Python value as a document, which has no lines; arrays and tuples become lists."""
+    document = Document(source)
+    document.data = _plain(value, document)
+    return document
 
-    def child(value: Any, step: str | int) -> Located:
-        return located(value, source, diagnostics, _path(key, step), depth + 1)
 
-    if depth > MAX_DEPTH:
-        node.key, node.value = shortened(key), UNREADABLE
-        node.refuse("is nested too deeply")
-    elif isinstance(value, Mapping):
-        for name in value:
-            if not isinstance(name, str):
-                node.refuse(f"keys must be text, not {quoted(name)}")
-        node.value = {n: child(v, n) for n, v in value.items() if isinstance(n, str)}
-    elif isinstance(value, (list, tuple)) or getattr(value, "ndim", 0) > 0:
-        items = value if isinstance(value, (list, tuple)) else np.asarray(value).tolist()
-        node.value = [child(item, i) for i, item in enumerate(items)]
-    return node
+def _plain(value: object, document: Document, *path: str | int) -> Any:
+    if len(path) > MAX_DEPTH:
+        document.refuse("is nested too deeply", shortened(path_text(path)))
+        return UNREADABLE
+    if isinstance(value, Mapping):
+        for key in value:
+            if not isinstance(key, str):
+                document.refuse(f"keys must be text, not {quoted(key)}", *path)
+        items = {key: item for key, item in value.items() if isinstance(key, str)}
+        return {key: _plain(item, document, *path, key) for key, item in items.items()}
+    if isinstance(value, (list, tuple)) or getattr(value, "ndim", 0) > 0:
+        listed = value if isinstance(value, (list, tuple)) else np.asarray(value).tolist()
+        return [_plain(item, document, *path, index) for index, item in enumerate(listed)]
+    return value
 
 
 def quoted(value: object) -> str:
-    """The user's value as it is quoted in a message."""
+    """Return the user's value as it is quoted in a message."""
     if value is None:
         return "nothing"
     if isinstance(value, bool):
@@ -168,12 +167,13 @@ def quoted(value: object) -> str:
 
 
 def shortened(text: str) -> str:
-    """The beginning of `text`, as much as fits into a line of the report."""
+    """Return the beginning of `text`, as much as fits into a line of the report."""
     return text if len(text) <= _QUOTED else text[: _QUOTED - 1] + "…"
 
 
-def _path(key: str, *below: str | int) -> str:
-    """A path as people write it: `sweep.temperature[2]`."""
-    for step in below:
-        key += f"[{step}]" if isinstance(step, int) else f".{step}" if key else step
-    return key
+def path_text(path: Path) -> str:
+    """Return a path as people write it: `sweep.temperature[2]`."""
+    text = ""
+    for step in path:
+        text += f"[{step}]" if isinstance(step, int) else f".{step}" if text else step
+    return text

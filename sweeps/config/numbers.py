@@ -1,16 +1,22 @@
-"""Numbers and texts as people write them in a config, and what to say of those that are neither."""
+"""Numbers, texts and names of parameters as people write them, and what is said of others."""
 
 from __future__ import annotations
 
 import math
 import re
 from numbers import Real
+from typing import Annotated
 
+from pydantic import AfterValidator, BeforeValidator
+
+from stickslip.variables import BY_SYMBOL, PARAMETERS, canonical_name
 from sweeps.config.diagnostics import quoted
+from sweeps.human import did_you_mean
 
 # Digits beyond this are beyond a float; a bound keeps int() and the division quick.
 _RATIONAL = re.compile(r"\s*([+-]?\d{1,300})\s*/\s*(\d{1,300})\s*")
 RATIONAL_PATTERN = r"^\s*[+-]?\d+\s*/\s*\d+\s*$"
+"""What a text is that may stand for a number, in JSON Schema."""
 
 _NUMBER = r"[-+]?(\.\d+|\d+(\.\d*)?)([eE][-+]?\d+)?"
 _REMEDIES = (
@@ -25,7 +31,7 @@ _REMEDIES = (
 
 
 def number(value: object) -> float:
-    """`value` as a float: a number, or a fraction of two integers such as the text `-2/3`.
+    """Return `value` as a float: a number, or a fraction of two integers such as the text `-2/3`.
 
     NaN and infinities pass; -0 becomes 0, so that equal numbers have one spelling. Raises
     ValueError, naming the remedy, for anything else; booleans and quoted numbers are no numbers.
@@ -41,7 +47,7 @@ def number(value: object) -> float:
 
 
 def finite(value: object) -> float:
-    """`value` as a finite float, see `number`; raises ValueError for NaN and infinities too."""
+    """Return `value` as a finite float, see `number`; NaN and infinities raise ValueError too."""
     real = number(value)
     if not math.isfinite(real):
         raise ValueError(f"must be a finite number, not {quoted(value)}")
@@ -49,7 +55,7 @@ def finite(value: object) -> float:
 
 
 def whole(value: object) -> int:
-    """`value` as an int, 1e3 as 1000; raises ValueError where it is no whole number."""
+    """Return `value` as an int, 1e3 as 1000; raises ValueError where it is no whole number."""
     if isinstance(value, int) and not isinstance(value, bool):
         return value
     real = number(value)
@@ -59,13 +65,31 @@ def whole(value: object) -> int:
 
 
 def text(value: object) -> str:
-    """`value` if it is a text without control characters, else raises ValueError."""
+    """Return `value` if it is a text without control characters, else raise ValueError."""
     if not isinstance(value, str):
         hint = "; put it in quotes" if isinstance(value, (bool, int, float)) else ""
         raise ValueError(f"must be a text, not {quoted(value)}{hint}")
     if re.search(r"[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]", value):
         raise ValueError("must not contain control characters")
     return value
+
+
+def full_name(key: str, *other_keys: str) -> str:
+    """Return the full name of the parameter that a key gives by name or symbol.
+
+    `other_keys` may stand beside it. Raises ValueError for all else.
+    """
+    name = canonical_name(key)
+    if name is None:
+        hint = did_you_mean(key, [*PARAMETERS, *BY_SYMBOL, *other_keys])
+        hint = "; is it the rest of 3,000? write 3000" if key.isdigit() else hint
+        raise ValueError(f"unknown parameter{hint}")
+    return name
+
+
+Finite = Annotated[float, BeforeValidator(finite)]
+Text = Annotated[str, BeforeValidator(text)]
+ParameterName = Annotated[str, AfterValidator(full_name)]
 
 
 def _rational(value: str) -> float:

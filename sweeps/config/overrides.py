@@ -10,78 +10,79 @@ key is a path with dots, such as `integrator.rtol`.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 from stickslip.variables import canonical_name
-from sweeps.config.diagnostics import MAX_DEPTH, Diagnostics, Located, located, quoted, shortened
-from sweeps.config.parameter_space import key_of
+from sweeps.config.checks import key_of
+from sweeps.config.diagnostics import MAX_DEPTH, Document, quoted, shortened
 from sweeps.config.yaml_reader import read_text
 
 CASE = "case"
 
 
-def apply_overrides(
-    root: Located, overrides: Sequence[str], diagnostics: Diagnostics
-) -> Located | None:
-    """Change `root` as the overrides say; the value of `case=INDEX` is returned, if there is one.
+def apply_overrides(document: Document, overrides: Sequence[str]) -> dict[str, Any]:
+    """Change a document as the overrides say; returns `case`, which is no key of it, if given.
 
     Problems are noted with the override as their source.
     """
     done: dict[str, str] = {}
-    case = None
+    picked: dict[str, Any] = {}
     for override in overrides:
         key, equals, text = override.partition("=")
-        key = key.strip()
-        name = canonical_name(key)
-        here = Located(None, f"--set {shortened(override)}", None, key, diagnostics)
+        key, source = key.strip(), f"--set {shortened(override)}"
+        name = canonical_name(key) or key
+        written = Document(source)
         if not key or not equals:
-            here.key = ""
-            here.refuse("must be KEY=VALUE, for example temperature=250")
-            continue
-        if (name or key) in done:
-            here.refuse(f"is set twice, first by --set {done[name or key]}")
-            continue
-        done[name or key] = override
-        value = read_text(text, here.source, diagnostics, numbered=False)
-        if value is None:
-            continue
-        value.key = key
-        if name:
-            _set_parameter(root, name, value)
-        elif key == CASE:
-            case = value
+            written.refuse("must be KEY=VALUE, for example temperature=250")
+        elif name in done:
+            written.refuse(f"is set twice, first by --set {done[name]}", key)
         else:
-            _set_path(root, key.split("."), value)
-    return case
+            done[name] = override
+            written = read_text(text, source, key)
+            if written.data is not None or not written.problems:
+                _apply(document, key, written, picked)
+        document.problems += [replace(problem, line=None) for problem in written.problems]
+        document.warnings += [replace(warning, line=None) for warning in written.warnings]
+    return picked
 
 
-def _set_parameter(root: Located, name: str, value: Located) -> None:
-    is_axis = isinstance(value.value, (list, dict))
-    if key_of(root, "cases", name):
+def _apply(document: Document, key: str, written: Document, picked: dict[str, Any]) -> None:
+    if name := canonical_name(key):
+        _set_parameter(document, key, name, written)
+    elif key == CASE:
+        picked[CASE] = written.data
+        document.places[CASE,] = written.source, None
+    else:
+        _set_path(document, key.split("."), written)
+
+
+def _set_parameter(document: Document, key: str, name: str, written: Document) -> None:
+    is_axis = isinstance(written.data, (list, dict))
+    if key_of(document, "cases", name):
         if is_axis:
-            _set_path(root, ["cases", name], value)
+            _set_path(document, ["cases", name], written)
         else:
-            value.refuse("is linked in `cases`; pick one case with --set case=0, or give a list")
+            message = "is linked in `cases`; pick one case with --set case=0, or give a list"
+            written.refuse(message, key)
         return
     gone, section = ("model", "sweep") if is_axis else ("sweep", "model")
-    while key := key_of(root, gone, name):
-        del root.value[gone].value[key]
-    _set_path(root, [section, name], value)
+    while old := key_of(document, gone, name):
+        del document.data[gone][old]
+    _set_path(document, [section, name], written)
 
 
-def _set_path(root: Located, path: list[str], value: Located) -> None:
+def _set_path(document: Document, path: list[str], written: Document) -> None:
     *sections, last = path[:MAX_DEPTH]
-    target = root
-    for section in sections:
-        children = target.value
-        if section not in children or children[section].value is None:
-            children[section] = located({}, value.source, value.diagnostics, section)
-        target = children[section]
-        if not isinstance(target.value, dict):
-            message = f"there are no keys below {section}: it is {quoted(target.value)}"
-            value.key = ".".join(path)
-            value.refuse(message)
+    target = document.data
+    for depth, section in enumerate(sections):
+        if target.get(section) is None:
+            document.put({}, written.source, *sections[: depth + 1])
+        target = target[section]
+        if not isinstance(target, dict):
+            message = f"there are no keys below {section}: it is {quoted(target)}"
+            written.refuse(message, *path)
             return
     name = canonical_name(last) if len(path) == 2 else None
-    key = (key_of(root, path[0], name) if name else None) or last
-    place = ".".join([*sections, key])
-    target.value[key] = located(value.plain(), value.source, value.diagnostics, place)
+    key = (key_of(document, path[0], name) if name else None) or last
+    document.put(written.data, written.source, *sections, key)

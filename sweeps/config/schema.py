@@ -1,9 +1,13 @@
-"""The sections of a config that say how to compute, where to write and what to draw."""
+"""The one declaration of a config: its keys, what each may be, and what it means.
+
+It judges values one by one; `sweeps.config.checks` judges several together.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
-import re
 from collections.abc import Iterable
 from ipaddress import ip_address
 from typing import Annotated, Any, Literal, Self
@@ -11,16 +15,12 @@ from urllib.parse import urlsplit
 
 from pydantic import (
     AfterValidator,
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
     GetPydanticSchema,
     Strict,
-    ValidationError,
     model_validator,
 )
-from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import ValidationInfo, literal_schema
 
 from stickslip.options import (
@@ -32,8 +32,14 @@ from stickslip.options import (
     STOCHASTIC,
     STRAINS,
 )
-from sweeps.config.diagnostics import UNREADABLE, Located, quoted
-from sweeps.config.numbers import number, text, whole
+from stickslip.parameters import Parameters
+from stickslip.variables import PARAMETERS, canonical_name
+from sweeps.config.axes import Axis
+from sweeps.config.group import Group
+from sweeps.config.numbers import ParameterName, Text, finite, number, whole
+from sweeps.config.refinement import AxisName, Refine
+from sweeps.config.sample import Sample
+from sweeps.config.yaml_writer import block_yaml
 from sweeps.executor_table import EXECUTORS
 from sweeps.figure_table import FIGURES
 from sweeps.human import did_you_mean
@@ -41,21 +47,14 @@ from sweeps.human import did_you_mean
 # Ten variables of 8 bytes: a trajectory of this many samples takes 8 GB.
 _MAX_SAMPLES = 100_000_000
 
-# Pydantic's words and ours.
-_WORDS = {
-    "Input should be": "must be",
-    "greater than or equal to": "at least",
-    "less than or equal to": "at most",
-}
-
 
 def _one_of(names: Iterable[str]) -> GetPydanticSchema:
-    """A text that is one of these names, which tables tell at run time only."""
+    """Return the type of a text that is one of these names, which tables tell at run time."""
     return GetPydanticSchema(lambda *_: literal_schema([*names]))
 
 
 def _range(option: str) -> Any:
-    """The valid values of an option of the integrators."""
+    """Return the range of an option of the integrators."""
     limits = OPTIONS[option].range
     return Field(
         gt=limits.lower if limits.lower_open else None,
@@ -65,12 +64,12 @@ def _range(option: str) -> Any:
 
 
 def _option(option: str) -> Any:
-    """The field of an option of the integrators."""
+    """Return the field of an option of the integrators."""
     return Field(OPTIONS[option].default, description=OPTIONS[option].meaning)
 
 
 def _of_ensembles(option: str) -> Any:
-    """The field of an option that counts for a stochastic film alone."""
+    """Return the field of an option that counts for a stochastic film alone."""
     what = OPTIONS[option]
     return Field(None, description=f"{STOCHASTIC} alone: {what.meaning}; left out, {what.default}")
 
@@ -92,8 +91,8 @@ def _of_method(option: str) -> AfterValidator:
     return _belongs_to("method", *(n for n, m in METHODS.items() if m.own_option == option))
 
 
-def _number_or_none(value: object) -> float | None:
-    return None if value is None else number(value)
+def _or_none(mapping: object) -> object:
+    return mapping or None
 
 
 def _address(value: str | None) -> str | None:
@@ -103,7 +102,7 @@ def _address(value: str | None) -> str | None:
 
 
 def is_local(address: str) -> bool:
-    """Whether the address of a scheduler is one of this machine alone."""
+    """Return whether the address of a scheduler is one of this machine alone."""
     host = urlsplit(address).hostname or ""
     try:
         return ip_address(host).is_loopback
@@ -111,28 +110,40 @@ def is_local(address: str) -> bool:
         return host == "localhost"
 
 
+def _not_blank(value: str) -> str:
+    if not value.strip():
+        raise ValueError("must not be empty; leave it out instead")
+    return value
+
+
+def _fixed(value: object) -> float:
+    if isinstance(value, (list, dict)):
+        raise ValueError("must be a single number; an axis belongs under `sweep`")
+    return finite(value)
+
+
 # The bounds come first: behind the validator they would be missing in the JSON Schema.
-Text = Annotated[str, BeforeValidator(text)]
 Tolerance = Annotated[float, _range("rtol"), BeforeValidator(number)]
 Step = Annotated[float, _range("dt"), BeforeValidator(number)]
 MaxError = Annotated[float, _range("max_error"), BeforeValidator(number)]
+Strain = Annotated[float, Field(ge=0, lt=1), BeforeValidator(number)]
 Count = Annotated[int, _range("max_periods"), BeforeValidator(whole)]
 Window = Annotated[int, _range("window"), BeforeValidator(whole)]
 Seed = Annotated[int, _range("seed"), BeforeValidator(whole)]
 Realizations = Annotated[int, _range("realizations"), BeforeValidator(whole)]
 Workers = Annotated[int, Field(ge=1, le=4096), BeforeValidator(whole)]
-Switch = Annotated[bool, Strict()]
 Periods = Annotated[int, Field(ge=1, le=_MAX_SAMPLES), BeforeValidator(whole)]
 Samples = Annotated[int, Field(ge=2, le=_MAX_SAMPLES), BeforeValidator(whole)]
+Fixed = Annotated[float, BeforeValidator(_fixed)]
+Switch = Annotated[bool, Strict()]
+Line = Annotated[Text, AfterValidator(_not_blank)]
 
 
-class Section(BaseModel):
-    """A group of keys; all of them have defaults, unknown ones are refused."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+class Section(Group):
+    """A section of settings; all keys have defaults."""
 
     def used(self) -> dict[str, Any]:
-        """The keys that have an effect, with their values."""
+        """Return the keys that have an effect, with their values."""
         return self.model_dump(exclude_none=True)
 
 
@@ -149,7 +160,7 @@ class Integrator(Section):
     max_error: MaxError = _option("max_error")
 
     def used(self) -> dict[str, Any]:
-        """What the method uses: the tolerance or the step, never both."""
+        """Return what the method uses: the tolerance or the step, never both."""
         own = {method.own_option for method in METHODS.values()}
         unused = own - {METHODS[self.method].own_option}
         return self.model_dump(exclude=unused, exclude_none=True)
@@ -179,7 +190,7 @@ class Noise(Section):
     )
 
     def settled(self) -> Noise:
-        """The same with every key that has an effect."""
+        """Return the same with every key that has an effect."""
         if self.treatment != STOCHASTIC:
             return self.model_copy(update={"seed": None, "realizations": None})
         given = {key: getattr(self, key) for key in ("seed", "realizations")}
@@ -223,8 +234,8 @@ class Plot(Section):
         next(iter(FIGURES)),
         description="; ".join(f"{name}: of {figure.drawn}" for name, figure in FIGURES.items()),
     )
-    elastic_strain: Annotated[float | None, Field(ge=0, lt=1), BeforeValidator(_number_or_none)] = (
-        Field(None, description="free_energy, landscape: the strain; left out, that of Fig. 2")
+    elastic_strain: Strain | None = Field(
+        None, description="free_energy, landscape: the strain; left out, that of Fig. 2"
     )
 
 
@@ -239,7 +250,7 @@ class Simulation(Section):
         2000, description="instants of a period that are kept, evenly spaced"
     )
 
-    schedule: dict[str, tuple[float, ...]] | None = Field(
+    schedule: Annotated[dict[ParameterName, Axis] | None, AfterValidator(_or_none)] = Field(
         None,
         description="parameters that change along the run, with equally many values of each: "
         "`periods` at the first, as many at the second, and so on",
@@ -256,11 +267,30 @@ class Simulation(Section):
         return self
 
 
-class Sections(BaseModel):
-    """The sections of a config."""
+class Config(Group):
+    """What to compute, how, and where to write it.
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    Parameters go by their full names. `model` holds the fixed ones that were given; `parameters`
+    adds the paper's values for the rest. `sweep` keeps the order of its axes. What `sample` draws
+    stands in `cases`. Configs without problems are made by `load` and `from_mapping`; two are equal
+    if they ask for the same computation, executed in the same way into the same file.
+    """
 
+    title: Line | None = Field(None, description="One line about the result.")
+    model: dict[ParameterName, Fixed] = Field(
+        {}, description="Fixed parameters; the rest keep the paper's values."
+    )
+    sweep: dict[ParameterName, Axis] = Field(
+        {}, description="Full product of these axes, in this order."
+    )
+    cases: dict[ParameterName, Axis] = Field(
+        {}, description="Linked values: the first of each, the second ..."
+    )
+    sample: Sample | None = None
+    follow: AxisName | None = Field(
+        None, description="Swept axis along which each point starts from the one before."
+    )
+    refine: Refine | None = None
     integrator: Integrator = Integrator()
     stationary: Stationary = Stationary()
     noise: Noise = Noise()
@@ -268,47 +298,105 @@ class Sections(BaseModel):
     execution: Execution = Execution()
     plot: Plot = Plot()
     simulation: Simulation = Simulation()
+    output: Line = Field(
+        "results/sweep.nc",
+        description="Result file; left out, NAME.yaml writes results/NAME.nc.",
+    )
+    _warnings: tuple[str, ...] = ()
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is allowed, but probably not meant: a line each."""
+        return self._warnings
+
+    def settled(self, warnings: Iterable[str], **keys: Any) -> Config:
+        """Return the same with other values of some keys, and with warnings."""
+        config = self.model_copy(update=keys)
+        config._warnings = tuple(warnings)
+        return config
+
+    @property
+    def names(self) -> set[str]:
+        """The parameters with a value of their own."""
+        return {*self.model, *self.sweep, *self.cases}
+
+    def values(self, name: str) -> tuple[float, ...]:
+        """Return all values that a parameter takes."""
+        default: float = PARAMETERS[name].default
+        return self.sweep.get(name) or self.cases.get(name) or (self.model.get(name, default),)
+
+    def parameters(self) -> Parameters:
+        """Return the fixed parameters, with the paper's values for those that are not given."""
+        return Parameters(**self.model)
+
+    def defining(self) -> dict[str, Section]:
+        """Return the sections that, besides the parameters, make the numbers of a point."""
+        return {name: getattr(self, name) for name in DEFINING}
+
+    def resolved(self) -> dict[str, Any]:
+        """Return all that defines the result, without `execution` and `output`, ready for JSON."""
+        varied = {*self.sweep, *self.cases}
+        fixed = self.parameters()._asdict()
+        title = {} if self.title is None else {"title": self.title}
+        return title | {
+            "model": {name: value for name, value in fixed.items() if name not in varied},
+            "sweep": {name: list(values) for name, values in self.sweep.items()},
+            "cases": {name: list(values) for name, values in self.cases.items()},
+            **self.order(),
+            **{name: section.used() for name, section in self.defining().items()},
+            "plot": self.plot.model_dump(exclude_none=True),
+            "simulation": self.simulation.model_dump(mode="json", exclude_none=True),
+        }
+
+    def order(self) -> dict[str, Any]:
+        """Return the keys that say which points are computed, and in which order."""
+        follow = {} if self.follow is None else {"follow": self.follow}
+        return follow | ({} if self.refine is None else {"refine": self.refine.resolved()})
+
+    def resolved_yaml(self) -> str:
+        """Return `resolved` as YAML; it is an equal config but for `execution` and `output`."""
+        return block_yaml(self.resolved())
+
+    def sha256(self) -> str:
+        """Return the hash of what defines the numbers: title, plot and simulation do not enter."""
+        resolved = self.resolved()
+        parts: dict[str, Any] = {key: resolved[key] for key in (*PARAMETER_SECTIONS, *DEFINING)}
+        parts |= self.order()
+        # As pairs, because the order of the axes is the order of the dimensions.
+        parts["sweep"] = list(parts["sweep"].items())
+        canonical = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
+        return hashlib.sha256(canonical.encode()).hexdigest()
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Config):
+            return NotImplemented
+        return self._identity() == other._identity()
+
+    def __hash__(self) -> int:
+        return hash(self._identity())
+
+    def _identity(self) -> tuple[str, str, Execution]:
+        return self.resolved_yaml(), self.output, self.execution
+
+    @classmethod
+    def unknown_key(cls, key: str) -> str:
+        """Return where an unknown key would be right, or which key may be meant."""
+        if canonical_name(key):
+            return "unknown key; a parameter stands under `model`, `sweep` or `cases`"
+        homes = [f"`{name}`" for name, section in SECTIONS.items() if key in section.model_fields]
+        if homes:
+            return f"unknown key; it stands under {' or '.join(homes)}"
+        hint = did_you_mean(key, [*KEYS, *PARAMETERS])
+        return "unknown key" + (hint or f"; known are {', '.join(KEYS)}")
 
 
-SECTIONS: dict[str, Any] = {name: f.annotation for name, f in Sections.model_fields.items()}
+KEYS = tuple(Config.model_fields)
+SECTIONS: dict[str, type[Section]] = {
+    name: field.annotation
+    for name, field in Config.model_fields.items()
+    if isinstance(field.annotation, type) and issubclass(field.annotation, Section)
+}
+PARAMETER_SECTIONS = ("model", "sweep", "cases")
+"""The sections in which parameters stand."""
 DEFINING = ("integrator", "stationary", "noise", "film")
 """The sections that, besides the parameters, make the numbers of a point."""
-
-
-def read_section(root: Located, name: str) -> Section | None:
-    """Return the section of a config; None where it is refused."""
-    kind: type[Section] = SECTIONS[name]
-    node = root.value.get(name)
-    if node is None or node.value is None:
-        return kind()
-    if node.value is UNREADABLE:
-        return None
-    if not isinstance(node.value, dict):
-        keys = ", ".join(kind.model_fields)
-        node.refuse(f"must hold lines `key: value` with the keys {keys}, not {quoted(node.value)}")
-        return None
-    try:
-        return kind.model_validate(node.plain())
-    except ValidationError as error:
-        for details in error.errors(include_url=False):
-            if details["input"] is not UNREADABLE:
-                node.refuse(_message(details, kind), *details["loc"])
-    return None
-
-
-def _message(details: ErrorDetails, kind: type[Section]) -> str:
-    """Pydantic's finding in the words of this project."""
-    if details["type"] == "value_error":
-        return str(details["ctx"]["error"])
-    if details["type"] == "extra_forbidden":
-        known = kind.model_fields
-        hint = did_you_mean(str(details["loc"][-1]), known)
-        return "unknown key" + (hint or f"; known are {', '.join(known)}")
-    message, value = details["msg"], details["input"]
-    for theirs, ours in _WORDS.items():
-        message = message.replace(theirs, ours)
-    for limit in details.get("ctx", {}).values():
-        if isinstance(limit, float):
-            message = re.sub(r"[\d.]+$", f"{limit:g}", message)
-    names = re.findall("'(.*?)'", message) if isinstance(value, str) else ()
-    return f"{message}, not {quoted(value)}{did_you_mean(value, names) if names else ''}"

@@ -8,28 +8,23 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
+from ruamel.yaml.composer import Composer
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.events import (
-    AliasEvent,
-    DocumentStartEvent,
-    MappingEndEvent,
-    MappingStartEvent,
-    ScalarEvent,
-    SequenceEndEvent,
-    SequenceStartEvent,
-)
+from ruamel.yaml.events import AliasEvent
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from ruamel.yaml.reader import ReaderError
 
-from sweeps.config.diagnostics import MAX_DEPTH, UNREADABLE, Diagnostics, Located, shortened
+from sweeps.config.diagnostics import MAX_DEPTH, UNREADABLE, Document
 from sweeps.human import reason
 
 _MAX_BYTES = 1 << 20
 
-# YAML 1.2.2, section 10.3.2 (core schema).
+# YAML 1.2.2, section 10.3.2 (core schema); ruamel's own numbers may hold underscores.
 _INTEGER = re.compile(r"[-+]?[0-9]+")
 _PREFIXED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
@@ -44,13 +39,6 @@ _WORDS: dict[str, object] = {
 # More digits than this are beyond a float; int() itself gives up at 4300.
 _LONGEST_INTEGER = 400
 
-_REFUSED = {
-    r"[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]": (
-        "contains a control character, which no text has"
-    ),
-    r"^ *\t[ \t]*[^\s#]": "is indented with a tab; YAML wants spaces",
-    r"^%": "a line must not start with '%': directives are refused",
-}
 # `[3,000]` is a list of 3 and 0: valid, and hardly ever meant.
 _THOUSANDS = re.compile(r"0\d\d")
 
@@ -60,64 +48,85 @@ _REMEDIES = {
     "expected ',' or": "is a bracket or a comma missing?",
     "expected <block end>": "is the line indented like its neighbours, are all quotes closed?",
     "unexpected end of stream": "is a closing quote missing?",
-    r"'\t' that cannot start": "write spaces instead of tabs",
     "cannot start any token": "a text that starts with this character needs quotes",
+}
+_MESSAGES = {
+    "found another document": "a second document starts here; a config is one",
+    r"'\t' that cannot start": "has a tab where none may stand; write spaces instead of tabs",
+    "maximum depth": "is nested too deeply; a config has four levels of keys at most",
 }
 
 
-class _GivenUpError(Exception):
-    """Reading on makes no sense; the reason has been noted."""
+class _Alias(ScalarNode):
+    """An alias that is not followed; its value is the name of the anchor."""
 
 
-def read_file(path: Path, diagnostics: Diagnostics) -> Located | None:
-    """What a whole file holds; None, with the reason in `diagnostics`, where it is unreadable.
+class _Composer(Composer):
+    """Ruamel's composer, but for aliases, which could fill the memory: each stays in its place."""
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        event = self.parser.peek_event()
+        if isinstance(event, AliasEvent):
+            self.parser.get_event()
+            return _Alias(None, event.anchor, event.start_mark, event.end_mark)
+        node = super().compose_node(parent, index)
+        node.ctag = event.ctag  # the tag that was written, not the one that ruamel adds
+        return node
+
+
+def read_file(path: Path) -> Document:
+    """Return what a whole file holds; where it is unreadable, the document says why.
 
     A UTF-8 byte order mark, as some editors write it, is accepted.
     """
-    here = Located(None, str(path), None, "", diagnostics)
+    document = Document(str(path))
     try:
         text = _content(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        here.line = error.object.count(b"\n", 0, error.start) + 1
-        here.refuse("is not UTF-8 text; save the file in the encoding UTF-8")
-        return None
+        line = error.object.count(b"\n", 0, error.start) + 1
+        document.refuse_line(line, "is not UTF-8 text; save the file in the encoding UTF-8")
+        return document
     except (OSError, ValueError) as error:  # ValueError: NUL in the name
-        here.refuse(f"cannot be read: {reason(error)}")
-        return None
-    root = read_text(text, here.source, diagnostics)
-    if root is not None and root.value is None:
-        here.refuse("is empty; `{}` alone is the paper's Fig. 3 as a single point")
-        return None
-    return root
+        document.refuse(f"cannot be read: {reason(error)}")
+        return document
+    document = read_text(text, str(path))
+    if document.data is None and not document.problems:
+        document.refuse_line(None, "is empty; `{}` alone is the paper's Fig. 3 as a single point")
+    return document
 
 
-def read_text(
-    text: str, source: str, diagnostics: Diagnostics, *, numbered: bool = True
-) -> Located | None:
-    """What a YAML text holds; None, with the reason in `diagnostics`, where it is unreadable."""
-    reader = _Reader(text, source, diagnostics, numbered)
+def read_text(text: str, source: str, *path: str) -> Document:
+    """Return what a YAML text holds; where it is unreadable, the document says why.
+
+    `path` leads to the whole text, where it is the value of a key.
+    """
+    document = Document(source)
+    if directive := re.search(r"^%", text, re.MULTILINE):
+        line = text.count("\n", 0, directive.start()) + 1
+        document.refuse_line(line, "a line must not start with '%': directives are refused", *path)
+        return document
     try:
-        reader.check_characters()
-        return reader.document()
-    except _GivenUpError:
-        return None
+        if root := _composed(text):
+            document.data = _Values(document, text).of(root, *path)
+    except ReaderError as error:
+        line = text.count("\n", 0, error.position) + 1
+        document.refuse_line(line, "contains a control character, which no text has", *path)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        reader.at(mark.line + 1 if mark else None).refuse(_syntax_message(error))
+        document.refuse_line(mark.line + 1 if mark else None, _syntax_message(error), *path)
     except (YAMLError, ValueError, OverflowError) as error:
         # Escapes beyond Unicode such as "\UFFFFFFFF" end in chr(), which raises the latter two.
-        reader.at(None).refuse(f"is not valid YAML: {error}")
-    return None
+        document.refuse_line(None, f"is not valid YAML: {error}", *path)
+    return document
 
 
 def read_mapping(text: str, source: str) -> dict[str, Any]:
-    """The mapping that a YAML text holds, without the places; raises ConfigError."""
-    diagnostics = Diagnostics()
-    root = read_text(text, source, diagnostics)
-    if root is not None and not isinstance(root.value, dict):
-        root.refuse("is no mapping")
-    diagnostics.raise_problems()
-    return {} if root is None else {key: child.plain() for key, child in root.children().items()}
+    """Return the mapping that a YAML text holds, without the places; raises ConfigError."""
+    document = read_text(text, source)
+    if document.data is not None and not isinstance(document.data, dict):
+        document.refuse("is no mapping")
+    document.raise_problems()
+    return document.data or {}
 
 
 def _content(path: Path) -> bytes:
@@ -131,14 +140,81 @@ def _content(path: Path) -> bytes:
     return content
 
 
+def _composed(text: str) -> Node | None:
+    """Return the root of the nodes of a text; raises YAMLError."""
+    yaml = YAML(typ="safe", pure=True)
+    yaml.Composer, yaml.max_depth = _Composer, MAX_DEPTH
+    yaml.composer.warn_double_anchors = False  # each is refused
+    root: Node | None = yaml.compose(text)
+    return root
+
+
 def _syntax_message(error: MarkedYAMLError) -> str:
     problem = error.problem or error.context or "syntax error"
+    for part, message in _MESSAGES.items():
+        if part in problem:
+            return message
     remedy = next((r for part, r in _REMEDIES.items() if part in problem), None)
     return f"is not valid YAML: {problem}" + (f"; {remedy}" if remedy else "")
 
 
+@dataclass(frozen=True)
+class _Values:
+    """Makes plain values of ruamel's nodes, and notes their places and what no config has."""
+
+    document: Document
+    text: str
+
+    def of(self, node: Node, *path: str | int, line: int | None = None) -> Any:
+        """Return the value of a node; `line` is that of its key, where it has one."""
+        self.document.locate(line or node.start_mark.line + 1, *path)
+        if isinstance(node, _Alias):
+            self.document.refuse(f"the alias *{node.value} is refused; write the value out", *path)
+            return UNREADABLE
+        self._refuse_decoration(node, *path)
+        if isinstance(node, MappingNode):
+            return self._mapping(node, *path)
+        if isinstance(node, SequenceNode):
+            return [self._item(item, *path, index) for index, item in enumerate(node.value)]
+        # A quoted or folded scalar is a text.
+        is_plain = isinstance(node, ScalarNode) and node.style is None
+        return _scalar(node.value) if is_plain else node.value
+
+    def _mapping(self, mapping: MappingNode, *path: str | int) -> dict[str, Any]:
+        values: dict[str, Any] = {}
+        for key_node, node in mapping.value:
+            key, line = key_node.value, key_node.start_mark.line + 1
+            if type(key_node) is not ScalarNode or not key:
+                self.document.refuse_line(line, "a key must be a name", *path)
+            elif key == "<<":
+                message = "merge keys are refused; write the keys out"
+                self.document.refuse_line(line, message, *path, key)
+            elif key in values:
+                _, first = self.document.place((*path, key))
+                message = f"is given twice (first in line {first})"
+                self.document.refuse_line(line, message, *path, key)
+            else:
+                self._refuse_decoration(key_node, *path)
+                values[key] = self.of(node, *path, key, line=line)
+        return values
+
+    def _item(self, node: Node, *path: str | int) -> Any:
+        value = self.of(node, *path)
+        before = self.text[node.start_mark.index - 1]
+        if isinstance(node, ScalarNode) and before == "," and _THOUSANDS.fullmatch(node.value):
+            message = f"',{node.value}' starts a new number in a list; 3,000 is written 3000"
+            self.document.warn(message, *path)
+        return value
+
+    def _refuse_decoration(self, node: Node, *path: str | int) -> None:
+        if node.anchor is not None:
+            self.document.refuse(f"the anchor &{node.anchor} is refused; leave it out", *path)
+        if node.ctag is not None:
+            self.document.refuse("a tag ('!') is refused; leave it out", *path)
+
+
 def _scalar(text: str) -> object:
-    """The value of an unquoted scalar in the core schema of YAML 1.2."""
+    """Return the value of an unquoted scalar in the core schema of YAML 1.2."""
     if text in _WORDS:
         return _WORDS[text]
     if _INTEGER.fullmatch(text):
@@ -146,98 +222,3 @@ def _scalar(text: str) -> object:
     if _PREFIXED.fullmatch(text):
         return int(text, 0)
     return float(text) if _FLOAT.fullmatch(text) else text
-
-
-class _Reader:
-    """One pass over the parser's events, placing values and noting what is refused."""
-
-    def __init__(self, text: str, source: str, diagnostics: Diagnostics, numbered: bool) -> None:
-        self._text, self._source, self._numbered = text, source, numbered
-        self._diagnostics = diagnostics
-        # Any: the base class of ruamel's events declares none of their attributes.
-        self._events: Iterator[Any] = iter(())
-
-    def at(self, line: int | None, key: str = "", value: object = None) -> Located:
-        line = line if self._numbered else None
-        return Located(value, self._source, line, key, self._diagnostics)
-
-    def check_characters(self) -> None:
-        for pattern, message in _REFUSED.items():
-            if match := re.search(pattern, self._text, re.MULTILINE):
-                line = self._text.count("\n", 0, match.end() - 1) + 1
-                self.at(line).refuse(message)
-                raise _GivenUpError
-
-    def document(self) -> Located:
-        self._events = YAML(typ="safe", pure=True).parse(self._text)
-        root = None
-        for event in self._events:
-            if isinstance(event, DocumentStartEvent):
-                if root is not None:
-                    self._at(event, "").refuse("a second document starts here; a config is one")
-                    raise _GivenUpError
-                root = self._node(next(self._events), "", 0)
-        return root or self.at(1)
-
-    def _at(self, event: Any, key: str, value: object = None) -> Located:
-        return self.at(event.start_mark.line + 1, key, value)
-
-    def _node(self, event: Any, key: str, depth: int) -> Located:
-        if depth > MAX_DEPTH:
-            self._at(event, shortened(key)).refuse("is nested too deeply")
-            raise _GivenUpError
-        node = self._at(event, key, UNREADABLE)
-        if isinstance(event, AliasEvent):
-            node.refuse(f"the alias *{event.anchor} is refused; write the value out")
-            return node
-        _refuse_decoration(event, node)
-        if isinstance(event, MappingStartEvent):
-            node.value = self._mapping(key, depth)
-        elif isinstance(event, SequenceStartEvent):
-            node.value = self._sequence(key, depth)
-        else:
-            node.value = _scalar(event.value) if event.style is None else event.value
-        return node
-
-    def _sequence(self, key: str, depth: int) -> list[Located]:
-        items: list[Located] = []
-        while not isinstance(event := next(self._events), SequenceEndEvent):
-            self._warn_of_thousands(event, key)
-            items.append(self._node(event, f"{key}[{len(items)}]", depth + 1))
-        return items
-
-    def _warn_of_thousands(self, event: Any, key: str) -> None:
-        before = self._text[event.start_mark.index - 1]
-        if isinstance(event, ScalarEvent) and before == "," and _THOUSANDS.fullmatch(event.value):
-            message = f"',{event.value}' starts a new number in a list; 3,000 is written 3000"
-            self._at(event, key).warn(message)
-
-    def _mapping(self, key: str, depth: int) -> dict[str, Located]:
-        children: dict[str, Located] = {}
-        while not isinstance(event := next(self._events), MappingEndEvent):
-            name = self._key(event, key, depth)
-            child = self._node(next(self._events), f"{key}.{name}" if key else name, depth + 1)
-            child.line = self._at(event, key).line
-            if name in children:
-                first = children[name].line
-                child.refuse("is given twice" + (f" (first in line {first})" if first else ""))
-            elif name == "<<":
-                child.refuse("merge keys are refused; write the keys out")
-            elif name:
-                children[name] = child
-        return children
-
-    def _key(self, event: Any, key: str, depth: int) -> str:
-        if isinstance(event, ScalarEvent) and event.value:
-            _refuse_decoration(event, self._at(event, key))
-            return str(event.value)
-        self._node(event, key, depth + 1)
-        self._at(event, key).refuse("a key must be a name")
-        return ""
-
-
-def _refuse_decoration(event: Any, node: Located) -> None:
-    if event.anchor is not None:
-        node.refuse(f"the anchor &{event.anchor} is refused; leave it out")
-    if event.tag is not None:
-        node.refuse("a tag ('!') is refused; leave it out")

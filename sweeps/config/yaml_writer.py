@@ -11,7 +11,7 @@ _SPECIAL = re.compile(r"[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
 
 
 def block_yaml(mapping: Mapping[str, object]) -> str:
-    """One key a line, indented below its section; what lies deeper stays in one line."""
+    """Return one key a line, indented below its section; what lies deeper stays in one line."""
     lines: list[str] = []
     for key, value in mapping.items():
         if isinstance(value, Mapping) and value:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stickslip.options import Options
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config
-from sweeps.config.order import Refine
+from sweeps.config.refinement import Refine
 from sweeps.config.schema import Execution
 from sweeps.engine.dispatch import finished_blocks
 from sweeps.engine.executors.choose import make_executor

@@ -56,8 +56,9 @@ def merge(
         manifest = manifest_of(target, folder.output, sources, afresh=True)
         points = _agreeing(sources, target.grid.size)
         with storage_errors(f"cannot write into {folder.path}", folder.path):
+            # Not the journal of a sweep: a merge that is killed is given again, not resumed.
             journal = Journal.create(
-                folder.journal, manifest, target.chunks, target.grid.size, points
+                folder.merged, manifest, target.chunks, target.grid.size, points
             )
         try:
             with closing(journal):

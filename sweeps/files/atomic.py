@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import glob
 import os
 import shutil
+import socket
 import stat
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,14 +25,20 @@ class StorageError(ExpectedError, OSError):
 
 @contextlib.contextmanager
 def replacing(
-    path: Path, temporary: Path | None = None, *, fsync: bool = True, follow: bool = True
+    path: Path,
+    temporary: Path | None = None,
+    *,
+    fsync: bool = True,
+    follow: bool = True,
+    like: Path | None = None,
 ) -> Iterator[Path]:
     """Give the body a temporary file to write, which afterwards replaces `path`.
 
     Whatever happens, `path` is the complete old file or the complete new one; if the body raises,
     the old one. The temporary file, on the same file system and by default a hidden one beside
     `path`, is removed in either case. With `fsync` the file survives a power cut. With `follow` a
-    link is kept, and the file that it points to is replaced. Permissions are those of the old file.
+    link is kept, and the file that it points to is replaced. Permissions are those of the old file;
+    where there is none, a new file is readable by no more people than the file `like`.
     """
     path = followed(path) if follow else path
     temporary = temporary or beside(path)
@@ -38,6 +46,8 @@ def replacing(
         begin(temporary)
         if path.is_file() and not path.is_symlink():
             temporary.chmod(stat.S_IMODE(path.stat().st_mode) & 0o666)
+        elif like is not None:
+            temporary.chmod(stat.S_IMODE(temporary.stat().st_mode & like.stat().st_mode))
         yield temporary
         if fsync:
             flush(temporary)
@@ -69,8 +79,26 @@ def fingerprint(path: Path) -> list[int] | None:
 
 
 def beside(path: Path) -> Path:
-    """Return a hidden name in the same folder, unique to this process."""
-    return path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    """Return a hidden name in the same folder, unique to this process.
+
+    The files that killed processes of this machine left under such names are removed.
+    """
+    stem = f".{path.name}.{socket.gethostname()}."
+    for left in path.parent.glob(f"{glob.escape(stem)}*.tmp"):
+        pid = left.name[len(stem) : -len(".tmp")]
+        if pid.isdecimal() and not _is_running(int(pid)):
+            remove(left)
+    return path.with_name(f"{stem}{os.getpid()}.tmp")
+
+
+def _is_running(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:  # it belongs to somebody else
+        return True
+    return True
 
 
 def remove(path: Path) -> None:
@@ -108,7 +136,8 @@ def storage_errors(what: str, where: Path | None = None) -> Iterator[None]:
 def is_full(folder: Path) -> bool:
     """Tell whether a folder has next to no space left."""
     try:
-        return shutil.disk_usage(folder).free < _LEAST_ROOM
+        usage = shutil.disk_usage(folder)
+        return usage.total > 0 and usage.free < _LEAST_ROOM  # /proc has no size
     except OSError:
         return False
 

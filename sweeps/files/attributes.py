@@ -124,7 +124,7 @@ def global_attributes(config: Config) -> dict[str, str]:
         "code_sha256": source_hash(),
         "numerics_version": str(NUMERICS_VERSION),
         "processor": processor(),
-        **({"sample": config.sampled} if config.sampled else {}),
+        **({"sample": str(config.sample)} if config.sample else {}),
     }
 
 

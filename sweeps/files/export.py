@@ -52,26 +52,29 @@ def refuse_other_data(ds: xr.Dataset, name: Path) -> None:
         raise TableError(f"{name} holds neither the result of a sweep nor a trajectory")
 
 
-def export(ds: xr.Dataset, path: Path) -> list[Path]:
+def export(ds: xr.Dataset, path: Path, source: Path | None = None) -> list[Path]:
     """Write the table of a Dataset, read chunk by chunk, to `path`; return the files.
 
     `ds` is the result of a sweep, or a trajectory, whose samples are the rows. Floats have all
     their digits. For points without a result, NaN and the -1 of counts become empty cells. Older
-    files are replaced completely or not at all.
+    files are replaced completely or not at all; new ones are readable by those who may read the
+    `source` of the Dataset. In a CSV file, texts that a spreadsheet would run as a formula begin
+    with an apostrophe.
 
     Raises TableError as `files_of` does, StorageError if a file cannot be written.
     """
     files = files_of(path)
     with storage_errors(f"cannot write {path}", path.parent):
         path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as temporary:
+        with replacing(path, like=source) as temporary:
             if len(files) == 1:
                 _write_parquet(ds, temporary)
                 return files
             with temporary.open("w", encoding="utf-8", newline="") as file:
                 _write_csv(ds, file)
-            with replacing(files[1]) as beside:
-                _described(ds).to_csv(beside, index=False, lineterminator="\n")
+            with replacing(files[1], like=source) as beside:
+                described = _described(ds).map(_quoted)
+                described.to_csv(beside, index=False, lineterminator="\n")
     return files
 
 
@@ -88,7 +91,16 @@ def _require_pyarrow() -> None:
 
 def _write_csv(ds: xr.Dataset, file: TextIO) -> None:
     for number, frame in enumerate(_frames(ds)):
+        texts = frame.select_dtypes(["object", "string"]).columns
+        frame[texts] = frame[texts].map(_quoted)
+        frame = frame.rename(columns=_quoted)
         frame.to_csv(file, index=False, header=number == 0, lineterminator="\n")
+
+
+def _quoted(cell: object) -> object:
+    """Return a cell with an apostrophe before what a spreadsheet takes for a formula."""
+    formula = isinstance(cell, str) and cell.startswith(("=", "+", "-", "@", "\t", "\r"))
+    return f"'{cell}" if formula else cell
 
 
 def _write_parquet(ds: xr.Dataset, path: Path) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 from filelock import FileLock, Timeout
 
 from sweeps.exits import Exit, ExpectedError
-from sweeps.files.atomic import StorageError, followed, remove, replacing, storage_errors
+from sweeps.files.atomic import StorageError, flush, followed, remove, replacing, storage_errors
 from sweeps.files.attributes import command_line, now
 from sweeps.human import reason
 
@@ -37,6 +37,7 @@ class RunFolder:
         self.output = output = followed(output)
         self.path = output.with_name(output.name + ".run")
         self.journal = self.path / "journal"
+        self.merged = self.path / "merged"
         self.heartbeat = self.path / "heartbeat.json"
         self.result = self.path / "result.nc"
         self._lock = self.path / "lock"
@@ -58,7 +59,9 @@ class RunFolder:
         lock = FileLock(self._lock, timeout=_PATIENCE, poll_interval=0.05)
         self._refuse_folder_of_others()
         with storage_errors(f"cannot write into {self.path}", self.path.parent):
-            self.path.mkdir(parents=True, exist_ok=True)
+            if not self.path.exists():
+                self.path.mkdir(parents=True, exist_ok=True)
+                flush(self.path.parent)
         try:
             lock.acquire()
         except Timeout:
@@ -101,7 +104,8 @@ class RunFolder:
 
     def discard_leftovers(self) -> None:
         """Remove unfinished files of a killed run, but not its journal."""
-        for path in (self.result, self.path / "journal.new", self._next_beat):
+        half_made = (self.path / f"{name}.new" for name in ("merged", "journal"))
+        for path in (self.result, self.merged, *half_made, self._next_beat):
             remove(path)
 
     def remove(self, *, keep_journal: bool = False) -> None:

@@ -18,12 +18,12 @@ from pathlib import Path
 from sweeps.files.atomic import StorageError
 
 # The limit of the slowest disk that anybody would wait for.
-_SECONDS = 20.0
+SECONDS = 20.0
 _BYTES_A_SECOND = 5e6
 
 # Reads one file after another, a megabyte at a time. The alarm ends it even inside the library, and
 # even if we are gone.
-_READER = """\
+READER = """\
 import os, signal, sys, netCDF4
 
 def read(variable):
@@ -63,7 +63,7 @@ def require_readable(path: Path) -> None:
         raise StorageError(f"{path} is not a readable NetCDF file: it is not an ordinary file")
     if not path.exists():
         return
-    limit = _SECONDS + path.stat().st_size / _BYTES_A_SECOND
+    limit = SECONDS + path.stat().st_size / _BYTES_A_SECOND
     with _lock:
         ended = _read(path.absolute(), limit)
     if ended == signal.SIGALRM:
@@ -101,7 +101,7 @@ def _started() -> subprocess.Popen[str]:
     atexit.register(stop)
     # -P: what lies in the present folder is not imported. A session of its own: Ctrl-C is for us.
     return subprocess.Popen(
-        [sys.executable, "-P", "-c", _READER],
+        [sys.executable, "-P", "-c", READER],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,

@@ -107,13 +107,6 @@ def test_fig_7_the_force_is_constant_and_equal_for_the_others() -> None:
     assert np.all(np.abs(newtonian / dilatant - 1) < CONSTANT_FORCE)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("gamma", LOCKED)
-def test_fig_7_the_force_is_smallest_for_the_pseudoplastic(gamma: float) -> None:
-    smallest = fig_7(-2 / 3).friction_force_amplitude
-    assert np.all(smallest < fig_7(gamma).friction_force_amplitude)
-
-
 # --- Fig. 8: amplitudes against the viscosity coefficient -----------------------------------------
 
 
@@ -140,9 +133,12 @@ def test_fig_8_force_grows_for_the_pseudoplastic_and_is_constant_for_the_others(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("gamma", LOCKED)
-def test_fig_8_force_is_smallest_for_the_pseudoplastic(gamma: float) -> None:
-    smallest = fig_8(-2 / 3).friction_force_amplitude
-    assert np.all(smallest < fig_8(gamma).friction_force_amplitude)
+@pytest.mark.parametrize("figure", [FIG_7, FIG_8], ids=["fig. 7", "fig. 8"])
+def test_figs_7_and_8_the_force_is_smallest_for_the_pseudoplastic(
+    figure: tuple[str, tuple[float, ...]], gamma: float
+) -> None:
+    smallest, other = curve(figure, -2 / 3), curve(figure, gamma)
+    assert np.all(smallest.friction_force_amplitude < other.friction_force_amplitude)
 
 
 # --- Fig. 9: amplitudes against the spring stiffness ----------------------------------------------

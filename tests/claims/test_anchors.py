@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.points import amplitude_errors, orbits, row
+from support.points import amplitude_errors, orbits
 
 from stickslip import Parameters, Status, simulate
 from stickslip.variables import BY_SYMBOL
@@ -79,13 +80,8 @@ def test_every_golden_point_is_there() -> None:
 
 
 @pytest.mark.slow
-def test_amplitudes_at_a_tolerance_of_1e_8_agree_to_1e_5() -> None:
-    assert np.all(tight().status == Status.OK)
-    assert np.all(errors(tight()) <= 1e-5), worst(tight())
-
-
-@pytest.mark.slow
 def test_amplitudes_agree_to_what_the_golden_ones_are_trusted() -> None:
+    assert np.all(tight().status == Status.OK)
     # Three times the trust: the anchors themselves miss it by up to that (T = 229 K in the README).
     trust = np.maximum(3e-7, golden("spread"))
     assert np.all((errors(tight()) <= 3 * trust) | (golden_temperature() == 229.0)), worst(tight())
@@ -96,26 +92,15 @@ def golden_temperature() -> np.ndarray:
     return np.array([anchor["changes"].get("T", 200.0) for anchor in ANCHORS])
 
 
-def test_amplitudes_at_the_default_settings_agree_to_1e_4() -> None:
-    assert np.all(computed().status == Status.OK)
-    assert np.all(errors(computed()) <= 1e-4), worst(computed())
-
-
-def test_default_settings_are_better_than_promised() -> None:
+def test_default_settings_are_better_than_the_1e_4_that_is_promised() -> None:
     # Measured: 1.2e-6, the limit of the golden numbers; a margin of four.
+    assert np.all(computed().status == Status.OK)
     assert np.all(errors(computed()) <= 5e-6), worst(computed())
 
 
-def test_periods_and_meltings_at_the_default_settings_are_the_golden_ones() -> None:
-    assert_same_counts(computed())
-
-
-@pytest.mark.slow
-def test_periods_and_meltings_at_a_tolerance_of_1e_8_are_the_golden_ones() -> None:
-    assert_same_counts(tight())
-
-
-def assert_same_counts(found: SimpleNamespace) -> None:
+@pytest.mark.parametrize("compute", [computed, pytest.param(tight, marks=pytest.mark.slow)])
+def test_periods_and_meltings_are_the_golden_ones(compute: Callable[[], SimpleNamespace]) -> None:
+    found = compute()
     np.testing.assert_array_equal(found.orbit_periods, golden("multiple") / HALVED)
     np.testing.assert_array_equal(found.melting_count, golden("melts") / HALVED)
 
@@ -158,13 +143,6 @@ def test_two_golden_orbits_close_after_one_period_already(
     np.testing.assert_allclose(two, one, rtol=0, atol=1e-9)
 
 
-def test_the_subharmonic_orbit_closes_after_two_periods_and_not_after_one() -> None:
-    (changes,) = (a["changes"] for a in ANCHORS if a["figure"] == "subharmonic")
-    start, one, two = strobed(changes)
-    np.testing.assert_allclose(two, start, rtol=0, atol=1e-8)  # it attracts more slowly
-    assert np.max(np.abs(one - start)) > 0.05
-
-
 @pytest.mark.slow
 def test_plain_iteration_reaches_the_same_orbits() -> None:
     # Acceleration must land on the attractor that plain iteration reaches; a few hundred to
@@ -197,11 +175,3 @@ def test_the_stated_error_is_no_exaggeration() -> None:
     # A bound of 1 would be honest and useless: it stays near the tolerance asked for.
     assert np.all(computed().amplitude_error <= 1e-4)
     assert np.median(computed().amplitude_error) <= 3e-6
-
-
-def test_the_start_decides_between_attractors() -> None:
-    # gamma = 2/3 between 290 and 298 K: liquid from rest, solid from phi_0 = 0.6.
-    scene = {"temperature": 292.0, "rheological_index": 2 / 3}
-    both = orbits(np.array([row(**scene), row(**scene, initial_order_parameter=0.6)]))
-    assert both.elastic_stress_amplitude[0] < 1.0
-    assert both.elastic_stress_amplitude[1] > 5e4

@@ -182,33 +182,17 @@ def test_a_spiral_between_two_freezings_is_not_followed_to_its_middle() -> None:
 # on after a jump, and what watched it longer came to a cycle of 67 periods.
 AMONG_SEVERAL = [
     ((178.923610, 20046.7415, 3425.26162, -0.825771922, 35.2382373), 5.77980163e-7, 20, 5.499e6),
-    (
-        (165.2931144, 29936.08052, 3681.314142, -0.8439812557, 47.25449656),
-        6.532208086e-7,
-        11,
-        6.300e6,
-    ),
+    ((165.2931144, 29936.08052, 3681.314142, -0.8439812557, 47.25449656),
+     6.532208086e-7, 11, 6.300e6),
     ((180.190771, 12834.7111, 1610.63914, -0.791117618, 46.6331066), -2.32276372e-7, 10, 2.703e6),
     ((209.946578, 10885.1524, 1403.39184, -0.835851364, 34.4892191), 3.67328247e-7, 10, 2.092e6),
-    (
-        (150.7816297, 15329.91463, 2305.754775, -0.7607401957, 43.28232155),
-        -6.415009901e-7,
-        45,
-        7.154e6,
-    ),
-    (
-        (186.2090861, 18833.48669, 3554.53264, -0.7931346489, 38.0775015),
-        1.721035650e-7,
-        9,
-        5.089e6,
-    ),
-    (
-        (182.217242, 13167.8098, 1734.79882, -0.826192019, 38.5878370),
-        -5.58733778e-7,
-        16,
-        5.2924e6,
-    ),
-]
+    ((150.7816297, 15329.91463, 2305.754775, -0.7607401957, 43.28232155),
+     -6.415009901e-7, 45, 7.154e6),
+    ((186.2090861, 18833.48669, 3554.53264, -0.7931346489, 38.0775015),
+     1.721035650e-7, 9, 5.089e6),
+    ((182.217242, 13167.8098, 1734.79882, -0.826192019, 38.5878370),
+     -5.58733778e-7, 16, 5.2924e6),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("values", "x0", "periods", "stress"), AMONG_SEVERAL)
@@ -255,17 +239,9 @@ def test_a_drifting_state_is_not_stationary(rtol: float) -> None:
 def test_a_growth_that_the_measurement_missed_is_looked_for_at_a_finer_tolerance() -> None:
     # Liquid on the brink of freezing: at 1e-4 the order parameter came back to its own value only
     # after the cycle that was measured, which knew of no stress; 50 times the stated error.
-    point = np.array(
-        [
-            Parameters(
-                106.73921376793031,
-                5733.496239539557,
-                1930.498651741182,
-                -0.8164563821613574,
-                53.251274836797016,
-            )
-        ]
-    )
+    p = Parameters(106.73921376793031, 5733.496239539557, 1930.498651741182, -0.8164563821613574,
+                   53.251274836797016)  # fmt: skip
+    point = np.array([p])
     found = orbits(point, rtol=1e-4, stationary_rtol=1e-4)
     true = amplitude_errors(found, point, np.array([112.5129]), np.array([2.43377046e-5]))
     assert found.status[0] == Status.OK

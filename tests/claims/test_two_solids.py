@@ -14,7 +14,6 @@ from stickslip import Options, Parameters, Status, simulate, stationary_orbit
 from stickslip.model import solids
 from stickslip.model.film import melting_function
 from stickslip.orbit import compute_orbits
-from stickslip.variables import RESULT_COLUMNS
 
 # Order parameters at which the balance of these films turns: 0.12, 0.4 and 0.5.
 TWO = {
@@ -120,8 +119,3 @@ def test_euler_cromer_goes_the_same_way() -> None:
         difference = abs(getattr(steps, name) / getattr(fine, name) - 1.0)
         assert difference <= steps.amplitude_error
         assert difference < 1e-2
-
-
-def test_films_of_fourth_order_have_no_such_transition() -> None:
-    row = compute_orbits(np.array(Parameters()), Options())[0][0]
-    assert row[RESULT_COLUMNS.index("solid_transition_count")] == 0

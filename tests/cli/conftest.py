@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
-from support.sweeps.commands import FOUR_POINTS, Command, Result
-
-from sweeps.cli.app import main
+from support.sweeps.commands import FOUR_POINTS, Command, result_of
 
 
 @pytest.fixture
@@ -18,16 +15,7 @@ def command(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> Command:
-    """The real entry point; `a.yaml` is the SWEEP of the test file, or else four points."""
+    """A call of the command; `a.yaml` is the SWEEP of the test file, or else four points."""
     monkeypatch.chdir(tmp_path)
     Path("a.yaml").write_text(getattr(request.module, "SWEEP", FOUR_POINTS))
-
-    def call(*arguments: str) -> Result:
-        monkeypatch.setattr(sys, "argv", ["stickslip", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        out, err = capsys.readouterr()
-        assert "Traceback" not in out + err
-        return Result(int(ended.value.code or 0), out, err)
-
-    return call
+    return lambda *arguments: result_of(arguments, monkeypatch, capsys)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import netCDF4
-import pytest
 from support.sweeps.commands import Command, entries
 
 from sweeps.files.datasets import content_hash, open_result
@@ -25,15 +23,6 @@ def test_an_array_of_jobs_is_the_whole(command: Command) -> None:
     assert done.out.startswith("merged.nc\n4 points, 0 failed")
     whole = content_hash(open_result(Path("results/a.nc")))
     assert content_hash(open_result(Path("merged.nc"))) == whole
-
-
-def test_a_part_says_how_it_stands(command: Command) -> None:
-    command("sweep", "a.yaml", "--part", "1/2")
-    again = command("sweep", "a.yaml", "--part", "1/2")
-    assert "is complete: 2 points, nothing to do" in again.err
-    status = command("status", "results/a.part-1-of-2.nc")
-    assert "complete (part 1/2)" in status.out
-    assert "2 of 2 points done" in status.out
 
 
 def test_a_table_is_written_once(command: Command) -> None:
@@ -60,20 +49,6 @@ def test_what_is_no_table_of_ours_is_not_replaced(command: Command) -> None:
     assert Path("c.csv").read_bytes() == result
 
 
-def test_parquet_is_written_or_what_it_needs_is_said(
-    command: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    command("sweep", "a.yaml", "-o", "a.nc")
-    with monkeypatch.context() as without:
-        without.setitem(sys.modules, "pyarrow.parquet", None)
-        code, _, err = command("export", "a.nc", "-o", "a.parquet")
-    assert code == 2
-    assert err.startswith("Parquet needs pyarrow, which is not installed: pip install")
-    assert not Path("a.parquet").exists()
-    pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
-    assert command("export", "a.nc", "-o", "a.parquet").out == "a.parquet\n"
-
-
 def test_numbers_that_were_changed_are_told(command: Command) -> None:
     command("sweep", "a.yaml", "-o", "a.nc")
     with netCDF4.Dataset("a.nc", "a") as file:
@@ -81,21 +56,3 @@ def test_numbers_that_were_changed_are_told(command: Command) -> None:
     code, _, err = command("export", "a.nc")
     assert code == 0
     assert err.startswith("warning: the numbers of a.nc are not those that stickslip wrote")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "told"),
-    [
-        (("sweep", "a.yaml", "--part", "3/2"), 2, "--part: '3/2' is no part"),
-        (("merge", "no.nc", "-o", "m.nc"), 5, "no.nc does not exist"),
-        (("export", "a.yaml", "-o", "a.csv"), 5, "a.yaml"),
-        (("export", "no.nc"), 5, "no.nc does not exist"),
-        (("export", "no.nc", "-o", "a.xlsx"), 2, "a.xlsx: a table ends in .csv or .parquet"),
-        (("export", "no.nc", "-o", "a.yaml/a.csv"), 5, "a.yaml is not a folder"),
-    ],
-)
-def test_what_cannot_be_done_is_said(
-    command: Command, arguments: tuple[str, ...], code: int, told: str
-) -> None:
-    done = command(*arguments)
-    assert (done.code, told in done.err) == (code, True), done.err

@@ -17,8 +17,6 @@ from sweeps.exits import Exit
 from sweeps.figures import PlotOptions
 from sweeps.files.datasets import open_result
 
-CONFIGS = Path(__file__).parents[2] / "configs"
-
 
 def test_simulate_computes_what_python_computes(command: Command) -> None:
     code, out, err = command("simulate", "a.yaml", "--set", "T=250", "--set", "gamma=0")
@@ -150,8 +148,6 @@ def test_plot_draws_what_the_options_ask_for(
     ("options", "words"),
     [
         (("--variable", "melting_cuont"), "did you mean 'melting_count'?"),
-        (("-x", "temprature"), "did you mean 'temperature'?"),
-        (("--at", "K=1000"), "spring_stiffness is 3000.0 in all of this file"),
         (("--log", "u"), "there is no 'u'"),
         (("--style", "none"), "the style file none does not exist"),
         (("--figure", "amplitudes", "-x", "T"), "--figure names a whole picture"),

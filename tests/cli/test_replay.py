@@ -81,7 +81,6 @@ def test_by_another_version_other_bits_are_explained(
     ("arguments", "told"),
     [
         ((), "several points are left"),
-        (("--at", "T=999", "--at", "gamma=0"), "temperature goes from 200 to 300"),
         ((*POINT, "-o", "a.png"), "names a NetCDF file"),
         ((*POINT, "--start", "there"), "--start is initial or stationary"),
     ],
@@ -98,7 +97,3 @@ def test_the_result_itself_is_not_replaced(command: Command, result: Path) -> No
     done = command(*map(str, ("replay", result, *POINT, "-o", result)))
     assert done.code == 2
     assert "the result itself" in done.err
-
-
-def test_a_missing_file_ends_with_5(command: Command, tmp_path: Path) -> None:
-    assert command("replay", str(tmp_path / "no.nc")).code == 5

@@ -64,17 +64,6 @@ def open_gate(folder: Path) -> None:
 # --- blocks that take long ---
 
 
-def test_a_log_tells_what_is_waited_for(folder: Path) -> None:
-    child = Running("-c", SLOW_BLOCKS, *SWEEP, cwd=folder)
-    child.says(STUCK, times=2)
-    open_gate(folder)
-    code, out, err = child.ended()
-    assert code == 0
-    assert out.startswith("a.nc\n4 points in ")
-    assert err.startswith("4 points (2 x 2); 4 to compute\n0/4 points, 0 failed, ")
-    assert err.replace("\n", "").isprintable()
-
-
 def test_a_terminal_tells_what_is_waited_for_and_what_ctrl_c_means(folder: Path) -> None:
     child = OnTerminal(SLOW_BLOCKS, *SWEEP, folder=folder)
     child.shows(STUCK)
@@ -114,14 +103,6 @@ def test_a_log_tells_that_kernels_are_compiled(folder: Path, command: list[str])
     assert err.replace("\n", "").isprintable()
 
 
-@pytest.mark.parametrize("command", one_then("faults", COMMANDS), ids=lambda command: command[0])
-def test_no_progress_silences_that_too(folder: Path, command: list[str]) -> None:
-    open_gate(folder)
-    child = Running("-c", SLOW_COMPILER, *command, "--no-progress", cwd=folder)
-    code, _, err = child.ended()
-    assert (code, err) == (0, "")
-
-
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command[0])
 def test_ctrl_c_while_compiling_leaves_a_clean_terminal(folder: Path, command: list[str]) -> None:
     child = OnTerminal(SLOW_COMPILER, *command, folder=folder)
@@ -132,12 +113,3 @@ def test_ctrl_c_while_compiling_leaves_a_clean_terminal(folder: Path, command: l
     last = plain(child.text.rpartition("\x1b[2K")[2])
     assert WORD not in last
     assert "Stopped: Ctrl-C. 0 of 4 points" in last or "Interrupted; nothing was kept." in last
-
-
-def test_the_word_has_gone_before_the_bar_begins(folder: Path) -> None:
-    child = OnTerminal(SLOW_COMPILER, *SWEEP, folder=folder)
-    child.shows(WORD)
-    open_gate(folder)
-    assert child.ended() == 0
-    assert child.text.rindex(WORD) < child.text.index(VISIBLE) < child.text.index("0/4 points")
-    assert child.text.count(HIDDEN) == child.text.count(VISIBLE) == 2

@@ -101,4 +101,4 @@ def test_without_a_home_code_is_compiled_and_not_kept() -> None:
         )
     assert ended.returncode == 0, ended.stderr
     assert "compiled code is not cached: there is no home folder" in ended.stdout
-    assert ended.stderr.count("compiled code cannot be cached") == 1
+    assert ended.stderr.count("compiled code is not cached: there is no home folder") == 1

@@ -88,11 +88,6 @@ def test_what_is_called_from_python_has_machine_code() -> None:
     assert result.library.codegen._engine.is_symbol_defined(result.fndesc.mangled_name)
 
 
-def test_a_part_without_a_type_says_so_as_numba_does() -> None:
-    with pytest.raises(Exception, match="Cannot unify"):
-        jit(lambda x: 1.0 if x > 0 else "negative")(1.0)
-
-
 def test_a_part_survives_pickling() -> None:
     copy = pickle.loads(pickle.dumps(series))
     assert isinstance(copy, Part)

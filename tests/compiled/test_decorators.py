@@ -39,19 +39,6 @@ def test_a_division_by_zero_is_infinite_and_raises_nothing() -> None:
 # --- signatures ----------------------------------------------------------------------------------
 
 
-def test_settings_are_of_one_type_whatever_numbers_made_them() -> None:
-    types = {
-        tuple(type(value) for value in Options(**changes).settings())
-        for changes in (
-            {},
-            {"rtol": np.float32(1e-3), "dt": 1, "stationary_rtol": np.float32(1e-3)},
-            {"max_steps": 1e6, "max_periods": np.int64(7)},
-            {"method": "euler-cromer", "accelerate": 1},
-        )
-    }
-    assert types == {(float, float, int, float, int, int, bool)}
-
-
 @decorators.kernel
 def smallest(point: np.ndarray, settings: Settings) -> float:
     return drive.period(parameters_of(point)) * settings.rtol * settings.max_steps
@@ -92,11 +79,6 @@ def test_a_name_is_refused_the_second_time() -> None:
     decorators.named_kernel("tests: constant[2]", make_constant(2.0))
     with pytest.raises(ValueError, match=r"called tests: constant\[2\] already"):
         decorators.named_kernel("tests: constant[2]", make_constant(3.0))
-
-
-def test_kernels_of_one_factory_do_what_their_names_say() -> None:
-    kernels = [decorators.named_kernel(f"tests: value {i}", make_constant(i)) for i in (3.0, 4.0)]
-    assert [kernel() for kernel in kernels] == [3.0, 4.0]
 
 
 def test_threads_that_ask_a_factory_at_once_get_one_kernel() -> None:

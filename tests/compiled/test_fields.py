@@ -36,20 +36,6 @@ def test_a_forgotten_or_unknown_field_is_an_error_when_the_maker_is_made(
         maker(**values)
 
 
-@pytest.mark.parametrize("name", ParameterValues._fields)
-def test_no_parameter_can_be_forgotten(name: str) -> None:
-    values = dict.fromkeys(ParameterValues._fields, 1.0)
-    fields.make_tuple_maker(ParameterValues, "row", values, {})
-    del values[name]
-    with pytest.raises(TypeError, match=name):
-        fields.make_tuple_maker(ParameterValues, "row", values, {})
-
-
-def test_the_bare_values_have_no_defaults() -> None:
-    # Compiled code that names its fields by keyword must not fall back on a default in silence.
-    assert ParameterValues._field_defaults == {}
-
-
 # --- expressions and literals --------------------------------------------------------------------
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from sweeps.config.load import from_yaml
+from sweeps.config.load import from_mapping, from_yaml
 
 
 @pytest.mark.parametrize(
@@ -24,6 +24,11 @@ from sweeps.config.load import from_yaml
 )
 def test_forms_of_an_axis(axis: str, values: tuple[float, ...]) -> None:
     assert from_yaml(f"sweep: {{x_0: {axis}}}").sweep["initial_displacement"] == values
+
+
+def test_a_long_list_is_kept_whole() -> None:
+    values = [float(number) for number in range(1, 2501)]
+    assert from_mapping({"sweep": {"T": values}}).sweep["temperature"] == tuple(values)
 
 
 def test_geomspace_takes_values_not_exponents() -> None:

@@ -68,7 +68,26 @@ def test_a_refused_value_causes_no_further_problems() -> None:
     assert len(problems("model: 3\nnoise: {treatment: none}")) == 1
     assert len(problems("sweep: {T: [1, *x]}\ncases: {k: *y}\nintegrator: *z")) == 3
     assert len(problems("integrator: {rtol: *x}\nstationary: {rtol: *y}")) == 2
+    assert len(problems("sweep: {T: [x], k: [1]}\nfollow: T")) == 1
+    assert len(problems("sweep: {T: [1, 2]}\nrefine: {axes: [T], levels: x}")) == 1
+    assert len(problems("sweep: {Tx: {linspace: 3}}")) == 1
+    assert len(problems("sample: {sobol: 4, Tx: 3, T: [1, 2]}")) == 1
     assert len(problems("noise: {treatment: random, seed: 3, realizations: 5}")) == 1
+
+
+def test_a_refused_value_hides_no_other_of_its_section() -> None:
+    told = problems("simulation: {periods: 0, schedule: {T: [-1], x_0: [0]}}")
+    assert [line.split(": ")[1] for line in told] == [
+        "simulation.periods",
+        "simulation.schedule.T[0]",
+        "simulation.schedule.x_0",
+    ]
+
+
+def test_of_a_page_in_a_list_the_first_thousand_words_are_told() -> None:
+    told = problems("sweep:\n  T: [" + "a,\n" * 5000 + "]")
+    assert len(told) == 1000
+    assert told[-1].startswith("f.yaml:1001: sweep.T[999]: must be a number, not 'a'")
 
 
 def test_one_line_for_each_problem_whatever_the_text_contains() -> None:

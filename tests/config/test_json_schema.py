@@ -46,12 +46,24 @@ def test_the_schema_accepts_the_shipped_configs(path: Path) -> None:
         ("sweep: {k: {geomspace: [1, 2], num: 3}, K: {arange: [1, 2, 1/2]}}", True),
         ("model:\nsweep:\nplot:", True),
         ("integrator: {method: euler-cromer, dt: 1/1000, max_steps: null}", True),
+        ("sample: {sobol: 4, T: [150, 320], K: {log: [500, 1e4]}}", True),
+        ("simulation: {schedule: {T: [200, 300], K: {linspace: [1, 2], num: 2}}}", True),
+        ("sweep: {T: {linspace: [1, 9], num: 9}}\nrefine: {axes: [T], where: [regime]}", True),
         ("modle: {}", False),
         ("model: {temprature: 1}", False),
         ("model: {T: -1}", False),
         ("model: {T: '200'}", False),
         ("model: {X_m: 0}", False),
         ("model: {gamma: -1}", False),
+        ("model: {phi_0: 3}", False),
+        ("cases: {temprature: [1]}", False),
+        ("cases: {T: [-1]}", False),
+        ("sample: {sobol: 4, temprature: [1, 2]}", False),
+        ("sample: {sobol: 4, T: [-1, 2]}", False),
+        ("sample: {sobol: 4, T: {log: [-1, 2]}}", False),
+        ("simulation: {schedule: {T: [-1]}}", False),
+        ("simulation: {schedule: {x_0: [0]}}", False),
+        ("sweep: {T: [1, 2]}\nrefine: {axes: [T], levels: 9}", False),
         ("sweep: {T: 3}", False),
         ("sweep: {T: []}", False),
         ("sweep: {T: [-1]}", False),
@@ -71,7 +83,7 @@ def test_the_schema_agrees_with_the_reader(text: str, accepted: bool) -> None:
 
 
 def test_the_schema_describes_every_parameter_with_its_unit() -> None:
-    properties = json_schema()["$defs"]["model"]["properties"]
+    properties = json_schema()["properties"]["model"]["anyOf"][0]["properties"]
     for name, variable in PARAMETERS.items():
         for key in (name, variable.symbol):
             assert f"[{variable.units}]" in properties[key]["description"]

@@ -64,6 +64,24 @@ def test_an_empty_config_is_the_papers_fig_3() -> None:
     assert from_mapping({}).parameters() == Parameters()
 
 
+@pytest.mark.parametrize(
+    ("text", "overrides", "output"),
+    [
+        ("{}", [], "results/map.nc"),
+        ("output:", [], "results/map.nc"),
+        ("output: a.nc", [], "a.nc"),
+        ("output: a.nc", ["output=b.nc"], "b.nc"),
+        ("output: a.nc", ["output=null"], "results/map.nc"),
+    ],
+)
+def test_the_output_is_named_after_the_file_unless_it_is_given(
+    tmp_path: Path, text: str, overrides: list[str], output: str
+) -> None:
+    path = tmp_path / "map.yaml"
+    path.write_text(text)
+    assert load(path, overrides).output == output
+
+
 def test_the_order_of_the_axes_is_kept_and_counts() -> None:
     one, other = from_yaml("sweep: {T: [1], k: [2]}"), from_yaml("sweep: {k: [2], T: [1]}")
     assert list(one.sweep) == ["temperature", "viscosity_coefficient"]

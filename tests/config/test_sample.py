@@ -53,7 +53,7 @@ def test_a_sample_is_a_set_of_cases_and_the_file_says_how_it_was_drawn() -> None
         ("{sobol: 4}", "sample: needs sobol or latin_hypercube, and parameters"),
         ("{T: [1, 2]}", "sample: needs sobol or latin_hypercube, and parameters"),
         ("{sobol: 4, latin_hypercube: 4, T: [1, 2]}", "sample: needs sobol or latin_hypercube"),
-        ("{sobol: 0, T: [1, 2]}", "sample.sobol: must be 1 to 1000000 points, not 0"),
+        ("{sobol: 0, T: [1, 2]}", "sample.sobol: must be at least 1, not 0"),
         ("{sobol: 4, seed: -1, T: [1, 2]}", "sample.seed: must be at least 0"),
         ("{sobol: 4, Tx: [1, 2], T: [1, 2]}", "sample.Tx: unknown parameter"),
         ("{sobol: 4, T: [2, 1]}", "sample.T: must rise from low to high, not from 2 to 1"),

@@ -27,6 +27,7 @@ from sweeps.files.atomic import StorageError
 from sweeps.files.datasets import content_hash, open_result
 from sweeps.files.journal import Journal
 from sweeps.files.record_log import DamagedRecordError
+from sweeps.files.results import Written
 from sweeps.files.run_folder import RunFolder
 from sweeps.grid import Grid
 
@@ -291,6 +292,26 @@ def test_points_of_other_parts_that_are_damaged_on_the_way_are_computed_again(
     ended = computed(config, path, Part(2, 2))
     assert ended.computed == 9 + 3
     assert content_hash(open_result(path)) == content_hash(run(MAP))
+
+
+def test_a_merge_that_was_killed_is_given_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parts, output = parts_of(from_mapping(MAP), tmp_path, 2), tmp_path / "m.nc"
+
+    def killed(_: JournaledResult) -> Written:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(JournaledResult, "write", killed)
+        patch.setattr(RunFolder, "remove", lambda *_, **__: None)
+        with pytest.raises(KeyboardInterrupt):
+            merge(parts, output)
+    assert RunFolder(output).path.exists()
+    assert state_of(output)["state"] == "absent"
+    merge(parts, output)
+    assert content_hash(open_result(output)) == content_hash(run(MAP))
+    assert not RunFolder(output).path.exists()
 
 
 def test_a_merge_leaves_a_sweep_alone_that_began_meanwhile(

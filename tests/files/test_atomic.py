@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import socket
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -35,6 +38,21 @@ def test_a_body_that_raises_leaves_the_old_file_and_no_other(path: Path) -> None
         body()
     assert path.read_text() == "old"
     assert list(path.parent.iterdir()) == [path]
+
+
+def test_what_a_killed_process_left_is_removed_by_the_next(path: Path) -> None:
+    killed = subprocess.Popen([sys.executable, "-c", ""])
+    killed.wait()
+    host = socket.gethostname()
+    left, used, others = (
+        path.with_name(f".a.{name}.tmp")
+        for name in (f"{host}.{killed.pid}", f"{host}.{os.getppid()}", f"elsewhere.{killed.pid}")
+    )
+    for file in (left, used, others):
+        file.write_text("half")
+    with replacing(path) as temporary:
+        temporary.write_text("new")
+    assert sorted(path.parent.iterdir()) == sorted([path, used, others])
 
 
 @pytest.mark.parametrize("fsync", [False, True])

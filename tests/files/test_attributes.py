@@ -21,7 +21,7 @@ from stickslip.compiled.cache import processor, source_hash
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.parameters import Parameters
 from stickslip.regime import Regime
-from stickslip.variables import PARAMETERS, RESULT_COLUMNS
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps.config.load import Config, from_mapping, from_yaml
 from sweeps.engine.run import run
 from sweeps.engine.trajectories import trajectories, trajectory
@@ -29,38 +29,7 @@ from sweeps.files.attributes import result_dataset
 from sweeps.files.datasets import write_dataset
 from sweeps.grid import Grid
 
-FLOATS = {
-    "elastic_stress_amplitude": "Pa",
-    "friction_force_amplitude": "N",
-    "elastic_stress_max": "Pa",
-    "elastic_stress_min": "Pa",
-    "friction_force_max": "N",
-    "friction_force_min": "N",
-    "amplitude_error": "1",
-    "power_balance_error": "1",
-    "asymmetry": "1",
-    "solid_fraction": "1",
-    "floquet_multiplier": "1",
-    "lyapunov_exponent": "1",
-    "elastic_stress_amplitude_spread": "Pa",
-    "friction_force_amplitude_spread": "N",
-}
-COUNTS = dict.fromkeys(
-    ("orbit_periods", "melting_count", "solid_transition_count", "periods_integrated"), "1"
-)
-FLAGS = {
-    "ok": 0,
-    "not_stationary": 1,
-    "step_limit": 2,
-    "diverged": 3,
-    "refused": 4,
-    "failed": 5,
-    "invariant_violated": 6,
-    "aperiodic": 7,
-    "inaccurate": 8,
-    "interpolated": 9,
-    "pending": 127,
-}
+FLAGS = {"status": Status, "regime": Regime}
 ATTRIBUTES = {
     "Conventions",
     "title",
@@ -94,10 +63,10 @@ def rows(size: int) -> np.ndarray:
     return results
 
 
-def made(config: dict[str, Any], results: np.ndarray | None = None) -> xr.Dataset:
+def made(config: dict[str, Any]) -> xr.Dataset:
     settings = from_mapping(config)
     grid = Grid.from_config(settings)
-    return result_dataset(settings, grid, rows(grid.size) if results is None else results)
+    return result_dataset(settings, grid, rows(grid.size))
 
 
 @pytest.fixture
@@ -109,22 +78,19 @@ def stored(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[netCDF4.D
         yield file
 
 
-all_sweeps = pytest.mark.parametrize("stored", SWEEPS, indirect=True)
+all_sweeps = pytest.mark.parametrize("stored", ["an axis and cases", "one point"], indirect=True)
 
 
 @all_sweeps
 def test_variables_types_units_and_fill_values(stored: netCDF4.Dataset) -> None:
-    data = {name for name in stored.variables if name not in PARAMETERS} - {"case"}
-    assert data == {*FLOATS, *COUNTS, "status", "regime"}
-    for name, units in {**FLOATS, **COUNTS, "status": "1", "regime": "1"}.items():
-        variable = stored[name]
-        dtype = "f8" if name in FLOATS else "i4" if name in COUNTS else "i1"
-        assert variable.dtype == np.dtype(dtype), name
-        assert variable.units == units, name
+    assert {*stored.variables} - {*PARAMETERS, "case"} == set(RESULTS)
+    for name, declared in RESULTS.items():
+        variable, is_float = stored[name], declared.dtype == "f8"
+        assert variable.dtype == np.dtype(declared.dtype), name
+        assert variable.units == declared.units, name
         assert variable.long_name, name
-        assert ("_FillValue" in variable.ncattrs()) == (name in FLOATS), name
-        if name in FLOATS:
-            assert np.isnan(variable._FillValue), name
+        assert ("_FillValue" in variable.ncattrs()) == is_float, name
+        assert not is_float or np.isnan(variable._FillValue), name
     assert stored.data_model == "NETCDF4"
 
 
@@ -142,28 +108,13 @@ def test_parameters_are_coordinates_with_symbol_and_unit(stored: netCDF4.Dataset
 
 
 @all_sweeps
-def test_no_name_differs_from_another_by_case_alone(stored: netCDF4.Dataset) -> None:
-    names = {*stored.variables, *stored.dimensions}
-    assert len({name.lower() for name in names}) == len(names)
-    assert names.isdisjoint({"k", "K", "t", "T"})
-
-
-@all_sweeps
-def test_the_flags_of_the_status_are_complete(stored: netCDF4.Dataset) -> None:
-    status = stored["status"]
-    assert status.flag_values.dtype == np.int8
-    names = status.flag_meanings.split()
-    assert dict(zip(names, status.flag_values.tolist(), strict=True)) == FLAGS
-
-
-@all_sweeps
-def test_the_flags_of_the_regime_are_complete(stored: netCDF4.Dataset) -> None:
-    regime = stored["regime"]
-    assert regime.flag_values.dtype == np.int8
-    codes = {each.name.lower(): each.value for each in Regime}
-    assert (
-        dict(zip(regime.flag_meanings.split(), regime.flag_values.tolist(), strict=True)) == codes
-    )
+@pytest.mark.parametrize("name", FLAGS)
+def test_flags_are_complete(stored: netCDF4.Dataset, name: str) -> None:
+    flags = stored[name]
+    assert flags.flag_values.dtype == np.int8
+    words = flags.flag_meanings.split()
+    codes = {each.name.lower(): each.value for each in FLAGS[name]}
+    assert dict(zip(words, flags.flag_values.tolist(), strict=True)) == codes
 
 
 @all_sweeps
@@ -203,29 +154,6 @@ def test_each_result_lands_at_its_point() -> None:
         np.testing.assert_array_equal(ds[name].values, results[:, column].reshape(2, 3))
     chosen = ds.sel(temperature=250, rheological_index=0)
     assert chosen.friction_force_amplitude == results[4, 1]
-
-
-def test_points_that_did_not_succeed_hold_nan_and_minus_one(tmp_path: Path) -> None:
-    codes = [status for status in Status if status is not Status.PENDING]
-    results = rows(len(Status))
-    results[1:, : len(RESULT_COLUMNS)] = np.nan
-    for name in COUNTS:
-        results[1:-1, RESULT_COLUMNS.index(name)] = -1
-    results[:-1, -1] = codes  # the last row has not come back
-    write_dataset(
-        made({"sweep": {"T": {"linspace": [150, 320], "num": len(Status)}}}, results),
-        tmp_path / "a.nc",
-    )
-    with xr.open_dataset(tmp_path / "a.nc") as ds:
-        assert ds.status.dtype == np.int8
-        assert ds.status.values.tolist() == [*codes, 127]
-        assert [Status(code) for code in ds.status.values] == list(Status)
-        for name in FLOATS:
-            if name != "lyapunov_exponent":  # none of them is aperiodic
-                np.testing.assert_array_equal(np.isnan(ds[name]), ds.status != 0)
-        for name in COUNTS:
-            assert ds[name].dtype == np.int32
-            np.testing.assert_array_equal(ds[name] == -1, ds.status != 0)
 
 
 # --- provenance ---

@@ -152,15 +152,14 @@ def test_an_older_table_stays_where_a_new_one_fails(
 ) -> None:
     paths = export(ds, tmp_path / "a.csv")
     before = [path.read_bytes() for path in paths]
-    monkeypatch.setattr(module, "Chunks", lambda shape: Chunks(shape, most=2))
-    values = module._values
 
-    def failing(variable: xr.DataArray, shape: Any) -> Any:
-        if variable.name == "asymmetry" and np.signbit(variable.values).any():
-            raise OSError("Input/output error")
-        return values(variable, shape)
+    class Failing(Chunks):
+        def box(self, number: int) -> tuple[slice, ...]:
+            if number == 1:  # a chunk is written by then
+                raise OSError("Input/output error")
+            return super().box(number)
 
-    monkeypatch.setattr(module, "_values", failing)
+    monkeypatch.setattr(module, "Chunks", lambda shape: Failing(shape, most=2))
     with pytest.raises(StorageError, match=r"cannot write .*a\.csv: Input/output error"):
         export(ds.assign(asymmetry=-ds.asymmetry), tmp_path / "a.csv")
     assert [path.read_bytes() for path in paths] == before
@@ -176,3 +175,24 @@ def test_without_pyarrow_it_is_said_what_to_do(
     assert files_of(Path("a.csv")) == [Path("a.csv"), Path("a.columns.csv")]
     with pytest.raises(TableError, match=r"a table ends in \.csv or \.parquet"):
         export(ds, tmp_path / "a.xlsx")
+
+
+def test_a_text_that_a_spreadsheet_would_run_is_quoted(ds: xr.Dataset, tmp_path: Path) -> None:
+    hostile = ds.copy()
+    hostile["=HYPERLINK(0)"] = hostile.asymmetry.assign_attrs(units="@SUM(1)", long_name="+1")
+    hostile.status.attrs["flag_meanings"] = str(ds.status.attrs["flag_meanings"]).replace(
+        "ok", "=ok"
+    )
+    table, columns = export(hostile, tmp_path / "a.csv")
+    assert "'=HYPERLINK(0)" in rows_of(table)[0]
+    assert {row["status"] for row in rows_of(table)} == {"'=ok", "diverged"}
+    (described,) = [row for row in rows_of(columns) if "HYPERLINK" in row["name"]]
+    assert list(described.values()) == ["'=HYPERLINK(0)", "'@SUM(1)", "'+1", ""]
+    assert float(rows_of(table)[-1]["asymmetry"]) == ODD[-1]  # a number keeps its sign
+
+
+def test_a_table_is_as_private_as_its_result(ds: xr.Dataset, tmp_path: Path) -> None:
+    source = tmp_path / "a.nc"
+    source.touch(mode=0o600)
+    for path in (*export(ds, tmp_path / "a.csv", source), *export(ds, tmp_path / "b.csv")):
+        assert path.stat().st_mode & 0o077 == (0 if path.name.startswith("a") else 0o044)

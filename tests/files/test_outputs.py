@@ -8,13 +8,13 @@ import re
 import shutil
 import signal
 import subprocess
-import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.sweeps.processes import HANGS, wait_until
 from support.sweeps.sweeping import (
     LOOSE,
     ONE_BY_ONE,
@@ -31,8 +31,6 @@ from support.sweeps.sweeping import (
 from sweeps.files import run_folder
 from sweeps.files.datasets import open_result
 from sweeps.files.run_folder import InUseError, RunFolder
-
-HANGS = 120.0  # seconds, on any machine
 
 FOUR = "sweep: {temperature: [200, 210, 230, 250]}\n"
 FIVE = "sweep: {temperature: [200, 210, 230, 250, 270]}\n"
@@ -110,7 +108,7 @@ FULL = {
     "before the trial": Mishap("netCDF4", "Dataset", 1, of="'w'", kills=False),
     "before the first block": Mishap("os", "pwrite", 6, kills=False),
     "before the result": Mishap("netCDF4", "Dataset", 2, of="'w'", kills=False),
-    "while the result is filled": Mishap("sweeps.files.results", "_fill", kills=False),
+    "while the result is filled": Mishap("sweeps.files.results:Digests", "add", kills=False),
 }
 
 
@@ -165,7 +163,7 @@ def test_a_disk_that_will_be_full_is_told_before_the_work(shell: Shell, small_di
 def test_a_second_sweep_to_an_output_names_the_first(shell: Shell) -> None:
     write("long.yaml", LONG)
     first = child(["sweep", "long.yaml", "-o", "a.nc"], log="first")
-    wait_for(Path("a.nc.run/heartbeat.json"))
+    wait_until(Path("a.nc.run/heartbeat.json").exists)
     for option in ([], ["--overwrite"], ["--partial"]):
         code, out, err = shell("sweep", "a.yaml", "-o", "a.nc", *option)
         assert (code, out, shell.computed) == (4, "", [])
@@ -185,7 +183,7 @@ def test_a_sweep_that_has_just_begun_is_not_taken_for_a_killed_one(shell: Shell)
     write("long.yaml", LONG)
     command = ["sweep", "long.yaml", "-o", "a.nc"]
     killed = child(command, log="killed")
-    wait_for(Path("a.nc.run/heartbeat.json"))
+    wait_until(Path("a.nc.run/heartbeat.json").exists)
     killed.kill()
     killed.join(HANGS)
     with RunFolder(Path("a.nc")).held():  # a sweep that still compiles
@@ -239,13 +237,6 @@ def test_a_run_that_ends_leaves_the_lock_of_the_next_alone(
         assert entries("a.nc.run") == ["heartbeat.json", "journal.new", "lock"]
         with pytest.raises(InUseError), RunFolder(output).held():
             pass
-
-
-def wait_for(path: Path) -> None:
-    latest = time.monotonic() + HANGS
-    while not path.exists():
-        assert time.monotonic() < latest
-        time.sleep(0.01)
 
 
 # --- damaged ---

@@ -38,10 +38,8 @@ def new_reader() -> Iterator[None]:
 def befalls(monkeypatch: pytest.MonkeyPatch, mishap: str) -> None:
     """What happens to the reader when it opens a file."""
     opens = "        with netCDF4.Dataset("
-    assert opens in watch._READER
-    monkeypatch.setattr(
-        watch, "_READER", watch._READER.replace(opens, f"        {mishap}\n{opens}")
-    )
+    assert opens in watch.READER
+    monkeypatch.setattr(watch, "READER", watch.READER.replace(opens, f"        {mishap}\n{opens}"))
 
 
 def test_a_sound_file_passes_again_and_again(path: Path) -> None:
@@ -61,7 +59,7 @@ def test_a_file_in_which_the_library_hangs_is_told(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     befalls(monkeypatch, HANGS)
-    monkeypatch.setattr(watch, "_SECONDS", 1.0)
+    monkeypatch.setattr(watch, "SECONDS", 1.0)
     with pytest.raises(StorageError, match="is damaged: it cannot be read to its end in 1 s"):
         require_readable(path)
 
@@ -77,7 +75,6 @@ def test_the_next_file_has_a_reader_again(path: Path, monkeypatch: pytest.Monkey
         befalls(broken, DIES)
         with pytest.raises(StorageError):
             require_readable(path)
-    assert watch._reader is None
     require_readable(path)
 
 

@@ -9,8 +9,10 @@ from support.points import orbits, row
 
 from stickslip import Status
 from stickslip.kernels import ensembles
+from stickslip.kernels.streams import streams_of
+from stickslip.measure.accumulate import STRESS_MAX
 from stickslip.measure.window import error_of_mean
-from stickslip.options import Options
+from stickslip.options import METHODS, Options
 from stickslip.orbit import compute_orbits
 from stickslip.regime import Regime
 from stickslip.variables import RESULT_COLUMNS
@@ -59,19 +61,21 @@ def test_an_error_is_three_standard_errors_and_that_of_the_typical_path() -> Non
     assert difference < few.amplitude_error + many.amplitude_error
 
 
-def test_more_paths_leave_the_first_ones_as_they_were(monkeypatch: pytest.MonkeyPatch) -> None:
-    seen: list[np.ndarray] = []
-    combine = ensembles._combine
+def test_more_paths_leave_the_first_ones_as_they_were() -> None:
+    settled = orbits(POINTS[:1], rtol=1e-4).final
+    two, three = (paths_of(settled, Options(**FEW | {"realizations": n})) for n in (2, 3))
+    np.testing.assert_array_equal(two, three[:2])
+    assert len(np.unique(three[:, STRESS_MAX])) == 3
 
-    def watched(rows: np.ndarray, singles: np.ndarray, result: np.ndarray) -> None:
-        seen.append(singles.copy())
-        combine(rows, singles, result)
 
-    monkeypatch.setattr(ensembles, "_combine", watched)
-    ensemble(POINTS[0], realizations=2)
-    ensemble(POINTS[0], realizations=3)
-    np.testing.assert_array_equal(seen[0], seen[1][:2])
-    assert len(np.unique(seen[1][:, 0, 0])) == 3
+def paths_of(settled: np.ndarray, options: Options) -> np.ndarray:
+    """Records (realizations, RECORD) of a drive period of the first point."""
+    paths = options.realizations
+    points, starts = (np.repeat(array, paths, axis=0) for array in (POINTS[:1], settled))
+    streams = streams_of(POINTS[:1], options)
+    walk = METHODS["adaptive"].kernels.stochastic_walk(points, starts, streams, options)
+    walk.next_period()
+    return walk.next_period().copy()
 
 
 @pytest.mark.parametrize(("paths", "periods"), [(1, 32), (3, 20), (64, 32)])
@@ -102,7 +106,7 @@ def test_the_number_of_paths_side_by_side_makes_no_difference(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     together = ensemble(POINTS).row
-    monkeypatch.setattr(ensembles, "_AT_A_TIME", 5)
+    monkeypatch.setattr(ensembles, "PATHS_AT_A_TIME", 5)
     np.testing.assert_array_equal(ensemble(POINTS).row, together)
 
 
@@ -119,11 +123,6 @@ def test_a_mirror_image_is_one_bit_for_bit(strain: str) -> None:
             turned = name[:-3] + ("min" if name.endswith("max") else "max")
             left = -getattr(other, turned)
         np.testing.assert_array_equal(getattr(ours, name), left, err_msg=name)
-
-
-def test_another_seed_is_another_ensemble() -> None:
-    one, other = (ensemble(POINTS[0], seed=seed).elastic_stress_amplitude for seed in (1, 2))
-    assert one != other
 
 
 # --- ends ---

@@ -149,18 +149,6 @@ def test_an_orbit_of_an_odd_number_of_half_periods_closes_after_as_many_periods(
     assert result_of(cycle=cycle)["orbit_periods"] == periods
 
 
-@pytest.mark.parametrize("cycle", [1, 3])
-def test_an_odd_cycle_repeats_with_the_signs_turned(cycle: int) -> None:
-    found = result_of(cycle=cycle)
-    assert (found["elastic_stress_max"], found["elastic_stress_min"]) == (3e6, -3e6)
-    assert (found["friction_force_max"], found["friction_force_min"]) == (2e-3, -2e-3)
-    assert found["asymmetry"] == 0.0
-    low = result_of(cycle=cycle, STRESS_MAX=1e6, STRESS_MIN=-3e6)
-    assert low["elastic_stress_max"] == 3e6
-    even = result_of(cycle=cycle + 1)
-    assert (even["elastic_stress_max"], even["elastic_stress_min"]) == (3e6, -1e6)
-
-
 @pytest.mark.parametrize(
     ("meltings", "first", "last", "count"),
     [

@@ -5,6 +5,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.differences import slope_of
 
 from stickslip.model import drive
 from stickslip.parameters import Parameters
@@ -31,8 +32,7 @@ def test_the_drive_is_a_cosine(phase: float, amplitude: float) -> None:
 @given(phase=phases)
 def test_velocity_and_acceleration_are_derivatives(function, derivative, phase: float) -> None:
     t, step = phase / 10.0, 1e-4
-    values = [function(PAPER, t + times * step) for times in (-2, -1, 1, 2)]
-    difference = (values[0] - 8 * values[1] + 8 * values[2] - values[3]) / (12 * step)
+    difference = slope_of(lambda t: function(PAPER, t), t, step)
     largest = derivative(PAPER, 0.0) or derivative(PAPER, 0.25 * drive.period(PAPER))
     assert derivative(PAPER, t) == pytest.approx(difference, abs=1e-10 * abs(largest))
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.differences import slope_of
 
 from stickslip.model import film, solids
 from stickslip.parameters import Parameters
@@ -17,7 +18,6 @@ B_CUBIC, C_QUARTIC = PAPER.cubic_coefficient, PAPER.quartic_coefficient
 SPINODAL = B_CUBIC**2 / (4 * C_QUARTIC)
 """b^2/4c: the melting function from which a film is liquid only."""
 
-FIG_2_STRAIN = 2.1e-6
 
 ENERGIES = [name for name, v in PARAMETERS.items() if v.units == "J m-3"]
 FULL = PAPER._replace(**{name: 100.0 for name in ENERGIES if getattr(PAPER, name) == 0.0})
@@ -43,31 +43,7 @@ def unstable_order_parameter(p: Parameters, B: float) -> float:
     return half - math.sqrt(half * half - B / p.quartic_coefficient)
 
 
-def extrema_of_free_energy(T: float, eps: float) -> list[tuple[str, float]]:
-    """Minima and maxima of f over phi >= 0, with the edge phi = 0 seen from its right."""
-    p, phi = at(T), np.linspace(0.0, 0.6, 6001)
-    f = np.array([film.free_energy(p, x, eps) for x in phi])
-    rises = np.diff(f) > 0
-    found = [("minimum", 0.0)] if rises[0] else [("maximum", 0.0)]
-    for i in range(1, len(rises)):
-        if rises[i] and not rises[i - 1]:
-            found.append(("minimum", float(phi[i])))
-        if rises[i - 1] and not rises[i]:
-            found.append(("maximum", float(phi[i])))
-    return found
-
-
-def five_point_slope(function: Any, x: float, step: float) -> float:
-    """Derivative by central differences of fourth order."""
-    values = [function(x + times * step) for times in (-2, -1, 1, 2)]
-    return float(np.dot([1, -8, 8, -1], values)) / (12 * step)
-
-
 # --- closed forms --------------------------------------------------------------------------------
-
-
-def test_the_spinodal_of_the_paper_is_15_5588() -> None:
-    assert pytest.approx(15.5588, abs=5e-5) == SPINODAL
 
 
 def test_a_film_at_rest_melts_at_298_18885_K() -> None:
@@ -144,26 +120,6 @@ def test_the_quasi_static_film_bears_4_2885_MPa_and_2_8009_mN_at_200_K() -> None
 # --- Fig. 2: the landscape -----------------------------------------------------------------------
 
 
-def test_fig_2_at_265_K_the_only_minimum_is_a_solid_one() -> None:
-    kinds = extrema_of_free_energy(265.0, FIG_2_STRAIN)
-    assert [kind for kind, _ in kinds] == ["maximum", "minimum"]
-    assert kinds[0][1] == 0.0
-    assert kinds[1][1] > 0.0
-
-
-def test_fig_2_at_286_K_a_maximum_parts_the_liquid_from_the_solid_minimum() -> None:
-    p, kinds = at(286.0), extrema_of_free_energy(286.0, FIG_2_STRAIN)
-    assert [kind for kind, _ in kinds] == ["minimum", "maximum", "minimum"]
-    B = film.melting_function(p, FIG_2_STRAIN)
-    assert kinds[0][1] == 0.0
-    assert kinds[1][1] == pytest.approx(unstable_order_parameter(p, B), abs=2e-4)
-    assert kinds[2][1] == pytest.approx(solids.solid_order_parameter(p, B), abs=2e-4)
-
-
-def test_fig_2_at_310_K_the_only_minimum_is_the_liquid() -> None:
-    assert extrema_of_free_energy(310.0, FIG_2_STRAIN) == [("minimum", 0.0)]
-
-
 # --- stationary states and kinetics --------------------------------------------------------------
 
 temperatures = st.floats(0.0, 298.0)
@@ -232,7 +188,7 @@ def test_the_log_force_is_the_slope_of_the_free_energy_over_phi(
     p: Parameters, phi: float, eps: float, T: float
 ) -> None:
     p = p._replace(temperature=T)
-    slope = five_point_slope(lambda x: film.free_energy(p, x, eps), phi, 1e-3 * phi)
+    slope = slope_of(lambda x: film.free_energy(p, x, eps), phi, 1e-3 * phi)
     force = film.log_force(p, phi, film.melting_function(p, eps))
     B = film.melting_function(p, eps)
     assert force == pytest.approx(slope / phi, abs=1e-9 * (abs(B) + size_of_force(p, phi)))
@@ -240,7 +196,7 @@ def test_the_log_force_is_the_slope_of_the_free_energy_over_phi(
 
 @given(p=films, psi=st.floats(-30.0, 1.0))
 def test_the_slope_of_the_log_force_is_its_derivative_by_ln_phi(p: Parameters, psi: float) -> None:
-    slope = five_point_slope(lambda x: film.log_force(p, math.exp(x), 3.0), psi, 1e-3)
+    slope = slope_of(lambda x: film.log_force(p, math.exp(x), 3.0), psi, 1e-3)
     found = film.log_force_slope(p, math.exp(psi))
     assert found == pytest.approx(slope, abs=1e-9 * (1 + size_of_force(p, math.exp(psi))))
 
@@ -314,10 +270,6 @@ def test_without_the_cubic_term_a_film_counts_as_solid_from_half_its_unstrained_
     unstrained = math.sqrt(2 * PAPER.thermal_coefficient * 90.0 / C_QUARTIC)
     assert threshold == pytest.approx(0.5 * unstrained, rel=1e-14, abs=0)
     assert solids.solid_threshold(at(300.0, cubic_coefficient=0.0)) == 0.0
-
-
-def test_a_film_counts_as_melted_below_a_tenth_of_the_solid_threshold() -> None:
-    assert solids.MELTED_PART == 0.1
 
 
 def test_the_bound_of_the_order_parameter_is_the_unstrained_solid_or_half_b_over_c() -> None:

@@ -45,11 +45,6 @@ def test_the_typical_fraction_is_the_geometric_mean_of_chi_squared() -> None:
     assert math.exp(mean_log) == pytest.approx(noise.TYPICAL_FRACTION, rel=1e-9, abs=0)
 
 
-def test_the_effective_intensity_is_that_part_of_the_intensity() -> None:
-    assert noise.effective_intensity(PAPER) == D_EFF
-    assert noise.effective_intensity(with_noise(0.0)) == 0.0
-
-
 # --- the closure is exact while the dynamics are linear ------------------------------------------
 
 
@@ -113,32 +108,27 @@ def test_the_kick_at_phi_zero_is_the_noise_of_the_step() -> None:
 # --- the start -----------------------------------------------------------------------------------
 
 
-def test_far_from_the_critical_temperature_the_linear_term_sets_the_start() -> None:
-    level = math.sqrt(noise.TYPICAL_FRACTION * D / (2 * ALPHA * DELTA * 90.0))
-    assert start() == pytest.approx(level, rel=1e-14, abs=0)
-    assert start(T=380.0) == pytest.approx(level, rel=1e-14, abs=0)
+def level(term: float, power: int, D: float = D) -> float:
+    """phi at which the noise balances a term of the force, delta `term` phi^`power`."""
+    return (noise.TYPICAL_FRACTION * D / (term * DELTA)) ** (1 / (power + 1))
 
 
-def test_at_the_critical_temperature_the_quadratic_term_sets_the_start() -> None:
-    level = (noise.TYPICAL_FRACTION * D / (B_CUBIC * DELTA)) ** (1 / 3)
-    assert start(T=T_C) == pytest.approx(level, rel=1e-14, abs=0)
-    assert start(T=math.nextafter(T_C, 300.0)) == pytest.approx(level, rel=1e-14, abs=0)
-
-
-def test_at_the_critical_temperature_without_cubic_coefficient_the_cubic_term_does() -> None:
-    level = (noise.TYPICAL_FRACTION * D / (C_QUARTIC * DELTA)) ** 0.25
-    assert start(T=T_C, b=0.0) == pytest.approx(level, rel=1e-14, abs=0)
-
-
-def test_a_strong_noise_is_limited_by_the_steepest_term() -> None:
-    D_eff = noise.effective_intensity(with_noise(1e9))
-    levels = [
-        math.sqrt(D_eff / (2 * ALPHA * DELTA * 90.0)),
-        (D_eff / (B_CUBIC * DELTA)) ** (1 / 3),
-        (D_eff / (C_QUARTIC * DELTA)) ** 0.25,
-    ]
-    assert min(levels) == levels[2]
-    assert start(D=1e9) == pytest.approx(levels[2], rel=1e-14, abs=0)
+@pytest.mark.parametrize(
+    ("scene", "limited"),
+    [
+        ({}, level(2 * ALPHA * 90.0, 1)),
+        ({"T": 380.0}, level(2 * ALPHA * 90.0, 1)),
+        ({"T": T_C}, level(B_CUBIC, 2)),
+        ({"T": math.nextafter(T_C, 300.0)}, level(B_CUBIC, 2)),
+        ({"T": T_C, "b": 0.0}, level(C_QUARTIC, 3)),
+        ({"D": 1e9}, level(C_QUARTIC, 3, 1e9)),  # a strong noise: the steepest term
+    ],
+    ids=str,
+)
+def test_the_term_that_limits_the_noise_sets_the_start(
+    scene: dict[str, float], limited: float
+) -> None:
+    assert start(**scene) == pytest.approx(limited, rel=1e-14, abs=0)
 
 
 @given(T=st.floats(0.0, 1e4), b=st.floats(0.0, 1e3), exponent=st.floats(-40.0, 0.0))

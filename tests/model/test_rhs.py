@@ -118,26 +118,15 @@ def test_the_right_hand_side_agrees_with_the_independent_twin(gamma: float) -> N
         assert np.all(abs(ours - twin) <= 1e-12 * amplified * terms + [0, 0, 1e-7 * closure])
 
 
-@pytest.mark.parametrize("gamma", INDICES)
+@pytest.mark.parametrize(
+    ("gamma", "rounded"), [*((gamma, 0.0) for gamma in INDICES), (-2 / 3, 0.7), (-0.5, 0.7)]
+)
 @pytest.mark.parametrize("direction", range(4), ids=["x", "u", "psi", "t"])
 def test_the_jacobian_agrees_with_finite_differences(
-    model: Equations, gamma: float, direction: int
+    model: Equations, gamma: float, rounded: float, direction: int
 ) -> None:
     for case in cases(gamma):
-        rows = model.jacobian(case.p, case.t, case.y, 0.0)
-        column = np.array(
-            rows[3] if direction == 3 else [row[direction] for row in rows[:3]], dtype=float
-        )
-        differences, rounding = derivative(model, case, direction)
-        assert np.all(abs(column - differences) <= 1e-8 * abs(differences) + 30 * rounding)
-
-
-@pytest.mark.parametrize("direction", range(4), ids=["x", "u", "psi", "t"])
-def test_the_jacobian_at_a_rounded_cusp_agrees_with_finite_differences(
-    model: Equations, direction: int
-) -> None:
-    for case in cases(-2 / 3, 100) + cases(-0.5, 100):
-        u_s = 0.7 * abs(case.u)
+        u_s = rounded * abs(case.u)  # below this speed the cusp is rounded
         rows = model.jacobian(case.p, case.t, case.y, u_s)
         column = np.array(
             rows[3] if direction == 3 else [row[direction] for row in rows[:3]], dtype=float

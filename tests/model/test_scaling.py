@@ -10,6 +10,7 @@ import pytest
 from support.extra_parameters import UNITS, VALUE, extra_values
 from support.parameters import random_parameters
 from support.reduced import reduced_of
+from support.symmetries import SYMMETRIES, Symmetry, transformed
 
 from stickslip.model import film, scaling
 from stickslip.model.models import model_of
@@ -123,54 +124,30 @@ def reduced(p: Parameters) -> dict[str, float]:
     return {name: x for name, x in q._asdict().items() if is_old(name)}
 
 
+# Of time without a fluid whose power of the rate is no power of two.
+FASTER = {
+    "angular_frequency": 2.0,
+    "strain_relaxation_time": 0.5,
+    "kinetic_coefficient": 2.0,
+    "noise_intensity": 2.0,
+    "spring_stiffness": 4.0,
+    "contact_area": 4.0,
+    "viscosity_coefficient": 0.5,
+}
 SCALINGS = [
-    ("drive_amplitude", "film_thickness", "contact_area"),
-    ("block_mass", "spring_stiffness", "contact_area"),
+    *((gamma, symmetry) for gamma in INDICES for symmetry in SYMMETRIES.values()),
+    (0.0, Symmetry(FASTER, stress=1.0, force=4.0, motion=1.0)),
 ]
 
 
-@pytest.mark.parametrize("names", SCALINGS, ids=str)
-@pytest.mark.parametrize("gamma", INDICES)
+@pytest.mark.parametrize(("gamma", "symmetry"), SCALINGS)
 def test_scalings_by_two_leave_the_reduced_parameters_bit_for_bit(
-    gamma: float, names: tuple[str, ...]
+    gamma: float, symmetry: Symmetry
 ) -> None:
     rng = np.random.default_rng(9)
     for _ in range(50):
         p = random_parameters(rng, gamma)
-        scaled = p._replace(**{name: 2.0 * getattr(p, name) for name in names})
-        assert reduced(scaled) == reduced(p)
-
-
-@pytest.mark.parametrize("gamma", INDICES)
-def test_a_scaling_of_energy_by_two_leaves_the_reduced_parameters_bit_for_bit(gamma: float) -> None:
-    rng = np.random.default_rng(10)
-    doubled = ("thermal", "elastic", "cubic", "quartic", "viscosity")
-    for _ in range(50):
-        p = random_parameters(rng, gamma)
-        changes = {
-            f"{name}_coefficient": 2.0 * getattr(p, f"{name}_coefficient") for name in doubled
-        }
-        changes |= {
-            "contact_area": 0.5 * p.contact_area,
-            "kinetic_coefficient": 0.5 * p.kinetic_coefficient,
-        }
-        assert reduced(p._replace(**changes)) == reduced(p)
-
-
-def test_a_scaling_of_time_by_two_leaves_the_reduced_parameters_but_for_the_fluids_power() -> None:
-    rng = np.random.default_rng(11)
-    for _ in range(50):
-        p = random_parameters(rng, 0.0)
-        faster = p._replace(
-            angular_frequency=2.0 * p.angular_frequency,
-            strain_relaxation_time=0.5 * p.strain_relaxation_time,
-            kinetic_coefficient=2.0 * p.kinetic_coefficient,
-            noise_intensity=2.0 * p.noise_intensity,
-            spring_stiffness=4.0 * p.spring_stiffness,
-            contact_area=4.0 * p.contact_area,
-            viscosity_coefficient=0.5 * p.viscosity_coefficient,
-        )
-        assert reduced(faster) == reduced(p)
+        assert reduced(transformed(p, symmetry)) == reduced(p)
 
 
 def test_the_fixed_ones_are_ones(law: str) -> None:

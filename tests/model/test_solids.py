@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip import Parameters
-from stickslip.compiled.decorators import jit
 from stickslip.model import film, noise, solids
 
 P, Q, R = 0.12, 0.4, 0.5
@@ -164,39 +163,6 @@ def test_where_the_film_is_liquid_only_it_is_where_the_last_solid_is_lost() -> N
 def test_thresholds_of_a_film_that_freezes_continuously() -> None:
     p = Parameters(cubic_coefficient=0.0, sextic_coefficient=500.0)
     assert solids.solid_threshold(p) == pytest.approx(0.5 * solids.largest_order_parameter(p))
-
-
-def test_the_order_of_transitions_under_a_slow_ramp_of_the_strain() -> None:
-    """The film follows a strain that rises and falls; its phases change where they should."""
-    eps = np.concatenate([np.linspace(6.4e-6, 6.9e-6, 2001), np.linspace(6.9e-6, 6.4e-6, 2001)])
-    phi, found, phase = solids.largest_order_parameter(TWO), [], "hard"
-    for at in eps:
-        B = film.melting_function(TWO, at)
-        phi = relaxed(TWO, phi, B)  # long against the film, short against the ramp
-        now = "hard" if phi >= R else "soft" if P <= phi <= Q else "liquid" if phi < 0.01 else phase
-        if now != phase:
-            found.append((phase, now, at))
-            phase = now
-    assert [step[:2] for step in found] == [
-        ("hard", "soft"),
-        ("soft", "liquid"),
-        ("liquid", "hard"),
-    ]
-    expected = 6.6067e-6, 6.7543e-6, 6.5383e-6
-    np.testing.assert_allclose([step[2] for step in found], expected, atol=1e-9)
-
-
-@jit
-def relaxed(p: Parameters, phi: float, B: float) -> float:
-    """phi after 12 s under B, by small implicit steps, with the noise that lets it grow."""
-    h = 100.0 * 12.0 / 2400
-    for _ in range(2400):
-        force = film.log_force(p, phi, B) - noise.typical_path(p, 1.0 / phi) / 100.0
-        slope = film.log_force_slope(p, phi)
-        psi = math.log(phi) - h * force / (1.0 + h * max(slope, 0.0))
-        phi = math.exp(min(max(psi, math.log(phi) - 2.0), math.log(phi) + 2.0))
-        phi = max(phi, noise.level(p))
-    return phi
 
 
 def test_the_noise_keeps_up_a_level_that_the_quintic_term_limits() -> None:

@@ -5,69 +5,29 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import quad
 from scipy.optimize import brentq
+from support.stiff_problems import (
+    BECOMES_NAN,
+    CUSP,
+    ESCAPES,
+    IS_NAN,
+    OVERFLOWS,
+    SMOOTH,
+    START,
+    STIFF,
+    UNANNOUNCED,
+    jacobian,
+    rhs,
+    smooth_solution,
+)
 
 from stickslip.compiled.decorators import inline
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT, make_adaptive
 from stickslip.numerics.linear import algebra
 from stickslip.numerics.tableaus import RODAS4P2
 
-# A cusp that is rounded below the speed u_s is the problem -u_s.
-CUSP, SMOOTH, STIFF, BECOMES_NAN, ESCAPES, IS_NAN, OVERFLOWS, UNANNOUNCED = map(float, range(8))
-
-START = (0.4, 1.0, 0.7)
 PLENTY = 10**6
-
-
-@inline
-def rhs(p, t, y):
-    a, b, c = y
-    if p == SMOOTH:
-        return (
-            b * c + math.cos(t),
-            -a * c + 0.5 * b * math.sin(2.0 * t),
-            -0.5 * a * b - 0.3 * c * c * c + math.exp(-t),
-        )
-    if p == STIFF:
-        return -1e9 * a, -1e6 * (b - math.cos(t)), a - c
-    if p <= CUSP:  # the viscous force of a pseudoplastic fluid
-        return 1.0 - a * max(a * a + p * p, 1e-180) ** (-1.0 / 3.0), 0.0, 0.0
-    if p in (BECOMES_NAN, UNANNOUNCED):
-        return math.sqrt(0.5 - t), -b, -c
-    if p == ESCAPES:
-        return a * a, -b, -c
-    if p == OVERFLOWS:
-        return math.exp(1e3 * a), -b, -c
-    return math.nan, -b, -c
-
-
-@inline
-def jacobian(p, t, y):
-    a, b, c = y
-    zero = (0.0, 0.0, 0.0)
-    decay = (0.0, -1.0, 0.0), (0.0, 0.0, -1.0), zero
-    if p == SMOOTH:
-        return (
-            (0.0, c, b),
-            (-c, 0.5 * math.sin(2.0 * t), -a),
-            (-0.5 * b, -0.5 * a, -0.9 * c * c),
-            (-math.sin(t), b * math.cos(2.0 * t), -math.exp(-t)),
-        )
-    if p == STIFF:
-        rate = -1e6 * math.sin(t)
-        return (-1e9, 0.0, 0.0), (0.0, -1e6, 0.0), (1.0, 0.0, -1.0), (0.0, rate, 0.0)
-    if p <= CUSP:
-        square = max(a * a + p * p, 1e-180)
-        slope = square ** (-1.0 / 3.0) * (1.0 - (2.0 / 3.0) * a * a / square)
-        return (-slope, 0.0, 0.0), zero, zero, zero
-    if p == ESCAPES:
-        return (2.0 * a, 0.0, 0.0), decay[0], decay[1], zero
-    if p == OVERFLOWS:
-        return (1e3 * math.exp(1e3 * a), 0.0, 0.0), decay[0], decay[1], zero
-    if p == BECOMES_NAN:
-        return zero, decay[0], decay[1], (-0.5 / math.sqrt(0.5 - t), 0.0, 0.0)
-    return zero, decay[0], decay[1], zero
 
 
 @inline
@@ -105,15 +65,7 @@ def drive() -> Any:
 @pytest.fixture(scope="module")
 def smooth_end() -> np.ndarray:
     """The smooth problem at t = 20."""
-    solution = solve_ivp(
-        lambda t, y: rhs.py_func(SMOOTH, t, y),
-        (0.0, 20.0),
-        START,
-        method="DOP853",
-        rtol=1e-13,
-        atol=1e-15,
-    )
-    return solution.y[:, -1]
+    return smooth_solution(np.array([0.0, 20.0]))[-1]
 
 
 def error_of(result: Any, exact: np.ndarray) -> float:
@@ -190,21 +142,13 @@ def test_every_accepted_step_is_seen_once_and_they_join(drive) -> None:
     assert y[0] != rows[-1, 2]
 
 
-def test_no_sliver_is_left_for_the_last_step(drive) -> None:
-    record = np.zeros((2000, 3))
-    for end in np.linspace(1.0, 1.3, 40):
-        record[:] = 0.0
-        drive(SMOOTH, 1e-6, float(end), record=record)
-        n = int(record[0, 0])
-        assert record[n, 1] > 0.3 * record[n - 1, 1]
-
-
-def test_the_step_to_go_on_with_is_not_the_last_remainder(drive) -> None:
+def test_the_last_step_is_no_sliver_and_not_the_one_to_go_on_with(drive) -> None:
     record = np.zeros((2000, 3))
     for end in np.linspace(1.0, 1.3, 40):
         record[:] = 0.0
         _, h, _, _ = drive(SMOOTH, 1e-6, float(end), record=record)
         n = int(record[0, 0])
+        assert record[n, 1] > 0.3 * record[n - 1, 1]
         assert h > 0.5 * record[n - 2, 1]
 
 
@@ -246,16 +190,11 @@ def test_a_right_hand_side_that_becomes_nan_diverges_before_it(drive, h: float) 
     assert y[0] == pytest.approx((2 / 3) * 0.5**1.5, abs=1e-5)  # the integral up to t = 0.5
 
 
-def test_where_only_the_right_hand_side_becomes_nan_the_drive_stops_before_it(drive) -> None:
+def test_where_only_the_right_hand_side_becomes_nan_the_drive_diverges_before_it(drive) -> None:
     y, _, attempts, status = drive(UNANNOUNCED, 1e-6, 1.0, y=(0.0, 1.0, 1.0), budget=20_000)
-    assert status in (DIVERGED, STEP_LIMIT)
+    assert status == DIVERGED
     assert attempts <= 20_000
     assert np.all(np.isfinite(y))
-
-
-def test_where_only_the_right_hand_side_becomes_nan_the_drive_diverges(drive) -> None:
-    status = drive(UNANNOUNCED, 1e-6, 1.0, y=(0.0, 1.0, 1.0), budget=20_000)[3]
-    assert status == DIVERGED
 
 
 def test_a_right_hand_side_that_is_nan_from_the_start_diverges(drive) -> None:

@@ -40,12 +40,6 @@ def test_the_components_of_a_vector_lie_in_neighbouring_slots(width: int) -> Non
     assert np.count_nonzero(values != numbers()) == width
 
 
-def test_access_is_made_once_for_a_number_of_lanes() -> None:
-    assert lane_array(LANES) is lane_array(LANES)
-    assert lane_array(LANES).lanes == LANES
-    assert lane_vectors(LANES, 3) is lane_vectors(LANES, 3)
-
-
 def test_lanes_begin_with_a_cache_line() -> None:
     for size in (64, 1000):
         lanes = aligned(size)

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from stickslip.compiled.decorators import inline, jit
 from stickslip.numerics import linear
 from stickslip.numerics.linear import Algebra, algebra
 
@@ -92,70 +91,6 @@ def test_plain_python_solves_the_same_system(of_width: Algebra) -> None:
     assert of_width.solve(LU, r) == pytest.approx(of_width.solve.py_func(LU, r), rel=1e-13)
 
 
-# --- the bits of width 3 -------------------------------------------------------------------------
-
-
-@inline
-def factor_by_hand(J, shift):
-    """The factors of three components as they stood here before they were written for any width."""
-    (a, b, c), (d, e, f), (g, h, i) = J
-    p0 = 1.0 / (shift - a)
-    l10, l20 = -d * p0, -g * p0
-    p1 = 1.0 / (shift - e + l10 * b)
-    u12 = -f + l10 * c
-    l21 = (-h + l20 * b) * p1
-    p2 = 1.0 / (shift - i + l20 * c - l21 * u12)
-    return (p0, -b, -c), (l10, p1, u12), (l20, l21, p2)
-
-
-@inline
-def solve_by_hand(LU, r):
-    (p0, u01, u02), (l10, p1, u12), (l20, l21, p2) = LU
-    r1 = r[1] - l10 * r[0]
-    r2 = r[2] - l20 * r[0] - l21 * r1
-    z = r2 * p2
-    y = (r1 - u12 * z) * p1
-    x = (r[0] - u01 * y - u02 * z) * p0
-    return x, y, z
-
-
-@inline
-def interpolate_by_hand(theta, y0, y1, d1, d2):
-    rest = 1.0 - theta
-    return (
-        rest * y0[0] + theta * (y1[0] + rest * (d1[0] + theta * d2[0])),
-        rest * y0[1] + theta * (y1[1] + rest * (d1[1] + theta * d2[1])),
-        rest * y0[2] + theta * (y1[2] + rest * (d1[2] + theta * d2[2])),
-    )
-
-
-def both(factor, solve):
-    @jit
-    def solved(J, shift, r):
-        LU = factor(J, shift)
-        return LU, solve(LU, r)
-
-    return solved
-
-
-def test_three_components_have_the_bits_of_the_formulas_written_by_hand() -> None:
-    of_three, rng = algebra(3), np.random.default_rng(10)
-    written, by_hand = both(of_three.factor, of_three.solve), both(factor_by_hand, solve_by_hand)
-    for _ in range(300):
-        J = rows(rng.normal(size=(3, 3)) * 10.0 ** rng.uniform(-12, 12, size=(3, 3)))
-        (r,) = vectors(rng, 3, 1)
-        shift = 10.0 ** rng.uniform(-6, 12)
-        assert written(J, shift, r) == by_hand(J, shift, r)
-        assert of_three.factor.py_func(J, shift) == factor_by_hand.py_func(J, shift)
-
-
-def test_three_interpolated_components_have_the_bits_of_the_formulas_written_by_hand() -> None:
-    of_three, rng = algebra(3), np.random.default_rng(11)
-    for _ in range(300):
-        theta, args = rng.uniform(), vectors(rng, 3, 4)
-        assert of_three.interpolate(theta, *args) == interpolate_by_hand(theta, *args)
-
-
 # --- vectors -------------------------------------------------------------------------------------
 
 
@@ -187,15 +122,6 @@ def test_the_slope_at_the_end_is_that_of_the_interpolant(of_width: Algebra) -> N
     assert of_width.end_slope(tuple(slope.tolist()), y0, y1, d1, d2, h) == pytest.approx(
         np.zeros(of_width.width), abs=1e-7
     )
-
-
-def test_add_adds_a_multiple() -> None:
-    assert algebra(3).add((1.0, 2.0, 3.0), 2.0, (0.5, -1.0, 4.0)) == (2.0, 0.0, 11.0)
-
-
-def test_the_algebra_of_a_width_is_made_once() -> None:
-    assert algebra(3) is algebra(3)
-    assert algebra(3).width == 3
 
 
 # --- what must not be lost -----------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -161,7 +162,7 @@ def test_a_law_without_its_derivative_over_phi_fails_a_test_of_laws(tmp_path: Pa
         fluid.read_text().replace('"viscosity_growth", default=0.0', '"", default=3.0')
     )
     said = said_by_tests(copy, "model/laws/test_laws.py", "-k", "derivative_over_the_log and solid")
-    assert "8 failed" in said, said
+    assert re.search(r"\d+ failed, \d+ deselected", said), said
 
 
 @pytest.mark.slow

@@ -15,10 +15,10 @@ PACKAGE = Path(stickslip.__file__).parent
 ENDED = 300.0  # seconds: a hang, on any machine
 
 
-def copy_of_package(folder: Path) -> Path:
-    """The sources of stickslip copied into `folder`."""
+def copy_of_package(folder: Path, package: Path = PACKAGE) -> Path:
+    """The sources of a package copied into `folder`."""
     ignore = shutil.ignore_patterns("__pycache__")
-    return Path(shutil.copytree(PACKAGE, folder / "stickslip", ignore=ignore))
+    return Path(shutil.copytree(package, folder / package.name, ignore=ignore))
 
 
 def start_python(script: str, cache: Path, package: Path = PACKAGE) -> subprocess.Popen[str]:

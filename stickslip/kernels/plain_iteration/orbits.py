@@ -28,7 +28,7 @@ from stickslip.variables import RESULT_COLUMNS
 APERIODIC = int(Status.APERIODIC)
 
 # Points at a time: a search keeps 15 kB for each.
-_BLOCK = 2048
+POINTS_AT_A_TIME = 2048
 
 
 def compile_shared(make_march: MakeMarch, options: Options) -> None:
@@ -60,8 +60,8 @@ def write_orbits(
 
     The error estimate compares with the orbit on which the adaptive method settles from there.
     """
-    for first in range(0, max(len(points), 1), _BLOCK):  # an empty block compiles
-        part = slice(first, first + _BLOCK)
+    for first in range(0, max(len(points), 1), POINTS_AT_A_TIME):  # an empty block compiles
+        part = slice(first, first + POINTS_AT_A_TIME)
         motions = Motions(make_march, np.ascontiguousarray(points[part]), starts[part], options)
         _Search(motions, options).run(results[part], finals[part])
 

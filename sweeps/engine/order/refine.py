@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from stickslip.parameters import ParameterValues
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS, RESULTS
-from sweeps.config.order import Refine
+from sweeps.config.refinement import Refine
 from sweeps.grid import Grid
 
 Rows = NDArray[np.float64]

@@ -50,12 +50,12 @@ class Settings:
     def applied(self, config: Config) -> Config:
         """A config with these settings; what was not changed stays as it is there."""
         rtol, update = float(self.tolerance.value), dict[str, Section]()
+        stationary = config.stationary
         if rtol != config.integrator.rtol:
             update["integrator"] = config.integrator.model_copy(update={"rtol": rtol})
-            update["stationary"] = config.stationary.model_copy(update={"rtol": rtol})
+            update["stationary"] = stationary = stationary.model_copy(update={"rtol": rtol})
         if self.noise.value != config.noise.treatment:
-            sections = {"stationary": update.get("stationary", config.stationary)}
-            update |= with_noise(sections, Noise(treatment=self.noise.value))
+            update |= with_noise(stationary, Noise(treatment=self.noise.value))
         film = {"friction": self.friction.value, "strain": self.strain.value}
         update["film"] = config.film.model_copy(update=film)
         return config.model_copy(update=update)

@@ -15,7 +15,7 @@ from stickslip.regime import Regime
 from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
 from sweeps.config.load import from_mapping
-from sweeps.config.order import Refine
+from sweeps.config.refinement import Refine
 from sweeps.engine.order.refine import Refinement
 from sweeps.files.datasets import content_hash, open_result
 from sweeps.grid import Grid
@@ -54,7 +54,7 @@ def refined(grid: Grid, full: np.ndarray, refine: Refine) -> tuple[np.ndarray, n
     return computed.reshape(grid.shape), rows
 
 
-BOTH = Refine(("temperature", "angular_frequency"), 3, 1e-2)
+BOTH = Refine(axes=("temperature", "angular_frequency"), levels=3, where=[1e-2])
 
 
 def flat(T: np.ndarray, omega: np.ndarray) -> dict[str, np.ndarray]:
@@ -113,7 +113,7 @@ def test_a_middle_that_misses_is_refined_unless_only_the_regime_counts() -> None
         return {"elastic_stress_amplitude": 4e6 * (1 + np.exp(-(((T - 230) / 6) ** 2)))}
 
     full = made(grid, bump)
-    coarse, _ = refined(grid, full, Refine(BOTH.axes, 3, None))
+    coarse, _ = refined(grid, full, Refine(axes=BOTH.axes, levels=3, where=["regime"]))
     fine, rows = refined(grid, full, BOTH)
     assert coarse.sum() < fine.sum()
     column = COLUMN["elastic_stress_amplitude"]
@@ -132,11 +132,12 @@ def test_slices_are_refined_on_their_own() -> None:
 def test_one_axis_or_three_are_refined_as_well() -> None:
     grid = grid_of()
     full = made(grid, lambda T, _: {"regime": np.where(T < 221, 2, 1)})
-    computed, rows = refined(grid, full, Refine(("temperature",), 3, 1e-2))
+    computed, rows = refined(grid, full, Refine(axes=("temperature",), levels=3, where=[1e-2]))
     np.testing.assert_array_equal(rows[:, COLUMN["regime"]], full[:, COLUMN["regime"]])
     assert computed.sum() == 33 * (5 + 4 + 2 + 2)  # corners, middles, the way to the border
     cube = grid_of(spring_stiffness=list(range(1000, 1009)))
-    computed, _ = refined(cube, made(cube, flat), Refine((*BOTH.axes, "spring_stiffness"), 3, 0.1))
+    three = Refine(axes=(*BOTH.axes, "spring_stiffness"), levels=3, where=[0.1])
+    computed, _ = refined(cube, made(cube, flat), three)
     assert computed.sum() == 5 * 5 * 2 + 4 * 4 * 1
 
 

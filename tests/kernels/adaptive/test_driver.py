@@ -143,12 +143,6 @@ def test_every_status_occurs_among_those_neighbours() -> None:
     assert statuses[2] >= {Status.OK, Status.STEP_LIMIT}
 
 
-def test_equal_points_have_equal_results() -> None:
-    results, finals = compute_orbits(np.repeat(row()[None], 23, axis=0), Options(**LOOSE))
-    for array in (results, finals):
-        np.testing.assert_array_equal(array, np.repeat(array[:1], 23, axis=0))
-
-
 # --- acceleration ---------------------------------------------------------------------------------
 
 ATTRACTORS: dict[str, dict[str, float]] = {

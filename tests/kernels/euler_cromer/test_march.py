@@ -1,4 +1,4 @@
-"""The loops of the march: its arithmetic, and what LLVM made of it."""
+"""The loops of the march: what LLVM made of them."""
 
 from __future__ import annotations
 
@@ -6,41 +6,16 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from numba.core import config as numba_config
 from support.marches import FAST_DT, fast, march_of
 from support.points import GAMMAS
-from support.reduced import step_parameters_of
 
 from stickslip.compiled.decorators import jit
-from stickslip.compiled.elementary import reciprocal
 from stickslip.kernels.euler_cromer import march
 from stickslip.kernels.families import Family
-from stickslip.model import noise
 from stickslip.options import DEFAULTS
 
 LAW = DEFAULTS.physics
-
-# --- arithmetic ----------------------------------------------------------------------------------
-
-
-@given(st.floats(1e-300, 1e300))
-def test_a_reciprocal_is_exact_to_two_ulp(x: float) -> None:
-    assert reciprocal(x) == pytest.approx(1.0 / x, rel=3e-16)
-
-
-def test_a_kick_is_that_of_the_typical_path() -> None:
-    # Above and below the noise of a single step.
-    for phi in (1e-12, 1e-10, 1e-5, 0.3):
-        p = fast(noise_intensity=1e-12)
-        own = step_parameters_of(p, 1000, LAW.friction)
-        dt = 2 * np.pi / 2e3 / 1000
-        kick = march._kick(phi, own)
-        assert kick == pytest.approx(noise.typical_kick(p, phi, dt), rel=1e-14)
-
-
-# --- machine code --------------------------------------------------------------------------------
 
 FAMILIES = [Family(LAW, gamma) for gamma in (*GAMMAS, None)]
 _ARITHMETIC = re.compile(r"\bv(?:mul|add|sub|fn?m(?:add|sub)\d+)(pd|sd)\b")

@@ -24,6 +24,11 @@ def after(S: Map, applications: int, z: State = START, per_period: int = 2):
     return memory
 
 
+def on_its_way(film: float = 0.1, w: float = LIMIT[2]):
+    """A search that displacements of one ratio lead along a line to the limit."""
+    return after(linear(-0.9, fast=0.0, film=film), 4, (0.9, 0.04, w))
+
+
 def newest(memory) -> np.ndarray:
     return memory["states"][memory["newest"]]
 
@@ -68,14 +73,14 @@ def test_the_first_jump_stops_a_hundredth_short_of_the_limit(ratio: float) -> No
 
 
 def test_a_later_jump_goes_all_the_way() -> None:
-    memory = after(linear(-0.9, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
+    memory = on_its_way()
     memory["jumps"] = 1
     way = acceleration.jump(memory, TOL, NOISE)
     assert way == pytest.approx((LIMIT - newest(memory))[:2], rel=1e-6)
 
 
 def test_where_what_a_jump_does_not_move_still_moves_it_goes_half_the_way() -> None:
-    memory = after(linear(-0.9, fast=0.0, film=0.95), 4, (0.9, 0.04, 0.5))
+    memory = on_its_way(film=0.95, w=0.5)
     way = acceleration.jump(memory, TOL, NOISE)
     assert way == pytest.approx(0.5 * (LIMIT - newest(memory))[:2], rel=1e-6)
 
@@ -89,7 +94,7 @@ def test_no_jump_leads_past_an_application_in_which_what_it_does_not_move_rises(
 
 
 def test_a_jump_is_no_longer_than_is_allowed() -> None:
-    memory = after(linear(-0.9, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
+    memory = on_its_way()
     search.limit_jumps(memory, 0.01, False)
     way, left = np.array(acceleration.jump(memory, TOL, NOISE)), (LIMIT - newest(memory))[:2]
     assert np.abs(way).max() == pytest.approx(0.01)
@@ -97,15 +102,14 @@ def test_a_jump_is_no_longer_than_is_allowed() -> None:
     assert memory["longest_jump"] > np.abs(left).max() - 0.01  # the rest of the way comes next
 
 
-def test_where_jumps_are_limited_what_they_do_not_move_must_stand_still() -> None:
-    memory = after(linear(-0.9, fast=0.0, film=0.95), 4, (0.9, 0.04, 0.5))
-    search.limit_jumps(memory, 10.0, False)
-    assert acceleration.jump(memory, TOL, NOISE) == (0.0, 0.0)
-
-
-def test_no_jump_is_taken_where_none_is_allowed() -> None:
-    memory = after(linear(-0.9, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
-    search.limit_jumps(memory, 0.0, False)
+@pytest.mark.parametrize(
+    ("film", "w", "longest"), [(0.1, LIMIT[2], 0.0), (0.95, 0.5, 10.0)], ids=["none", "limited"]
+)
+def test_no_jump_is_taken_where_none_is_allowed_or_what_a_limited_one_does_not_move_still_moves(
+    film: float, w: float, longest: float
+) -> None:
+    memory = on_its_way(film, w)
+    search.limit_jumps(memory, longest, False)
     assert acceleration.jump(memory, TOL, NOISE) == (0.0, 0.0)
 
 
@@ -143,13 +147,13 @@ def test_where_the_sequence_does_not_plainly_lead_to_a_limit_there_is_no_jump(
 
 
 def test_a_jump_shorter_than_the_tolerance_is_not_worth_it() -> None:
-    memory = after(linear(-0.9, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
+    memory = on_its_way()
     assert acceleration.jump(memory, 10.0, NOISE) == (0.0, 0.0)
 
 
 def test_a_jump_has_failed_where_the_next_displacement_is_no_shorter() -> None:
     for moved, failed in ((0.1, False), (0.9, True), (math.nan, True)):
-        memory = after(linear(-0.9, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
+        memory = on_its_way()
         shift = abs(memory["states"][4, 0] - memory["states"][3, 0])
         acceleration.jump(memory, TOL, NOISE)
         memory["newest"] = memory["aim"]
@@ -159,7 +163,7 @@ def test_a_jump_has_failed_where_the_next_displacement_is_no_shorter() -> None:
 
 @pytest.mark.parametrize(("film", "outran"), [(0.0005, False), (0.002, True), (math.nan, True)])
 def test_a_jump_outran_what_it_does_not_move_where_that_changes(film: float, outran: bool) -> None:
-    memory = after(linear(-0.9, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
+    memory = on_its_way()
     acceleration.jump(memory, TOL, NOISE)
     memory["newest"] = memory["aim"]
     memory["states"][0] = memory["states"][1] - [0.0, 0.0, film]
@@ -167,7 +171,7 @@ def test_a_jump_outran_what_it_does_not_move_where_that_changes(film: float, out
 
 
 def test_after_a_jump_that_outran_the_film_the_next_one_is_half_as_long() -> None:
-    memory = after(linear(-0.9, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
+    memory = on_its_way()
     memory["stride"] = 0.01
     way = acceleration.jump(memory, TOL, NOISE)
     assert np.abs(way).max() == pytest.approx(0.01)
@@ -187,7 +191,7 @@ def test_a_jump_is_judged_before_the_next_one(aim: int, judged: bool) -> None:
 
 
 def test_the_ratio_between_two_landings_is_noted() -> None:
-    memory = after(linear(-0.9, fast=0.0), 4, (0.9, 0.04, LIMIT[2]))
+    memory = on_its_way()
     acceleration.jump(memory, TOL, NOISE)
     memory["ratios"][0] = UNKNOWN
     S, z = linear(-0.7, fast=0.0), (0.31, -0.196, LIMIT[2])

@@ -6,7 +6,6 @@ The files that they add are those of `sources`; what is run on a copy is in `scr
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import NamedTuple
 
 import stickslip
 import sweeps
+from support.package import copy_of_package
 
 _HERE = Path(__file__).parent
 _TESTS = _HERE.parents[1]
@@ -56,9 +56,7 @@ def carried_out(recipe: list[Edit], copy: Path) -> set[str]:
 def copied(folder: Path) -> Path:
     """A copy of the sources."""
     for package in (stickslip, sweeps):
-        origin = Path(package.__file__).parent
-        ignore = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(origin, folder / package.__name__, ignore=ignore)
+        copy_of_package(folder, Path(package.__file__).parent)
     return folder
 
 

@@ -1,10 +1,18 @@
-"""What a command of the command line gives back."""
+"""Commands of the command line, in this process or another, and what they give back."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import pytest
+
+from support.sweeps.processes import HANGS
+from sweeps.cli.app import main
 
 FOUR_POINTS = """\
 title: Four points
@@ -26,6 +34,33 @@ class Result(NamedTuple):
 
 
 Command = Callable[..., Result]
+
+
+def result_of(
+    arguments: Iterable[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Result:
+    """The command in this process, by its real entry point."""
+    monkeypatch.setattr(sys, "argv", ["stickslip", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    out, err = capsys.readouterr()
+    assert "Traceback" not in out + err
+    return Result(int(ended.value.code or 0), out, err)
+
+
+def process(*arguments: str, environment: dict[str, str] | None = None, **settings: Any) -> Result:
+    """The command in a process of its own."""
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | settings
+    done = subprocess.run(
+        [sys.executable, "-m", "sweeps.cli", *arguments],
+        env=os.environ | (environment or {}),
+        text=True,
+        timeout=HANGS,
+        check=False,
+        **streams,
+    )
+    assert "Traceback" not in done.stderr
+    return Result(done.returncode, done.stdout, done.stderr)
 
 
 def entries(folder: Path | str = ".") -> list[str]:

@@ -19,6 +19,8 @@ import pytest
 
 from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
+from support.sweeps.commands import Result, result_of
+from support.sweeps.commands import entries as entries  # handed on
 from support.sweeps.processes import HANGS, default_signals
 from sweeps.cli.app import main
 from sweeps.engine.executors import worker
@@ -30,14 +32,6 @@ LOOSE = "integrator: {rtol: 1e-4}\nstationary: {rtol: 1e-4}\n"
 _REQUEST = Stop.request
 
 ONE_BY_ONE = "execution: {workers: 1, block_points: 1}\n"
-
-
-class Result(NamedTuple):
-    """The exit code of a command and what it printed."""
-
-    code: int
-    out: str
-    err: str
 
 
 class Shell:
@@ -61,12 +55,7 @@ class Shell:
 
     def __call__(self, *arguments: str) -> Result:
         self.computed.clear()
-        self._monkeypatch.setattr(sys, "argv", ["stickslip", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        out, err = self._capsys.readouterr()
-        assert "Traceback" not in out + err
-        return Result(int(ended.value.code or 0), out, err)
+        return result_of(arguments, self._monkeypatch, self._capsys)
 
     def interrupted(self, *arguments: str, after: int, by: int = signal.SIGTERM) -> Result:
         """The command with a signal while the block of that number, from 1, is computed."""
@@ -117,11 +106,6 @@ def hash_of(path: str | Path) -> str:
 def hash_at_once(config: str) -> str:
     """The content hash of what a config gives when it is computed at once, in memory."""
     return content_hash(run(config, workers=2))
-
-
-def entries(folder: Path | str = ".") -> list[str]:
-    """The names in a folder."""
-    return sorted(path.name for path in Path(folder).iterdir())
 
 
 # --- sweeps in processes of their own, which may die ---

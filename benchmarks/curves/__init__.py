@@ -1,0 +1,1 @@
+"""Run time against error: the solvers bound to their points, and what follows from the curves."""

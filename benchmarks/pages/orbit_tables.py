@@ -1,0 +1,86 @@
+"""Orbits of random points; optional physics."""
+
+from __future__ import annotations
+
+from pages.numbers import Results, Rows, digits, seconds, signed
+
+
+def accuracy(found: Results) -> Rows:
+    """Return which orbits random points end on, how accurate and how honest they are."""
+    plain, points = found["plain_iteration"], found["points"]
+    rows = {
+        "points that are ok": f"{found['statuses'].get('ok', 0)} of {points}",
+        "on the orbit of plain iteration": (
+            f"{plain['same_orbit']} of {points} ({plain['settled']} of them settle plainly)"
+        ),
+        "periods integrated: median, 95 %, largest": ", ".join(
+            map(digits, found["periods"].values())
+        ),
+    }
+    for name, errors in found["errors"].items():
+        what = f"error of the {name.replace('_', ' ')}: median, largest"
+        rows[what] = f"{errors['median']:.1e}, {errors['max']:.1e}"
+    for row in found["stated"]:
+        what = (
+            f"`amplitude_error` at rtol {row['rtol']:.0e}: bounds the error of; too large, median"
+        )
+        rows[what] = f"{row['held']:.1%}; {row['over_median']:.2g} times"
+    return [("what", "value"), *rows.items()]
+
+
+def orbit_times(found: Results) -> Rows:
+    """Return times for the orbits of all points, against plain iteration with another solver."""
+    rows = {"all points on one core": f"{found['seconds']:.2g} s"}
+    if "numbalsoda" in found:
+        peer, many = found["numbalsoda"], found["in_company"]
+        ratios = found["ratios"]
+        rows |= {
+            "median error, ours and numbalsoda's (at its rtol)": (
+                f"{found['error_median']:.1e}, {peer['error_median']:.1e} ({peer['rtol']:.0e})"
+            ),
+            "points that fail with numbalsoda, left out on both sides": str(peer["failed"]),
+            "times faster: all points, γ < 0": ", ".join(
+                map(digits, (ratios["all"], ratios["gamma<0"]))
+            ),
+            f"a point among {many['points']}: time, times faster": (
+                f"{1e6 * many['seconds']:.0f} µs, {many['ratio']:.0f}"
+            ),
+        }
+    return [("what", "value"), *rows.items()]
+
+
+def prices(found: Results) -> Rows:
+    """Return what sixth order and a relaxing strain cost a point."""
+    models = list(found["fluids"][0]["microseconds"])
+    rows: Rows = [("γ", "default [µs a point]", *(f"{m}, times as much" for m in models[1:]))]
+    for row in found["fluids"]:
+        default, *others = row["microseconds"].values()
+        factors = (f"{value / default:.2f}" for value in others)
+        rows.append((signed(f"{row['gamma']:.2f}"), digits(default), *factors))
+    return rows
+
+
+def ensembles(found: Results) -> Rows:
+    """Return means of stochastic films beside independent ones, the typical path, prices."""
+    ours, plain = found["ensemble"], found["euler_maruyama"]
+    closure = [row for row in found["closure"] if row["status"] == 0]
+    name = "elastic_stress_amplitude"
+    changes = [abs(row[name] / row[f"typical_{name}"] - 1.0) for row in closure]
+    beyond = sum(c > row["amplitude_error"] for c, row in zip(changes, closure, strict=True))
+    rows = {
+        "largest stress at ω = 15 rad/s, ensemble [MPa]": _mean(ours),
+        "... by Euler–Maruyama": f"{_mean(plain)}; steps of {digits(plain['step'])} s",
+        "... of the typical path [MPa]": f"{1e-6 * ours['typical_path']:.4f}",
+        "largest change of the stress amplitude over ω": f"{max(changes):.2%}",
+        "frequencies where it exceeds the stated error": f"{beyond} of {len(closure)}",
+    }
+    for row in found["prices"]:
+        what = f"γ = {row['gamma']:.2f}: µs a period of a realization; a point"
+        price = f"{digits(row['microseconds'])}; {seconds(row['seconds'])}"
+        rows[signed(what)] = price
+    return [("what", "value"), *rows.items()]
+
+
+def _mean(row: Results) -> str:
+    mean, error, spread = (1e-6 * row[name] for name in ("mean", "standard_error", "spread"))
+    return f"{mean:.4f} ± {error:.4f}, spread {spread:.4f}, {row['periods']} periods"

@@ -1,0 +1,110 @@
+"""Fills the tables of the pages from the records.
+
+A table stands between `<!-- table: NAME -->` and `<!-- end -->`; what is around it is written by
+hand. A function here gives a table's head and rows from the results of some parts of a record.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from shared.record import RESULTS, Record, read_record
+
+from pages import orbit_tables, solver_tables, stability_tables, sweep_tables
+from pages.numbers import Rows
+
+DOCS = Path(__file__).parents[2] / "docs"
+NAMES = ("performance", "stability", "reliability", "decisions/speed")
+PAGES = tuple(DOCS / f"{name}.md" for name in NAMES)
+
+
+class Table(NamedTuple):
+    """A script, the parts of its record that a table needs, what makes head and rows of them."""
+
+    script: str
+    parts: tuple[str, ...]
+    rows: Callable[..., Rows]
+
+    def text(self, record: Record) -> str:
+        """Return the table in Markdown."""
+        head, *rows = map(tuple, self.rows(*(record[part]["results"] for part in self.parts)))
+        lines = [head, ("---",) * len(head), *rows]
+        return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+
+    def source(self, record: Record) -> str:
+        """Return the script, and at which commits and on which machines the parts were measured."""
+        places: dict[tuple[str, str], list[str]] = {}
+        for part in self.parts:
+            where = record[part]["environment"]
+            places.setdefault((where["processor"], where["commit"]), []).append(part)
+        if len(places) == 1:
+            ((machine, commit),) = places
+            return f"(`bench_{self.script}.py`, commit {commit}, {machine})"
+        found = [f"{', '.join(parts)} at {place[1]}" for place, parts in places.items()]
+        machines = " and ".join(dict.fromkeys(machine for machine, _ in places))
+        return f"(`bench_{self.script}.py`, commits: {'; '.join(found)}; {machines})"
+
+
+def main() -> None:
+    for page in PAGES:
+        page.write_text(filled(page.read_text(encoding="utf-8")), encoding="utf-8")
+        print(page)
+
+
+def filled(page: str) -> str:
+    """Return the page with the tables of today's records."""
+    return re.sub(
+        r"(<!-- table: (\w+) -->\n).*?(<!-- end -->)",
+        lambda found: found[1] + _filling(TABLES[found[2]]) + found[3],
+        page,
+        flags=re.DOTALL,
+    )
+
+
+def _filling(table: Table) -> str:
+    record = read_record(RESULTS / f"{table.script}.json")
+    if not set(table.parts) <= set(record):
+        return f"\n(No record yet: `bench_{table.script}.py`.)\n\n"
+    return f"\n{table.text(record)}\n{table.source(record)}\n\n"
+
+
+VERDICTS = (
+    "references", "locked", "stated", "step_map", "fixed_step", "extremes", "acceleration",
+    "watched", "long_run",
+)  # fmt: skip
+
+TABLES: dict[str, Table] = {
+    "jobs": Table("sweeps", ("start", "figures", "regimes", "cube", "scaling"), sweep_tables.jobs),
+    "errors_of_sweeps": Table(
+        "sweeps", ("figures", "regimes", "cube"), sweep_tables.errors_of_sweeps
+    ),
+    "engine": Table("engine", ("grids", "huge"), sweep_tables.engine),
+    "accuracy": Table("orbits", ("accuracy",), orbit_tables.accuracy),
+    "orbit_times": Table("orbits", ("time",), orbit_tables.orbit_times),
+    "against_peers": Table("work_precision", ("fluids",), solver_tables.against_peers),
+    "random_fluids": Table("work_precision", ("random",), solver_tables.random_fluids),
+    "against_paper": Table("work_precision", ("fluids",), solver_tables.against_paper),
+    "adaptive_steps": Table("lanes", ("adaptive",), solver_tables.adaptive_steps),
+    "fixed_steps": Table("lanes", ("fixed",), solver_tables.fixed_steps),
+    "whole_period": Table("lanes", ("period",), solver_tables.whole_period),
+    "prices": Table("physics", ("prices",), orbit_tables.prices),
+    "ensembles": Table("physics", ("ensembles",), orbit_tables.ensembles),
+    "stability_errors": Table(
+        "stability",
+        ("ladder", "references", "locked", "fixed_step", "stated"),
+        stability_tables.errors,
+    ),
+    "stability_verdicts": Table("stability", VERDICTS, stability_tables.verdicts),
+    "faults": Table(
+        "faults",
+        ("damage", "results", "operations", "kills", "together", "workers"),
+        sweep_tables.attacks,
+    ),
+}
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""What the benchmarks share: records, random points and their errors, timings, processes."""

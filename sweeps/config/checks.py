@@ -1,0 +1,384 @@
+"""What is wrong with a config although each of its values is right: checks of several together.
+
+What depends on a value that was refused is not judged.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from itertools import pairwise, product
+from typing import Any
+
+from stickslip.options import NO_NOISE, STOCHASTIC, methods_for
+from stickslip.variables import (
+    ENERGY_COEFFICIENTS,
+    PARAMETERS,
+    STARTING,
+    ParameterVariable,
+    canonical_name,
+    unbounded,
+)
+from sweeps.config.diagnostics import Document, Path, path_text, quoted
+from sweeps.config.numbers import whole
+from sweeps.config.sample import Sample
+from sweeps.config.schema import PARAMETER_SECTIONS, Config, is_local
+from sweeps.human import did_you_mean
+
+MAX_POINTS = 1_000_000_000
+# Relative; closer neighbours on an axis differ by rounding rather than by intention.
+_NEAR_DUPLICATE = 1e-9
+# The paper's k lies above, its K below; both on the wrong side look exchanged.
+_K_BORDER = 1e4
+# So many times the paper's value, or less than that part of it, is the value of another unit.
+_FAR = 1e4
+# Kelvin; below it a temperature was meant in degrees Celsius.
+_COLD = 70.0
+# Parameters whose sizes say nothing: of any power of ten, or of another unit for each fluid.
+_OF_ANY_SIZE = ("viscosity_coefficient", "noise_intensity", "rheological_index", *STARTING)
+
+
+def judged(
+    document: Document, config: Config, unsound: Collection[str], picked: Mapping[str, Any]
+) -> Config:
+    """Return a config, or the case of it that is picked, after all checks.
+
+    What they refuse is left out. `unsound` are keys that are refused already.
+    """
+    if config.sample:
+        config = config.model_copy(update={"cases": _drawn(document, config.sample)})
+    config = _judged_parameters(document, config)
+    for case in picked.values():
+        config = _one_case(document, config, case)
+    _judge_schedule(document, config)
+    _judge_order(document, config, unsound)
+    _refuse_unbounded_films(document, config)
+    _refuse_unfit(document, config, unsound)
+    _refuse_stranger(document)
+    if "noise" not in unsound:
+        _refuse_frozen_start(document, config)
+    return config
+
+
+def _judged_parameters(document: Document, config: Config) -> Config:
+    """Return a config without the parameters that have a value out of range, which are refused."""
+    _refuse_repeats(document)
+    parts = {name: getattr(config, name) for name in PARAMETER_SECTIONS}
+    if not _sizes_fit(document, config):
+        parts |= {"sweep": {}, "cases": {}}
+    for name, values in parts["sweep"].items():
+        _judge_neighbours(document, name, values)
+    for section, part in parts.items():
+        listed = {n: [v] if section == "model" else v for n, v in part.items()}
+        valid = [n for n, v in listed.items() if _are_valid(document, _path_of(document, n), n, *v)]
+        parts[section] = {name: part[name] for name in valid}
+    sound = config.model_copy(update=parts)
+    _refuse_repeated_cases(document, sound)
+    _warn_of_exchange(document, sound)
+    _warn_of_magnitudes(document, sound)
+    return sound
+
+
+def _drawn(document: Document, sample: Sample) -> dict[str, tuple[float, ...]]:
+    """Return what a sample draws; nothing where it is refused."""
+    if document.data.get("cases"):
+        message = "draws the cases, and `cases` lists them; keep one of the two"
+        document.refuse(message, "sample")
+        return {}
+    valid = [
+        _are_valid(document, _path_of(document, name), name, low, high)
+        for name, (low, high, _) in sample.ranges.items()
+    ]
+    return sample.cases() if all(valid) else {}
+
+
+def _one_case(document: Document, config: Config, case: object) -> Config:
+    """Return a config with the linked parameters fixed at the values of one case."""
+    count = min(map(len, config.cases.values()), default=0)
+    try:
+        index = whole(case)
+        if not 0 <= index < count:
+            ends = f"must be 0 ... {count - 1}"
+            raise ValueError(ends if count else "there are no `cases` to pick from")
+    except ValueError as error:
+        document.refuse(str(error), "case")
+        return config
+    picked = {name: values[index] for name, values in config.cases.items()}
+    return config.model_copy(update={"model": config.model | picked, "cases": {}})
+
+
+def _refuse_repeats(document: Document) -> None:
+    for section in (*PARAMETER_SECTIONS, "sample"):
+        for key in document.section(section):
+            name = canonical_name(key)
+            path = _path_of(document, name) if name else ()
+            if path and path != (section, key):
+                _, line = document.place(path)
+                first = path_text(path) + (f" in line {line}" if line else "")
+                message = f"gives {name} a second time, after {first}; keep one"
+                document.refuse(message, section, key)
+
+
+def _sizes_fit(document: Document, config: Config) -> bool:
+    """Return whether the grid may be laid out."""
+    if unequal := _unequal("linked", config.cases):
+        document.refuse(unequal, "cases")
+    count = max(map(len, config.cases.values()), default=1)
+    points = math.prod(map(len, config.sweep.values())) * count
+    if points > MAX_POINTS:
+        message = f"{points} points are more than {MAX_POINTS}; take fewer values or axes"
+        document.refuse(message, "sweep" if config.sweep else "cases")
+    return points <= MAX_POINTS
+
+
+def _judge_neighbours(document: Document, name: str, values: tuple[float, ...]) -> None:
+    pairs, path = list(pairwise(sorted(values))), _path_of(document, name)
+    repeated = dict.fromkeys(a for a, b in pairs if a == b)
+    near = [(a, b) for a, b in pairs if b - a <= _NEAR_DUPLICATE * max(abs(a), abs(b))]
+    if repeated:
+        listed = ", ".join(map(repr, list(repeated)[:5])) + (", …" if len(repeated) > 5 else "")
+        document.refuse(f"has values that occur more than once: {listed}", *path)
+    elif near:
+        message = "has neighbours that differ by less than 1e-9 of their value: {!r} and {!r}"
+        document.warn(message.format(*near[0]), *path)
+
+
+def _are_valid(document: Document, path: Path, name: str, *values: float) -> bool:
+    """Return whether all values lie in the range of a parameter; one that was written is named."""
+    judge = PARAMETERS[name].complaint
+    complaints = {i: complaint for i, value in enumerate(values) if (complaint := judge(value))}
+    if isinstance(document.at(*path), list):
+        for i, complaint in complaints.items():
+            document.refuse(complaint, *path, i)
+    elif complaints:
+        more = f" (and {len(complaints) - 1} more of its values)" if len(complaints) > 1 else ""
+        document.refuse(next(iter(complaints.values())) + more, *path)
+    return not complaints
+
+
+def _refuse_repeated_cases(document: Document, config: Config) -> None:
+    first: dict[tuple[float, ...], int] = {}
+    for index, values in enumerate(zip(*config.cases.values(), strict=False)):
+        other = first.setdefault(values, index)
+        if other != index:
+            document.refuse(f"case {index} repeats case {other} (counted from 0)", "cases")
+            return
+
+
+def _warn_of_exchange(document: Document, config: Config) -> None:
+    k, K = config.values("viscosity_coefficient"), config.values("spring_stiffness")
+    if max(k) <= _K_BORDER <= min(K) and min(k) < _K_BORDER < max(K):
+        document.warn(
+            f"K = {K[0]:g} N/m with k = {k[0]:g} Pa s: both are far from their usual magnitude "
+            "(K about 3000, k about 5e4), as if k and K were exchanged",
+            *_path_of(document, "spring_stiffness"),
+        )
+
+
+def _warn_of_magnitudes(document: Document, config: Config) -> None:
+    """Warn of values that look like those of another unit: finite, valid, and meant otherwise."""
+    for name in sorted(config.names - {*_OF_ANY_SIZE}):
+        variable = PARAMETERS[name]
+        far = [value for value in config.values(name) if _is_far(value, variable)]
+        if not far:
+            continue
+        if variable.units == "K":
+            size = f"{far[0]:g} K is {far[0] - 273.15:.0f} degrees Celsius"
+        else:
+            usual = "in the paper" if variable.in_paper else "by default"
+            size = f"{far[0]:g} {variable.units}, against {variable.default:g} {usual}"
+        message = f"{variable.symbol} = {size}: is it in another unit? all values are in SI units"
+        document.warn(message, *_path_of(document, name))
+
+
+def _is_far(value: float, variable: ParameterVariable) -> bool:
+    """Return whether a value looks like that of another unit; 0 does not."""
+    if value == 0.0 or variable.default == 0.0:
+        return False
+    if variable.units == "K":
+        return value < _COLD
+    return not 1.0 / _FAR <= abs(value / variable.default) <= _FAR
+
+
+def _judge_schedule(document: Document, config: Config) -> None:
+    """Refuse values out of range, unequal lengths, and parameters that cannot be scheduled."""
+    schedule, path = config.simulation.schedule, ("simulation", "schedule")
+    if schedule is None:
+        return
+    known = {*config.sweep, *config.cases}
+    for key in document.at(*path):
+        name = canonical_name(key)
+        if name not in schedule:  # it is refused
+            continue
+        _are_valid(document, (*path, key), name, *schedule[name])
+        if name in known:
+            document.refuse(f"gives {name} a second time; keep one of the two", *path, key)
+        elif name in STARTING:
+            document.refuse("cannot be scheduled: a run begins once", *path, key)
+        elif name in config.model:
+            message = "counts for this run; the value under `model` is that of a sweep"
+            document.warn(message, *path, key)
+        known.add(name)
+    if unequal := _unequal("scheduled", schedule):
+        document.refuse(unequal, *path)
+
+
+def _unequal(kind: str, values: Mapping[str, tuple[float, ...]]) -> str:
+    """Return what is wrong with parameters that change together; empty where nothing is."""
+    if len({*map(len, values.values())}) < 2:
+        return ""
+    listed = ", ".join(f"{name} {len(some)}" for name, some in values.items())
+    return f"{kind} parameters need equally many values, but have: {listed}"
+
+
+def _judge_order(document: Document, config: Config, unsound: Collection[str]) -> None:
+    """Refuse to follow or to refine what is no swept axis, and axes that cannot be."""
+    if follow := config.follow and _swept(document, config, config.follow, "follow"):
+        _judge_followed(document, config, follow)
+    if (refine := config.refine) and "refine" not in unsound:
+        path = ("refine", "axes")
+        names = [_swept(document, config, n, *path, i) for i, n in enumerate(refine.axes)]
+        known = [name for name in names if name]
+        if len(set(known)) < len(known):
+            document.refuse("names an axis twice", *path)
+        for name in known:
+            _judge_length(document, name, len(config.sweep[name]), refine.levels)
+
+
+def _judge_followed(document: Document, config: Config, name: str) -> None:
+    for other in ("refine", "sample", "cases"):
+        if document.data.get(other):
+            document.refuse(f"does not go together with `{other}`; leave one of them out", "follow")
+    if config.noise.treatment == STOCHASTIC:
+        stochastic = f"`noise: {{treatment: {STOCHASTIC}}}`"
+        message = f"does not go together with {stochastic}: no state to go on from"
+        document.refuse(message, "follow")
+    if name in STARTING:
+        message = f"cannot be {name}: a followed line starts from where it has arrived"
+        document.refuse(message, "follow")
+    if any(b <= a for a, b in pairwise(config.sweep[name])):
+        message = f"needs the values of {name} in increasing order: it goes up, then down"
+        document.refuse(message, "follow")
+
+
+def _judge_length(document: Document, name: str, length: int, levels: int) -> None:
+    """Refuse an axis whose cells do not come out even."""
+    cell = 2**levels
+    if (length - 1) % cell or length < cell + 1:
+        below = max((length - 1) // cell, 1) * cell + 1
+        others = f"{below} or {below + cell}" if below != length else str(below)
+        document.refuse(
+            f"{name} has {length} values; {levels} levels need a multiple of {cell} and one more, "
+            f"such as {others}",
+            "refine",
+        )
+
+
+def _swept(document: Document, config: Config, name: str, *path: str | int) -> str | None:
+    """Return a name if it is that of an axis; all others are refused."""
+    if name in config.sweep:
+        return name
+    if key_of(document, "sweep", name):  # an axis that is refused itself
+        return None
+    known = ", ".join(config.sweep) or "none"
+    written, hint = quoted(document.at(*path)), did_you_mean(name, config.sweep)
+    message = f"must name a swept axis, not {written}; swept are {known}{hint}"
+    document.refuse(message, *path)
+    return None
+
+
+def _refuse_unbounded_films(document: Document, config: Config) -> None:
+    """Refuse points whose order parameter would grow without bound."""
+    if not _unknown(document, config).isdisjoint(ENERGY_COEFFICIENTS):
+        return
+    for values in combinations(config, ENERGY_COEFFICIENTS):
+        if growth := unbounded(*values):
+            paths = (_path_of(document, name) for name in ENERGY_COEFFICIENTS)
+            path = next(filter(None, paths))  # the defaults are bounded
+            document.refuse(f"{growth}: the order parameter would grow without bound", *path)
+            return
+
+
+def combinations(config: Config, names: Collection[str]) -> set[tuple[float, ...]]:
+    """Return the values that these parameters take together at any point."""
+    linked = [name for name in names if name in config.cases]
+    free = [name for name in names if name not in linked]
+    together = zip(*(config.cases[name] for name in linked), strict=True) if linked else [()]
+    found = set()
+    for values in product(set(together), *(set(config.values(name)) for name in free)):
+        by_name = dict(zip((*linked, *free), (*values[0], *values[1:]), strict=True))
+        found.add(tuple(by_name[name] for name in names))
+    return found
+
+
+def _refuse_frozen_start(document: Document, config: Config) -> None:
+    """Refuse a point that starts at phi = 0 without noise: its film would stay liquid for ever."""
+    start, noise = "initial_order_parameter", "noise_intensity"
+    unknown = start in _unknown(document, config)
+    if unknown or not _starts_at_zero(config, start, noise):
+        return
+    path = _path_of(document, start)
+    if not path and config.noise.treatment != NO_NOISE:
+        path = _path_of(document, noise)
+    document.refuse(
+        "initial_order_parameter (phi_0) is 0 without noise: phi = 0 is an exact zero of the "
+        "equation, so the film could never solidify; start at a small value such as 0.01, or keep "
+        "`noise: {treatment: typical-path}` with noise_intensity above 0",
+        *(path or ("noise", "treatment")),
+    )
+
+
+def _starts_at_zero(config: Config, start: str, noise: str) -> bool:
+    if config.noise.treatment == NO_NOISE:
+        return 0 in config.values(start)
+    if start in config.cases and noise in config.cases:
+        return (0, 0) in zip(config.cases[start], config.cases[noise], strict=False)
+    return 0 in config.values(start) and 0 in config.values(noise)
+
+
+def _refuse_unfit(document: Document, config: Config, unsound: Collection[str]) -> None:
+    """Refuse a model of the strain or a treatment of the noise that the method does not know."""
+    for section, key, field in (("film", "strain", "strains"), ("noise", "treatment", "noises")):
+        choice = getattr(getattr(config, section), key)
+        able = methods_for(field, choice)
+        if config.integrator.method not in able and not {section, "integrator"} & {*unsound}:
+            message = f"{choice} needs `integrator: {{method: {' or '.join(able)}}}`"
+            document.refuse(message, section, key)
+
+
+def _refuse_stranger(document: Document) -> None:
+    """Refuse a scheduler on another machine that a file names: it can run code on this one.
+
+    Whoever gives it on the command line, or in Python, means it.
+    """
+    path = "execution", "scheduler"
+    address = document.section("execution").get("scheduler")
+    _, line = document.place(path)
+    if isinstance(address, str) and line is not None and not is_local(address):
+        document.refuse(
+            f"{quoted(address)} is another machine, whose answers could run code on this one; "
+            "if you trust it, leave the line out and give it as --scheduler ADDRESS",
+            *path,
+        )
+
+
+def _unknown(document: Document, config: Config) -> set[str]:
+    """Return the parameters whose values are not known, as they, or whole sections, are refused."""
+    sections = [document.data.get(section) or {} for section in PARAMETER_SECTIONS]
+    if not all(isinstance(section, dict) for section in sections):
+        return {*PARAMETERS} - config.names
+    return {name for name in PARAMETERS if _path_of(document, name)} - config.names
+
+
+def _path_of(document: Document, name: str) -> Path:
+    """Return where a parameter is given first, by full name or symbol; () where it is not."""
+    for section in (*PARAMETER_SECTIONS, "sample"):
+        if key := key_of(document, section, name):
+            return section, key
+    return ()
+
+
+def key_of(document: Document, section: str, name: str) -> str | None:
+    """Return the key by which a section gives a parameter: its full name or its symbol."""
+    keys = document.section(section)
+    return next((key for key in keys if canonical_name(key) == name), None)

@@ -1,0 +1,139 @@
+"""Groups of keys, of which a config is made, and what is said of one that is wrong."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Container, Mapping
+from typing import Any, ClassVar, Self, TypeVar
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    model_validator,
+)
+from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
+
+from sweeps.config.diagnostics import UNREADABLE, Document, Path, quoted
+from sweeps.human import did_you_mean
+
+# Pydantic's words and ours.
+_WORDS = {
+    "Input should be": "must be",
+    "List should have": "must have",
+    " after validation": "",
+    "must be a valid dictionary": "must hold lines `parameter: value`",
+    "a valid list": "a list",
+    "greater than or equal to": "at least",
+    "less than or equal to": "at most",
+}
+
+
+_G = TypeVar("_G", bound="Group")
+
+
+class Group(BaseModel):
+    """A mapping of a config, declared by its keys; unknown ones are refused.
+
+    `example` shows one that is so short that it is written in a line.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    example: ClassVar[str] = ""
+
+    @classmethod
+    def unknown_key(cls, key: str) -> str:
+        """Return what is wrong with a key that there is not, and what may be meant."""
+        keys = cls.model_fields
+        known = f"write {cls.example}" if cls.example else f"known are {', '.join(keys)}"
+        return "unknown key" + (did_you_mean(key, keys) or f"; {known}")
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _refused_in_words(cls, value: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        try:
+            return handler(value)
+        except ValidationError as error:
+            details = [cls._in_words(each) for each in error.errors(include_url=False)]
+            raise ValidationError.from_exception_data(cls.__name__, details) from None
+
+    @classmethod
+    def _in_words(cls, details: ErrorDetails) -> InitErrorDetails:
+        """Return pydantic's finding in the words of this project."""
+        kind = details["type"]
+        if kind == "extra_forbidden":
+            message = cls.unknown_key(str(details["loc"][-1]))
+        elif kind == "missing":
+            message = f"is missing; write {cls.example}"
+        elif kind == "model_type":
+            keys = f"hold lines `key: value` with the keys {', '.join(cls.model_fields)}"
+            shape = f"be {cls.example}" if cls.example else keys
+            message = f"must {shape}, not {quoted(details['input'])}"
+        else:
+            message = _general(details)
+            if kind in ("list_type", "too_short", "too_long") and cls.example:
+                message += f"; write {cls.example}"
+        return InitErrorDetails(
+            type=PydanticCustomError("config", message), loc=details["loc"], input=details["input"]
+        )
+
+
+def _general(details: ErrorDetails) -> str:
+    if details["type"] == "config":  # the words of a group within this one
+        return details["msg"]
+    if details["type"] == "value_error":
+        return str(details["ctx"]["error"])
+    message, value = details["msg"], details["input"]
+    for theirs, ours in _WORDS.items():
+        message = message.replace(theirs, ours)
+    for limit in details.get("ctx", {}).values():
+        if isinstance(limit, float):
+            message = re.sub(r"[\d.]+$", f"{limit:g}", message)
+    if details["type"] in ("too_short", "too_long"):
+        return message  # it names the length
+    names = re.findall("'(.*?)'", message) if isinstance(value, str) else ()
+    return f"{message}, not {quoted(value)}{did_you_mean(value, names) if names else ''}"
+
+
+def sound_parts(kind: type[_G], document: Document) -> tuple[_G, set[str]]:
+    """Return the keys of a document that are sound, and the names of those that are not.
+
+    What is wrong is refused and left out, a key of a group alone where the rest of it is sound.
+    """
+    data = document.data
+    try:
+        return kind.model_validate(_without(data, ())), set()
+    except ValidationError as error:
+        refused = _refused(document, error)
+    unsound, left_out = {str(path[0]) for path in refused}, {path[:2] for path in refused}
+    try:
+        return kind.model_validate(_without(data, left_out)), unsound
+    except ValidationError as error:  # other keys of a group need one that was left out
+        left_out |= {details["loc"][:1] for details in error.errors()}
+        return kind.model_validate(_without(data, left_out)), unsound
+
+
+def _refused(document: Document, error: ValidationError) -> set[Path]:
+    """Note what is wrong with each value, and return where."""
+    refused: set[Path] = set()
+    for details in error.errors(include_url=False):
+        path = tuple(step for step in details["loc"] if step != "[key]")  # pydantic's word
+        # An unknown key is one problem, whatever its value is.
+        if not any(path[:end] in refused for end in range(len(path) + 1)):
+            refused.add(path)
+            if details["input"] is not UNREADABLE:
+                document.refuse(details["msg"], *path)
+    return refused
+
+
+def _without(data: Mapping[str, Any], paths: Container[Path]) -> dict[str, Any]:
+    """Return what a config gives, but for some keys, and keys of groups."""
+    return {
+        name: {key: child for key, child in value.items() if (name, key) not in paths}
+        if isinstance(value, dict)
+        else value
+        for name, value in data.items()
+        if value is not None and (name,) not in paths
+    }

@@ -1,0 +1,82 @@
+"""`refine`: axes that are computed coarsely first, and then where it matters."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar, Literal
+
+from annotated_types import Len
+from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator
+
+from stickslip.variables import canonical_name
+from sweeps.config.diagnostics import quoted
+from sweeps.config.group import Group
+from sweeps.config.numbers import Text, finite, whole
+
+_MOST_LEVELS = 6
+_MOST_AXES = 3  # the cells of more have more corners than refinement saves points
+_REGIME = "regime"
+
+# The full name of a parameter; whether it is swept is seen later.
+AxisName = Annotated[Text, AfterValidator(lambda name: canonical_name(name) or name)]
+
+
+def _condition(value: object) -> str | float:
+    if value == _REGIME:
+        return _REGIME
+    try:
+        part = finite(value)
+    except ValueError:
+        raise ValueError(f"must be {_REGIME} or a number, not {quoted(value)}") from None
+    if not 0 < part < 1:
+        raise ValueError(f"must be a part between 0 and 1, not {part:g}")
+    return part
+
+
+Condition = Annotated[
+    str | float,
+    PlainValidator(
+        _condition,
+        json_schema_input_type=Literal["regime"] | Annotated[float, Field(gt=0, lt=1)],
+    ),
+]
+
+
+def _listed(value: object) -> object:
+    return value if isinstance(value, (list, tuple)) else [value]
+
+
+def _with_regime(conditions: tuple[str | float, ...]) -> tuple[str | float, ...]:
+    """Return the conditions in their one order; the regime counts even where it is not named."""
+    parts = [condition for condition in conditions if condition != _REGIME]
+    if len(parts) > 1:
+        raise ValueError(f"takes {_REGIME} and one number, such as [{_REGIME}, 1e-2]")
+    return _REGIME, *parts
+
+
+class Refine(Group):
+    """Axes computed coarsely first, then finer where the regime changes or a middle misses."""
+
+    example: ClassVar[str] = (
+        "{axes: [temperature, angular_frequency], levels: 3, where: [regime, 1e-2]}"
+    )
+
+    axes: Annotated[list[AxisName], Len(1, _MOST_AXES)] = Field(description="swept axes")
+    levels: Annotated[int, Field(ge=1, le=_MOST_LEVELS), BeforeValidator(whole)] = Field(
+        3, description="halvings of the spacing"
+    )
+    where: Annotated[
+        tuple[Condition, ...], AfterValidator(_with_regime), BeforeValidator(_listed)
+    ] = Field(
+        (_REGIME, 1e-2),
+        description="a change of regime; part of an amplitude by which the middle of a "
+        "cell may miss interpolation",
+    )
+
+    @property
+    def miss(self) -> float | None:
+        """The part of an amplitude in `where`; None asks for the same regime at corners alone."""
+        return next((part for part in self.where if isinstance(part, float)), None)
+
+    def resolved(self) -> dict[str, Any]:
+        """Return the same as a config has it."""
+        return self.model_dump(mode="json")

@@ -1,0 +1,106 @@
+"""The parameters of a config, judged together: names and symbols, and what looks exchanged."""
+
+from __future__ import annotations
+
+import pytest
+from support.sweeps.configs import problems
+
+from stickslip.variables import BY_SYMBOL, PARAMETERS
+from sweeps.config.checks import combinations
+from sweeps.config.load import ConfigError, from_mapping, from_yaml
+
+
+def test_symbols_and_names_mean_the_same() -> None:
+    by_symbol = {v.symbol: v.default for v in PARAMETERS.values()}
+    by_name = {name: by_symbol[v.symbol] for name, v in PARAMETERS.items()}
+    assert from_mapping({"model": by_symbol}) == from_mapping({"model": by_name})
+    assert list(from_mapping({"model": by_symbol}).model) == list(PARAMETERS)
+
+
+def test_k_and_K_are_different_parameters() -> None:
+    config = from_yaml("model: {k: 1e4, K: 100}")
+    assert config.model == {"viscosity_coefficient": 1e4, "spring_stiffness": 100.0}
+
+
+@pytest.mark.parametrize(
+    ("key", "meant"),
+    [
+        ("temprature", "temperature"),
+        ("Temperature", "temperature"),
+        ("stiffness", "spring_stiffness"),
+        ("viscosity", "viscosity_coefficient"),
+        ("gama", "gamma"),
+        ("Tc", "T_c"),
+        ("phi0", "phi_0"),
+        ("Xm", "X_m"),
+    ],
+)
+def test_the_parameter_that_is_meant_is_guessed(key: str, meant: str) -> None:
+    (told,) = problems(f"model: {{{key}: 1}}")
+    assert told.endswith(f"(did you mean {meant!r}?)")
+
+
+@pytest.mark.parametrize(
+    ("k", "K", "exchanged"),
+    [(5e4, 3e3, 0), (3e3, 5e4, 1), (10, 1e6, 1), (1e4, 1e4, 0), (3e3, 3e3, 0), (1e5, 1e5, 0)],
+)
+def test_exchanged_k_and_K_are_noticed(k: float, K: float, exchanged: int) -> None:
+    assert len(from_mapping({"model": {"k": k, "K": K}}).warnings) == exchanged
+    assert (
+        len(from_mapping({"sweep": {"k": [k, k * 1.5]}, "model": {"K": K}}).warnings) == exchanged
+    )
+
+
+@pytest.mark.parametrize("section", ["model: {%s: %s}", "sweep: {%s: [%s]}", "cases: {%s: [%s]}"])
+@pytest.mark.parametrize("value", [".nan", ".inf", "-.inf", "1e400", "true", "abc", "[]", "{}"])
+def test_what_is_no_finite_number_is_refused_for_every_parameter(section: str, value: str) -> None:
+    for name in PARAMETERS:
+        with pytest.raises(ConfigError) as caught:
+            from_yaml(section % (name, value))
+        assert {p.line for p in caught.value.problems} == {1}
+
+
+@pytest.mark.parametrize(
+    ("model", "told"),
+    [
+        ({"T_c": 27}, "T_c = 27 K is -246 degrees Celsius"),
+        ({"a": 3}, "a = 3 Pa, against 4e+12 in the paper: is it in another unit?"),
+        ({"h": 1}, "h = 1 m, against 1e-09"),
+        ({"X_m": -0.8}, "X_m = -0.8 m"),
+    ],
+)
+def test_values_of_another_unit_are_noticed(model: dict[str, float], told: str) -> None:
+    (name,) = model
+    (warning,) = from_mapping({"model": model}).warnings
+    assert told in str(warning)
+    swept = from_mapping({"sweep": {name: [model[name], PARAMETERS[BY_SYMBOL[name]].default]}})
+    assert told in str(swept.warnings[0])
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        {"T": 0},
+        {"T": 80},
+        {"a": 0},
+        {"K": 0},
+        {"k": 10, "gamma": 2 / 3},
+        {"D": 1e-30},
+        {"d": 3, "e": 5},
+    ],
+)
+def test_unusual_values_are_not_taken_for_another_unit(model: dict[str, float]) -> None:
+    assert not from_mapping({"model": model}).warnings
+
+
+def test_a_grid_that_is_too_large_is_not_judged_further(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sweeps.config.checks.MAX_POINTS", 3)
+    (problem,) = problems("sweep: {d: [0, 1], e: [0, 1]}")
+    assert "4 points are more than 3" in problem
+
+
+def test_values_that_occur_together_are_all_combinations_but_of_linked_ones() -> None:
+    config = from_mapping({"sweep": {"c": [850, 900]}, "cases": {"d": [0, 1], "e": [0, 5]}})
+    coefficients = ("quartic_coefficient", "quintic_coefficient", "sextic_coefficient")
+    found = combinations(config, coefficients)
+    assert found == {(c, d, e) for c in (850.0, 900.0) for d, e in ((0.0, 0.0), (1.0, 5.0))}
