@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stickslip.model import film, solids
+from stickslip.model import film, noise, solids
 from stickslip.model.laws.power_law import viscous_stress
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, RESULTS, TRAJECTORY, ParameterVariable
@@ -124,7 +124,7 @@ def _rounded_like(value: float, text: str) -> float:
 
 def test_noise_factor_has_the_documented_value():
     (documented,) = re.findall(r"= (0\.\d+)\\,D", EQUATIONS)
-    assert float(documented) == round(math.exp(-np.euler_gamma) / 2, 7)
+    assert float(documented) == round(noise.TYPICAL_FRACTION, 7)
 
 
 def test_citation_has_the_version_of_the_package():
