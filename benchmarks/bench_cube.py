@@ -35,7 +35,6 @@ from parts.grids import FLUIDS, MOST_PERIODS, grid_config, written
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from stickslip.status import Status
-from sweeps.config.schema import Execution
 from sweeps.engine.executors.worker import Block
 from sweeps.engine.in_memory import compute
 from sweeps.engine.order import stragglers
@@ -250,12 +249,11 @@ def _late(path: Path, shape: tuple[int, ...], rtol: float) -> dict[str, Any]:
 
 def _patience(rtol: float) -> dict[str, dict[str, float]]:
     """Seconds of one core for a part of the cube, where points are left so early."""
-    grid = _grid(PART_SHAPE)
-    options, rows = Options(rtol=rtol, max_periods=MOST_PERIODS), {}
+    config, rows = read_config(_config(PART_SHAPE, rtol)), {}
     for patience in PATIENCES:
         blocks: list[Block] = []
         with patch.object(stragglers, "_PATIENCE", patience):
-            compute(grid, options, execution=Execution(workers=1), on_block=blocks.append)
+            compute(config, workers=1, on_block=blocks.append)
         rows[str(patience)] = {"seconds": math.fsum(block.seconds for block in blocks)}
     print("patience:", rows)
     return rows

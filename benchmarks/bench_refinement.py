@@ -42,8 +42,9 @@ def main() -> None:
     grid, chosen = Grid.from_config(config), config.refine
     assert chosen is not None
     _warm_up(config, grid)
-    full, full_seconds = timed(lambda: compute(grid, options_of(config), workers=2))
-    refined, seconds = timed(lambda: compute(grid, options_of(config), refine=chosen, workers=2))
+    unrefined = config.model_copy(update={"refine": None})
+    full, full_seconds = timed(lambda: compute(unrefined, workers=2))
+    refined, seconds = timed(lambda: compute(config, workers=2))
     results: dict[str, Any] = {
         "points": grid.size,
         "refine": chosen.resolved(),

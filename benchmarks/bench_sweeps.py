@@ -24,11 +24,10 @@ from common import (
 from parts.grids import FLUIDS, grid_config, written
 from parts.startup import start_up
 
-from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from sweeps import run
+from sweeps.config.load import Config
 from sweeps.config.paper import shipped_config
-from sweeps.config.schema import Execution
 from sweeps.engine.executors.worker import Block
 from sweeps.engine.in_memory import compute
 from sweeps.engine.settings import options_of, read_config
@@ -123,20 +122,19 @@ def _overhead(shape: tuple[int, ...], *, quick: bool) -> dict[str, Any]:
     rows["one_call_us_per_point"] = 1e6 * direct / grid.size
     rows["with_cutting_us_per_point"] = 1e6 * (one - direct) / grid.size
     for workers in (1, WORKERS):
-        handing = statistics.median(_handing_out(grid, options, workers) for _ in range(runs))
+        handing = statistics.median(_handing_out(config, workers) for _ in range(runs))
         rows[f"handing_out_us_per_point_{workers}_workers"] = 1e6 * handing / grid.size
-    results = compute(grid, options, execution=Execution(workers=WORKERS))
+    results = compute(config, workers=WORKERS)
     labelling = median_seconds(lambda: result_dataset(config, grid, results), runs)
     rows["dataset_us_per_point"] = 1e6 * labelling / grid.size
     print("overhead:", rows)
     return rows
 
 
-def _handing_out(grid: Grid, options: Options, workers: int) -> float:
+def _handing_out(config: Config, workers: int) -> float:
     """Seconds of all cores together that went not into blocks."""
     blocks: list[Block] = []
-    execution = Execution(workers=workers)
-    _, seconds = timed(lambda: compute(grid, options, execution=execution, on_block=blocks.append))
+    _, seconds = timed(lambda: compute(config, workers=workers, on_block=blocks.append))
     return seconds * workers - sum(block.seconds for block in blocks)
 
 

@@ -150,7 +150,7 @@ def plan(
     """Say what a sweep would take: points, blocks, bytes, and the time, from a pilot sample."""
     from sweeps.cli.output import print_plan
     from sweeps.engine.plan import plan as make_plan
-    from sweeps.engine.progress.compiling import Compiling
+    from sweeps.engine.progress import Compiling
     from sweeps.engine.signals import interruptible
 
     config = checked_config(file, [*(set_ or []), *execution_changes(workers, backend, scheduler)])

@@ -13,16 +13,15 @@ from numpy.typing import NDArray
 
 from stickslip.options import Options
 from sweeps.config.load import Config
+from sweeps.engine.dispatch import blocks_of, make_executor
 from sweeps.engine.executors.base import Executor
-from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.executors.kernels import compile_kernels
 from sweeps.engine.executors.worker import task_of
 from sweeps.engine.existing import Target, found_beside
-from sweeps.engine.order.cut import blocks_of
 from sweeps.engine.order.part import Part
 from sweeps.engine.order.product import PILOT_BLOCKS, Costs, pilot_blocks, pilot_points
 from sweeps.engine.outcome import RESULT_BYTES_PER_POINT
-from sweeps.engine.progress.compiling import SILENT, Compiling
+from sweeps.engine.progress import SILENT, Compiling
 from sweeps.engine.settings import options_of
 from sweeps.engine.signals import Stop
 from sweeps.files.journal import BYTES_PER_POINT

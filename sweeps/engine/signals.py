@@ -128,7 +128,7 @@ def interruptible(
     raised here.
     """
     try:
-        outcome = _in_thread(work)
+        outcome = in_thread(work)
         while not _is_over(outcome):
             pass
     except KeyboardInterrupt:
@@ -144,7 +144,7 @@ def wait_for(work: Callable[[], None], stop: Stop) -> bool:
 
     What `work` raises is raised here.
     """
-    outcome = _in_thread(work)
+    outcome = in_thread(work)
     while not _is_over(outcome):
         if stop.requested:
             return False
@@ -152,14 +152,14 @@ def wait_for(work: Callable[[], None], stop: Stop) -> bool:
     return True
 
 
-def _in_thread(work: Callable[[], _T]) -> Future[_T]:
-    """The outcome of `work`, begun in a thread that does not keep the process alive."""
+def in_thread(work: Callable[[], _T]) -> Future[_T]:
+    """Begin `work` in a thread that does not keep the process alive; returns its outcome to be."""
     outcome: Future[_T] = Future()
 
     def attempt() -> None:
         try:
             outcome.set_result(work())
-        except BaseException as error:  # noqa: BLE001 - raised in the main thread
+        except BaseException as error:  # noqa: BLE001 - raised where it is waited for
             outcome.set_exception(error)
 
     threading.Thread(target=attempt, daemon=True).start()

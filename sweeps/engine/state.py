@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from stickslip.status import Status
+from sweeps.engine.counts import tally
 from sweeps.engine.existing import found_in_file, found_in_journal
 from sweeps.engine.order.part import Part
-from sweeps.engine.progress.counts import tally
 from sweeps.files.atomic import refuse_odd_output
 from sweeps.files.chunks import Chunks
 from sweeps.files.journal import Journal, readable_manifest

@@ -16,7 +16,7 @@ from stickslip.parameters import Parameters
 from stickslip.trajectory import TIME, simulate
 from sweeps.config.load import Config
 from sweeps.engine.executors.kernels import compile_kernels
-from sweeps.engine.progress.compiling import SILENT, Compiling
+from sweeps.engine.progress import SILENT, Compiling
 from sweeps.engine.settings import options_of
 from sweeps.exits import ExpectedError
 from sweeps.files.attributes import add_provenance

@@ -107,6 +107,6 @@ def test_arguments_that_make_no_sense_are_refused(
 def test_progress_in_memory_is_shown_where_it_is_asked_for(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sweeps.engine.progress.display._SECONDS_BETWEEN_LINES", 0.0)
+    monkeypatch.setattr("sweeps.engine.progress._SECONDS_BETWEEN_LINES", 0.0)
     run(ONE_BY_ONE, progress=True)
     assert "/4 points, 0 failed" in capsys.readouterr().err

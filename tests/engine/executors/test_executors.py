@@ -35,9 +35,9 @@ from support.sweeps.workers import (
 
 from stickslip.status import Status
 from sweeps.config.schema import Execution
+from sweeps.engine.dispatch import make_executor
 from sweeps.engine.executors import cluster_task, dask, processes
 from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError
-from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.executors.worker import Task, task_of
 from sweeps.engine.run import run
 from sweeps.engine.settings import options_of, read_config

@@ -1,4 +1,7 @@
-"""Progress: a bar on a terminal, plain lines in a log, nothing where it is not wanted."""
+"""Progress: a bar on a terminal, plain lines in a log, nothing where it is not wanted.
+
+And a word while kernels are compiled: only where that takes long, and gone afterwards.
+"""
 
 from __future__ import annotations
 
@@ -15,15 +18,27 @@ from support.sweeps.watching import (
     Log,
     Terminal,
     advanced,
+    block_of,
     found,
     plain,
     task,
     terminal_of,
 )
 
-from sweeps.engine.progress import display
-from sweeps.engine.progress.counts import Counts
-from sweeps.engine.progress.display import make_progress
+from sweeps.engine import counts as counts_module
+from sweeps.engine import progress
+from sweeps.engine.counts import Counts
+from sweeps.engine.progress import Compiling, display_of
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    """Time that stands still unless a test moves it."""
+    clock = Clock()
+    for module in (counts_module, progress):
+        monkeypatch.setattr(module, "time", clock)
+    return clock
+
 
 # --- lines in a log ---
 
@@ -41,7 +56,7 @@ class Schedule:
 
 def said_within(clock: Clock, counts: Counts, seconds: float) -> list[str]:
     """When lines come, as elapsed times."""
-    shown, said = make_progress(counts), []
+    shown, said = display_of(counts), []
     shown.say = said.append
     shown._keep_saying(Schedule(clock, seconds))
     return [line.split(", ")[2].removesuffix(" elapsed") for line in said]
@@ -54,16 +69,16 @@ def test_while_nothing_is_done_lines_become_rare(clock: Clock) -> None:
 
 
 def test_lines_come_again_when_something_is_done(clock: Clock) -> None:
-    statuses = found()
-    counts = Counts(100, statuses)
+    store = found()
+    counts = Counts(100, store)
 
     class Busy(Schedule):
         def wait(self, seconds: float) -> bool:
             if clock.now == 1040.0:
-                advanced(counts, statuses, 1.0, ok=10)
+                advanced(counts, store, 1.0, ok=10)
             return super().wait(seconds)
 
-    shown, said = make_progress(counts), []
+    shown, said = display_of(counts), []
     shown.say = said.append
     shown._keep_saying(Busy(clock, 60.0))
     assert [line[:2] for line in said] == ["0/", "0/", "0/", "10", "10", "10"]
@@ -77,8 +92,8 @@ def test_lines_come_again_when_something_is_done(clock: Clock) -> None:
 def test_a_log_gets_lines_without_control_characters(monkeypatch: pytest.MonkeyPatch) -> None:
     log = Log(2)
     monkeypatch.setattr(sys, "stderr", log)
-    monkeypatch.setattr(display, "_SECONDS_BETWEEN_LINES", 0.005)
-    with make_progress(Counts(100, found(ok=9, failed=1))):
+    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.005)
+    with display_of(Counts(100, found(ok=9, failed=1))):
         assert log.there.wait(60.0)
     assert all(line.startswith("10/100 points, 1 failed, ") for line in log.getvalue().splitlines())
     assert log.getvalue().replace("\n", "").isprintable()
@@ -88,9 +103,9 @@ def test_a_log_gets_lines_without_control_characters(monkeypatch: pytest.MonkeyP
 def test_after_the_end_no_line_comes(monkeypatch: pytest.MonkeyPatch, early: bool) -> None:
     log = Log(1)
     monkeypatch.setattr(sys, "stderr", log)
-    monkeypatch.setattr(display, "_SECONDS_BETWEEN_LINES", 0.001)
+    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.001)
     before = set(threading.enumerate())
-    with make_progress(Counts(10, found())) as shown:
+    with display_of(Counts(10, found())) as shown:
         (clockwork,) = set(threading.enumerate()) - before
         assert log.there.wait(60.0)
         if early:
@@ -100,8 +115,8 @@ def test_after_the_end_no_line_comes(monkeypatch: pytest.MonkeyPatch, early: boo
 
 
 def test_a_short_sweep_needs_no_line(capsys: pytest.CaptureFixture[str]) -> None:
-    assert display._SECONDS_BETWEEN_LINES >= 2.0
-    with make_progress(Counts(10, found())) as shown:
+    assert progress._SECONDS_BETWEEN_LINES >= 2.0
+    with display_of(Counts(10, found())) as shown:
         shown.stop()
         shown.start()
         shown.stop()
@@ -109,7 +124,7 @@ def test_a_short_sweep_needs_no_line(capsys: pytest.CaptureFixture[str]) -> None
 
 
 def test_what_is_said_is_a_line(capsys: pytest.CaptureFixture[str]) -> None:
-    with make_progress(Counts(10, found())) as shown:
+    with display_of(Counts(10, found())) as shown:
         shown.say("time left: [about] 3 min")
     assert capsys.readouterr() == ("", "time left: [about] 3 min\n")
 
@@ -119,9 +134,9 @@ def test_nothing_where_nothing_is_wanted(
     monkeypatch: pytest.MonkeyPatch, stream: type[io.StringIO]
 ) -> None:
     monkeypatch.setattr(sys, "stderr", stream())
-    monkeypatch.setattr(display, "_SECONDS_BETWEEN_LINES", 0.001)
+    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.001)
     before = threading.active_count()
-    with make_progress(Counts(10, found()), wanted=False) as shown:
+    with display_of(Counts(10, found()), wanted=False) as shown:
         assert threading.active_count() == before
         shown.say("a line")
         shown.stop()
@@ -135,7 +150,7 @@ def test_a_terminal_that_cannot_replace_lines_gets_those_of_a_log(
 ) -> None:
     terminal = terminal_of(monkeypatch)
     monkeypatch.setenv("TERM", "dumb")
-    with make_progress(Counts(10, found())) as shown:
+    with display_of(Counts(10, found())) as shown:
         shown.say("a line")
     assert terminal.getvalue() == "a line\n"
 
@@ -159,7 +174,7 @@ def last_lines(text: str) -> list[str]:
         (10**6, 900_000, 36e3, 16_384, 599.0, "10:09:59",
          "24.6 points/s, 56 min 41 s left, 16384 points in flight, the oldest for 9:59"),
         (10**6, 900_000, 36e3, 64, 3600.0, "11:00:00",
-         "no block has finished for 1:00:00, 64 points in flight, the oldest for 1:00:00"),
+         "22.7 points/s, 1 h 6 min left, 64 points in flight, the oldest for 1:00:00"),
     ],
 )  # fmt: skip
 def test_a_terminal_gets_a_bar_that_fits_and_gives_the_cursor_back(
@@ -174,12 +189,12 @@ def test_a_terminal_gets_a_bar_that_fits_and_gives_the_cursor_back(
     expected: str,
 ) -> None:
     terminal = terminal_of(monkeypatch)
-    statuses = found()
-    counts = Counts(total, statuses)
-    with make_progress(counts):
+    store = found()
+    counts = Counts(total, store)
+    with display_of(counts):
         clock.now += elapsed
-        advanced(counts, statuses, elapsed, ok=done - 3, diverged=3)
-        counts.in_flight.end(0)
+        advanced(counts, store, elapsed, ok=done - 3, diverged=3)
+        counts.in_flight.end(block_of(task(0, 1)))
         if flying:
             counts.in_flight.begin(task(0, flying))
         clock.now += age
@@ -198,7 +213,7 @@ def test_the_bar_goes_on_though_nothing_comes_back(
 ) -> None:
     terminal = terminal_of(monkeypatch)
     counts = Counts(10, found())
-    with make_progress(counts):
+    with display_of(counts):
         counts.in_flight.begin(task(0, 10))
         for seconds in (7, 8, 9):
             clock.now = 1000.0 + seconds
@@ -208,14 +223,14 @@ def test_the_bar_goes_on_though_nothing_comes_back(
 
 def test_the_bar_begins_with_what_was_found(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = terminal_of(monkeypatch)
-    with make_progress(Counts(100, found(ok=30, failed=2))):
+    with display_of(Counts(100, found(ok=30, failed=2))):
         pass
     assert " 32/100 points, 2 failed, 0:00 elapsed\n" in plain(terminal.getvalue())
 
 
 def test_stopping_gives_the_terminal_back_once(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = terminal_of(monkeypatch)
-    with make_progress(Counts(10, found())) as shown:
+    with display_of(Counts(10, found())) as shown:
         shown.stop()
         stopped = terminal.getvalue()
         assert stopped.endswith("\n" + VISIBLE)
@@ -224,7 +239,7 @@ def test_stopping_gives_the_terminal_back_once(monkeypatch: pytest.MonkeyPatch) 
 
 def test_a_question_has_the_terminal_for_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = terminal_of(monkeypatch)
-    with make_progress(Counts(10, found())) as shown:
+    with display_of(Counts(10, found())) as shown:
         shown.stop()
         asked = terminal.getvalue()
         assert asked.endswith("\n" + VISIBLE)
@@ -238,7 +253,126 @@ def test_a_question_has_the_terminal_for_itself(monkeypatch: pytest.MonkeyPatch)
 
 def test_what_is_said_stands_above_the_bar_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = terminal_of(monkeypatch)
-    with make_progress(Counts(10, found())) as shown:
+    with display_of(Counts(10, found())) as shown:
         shown.say("time left: [red] 3 min")
     assert "time left: [red] 3 min\n" in plain(terminal.getvalue())
     assert "0/10 points" in last_lines(terminal.getvalue())[0]
+
+
+# --- streams that are gone ---
+
+
+class Gone(Terminal):
+    """A terminal that was closed, or a log on a full disk, from its so many-th write on."""
+
+    def __init__(self, after: int, *, is_terminal: bool) -> None:
+        super().__init__()
+        self._left, self._is_terminal, self.failed = after, is_terminal, threading.Event()
+
+    def isatty(self) -> bool:
+        return self._is_terminal
+
+    def write(self, text: str) -> int:
+        self._left -= 1
+        if self._left < 0:
+            self.failed.set()
+            raise OSError(5, "Input/output error")
+        return super().write(text)
+
+
+@pytest.mark.parametrize("is_terminal", [True, False])
+@pytest.mark.parametrize("after", [0, 1, 4])
+def test_what_cannot_be_written_is_lost(
+    monkeypatch: pytest.MonkeyPatch, after: int, is_terminal: bool
+) -> None:
+    terminal_of(monkeypatch)
+    gone = Gone(after, is_terminal=is_terminal)
+    monkeypatch.setattr(sys, "stderr", gone)
+    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.01)
+    with display_of(Counts(10, found())) as shown:
+        assert gone.failed.wait(60.0)
+        shown.say("a line")
+
+
+# --- kernels that are compiled ---
+
+WORD = "compiling for this processor: about a minute, and kept for later runs"
+
+
+@pytest.fixture
+def soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "_MOMENT", 0.0)
+
+
+def test_what_takes_a_moment_is_not_worth_a_word(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = terminal_of(monkeypatch)
+    monkeypatch.setattr(progress, "_MOMENT", 60.0)
+    with Compiling():
+        pass
+    assert terminal.getvalue() == ""
+
+
+def test_nothing_is_said_where_nothing_is_wanted(
+    soon: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    terminal = terminal_of(monkeypatch)
+    before = threading.active_count()
+    with Compiling(wanted=False):
+        assert threading.active_count() == before
+    assert terminal.getvalue() == ""
+
+
+def test_a_terminal_gets_a_spinner_that_counts_and_goes_away(
+    soon: None, clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    terminal = terminal_of(monkeypatch)
+    with Compiling():
+        for seconds in ("0:00", "0:12", "1:05"):
+            clock.now = 1000.0 + 60 * int(seconds[0]) + int(seconds[2:])
+            shown = f" {WORD} ({seconds})"
+            wait_until(lambda s=shown: s in plain(terminal.getvalue()))
+            assert len(shown) + 1 <= 80
+    text = terminal.getvalue()
+    assert text.count(HIDDEN) == text.count(VISIBLE) == 1
+    after = text[text.rindex(WORD) :]
+    assert "\x1b[2K" in after[after.index(VISIBLE) :]  # the line is erased
+    assert not plain(after.rpartition("\x1b[2K")[2]).strip()
+
+
+def test_a_log_gets_the_word_at_once_and_then_ever_fewer_lines(
+    soon: None, clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = Log(3)
+    monkeypatch.setattr(sys, "stderr", log)
+    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.01)
+    with Compiling():
+        assert log.there.wait(60.0)
+    assert set(log.getvalue().splitlines()) == {f"{WORD} (0:00)"}
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
+def test_it_goes_away_on_an_error(
+    soon: None, monkeypatch: pytest.MonkeyPatch, error: type[BaseException]
+) -> None:
+    terminal = terminal_of(monkeypatch)
+
+    def failing() -> None:
+        with Compiling():
+            wait_until(lambda: WORD in terminal.getvalue())
+            raise error
+
+    before = threading.active_count()
+    with pytest.raises(error):
+        failing()
+    assert terminal.getvalue().count(VISIBLE) == 1
+    wait_until(lambda: threading.active_count() == before)
+
+
+def test_it_can_be_taken_away_before_its_end(soon: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = terminal_of(monkeypatch)
+    with Compiling() as sign:
+        wait_until(lambda: WORD in terminal.getvalue())
+        sign.stop()
+        gone = terminal.getvalue()
+        assert VISIBLE in gone
+    assert terminal.getvalue() == gone
