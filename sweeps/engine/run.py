@@ -17,7 +17,7 @@ from sweeps.engine.executors.worker import Block
 from sweeps.engine.in_memory import run_in_memory
 from sweeps.engine.outcome import Console, Outcome
 from sweeps.engine.resume import ExistingPolicy
-from sweeps.engine.settings import read_config
+from sweeps.engine.settings import missing_scheduler, read_config
 from sweeps.engine.signals import Stop
 from sweeps.engine.sweep import sweep
 from sweeps.exits import Exit, ExpectedError
@@ -127,7 +127,8 @@ def _execution(
     kept = configured.model_dump(exclude_none=True)
     if backend not in (None, "dask"):
         kept.pop("scheduler", None)  # it belongs to dask
-    return from_mapping({"execution": kept | given}, "run()").execution
+    checks = [missing_scheduler]
+    return from_mapping({"execution": kept | given}, "run()", checks=checks).execution
 
 
 def _run_into(config: Config, output: Path, policy: ExistingPolicy, progress: bool) -> xr.Dataset:

@@ -21,8 +21,8 @@ _CHUNK = 100_000
 def read_config(source: str | Path | Mapping[str, Any], overrides: Sequence[str] = ()) -> Config:
     """The config in a file or a dict, checked with the physics; raises ConfigError."""
     if isinstance(source, Mapping):
-        return from_mapping(source, overrides=overrides, checks=[unstable_step])
-    return load(source, overrides, checks=[unstable_step])
+        return from_mapping(source, overrides=overrides, checks=CHECKS)
+    return load(source, overrides, checks=CHECKS)
 
 
 def options_of(config: Config) -> Options:
@@ -78,6 +78,19 @@ def unstable_step(config: Config) -> Iterator[tuple[str, str]]:
         f"the step of {config.integrator.dt:g} s is unstable for every point and would give "
         f"finite but wrong amplitudes; the largest allowed step is {allowed} s",
     )
+
+
+def missing_scheduler(config: Config) -> Iterator[tuple[str, str]]:
+    """Yield a complaint where a config asks for a cluster and does not say which."""
+    if config.execution.backend == "dask" and config.execution.scheduler is None:
+        yield (
+            "execution.backend",
+            "`dask` needs the address of a scheduler, such as --scheduler tcp://host:8786; "
+            "processes of this machine are `loky`",
+        )
+
+
+CHECKS = (missing_scheduler, unstable_step)
 
 
 def _has_fixed_step(config: Config) -> bool:

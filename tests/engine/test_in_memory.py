@@ -134,8 +134,9 @@ def test_without_a_backend_of_joblib_it_is_that_of_the_config(
     watched: list[Any], backend: str, jobs: int | None, workers: int
 ) -> None:
     number = {} if jobs is None else {"n_jobs": jobs}
+    where = {"scheduler": "tcp://localhost:8786"} if backend == "dask" else {}
     with joblib.parallel_config(**number), pytest.raises(ChosenError):
-        run(executed(workers=3, backend=backend))
+        run(executed(workers=3, backend=backend, **where))
     assert [(made.backend, made.workers) for made in watched] == [(backend, workers)]
 
 

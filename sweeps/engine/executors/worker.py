@@ -15,8 +15,6 @@ from stickslip.kernels.families import KIND
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits, failed_row
 from stickslip.plausibility import suspicious_balance, suspicious_stress
-from stickslip.status import Status
-from stickslip.variables import RESULT_COLUMNS
 from sweeps.engine.order.follow import follow
 from sweeps.exits import Exit, ExpectedError
 from sweeps.files.columns import STATUS, failures, status_counts
@@ -123,19 +121,6 @@ def failed_block(task: Task, reason: str) -> Block:
     rows = np.tile(failed_row(), (len(task.indices), 1))
     messages = tuple(f"point {point.tolist()} failed: {reason}" for point in task.points)
     return Block(task.indices, rows, messages=messages)
-
-
-def is_answer(found: object, task: Task) -> bool:
-    """Whether something that came from elsewhere is the block of a task, as far as one can see."""
-    if not (isinstance(found, Block) and isinstance(found.results, np.ndarray)):
-        return False
-    shape = (len(task.indices), len(RESULT_COLUMNS))
-    return (
-        np.array_equal(found.indices, task.indices)
-        and found.results.shape == shape
-        and found.results.dtype == np.float64
-        and bool(np.isin(found.results[:, STATUS], [*Status]).all())
-    )
 
 
 def _results(points: NDArray[np.float64], task: Task) -> NDArray[np.float64]:
