@@ -141,7 +141,7 @@ class Counts:
         return max((cost * ahead - spent) / slots, *rest, 0.0) or None
 
     def as_dict(self) -> dict[str, Any]:
-        """The same for a heartbeat."""
+        """Return the same for a heartbeat."""
         statuses, left = self._store.statuses.copy(), self.seconds_left
         statuses[Status.PENDING] = self.total - statuses.sum()
         return tally(statuses) | {

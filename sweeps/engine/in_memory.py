@@ -90,7 +90,7 @@ def _executor_of(execution: Execution, workers: int | None) -> Executor:
 
 
 def _joblib_has_a_backend() -> bool:
-    """Whether `parallel_config` names one: then a preference of ours does not change it."""
+    """Return whether `parallel_config` names one: then a preference of ours does not change it."""
     threads, processes = (get_active_backend(prefer=kind)[0] for kind in ("threads", "processes"))
     return threads is processes
 

@@ -103,7 +103,7 @@ class JournaledResult:
         )
 
     def attributes(self) -> dict[str, str]:
-        """The global attributes."""
+        """Return the global attributes."""
         manifest = self.journal.manifest
         config = self.target.config
         attributes = global_attributes(config) | breaks_of(config, self.journal.statuses)

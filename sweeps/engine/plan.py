@@ -52,7 +52,7 @@ class Plan:
 def plan(
     config: Config, output: Path, compiling: Compiling = SILENT, part: Part | None = None
 ) -> Plan:
-    """What the sweep of a config, or a part of it, would take; keeps nothing of a pilot sample.
+    """Return what a sweep, or a part of it, would take; nothing of a pilot sample is kept.
 
     `compiling` says that kernels are compiled.
 
@@ -84,7 +84,7 @@ def plan(
 
 
 def _done(target: Target, output: Path) -> NDArray[np.bool_]:
-    """Which points are there already and would not be computed."""
+    """Return which points are there already and would not be computed."""
     done = np.zeros(target.grid.size, dtype=bool)
     for found in found_beside(RunFolder(output)):
         if found.fits(target):
@@ -94,7 +94,7 @@ def _done(target: Target, output: Path) -> NDArray[np.bool_]:
 
 
 def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Executor) -> Costs:
-    """The costs of few points and, where that takes a moment only, of blocks as a sweep has them.
+    """Return the costs of few points or, where that takes a moment only, of blocks of a sweep.
 
     Few points do not keep the lanes of a kernel busy, and seem to cost more.
     """

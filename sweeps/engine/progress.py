@@ -10,7 +10,7 @@ import os
 import sys
 import threading
 import time
-from typing import TYPE_CHECKING, Protocol, Self, TextIO, cast
+from typing import TYPE_CHECKING, ClassVar, Self, TextIO, TypeAlias, cast
 
 from sweeps.human import Messages, clock
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
     from IPython.display import HTML
     from rich.progress import Progress
+
+    from sweeps.engine.counts import Counts
 
 _FRAMES_PER_SECOND = 4.0  # so that elapsed seconds are not skipped
 
@@ -31,25 +33,8 @@ _MOMENT = 1.5  # seconds
 
 _GONE_SECONDS = 1.0  # a terminal that blocks is not waited for
 
-
-class Scene(Protocol):
-    """What is shown: `done` of `goal` parts, unknown where that is None, and two lines of text."""
-
-    @property
-    def done(self) -> int:
-        """How much is finished."""
-
-    @property
-    def goal(self) -> int | None:
-        """How much there is."""
-
-    @property
-    def headline(self) -> str:
-        """Where it stands."""
-
-    @property
-    def outlook(self) -> str:
-        """What is ahead; empty where nothing is known."""
+Scene: TypeAlias = "Counts | Compiling"
+"""What is shown: `done` of a `goal` that may be None, a `headline` and an `outlook`."""
 
 
 class Display:
@@ -82,14 +67,14 @@ def display_of(scene: Scene, *, wanted: bool = True) -> Display:
 
 
 def _is_in_notebook() -> bool:
-    """Whether an IPython kernel runs this, whose pages show HTML."""
+    """Return whether an IPython kernel runs this, whose pages show HTML."""
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython else None
     return shell is not None and hasattr(shell, "kernel")
 
 
 def _is_on_terminal() -> bool:
-    """Whether messages go to a terminal on which they can be replaced."""
+    """Return whether messages go to a terminal on which they can be replaced."""
     return sys.stderr.isatty() and os.environ.get("TERM") not in ("dumb", "unknown")
 
 
@@ -227,7 +212,10 @@ class Compiling:
     `stop` takes the word away at any time, for whoever ends the process.
     """
 
-    done, goal, outlook = 0, None, ""  # it is a scene itself
+    # It is a scene itself, of which nobody knows how long it takes.
+    done: ClassVar[int] = 0
+    goal: ClassVar[None] = None
+    outlook: ClassVar[str] = ""
 
     def __init__(self, *, wanted: bool = True) -> None:
         self._wanted = wanted

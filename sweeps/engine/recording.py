@@ -63,7 +63,7 @@ class Recorder:
             self._record(blocks, display)
 
     def outcome(self, ended: Outcome) -> Outcome:
-        """How the sweep ended, with what this run has done."""
+        """Return how the sweep ended, with what this run has done."""
         return replace(
             ended,
             computed=self._counts.computed,
@@ -73,7 +73,7 @@ class Recorder:
         )
 
     def _beat(self, execution: Execution) -> dict[str, object]:
-        """What the heartbeat says."""
+        """Return what the heartbeat says."""
         state = "stopping" if self._stop.reason else "running"
         return self._counts.as_dict() | {"state": state, "backend": execution.backend}
 

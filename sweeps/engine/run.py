@@ -47,7 +47,7 @@ def run(
     on_block: Callable[[Block], None] | None = None,
     **existing: bool,
 ) -> xr.Dataset:
-    """The result of a sweep, the same as on the command line.
+    """Return the result of a sweep, the same as on the command line.
 
     Without `output` nothing is written and nothing outlives an interruption. With it the call does
     what `stickslip sweep -o` does: it computes what the file, or the journal of an interrupted run,
@@ -118,7 +118,7 @@ def _refuse_unknown(existing: Mapping[str, bool]) -> None:
 def _execution(
     configured: Execution, workers: int | None, backend: str | None, scheduler: str | None
 ) -> Execution:
-    """Where to compute, with what is given instead of what is configured; raises ConfigError."""
+    """Return the section `execution` with what arguments say instead; raises ConfigError."""
     backend = backend or ("dask" if scheduler else None)
     asked = {"workers": workers, "backend": backend, "scheduler": scheduler}
     given = {name: value for name, value in asked.items() if value is not None}

@@ -29,7 +29,7 @@ _PART = re.compile(r"(\d+(?:\.\d+)?)\s*(s|min|m|h|d|)\s*")
 
 
 def parse_duration(text: str) -> float:
-    """Seconds of a duration such as `2h`, `90 min`, `1h30m`, `45s` or a number of seconds.
+    """Return the seconds of a duration: `2h`, `90 min`, `1h30m`, `45s`, a number of seconds.
 
     Raises ValueError.
     """
@@ -106,7 +106,7 @@ def listening(stop: Stop) -> Iterator[None]:
 
 
 def _awaited(stop: Stop, again: str) -> str:
-    """What happens before a stop, and what the next signal costs."""
+    """Return what happens before a stop, and what the next signal costs."""
     in_flight = stop.in_flight()
     if not in_flight:
         return "ending"
@@ -121,7 +121,7 @@ def _write(message: str) -> None:
 def interruptible(
     work: Callable[[], _T], message: str, *, at_once: Callable[[], None] = lambda: None
 ) -> _T:
-    """The result of `work`, computed in a thread while the main thread listens for Ctrl-C.
+    """Return the result of `work`, computed in a thread while the main thread listens for Ctrl-C.
 
     On Ctrl-C `at_once` is called, `message` is printed and the process ends with exit code 130:
     nothing else that would have to be tidied up may happen inside `work`. What `work` raises is
@@ -167,6 +167,6 @@ def in_thread(work: Callable[[], _T]) -> Future[_T]:
 
 
 def _is_over(outcome: Future[_T]) -> bool:
-    """Whether work is over after a moment, in which signals are heard."""
+    """Return whether work is over after a moment, in which signals are heard."""
     wait([outcome], timeout=0.1)
     return outcome.done()

@@ -161,7 +161,7 @@ def _finished(result: JournaledResult, recorder: Recorder, *, keep_journal: bool
 
 
 def _ended(target: Target, output: Path, written: Written, missing: int) -> Outcome:
-    """How a sweep ended that lacks so many of the points that are asked for."""
+    """Return how a sweep ended that lacks so many of the points that are asked for."""
     statuses = written.statuses.copy()
     statuses[Status.PENDING] = missing
     return Outcome(output, statuses, written.worst_error, part=target.part)

@@ -45,7 +45,7 @@ class AxisLeftError(ExpectedError, ValueError):
 def trajectory(
     config: Config, compiling: Compiling = SILENT, *, start: Sequence[float] | None = None
 ) -> xr.Dataset:
-    """The trajectory that a config without axes describes.
+    """Return the trajectory that a config without axes describes.
 
     `compiling` says that kernels are compiled. `start` is a state (x, v, ln phi) to start from
     instead of what `simulation.start` names.
@@ -62,7 +62,7 @@ def trajectory(
 
 
 def trajectories(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
-    """One trajectory for each value of the only axis of a config, along (axis, sample).
+    """Return one trajectory for each value of the only axis of a config, along (axis, sample).
 
     `elapsed_time` becomes a coordinate along both, because drive periods differ.
     """

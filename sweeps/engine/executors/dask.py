@@ -64,7 +64,7 @@ class ClusterExecutor(Executor):
             self._client.close(timeout=_ANSWER_SECONDS)
 
     def most_in_flight(self) -> int:
-        """Two tasks for each thread that the cluster has at present."""
+        """Return two for each thread that the cluster has at present."""
         self._count()
         return super().most_in_flight()
 
@@ -83,7 +83,7 @@ class ClusterExecutor(Executor):
         return asyncio.run_coroutine_threadsafe(fetched, self._client.loop.asyncio_loop)
 
     def is_deserted(self) -> bool:
-        """Whether no worker is connected at present; warns when that begins."""
+        """Return whether no worker is connected at present; warns when that begins."""
         deserted = self._count() == 0
         if deserted and not self._warned:
             log.warning("no worker is connected to %s; waiting for one", self._address)

@@ -22,7 +22,7 @@ class ThreadExecutor(Executor):
         pass  # a thread ends with its block
 
     def most_in_flight(self) -> int:
-        """A task for each slot: handing over takes no time, so blocks are cut as late as can be."""
+        """Return one for each slot: handing over takes no time, so blocks are cut late."""
         return self.slots
 
     def submit(self, task: Task) -> Future[Block]:
@@ -31,5 +31,5 @@ class ThreadExecutor(Executor):
 
 
 def executor_for(execution: Execution) -> Executor:
-    """As many threads as the config has workers."""
+    """Make as many threads as the config has workers."""
     return ThreadExecutor(execution.workers)

@@ -61,7 +61,7 @@ class Block:
     messages: tuple[str, ...] = ()
 
     def part(self, which: NDArray[np.bool_]) -> Block:
-        """The same with some of the points (n,) alone."""
+        """Return the same with some of the points (n,) alone."""
         return replace(self, indices=self.indices[which], results=self.results[which])
 
     @property
@@ -71,13 +71,13 @@ class Block:
 
 
 def task_of(grid: Grid, indices: NDArray[np.int64], options: Options, patience: int = 0) -> Task:
-    """The task of computing these points of a grid."""
+    """Make the task of computing these points of a grid."""
     line = grid.lines().shape[1] if grid.followed else 1
     return Task(indices, grid.rows(indices), options, source_hash(), line, patience)
 
 
 def kinds_of(grid: Grid) -> NDArray[np.float64]:
-    """The kinds (n, k) of points that may occur in a grid, as `prepare_kernels` takes them.
+    """Return the kinds (n, k) of points that may occur in a grid, as `prepare_kernels` takes them.
 
     Of a coefficient of the free energy it matters only whether it is 0.
     """
@@ -87,7 +87,7 @@ def kinds_of(grid: Grid) -> NDArray[np.float64]:
 
 
 def compute_block(task: Task) -> Block:
-    """The result rows of a block; a point that raises gets the status `failed`.
+    """Compute a block; a point that raises gets the status `failed`.
 
     Raises WorkerMismatchError where the sources here are not those of the one who asks.
     """
@@ -117,21 +117,21 @@ def compute_block(task: Task) -> Block:
 
 
 def failed_block(task: Task, reason: str) -> Block:
-    """The block of points that no worker survives."""
+    """Return the block of points that no worker survives."""
     rows = np.tile(failed_row(), (len(task.indices), 1))
     messages = tuple(f"point {point.tolist()} failed: {reason}" for point in task.points)
     return Block(task.indices, rows, messages=messages)
 
 
 def _results(points: NDArray[np.float64], task: Task) -> NDArray[np.float64]:
-    """The result rows (n, columns) of some of the points of a task, whole lines of them."""
+    """Compute the result rows (n, columns) of some of the points of a task, whole lines of them."""
     if task.line > 1:
         return follow(points, task.line, task.options)
     return compute_orbits(points, task.options, patience=task.patience)[0]
 
 
 def _alone(points: NDArray[np.float64], task: Task, messages: list[str]) -> NDArray[np.float64]:
-    """The result rows of one point, or of one line, that may raise."""
+    """Compute the result rows of one point, or of one line, that may raise."""
     try:
         return _results(points, task)
     except Exception as error:  # recorded as the point's status

@@ -99,16 +99,16 @@ class Costs:
         self.seconds += seconds
 
     def estimate(self, points: int, slots: int) -> float:
-        """The seconds that so many points take on so many workers; 0 while nothing is known."""
+        """Estimate the seconds for so many points on so many workers; 0 while nothing is known."""
         return self.seconds / max(self.points, 1) * points / slots
 
     def points_in(self, seconds: float) -> int:
-        """How many points one worker computes in this time; 0 while nothing is known."""
+        """Return how many points one worker computes in this time; 0 while nothing is known."""
         return int(seconds * self.points / max(self.seconds, 1e-9))
 
 
 def pilot_points(left: int) -> int:
-    """Points of a pilot's block: enough to cost what others cost, few against what is left."""
+    """Return the size of a pilot's block: enough to cost what others cost, few of what is left."""
     return min(max(left // 64, _FIRST_BLOCK), 2048)
 
 
@@ -127,7 +127,7 @@ def pilot_blocks(done: NDArray[np.bool_], points: int) -> list[Indices]:
 
 
 def _dealt(taken: NDArray[np.bool_]) -> Iterator[Indices]:
-    """The points that are not taken by the time that their turn comes, each once."""
+    """Yield the points that are not taken by the time that their turn comes, each once."""
     size = len(taken)
     run = min(max(size // _RUNS, 1), _LONGEST_RUN)
     runs = -(-size // run)
