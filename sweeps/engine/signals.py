@@ -19,6 +19,7 @@ from types import FrameType
 from typing import TypeVar
 
 from sweeps.exits import Exit
+from sweeps.human import Messages
 
 _T = TypeVar("_T")
 
@@ -114,8 +115,9 @@ def _awaited(stop: Stop, again: str) -> str:
 
 
 def _write(message: str) -> None:
-    sys.stderr.write(f"\n{message}\n")  # the terminal has written ^C, or the bar a line
-    sys.stderr.flush()
+    messages = Messages(sys.stderr)
+    messages.write(f"\n{message}\n")  # the terminal has written ^C, or the bar a line
+    messages.flush()
 
 
 def interruptible(
