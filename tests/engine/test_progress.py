@@ -8,6 +8,8 @@ from __future__ import annotations
 import io
 import sys
 import threading
+from types import ModuleType, SimpleNamespace
+from typing import Any
 
 import pytest
 from support.sweeps.processes import wait_until
@@ -376,3 +378,55 @@ def test_it_can_be_taken_away_before_its_end(soon: None, monkeypatch: pytest.Mon
         gone = terminal.getvalue()
         assert VISIBLE in gone
     assert terminal.getvalue() == gone
+
+
+# --- a notebook ---
+
+
+class Cell:
+    """What is shown under the cell of a notebook; a handle of IPython."""
+
+    def __init__(self) -> None:
+        self.shown: list[str] = []
+
+    def update(self, picture: Any) -> None:
+        self.shown.append(picture)
+
+
+@pytest.fixture
+def cell(monkeypatch: pytest.MonkeyPatch) -> Cell:
+    """A process that seems to be the kernel of a notebook."""
+    cell = Cell()
+
+    def display(picture: str, *, display_id: bool) -> Cell:
+        assert display_id
+        cell.update(picture)
+        return cell
+
+    notebook: Any = ModuleType("IPython")
+    notebook.get_ipython = lambda: SimpleNamespace(kernel=None)
+    notebook.display = ModuleType("IPython.display")
+    notebook.display.display, notebook.display.HTML = display, str
+    monkeypatch.setitem(sys.modules, "IPython", notebook)
+    monkeypatch.setitem(sys.modules, "IPython.display", notebook.display)
+    return cell
+
+
+def test_a_notebook_gets_a_bar_that_goes_on_and_ends_with_the_last_state(
+    clock: Clock, cell: Cell
+) -> None:
+    store = found(ok=1)
+    counts = Counts(4, store)
+    with display_of(counts):
+        assert len(cell.shown) >= 1
+        wait_until(lambda: len(cell.shown) > 2)
+        advanced(counts, store, ok=3)
+    bar = '<progress value="{}" max="4" style="width: 20em"></progress>'
+    assert cell.shown[0] == f"{bar.format(1)} 1/4 points, 0 failed, 0:00 elapsed<br>"
+    assert cell.shown[-1].startswith(f"{bar.format(4)} 4/4 points, 0 failed, 0:00 elapsed<br>")
+
+
+def test_a_notebook_is_told_that_kernels_are_compiled(soon: None, cell: Cell) -> None:
+    with Compiling():
+        wait_until(lambda: bool(cell.shown))
+    assert cell.shown[-1].startswith(WORD)
