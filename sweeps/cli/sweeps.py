@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import os
 import shlex
 import sys
@@ -198,12 +197,10 @@ def sweep_and_report(
         if progress or line.startswith("warning"):
             say(line)
 
-    on_terminal = progress and sys.stdin.isatty() and sys.stderr.isatty()
-    confirm = functools.partial(typer.confirm, default=True, err=True) if on_terminal else None
     outcome = run_sweep(
         config,
         path,
-        console=Console(tell, confirm, progress),
+        console=Console(tell, progress),
         policy=policy,
         stop=stop,
         partial=partial,

@@ -13,16 +13,12 @@ from sweeps.engine.dispatch import finished_blocks
 from sweeps.engine.executors.base import Executor
 from sweeps.engine.executors.kernels import compile_kernels
 from sweeps.engine.executors.worker import Block
-from sweeps.engine.order.product import pilot_points
 from sweeps.engine.order.refine import refinement_of
 from sweeps.engine.progress import Compiling
 from sweeps.engine.settings import options_of
 from sweeps.engine.signals import Stop, wait_for
 from sweeps.engine.store import Store
 from sweeps.grid import Grid
-
-PILOT_FROM = 20_000
-"""From so many points on, the first blocks are a pilot that tells the cost of the rest."""
 
 
 def compiled(config: Config, grid: Grid, stop: Stop, *, wanted: bool) -> bool:
@@ -67,7 +63,6 @@ def missing_blocks(
             stop,
             counts.in_flight,
             block_points=config.execution.block_points,
-            pilot=pilot_points(left) if left >= PILOT_FROM else 0,
         )
         for block in blocks:
             # A line is computed as a whole where one of its points is missing.

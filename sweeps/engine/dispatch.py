@@ -41,12 +41,11 @@ def blocks_of(
     *,
     seconds: float = 1.0,
     block_points: int | None = None,
-    pilot: int = 0,
 ) -> Blocks | Lines:
     """Cut blocks of points, or of whole lines where an axis is followed; arguments as `Blocks`."""
     if grid.followed:
         return Lines(grid, done, slots)
-    return Blocks(done, slots, seconds=seconds, block_points=block_points, pilot=pilot)
+    return Blocks(done, slots, seconds=seconds, block_points=block_points)
 
 
 def finished_blocks(
@@ -58,7 +57,6 @@ def finished_blocks(
     in_flight: InFlight,
     *,
     block_points: int | None = None,
-    pilot: int = 0,
 ) -> Iterator[Block]:
     """Compute the points of a grid that are not done, and yield blocks as they are finished.
 
@@ -67,14 +65,8 @@ def finished_blocks(
     point, or the line, is alone that no worker survives; it gets the status `failed`. `in_flight`
     always knows which tasks have not come back. Raises ExecutorError.
     """
-    blocks = blocks_of(
-        grid,
-        done,
-        executor.slots,
-        seconds=executor.block_seconds,
-        block_points=block_points,
-        pilot=pilot,
-    )
+    seconds, slots = executor.block_seconds, executor.slots
+    blocks = blocks_of(grid, done, slots, seconds=seconds, block_points=block_points)
     stragglers = Stragglers(block_points, ever=not grid.followed)
     tasks = _Tasks(grid, options, blocks, stragglers, executor, stop, in_flight)
     # There may be tasks again after there was none: those of points that came back as late.

@@ -57,10 +57,9 @@ class Outcome:
 
 @dataclass
 class Console:
-    """How a sweep prints a line, and asks; `confirm` is None where nobody can answer."""
+    """How a sweep prints a line, and whether it shows how far it is."""
 
     say: Callable[[str], None]
-    confirm: Callable[[str], bool] | None = None
     progress: bool = True
 
 

@@ -48,10 +48,7 @@ class Display:
         self.stop()
 
     def start(self) -> None:
-        """Take the terminal, at first or after a question."""
-
-    def say(self, line: str) -> None:
-        """Print a line without getting into the way of the bar."""
+        """Take the terminal."""
 
     def stop(self) -> None:
         """Give the terminal back: the last state stays, the cursor shows again."""
@@ -85,22 +82,16 @@ class _InLog(Display):
         self._scene, self._over = scene, threading.Event()
 
     def start(self) -> None:
-        self._over = threading.Event()
-        threading.Thread(target=self._keep_saying, args=(self._over,), daemon=True).start()
-
-    def say(self, line: str) -> None:
-        messages = Messages(sys.stderr)
-        messages.write(f"{line}\n")
-        messages.flush()
+        threading.Thread(target=self._keep_saying, daemon=True).start()
 
     def stop(self) -> None:
         self._over.set()
 
-    def _keep_saying(self, over: threading.Event) -> None:
+    def _keep_saying(self) -> None:
         if self._scene.goal is None:  # nothing else says what goes on
-            self._say_all()
+            self._say()
         done, left_out, patience = self._scene.done, 0, 0
-        while not over.wait(_SECONDS_BETWEEN_LINES):
+        while not self._over.wait(_SECONDS_BETWEEN_LINES):
             if self._scene.done != done:
                 done, patience = self._scene.done, 0
             elif left_out < patience:
@@ -108,11 +99,13 @@ class _InLog(Display):
                 continue
             else:
                 patience = min(2 * patience + 1, _MOST_LINES_LEFT_OUT - 1)
-            self._say_all()
+            self._say()
             left_out = 0
 
-    def _say_all(self) -> None:
-        self.say(", ".join(filter(None, (self._scene.headline, self._scene.outlook))))
+    def _say(self) -> None:
+        messages = Messages(sys.stderr)
+        messages.write(", ".join(filter(None, (self._scene.headline, self._scene.outlook))) + "\n")
+        messages.flush()
 
 
 class _OnTerminal(Display):
@@ -123,12 +116,8 @@ class _OnTerminal(Display):
         self._bar: Progress | None = None
 
     def start(self) -> None:
-        self._bar = _bar_of(self._scene)  # an old one would erase what was said since
+        self._bar = _bar_of(self._scene)
         self._bar.start()
-
-    def say(self, line: str) -> None:
-        if self._bar is not None:
-            self._bar.console.print(line, highlight=False, markup=False)
 
     def stop(self) -> None:
         if self._bar is not None:
@@ -181,9 +170,6 @@ class _InNotebook(Display):
         # A daemon: the interpreter may end before the sweep does.
         self._painter = threading.Thread(target=self._keep_drawing, daemon=True)
         self._painter.start()
-
-    def say(self, line: str) -> None:
-        Messages(sys.stderr).write(f"{line}\n")
 
     def stop(self) -> None:
         if self._painter is not None:

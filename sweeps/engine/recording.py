@@ -11,25 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweeps.config.schema import Execution
-from sweeps.engine.computing import PILOT_FROM, compiled, missing_blocks
+from sweeps.engine.computing import compiled, missing_blocks
 from sweeps.engine.counts import Counts
 from sweeps.engine.dispatch import make_executor
 from sweeps.engine.executors.worker import Block
 from sweeps.engine.existing import Target
-from sweeps.engine.order.product import PILOT_BLOCKS
 from sweeps.engine.outcome import Console, Outcome
-from sweeps.engine.progress import Display, display_of
+from sweeps.engine.progress import display_of
 from sweeps.engine.signals import Stop
 from sweeps.exits import Exit
 from sweeps.files.atomic import StorageError
 from sweeps.files.journal import Journal
 from sweeps.files.run_folder import RunFolder
-from sweeps.human import duration, reason
-
-# After so many blocks, or after those of the pilot, the time left is judged.
-_BLOCKS_TO_JUDGE = 3
-
-_TELL_ABOVE, _ASK_ABOVE = 10.0, 3600.0  # seconds that are left
+from sweeps.human import reason
 
 
 class Recorder:
@@ -60,7 +54,7 @@ class Recorder:
             blocks = missing_blocks(
                 config, target.grid, asked, self._journal, executor, counts, stop
             )
-            self._record(blocks, display)
+            self._record(blocks)
 
     def outcome(self, ended: Outcome) -> Outcome:
         """Return how the sweep ended, with what this run has done."""
@@ -77,16 +71,12 @@ class Recorder:
         state = "stopping" if self._stop.reason else "running"
         return self._counts.as_dict() | {"state": state, "backend": execution.backend}
 
-    def _record(self, blocks: Iterator[Block], display: Display) -> None:
-        """Record all blocks; the time left is judged after some of them."""
-        judged = PILOT_BLOCKS if self._counts.left >= PILOT_FROM else _BLOCKS_TO_JUDGE
+    def _record(self, blocks: Iterator[Block]) -> None:
         try:
             for number, block in enumerate(blocks, start=1):
                 self._take_in(block)
                 if number == 1:
                     self._stop_if_all_fail(block)
-                if number == judged:
-                    self._judge(display)
             with self._journaling():
                 self._journal.flush()
         except StorageError:
@@ -135,15 +125,3 @@ class Recorder:
                 "same command resumes",
                 code=Exit.FAILED_POINTS,
             )
-
-    def _judge(self, display: Display) -> None:
-        """Say how long the rest takes and, where that is long, ask whether to continue."""
-        left = self._counts.seconds_left or 0.0
-        if left < _TELL_ABOVE:
-            return
-        display.say(f"time left: about {duration(left)}")
-        if left > _ASK_ABOVE and self._console.confirm is not None:
-            display.stop()
-            if not self._console.confirm("Continue?"):
-                self._stop.request("declined")
-            display.start()

@@ -31,8 +31,7 @@ class Blocks:
 
     `done` (size,), which is not changed, tells which points need not be computed, `slots` how many
     blocks are computed at the same time, `seconds` what a block should take on one core, unless
-    `block_points` is its fixed size. With `pilot` a stratified random sample comes first, in blocks
-    of so many points: they tell the cost of the rest.
+    `block_points` is its fixed size.
     """
 
     def __init__(
@@ -42,19 +41,13 @@ class Blocks:
         *,
         seconds: float = 1.0,
         block_points: int | None = None,
-        pilot: int = 0,
     ) -> None:
         self._taken = done.copy()
         self.left = len(done) - int(np.count_nonzero(done))
         self._slots, self._seconds, self._fixed = slots, seconds, block_points
-        self._pilot = pilot
         self._seconds_per_point: float | None = None
 
     def __iter__(self) -> Iterator[Indices]:
-        if self._pilot:
-            for sample in pilot_blocks(self._taken, self._pilot):
-                self._take(sample)
-                yield sample
         dealt, waiting = _dealt(self._taken), np.empty(0, dtype=np.int64)
         while self.left:
             wanted = min(self._next(), self.left)
