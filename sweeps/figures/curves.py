@@ -43,7 +43,7 @@ def draw_curves(
         panel.axes.update_datalim([(x, 0.0) for x in axis.quantity.values[[0, -1]]], updatey=False)
         make_logarithmic(panel.axes, ["x"] * axis.geometric + ["y"] * log)
         low, high = value_range(drawn.dataset, panel.variable, log=log)
-        panel.axes.set(ylim=_limits(low, high, 1.0 / (1.0 - _ROW * crosses[-1]), log=log))
+        panel.axes.set(ylim=axis_limits(low, high, 1.0 / (1.0 - _ROW * crosses[-1]), log=log))
     label_axes(drawn, axis.label, [shown(ds[name]).label for name in variables])
     if handles := _legend(ds, layout):
         put_legend(drawn.figure, handles)
@@ -123,8 +123,10 @@ def _rows_of_crosses(ds: xr.Dataset, curve: str | None, variables: Sequence[str]
     return [int(row) for row in np.cumsum(np.atleast_1d(gaps))]
 
 
-def _limits(low: float, high: float, room: float, *, log: bool) -> tuple[float, float]:
-    """From just below the lowest, so that a curve at zero shows, to above the highest point."""
+def axis_limits(
+    low: float, high: float, room: float = 1.0, *, log: bool = False
+) -> tuple[float, float]:
+    """Return limits just below the lowest point, so that a curve at zero shows, and above all."""
     if log:
         span = max(high / low, 1.1)
         return low * span**-0.03, low * (span**1.05) ** room

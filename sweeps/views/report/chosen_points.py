@@ -1,4 +1,4 @@
-"""Which points of a result have their orbits in its page."""
+"""Which points of a result have their orbits in its page, and which is nearest to a point."""
 
 from __future__ import annotations
 
@@ -9,12 +9,16 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.status import Status
+from sweeps.figures.labels import parameters_along
 from sweeps.figures.layout import MANY, is_scattered
 from sweeps.grid import CASE, DIRECTION
 
 Numbers = NDArray[np.int64]
 
 _RESULTS = [int(status) for status in Status if status.is_result]
+
+_WIDE = 20.0  # largest over smallest value of a case: from here on its logarithm counts
+_SHORT_WEIGHT = 2.0  # how much farther a point of another slice, or of another fluid, is
 
 _TRIES = 50  # for each point: most places that are drawn are free and have a result
 
@@ -113,3 +117,32 @@ def _spread(free: NDArray[np.bool_], most: int) -> Numbers:
     _, first = np.unique(numbers, return_index=True)
     drawn = numbers[np.sort(first)]
     return np.asarray(drawn[free.ravel()[drawn]][:most])
+
+
+def nearest_chosen(ds: xr.Dataset, chosen: Numbers) -> NDArray[np.uint16]:
+    """Return for every point, in C order, which of the chosen ones is nearest.
+
+    An axis is as long as any other, but for short ones, along which points are farther apart; of
+    cases in no order each parameter counts.
+    """
+    from scipy.spatial import KDTree  # of no use to pages without orbits
+
+    if ds["status"].size == 1:
+        return np.zeros(1, dtype=np.uint16)
+    columns = []
+    for dim, places in zip(ds["status"].dims, np.indices(ds["status"].shape), strict=True):
+        size = ds.sizes[dim]
+        weight = _SHORT_WEIGHT if size <= MANY else 1.0
+        columns += [weight * along[places.ravel()] for along in _measures(ds, str(dim))]
+    points = np.stack(columns, axis=-1)
+    return np.asarray(KDTree(points[chosen]).query(points)[1], dtype=np.uint16)
+
+
+def _measures(ds: xr.Dataset, dim: str) -> list[NDArray[np.float64]]:
+    """Return how far along a dimension its points are, from 0 to 1, in one way or several."""
+    linked = parameters_along(ds, dim) if dim == CASE else []
+    if not linked or not is_scattered(ds, dim):
+        return [np.linspace(0.0, 1.0, ds.sizes[dim])]
+    columns = [ds[name].values.astype(float) for name in linked]
+    scaled = [np.log(v) if 0.0 < _WIDE * v.min() < v.max() else v for v in columns]
+    return [(values - values.min()) / (np.ptp(values) or 1.0) for values in scaled]

@@ -13,13 +13,13 @@ import xarray as xr
 
 from stickslip.regime import Regime
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS
+from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.figures.colours import code_name
 from sweeps.figures.labels import shown, slice_label
 from sweeps.figures.missing import trusted
 from sweeps.grid import CASE
 from sweeps.views.report.chosen_points import failed_points, places_of
-from sweeps.views.symbols import plain
+from sweeps.views.symbols import as_html, plain
 
 _MOST_FAILURES = 500  # rows that a browser lays out at once
 _LONGEST_TEXT = 200_000  # letters; the cases of a config may be megabytes
@@ -94,6 +94,24 @@ def fixed_parameters(ds: xr.Dataset) -> str:
             text = value if usual else f"<strong>{value}</strong>"
             items.append(f'<li title="{escape(PARAMETERS[name].meaning)}">{text}</li>')
     return f'<ul class="parameters">{"".join(items)}</ul>'
+
+
+def readout_table(ds: xr.Dataset, parameters: Sequence[str], variables: Sequence[str]) -> str:
+    """A row for each number of a point, which the script of the page fills in this order."""
+    rows = [
+        f'<tr class="parameter"><th>{_called(ds, name)}</th><td></td></tr>' for name in parameters
+    ]
+    rows += [
+        f'<tr title="{escape(RESULTS[name].meaning)}"><th>{escape(name.replace("_", " "))}</th>'
+        "<td></td></tr>"
+        for name in variables
+    ]
+    return f'<table class="readout"><tbody>{"".join(rows)}</tbody></table>'
+
+
+def _called(ds: xr.Dataset, name: str) -> str:
+    words = escape(name.replace("_", " "))
+    return f"{words} {as_html(shown(ds[name]).symbol)}" if name in PARAMETERS else words
 
 
 def provenance_table(facts: Iterable[tuple[str, object]]) -> str:

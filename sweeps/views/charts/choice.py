@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+import numpy as np
 import xarray as xr
 
+from stickslip.variables import RESULTS
 from sweeps.figures.colours import colours_of, is_discrete
+from sweeps.figures.curves import axis_limits, way_style
+from sweeps.figures.jumps import jumps
 from sweeps.figures.labels import (
     DIRECTION,
     DIRECTIONS,
@@ -17,18 +21,22 @@ from sweeps.figures.labels import (
     shown,
 )
 from sweeps.figures.layout import Layout, axis_of, layout_of
-from sweeps.figures.missing import trusted
+from sweeps.figures.maps import STRIP
+from sweeps.figures.missing import trusted, value_range
 from sweeps.figures.plot_options import PlotOptions
 from sweeps.figures.scatter import cases_to_scatter, fits_log
 from sweeps.figures.style import curve_style, styled
 from sweeps.grid import CASE
-from sweeps.views.explore.chart.kinds import STRIP, Cells, Chart, Cloud, Curve, Curves, Place
+from sweeps.views.charts.kinds import Cells, Chart, Cloud, Curve, Curves, Place
 from sweeps.views.symbols import plain
 
 
 @dataclass(frozen=True)
 class Choice:
-    """What of a result is to be drawn; `places` are those along the axes that find no room."""
+    """What of a result is to be drawn; `places` are those along the axes that find no room.
+
+    Of cases in no order `up` may be the variable itself: its values over a parameter.
+    """
 
     variable: str
     across: str | None = None
@@ -39,11 +47,12 @@ class Choice:
     @property
     def options(self) -> PlotOptions:
         """The same as an option of `plot`."""
-        return PlotOptions(variable=self.variable, x=self.across, y=self.up)
+        up = None if self.up == self.variable else self.up
+        return PlotOptions(variable=self.variable, x=self.across, y=up)
 
 
 def chart_of(result: xr.Dataset, choice: Choice) -> Chart:
-    """The chart of a result; raises ValueError for axes that cannot be drawn so."""
+    """Return the chart of a result; raises ValueError for axes that cannot be drawn so."""
     with styled():  # the colours of the house, whatever the settings of matplotlib
         return _chart_of(result, choice)
 
@@ -57,11 +66,11 @@ def _chart_of(result: xr.Dataset, choice: Choice) -> Chart:
     layout = _layout(result, choice)
     if layout.y or is_discrete(result, choice.variable):
         return _cells(result, part, layout, choice, places)
-    return _curves(part, layout, choice, places)
+    return _curves(result, part, layout, choice, places)
 
 
 def further_axes(result: xr.Dataset, choice: Choice) -> list[str]:
-    """The axes of a result that have no room in its chart, and are cut somewhere."""
+    """Return the axes of a result that have no room in its chart, and are cut somewhere."""
     if is_cloud(result, choice):
         taken: tuple[str, ...] = (CASE,)
     else:
@@ -72,7 +81,7 @@ def further_axes(result: xr.Dataset, choice: Choice) -> list[str]:
 
 
 def axes_to_choose(result: xr.Dataset) -> list[str]:
-    """What may lie across or upward; nothing where there is no choice."""
+    """Return what may lie across or upward; nothing where there is no choice."""
     if is_cloud(result, Choice("status")):
         names = parameters_along(result, CASE)
     else:
@@ -81,15 +90,16 @@ def axes_to_choose(result: xr.Dataset) -> list[str]:
 
 
 def is_cloud(result: xr.Dataset, choice: Choice) -> bool:
-    """Whether the chart is one of points: linked cases in no order, of two parameters or more."""
-    if CASE not in result.sizes or len(parameters_along(result, CASE)) < 2:
-        return False
-    return cases_to_scatter(result, PlotOptions(x=choice.across, y=choice.up))
+    """Whether the chart is one of points: linked cases in no order."""
+    return CASE in result.sizes and cases_to_scatter(result, choice.options)
 
 
 def _layout(result: xr.Dataset, choice: Choice) -> Layout:
     discrete = is_discrete(result, choice.variable)
-    return layout_of(result, choice.options, discrete=discrete)
+    layout = layout_of(result, choice.options, discrete=discrete)
+    if discrete and layout.x and layout.y is None and result.sizes.get(DIRECTION, 1) > 1:
+        return replace(layout, y=DIRECTION)  # a strip of kinds for each way
+    return layout
 
 
 def _cells(
@@ -97,7 +107,7 @@ def _cells(
 ) -> Cells:
     if layout.y is None:
         part = part.expand_dims(STRIP)
-    across = axis_of(part, str(layout.x))
+    across = axis_of(part, str(layout.x), named=True)
     up = axis_of(part, layout.y or STRIP, named=True)
     colours = colours_of(result, choice.variable, log=choice.log)
     part = part.isel({across.dim: across.order, up.dim: up.order})
@@ -105,8 +115,10 @@ def _cells(
     return Cells(across, up, colours, values, places)
 
 
-def _curves(part: xr.Dataset, layout: Layout, choice: Choice, places: Place) -> Curves:
-    axis = axis_of(part, str(layout.x))
+def _curves(
+    result: xr.Dataset, part: xr.Dataset, layout: Layout, choice: Choice, places: Place
+) -> Curves:
+    axis, name = axis_of(part, str(layout.x), named=True), choice.variable
     part = part.isel({axis.dim: axis.order})
     hues = range(part.sizes[layout.hue]) if layout.hue else [None]
     ways = range(part.sizes[DIRECTION]) if layout.both_ways else [None]
@@ -114,11 +126,16 @@ def _curves(part: xr.Dataset, layout: Layout, choice: Choice, places: Place) -> 
     for hue, way in itertools.product(hues, ways):
         own: Place = {} if hue is None else {str(layout.hue): hue}
         own |= {} if way is None else {DIRECTION: way}
-        values = shown(trusted(part.isel(own), choice.variable)).values
-        label, style = _called(part, layout, own), curve_style(hue or 0, len(hues))
-        style = style._replace(dashes=(0, (4.0, 3.0)) if way else "solid")
-        curves.append(Curve(label, style, values, places | own))
-    return Curves(axis, plain(shown(part[choice.variable]).label), tuple(curves), choice.log)
+        line, style = part.isel(own), curve_style(hue or 0, len(hues))
+        if way is not None:
+            style = way_style(style, str(line[DIRECTION].values))
+        values = shown(trusted(line, name)).values
+        if choice.log:
+            values = np.where(values > 0.0, values, np.nan)
+        label, jumping = _called(part, layout, own), jumps(line, axis.steps, values)
+        curves.append(Curve(label, style, values, jumping, places | own))
+    ends = axis_limits(*value_range(result, name, log=choice.log), log=choice.log)
+    return Curves(axis, plain(shown(part[name]).label), tuple(curves), ends, choice.log)
 
 
 def _called(part: xr.Dataset, layout: Layout, own: Place) -> str:
@@ -130,14 +147,24 @@ def _called(part: xr.Dataset, layout: Layout, own: Place) -> str:
 
 
 def _cloud(result: xr.Dataset, part: xr.Dataset, choice: Choice, places: Place) -> Cloud:
-    along = parameters_along(result, CASE)
+    along, variable = parameters_along(result, CASE), choice.variable
     across = choice.across or next(name for name in along if name != choice.up)
-    up = choice.up or next(name for name in along if name != across)
+    up = choice.up or next((name for name in along if name != across), variable)
     if across == up:
         raise ValueError(f"{across} lies across already; choose another parameter upward")
-    x, y = shown(part[across]), shown(part[up])
-    colours = colours_of(result, choice.variable, log=choice.log)
-    labels = plain(x.label), plain(y.label)
-    geometric = fits_log(x.values), fits_log(y.values)
-    values = colours.placed(part)
-    return Cloud((across, up), x.values, y.values, labels, geometric, colours, values, places)
+    is_height = up in RESULTS
+    x, y = shown(part[across]), shown(trusted(part, up) if is_height else part[up])
+    coloured, log = ("regime", False) if is_height else (variable, choice.log)
+    colours = colours_of(result, coloured, log=log) if coloured in result else None
+    heights = value_range(result, variable, log=choice.log)
+    return Cloud(
+        names=(across, up),
+        x=x.values,
+        y=y.values,
+        labels=(plain(x.label), plain(y.label)),
+        log=(fits_log(x.values), choice.log if is_height else fits_log(y.values)),
+        ends=axis_limits(*heights, log=choice.log) if is_height else None,
+        colours=colours,
+        values=colours.placed(part) if colours else np.zeros(x.values.size),
+        places=places,
+    )
