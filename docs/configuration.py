@@ -39,7 +39,6 @@ def with_tables(page: str) -> str:
         "keys": _keys,
         "parameters": _parameters,
         "axes": _axes,
-        "neutral": _neutral,
         "sample_keys": _sample_keys,
     }
 
@@ -92,13 +91,6 @@ def _axes() -> str:
         (values,) = from_yaml(f"sweep: {{temperature: {axis}}}").sweep.values()
         rows.append((f"`{axis}`", ", ".join(map(_value, values))))
     return table("| written | values |", rows)
-
-
-def _neutral() -> str:
-    keys = {f"{n}.{k}": v for n, section in SECTIONS.items() for k, v in section.neutral().items()}
-    keys |= {f"model.{n}": v.neutral for n, v in PARAMETERS.items() if v.neutral is not None}
-    rows = ((f"`{key}`", _value(value)) for key, value in keys.items())
-    return table("| key | neutral value |", rows)
 
 
 def _section(name: str) -> str:

@@ -35,8 +35,8 @@ class Variable:
 class ParameterVariable(Variable):
     """A model parameter: its default (Fig. 3 of the paper) and the interval of its valid values.
 
-    `neutral` is the value under which results from before this parameter existed stay true; at
-    that value it enters no key, seal or identity. The parameters of the first version have none.
+    A parameter that is not `in_paper` enters the key of a point's random numbers only where it is
+    not its default, so that a new one leaves the numbers of the points that do without it.
 
     A coefficient of the free energy has a `phi_power`: it stands in the force on ln(phi) with this
     power of the order parameter and with `phi_sign`, +1 or -1. `model/film.py` makes its term of
@@ -50,7 +50,7 @@ class ParameterVariable(Variable):
     upper: float = math.inf
     lower_open: bool = False
     nonzero: bool = False
-    neutral: float | None = None
+    in_paper: bool = True
     phi_power: int = 0
     phi_sign: int = 1
     directed: bool = False
@@ -143,9 +143,9 @@ PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
         "dphi = -delta f'(phi) dt + sqrt(2 D) dW, reflected at phi = 0", default=1e-18),
     _not_negative("quintic_coefficient", "d", "d", "J m-3",
         "quintic coefficient of the free energy", "needs a sextic coefficient e > 0", default=0.0,
-        neutral=0.0, phi_power=3, phi_sign=-1),
+        in_paper=False, phi_power=3, phi_sign=-1),
     _not_negative("sextic_coefficient", "e", "e", "J m-3", "sextic coefficient of the free energy",
-        "with d it lets a soft solid exist beside a hard one", default=0.0, neutral=0.0,
+        "with d it lets a soft solid exist beside a hard one", default=0.0, in_paper=False,
         phi_power=4),
 )
 

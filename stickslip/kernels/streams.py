@@ -29,8 +29,8 @@ _WORD = 2**32
 def keys_of(points: np.ndarray, seed: int) -> np.ndarray:
     """The keys (n, 2) of points (n, parameters): two words of 32 bits.
 
-    A mirror image has the key of its twin. A parameter that is younger than a file does not enter
-    at the value under which the file stays true; tolerances and versions never do.
+    A mirror image has the key of its twin. A parameter that the paper does not have enters only
+    where it is not its default; tolerances and versions never do.
     """
     return np.array([_key(Parameters(*point), seed) for point in points]).reshape(-1, 2)
 
@@ -39,7 +39,7 @@ def _key(parameters: Parameters, seed: int) -> tuple[float, float]:
     sign = math.copysign(1.0, parameters.drive_amplitude)
     digest = hashlib.blake2b(seed.to_bytes(8, "little"), digest_size=8)
     for name, value in parameters._asdict().items():
-        if value != PARAMETERS[name].neutral:
+        if PARAMETERS[name].in_paper or value != PARAMETERS[name].default:
             same = sign * value + 0.0 if PARAMETERS[name].directed else value  # no -0
             digest.update(f"{name}={same!r}\0".encode())
     high, low = divmod(int.from_bytes(digest.digest(), "little"), _WORD)

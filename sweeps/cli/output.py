@@ -10,12 +10,12 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from stickslip.compiled.cache import cache_folder, processor, source_hash
+from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.plausibility import SUSPICIOUS_BALANCE
 from stickslip.status import Status
 from sweeps.files.atomic import replacing
 from sweeps.files.attributes import software
 from sweeps.files.datasets import content_hash
-from sweeps.files.versions import version_note
 from sweeps.human import duration, points_per_time, printable, size_text
 
 if TYPE_CHECKING:
@@ -138,8 +138,9 @@ def describe_file(ds: xr.Dataset) -> None:
     _print("dimensions: " + (", ".join(f"{d} {n}" for d, n in ds.sizes.items()) or "none"))
     _print(f"variables: {', '.join(map(str, ds.data_vars))}")
     if "status" in ds:
-        if note := version_note(map(str, ds.variables), ds.attrs):
-            _print(note)
+        version = ds.attrs.get("numerics_version", "unknown")
+        if version != str(NUMERICS_VERSION):
+            _print(f"computed by numerics version {version}, this is {NUMERICS_VERSION}")
         meanings = str(ds.status.attrs["flag_meanings"]).split()
         for flag, meaning in zip(ds.status.attrs["flag_values"], meanings, strict=True):
             count = int((ds.status == flag).sum())

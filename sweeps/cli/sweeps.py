@@ -46,7 +46,7 @@ PartOption = Annotated[
 ]
 
 # Options that decide about existing results once, and not again when the sweep is resumed.
-_ONCE = ("--overwrite", "--recompute", "--accept-mixed", "--retry-failed", "--accept-unsealed")
+_ONCE = ("--overwrite", "--retry-failed")
 
 
 def sweep(
@@ -66,20 +66,8 @@ def sweep(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Start afresh, whatever the output holds.")
     ] = False,
-    recompute: Annotated[
-        bool, typer.Option("--recompute", help="Compute all points anew, not only missing ones.")
-    ] = False,
-    accept_mixed: Annotated[
-        bool,
-        typer.Option(
-            "--accept-mixed", help="Keep points of other settings or of an older version."
-        ),
-    ] = False,
     retry_failed: Annotated[
         bool, typer.Option("--retry-failed", help="Compute failed points once more.")
-    ] = False,
-    accept_unsealed: Annotated[
-        bool, typer.Option("--accept-unsealed", help="Trust an older file that carries no seal.")
     ] = False,
     partial: Annotated[
         bool, typer.Option("--partial", help="Compute nothing; write what is there so far.")
@@ -110,7 +98,7 @@ def sweep(
     failures = sweep_and_report(
         config,
         path,
-        ExistingPolicy(overwrite, recompute, accept_mixed, retry_failed, accept_unsealed),
+        ExistingPolicy(overwrite, retry_failed),
         stop,
         progress=not no_progress,
         partial=partial,

@@ -99,15 +99,9 @@ class Config(Sections):
         return block_yaml(self.resolved())
 
     def sha256(self) -> str:
-        """Hash of what defines the numbers of a sweep: title, plot and simulation do not enter.
-
-        Nor does what stands at its neutral value, so that it stays the hash of older files.
-        """
+        """Hash of what defines the numbers of a sweep: title, plot and simulation do not enter."""
         resolved = self.resolved()
-        parts: dict[str, Any] = {key: resolved[key] for key in PARAMETER_SECTIONS}
-        parts["model"] = {k: v for k, v in parts["model"].items() if v != PARAMETERS[k].neutral}
-        sections = {name: section.identity() for name, section in self.defining().items()}
-        parts |= {name: identity for name, identity in sections.items() if identity}
+        parts: dict[str, Any] = {key: resolved[key] for key in (*PARAMETER_SECTIONS, *DEFINING)}
         parts |= self.order()
         # As pairs, because the order of the axes is the order of the dimensions.
         parts["sweep"] = list(parts["sweep"].items())
@@ -151,17 +145,14 @@ def from_mapping(
     overrides: Sequence[str] = (),
     *,
     checks: Sequence[Check] = (),
-    older: bool = False,
 ) -> Config:
-    """The config in a dict of the same shape as a file; see `load`.
+    """Return the config in a dict of the same shape as a file; see `load`.
 
-    The default output is `results/sweep.nc`; `source` stands for the file in messages. `older`
-    says that the dict comes from a result: what it leaves out did not exist when it was written,
-    and takes the neutral value, under which the result stays true, instead of today's default.
+    The default output is `results/sweep.nc`; `source` stands for the file in messages.
     """
     diagnostics = Diagnostics()
     root = located(mapping, source, diagnostics)
-    return _config(root, diagnostics, overrides, "results/sweep.nc", checks, older=older)
+    return _config(root, diagnostics, overrides, "results/sweep.nc", checks)
 
 
 def from_yaml(yaml: str, source: str = "<text>", overrides: Sequence[str] = ()) -> Config:
@@ -177,8 +168,6 @@ def _config(
     overrides: Sequence[str],
     output: str,
     checks: Sequence[Check],
-    *,
-    older: bool = False,
 ) -> Config:
     if root is not None and not isinstance(root.value, dict):
         root.refuse(f"must hold lines `key: value`, not {quoted(root.value)}")
@@ -186,7 +175,7 @@ def _config(
     # Overrides of an unreadable config are judged all the same, on an empty one.
     base = root or located({}, "", diagnostics)
     case = apply_overrides(base, overrides, diagnostics)
-    fields = _fields(base, case, output, older) if root else {}
+    fields = _fields(base, case, output) if root else {}
     diagnostics.raise_problems()
     config = Config(**fields, warnings=tuple(map(str, diagnostics.warnings)))
     for check in checks:
@@ -196,16 +185,14 @@ def _config(
     return config
 
 
-def _fields(root: Located, case: Located | None, output: str, older: bool) -> dict[str, Any]:
+def _fields(root: Located, case: Located | None, output: str) -> dict[str, Any]:
     for key in root.value:
         if key not in KEYS:
             root.refuse(f"unknown key{_place_or_name(key)}", key)
     sampled = settle_sample(root)
     space = read_parameter_space(root, case)
-    if older:
-        space = space.with_neutral_values()
     settle_schedule(root, space)
-    sections = {name: read_section(root, name, older=older) for name in SECTIONS}
+    sections = {name: read_section(root, name) for name in SECTIONS}
     _refuse_strangers(root)
     refuse_unbounded_films(root, space)
     _refuse_unfit(root, sections)

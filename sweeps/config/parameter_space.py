@@ -69,12 +69,6 @@ class ParameterSpace:
             found.add(tuple(by_name[name] for name in names))
         return found
 
-    def with_neutral_values(self) -> ParameterSpace:
-        """The space of an older file: parameters that it does not name have their neutral value."""
-        left_out = [v for name, v in PARAMETERS.items() if name not in self.names]
-        neutral = {v.name: v.neutral for v in left_out if v.neutral is not None}
-        return replace(self, model=self.model | neutral)
-
 
 def read_parameter_space(root: Located, case: Located | None) -> ParameterSpace:
     """The parameter space of a config, reduced to one case where `case` picks it.
@@ -264,7 +258,8 @@ def _warn_of_magnitudes(root: Located, space: ParameterSpace) -> None:
         if variable.units == "K":
             told = f"{far[0]:g} K is {far[0] - 273.15:.0f} degrees Celsius"
         else:
-            told = f"{far[0]:g} {variable.units}, against {variable.default:g} in the paper"
+            usual = "in the paper" if variable.in_paper else "by default"
+            told = f"{far[0]:g} {variable.units}, against {variable.default:g} {usual}"
         node.warn(f"{variable.symbol} = {told}: is it in another unit? all values are in SI units")
 
 

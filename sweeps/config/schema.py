@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
 from ipaddress import ip_address
 from typing import Annotated, Any, Literal, Self
 from urllib.parse import urlsplit
@@ -25,7 +24,6 @@ from pydantic_core import ErrorDetails
 from pydantic_core.core_schema import ValidationInfo, literal_schema
 
 from stickslip.options import (
-    ADIABATIC,
     DEFAULTS,
     FRICTION_LAWS,
     METHODS,
@@ -128,36 +126,14 @@ Periods = Annotated[int, Field(ge=1, le=_MAX_SAMPLES), BeforeValidator(whole)]
 Samples = Annotated[int, Field(ge=2, le=_MAX_SAMPLES), BeforeValidator(whole)]
 
 
-@dataclass(frozen=True)
-class Neutral:
-    """The value of a key under which files from before the key existed stay true.
-
-    At that value the key enters no identity, and a file without the key is read with it, whatever
-    the default is today.
-    """
-
-    value: object
-
-
 class Section(BaseModel):
     """A group of keys; all of them have defaults, unknown ones are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    @classmethod
-    def neutral(cls) -> dict[str, object]:
-        """The keys that name a neutral value, with that value."""
-        fields = cls.model_fields.items()
-        return {k: m.value for k, f in fields for m in f.metadata if isinstance(m, Neutral)}
-
     def used(self) -> dict[str, Any]:
         """The keys that have an effect, with their values."""
         return self.model_dump(exclude_none=True)
-
-    def identity(self) -> dict[str, Any]:
-        """The keys that make results others than those of older files: `used`, none neutral."""
-        neutral = self.neutral()
-        return {k: v for k, v in self.used().items() if k not in neutral or v != neutral[k]}
 
 
 class Integrator(Section):
@@ -170,8 +146,7 @@ class Integrator(Section):
     rtol: Annotated[Tolerance, _of_method("rtol")] = _option("rtol")
     dt: Annotated[Step, _of_method("dt")] = _option("dt")
     max_steps: Count | None = _option("max_steps")
-    # Files without it have an older numerics version, which tells them apart.
-    max_error: Annotated[MaxError, Neutral(DEFAULTS.max_error)] = _option("max_error")
+    max_error: MaxError = _option("max_error")
 
     def used(self) -> dict[str, Any]:
         """What the method uses: the tolerance or the step, never both."""
@@ -185,7 +160,7 @@ class Stationary(Section):
 
     rtol: Tolerance = _option("stationary_rtol")
     max_periods: Count = _option("max_periods")
-    window: Annotated[Window, Neutral(DEFAULTS.window)] = _option("window")
+    window: Window = _option("window")
     accelerate: Switch = Field(
         DEFAULTS.accelerate, description="extrapolate plainly contracting sequences (adaptive)"
     )
@@ -215,10 +190,10 @@ class Noise(Section):
 class Film(Section):
     """How the lubricant film is modelled."""
 
-    friction: Annotated[str, _one_of(FRICTION_LAWS), Neutral("power-law")] = Field(
+    friction: Annotated[str, _one_of(FRICTION_LAWS)] = Field(
         DEFAULTS.friction, description="law of the viscous stress"
     )
-    strain: Annotated[str, _one_of(STRAINS), Neutral(ADIABATIC)] = Field(
+    strain: Annotated[str, _one_of(STRAINS)] = Field(
         DEFAULTS.strain,
         description="the elastic strain; "
         + "; ".join(f"{name}: {meaning}" for name, meaning in STRAINS.items()),
@@ -300,16 +275,12 @@ DEFINING = ("integrator", "stationary", "noise", "film")
 """The sections that, besides the parameters, make the numbers of a point."""
 
 
-def read_section(root: Located, name: str, *, older: bool = False) -> Section | None:
-    """The section of a config; None where it is refused.
-
-    What is left out has its default, or, in the config of an `older` file, its neutral value.
-    """
+def read_section(root: Located, name: str) -> Section | None:
+    """Return the section of a config; None where it is refused."""
     kind: type[Section] = SECTIONS[name]
-    left_out = kind.neutral() if older else {}
     node = root.value.get(name)
     if node is None or node.value is None:
-        return kind(**left_out)
+        return kind()
     if node.value is UNREADABLE:
         return None
     if not isinstance(node.value, dict):
@@ -317,7 +288,7 @@ def read_section(root: Located, name: str, *, older: bool = False) -> Section | 
         node.refuse(f"must hold lines `key: value` with the keys {keys}, not {quoted(node.value)}")
         return None
     try:
-        return kind.model_validate(left_out | node.plain())
+        return kind.model_validate(node.plain())
     except ValidationError as error:
         for details in error.errors(include_url=False):
             if details["input"] is not UNREADABLE:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,27 +14,26 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.parameters import Parameters
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.load import Config, ConfigError, from_mapping
-from sweeps.config.parameter_space import PARAMETER_SECTIONS
 from sweeps.config.yaml_reader import read_mapping
 from sweeps.engine.order.follow import lines_of, unchanged
 from sweeps.engine.order.part import Part
 from sweeps.exits import ExpectedError
 from sweeps.files.atomic import StorageError
-from sweeps.files.attributes import data_sha256
+from sweeps.files.attributes import data_sha256, seal_key
 from sweeps.files.chunks import Chunks
-from sweeps.files.columns import STATUS, Rows, conformed, lacking
+from sweeps.files.columns import STATUS, Rows
 from sweeps.files.datasets import DAMAGE
-from sweeps.files.journal import Journal, columns_of, readable_manifest
-from sweeps.files.results import Digests, columns_in, digests_of, read_rows, whole_chunks
+from sweeps.files.journal import Journal, readable_manifest
+from sweeps.files.results import Digests, coordinates_in, digests_of, read_rows, whole_chunks
 from sweeps.files.run_folder import RunFolder
-from sweeps.files.versions import is_newer, unknown_keys, unknown_variables
 from sweeps.files.watch import require_readable
-from sweeps.grid import CASE, Grid
-from sweeps.identity import Settings, differences, key_of, near_duplicates, seal_key, settings_of
+from sweeps.grid import CASE, DIRECTION, Grid
+from sweeps.identity import Settings, differences, key_of, near_duplicates, settings_of
 
 Points = Iterator[tuple[NDArray[np.int64], Rows]]
 
@@ -88,9 +87,9 @@ class Target:
 class ExistingPoints:
     """Finished points, in the grid that they were computed in.
 
-    `points` gives their numbers (n,) and result rows (n, columns) with the columns of today, those
-    that were interpolated left out; `lacking` names those that an older version did not compute,
-    `foreign` what a user added, `part` the part of the grid that they are, if they are one.
+    `points` gives their numbers (n,) and result rows (n, columns), without the interpolated ones;
+    `foreign` names the variables that a user added, `part` the part of the grid that they make up,
+    if they are one.
     """
 
     name: str
@@ -98,21 +97,18 @@ class ExistingPoints:
     grid: Grid
     settings: Settings
     points: Callable[[], Points]
-    lacking: tuple[str, ...] = ()
     foreign: tuple[str, ...] = ()
-    mixed: tuple[str, ...] = ()
     processors: frozenset[str] = frozenset()
     part: str = ""
     history: str = ""
 
     def fits(self, target: Target) -> bool:
         """Whether the points are what the target would compute again."""
-        return self.settings == target.settings and not self.lacking
+        return self.settings == target.settings
 
     def differences(self, target: Target) -> list[str]:
-        """One line for each thing in which the points differ from what is asked for."""
-        lacks = [f"variables: lacks {', '.join(self.lacking)}"] if self.lacking else []
-        return differences(self.settings, target.settings) + lacks
+        """Return one line for each setting in which the points differ from what is asked for."""
+        return differences(self.settings, target.settings)
 
     def warnings(self, target: Target) -> list[str]:
         """One line where values of the new grid nearly are old ones, and one for what is lost."""
@@ -156,17 +152,6 @@ class ExistingPoints:
                 usable &= ~lines_of(self.grid, indices[gone])
         return usable
 
-    def refuse_other_parts(self, target: Target) -> None:
-        """Raise RefusalError where finished points belong to other parts than the target's."""
-        numbers = (found for found, _ in self.carried(target.grid))
-        lost = sum(int(np.count_nonzero(~target.needed[found])) for found in numbers)
-        if lost:
-            raise RefusalError(
-                f"{self.name} has {lost} finished points that do not belong to part {target.part} "
-                "and would be lost: leave out --part to compute all of them anew, -o writes "
-                "elsewhere, --overwrite drops them"
-            )
-
     def refuse_lost_points(self, grid: Grid) -> None:
         """Raise RefusalError where finished points have no place in a grid."""
         lost, example = 0, None
@@ -187,64 +172,43 @@ class ExistingPoints:
 
     def refuse_differences(self, target: Target) -> None:
         """Raise RefusalError where the points are not what the target would compute again."""
-        if self.settings != target.settings:
-            told = self.differences(target)
-            was, now = (s["numerics_version"] for s in (self.settings, target.settings))
-            if len(told) == 1 and was != now:
-                how = f"by numerics version {was}, this is {now}"
-            else:
-                how = "\n  ".join(["with other settings:", *told])
+        if not self.fits(target):
+            changed = "\n  ".join(self.differences(target))
             raise RefusalError(
-                f"{self.name} was computed {how}\n"
-                "--recompute computes all points anew, --accept-mixed keeps the old ones and "
-                "computes only the missing, -o writes elsewhere"
-            )
-        if self.lacking:
-            count = sum(len(indices) for indices, _ in self.points())
-            raise RefusalError(
-                f"{self.name} was written by an older version and lacks the variables "
-                f"{', '.join(self.lacking)}: its {count} points would have to be computed again. "
-                "--recompute does so, --accept-mixed keeps them (the new variables stay missing "
-                "in them), -o writes elsewhere"
+                f"{self.name} was computed with other settings:\n  {changed}\n{WAYS_OUT}"
             )
 
 
-def found_in_file(path: Path, *, unsealed: bool = False) -> ExistingPoints:
-    """The finished points of a result file; `unsealed` accepts one that carries no seal.
+def found_in_file(path: Path) -> ExistingPoints:
+    """Return the finished points of a result file.
 
-    Raises RefusalError where the file is no result of a sweep, that of a newer version, or without
-    a seal, StorageError where it cannot be read or its numbers are not those of its seal.
+    Raises RefusalError where the file is no result of a sweep, was computed by another numerics
+    version or carries no seal, StorageError where it cannot be read or its numbers are not those of
+    its seal.
     """
     require_readable(path)
     try:
         with netCDF4.Dataset(path) as file:
             attributes = {name: str(file.getncattr(name)) for name in file.ncattrs()}
-            _refuse_other_file(file, path, attributes)
-            lacks, foreign = lacking(file.variables), unknown_variables(file.variables)
+            _refuse_other_file(path, file.variables, attributes)
             config = _config_of(lambda: _described(file), path)
+            key = seal_key(attributes["config"], coordinates_in(file))
+            known = (*RESULT_COLUMNS, *PARAMETERS, CASE, DIRECTION)
+            foreign = tuple(name for name in file.variables if name not in known)
     except DAMAGE as error:
         raise StorageError(
             f"{path} exists, but is not a readable NetCDF file ({error}); {WAYS_OUT}"
         ) from error
-    grid = Grid.from_config(config)
-    settings = settings_of(config, attributes.get("numerics_version", "0"))
-    key, chunks = seal_key(settings, grid), Chunks(grid.shape)
-    seal = attributes.get("data_sha256")
-    if seal is None and not unsealed:
-        raise RefusalError(
-            f"{path} carries no seal, so nothing tells whether its numbers are those that were "
-            f"computed; --accept-unsealed takes them as they are, {WAYS_OUT}"
-        )
+    grid, seal = Grid.from_config(config), attributes["data_sha256"]
+    chunks = Chunks(grid.shape)
     _check_seal(path, seal, key, chunks)
     return ExistingPoints(
         name=str(path),
         config=config,
         grid=grid,
-        settings=settings,
+        settings=settings_of(config),
         points=lambda: _points_of_file(path, chunks, seal, key),
-        lacking=lacks,
-        foreign=tuple(foreign),
-        mixed=tuple(filter(None, attributes.get("mixed_with", "").split("\n"))),
+        foreign=foreign,
         processors=frozenset(filter(None, attributes.get("processor", "").split(", "))),
         history=attributes.get("history", ""),
         part=attributes.get("part", ""),
@@ -252,12 +216,10 @@ def found_in_file(path: Path, *, unsealed: bool = False) -> ExistingPoints:
 
 
 def found_in_journal(path: Path, manifest: dict[str, Any]) -> ExistingPoints:
-    """The finished points of the journal of an unfinished sweep.
+    """Return the finished points of the journal of an unfinished sweep.
 
-    Raises RefusalError where a newer version wrote it, StorageError where it cannot be read.
+    Raises RefusalError where its config cannot be read, StorageError where the journal cannot.
     """
-    columns = columns_of(manifest)
-    _refuse_newer(path, unknown_variables(columns))
     config = _config_of(lambda: manifest["config"], path)
     grid = Grid.from_config(config)
 
@@ -265,36 +227,33 @@ def found_in_journal(path: Path, manifest: dict[str, Any]) -> ExistingPoints:
         journal = Journal.open(path, manifest, Chunks(grid.shape), grid.size, readonly=True)
         with closing(journal):
             for indices, rows in journal.records():
-                conforming = conformed(rows, columns)
-                computed = conforming[:, STATUS] != Status.INTERPOLATED
-                yield indices[computed], conforming[computed]
+                computed = rows[:, STATUS] != Status.INTERPOLATED
+                yield indices[computed], rows[computed]
 
     return ExistingPoints(
         name=f"the journal in {path.parent}",
         config=config,
         grid=grid,
-        settings=settings_of(config, manifest["numerics_version"]),
+        settings=settings_of(config),
         points=points,
-        lacking=lacking(columns),
-        mixed=tuple(manifest["mixed"]),
         processors=frozenset(manifest["processors"]),
         history=manifest["history"],
     )
 
 
-def found_beside(folder: RunFolder, *, unsealed: bool = False) -> list[ExistingPoints]:
+def found_beside(folder: RunFolder) -> list[ExistingPoints]:
     """All finished points for an output; raises RefusalError and StorageError."""
     manifest = readable_manifest(folder.journal)
     found = [found_in_journal(folder.journal, manifest)] if manifest else []
     if folder.output.exists() and not (manifest and manifest["afresh"]):
-        found.append(found_in_file(folder.output, unsealed=unsealed))
+        found.append(found_in_file(folder.output))
     return found
 
 
 def seal_note(path: Path) -> str:
     """A sentence where a sweep's result does not hold what its seal says; empty for all else."""
     try:
-        found_in_file(path, unsealed=True)
+        found_in_file(path)
     except StorageError:
         return (
             f"the numbers of {path} are not those that stickslip wrote: the file is damaged, or "
@@ -305,26 +264,31 @@ def seal_note(path: Path) -> str:
     return ""
 
 
-def _refuse_other_file(file: netCDF4.Dataset, path: Path, attributes: dict[str, str]) -> None:
-    """Raise RefusalError where a file is no result of a sweep, or that of a newer version."""
-    if "config" not in file.ncattrs() or "status" not in file.variables:
+def _refuse_other_file(
+    path: Path, variables: Container[str], attributes: Mapping[str, str]
+) -> None:
+    """Raise RefusalError where a file holds no points that a sweep of this version can take."""
+    if "config" not in attributes or "status" not in variables:
         raise RefusalError(f"{path} exists and is not a result of a sweep; {WAYS_OUT}")
-    if is_newer(attributes):
-        _refuse_newer(path, unknown_variables(file.variables))
-
-
-def _refuse_newer(path: Path, unknown: list[str]) -> None:
-    if unknown:
+    version = attributes.get("numerics_version", "none")
+    if version != str(NUMERICS_VERSION):
         raise RefusalError(
-            f"{path} was written by a newer version of stickslip: this one does not know "
-            f"{', '.join(unknown)}. Update stickslip to use its points; {WAYS_OUT}"
+            f"{path} was computed by numerics version {version}, this is {NUMERICS_VERSION}, whose "
+            f"numbers are not the same; {WAYS_OUT}"
+        )
+    if missing := [name for name in RESULT_COLUMNS if name not in variables]:
+        raise RefusalError(f"{path} lacks the variables {', '.join(missing)}; {WAYS_OUT}")
+    if "data_sha256" not in attributes:
+        raise RefusalError(
+            f"{path} carries no seal (the attribute data_sha256), so nothing tells whether its "
+            f"numbers are those that were computed; {WAYS_OUT}"
         )
 
 
-def _check_seal(path: Path, seal: str | None, key: bytes, chunks: Chunks) -> None:
+def _check_seal(path: Path, seal: str, key: bytes, chunks: Chunks) -> None:
     """Raise StorageError where the numbers of a file are not those that were written."""
     try:
-        sound = seal is None or data_sha256(key, digests_of(path, chunks)) == seal
+        sound = data_sha256(key, digests_of(path, chunks)) == seal
     except DAMAGE:  # found by a checksum within the file
         sound = False
     if not sound:
@@ -355,31 +319,16 @@ def _described(file: netCDF4.Dataset) -> dict[str, Any]:
 
 
 def _config_of(described: Callable[[], dict[str, Any]], path: Path) -> Config:
-    """The config of an existing result, of this version or an older one; raises RefusalError."""
+    """Return the config of an existing result; raises RefusalError."""
     try:
-        written = described()
-        _refuse_newer(path, unknown_keys(written))
-        _refuse_unknown_values(path, written)
-        return from_mapping(written, source=f"{path} (its config)", older=True)
+        return from_mapping(described(), source=f"{path} (its config)")
     except ConfigError as error:
         raise RefusalError(
-            f"{path} carries a config that this version cannot read:\n{error}\n"
-            "--overwrite starts afresh, -o writes elsewhere"
+            f"{path} carries a config that this version cannot read:\n{error}\n{WAYS_OUT}"
         ) from error
 
 
-def _refuse_unknown_values(path: Path, written: dict[str, Any]) -> None:
-    """Raise RefusalError where a file says nothing of a parameter that has no neutral value."""
-    given = {name for part in PARAMETER_SECTIONS for name in written.get(part) or {}}
-    added = PARAMETERS.keys() - given
-    if unknown := sorted(name for name in added if PARAMETERS[name].neutral is None):
-        raise RefusalError(
-            f"{path} was written by an older version and lacks the parameters "
-            f"{', '.join(unknown)}, whose values for its points are not known; {WAYS_OUT}"
-        )
-
-
-def _points_of_file(path: Path, chunks: Chunks, seal: str | None, key: bytes) -> Points:
+def _points_of_file(path: Path, chunks: Chunks, seal: str, key: bytes) -> Points:
     """The points of a file; raises StorageError at the end where they are not those of the seal.
 
     The file was sound when it was opened, but much time may have passed.
@@ -387,7 +336,7 @@ def _points_of_file(path: Path, chunks: Chunks, seal: str | None, key: bytes) ->
     try:
         with netCDF4.Dataset(path) as file:
             whole_chunks(file)
-            digests = Digests(columns_in(file))
+            digests = Digests(RESULT_COLUMNS)
             for number in range(len(chunks)):
                 rows = read_rows(file, chunks, number, digests)
                 status = rows[:, STATUS]
@@ -395,5 +344,5 @@ def _points_of_file(path: Path, chunks: Chunks, seal: str | None, key: bytes) ->
                 yield chunks.range(number)[0] + there, rows[there]
     except DAMAGE as error:
         raise _damaged(path) from error
-    if seal is not None and data_sha256(key, digests.hexadecimal()) != seal:
+    if data_sha256(key, digests.hexadecimal()) != seal:
         raise _damaged(path)

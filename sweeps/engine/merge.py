@@ -104,9 +104,11 @@ def _common_target(sources: list[ExistingPoints], first: Path) -> Target:
             "one file already"
         )
     for found in sources:
-        if found.mixed or found.foreign or found.lacking:
-            odd = "; ".join((*found.mixed, *found.foreign, *found.lacking))
-            raise RefusalError(f"{found.name} is no plain result of one sweep: {odd}")
+        if found.foreign:
+            raise RefusalError(
+                f"{found.name} has variables that stickslip did not write, which would be lost: "
+                f"{', '.join(found.foreign)}"
+            )
         if not found.fits(target):
             told = "\n  ".join(found.differences(target))
             raise RefusalError(f"{found.name} was computed otherwise than {first}:\n  {told}")

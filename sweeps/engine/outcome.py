@@ -18,7 +18,6 @@ from sweeps.files.columns import failures
 from sweeps.files.journal import Journal
 from sweeps.files.results import Written, try_writing, write_result
 from sweeps.files.run_folder import RunFolder
-from sweeps.identity import seal_key
 
 # Bytes a point: 8 for each float and 4 for each count, less what compression gains.
 RESULT_BYTES_PER_POINT = 90
@@ -95,7 +94,6 @@ class JournaledResult:
         statuses[Status.PENDING] = self.target.grid.size - statuses.sum()
         return write_result(
             self.target.grid,
-            seal_key(self.target.settings, self.target.grid),
             self.target.chunks,
             self.journal.chunk,
             statuses,
@@ -113,8 +111,6 @@ class JournaledResult:
             attributes["history"] += "\n" + earlier
         if manifest.get("processors"):
             attributes["processor"] = ", ".join(manifest["processors"])
-        if manifest.get("mixed"):
-            attributes["mixed_with"] = "\n".join(manifest["mixed"])
         if self.target.part and np.array_equal(self.journal.done, self.target.needed):
             attributes["part"] = str(self.target.part)
         return attributes

@@ -87,7 +87,7 @@ def plan(
 def _done(target: Target, output: Path) -> NDArray[np.bool_]:
     """Which points are there already and would not be computed."""
     done = np.zeros(target.grid.size, dtype=bool)
-    for found in found_beside(RunFolder(output), unsealed=True):
+    for found in found_beside(RunFolder(output)):
         if found.fits(target):
             for numbers, _ in found.carried(target.grid):
                 done[numbers] = True

@@ -23,7 +23,7 @@ from sweeps.engine.order.follow import lines_of
 from sweeps.files.atomic import StorageError, fingerprint, storage_errors
 from sweeps.files.attributes import now
 from sweeps.files.columns import failures
-from sweeps.files.journal import Journal, Manifest, columns_of, readable_manifest
+from sweeps.files.journal import Journal, Manifest, readable_manifest
 from sweeps.files.results import Written, contents
 from sweeps.files.run_folder import RunFolder
 
@@ -33,15 +33,7 @@ class ExistingPolicy:
     """What the user decided about existing results; see the options of `stickslip sweep`."""
 
     overwrite: bool = False
-    recompute: bool = False
-    accept_mixed: bool = False
     retry_failed: bool = False
-    accept_unsealed: bool = False
-
-    @property
-    def afresh(self) -> bool:
-        """Whether no existing point counts."""
-        return self.overwrite or self.recompute
 
 
 @dataclass
@@ -59,7 +51,7 @@ def prepare_journal(target: Target, folder: RunFolder, policy: ExistingPolicy) -
     An interrupted sweep that was begun afresh is resumed when it is asked for afresh once more: the
     same command always leads to the end.
 
-    Raises RefusalError where existing points were computed with other settings or by an older
+    Raises RefusalError where existing points were computed with other settings or by another
     version, or would be lost; StorageError.
     """
     manifest = _manifest(folder, policy)
@@ -67,16 +59,11 @@ def prepare_journal(target: Target, folder: RunFolder, policy: ExistingPolicy) -
         _refuse_another_part(manifest, target, folder.output)
     if manifest and _continues(manifest, target, folder.output, policy):
         return _resumed(target, folder, manifest, policy)
-    if policy.afresh:
-        if not policy.overwrite:
-            for found in found_beside(folder, unsealed=policy.accept_unsealed):
-                found.refuse_lost_points(target.grid)
-                found.refuse_other_parts(target)
+    if policy.overwrite:
         return _created(target, folder, [], policy, afresh=True)
-    sources = found_beside(folder, unsealed=policy.accept_unsealed)
+    sources = found_beside(folder)
     for found in sources:
-        if not policy.accept_mixed:
-            found.refuse_differences(target)
+        found.refuse_differences(target)
         found.refuse_lost_points(target.grid)
     afresh = bool(manifest and manifest["afresh"])  # it stays so when its config grows
     return _created(target, folder, sources, policy, afresh=afresh)
@@ -87,10 +74,10 @@ def complete_already(target: Target, folder: RunFolder, policy: ExistingPolicy) 
 
     Raises StorageError where it cannot be read; where it does not fit, `prepare_journal` says so.
     """
-    output, kept = folder.output, not (policy.afresh or policy.accept_mixed)
-    if not kept or folder.journal.exists() or not output.exists():
+    output = folder.output
+    if policy.overwrite or folder.journal.exists() or not output.exists():
         return None
-    found = found_in_file(output, unsealed=policy.accept_unsealed)
+    found = found_in_file(output)
     same = found.config.resolved_yaml() == target.config.resolved_yaml()
     if not same or not found.fits(target):
         return None
@@ -111,11 +98,11 @@ def _lacks_needed(found: ExistingPoints, written: Written, target: Target) -> bo
 
 def _continues(manifest: Manifest, target: Target, output: Path, policy: ExistingPolicy) -> bool:
     """Whether a journal has the points of this computation, and this command left it behind."""
-    if manifest["key"] != target.key.hex() or columns_of(manifest) != RESULT_COLUMNS:
+    if manifest["key"] != target.key.hex():
         return False
     if manifest["config"].get("refine") != target.config.resolved().get("refine"):
         return False  # what was interpolated is no point
-    if policy.afresh:
+    if policy.overwrite:
         return bool(manifest["afresh"] and not manifest["finished"])
     return bool(manifest["afresh"]) or manifest["output"] == fingerprint(output)
 
@@ -188,8 +175,6 @@ def manifest_of(
     target: Target, output: Path, sources: list[ExistingPoints], *, afresh: bool
 ) -> Manifest:
     """What a journal says of the computation whose points it holds, and of where they come from."""
-    mixed = [line for found in sources for line in found.mixed]
-    mixed += [line for found in sources if (line := "; ".join(found.differences(target)))]
     return {
         "key": target.key.hex(),
         "config": target.config.resolved(),
@@ -199,7 +184,6 @@ def manifest_of(
         "part": _name_of_part(target),
         "finished": False,
         "output": fingerprint(output),
-        "mixed": list(dict.fromkeys(mixed)),
         "processors": sorted({name for found in sources for name in found.processors}),
         "history": next((found.history for found in sources if found.history), ""),
         "created": now(),

@@ -75,8 +75,8 @@ def run(
         Called, in the calling thread, with each block of points as it is finished, in any order;
         in memory only.
     existing
-        What to do with existing results of `output`: `overwrite`, `recompute`, `accept_mixed`,
-        `retry_failed`, `accept_unsealed`, as the options of `stickslip sweep`.
+        What to do with existing results of `output`: `overwrite` or `retry_failed`, as the options
+        of `stickslip sweep`.
 
     Raises
     ------

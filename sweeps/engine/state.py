@@ -45,7 +45,7 @@ def state_of(output: Path) -> dict[str, Any]:
         told |= {"part": part} if part else {}
         return told | {"state": "complete" if whole else "interrupted"} | tally(statuses)
     if output.exists():
-        found = found_in_file(output, unsealed=True)
+        found = found_in_file(output)
         statuses = contents(output, Chunks(found.grid.shape)).statuses
         if found.part:  # which is written where exactly its points are there
             statuses[Status.PENDING] = 0

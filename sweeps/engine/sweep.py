@@ -182,7 +182,7 @@ def _stopped(result: JournaledResult, recorder: Recorder, counts: Counts, stop: 
 def _export(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Outcome:
     """Write what is there, and leave the journal for the rest."""
     _refuse_partial(folder, policy)
-    policy = replace(policy, overwrite=False, recompute=False, retry_failed=False)
+    policy = replace(policy, overwrite=False, retry_failed=False)
     before = fingerprint(folder.output)
     with closing(prepare_journal(target, folder, policy).journal) as journal:
         written = JournaledResult(target, journal, folder, before).write()

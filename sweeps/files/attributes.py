@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import platform
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
 from typing import TYPE_CHECKING
@@ -21,10 +21,12 @@ from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps.config.load import Config
 from sweeps.files.columns import STATUS, failures, result_values, status_counts
 from sweeps.grid import CASE, DIRECTION, Grid
-from sweeps.identity import seal_key, settings_of
 
 if TYPE_CHECKING:
     import xarray as xr
+
+Place = tuple[tuple[str, ...], NDArray[np.generic]]
+"""Where a coordinate lies, and its values: dimensions, array."""
 
 Coordinate = tuple[tuple[str, ...], NDArray[np.generic], dict[str, str]]
 
@@ -52,18 +54,26 @@ def result_dataset(config: Config, grid: Grid, results: NDArray[np.float64]) -> 
         for name, column in values.items()
     }
     digests = [hashlib.sha256(column.tobytes()).hexdigest() for column in values.values()]
-    seal = {"data_sha256": data_sha256(seal_key(settings_of(config), grid), digests)}
     along = {name: xr.Variable(*described) for name, described in coordinates(grid).items()}
+    seal = {"data_sha256": data_sha256(seal_key(config.resolved_yaml(), places(grid)), digests)}
     there = results[~np.isnan(results[:, STATUS]), STATUS]
     breaks = breaks_of(config, status_counts(there))
     return xr.Dataset(data, along, global_attributes(config) | breaks | seal)
 
 
-def data_sha256(key: bytes, digests: Sequence[str]) -> str:
-    """What a file says of its numbers, so that a change after it was written does not go unnoticed.
+def seal_key(config: str, coordinates: Mapping[str, Place]) -> bytes:
+    """Return the digest of what a file says of its numbers: its config as text, its coordinates."""
+    digest = hashlib.sha256(config.encode())
+    for name, (dims, values) in sorted(coordinates.items()):
+        digest.update(f"\0{name}{dims}{values.shape}\0".encode() + values.tobytes())
+    return digest.digest()
 
-    `key` is `identity.seal_key` of the settings and the grid, `digests` the SHA-256 of each result
-    variable, in the order of `RESULT_COLUMNS`.
+
+def data_sha256(key: bytes, digests: Sequence[str]) -> str:
+    """Return the seal of a file, by which a change after it was written is noticed.
+
+    `key` is the `seal_key` of the file, `digests` the SHA-256 of each result variable, in the order
+    of `RESULT_COLUMNS`.
     """
     return hashlib.sha256(key + "".join(digests).encode()).hexdigest()
 
@@ -89,6 +99,11 @@ def coordinates(grid: Grid) -> dict[str, Coordinate]:
         name: (dims, values, own.get(name) or dict(PARAMETERS[name].attributes))
         for name, (dims, values) in (*grid.coords.items(), *fixed.items())
     }
+
+
+def places(grid: Grid) -> dict[str, Place]:
+    """Return the `coordinates` of a grid without their attributes."""
+    return {name: (dims, values) for name, (dims, values, _) in coordinates(grid).items()}
 
 
 def global_attributes(config: Config) -> dict[str, str]:

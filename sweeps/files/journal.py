@@ -2,7 +2,7 @@
 
 A log whose first record is a manifest (what is computed, as JSON) and whose others are finished
 points: their numbers in the grid and their result rows. Each carries the key of the computation
-that it belongs to. The manifest names the columns of the rows.
+that it belongs to. A journal is read by the numerics version that began it.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ from typing import Any, Self, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.files.atomic import StorageError, replacing
 from sweeps.files.chunks import Chunks
-from sweeps.files.columns import FIRST_COLUMNS, STATUS_CODES, Rows, status_counts
+from sweeps.files.columns import STATUS, STATUS_CODES, Rows, status_counts
 from sweeps.files.record_log import RecordLog
 
 Indices = NDArray[np.int64]
@@ -39,14 +40,12 @@ class Journal:
     """The finished points of one computation on a grid of `size` points.
 
     `done` (size,) tells which points are there, `statuses` (128,) how many have each status,
-    `chunks` how they are cut, `manifest` what they belong to; its key is that of the records, its
-    columns those of the rows.
+    `chunks` how they are cut, `manifest` what they belong to; its key is that of the records.
     """
 
     def __init__(self, log: RecordLog, manifest: Manifest, chunks: Chunks, size: int) -> None:
         self._log, self._key, self.chunks = log, bytes.fromhex(manifest["key"]), chunks
-        self.manifest, self.columns = manifest, columns_of(manifest)
-        self._status = self.columns.index("status")
+        self.manifest = manifest
         self.done = np.zeros(size, dtype=bool)
         self.statuses = np.zeros(STATUS_CODES, dtype=np.int64)
         self._chunk, self._offset, self._count = array("q"), array("q"), array("q")
@@ -141,7 +140,7 @@ class Journal:
 
         Raises OSError; then what is noted as done is there, whole.
         """
-        if np.isnan(rows[:, self._status]).any():
+        if np.isnan(rows[:, STATUS]).any():
             raise ValueError("a row without a status is no finished point")
         fresh = ~self.done[indices]
         order = np.flatnonzero(fresh)[np.argsort(indices[fresh], kind="stable")]
@@ -162,7 +161,7 @@ class Journal:
 
     def _count_in(self, start: int, indices: Indices, rows: Rows) -> None:
         self.done[indices] = True
-        self.statuses += status_counts(rows[:, self._status])
+        self.statuses += status_counts(rows[:, STATUS])
         self._chunk.append(int(self.chunks.of(indices[:1])[0]))
         self._offset.append(start)
         self._count.append(len(indices))
@@ -176,7 +175,7 @@ class Journal:
         """
         begin, end = self.chunks.range(number)
         if self._room is None or len(self._room) < end - begin:
-            self._room = np.empty((end - begin, len(self.columns)))
+            self._room = np.empty((end - begin, len(RESULT_COLUMNS)))
         found = self._room[: end - begin]
         found.fill(np.nan)
         for record in np.flatnonzero(np.frombuffer(self._chunk, dtype=np.int64) == number):
@@ -190,14 +189,14 @@ class Journal:
             yield self._points(start, count)
 
     def _points(self, start: int, count: int) -> tuple[Indices, Rows]:
-        length = count * 8 * (1 + len(self.columns))
+        length = count * 8 * (1 + len(RESULT_COLUMNS))
         return self._split(self._log.read(start, length, self._key))
 
     def _split(self, payload: bytes) -> tuple[Indices, Rows]:
-        count = len(payload) // (8 * (1 + len(self.columns)))
+        count = len(payload) // (8 * (1 + len(RESULT_COLUMNS)))
         indices = np.frombuffer(payload, "<i8", count)
         rows = np.frombuffer(payload, "<f8", offset=8 * count)
-        return indices, rows.reshape(count, len(self.columns))
+        return indices, rows.reshape(count, len(RESULT_COLUMNS))
 
     def _scan(self) -> None:
         for record in self._log.scan():
@@ -212,7 +211,8 @@ class Journal:
 def readable_manifest(path: Path) -> Manifest | None:
     """What a journal says that it belongs to; None where there is no journal.
 
-    Raises StorageError where it is damaged, OSError where it cannot be read.
+    Raises StorageError where it is damaged or was begun by another numerics version, OSError where
+    it cannot be read.
     """
     try:
         log = RecordLog.open(path, readonly=True)
@@ -225,9 +225,12 @@ def readable_manifest(path: Path) -> Manifest | None:
             f"the beginning of {path} is damaged, so it is unknown which points it holds; move "
             "the file away to keep it, or use --overwrite to start afresh"
         )
-    return cast(Manifest, json.loads(payloads[-1]))
-
-
-def columns_of(manifest: Manifest) -> tuple[str, ...]:
-    """The columns of the rows of a journal with this manifest."""
-    return tuple(manifest.get("columns", FIRST_COLUMNS))
+    manifest = cast(Manifest, json.loads(payloads[-1]))
+    version, columns = manifest.get("numerics_version"), manifest.get("columns")
+    if version != NUMERICS_VERSION or columns != list(RESULT_COLUMNS):
+        raise StorageError(
+            f"{path} was begun by another version of stickslip (numerics version {version}, this "
+            f"is {NUMERICS_VERSION}) and cannot be continued; finish it with that version, or use "
+            "--overwrite to start afresh"
+        )
+    return manifest

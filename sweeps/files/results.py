@@ -1,8 +1,4 @@
-"""NetCDF files of sweeps, written and read chunk by chunk: memory for one chunk, whatever the size.
-
-A file of an older version may lack result variables of today: what is read then has the value that
-says missing, and the seal is checked over the variables that there are.
-"""
+"""NetCDF files of sweeps, written and read chunk by chunk, in the memory of one chunk."""
 
 from __future__ import annotations
 
@@ -20,12 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.status import Status
-from stickslip.variables import RESULT_COLUMNS, RESULTS
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps.files.atomic import begin, remove, replacing, storage_errors
-from sweeps.files.attributes import coordinates, data_sha256, variable_attributes
+from sweeps.files.attributes import (
+    Place,
+    coordinates,
+    data_sha256,
+    places,
+    seal_key,
+    variable_attributes,
+)
 from sweeps.files.chunks import Chunks
-from sweeps.files.columns import STATUS, STATUS_CODES, Rows, conformed, result_values, status_counts
-from sweeps.grid import Grid
+from sweeps.files.columns import STATUS, STATUS_CODES, Rows, result_values, status_counts
+from sweeps.grid import CASE, DIRECTION, Grid
 
 # Level 1 takes half the time of level 4 and makes files a few percent larger: mantissas are noise.
 _COMPRESSION: Mapping[str, Any] = {"compression": "zlib", "complevel": 1, "shuffle": True}
@@ -45,7 +48,6 @@ class Written:
 
 def write_result(
     grid: Grid,
-    key: bytes,
     chunks: Chunks,
     rows: Callable[[int], Rows],
     statuses: NDArray[np.int64],
@@ -55,9 +57,9 @@ def write_result(
 ) -> Written:
     """Write a result to `temporary`, read it back, and put it in place of an older one.
 
-    `key` is `identity.seal_key` of what was computed; `rows` gives the result rows (n, columns) of
-    a chunk, of which NaN rows become `pending`; `statuses` (128,) says how many points of each
-    status that makes.
+    `rows` gives the result rows (n, columns) of a chunk, of which NaN rows become `pending`;
+    `statuses` (128,) says how many points of each status that makes. The seal is added to the
+    `attributes`, which hold the config.
 
     Raises StorageError where the file cannot be written or does not read back as it was meant; an
     older one is as it was.
@@ -66,8 +68,9 @@ def write_result(
         with _new_file(temporary, grid) as file:
             _define(file, grid, chunks, attributes)
             digests = _fill(file, chunks, rows)
+            key = seal_key(attributes["config"], places(grid))
             file.data_sha256 = data_sha256(key, digests)
-        if digests_of(temporary, chunks) != digests:
+        if _key_in(temporary) != key or digests_of(temporary, chunks) != digests:
             raise OSError("the file does not read back as it was written")
         written = contents(temporary, chunks)
         if not np.array_equal(written.statuses, statuses):
@@ -156,9 +159,21 @@ def _fill(file: netCDF4.Dataset, chunks: Chunks, rows: Callable[[int], Rows]) ->
     return digests.hexadecimal()
 
 
-def columns_in(file: netCDF4.Dataset) -> tuple[str, ...]:
-    """The result variables of today that a file has."""
-    return tuple(name for name in RESULT_COLUMNS if name in file.variables)
+def _key_in(path: Path) -> bytes:
+    with netCDF4.Dataset(path) as file:
+        return seal_key(file.config, coordinates_in(file))
+
+
+def coordinates_in(file: netCDF4.Dataset) -> dict[str, Place]:
+    """Return the coordinates of a result file: dimensions and values."""
+    file.set_auto_mask(False)
+    names = [name for name in (*PARAMETERS, CASE, DIRECTION) if name in file.variables]
+    return {name: (file[name].dimensions, _native(file[name][...])) for name in names}
+
+
+def _native(values: NDArray[np.generic]) -> NDArray[np.generic]:
+    """Return the values as a grid has them: the library reads texts as objects."""
+    return values.astype(np.str_) if values.dtype == object else np.asarray(values)
 
 
 def whole_chunks(file: netCDF4.Dataset) -> None:
@@ -167,7 +182,7 @@ def whole_chunks(file: netCDF4.Dataset) -> None:
     The library would keep many of them in its cache, which only needs memory.
     """
     file.set_auto_mask(False)
-    for name in columns_in(file):
+    for name in file.variables.keys() & set(RESULT_COLUMNS):  # a trajectory has none of them
         if file[name].dimensions:
             file[name].set_var_chunk_cache(size=1)
 
@@ -179,15 +194,13 @@ def read_rows(
 
     `digests` take in what was read.
     """
-    columns = columns_in(file)
     begin, end = chunks.range(number)
-    rows = np.empty((end - begin, len(columns)))
-    for place, name in enumerate(columns):
+    rows = np.empty((end - begin, len(RESULT_COLUMNS)))
+    for place, name in enumerate(RESULT_COLUMNS):
         values = np.asarray(file[name][chunks.box(number)])
         if digests is not None:
             digests.add(name, values)
         rows[:, place] = values.ravel()
-    rows = conformed(rows, columns)
     rows[rows[:, STATUS] == Status.PENDING] = np.nan
     return rows
 
@@ -208,8 +221,8 @@ def digests_of(path: Path, chunks: Chunks) -> list[str]:
     """The SHA-256 of each result variable in a file; raises OSError and RuntimeError."""
     with netCDF4.Dataset(path) as file:
         whole_chunks(file)
-        digests = Digests(columns_in(file))
-        for name in columns_in(file):
+        digests = Digests(RESULT_COLUMNS)
+        for name in RESULT_COLUMNS:
             for number in range(len(chunks)):
                 digests.add(name, file[name][chunks.box(number)])
         return digests.hexadecimal()

@@ -230,7 +230,7 @@ def _point(chosen: xr.Dataset) -> Point:
 def _config_of(written: Mapping[str, Any], values: Mapping[str, float]) -> Config:
     """The config of a point alone; `written` is that of the result without its axes."""
     kept = {key: value for key, value in written.items() if key not in ("follow", "refine")}
-    return from_mapping(kept | {"model": values}, _SOURCE, older=True)
+    return from_mapping(kept | {"model": values}, _SOURCE)
 
 
 def _line_before(
@@ -240,7 +240,7 @@ def _line_before(
     point = np.array([parameters])
     if followed is None:
         return point[:0]
-    whole = from_mapping(read_mapping(str(chosen.attrs["config"]), _SOURCE), _SOURCE, older=True)
+    whole = from_mapping(read_mapping(str(chosen.attrs["config"]), _SOURCE), _SOURCE)
     grid = Grid.from_config(whole)
     number = grid.locate(point)[0] + DIRECTIONS.index(chosen[DIRECTION].item())
     (line,) = (line.tolist() for line in grid.lines() if number in line)
@@ -257,8 +257,6 @@ def _versions(attributes: Mapping[str, Any]) -> tuple[str, ...]:
         told.append(f"it was computed by numerics version {made_by}, this is {here}")
     if processor() not in str(attributes.get("processor", processor())):
         told.append(f"it was computed on {attributes['processor']}, this is {processor()}")
-    if "mixed_with" in attributes:
-        told.append("some of its points were kept from other settings (mixed_with)")
     return tuple(told)
 
 

@@ -11,7 +11,13 @@ import pytest
 from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
 
 from stickslip.kernels.version import NUMERICS_VERSION
-from sweeps.files.datasets import open_result
+from stickslip.variables import RESULT_COLUMNS
+from sweeps.config.load import load
+from sweeps.files.chunks import Chunks
+from sweeps.files.datasets import open_result, write_dataset
+from sweeps.files.journal import Journal, readable_manifest
+from sweeps.files.run_folder import RunFolder
+from sweeps.grid import Grid
 
 FOUR = "sweep: {temperature: [200, 225, 250, 275]}\n"
 FIVE = "sweep: {temperature: [200, 225, 250, 275, 300]}\n"
@@ -49,8 +55,7 @@ def test_other_settings_are_told_and_refused_and_change_nothing(shell: Shell, po
     assert err.splitlines() == [
         "a.nc was computed with other settings:",
         "  integrator.rtol: 0.0001 -> 1e-05",
-        "--recompute computes all points anew, --accept-mixed keeps the old ones and computes "
-        "only the missing, -o writes elsewhere",
+        "--overwrite replaces it, -o writes elsewhere",
     ]
     assert shell.computed == []
     assert everything() == before
@@ -76,83 +81,101 @@ def test_other_settings_of_an_interrupted_sweep_are_refused_too(shell: Shell) ->
     assert everything() == before
 
 
-def test_recompute_computes_all_points_anew(shell: Shell) -> None:
+def test_overwrite_computes_all_points_anew(shell: Shell) -> None:
     config = write("b.yaml", FIVE, OTHER)
-    code, _, err = shell("sweep", config, "-o", "a.nc", "--recompute")
+    code, _, err = shell("sweep", config, "-o", "a.nc", "--overwrite")
     assert (code, err) == (0, "5 points; 5 to compute\n")
     assert shell.values("temperature") == [*ALL, 300.0]
     assert hash_of("a.nc") == hash_at_once(config)
-    assert shell("sweep", config, "-o", "a.nc", "--recompute").code == 0
+    assert shell("sweep", config, "-o", "a.nc", "--overwrite").code == 0
     assert shell.values("temperature") == [*ALL, 300.0]  # where nothing differs, too
 
 
-def test_recompute_does_not_drop_points(shell: Shell) -> None:
-    write("b.yaml", FOUR.replace("225, ", ""), LOOSE)
-    before = everything()
-    code, _, err = shell("sweep", "b.yaml", "-o", "a.nc", "--recompute")
-    assert code == 2
-    assert err.startswith("a.nc has 1 finished points that the config no longer names")
-    assert everything() == before
-
-
-def test_recompute_does_not_drop_points_of_an_interrupted_sweep(shell: Shell) -> None:
-    config = write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
-    shell.interrupted("sweep", config, "-o", "b.nc", after=2)
-    first = shell.computed[0].temperature
-    fewer = ", ".join(str(value) for value in ALL if value != first)
-    write("c.yaml", f"sweep: {{T: [{fewer}]}}\n", LOOSE)
-    before = everything()
-    code, _, err = shell("sweep", "c.yaml", "-o", "b.nc", "--recompute")
-    assert code == 2
-    assert "finished points that the config no longer names" in err
-    assert everything() == before
-
-
-def test_accept_mixed_keeps_the_old_points_and_says_so_in_the_file(shell: Shell) -> None:
-    old = open_result(Path("a.nc"))
-    config = write("b.yaml", FIVE, OTHER)
-    code, _, err = shell("sweep", config, "-o", "a.nc", "--accept-mixed")
-    assert (code, err) == (0, "5 points: 4 in a.nc; 1 to compute\n")
-    assert shell.values("temperature") == [300.0]
-    mixed = open_result(Path("a.nc"))
-    assert mixed.attrs["mixed_with"] == "integrator.rtol: 0.0001 -> 1e-05"
-    kept = mixed.sel(temperature=ALL)
-    assert kept.friction_force_amplitude.identical(old.friction_force_amplitude)
-    assert hash_of("a.nc") != hash_at_once(config)
-    before = everything()
-    code, _, err = shell("sweep", config, "-o", "a.nc")
-    assert (code, err) == (0, "a.nc is complete: 5 points, nothing to do\n")
-    assert everything() == before
-    more = write("c.yaml", FIVE.replace("300", "300, 310"), OTHER)
-    assert shell("sweep", more, "-o", "a.nc").code == 0
-    assert open_result(Path("a.nc")).attrs["mixed_with"] == "integrator.rtol: 0.0001 -> 1e-05"
-
-
-def test_an_interrupted_mixed_sweep_goes_on_without_asking_again(shell: Shell) -> None:
-    config = write("b.yaml", FIVE.replace("300", "300, 310, 320"), OTHER, ONE_BY_ONE)
-    code, _, err = shell.interrupted("sweep", config, "-o", "a.nc", "--accept-mixed", after=1)
-    assert code == 4
-    again = err.splitlines()[-1].split()[1:]
-    assert again == ["sweep", "b.yaml", "-o", "a.nc"]
-    assert shell(*again).code == 0
-    assert "mixed_with" in open_result(Path("a.nc")).attrs
+# --- other versions ---
 
 
 @pytest.mark.parametrize("other", [NUMERICS_VERSION - 1, NUMERICS_VERSION + 1])
-def test_points_of_another_numerics_version_are_told_and_refused(shell: Shell, other: int) -> None:
+def test_a_file_of_another_numerics_version_is_shown_drawn_and_refused(
+    shell: Shell, other: int
+) -> None:
     with netCDF4.Dataset("a.nc", "a") as file:
         file.numerics_version = str(other)
     before = everything()
     code, out, err = shell("sweep", "a.yaml", "-o", "a.nc")
     assert (code, out) == (2, "")
-    told = f"a.nc was computed by numerics version {other}, this is {NUMERICS_VERSION}"
-    assert err.startswith(f"{told}\n--recompute ")
+    assert err == (
+        f"a.nc was computed by numerics version {other}, this is {NUMERICS_VERSION}, whose numbers "
+        "are not the same; --overwrite replaces it, -o writes elsewhere\n"
+    )
+    code, out, err = shell("info", "a.nc")
+    assert (code, err) == (0, "")
+    assert f"computed by numerics version {other}, this is {NUMERICS_VERSION}\n" in out
     assert everything() == before
-    err = shell("sweep", "a.yaml", "-o", "a.nc", "--set", "integrator.rtol=1e-5").err
-    assert f"  numerics_version: {other} -> {NUMERICS_VERSION}\n" in err
-    assert shell("sweep", "a.yaml", "-o", "a.nc", "--recompute").code == 0
+    assert shell("plot", "a.nc", "-o", "a.png").code == 0
+    assert shell("sweep", "a.yaml", "-o", "a.nc", "--overwrite").code == 0
     assert shell.values("temperature") == ALL
     assert hash_of("a.nc") == hash_at_once("a.yaml")
+    assert "numerics version" not in shell("info", "a.nc").out
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"numerics_version": NUMERICS_VERSION + 1}, {"columns": [*RESULT_COLUMNS, "verdict"]}],
+)
+def test_the_journal_of_another_version_is_kept_until_overwrite(
+    shell: Shell, change: dict[str, object]
+) -> None:
+    config = write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
+    shell.interrupted("sweep", config, "-o", "b.nc", after=2)
+    path = RunFolder(Path("b.nc")).journal
+    manifest = readable_manifest(path)
+    assert manifest is not None
+    grid = Grid.from_config(load(config))
+    Journal.create(path, manifest | change, Chunks(grid.shape), grid.size).close()
+    before = everything()
+    for command in (["sweep", config, "-o", "b.nc"], ["status", "b.nc"]):
+        code, _, err = shell(*command)
+        assert code == 5
+        assert err.startswith("b.nc.run/journal was begun by another version of stickslip")
+        assert "--overwrite" in err
+    assert everything() == before
+    assert shell("sweep", config, "-o", "b.nc", "--overwrite").code == 0
+    assert hash_of("b.nc") == hash_of("a.nc")
+
+
+def test_a_file_that_lacks_a_variable_is_refused(shell: Shell) -> None:
+    rewritten = open_result(Path("a.nc")).drop_vars("asymmetry").load()
+    write_dataset(rewritten, Path("a.nc"))
+    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
+    assert code == 2
+    assert err.startswith("a.nc lacks the variables asymmetry; --overwrite replaces it")
+    assert shell("info", "a.nc").code == shell("plot", "a.nc", "-o", "a.png").code == 0
+
+
+def test_a_variable_that_a_user_added_is_not_carried_over(shell: Shell) -> None:
+    with netCDF4.Dataset("a.nc", "a") as file:
+        file.createVariable("verdict", "i1", ("temperature",))[...] = 2
+    assert shell("sweep", "a.yaml", "-o", "a.nc").err == (
+        "a.nc is complete: 4 points, nothing to do\n"
+    )
+    code, _, err = shell("sweep", write("b.yaml", FIVE, LOOSE), "-o", "a.nc")
+    assert code == 0
+    assert err == (
+        "warning: a.nc has variables that stickslip did not write and that are not carried over: "
+        "verdict\n5 points: 4 in a.nc; 1 to compute\n"
+    )
+    assert "verdict" not in open_result(Path("a.nc"))
+
+
+@pytest.mark.parametrize(
+    "name", ["friction_force_amplitude", "status", "temperature", "block_mass"]
+)
+def test_a_number_that_was_changed_is_noticed(shell: Shell, name: str) -> None:
+    with netCDF4.Dataset("a.nc", "a") as file:
+        file[name][...] = file[name][...] + 1
+    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
+    assert code == 5
+    assert err.startswith("a.nc is damaged, or was changed after stickslip wrote it")
 
 
 # --- other points ---
@@ -161,7 +184,7 @@ def test_points_of_another_numerics_version_are_told_and_refused(shell: Shell, o
 def test_points_that_the_config_no_longer_names_are_refused_until_overwrite(shell: Shell) -> None:
     config = write("b.yaml", "sweep: {temperature: [225, 300]}\n", LOOSE)
     before = everything()
-    for option in ("", "--accept-mixed", "--retry-failed", "--recompute"):
+    for option in ("", "--retry-failed"):
         code, out, err = shell("sweep", config, "-o", "a.nc", *filter(None, [option]))
         assert (code, out) == (2, "")
         assert err == (
@@ -324,10 +347,9 @@ def test_keep_journal_leaves_it_and_the_next_run_finds_everything_done(shell: Sh
     assert hash_of("b.nc") == hash_of("a.nc")
 
 
-@pytest.mark.parametrize("option", ["--overwrite", "--recompute"])
-def test_a_kept_journal_does_not_keep_from_computing_afresh(shell: Shell, option: str) -> None:
+def test_a_kept_journal_does_not_keep_from_computing_afresh(shell: Shell) -> None:
     for _ in range(2):
-        assert shell("sweep", "a.yaml", "-o", "b.nc", option, "--keep-journal").code == 0
+        assert shell("sweep", "a.yaml", "-o", "b.nc", "--overwrite", "--keep-journal").code == 0
         assert shell.values("temperature") == ALL
 
 

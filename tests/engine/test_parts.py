@@ -227,18 +227,6 @@ def statuses_of(path: Path) -> Any:
     return open_result(path).status.values.ravel()
 
 
-def test_recomputing_a_part_keeps_the_points_of_the_others(tmp_path: Path) -> None:
-    config, path = from_mapping(MAP), tmp_path / "a.nc"
-    computed(config, path)
-    before = path.read_bytes()
-    with pytest.raises(RefusalError, match="9 finished points that do not belong to part 1/2"):
-        computed(config, path, Part(1, 2), ExistingPolicy(recompute=True))
-    assert path.read_bytes() == before
-    computed(config, tmp_path / "part.nc", Part(1, 2))
-    again = computed(config, tmp_path / "part.nc", Part(1, 2), ExistingPolicy(recompute=True))
-    assert again.computed == 9
-
-
 def test_a_part_does_not_end_what_was_begun_from_scratch(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -246,10 +234,9 @@ def test_a_part_does_not_end_what_was_begun_from_scratch(
     computed(config, path)
     before = path.read_bytes()
     with monkeypatch.context() as patch:
-        crash(patch, 2, config, path, policy=ExistingPolicy(recompute=True))
-    for policy in (ExistingPolicy(), ExistingPolicy(recompute=True)):
-        with pytest.raises(RefusalError, match="started from scratch, all of its parts: finish"):
-            computed(config, path, Part(1, 2), policy)
+        crash(patch, 2, config, path, policy=ExistingPolicy(overwrite=True))
+    with pytest.raises(RefusalError, match="started from scratch, all of its parts: finish"):
+        computed(config, path, Part(1, 2))
     assert path.read_bytes() == before
     assert 0 < computed(config, path).computed < 18
     assert (statuses_of(path) != Status.PENDING).all()

@@ -124,7 +124,7 @@ def test_a_result_that_lacks_points_never_takes_a_place(
     before = Path("a.nc").read_bytes()
     nothing = np.full((5, len(RESULT_COLUMNS)), np.nan)
     monkeypatch.setattr(Journal, "chunk", lambda *_: nothing)
-    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc", "--recompute")
+    code, _, err = shell("sweep", "a.yaml", "-o", "a.nc", "--overwrite")
     assert code == 5
     assert "does not hold the points that it is made of" in err
     assert Path("a.nc").read_bytes() == before

@@ -259,7 +259,7 @@ def test_a_journal_without_its_beginning_is_told_and_kept_until_overwrite(shell:
     for magic in re.finditer(b"processors", bytes(damaged)):
         damaged[magic.start()] ^= 1  # both manifests, wherever they stand
     journal.write_bytes(damaged)
-    for option in ([], ["--recompute"], ["--partial"], ["--retry-failed"]):
+    for option in ([], ["--partial"], ["--retry-failed"]):
         code, out, err = shell("sweep", config, "-o", "b.nc", *option)
         assert (code, out) == (5, "")
         assert err.startswith("the beginning of b.nc.run/journal is damaged")

@@ -27,7 +27,7 @@ from sweeps.files.columns import STATUS, status_counts
 from sweeps.files.datasets import content_hash, open_result, write_dataset
 from sweeps.files.results import Written, contents, read_rows, try_writing, write_result
 from sweeps.grid import Grid
-from sweeps.identity import seal_key, settings_of
+from sweeps.identity import settings_of
 
 LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
 CASES = {"drive_amplitude": [0.4e-6, 0.8e-6], "angular_frequency": [20, 10]}
@@ -62,8 +62,7 @@ def write(
     }
     settings |= changes
     attributes = global_attributes(config)
-    key = seal_key(settings_of(config), grid)
-    return write_result(grid, key, chunks, attributes=attributes, path=path, **settings)
+    return write_result(grid, chunks, attributes=attributes, path=path, **settings)
 
 
 def described(path: Path) -> dict[str, Any]:

@@ -71,5 +71,4 @@ def test_the_names_of_the_strains_are_asked_for_in_one_place() -> None:
         if isinstance(node, ast.ImportFrom) and node.module == "stickslip.options"
         if {"ADIABATIC", "RELAXING"} & {alias.name for alias in node.names}
     }
-    # The config names the default.
-    assert asking == {"stickslip/model/models.py", "sweeps/config/schema.py"}
+    assert asking == {"stickslip/model/models.py"}

@@ -114,11 +114,11 @@ def test_a_mirrored_drive_has_mirrored_units_and_the_same_reduced_parameters(law
 
 
 def is_old(name: str) -> bool:
-    return name not in PARAMETERS or PARAMETERS[name].neutral is None
+    return name not in PARAMETERS or PARAMETERS[name].in_paper
 
 
 def reduced(p: Parameters) -> dict[str, float]:
-    """The paper's reduced parameters; how a scaling changes later ones is not known here."""
+    """The paper's reduced parameters; how a scaling changes others is not known here."""
     q = reduced_of(p, Physics("power-law"))
     return {name: x for name, x in q._asdict().items() if is_old(name)}
 

@@ -152,7 +152,7 @@ def test_two_tones_of_a_mirrored_drive_are_the_mirror_image(
 
 
 @pytest.mark.stress
-def test_a_parameter_at_its_neutral_value_changes_nothing(
+def test_a_parameter_at_its_default_changes_nothing(
     adaptive: dict[str, dict[str, float]],
 ) -> None:
     model = {"gamma": 0, "T": 250, "delta": 1.0, "omega": 30, "x_0": 0.8e-6, "phi_0": 0.6}

@@ -171,7 +171,7 @@ def test_a_tone_that_is_not_directed_fails_a_test_of_the_registry(tmp_path: Path
     registry = copy / "stickslip/variables.py"
     text = registry.read_text()
     registry.write_text(
-        text.replace("neutral=0.0, directed=True),\n    _not", "neutral=0.0),\n    _not")
+        text.replace("in_paper=False, directed=True),\n    _not", "in_paper=False),\n    _not")
     )
     said = said_by_tests(copy, "test_variables.py", "-k", "direction")
     assert "1 failed" in said, said

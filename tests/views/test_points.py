@@ -168,9 +168,9 @@ def test_a_trajectory_has_no_points_of_a_result(ds: xr.Dataset) -> None:
 
 
 def test_what_may_change_the_bits_is_named(ds: xr.Dataset) -> None:
-    older = ds.assign_attrs(numerics_version="1", processor="8086", mixed_with="something")
-    versions = point_of(older, T=200, gamma=0).versions
-    assert len(versions) == 3
+    another = ds.assign_attrs(numerics_version="1", processor="8086")
+    versions = point_of(another, T=200, gamma=0).versions
+    assert len(versions) == 2
     assert point_of(ds, T=200, gamma=0).versions == ()
 
 

@@ -125,8 +125,8 @@ RECIPES = {
             '        "power-law": "stickslip.model.laws.power_law",\n',
             '        "eyring": "stickslip.model.laws.eyring",\n',
         ),
-        parameter("eyring_stress", "sigma_0", "Pa", "default=2e5, neutral=2e5"),
-        parameter("eyring_speed", "u_0", "m s-1", "default=1e-6, neutral=1e-6"),
+        parameter("eyring_stress", "sigma_0", "Pa", "default=2e5, in_paper=False"),
+        parameter("eyring_speed", "u_0", "m s-1", "default=1e-6, in_paper=False-6"),
     ],
     "law of the order parameter": [
         Edit("stickslip/model/laws/of_the_solid.py", "", source("of_the_solid.py")),
@@ -135,7 +135,7 @@ RECIPES = {
             '        "power-law": "stickslip.model.laws.power_law",\n',
             '        "of-the-solid": "stickslip.model.laws.of_the_solid",\n',
         ),
-        parameter("viscosity_growth", "kappa", "1", "default=0.0, neutral=0.0"),
+        parameter("viscosity_growth", "kappa", "1", "default=0.0, in_paper=False"),
     ],
     "state variables": [
         Edit("stickslip/model/sprung.py", "", source("sprung_block.py")),
@@ -154,8 +154,8 @@ RECIPES = {
             '        RELAXING: "it is a variable',
             '        "sprung": "the upper block on a spring of its own",\n',
         ),
-        parameter("upper_mass", "M_2", "kg", "default=0.4, neutral=0.4"),
-        parameter("upper_stiffness", "K_2", "N m-1", "default=1e9, neutral=1e9"),
+        parameter("upper_mass", "M_2", "kg", "default=0.4, in_paper=False"),
+        parameter("upper_stiffness", "K_2", "N m-1", "default=1e9, in_paper=False"),
     ],
     "integral": [
         Edit(
@@ -190,10 +190,10 @@ RECIPES = {
         ),
     ],
     "free energy": [
-        parameter("octic_coefficient", "g", "J m-3", "default=0.0, neutral=0.0, phi_power=6"),
+        parameter("octic_coefficient", "g", "J m-3", "default=0.0, in_paper=False, phi_power=6"),
     ],
     "parameter": [
-        parameter("plateau_viscosity", "k_inf", "Pa s", "default=0.0, neutral=0.0"),
+        parameter("plateau_viscosity", "k_inf", "Pa s", "default=0.0, in_paper=False"),
         Edit(
             "stickslip/model/laws/power_law.py",
             "    return math.copysign(p.viscosity_coefficient * _rate_power",
@@ -214,7 +214,7 @@ RECIPES = {
         ),
     ],
     "force on the block": [
-        parameter("block_damping", "c_d", "N s m-1", "default=0.0, neutral=0.0"),
+        parameter("block_damping", "c_d", "N s m-1", "default=0.0, in_paper=False"),
         Edit(
             "stickslip/model/block.py",
             "    return -2.0 * p.spring_stiffness * x\n",
@@ -238,7 +238,7 @@ RECIPES = {
             "stickslip/variables.py",
             LAST_PARAMETER,
             '    ParameterVariable("third_amplitude", "X_3", "X_3", "m", "third_amplitude",\n'
-            "        default=0.0, neutral=0.0, directed=True),\n",
+            "        default=0.0, in_paper=False, directed=True),\n",
         ),
         Edit(
             "stickslip/model/drive.py",
@@ -289,6 +289,6 @@ OF_THE_SHELL = {
 """The recipes that add nothing to what is integrated or measured."""
 
 SEPTIC = parameter(
-    "septic_coefficient", "s", "J m-3", "default=0.0, neutral=0.0, phi_power=5, phi_sign=-1"
+    "septic_coefficient", "s", "J m-3", "default=0.0, in_paper=False, phi_power=5, phi_sign=-1"
 )
 """With the octic one it allows three solids."""

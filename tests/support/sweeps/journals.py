@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.orbit import failed_row
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.files.chunks import Chunks
@@ -18,7 +19,12 @@ KEY, OTHER = b"k" * 16, b"o" * 16
 SHAPE = (3, 5, 2)
 SIZE = 30
 CHUNKS = Chunks(SHAPE, most=4)  # several chunks, the last along the second axis a thin one
-MANIFEST = {"key": KEY.hex(), "columns": list(RESULT_COLUMNS), "number": 1}
+MANIFEST = {
+    "key": KEY.hex(),
+    "numerics_version": NUMERICS_VERSION,
+    "columns": list(RESULT_COLUMNS),
+    "number": 1,
+}
 OTHERS = MANIFEST | {"key": OTHER.hex()}
 
 
