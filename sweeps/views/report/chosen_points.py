@@ -59,23 +59,18 @@ def _evenly(numbers: NDArray[Any], most: int) -> NDArray[Any]:
 
 
 def _boundaries(ds: xr.Dataset) -> list[Numbers]:
-    """For each kind of boundary between regimes the pairs (n, 2) of neighbours on its two sides."""
-    if "regime" not in ds:
+    """Return for each kind of boundary the pairs (n, 2) of neighbours on its two sides."""
+    axes = _axes_with_neighbours(ds) if "regime" in ds else []
+    if not axes:
         return []
     regime = np.where(np.isin(ds["status"].values, _RESULTS), ds["regime"].values, -1).astype(int)
     numbers = np.arange(regime.size).reshape(regime.shape)
-    pairs, kinds = [], []
-    for axis in _axes_with_neighbours(ds):
-        sides = np.stack([_part(regime, axis, slice(-1)), _part(regime, axis, slice(1, None))])
-        ends = np.stack([_part(numbers, axis, slice(-1)), _part(numbers, axis, slice(1, None))])
-        parted = (sides[0] != sides[1]) & (sides >= 0).all(axis=0)
-        pairs.append(ends[:, parted].T)
-        kinds.append(np.sort(sides[:, parted], axis=0).T)
-    if not pairs:
-        return []
-    of_pair = np.unique(np.concatenate(kinds), axis=0, return_inverse=True)[1].ravel()
-    together = np.concatenate(pairs)
-    return [together[of_pair == kind] for kind in range(of_pair.max(initial=-1) + 1)]
+    lines = [np.moveaxis(numbers, axis, 0) for axis in axes]
+    pairs = np.concatenate([np.stack([n[:-1].ravel(), n[1:].ravel()], axis=-1) for n in lines])
+    sides = np.sort(regime.ravel()[pairs], axis=1)
+    parted = (sides[:, 0] != sides[:, 1]) & (sides[:, 0] >= 0)
+    kinds = np.unique(sides[parted], axis=0, return_inverse=True)[1].ravel()
+    return [pairs[parted][kinds == kind] for kind in range(kinds.max(initial=-1) + 1)]
 
 
 def _axes_with_neighbours(ds: xr.Dataset) -> list[int]:
@@ -84,10 +79,6 @@ def _axes_with_neighbours(ds: xr.Dataset) -> list[int]:
     near = [d for d in dims if d != DIRECTION and not (d == CASE and is_scattered(ds, d))]
     long = [dim for dim in near if ds.sizes[dim] > MANY]
     return [dims.index(dim) for dim in long or near]
-
-
-def _part(values: NDArray[Any], axis: int, part: slice) -> NDArray[Any]:
-    return values[(slice(None),) * axis + (part,)]
 
 
 def _both_sides(boundaries: list[Numbers], most: int) -> Numbers:
@@ -100,19 +91,13 @@ def _both_sides(boundaries: list[Numbers], most: int) -> Numbers:
 
 
 def _spread(free: NDArray[np.bool_], most: int) -> Numbers:
-    """At most `most` of the free points, evenly spread over the axes of the grid.
+    """Return at most `most` of the free points, evenly spread over the axes of the grid."""
+    from scipy.stats import qmc  # of no use to pages without orbits
 
-    The places are those of the additive sequence with the root of r^(d+1) = r + 1, the golden ratio
-    on one axis, which leaves no large gaps for any number of points.
-    """
-    open_to = np.flatnonzero(free)
-    if open_to.size <= most:
-        return open_to
-    ratio = 2.0
-    for _ in range(50):  # a fixed point, reached long before
-        ratio = (1.0 + ratio) ** (1.0 / (free.ndim + 1))
-    steps = ratio ** -np.arange(1.0, free.ndim + 1)
-    places = (0.5 + np.outer(np.arange(1, _TRIES * most), steps)) % 1.0 * free.shape
+    known = np.flatnonzero(free)
+    if known.size <= most or most == 0:
+        return known[:most]
+    places = qmc.Halton(free.ndim, scramble=False).random(_TRIES * most) * free.shape
     numbers = np.ravel_multi_index(tuple(places.astype(np.int64).T), free.shape)
     _, first = np.unique(numbers, return_index=True)
     drawn = numbers[np.sort(first)]
