@@ -18,7 +18,7 @@ from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.colours import code_name, colours_of, is_discrete
 from sweeps.figures.curves import axis_limits
 from sweeps.figures.jumps import jumps
-from sweeps.figures.labels import DIRECTIONS, Array, Quantity, point_label, shown
+from sweeps.figures.labels import DIRECTIONS, Array, Quantity, shown, slice_label
 from sweeps.figures.layout import axis_of
 from sweeps.figures.missing import trusted, value_range
 from sweeps.figures.style import GREY
@@ -63,7 +63,7 @@ def parameter(ds: xr.Dataset, name: str) -> dict[str, Any]:
     symbol = as_html(one.symbol) if name in PARAMETERS else escape(name)
     about |= {"prefix": f"{symbol} = ", "units": _unit(one), "factor": float(one.values[0])}
     if name == "rheological_index" and name == dim and axis_of(ds, dim, named=True).names:
-        labels = [as_html(point_label(ds, dim, at)) for at in range(coordinate.size)]
+        labels = [as_html(slice_label(ds, {dim: at})) for at in range(coordinate.size)]
         about["texts"] = [label.rpartition(" = ")[2] for label in labels]
     return about
 
