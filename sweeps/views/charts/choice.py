@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -11,23 +10,16 @@ import xarray as xr
 
 from stickslip.variables import RESULTS
 from sweeps.figures.colours import colours_of, is_discrete
-from sweeps.figures.curves import axis_limits, way_style
-from sweeps.figures.jumps import jumps
-from sweeps.figures.labels import (
-    DIRECTION,
-    DIRECTIONS,
-    legend_label,
-    parameters_along,
-    shown,
-)
+from sweeps.figures.curves import axis_limits, curves_of
+from sweeps.figures.labels import DIRECTION, parameters_along, shown
 from sweeps.figures.layout import Layout, axis_of, layout_of
 from sweeps.figures.maps import STRIP
 from sweeps.figures.missing import trusted, value_range
 from sweeps.figures.plot_options import PlotOptions
 from sweeps.figures.scatter import cases_to_scatter, fits_log
-from sweeps.figures.style import curve_style, styled
+from sweeps.figures.style import styled
 from sweeps.grid import CASE
-from sweeps.views.charts.kinds import Cells, Chart, Cloud, Curve, Curves, Place
+from sweeps.views.charts.kinds import Cells, Chart, Cloud, Curves, Place
 from sweeps.views.symbols import plain
 
 
@@ -120,30 +112,14 @@ def _curves(
 ) -> Curves:
     axis, name = axis_of(part, str(layout.x), named=True), choice.variable
     part = part.isel({axis.dim: axis.order})
-    hues = range(part.sizes[layout.hue]) if layout.hue else [None]
-    ways = range(part.sizes[DIRECTION]) if layout.both_ways else [None]
     curves = []
-    for hue, way in itertools.product(hues, ways):
-        own: Place = {} if hue is None else {str(layout.hue): hue}
-        own |= {} if way is None else {DIRECTION: way}
-        line, style = part.isel(own), curve_style(hue or 0, len(hues))
-        if way is not None:
-            style = way_style(style, str(line[DIRECTION].values))
-        values = shown(trusted(line, name)).values
-        if choice.log:
-            values = np.where(values > 0.0, values, np.nan)
-        label, jumping = _called(part, layout, own), jumps(line, axis.steps, values)
-        curves.append(Curve(label, style, values, jumping, places | own))
+    for curve in curves_of(part, layout, axis, name):
+        # A logarithm has no place for what is not above 0.
+        values = np.where(curve.values > 0.0, curve.values, np.nan) if choice.log else curve.values
+        label, place = plain(curve.label), places | curve.places
+        curves.append(replace(curve, label=label, values=values, places=place))
     ends = axis_limits(*value_range(result, name, log=choice.log), log=choice.log)
     return Curves(axis, plain(shown(part[name]).label), tuple(curves), ends, choice.log)
-
-
-def _called(part: xr.Dataset, layout: Layout, own: Place) -> str:
-    names = [legend_label(part, layout.hue, own[layout.hue])] if layout.hue in own else []
-    if DIRECTION in own:
-        way = str(part[DIRECTION].values[own[DIRECTION]])
-        names.append(DIRECTIONS.get(way, way))
-    return plain(", ".join(names))
 
 
 def _cloud(result: xr.Dataset, part: xr.Dataset, choice: Choice, places: Place) -> Cloud:

@@ -13,11 +13,12 @@ import numpy as np
 from bokeh.models import ColumnDataSource, FixedTicker, HoverTool, Range1d
 from bokeh.plotting import figure
 
+from sweeps.figures.curves import Curve
 from sweeps.figures.jumps import break_line
 from sweeps.figures.layout import Axis
 from sweeps.figures.maps import STRIP
 from sweeps.figures.style import BLACK
-from sweeps.views.charts.kinds import Cells, Chart, Cloud, Curve, Curves, ends_of
+from sweeps.views.charts.kinds import Cells, Chart, Cloud, Curves, ends_of
 from sweeps.views.charts.scales import (
     add_colour_bar,
     add_legend,

@@ -12,10 +12,10 @@ from typing import TypeAlias
 import numpy as np
 
 from sweeps.figures.colours import Colours
+from sweeps.figures.curves import Curve
 from sweeps.figures.labels import Array
 from sweeps.figures.layout import Axis
 from sweeps.figures.maps import STRIP, cell_edges
-from sweeps.figures.style import CurveStyle
 from sweeps.grid import CASE
 
 Place: TypeAlias = dict[str, int]
@@ -49,17 +49,6 @@ class Cells:
         rows, columns = (cells_of_pixels(axis) for axis in (self.up, self.across))
         values = np.ma.filled(self.values.astype(np.float32), np.nan)
         return np.asarray(values[np.ix_(rows, columns)])
-
-
-@dataclass(frozen=True)
-class Curve:
-    """One curve: values over the axis, where they jump, and its place along the other axes."""
-
-    label: str
-    style: CurveStyle
-    values: Array
-    jumps: Array
-    places: Place
 
 
 @dataclass(frozen=True)
