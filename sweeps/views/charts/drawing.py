@@ -32,7 +32,7 @@ from sweeps.views.charts.scales import (
 from sweeps.views.symbols import plain
 
 _HEIGHT, _LOW = 460, 200  # pixels; a strip is low
-_DOT, _SMALL_DOT, _FEW = 3.0, 2.0, 40  # pixels: of few points beyond the line, and of more
+_DOT, _SMALL_DOT, _FEW = 4.0, 2.0, 40  # pixels: of few points beyond the line, and of more
 _POINT, _MARK = 7.0, 15.0  # pixels
 CROSSES = 0.97
 """How far up missing points of curves are marked, as a part of the height."""
@@ -87,7 +87,8 @@ def _draw_curve(drawn: figure, axis: Axis, number: int, curve: Curve) -> None:
     source, look = ColumnDataSource({"x": x, "y": y}), line_style(curve.style)
     drawn.line("x", "y", source=source, name=f"curve {number}", **look, **named)
     size = look["line_width"] + (_DOT if across.size <= _FEW else 0.0)
-    drawn.scatter("x", "y", source=source, size=max(size, _SMALL_DOT), **colour, **named)
+    dots = {"size": max(size, _SMALL_DOT), "fill_color": curve.style.colour, "line_color": None}
+    drawn.scatter("x", "y", source=source, **dots, **named)
     at = np.flatnonzero(curve.jumps)
     ends = {"x": axis.middles[at], "below": curve.values[at], "above": curve.values[at + 1]}
     drawn.segment(

@@ -15,7 +15,7 @@ from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.figure_table import AMPLITUDES
-from sweeps.figures.colours import code_name, colours_of, is_discrete
+from sweeps.figures.colours import code_name, codes_in, colours_of, is_discrete
 from sweeps.figures.curves import axis_limits
 from sweeps.figures.jumps import jumps
 from sweeps.figures.labels import DIRECTIONS, Array, Quantity, shown, slice_label
@@ -50,6 +50,11 @@ def parameters_of(ds: xr.Dataset) -> list[str]:
     return [name for dim in ds["status"].dims for name in known if ds[name].dims == (dim,)]
 
 
+def is_of_kinds(ds: xr.Dataset, name: str) -> bool:
+    """Whether a variable has kinds or counts, of which there are some and not too many."""
+    return is_discrete(ds, name) and bool(codes_in(ds, name))
+
+
 def parameter(ds: xr.Dataset, name: str) -> dict[str, Any]:
     """Return what is said of a parameter: its symbol, unit, axis, and names of its values."""
     coordinate = ds[name]
@@ -82,7 +87,7 @@ def variable(ds: xr.Dataset, name: str) -> dict[str, Any]:
     none = ""
     if not np.isfinite(quantity.values).all():
         none = _square(to_hex(GREY), "no value", "No result, or not defined at these points.")
-    if not is_discrete(ds, name):
+    if not is_of_kinds(ds, name):
         ranges = {
             scale: [*value_range(ds, name, log=log), *_limits(ds, name, log=log)]
             for scale, log in (("linear", False), ("log", True))
@@ -94,7 +99,8 @@ def variable(ds: xr.Dataset, name: str) -> dict[str, Any]:
         _square(colour, text, _sentence(name, code))
         for colour, text, code in zip(palette, names, colours.codes, strict=True)
     ]
-    ranges = {"kinds": [-0.5, len(names) - 0.5]}
+    ends = [-0.5, len(names) - 0.5]
+    ranges = {"kinds": [*ends, *ends]}
     return about | {
         "legend": "".join([title, *squares, none]), "ranges": ranges, "palette": palette,
         "names": [escape(text) for text in names],
@@ -141,7 +147,7 @@ def sources(ds: xr.Dataset) -> Iterator[ColumnDataSource]:
     names = variables_of(ds)
     for name in names:
         values = shown(trusted(ds, name)).values
-        if is_discrete(ds, name):
+        if is_of_kinds(ds, name):
             values = np.ma.filled(colours_of(ds, name).placed(ds), np.nan)
         yield _source(name, values.astype(np.float32))
     for dim in map(str, ds["status"].dims):
@@ -161,7 +167,7 @@ def _source(name: str, values: Array) -> ColumnDataSource:
 def _jumps_along(ds: xr.Dataset, dim: str, names: list[str]) -> Array:
     """Return, for the interval behind each point, a bit for each variable that jumps over it."""
     line, steps = ds.transpose(..., dim), axis_of(ds, dim, named=True).steps
-    curves = {at: name for at, name in enumerate(names) if not is_discrete(ds, name)}
+    curves = {at: name for at, name in enumerate(names) if not is_of_kinds(ds, name)}
     heights = np.stack([shown(trusted(line, name)).values for name in curves.values()])
     bits = xr.zeros_like(line["status"], dtype=np.uint32)
     for at, found in zip(curves, jumps(line, steps, heights), strict=True):

@@ -84,13 +84,14 @@ function placesOfCurves({ x, curves }, place, at) {
 
 // Fill a figure and show it in its host, the only one there.
 function show(sheet, id, place) {
-  const { palette, label, ranges } = state.variable;
+  const { palette, label, names, ranges } = state.variable;
   const [low, high, start, end] = ranges[scaleNow()];
   const figure = model(sheet.figure);
   model(`colours of ${sheet.figure}`)?.setv({ low, high, ...(palette && { palette }) });
   if (sheet.kind === "curves" || sheet.heights) {
     figure.y_range.setv({ start, end, reset_start: start, reset_end: end });
     figure.left[0].axis_label = label;
+    if (names) figure.left[0].major_label_overrides = new Map(names.entries());
   }
   FILL[sheet.kind](sheet, place);
   const host = Bokeh.documents[0].roots()[page.hosts.indexOf(id)];

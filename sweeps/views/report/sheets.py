@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from bokeh.models import CrosshairTool, Model
+from bokeh.models import CrosshairTool, Model, SingleIntervalTicker
 
-from sweeps.figures.colours import is_discrete
 from sweeps.figures.labels import parameters_along
 from sweeps.figures.layout import Axis, axis_of, is_scattered, layout_of
 from sweeps.figures.maps import STRIP, cell_edges
@@ -23,7 +22,7 @@ from sweeps.grid import CASE, DIRECTION
 from sweeps.views.charts.choice import Choice, chart_of, further_axes, is_cloud
 from sweeps.views.charts.drawing import draw
 from sweeps.views.charts.kinds import Cells, Chart, Cloud, Curves, cells_of_pixels
-from sweeps.views.report.numbers import symbol_of
+from sweeps.views.report.numbers import is_of_kinds, symbol_of
 
 SCALES = ("linear", "log", "kinds")
 _TALL, _LOW = 540, 276  # pixels: a view, and the curves through a point of a map
@@ -111,15 +110,13 @@ def sheets_along(ds: xr.Dataset, dim: str, variables: list[str]) -> Iterator[tup
     for scale, variable in _examples(ds, variables):
         line = ds.isel({other: [0] for other in ds.sizes if other != dim})
         chart = chart_of(line.squeeze(), Choice(variable, log=scale == "log"))
-        if isinstance(chart, Curves):  # of which the script knows all values
-            chart = replace(chart, ends=(0.0, 1.0) if scale == "linear" else (0.1, 1.0))
         yield scale, _sheet(ds, chart, f"along {dim}, {scale}", _LOW)
 
 
 def _examples(ds: xr.Dataset, variables: list[str]) -> Iterator[tuple[str, str]]:
     """Yield for each scale a variable that is drawn on it, if there is one."""
     for scale in SCALES:
-        of_scale = [name for name in variables if is_discrete(ds, name) == (scale == "kinds")]
+        of_scale = [name for name in variables if is_of_kinds(ds, name) == (scale == "kinds")]
         if of_scale:
             yield scale, of_scale[0]
 
@@ -135,14 +132,15 @@ def _sheet(ds: xr.Dataset, chart: Chart, name: str, height: int) -> Sheet:
         about |= {"kind": "cells", "x": _ruler(ds, chart.across), "y": _ruler(ds, chart.up)}
     elif isinstance(chart, Curves):
         fixed = [[[_place(ds, dim), at] for dim, at in c.places.items()] for c in chart.curves]
-        own = [_place(ds, dim) for dim in chart.curves[0].places]
-        about |= {"kind": "curves", "x": _ruler(ds, chart.across), "curves": fixed, "own": own}
+        about |= {"kind": "curves", "x": _ruler(ds, chart.across), "curves": fixed}
     else:
         if chart.ends is None and chart.colours:
             colour = figure.select_one({"name": "cells"}).glyph.fill_color
             colour.transform.name = f"colours of {name}"
         about |= {"kind": "cloud", "axis": _place(ds, CASE), "heights": chart.ends is not None}
         about["log"] = list(chart.log)
+        if chart.names[1] in ("regime", "status"):  # as heights they have names
+            figure.yaxis.ticker = SingleIntervalTicker(interval=1)
     return Sheet(figure, about)
 
 
