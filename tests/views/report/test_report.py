@@ -203,3 +203,36 @@ def test_in_a_browser_both_ways_are_drawn_with_their_jumps(chromium: Any, tmp_pa
         x, y = break_line(chart.across, curve.values, curve.jumps)
         np.testing.assert_allclose(shapes[f"curve {number}"]["x"], x)
         np.testing.assert_allclose(shapes[f"curve {number}"]["y"], y, rtol=1e-6)
+
+
+def odd_results(ds: xr.Dataset) -> dict[str, xr.Dataset]:
+    """Results without a number, or a regime; of cases with one parameter; of kinds both ways."""
+    lost = ds.copy(deep=True)
+    lost["status"][:] = Status.DIVERGED
+    sample = {"sobol": 16, "seed": 1, "temperature": [150, 320]}
+    return {
+        "lost": lost,
+        "without regimes": ds.drop_vars("regime"),
+        "one parameter": run(LOOSE | {"sample": sample}),
+        "both ways": run(LINE),
+    }
+
+
+def test_in_a_browser_all_variables_and_views_of_odd_results_are_drawn(
+    chromium: Any, ds: xr.Dataset, tmp_path: Path
+) -> None:
+    for name, result in odd_results(ds).items():
+        path = tmp_path / f"{name}.html"
+        write_report(result, path, name=name, orbits=2)
+        with opened_tab(chromium) as browser_page:
+            tab = Tab(browser_page)
+            browser_page.goto(path.as_uri())
+            browser_page.wait_for_selector("body[data-ready]")
+            for view in range(browser_page.locator("#view option").count()):
+                browser_page.select_option("#view", str(view))
+                for variable in ("friction_force_amplitude", "regime", "status"):
+                    if variable in result:
+                        place = variables_of(result).index(variable)
+                        browser_page.select_option("#variable", str(place))
+                        assert drawn(browser_page, "picture")
+            assert tab.errors == [], name
