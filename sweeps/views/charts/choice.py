@@ -38,7 +38,7 @@ class Choice:
 
     @property
     def options(self) -> PlotOptions:
-        """The same as an option of `plot`."""
+        """Return the same as an option of `plot`."""
         up = None if self.up == self.variable else self.up
         return PlotOptions(variable=self.variable, x=self.across, y=up)
 
@@ -82,7 +82,7 @@ def axes_to_choose(result: xr.Dataset) -> list[str]:
 
 
 def is_cloud(result: xr.Dataset, choice: Choice) -> bool:
-    """Whether the chart is one of points: linked cases in no order."""
+    """Return whether the chart is one of points: linked cases in no order."""
     return CASE in result.sizes and cases_to_scatter(result, choice.options)
 
 

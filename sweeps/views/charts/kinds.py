@@ -34,7 +34,7 @@ class Cells:
     places: Place
 
     def place_at(self, x: float, y: float) -> Place | None:
-        """The place of the point whose cell is there."""
+        """Return the place of the point whose cell is there."""
         place = dict(self.places)
         for axis, value in ((self.across, x), (self.up, y)):
             index = int(np.searchsorted(cell_edges(axis), value)) - 1
@@ -45,7 +45,7 @@ class Cells:
         return place
 
     def image(self) -> Array:
-        """The values (up, across) on pixels of one size on the scales of the axes."""
+        """Return the values (up, across) on pixels of one size on the scales of the axes."""
         rows, columns = (cells_of_pixels(axis) for axis in (self.up, self.across))
         values = np.ma.filled(self.values.astype(np.float32), np.nan)
         return np.asarray(values[np.ix_(rows, columns)])
@@ -62,7 +62,7 @@ class Curves:
     log: bool
 
     def place_at(self, x: float, y: float) -> Place | None:
-        """The place of the point of the nearest curve at the nearest value of the axis."""
+        """Return the place of the point of the nearest curve at the nearest value of the axis."""
         index = _nearest(self.across, x)
         heights = np.array([curve.values[index] for curve in self.curves])
         distances = np.abs(np.nan_to_num(heights, nan=np.inf) - y)
@@ -90,7 +90,7 @@ class Cloud:
     places: Place
 
     def place_at(self, x: float, y: float) -> Place | None:
-        """The place of the nearest point, as it is seen: both ranges are of one length."""
+        """Return the place of the nearest point, as it is seen: both ranges are of one length."""
         across = _distances(self.x, x, log=self.log[0])
         up = _distances(self.y, y, log=self.log[1])
         distances = np.nan_to_num(np.hypot(across, up), nan=np.inf)
@@ -101,13 +101,13 @@ Chart: TypeAlias = Cells | Curves | Cloud
 
 
 def ends_of(axis: Axis) -> tuple[float, float]:
-    """The outer borders of the first and the last point of an axis."""
+    """Return the outer borders of the first and the last point of an axis."""
     edges = cell_edges(axis)
     return float(edges[0]), float(edges[-1])
 
 
 def cells_of_pixels(axis: Axis) -> Array:
-    """The cell that each pixel belongs to, of pixels that are evenly spread on the axis's scale."""
+    """Return the cell of each pixel, of pixels that are evenly spread on the axis's scale."""
     edges = np.log(cell_edges(axis)) if axis.geometric else cell_edges(axis)
     widths = np.diff(edges)
     if np.allclose(widths, widths[0], rtol=1e-6, atol=0.0):
@@ -118,12 +118,12 @@ def cells_of_pixels(axis: Axis) -> Array:
 
 
 def _nearest(axis: Axis, value: float) -> int:
-    """The place on an axis that is nearest to a value, on its own scale."""
+    """Return the place on an axis that is nearest to a value, on its own scale."""
     return int(np.clip(np.searchsorted(axis.middles, value), 0, len(axis.order) - 1))
 
 
 def _distances(values: Array, value: float, *, log: bool) -> Array:
-    """How far values are from one, as parts of their range."""
+    """Return how far values are from one, as parts of their range."""
     if log:
         values, value = np.log(values), math.log(value)
     span = np.nanmax(values) - np.nanmin(values)

@@ -185,7 +185,7 @@ def _facts(
 
 
 def _counted(points: int) -> str:
-    """A number of points in words."""
+    """Return a number of points in words."""
     return f"{points} point" + "s" * (points != 1)
 
 

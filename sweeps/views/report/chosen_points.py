@@ -24,7 +24,7 @@ _TRIES = 50  # for each point: most places that are drawn are free and have a re
 
 
 def failed_points(ds: xr.Dataset) -> Numbers:
-    """The points that were computed and have no result, as their numbers in C order."""
+    """Return the points that were computed and have no result, as their numbers in C order."""
     return np.flatnonzero(~np.isin(ds["status"].values, [*_RESULTS, Status.PENDING]))
 
 
@@ -38,7 +38,7 @@ def places_of(ds: xr.Dataset, numbers: Numbers) -> list[dict[str, int]]:
 
 
 def chosen_points(ds: xr.Dataset, most: int) -> Numbers:
-    """At most `most` computed points of a result, as their numbers in C order.
+    """Return at most `most` computed points of a result, as their numbers in C order.
 
     All that have no result; then both sides of the boundaries between regimes, for at most half of
     what is left, every kind of boundary in turn; then points that are spread evenly over the axes.
@@ -52,7 +52,7 @@ def chosen_points(ds: xr.Dataset, most: int) -> Numbers:
 
 
 def _evenly(numbers: NDArray[Any], most: int) -> NDArray[Any]:
-    """At most `most` of some numbers, or pairs of them, evenly chosen."""
+    """Return at most `most` of some numbers, or pairs of them, evenly chosen."""
     if len(numbers) <= most:
         return numbers
     return numbers[np.linspace(0, len(numbers) - 1, most).round().astype(np.int64)]
@@ -74,7 +74,7 @@ def _boundaries(ds: xr.Dataset) -> list[Numbers]:
 
 
 def _axes_with_neighbours(ds: xr.Dataset) -> list[int]:
-    """The axes along which points are neighbours; a few fluids are, where no axis is long."""
+    """Return the axes along which points are neighbours: the long ones, or all where none is."""
     dims = [str(dim) for dim in ds["regime"].dims]
     near = [d for d in dims if d != DIRECTION and not (d == CASE and is_scattered(ds, d))]
     long = [dim for dim in near if ds.sizes[dim] > MANY]
@@ -82,7 +82,7 @@ def _axes_with_neighbours(ds: xr.Dataset) -> list[int]:
 
 
 def _both_sides(boundaries: list[Numbers], most: int) -> Numbers:
-    """At most `most` numbers of evenly chosen pairs; a short boundary leaves room to the others."""
+    """Return at most `most` points of all boundaries; a short one leaves room to the others."""
     chosen = np.empty(0, dtype=np.int64)
     for left, pairs in enumerate(sorted(boundaries, key=len)):
         room = (most - chosen.size) // (len(boundaries) - left)

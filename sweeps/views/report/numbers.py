@@ -51,7 +51,7 @@ def parameters_of(ds: xr.Dataset) -> list[str]:
 
 
 def is_of_kinds(ds: xr.Dataset, name: str) -> bool:
-    """Whether a variable has kinds or counts, of which there are some and not too many."""
+    """Return whether a variable has kinds or counts, of which there are some and not too many."""
     return is_discrete(ds, name) and bool(codes_in(ds, name))
 
 
@@ -118,7 +118,7 @@ def called(ds: xr.Dataset, name: str) -> str:
 
 
 def _is_word(quantity: Quantity, words: str) -> bool:
-    """Whether the symbol of a variable is a word that says less than its name."""
+    """Return whether the symbol of a variable is a word that says less than its name."""
     return plain(quantity.symbol).replace("_", " ") in words
 
 

@@ -44,7 +44,7 @@ class View:
 
     @property
     def label(self) -> str:
-        """What it is called where it is chosen."""
+        """Return what it is called where it is chosen."""
         return f"{self.kind} over {' and '.join(symbol_of(n) for n in (self.across, self.up) if n)}"
 
     def choice(self, variable: str, scale: str) -> Choice:
