@@ -97,7 +97,7 @@ def fixed_parameters(ds: xr.Dataset) -> str:
 
 
 def readout_table(ds: xr.Dataset, parameters: Sequence[str], variables: Sequence[str]) -> str:
-    """Return a table of the numbers of a point, which the script of the page fills in this order."""
+    """Return a table of the numbers of a point, which the script of the page fills in order."""
     rows = [
         f'<tr class="parameter"><th>{_called(ds, name)}</th><td></td></tr>' for name in parameters
     ]

@@ -111,6 +111,11 @@ function mark(sheet, name, places) {
   sourceOf(sheet, name).data = { x: spots.map(([x]) => x), y: spots.map(([, y]) => y) };
 }
 
+// NaN is none of them.
+function indexOfLeast(distances) {
+  return distances.reduce((best, one, at) => (one < distances[best] || Number.isNaN(distances[best]) ? at : best), 0);
+}
+
 // The place that the mouse means: the cell under it, else the nearest point, as it is seen.
 function placeAt(sheet, x, y) {
   const cell = ({ edges }, value) => edges.slice(1, -1).filter((edge) => edge <= value).length;
@@ -120,15 +125,14 @@ function placeAt(sheet, x, y) {
   }
   const { x_range, y_range } = model(sheet.figure);
   const far = (a, b, { start, end }, log) => (log ? Math.log(a / b) / Math.log(end / start) : (a - b) / (end - start));
-  const nearest = (distances) => distances.reduce((best, one, at) => (one < (distances[best] || Infinity) ? at : best), 0);
   if (sheet.kind === "curves") {
     const places = placesOfCurves(sheet, state.place, cell(sheet.x, x));
-    return places[nearest(places.map((place) => Math.abs(far(spotOf(sheet, place)[1], y, y_range, state.log))))];
+    return places[indexOfLeast(places.map((place) => Math.abs(far(spotOf(sheet, place)[1], y, y_range, state.log))))];
   }
   const { x: xs, y: ys } = sourceOf(sheet, "cells").data;
   const [logX, logY] = sheet.log;
   const distances = Array.from(xs, (_, at) => Math.hypot(far(xs[at], x, x_range, logX), far(ys[at], y, y_range, logY)));
-  return state.place.with(sheet.axis, nearest(distances));
+  return state.place.with(sheet.axis, indexOfLeast(distances));
 }
 
 // --- words; whatever of them is text of the file was escaped in Python ---
