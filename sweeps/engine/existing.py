@@ -112,19 +112,19 @@ class ExistingPoints:
 
     def warnings(self, target: Target) -> list[str]:
         """Return a line for values of the new grid that nearly are old ones, and one for losses."""
-        told = []
+        lines = []
         if near := near_duplicates(self.grid, target.grid):
             listed = "; ".join(near[:_NAMED]) + ("; ..." if len(near) > _NAMED else "")
-            told.append(
+            lines.append(
                 f"values that differ by less than 1e-9 from those of {self.name} are other "
                 f"points: {listed}"
             )
         if self.foreign:
-            told.append(
+            lines.append(
                 f"{self.name} has variables that stickslip did not write and that are not carried "
                 f"over: {', '.join(self.foreign)}"
             )
-        return told
+        return lines
 
     def carried(self, grid: Grid, drop: Drop | None = None) -> Points:
         """Yield the points that a grid has too, by their numbers there, but those to be dropped."""
@@ -340,8 +340,8 @@ def _points_of_file(path: Path, chunks: Chunks, seal: str, key: bytes) -> Points
             for number in range(len(chunks)):
                 rows = read_rows(file, chunks, number, digests)
                 status = rows[:, STATUS]
-                there = np.flatnonzero(~np.isnan(status) & (status != Status.INTERPOLATED))
-                yield chunks.range(number)[0] + there, rows[there]
+                finished = np.flatnonzero(~np.isnan(status) & (status != Status.INTERPOLATED))
+                yield chunks.range(number)[0] + finished, rows[finished]
     except DAMAGE as error:
         raise _damaged(path) from error
     if data_sha256(key, digests.hexadecimal()) != seal:

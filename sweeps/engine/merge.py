@@ -111,8 +111,8 @@ def _common_target(sources: list[ExistingPoints], first: Path) -> Target:
                 f"{', '.join(found.foreign)}"
             )
         if not found.fits(target):
-            told = "\n  ".join(found.differences(target))
-            raise RefusalError(f"{found.name} was computed otherwise than {first}:\n  {told}")
+            lines = "\n  ".join(found.differences(target))
+            raise RefusalError(f"{found.name} was computed otherwise than {first}:\n  {lines}")
         if found.config.resolved_yaml() != target.config.resolved_yaml():
             raise RefusalError(f"{found.name} is the result of another config than {first}")
     return target
@@ -120,17 +120,17 @@ def _common_target(sources: list[ExistingPoints], first: Path) -> Target:
 
 def _agreeing(sources: list[ExistingPoints], size: int) -> Iterator[tuple[Indices, Rows]]:
     """Yield the points of all sources; raises RefusalError where two disagree about one."""
-    there, sums = np.zeros(size, dtype=bool), np.zeros(size, dtype=np.uint64)
+    done, sums = np.zeros(size, dtype=bool), np.zeros(size, dtype=np.uint64)
     for found in sources:
         for indices, rows in found.points():
             checks = _checksums(rows)
-            twice = there[indices]
+            twice = done[indices]
             if (sums[indices[twice]] != checks[twice]).any():
                 raise RefusalError(
                     f"{found.name} has other numbers for points that an earlier file holds too; "
                     "one of the two was not computed like the other"
                 )
-            there[indices], sums[indices] = True, checks
+            done[indices], sums[indices] = True, checks
             yield indices, rows
 
 
@@ -153,11 +153,11 @@ def _refuse_gaps(journal: Journal, sources: list[ExistingPoints]) -> None:
 
 def _missing_parts(sources: list[ExistingPoints]) -> str:
     """Return which parts are missing, where the files are parts of one array; else nothing."""
-    given = [found.part for found in sources]
-    if not all(given) or len({text.partition("/")[2] for text in given}) != 1:
+    parts = [found.part for found in sources]
+    if not all(parts) or len({text.partition("/")[2] for text in parts}) != 1:
         return ""
-    count = Part.parse(given[0]).of
-    lacking = [text for n in range(1, count + 1) if (text := f"{n}/{count}") not in given]
+    count = Part.parse(parts[0]).of
+    lacking = [text for n in range(1, count + 1) if (text := f"{n}/{count}") not in parts]
     if not lacking:
         return ""
     listed = ", ".join(itertools.islice(lacking, _NAMED)) + (" ..." if lacking[_NAMED:] else "")

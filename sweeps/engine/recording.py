@@ -36,8 +36,8 @@ class Recorder:
         self._journal, self._folder, self._counts = journal, folder, counts
         self._console, self._stop = console, stop
 
-    def compute(self, target: Target, asked: NDArray[np.bool_]) -> None:
-        """Compute what the journal lacks of the points (size,) that are asked for, unless stopped.
+    def compute(self, target: Target, needed: NDArray[np.bool_]) -> None:
+        """Compute what the journal lacks of the points (size,) that are needed, unless stopped.
 
         Raises StorageError where the journal cannot be written, ExecutorError.
         """
@@ -52,7 +52,7 @@ class Recorder:
             counts.begin(lambda: executor.slots, stop)
             stack.enter_context(self._folder.beating(lambda: self._beat(config.execution)))
             blocks = missing_blocks(
-                config, target.grid, asked, self._journal, executor, counts, stop
+                config, target.grid, needed, self._journal, executor, counts, stop
             )
             self._record(blocks)
 

@@ -90,10 +90,10 @@ def _lacks_needed(found: ExistingPoints, written: Written, target: Target) -> bo
     """Return whether points that are asked for are not in a file."""
     if target.part is None or not written.statuses[Status.PENDING]:
         return bool(written.statuses[Status.PENDING])
-    there = np.zeros(target.grid.size, dtype=bool)
+    done = np.zeros(target.grid.size, dtype=bool)
     for indices, _ in found.points():
-        there[indices] = True
-    return bool((target.needed & ~there).any())
+        done[indices] = True
+    return bool((target.needed & ~done).any())
 
 
 def _continues(manifest: Manifest, target: Target, output: Path, policy: ExistingPolicy) -> bool:

@@ -34,14 +34,14 @@ def options_of(config: Config) -> Options:
         window=config.stationary.window,
         accelerate=config.stationary.accelerate,
         noise=config.noise.treatment,
-        seed=_given(config.noise.seed, DEFAULTS.seed),
-        realizations=_given(config.noise.realizations, DEFAULTS.realizations),
+        seed=_or_default(config.noise.seed, DEFAULTS.seed),
+        realizations=_or_default(config.noise.realizations, DEFAULTS.realizations),
         friction=config.film.friction,
         strain=config.film.strain,
     )
 
 
-def _given(value: int | None, default: int) -> int:
+def _or_default(value: int | None, default: int) -> int:
     return default if value is None else value
 
 

@@ -84,7 +84,7 @@ def listening(stop: Stop) -> Iterator[None]:
         yield
         return
 
-    def hear(number: int, _: FrameType | None) -> None:
+    def handle(number: int, _: FrameType | None) -> None:
         from_keyboard = number == signal.SIGINT
         code = Exit.INTERRUPTED if from_keyboard else Exit.STOPPED
         if stop.reason:
@@ -98,7 +98,7 @@ def listening(stop: Stop) -> Iterator[None]:
         _write(f"{stop.reason}: {_awaited(stop, 'Ctrl-C' if from_keyboard else 'signal')}")
 
     heeded = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
-    before = {number: signal.signal(number, hear) for number in heeded}
+    before = {number: signal.signal(number, handle) for number in heeded}
     try:
         yield
     finally:

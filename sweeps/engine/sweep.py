@@ -85,15 +85,15 @@ def sweep(
         prepared = prepare_journal(target, folder, policy)
         with closing(prepared.journal) as journal:
             result = JournaledResult(target, journal, folder, before)
-            asked = target.needed | journal.done  # points of other parts are kept
-            counts = Counts(int(np.count_nonzero(asked)), journal)
+            needed = target.needed | journal.done  # points of other parts are kept
+            counts = Counts(int(np.count_nonzero(needed)), journal)
             recorder = Recorder(journal, folder, counts, console, stop)
             _announce(target, prepared, counts, console)
             _require_room(folder, counts)
             result.try_writing()
             for _ in range(_RECOVERIES):
                 if counts.left:
-                    recorder.compute(target, asked)
+                    recorder.compute(target, needed)
                 if counts.left:
                     return _stopped(result, recorder, counts, stop)
                 try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ import joblib
 import numpy as np
 import pytest
 import xarray as xr
+from support.sweeps.processes import Running
 from support.sweeps.workers import HERE, POISON, needs_dask, poisoned_block
 
 from stickslip import Parameters, Status, stationary_orbit
@@ -224,6 +226,26 @@ def test_the_kernels_are_compiled_before_the_workers_begin(
     watched(threads, "compute_block")
     run(executed(workers=2, block_points=5))
     assert order == ["compile_kernels", "compute_block", "compute_block"]
+
+
+@pytest.mark.slow
+def test_ctrl_c_does_not_wait_for_blocks_in_flight() -> None:
+    code = (
+        "import time\n"
+        "from sweeps import run\n"
+        "from sweeps.engine.executors import threads\n"
+        "def stuck(task):\n"
+        "    print('ready', flush=True)\n"
+        "    time.sleep(1000)\n"
+        "threads.compute_block = stuck\n"
+        "run({})\n"
+    )
+    child = Running("-c", code)
+    child.says("ready\n")
+    child.signal(signal.SIGINT)
+    ended, _, err = child.ended()
+    assert ended == -signal.SIGINT
+    assert err.endswith("KeyboardInterrupt\n")
 
 
 # --- on the way ---

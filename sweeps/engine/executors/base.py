@@ -121,15 +121,15 @@ class Executor(ABC):
 
     def _next(self, finished: Finished, stop: Stop) -> Future[Block] | None:
         """Return the next finished one; None where a stop is requested and no worker is there."""
-        asked = time.monotonic()
+        since = time.monotonic()
         while True:
             with contextlib.suppress(queue.Empty):
                 return finished.get(timeout=_LOOK_SECONDS)
-            if time.monotonic() - asked < _SILENCE_SECONDS:
+            if time.monotonic() - since < _SILENCE_SECONDS:
                 continue
             if self.is_deserted() and stop.requested:
                 return None
-            asked = time.monotonic()
+            since = time.monotonic()
 
 
 def first_line(error: BaseException) -> str:

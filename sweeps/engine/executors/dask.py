@@ -76,10 +76,10 @@ class ClusterExecutor(Executor):
         """
         import asyncio  # takes a hundredth of a second, of every command
 
-        there = self._client.submit(
+        handle = self._client.submit(
             pickle.loads, pickle.dumps(SealedTask(compute_on_cluster, task)), pure=False
         )
-        fetched = self._client.gather(there, asynchronous=True)
+        fetched = self._client.gather(handle, asynchronous=True)
         return asyncio.run_coroutine_threadsafe(fetched, self._client.loop.asyncio_loop)
 
     def is_deserted(self) -> bool:

@@ -65,12 +65,12 @@ def start_after(points: NDArray[np.float64], options: Options) -> NDArray[np.flo
     are none. The states along a line are remembered: it is computed once for all of its points.
     """
     state, keys = np.full(len(final_columns(options.physics)), np.nan), _keys(points, options)
-    there = max((n for n, key in enumerate(keys, start=1) if key in _KNOWN), default=0)
-    state = _KNOWN[keys[there - 1]] if there else state
+    known = max((n for n, key in enumerate(keys, start=1) if key in _KNOWN), default=0)
+    state = _KNOWN[keys[known - 1]] if known else state
     if len(_KNOWN) > _MOST_KNOWN:
         _KNOWN.clear()
-    followed = _followed(points[None, there:], options, state[None])
-    for key, (_, states) in zip(keys[there:], followed, strict=True):
+    followed = _followed(points[None, known:], options, state[None])
+    for key, (_, states) in zip(keys[known:], followed, strict=True):
         state = _KNOWN[key] = states[0]
     return state
 

@@ -77,7 +77,7 @@ class Refinement:
         inner = tuple(grid.shape[axis] for axis in axes)
         moved = np.moveaxis(np.arange(grid.size).reshape(grid.shape), axes, range(-len(axes), 0))
         self._numbers = moved.reshape(-1, *inner)
-        self._asked = np.zeros(self._numbers.shape, dtype=bool)
+        self._chosen = np.zeros(self._numbers.shape, dtype=bool)
         self._limit = np.inf if refine.miss is None else refine.miss
         self._floors = _floors(grid)[self._numbers]
         self._levels = [
@@ -92,9 +92,9 @@ class Refinement:
         needs is there.
         """
         while True:
-            self._ask()
+            self._choose()
             needed = np.zeros(self._numbers.size, dtype=bool)
-            needed[self._numbers[self._asked]] = True
+            needed[self._numbers[self._chosen]] = True
             rows = rows_of()
             if np.isnan(rows[needed, _STATUS]).any():
                 yield needed
@@ -113,13 +113,13 @@ class Refinement:
 
     # --- which points ---
 
-    def _ask(self) -> None:
-        """Ask for the corners and the middle of each cell that is looked at."""
+    def _choose(self) -> None:
+        """Choose the corners and the middle of each cell that is looked at."""
         for level in self._levels:
             half = level.stride // 2
             offsets = list(itertools.product((0, level.stride), repeat=self._axes))
             for offset in [*offsets, *([(half,) * self._axes] if half else [])]:
-                self._asked[self._at(level, offset)] |= level.active
+                self._chosen[self._at(level, offset)] |= level.active
 
     def _cut(self, rows: Rows) -> bool:
         """Cut the cells whose values disagree; whether there were any."""
@@ -151,13 +151,13 @@ class Refinement:
         corners = self._corners(level, amplitudes)
         for offset in itertools.product(range(level.stride + 1), repeat=self._axes):
             place = self._at(level, offset)
-            there = self._asked[place] & whole
-            if not there.any():
+            computed = self._chosen[place] & whole
+            if not computed.any():
                 continue
-            bad |= there & (kinds[place] != own)
+            bad |= computed & (kinds[place] != own)
             expected = _blend(corners, offset, level.stride)
             miss = _part(amplitudes[place] - expected, amplitudes[place], self._floors[place])
-            np.maximum(level.misses, np.where(there, miss, 0.0), out=level.misses)
+            np.maximum(level.misses, np.where(computed, miss, 0.0), out=level.misses)
         return np.asarray(whole & (bad | (level.misses > self._limit)))
 
     # --- what is left ---
@@ -173,7 +173,7 @@ class Refinement:
         first = next(iter(corners.values()))
         for offset in itertools.product(range(level.stride + 1), repeat=self._axes):
             place = self._at(level, offset)
-            missing = whole & ~self._asked[place]
+            missing = whole & ~self._chosen[place]
             if not missing.any():
                 continue
             values = _blend(corners, offset, level.stride)

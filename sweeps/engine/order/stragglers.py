@@ -60,13 +60,13 @@ class Stragglers:
     def together(self) -> NDArray[np.int64] | None:
         """Return points to compute together, as long as it takes; None while they are too few."""
         enough = min(max(self._costs.points_in(_SECONDS), _FEWEST), self._most)
-        return self._given(enough) if len(self._waiting) >= enough else None
+        return self._taken(enough) if len(self._waiting) >= enough else None
 
     def rest(self, slots: int) -> list[NDArray[np.int64]]:
         """Share out all that wait among so many slots, where no others can come."""
         share = max(1, min(self._most, -(-len(self._waiting) // max(slots, 1))))
-        return [self._given(share) for _ in range(0, len(self._waiting), share)]
+        return [self._taken(share) for _ in range(0, len(self._waiting), share)]
 
-    def _given(self, count: int) -> NDArray[np.int64]:
-        given, self._waiting = self._waiting[:count], self._waiting[count:]
-        return np.sort(np.array(given, dtype=np.int64))
+    def _taken(self, count: int) -> NDArray[np.int64]:
+        taken, self._waiting = self._waiting[:count], self._waiting[count:]
+        return np.sort(np.array(taken, dtype=np.int64))
