@@ -49,8 +49,9 @@ def page(
 
 def _document_of(roots: Iterable[Model]) -> dict[str, Any]:
     document = Document()
-    for root in roots:
-        document.add_root(root)
+    with document.models.freeze():  # or all models would be looked for with each root
+        for root in roots:
+            document.add_root(root)
     return dict(document.to_json(deferred=False))
 
 
