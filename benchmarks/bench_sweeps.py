@@ -147,8 +147,9 @@ def regimes(quick: bool) -> dict[str, Any]:
     config = read_config(shipped_config("regimes"), COARSE_MAP if quick else ())
     grid, options = Grid.from_config(config), options_of(config)
     compile_kernels(options, grid)
-    full, full_seconds = timed(lambda: compute(grid, options, workers=WORKERS))
-    refined, seconds = timed(lambda: compute(grid, options, refine=config.refine, workers=WORKERS))
+    unrefined = config.model_copy(update={"refine": None})
+    full, full_seconds = timed(lambda: compute(unrefined, workers=WORKERS))
+    refined, seconds = timed(lambda: compute(config, workers=WORKERS))
     result = {"points": grid.size, "full_seconds": full_seconds, "refined_seconds": seconds}
     result |= _compared(full, refined)
     print(result)

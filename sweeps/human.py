@@ -1,11 +1,34 @@
-"""Numbers, errors and near misses as people write them: durations, sizes, reasons, spellings."""
+"""What people read: durations, sizes, reasons, spellings as they write them, and where it goes."""
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 from collections.abc import Iterable
+from typing import Any, TextIO
 
 _LONGEST_NAME = 60  # letters that are compared: a pasted page would take difflib for ever
+
+
+class Messages:
+    """A stream for messages: where it is closed, full or without a reader, they are lost."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        """Write, or not."""
+        with contextlib.suppress(OSError, ValueError):  # ValueError: it is closed
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Have it written, or not."""
+        with contextlib.suppress(OSError, ValueError):
+            self._stream.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
 
 
 def duration(seconds: float) -> str:

@@ -192,17 +192,27 @@ def _computed_figure(plan: _Planned, folder: Path, workers: int | None, *, progr
 
 
 def _write_phases(config: Config, path: Path) -> None:
-    from sweeps.engine.phases import phases
+    """Write the free energy and the phases at the temperatures of a config's only axis."""
+    from stickslip.phases import PAPER_STRAIN, phase_diagram
+    from sweeps.files.attributes import add_provenance
     from sweeps.files.datasets import write_dataset
 
-    write_dataset(phases(config), path)
+    strain = config.plot.elastic_strain
+    diagram = phase_diagram(
+        config.parameters(),
+        temperatures=config.sweep["temperature"],
+        strain=PAPER_STRAIN if strain is None else strain,
+    )
+    summary = "Free energy of a boundary lubricant film, and where it melts and solidifies"
+    title = config.title or "Phases of a film"
+    write_dataset(add_provenance(diagram, config, title, summary), path)
     print(path)
 
 
 def _write_trajectories(config: Config, path: Path, *, progress: bool) -> None:
     """Write the trajectory of a config or, if it has an axis, one for each of its values."""
     from stickslip import IntegrationError, NoiseError
-    from sweeps.engine.progress.compiling import Compiling
+    from sweeps.engine.progress import Compiling
     from sweeps.engine.signals import interruptible
     from sweeps.engine.trajectories import trajectories, trajectory
     from sweeps.files.datasets import write_dataset

@@ -40,7 +40,7 @@ def replay(
     The values are compared with those of the file; with the same version on the same type of
     processor they agree bit for bit. An older replay of the file is replaced.
     """
-    from sweeps.engine.progress.compiling import Compiling
+    from sweeps.engine.progress import Compiling
     from sweeps.files.datasets import open_result, readable, write_dataset
     from sweeps.views.points import point_of
 

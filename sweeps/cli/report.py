@@ -14,7 +14,7 @@ from sweeps.cli.shared import NoProgressOption, WorkersOption, say, stop_with
 from sweeps.exits import Exit
 
 if TYPE_CHECKING:
-    from sweeps.engine.progress.compiling import Compiling
+    from sweeps.engine.progress import Compiling
 
 _SECONDS_BETWEEN_LINES = 5.0
 
@@ -41,7 +41,7 @@ def report(
     provenance (docs/report.md shows one). An older page is replaced.
     """
     from sweeps.engine.existing import seal_note
-    from sweeps.engine.progress.compiling import Compiling
+    from sweeps.engine.progress import Compiling
     from sweeps.engine.signals import interruptible
     from sweeps.files.atomic import refuse_odd_output
     from sweeps.files.datasets import open_result, require_writable

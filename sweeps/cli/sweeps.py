@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import os
 import shlex
 import sys
@@ -136,7 +135,7 @@ def plan(
     """Estimate a sweep: points, blocks, bytes, and the time, from a pilot sample."""
     from sweeps.cli.output import print_plan
     from sweeps.engine.plan import plan as make_plan
-    from sweeps.engine.progress.compiling import Compiling
+    from sweeps.engine.progress import Compiling
     from sweeps.engine.signals import interruptible
 
     config = checked_config(file, [*(set_ or []), *execution_changes(workers, backend, scheduler)])
@@ -196,12 +195,10 @@ def sweep_and_report(
         if progress or line.startswith("warning"):
             say(line)
 
-    on_terminal = progress and sys.stdin.isatty() and sys.stderr.isatty()
-    confirm = functools.partial(typer.confirm, default=True, err=True) if on_terminal else None
     outcome = run_sweep(
         config,
         path,
-        console=Console(tell, confirm, progress),
+        console=Console(tell, progress),
         policy=policy,
         stop=stop,
         partial=partial,

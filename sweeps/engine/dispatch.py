@@ -3,26 +3,49 @@
 from __future__ import annotations
 
 import threading
-from collections import deque
 from collections.abc import Iterator
 from dataclasses import replace
+from importlib import import_module
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.options import Options
-from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError
-from sweeps.engine.executors.worker import Block, Task, failed_block, is_answer, task_of
-from sweeps.engine.order.cut import blocks_of
+from sweeps.config.schema import Execution
+from sweeps.engine.counts import InFlight
+from sweeps.engine.executors.base import Executor, WorkersLostError
+from sweeps.engine.executors.worker import Block, Task, failed_block, task_of
 from sweeps.engine.order.follow import Lines
 from sweeps.engine.order.product import Blocks
 from sweeps.engine.order.stragglers import Stragglers
-from sweeps.engine.progress.in_flight import InFlight
 from sweeps.engine.signals import Stop
+from sweeps.executor_table import EXECUTORS
 from sweeps.grid import Grid
 
 # A worker may die for reasons of its own, such as a machine that is taken away.
 _DEATHS_OF_A_POINT = 3
+
+
+def make_executor(execution: Execution) -> Executor:
+    """Make the executor that a config asks for; entering it may raise ExecutorError."""
+    module = import_module(f"sweeps.engine.executors.{EXECUTORS[execution.backend].module}")
+    executor: Executor = module.executor_for(execution)
+    return executor
+
+
+def blocks_of(
+    grid: Grid,
+    done: NDArray[np.bool_],
+    slots: int,
+    *,
+    seconds: float = 1.0,
+    block_points: int | None = None,
+) -> Blocks | Lines:
+    """Cut blocks of points, or of whole lines where an axis is followed; arguments as `Blocks`."""
+    if grid.followed:
+        return Lines(grid, done, slots)
+    return Blocks(done, slots, seconds=seconds, block_points=block_points)
 
 
 def finished_blocks(
@@ -31,41 +54,34 @@ def finished_blocks(
     done: NDArray[np.bool_],
     executor: Executor,
     stop: Stop,
+    in_flight: InFlight,
     *,
     block_points: int | None = None,
-    pilot: int = 0,
-    in_flight: InFlight | None = None,
 ) -> Iterator[Block]:
-    """The points of a grid that are not done, computed, block by block as they are finished.
+    """Compute the points of a grid that are not done, and yield blocks as they are finished.
 
     After a request to stop no further block is begun, and those in flight still come. Where workers
-    die, the blocks in flight are given again one at a time and in ever smaller pieces, until the
+    die, the blocks in flight are computed again one at a time and in ever smaller pieces, until the
     point, or the line, is alone that no worker survives; it gets the status `failed`. `in_flight`
-    always knows which tasks have not come back.
-
-    Raises ExecutorError where something else than a block comes back.
+    always knows which tasks have not come back. Raises ExecutorError.
     """
-    seconds = executor.block_seconds
-    blocks = blocks_of(
-        grid, done, executor.slots, seconds=seconds, block_points=block_points, pilot=pilot
-    )
-    in_flight = in_flight or InFlight()
+    seconds, slots = executor.block_seconds, executor.slots
+    blocks = blocks_of(grid, done, slots, seconds=seconds, block_points=block_points)
     stragglers = Stragglers(block_points, ever=not grid.followed)
     tasks = _Tasks(grid, options, blocks, stragglers, executor, stop, in_flight)
-    suspects: list[Task] | None = []
-    while suspects is not None:
-        yield from _one_at_a_time(suspects, executor, stop, in_flight)
-        suspects = None
+    # There may be tasks again after there was none: those of points that came back as late.
+    while (first := next(tasks, None)) is not None:
         try:
-            for block in executor.blocks(tasks, stop):
+            for block in executor.blocks(chain([first], tasks), stop):
                 if len((finished := tasks.finished(block)).indices):
                     yield finished
         except WorkersLostError:
-            suspects = [replace(task, patience=0) for task in in_flight.clear()]
+            for task in in_flight.clear():
+                yield from _suspect(replace(task, patience=0), executor, stop, in_flight)
 
 
 class _Tasks:
-    """The tasks of a sweep, taken by several threads."""
+    """The tasks of a sweep; the threads of an executor may take them too."""
 
     def __init__(
         self,
@@ -97,7 +113,7 @@ class _Tasks:
             return task
 
     def _next(self) -> Task:
-        """Late points where there are enough of them, else a block of the cut, then the rest.
+        """Take late points where there are enough of them, else a block of the cut, then the rest.
 
         Raises StopIteration where nothing can be begun before blocks in flight come back.
         """
@@ -114,53 +130,35 @@ class _Tasks:
         return task_of(self._grid, late, self._options)
 
     def finished(self, block: Block) -> Block:
-        """What is finished of a block; raises ExecutorError where it is that of no task."""
-        task = self._in_flight.end(_first_point(block))
-        _require_answer(block, task)
-        if task is not None:
-            late = int(task.indices[0]) in self._late
+        """Take in a block that has come back; returns it without the points that are late."""
+        with self._lock:
+            self._in_flight.end(block)
+            late = int(block.indices[0]) in self._late
             learning = self._stragglers if late else self._blocks
             learning.learn(len(block.indices), block.seconds)
-        return block.part(self._stragglers.finished(block.indices, block.results))
+            return block.part(self._stragglers.finished(block.indices, block.results))
 
 
-def _one_at_a_time(
-    suspects: list[Task], executor: Executor, stop: Stop, in_flight: InFlight
-) -> Iterator[Block]:
-    waiting, deaths = deque(suspects), 0
-    while waiting and not stop.requested:
-        task = waiting.popleft()
+def _suspect(task: Task, executor: Executor, stop: Stop, in_flight: InFlight) -> Iterator[Block]:
+    """Compute a task that may have killed its worker, and nothing beside it."""
+    deaths, reason = 0, ""
+    while deaths < _DEATHS_OF_A_POINT:
+        if stop.requested:
+            return
         in_flight.begin(task)
         try:
             for block in executor.blocks(iter([task]), stop):
-                _require_answer(block, in_flight.end(_first_point(block)))
+                in_flight.end(block)
                 yield block
-            deaths = 0
+            return
         except WorkersLostError as error:
             in_flight.clear()
             if len(task.indices) > task.line:
-                waiting.extendleft(reversed(_halves(task)))
-                continue
-            deaths += error.deaths
-            if deaths < _DEATHS_OF_A_POINT:
-                waiting.appendleft(task)
-            else:
-                deaths = 0
-                yield failed_block(task, str(error))
-
-
-def _first_point(block: object) -> int:
-    """The number of the first point of a block; -1 for what is none."""
-    return int(block.indices[0]) if isinstance(block, Block) and len(block.indices) else -1
-
-
-def _require_answer(block: object, task: Task | None) -> None:
-    """Raise ExecutorError where something else came back than the block of a task."""
-    if task is None or not is_answer(block, task):
-        raise ExecutorError(
-            "what came back from a worker is not the block that was asked for; what is finished is "
-            "kept, and the same command resumes"
-        )
+                for half in _halves(task):
+                    yield from _suspect(half, executor, stop, in_flight)
+                return
+            deaths, reason = deaths + error.deaths, str(error)
+    yield failed_block(task, reason)
 
 
 def _halves(task: Task) -> list[Task]:

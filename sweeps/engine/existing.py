@@ -63,7 +63,7 @@ class Target:
 
     @classmethod
     def of(cls, config: Config, part: Part | None = None) -> Target:
-        """What this config asks for; raises RefusalError for parts of a refined grid."""
+        """Return what this config asks for; raises RefusalError for parts of a refined grid."""
         if part is not None and config.refine is not None:
             raise RefusalError(
                 "a refined grid has no parts: which points are computed depends on all of the "
@@ -78,7 +78,7 @@ class Target:
         return self.part.points(self.grid) if self.part else np.ones(self.grid.size, dtype=bool)
 
     def failed(self, indices: NDArray[np.int64], rows: Rows) -> NDArray[np.bool_]:
-        """Which points (n,) with rows (n, columns) are asked for and did not end ok."""
+        """Return which points (n,) with rows (n, columns) are asked for and did not end ok."""
         ok = np.isin(rows[:, STATUS], [status for status in Status if status.is_result])
         return np.asarray(~ok & self.needed[indices])
 
@@ -103,7 +103,7 @@ class ExistingPoints:
     history: str = ""
 
     def fits(self, target: Target) -> bool:
-        """Whether the points are what the target would compute again."""
+        """Return whether the points are what the target would compute again."""
         return self.settings == target.settings
 
     def differences(self, target: Target) -> list[str]:
@@ -111,7 +111,7 @@ class ExistingPoints:
         return differences(self.settings, target.settings)
 
     def warnings(self, target: Target) -> list[str]:
-        """One line where values of the new grid nearly are old ones, and one for what is lost."""
+        """Return a line for values of the new grid that nearly are old ones, and one for losses."""
         told = []
         if near := near_duplicates(self.grid, target.grid):
             listed = "; ".join(near[:_NAMED]) + ("; ..." if len(near) > _NAMED else "")
@@ -127,7 +127,7 @@ class ExistingPoints:
         return told
 
     def carried(self, grid: Grid, drop: Drop | None = None) -> Points:
-        """The points that a grid has too, by their numbers there, but those to be dropped."""
+        """Yield the points that a grid has too, by their numbers there, but those to be dropped."""
         usable = self._usable(grid, drop)
         for indices, rows in self.points():
             numbers = self.grid.counterparts(indices, grid)
@@ -139,7 +139,7 @@ class ExistingPoints:
             yield numbers[kept], rows[kept]
 
     def _usable(self, grid: Grid, drop: Drop | None) -> NDArray[np.bool_] | None:
-        """Which points of followed lines (n,) a grid would follow in the same way; None: all.
+        """Return which points (n,) of followed lines a grid would follow alike; None: all.
 
         What follows a point that is dropped is computed anew with it.
         """
@@ -242,7 +242,7 @@ def found_in_journal(path: Path, manifest: dict[str, Any]) -> ExistingPoints:
 
 
 def found_beside(folder: RunFolder) -> list[ExistingPoints]:
-    """All finished points for an output; raises RefusalError and StorageError."""
+    """Return all finished points for an output; raises RefusalError and StorageError."""
     manifest = readable_manifest(folder.journal)
     found = [found_in_journal(folder.journal, manifest)] if manifest else []
     if folder.output.exists() and not (manifest and manifest["afresh"]):
@@ -251,7 +251,7 @@ def found_beside(folder: RunFolder) -> list[ExistingPoints]:
 
 
 def seal_note(path: Path) -> str:
-    """A sentence where a sweep's result does not hold what its seal says; empty for all else."""
+    """Return a sentence where a sweep's result does not hold what its seal says, else nothing."""
     try:
         found_in_file(path)
     except StorageError:
@@ -303,7 +303,7 @@ def _damaged(path: Path) -> StorageError:
 
 
 def _described(file: netCDF4.Dataset) -> dict[str, Any]:
-    """The config of a result file, its axes taken from the coordinates.
+    """Return the config of a result file, its axes taken from the coordinates.
 
     They are many numbers where the YAML parser would take long, and what the file really holds.
     """
@@ -329,7 +329,7 @@ def _config_of(described: Callable[[], dict[str, Any]], path: Path) -> Config:
 
 
 def _points_of_file(path: Path, chunks: Chunks, seal: str, key: bytes) -> Points:
-    """The points of a file; raises StorageError at the end where they are not those of the seal.
+    """Yield the points of a file; at the end raises StorageError where the seal has others.
 
     The file was sound when it was opened, but much time may have passed.
     """

@@ -70,7 +70,7 @@ def merge(
 
 
 def _source(path: Path) -> ExistingPoints:
-    """The points of a file, whose complaints know no output."""
+    """Return the points of a file, whose complaints know no output."""
     if not path.exists():
         begun = (
             ": its sweep was begun and is not finished" if RunFolder(path).journal.exists() else ""
@@ -95,7 +95,7 @@ def _refuse_output(inputs: Sequence[Path], output: Path, overwrite: bool) -> Non
 
 
 def _common_target(sources: list[ExistingPoints], first: Path) -> Target:
-    """What all sources are results of; raises RefusalError where that is not one thing."""
+    """Return what all sources are results of; raises RefusalError where that is not one thing."""
     with storage_errors(f"cannot read {first}"), netCDF4.Dataset(first) as file:
         sampled = str(getattr(file, "sample", ""))
     target = Target.of(sources[0].config.model_copy(update={"sampled": sampled}))
@@ -119,7 +119,7 @@ def _common_target(sources: list[ExistingPoints], first: Path) -> Target:
 
 
 def _agreeing(sources: list[ExistingPoints], size: int) -> Iterator[tuple[Indices, Rows]]:
-    """The points of all sources; raises RefusalError where two have another row for a point."""
+    """Yield the points of all sources; raises RefusalError where two disagree about one."""
     there, sums = np.zeros(size, dtype=bool), np.zeros(size, dtype=np.uint64)
     for found in sources:
         for indices, rows in found.points():
@@ -135,7 +135,7 @@ def _agreeing(sources: list[ExistingPoints], size: int) -> Iterator[tuple[Indice
 
 
 def _checksums(rows: Rows) -> NDArray[np.uint64]:
-    """A number (n,) for the bits of each row (n, columns): another one wherever one bit differs."""
+    """Return a number (n,) for each row (n, columns), another one wherever a bit differs."""
     bits = np.ascontiguousarray(np.where(np.isnan(rows), np.nan, rows)).view(np.uint64)
     # Products with odd numbers are different for different bits, whatever overflows.
     odd = np.array([pow(3, 2 * column + 1, 1 << 64) for column in range(rows.shape[1])], np.uint64)
@@ -152,7 +152,7 @@ def _refuse_gaps(journal: Journal, sources: list[ExistingPoints]) -> None:
 
 
 def _missing_parts(sources: list[ExistingPoints]) -> str:
-    """Which parts are missing, where the files are parts of one array; else nothing."""
+    """Return which parts are missing, where the files are parts of one array; else nothing."""
     given = [found.part for found in sources]
     if not all(given) or len({text.partition("/")[2] for text in given}) != 1:
         return ""

@@ -57,10 +57,9 @@ class Outcome:
 
 @dataclass
 class Console:
-    """How a sweep prints a line, and asks; `confirm` is None where nobody can answer."""
+    """How a sweep prints a line, and whether it shows how far it is."""
 
     say: Callable[[str], None]
-    confirm: Callable[[str], bool] | None = None
     progress: bool = True
 
 
@@ -103,7 +102,7 @@ class JournaledResult:
         )
 
     def attributes(self) -> dict[str, str]:
-        """The global attributes."""
+        """Return the global attributes."""
         manifest = self.journal.manifest
         config = self.target.config
         attributes = global_attributes(config) | breaks_of(config, self.journal.statuses)

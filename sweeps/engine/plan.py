@@ -13,16 +13,15 @@ from numpy.typing import NDArray
 
 from stickslip.options import Options
 from sweeps.config.load import Config
+from sweeps.engine.dispatch import blocks_of, make_executor
 from sweeps.engine.executors.base import Executor
-from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.executors.kernels import compile_kernels
 from sweeps.engine.executors.worker import task_of
 from sweeps.engine.existing import Target, found_beside
-from sweeps.engine.order.cut import blocks_of
 from sweeps.engine.order.part import Part
 from sweeps.engine.order.product import PILOT_BLOCKS, Costs, pilot_blocks, pilot_points
 from sweeps.engine.outcome import RESULT_BYTES_PER_POINT
-from sweeps.engine.progress.compiling import SILENT, Compiling
+from sweeps.engine.progress import SILENT, Compiling
 from sweeps.engine.settings import options_of
 from sweeps.engine.signals import Stop
 from sweeps.files.journal import BYTES_PER_POINT
@@ -53,7 +52,7 @@ class Plan:
 def plan(
     config: Config, output: Path, compiling: Compiling = SILENT, part: Part | None = None
 ) -> Plan:
-    """What the sweep of a config, or a part of it, would take; keeps nothing of a pilot sample.
+    """Return what a sweep, or a part of it, would take; nothing of a pilot sample is kept.
 
     `compiling` says that kernels are compiled.
 
@@ -85,7 +84,7 @@ def plan(
 
 
 def _done(target: Target, output: Path) -> NDArray[np.bool_]:
-    """Which points are there already and would not be computed."""
+    """Return which points are there already and would not be computed."""
     done = np.zeros(target.grid.size, dtype=bool)
     for found in found_beside(RunFolder(output)):
         if found.fits(target):
@@ -95,7 +94,7 @@ def _done(target: Target, output: Path) -> NDArray[np.bool_]:
 
 
 def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Executor) -> Costs:
-    """The costs of few points and, where that takes a moment only, of blocks as a sweep has them.
+    """Return the costs of few points or, where that takes a moment only, of blocks of a sweep.
 
     Few points do not keep the lanes of a kernel busy, and seem to cost more.
     """

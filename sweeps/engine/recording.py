@@ -10,35 +10,20 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.options import Options
 from sweeps.config.schema import Execution
-from sweeps.engine.dispatch import finished_blocks
-from sweeps.engine.executors.base import Executor
-from sweeps.engine.executors.choose import make_executor
-from sweeps.engine.executors.kernels import compile_kernels
+from sweeps.engine.computing import compiled, missing_blocks
+from sweeps.engine.counts import Counts
+from sweeps.engine.dispatch import make_executor
 from sweeps.engine.executors.worker import Block
 from sweeps.engine.existing import Target
-from sweeps.engine.order.product import PILOT_BLOCKS, pilot_points
-from sweeps.engine.order.refine import Refinement, refinement_of
 from sweeps.engine.outcome import Console, Outcome
-from sweeps.engine.progress.compiling import Compiling
-from sweeps.engine.progress.counts import Counts
-from sweeps.engine.progress.display import Progress, make_progress
-from sweeps.engine.settings import options_of
-from sweeps.engine.signals import Stop, wait_for
+from sweeps.engine.progress import display_of
+from sweeps.engine.signals import Stop
 from sweeps.exits import Exit
 from sweeps.files.atomic import StorageError
 from sweeps.files.journal import Journal
 from sweeps.files.run_folder import RunFolder
-from sweeps.grid import Grid
-from sweeps.human import duration, reason
-
-# From so many points on, the first blocks are a pilot that tells the cost of the rest.
-_PILOT_FROM = 20_000
-
-_BLOCKS_TO_JUDGE = 3  # ... and of a small sweep so many
-
-_TELL_ABOVE, _ASK_ABOVE = 10.0, 3600.0  # seconds that are left
+from sweeps.human import reason
 
 
 class Recorder:
@@ -56,66 +41,23 @@ class Recorder:
 
         Raises StorageError where the journal cannot be written, ExecutorError.
         """
-        options, execution = options_of(target.config), target.config.execution
-        remote = execution.backend == "dask" and execution.scheduler
-        if not remote and not self._compiled(options, target.grid):
+        config, counts, stop = target.config, self._counts, self._stop
+        if not compiled(config, target.grid, stop, wanted=self._console.progress):
             return
-        refinement = refinement_of(target.config.refine, target.grid)
-        rounds = refinement.rounds(self._rows) if refinement else [asked]
         with ExitStack() as stack:
-            executor = stack.enter_context(make_executor(execution))
-            progress = stack.enter_context(
-                make_progress(self._counts, wanted=self._console.progress)
+            executor = stack.enter_context(make_executor(config.execution))
+            display = stack.enter_context(display_of(counts, wanted=self._console.progress))
+            stop.at_once += [executor.kill, display.stop]
+            stop.in_flight = counts.in_flight.__str__
+            counts.begin(lambda: executor.slots, stop)
+            stack.enter_context(self._folder.beating(lambda: self._beat(config.execution)))
+            blocks = missing_blocks(
+                config, target.grid, asked, self._journal, executor, counts, stop
             )
-            self._stop.at_once += [executor.kill, progress.stop]
-            self._stop.in_flight = self._counts.in_flight.__str__
-            self._counts.begin(lambda: executor.slots, self._stop)
-            stack.enter_context(self._folder.beating(lambda: self._beat(execution)))
-            for needed in rounds:
-                self._compute_round(target, options, needed, executor, progress)
-        if refinement and not self._stop.requested:
-            self._fill_in(refinement)
-
-    def _compute_round(
-        self,
-        target: Target,
-        options: Options,
-        needed: NDArray[np.bool_],
-        executor: Executor,
-        progress: Progress,
-    ) -> None:
-        """Compute what the journal lacks of the points (size,) that are needed."""
-        done = self._journal.done | ~needed
-        left = len(done) - int(np.count_nonzero(done))
-        self._counts.expect(left)
-        pilot = pilot_points(left) if left >= _PILOT_FROM else 0
-        blocks = finished_blocks(
-            target.grid,
-            options,
-            done,
-            executor,
-            self._stop,
-            block_points=target.config.execution.block_points,
-            pilot=pilot,
-            in_flight=self._counts.in_flight,
-        )
-        self._record(blocks, progress, judged=PILOT_BLOCKS if pilot else _BLOCKS_TO_JUDGE)
-
-    def _rows(self) -> NDArray[np.float64]:
-        """The result rows (size, columns) of what the journal holds, NaN where it has no point."""
-        chunks = range(len(self._journal.chunks))
-        return np.concatenate([self._journal.chunk(number).copy() for number in chunks])
-
-    def _fill_in(self, refinement: Refinement) -> None:
-        """Journal what lies between the computed points of a refined grid."""
-        numbers, rows = refinement.interpolated(self._rows())
-        with self._journaling():
-            self._journal.append(numbers, rows)
-            self._journal.flush()
-        self._counts.fill(len(numbers))
+            self._record(blocks)
 
     def outcome(self, ended: Outcome) -> Outcome:
-        """How the sweep ended, with what this run has done."""
+        """Return how the sweep ended, with what this run has done."""
         return replace(
             ended,
             computed=self._counts.computed,
@@ -124,26 +66,17 @@ class Recorder:
             suspicious=(int(self._suspicious[0]), int(self._suspicious[1])),
         )
 
-    def _compiled(self, options: Options, grid: Grid) -> bool:
-        """Compile what the grid needs; returns False where a stop was requested meanwhile."""
-        with Compiling(wanted=self._console.progress) as compiling:
-            self._stop.at_once.append(compiling.stop)
-            return wait_for(lambda: compile_kernels(options, grid), self._stop)
-
     def _beat(self, execution: Execution) -> dict[str, object]:
-        """What the heartbeat says."""
+        """Return what the heartbeat says."""
         state = "stopping" if self._stop.reason else "running"
         return self._counts.as_dict() | {"state": state, "backend": execution.backend}
 
-    def _record(self, blocks: Iterator[Block], progress: Progress, judged: int) -> None:
-        """Record all blocks; the time left is judged after so many of them."""
+    def _record(self, blocks: Iterator[Block]) -> None:
         try:
             for number, block in enumerate(blocks, start=1):
                 self._take_in(block)
                 if number == 1:
                     self._stop_if_all_fail(block)
-                if number == judged:
-                    self._judge(progress)
             with self._journaling():
                 self._journal.flush()
         except StorageError:
@@ -153,12 +86,9 @@ class Recorder:
             raise
 
     def _take_in(self, block: Block) -> None:
-        # A line is computed as a whole where one of its points is missing.
-        fresh = int(np.count_nonzero(~self._journal.done[block.indices]))
         with self._journaling():
             self._note_processor(block.processor)
             self._journal.append(block.indices, block.results)
-        self._counts.costs.learn(fresh, block.seconds)
         self._suspicious += block.suspicious
         for message in block.messages:
             self._console.say(f"warning: {message}")
@@ -188,22 +118,10 @@ class Recorder:
             )
 
     def _stop_if_all_fail(self, first: Block) -> None:
-        alone = self._counts.found == 0 and self._counts.left > 0
+        alone = self._counts.done == self._counts.computed and self._counts.left > 0
         if alone and first.failures == len(first.indices):
             self._stop.request(
                 f"all {first.failures} points of the first block failed; if that is meant, the "
                 "same command resumes",
                 code=Exit.FAILED_POINTS,
             )
-
-    def _judge(self, progress: Progress) -> None:
-        """Say how long the rest takes and, where that is long, ask whether to continue."""
-        left = self._counts.seconds_left or 0.0
-        if left < _TELL_ABOVE:
-            return
-        progress.say(f"time left: about {duration(left)}")
-        if left > _ASK_ABOVE and self._console.confirm is not None:
-            progress.stop()
-            if not self._console.confirm("Continue?"):
-                self._stop.request("declined")
-            progress.start()

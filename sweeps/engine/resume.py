@@ -46,7 +46,7 @@ class PreparedJournal:
 
 
 def prepare_journal(target: Target, folder: RunFolder, policy: ExistingPolicy) -> PreparedJournal:
-    """The journal of this computation, with every point that is there already.
+    """Return the journal of this computation, with every point that is there already.
 
     An interrupted sweep that was begun afresh is resumed when it is asked for afresh once more: the
     same command always leads to the end.
@@ -70,7 +70,7 @@ def prepare_journal(target: Target, folder: RunFolder, policy: ExistingPolicy) -
 
 
 def complete_already(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Written | None:
-    """What the output holds, if it is exactly what is asked for; it need not be touched then.
+    """Return what the output holds where that is exactly what is asked for, else None.
 
     Raises StorageError where it cannot be read; where it does not fit, `prepare_journal` says so.
     """
@@ -87,7 +87,7 @@ def complete_already(target: Target, folder: RunFolder, policy: ExistingPolicy) 
 
 
 def _lacks_needed(found: ExistingPoints, written: Written, target: Target) -> bool:
-    """Whether points that are asked for are not in a file."""
+    """Return whether points that are asked for are not in a file."""
     if target.part is None or not written.statuses[Status.PENDING]:
         return bool(written.statuses[Status.PENDING])
     there = np.zeros(target.grid.size, dtype=bool)
@@ -97,7 +97,7 @@ def _lacks_needed(found: ExistingPoints, written: Written, target: Target) -> bo
 
 
 def _continues(manifest: Manifest, target: Target, output: Path, policy: ExistingPolicy) -> bool:
-    """Whether a journal has the points of this computation, and this command left it behind."""
+    """Return whether a journal is of this computation, and this command left it behind."""
     if manifest["key"] != target.key.hex():
         return False
     if manifest["config"].get("refine") != target.config.resolved().get("refine"):
@@ -157,7 +157,7 @@ def _created(
     *,
     afresh: bool,
 ) -> PreparedJournal:
-    """A new journal with the points of the sources that the target has too."""
+    """Return a new journal with the points of the sources that the target has too."""
     manifest = manifest_of(target, folder.output, sources, afresh=afresh)
     drop = target.failed if policy.retry_failed else None
     carried = itertools.chain(*(found.carried(target.grid, drop) for found in sources))
@@ -174,7 +174,7 @@ def _created(
 def manifest_of(
     target: Target, output: Path, sources: list[ExistingPoints], *, afresh: bool
 ) -> Manifest:
-    """What a journal says of the computation whose points it holds, and of where they come from."""
+    """Return what a journal says of its computation, and of where its points come from."""
     return {
         "key": target.key.hex(),
         "config": target.config.resolved(),

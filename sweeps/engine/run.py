@@ -17,17 +17,15 @@ from sweeps.engine.executors.worker import Block
 from sweeps.engine.in_memory import run_in_memory
 from sweeps.engine.outcome import Console, Outcome
 from sweeps.engine.resume import ExistingPolicy
-from sweeps.engine.settings import read_config
+from sweeps.engine.settings import missing_scheduler, read_config
 from sweeps.engine.signals import Stop
 from sweeps.engine.sweep import sweep
 from sweeps.exits import Exit, ExpectedError
 from sweeps.files.datasets import open_result
-from sweeps.human import did_you_mean, printable
+from sweeps.human import Messages, printable
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_DECISIONS = tuple(ExistingPolicy.__dataclass_fields__)
 
 
 class StoppedError(ExpectedError, RuntimeError):
@@ -45,9 +43,10 @@ def run(
     scheduler: str | None = None,
     progress: bool = False,
     on_block: Callable[[Block], None] | None = None,
-    **existing: bool,
+    overwrite: bool = False,
+    retry_failed: bool = False,
 ) -> xr.Dataset:
-    """The result of a sweep, the same as on the command line.
+    """Return the result of a sweep, the same as on the command line.
 
     Without `output` nothing is written and nothing outlives an interruption. With it the call does
     what `stickslip sweep -o` does: it computes what the file, or the journal of an interrupted run,
@@ -74,9 +73,8 @@ def run(
     on_block
         Called, in the calling thread, with each block of points as it is finished, in any order;
         in memory only.
-    existing
-        What to do with existing results of `output`: `overwrite` or `retry_failed`, as the options
-        of `stickslip sweep`.
+    overwrite, retry_failed
+        What to do with existing results of `output`, as the options of `stickslip sweep`.
 
     Raises
     ------
@@ -92,51 +90,44 @@ def run(
     TypeError, ValueError
         An argument that is none, or has no such value.
     """
-    _refuse_unknown(existing)
     config = source if isinstance(source, Config) else read_config(source)
     execution = _execution(config.execution, workers, backend, scheduler)
     config = config.model_copy(update={"execution": execution})
     if output is None:
-        if existing:
-            raise TypeError(f"{', '.join(existing)}: there are existing results with output= only")
+        if overwrite or retry_failed:
+            raise TypeError("overwrite, retry_failed: there are existing results with output= only")
         result = run_in_memory(config, workers=workers, progress=progress, on_block=on_block)
     else:
         if on_block is not None:
             raise TypeError("on_block is called in memory only: leave out output=")
-        result = _run_into(config, Path(output), ExistingPolicy(**existing), progress)
+        result = _run_into(config, Path(output), ExistingPolicy(overwrite, retry_failed), progress)
     register_accessors()
     return result
-
-
-def _refuse_unknown(existing: Mapping[str, bool]) -> None:
-    for name in existing:
-        if name not in _DECISIONS:
-            hint = did_you_mean(name, [*_DECISIONS, "output", "workers", "backend", "progress"])
-            raise TypeError(f"run() has no argument {name!r}{hint}")
 
 
 def _execution(
     configured: Execution, workers: int | None, backend: str | None, scheduler: str | None
 ) -> Execution:
-    """Where to compute, with what is given instead of what is configured; raises ConfigError."""
+    """Return the section `execution` with what arguments say instead; raises ConfigError."""
     backend = backend or ("dask" if scheduler else None)
-    asked = {"workers": workers, "backend": backend, "scheduler": scheduler}
-    given = {name: value for name, value in asked.items() if value is not None}
     if workers is not None and workers < 0:
-        given["workers"] = joblib.effective_n_jobs(workers)
+        workers = joblib.effective_n_jobs(workers)
+    arguments = {"workers": workers, "backend": backend, "scheduler": scheduler}
+    changes = {name: value for name, value in arguments.items() if value is not None}
     kept = configured.model_dump(exclude_none=True)
     if backend not in (None, "dask"):
         kept.pop("scheduler", None)  # it belongs to dask
-    return from_mapping({"execution": kept | given}, "run()").execution
+    checks = [missing_scheduler]
+    return from_mapping({"execution": kept | changes}, "run()", checks=checks).execution
 
 
 def _run_into(config: Config, output: Path, policy: ExistingPolicy, progress: bool) -> xr.Dataset:
-    def tell(line: str) -> None:
+    def say(line: str) -> None:
         if progress or line.startswith("warning"):
-            sys.stderr.write(f"{printable(line)}\n")
+            Messages(sys.stderr).write(f"{printable(line)}\n")
 
     stop = Stop(ends_process=False)
-    console = Console(tell, progress=progress)
+    console = Console(say, progress=progress)
     outcome = sweep(config, output, console=console, policy=policy, stop=stop)
     if outcome.stopped is not None:
         _raise_stopped(outcome)
@@ -145,8 +136,9 @@ def _run_into(config: Config, output: Path, policy: ExistingPolicy, progress: bo
 
 def _raise_stopped(outcome: Outcome) -> NoReturn:
     kept = outcome.points - int(outcome.statuses[Status.PENDING])
-    told = (
+    message = (
         f"stopped: {outcome.reason}. {kept} of {outcome.points} points are kept in "
         f"{outcome.output}.run; the same call goes on from there"
     )
-    raise KeyboardInterrupt(told) if outcome.stopped is Exit.INTERRUPTED else StoppedError(told)
+    interrupted = outcome.stopped is Exit.INTERRUPTED
+    raise KeyboardInterrupt(message) if interrupted else StoppedError(message)

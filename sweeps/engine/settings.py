@@ -19,14 +19,14 @@ _CHUNK = 100_000
 
 
 def read_config(source: str | Path | Mapping[str, Any], overrides: Sequence[str] = ()) -> Config:
-    """The config in a file or a dict, checked with the physics; raises ConfigError."""
+    """Return the config in a file or a dict, checked with the physics; raises ConfigError."""
     if isinstance(source, Mapping):
-        return from_mapping(source, overrides=overrides, checks=[unstable_step])
-    return load(source, overrides, checks=[unstable_step])
+        return from_mapping(source, overrides=overrides, checks=CHECKS)
+    return load(source, overrides, checks=CHECKS)
 
 
 def options_of(config: Config) -> Options:
-    """The options of a config for `compute_orbits`."""
+    """Return the options of a config for `compute_orbits`."""
     return Options(
         **config.integrator.model_dump(),
         stationary_rtol=config.stationary.rtol,
@@ -46,7 +46,7 @@ def _given(value: int | None, default: int) -> int:
 
 
 def coarse_step(config: Config) -> Iterator[str]:
-    """Warnings of a fixed step that is unstable for some points, or inaccurate."""
+    """Yield warnings of a fixed step that is unstable for some points, or inaccurate."""
     if not _has_fixed_step(config):
         return
     dt, largest = config.integrator.dt, _largest_steps(config, Grid.from_config(config), 0)
@@ -64,7 +64,7 @@ def coarse_step(config: Config) -> Iterator[str]:
 
 
 def unstable_step(config: Config) -> Iterator[tuple[str, str]]:
-    """A fixed step that is unstable for every point of the config."""
+    """Yield a complaint about a fixed step that is unstable for every point of the config."""
     if not _has_fixed_step(config):
         return
     grid, largest = Grid.from_config(config), 0.0
@@ -80,12 +80,25 @@ def unstable_step(config: Config) -> Iterator[tuple[str, str]]:
     )
 
 
+def missing_scheduler(config: Config) -> Iterator[tuple[str, str]]:
+    """Yield a complaint where a config asks for a cluster and does not say which."""
+    if config.execution.backend == "dask" and config.execution.scheduler is None:
+        yield (
+            "execution.backend",
+            "`dask` needs the address of a scheduler, such as --scheduler tcp://host:8786; "
+            "processes of this machine are `loky`",
+        )
+
+
+CHECKS = (missing_scheduler, unstable_step)
+
+
 def _has_fixed_step(config: Config) -> bool:
     return METHODS[config.integrator.method].own_option == "dt"
 
 
 def _largest_steps(config: Config, grid: Grid, start: int) -> NDArray[np.float64]:
-    """The largest stable step [s] of each point of the chunk that begins with `start`."""
+    """Return the largest stable step [s] of each point of the chunk that begins with `start`."""
     points = grid.points(start, min(start + _CHUNK, grid.size))
     kernels = METHODS[config.integrator.method].kernels
     return np.asarray(kernels.largest_step(points, options_of(config)))

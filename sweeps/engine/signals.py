@@ -19,6 +19,7 @@ from types import FrameType
 from typing import TypeVar
 
 from sweeps.exits import Exit
+from sweeps.human import Messages
 
 _T = TypeVar("_T")
 
@@ -29,7 +30,7 @@ _PART = re.compile(r"(\d+(?:\.\d+)?)\s*(s|min|m|h|d|)\s*")
 
 
 def parse_duration(text: str) -> float:
-    """Seconds of a duration such as `2h`, `90 min`, `1h30m`, `45s` or a number of seconds.
+    """Return the seconds of a duration: `2h`, `90 min`, `1h30m`, `45s`, a number of seconds.
 
     Raises ValueError.
     """
@@ -106,7 +107,7 @@ def listening(stop: Stop) -> Iterator[None]:
 
 
 def _awaited(stop: Stop, again: str) -> str:
-    """What happens before a stop, and what the next signal costs."""
+    """Return what happens before a stop, and what the next signal costs."""
     in_flight = stop.in_flight()
     if not in_flight:
         return "ending"
@@ -114,21 +115,22 @@ def _awaited(stop: Stop, again: str) -> str:
 
 
 def _write(message: str) -> None:
-    sys.stderr.write(f"\n{message}\n")  # the terminal has written ^C, or the bar a line
-    sys.stderr.flush()
+    messages = Messages(sys.stderr)
+    messages.write(f"\n{message}\n")  # the terminal has written ^C, or the bar a line
+    messages.flush()
 
 
 def interruptible(
     work: Callable[[], _T], message: str, *, at_once: Callable[[], None] = lambda: None
 ) -> _T:
-    """The result of `work`, computed in a thread while the main thread listens for Ctrl-C.
+    """Return the result of `work`, computed in a thread while the main thread listens for Ctrl-C.
 
     On Ctrl-C `at_once` is called, `message` is printed and the process ends with exit code 130:
     nothing else that would have to be tidied up may happen inside `work`. What `work` raises is
     raised here.
     """
     try:
-        outcome = _in_thread(work)
+        outcome = in_thread(work)
         while not _is_over(outcome):
             pass
     except KeyboardInterrupt:
@@ -144,7 +146,7 @@ def wait_for(work: Callable[[], None], stop: Stop) -> bool:
 
     What `work` raises is raised here.
     """
-    outcome = _in_thread(work)
+    outcome = in_thread(work)
     while not _is_over(outcome):
         if stop.requested:
             return False
@@ -152,14 +154,14 @@ def wait_for(work: Callable[[], None], stop: Stop) -> bool:
     return True
 
 
-def _in_thread(work: Callable[[], _T]) -> Future[_T]:
-    """The outcome of `work`, begun in a thread that does not keep the process alive."""
+def in_thread(work: Callable[[], _T]) -> Future[_T]:
+    """Begin `work` in a thread that does not keep the process alive; returns its outcome to be."""
     outcome: Future[_T] = Future()
 
     def attempt() -> None:
         try:
             outcome.set_result(work())
-        except BaseException as error:  # noqa: BLE001 - raised in the main thread
+        except BaseException as error:  # noqa: BLE001 - raised where it is waited for
             outcome.set_exception(error)
 
     threading.Thread(target=attempt, daemon=True).start()
@@ -167,6 +169,6 @@ def _in_thread(work: Callable[[], _T]) -> Future[_T]:
 
 
 def _is_over(outcome: Future[_T]) -> bool:
-    """Whether work is over after a moment, in which signals are heard."""
+    """Return whether work is over after a moment, in which signals are heard."""
     wait([outcome], timeout=0.1)
     return outcome.done()

@@ -14,6 +14,7 @@ import numpy as np
 
 from stickslip.status import Status
 from sweeps.config.load import Config
+from sweeps.engine.counts import Counts
 from sweeps.engine.existing import RefusalError, Target
 from sweeps.engine.order.part import Part
 from sweeps.engine.outcome import (
@@ -23,7 +24,6 @@ from sweeps.engine.outcome import (
     JournaledResult,
     Outcome,
 )
-from sweeps.engine.progress.counts import Counts
 from sweeps.engine.recording import Recorder
 from sweeps.engine.resume import ExistingPolicy, PreparedJournal, complete_already, prepare_journal
 from sweeps.engine.signals import Stop, listening
@@ -86,7 +86,7 @@ def sweep(
         with closing(prepared.journal) as journal:
             result = JournaledResult(target, journal, folder, before)
             asked = target.needed | journal.done  # points of other parts are kept
-            counts = Counts(int(np.count_nonzero(asked)), journal.statuses)
+            counts = Counts(int(np.count_nonzero(asked)), journal)
             recorder = Recorder(journal, folder, counts, console, stop)
             _announce(target, prepared, counts, console)
             _require_room(folder, counts)
@@ -99,17 +99,16 @@ def sweep(
                 try:
                     return _finished(result, recorder, keep_journal=keep_journal)
                 except DamagedRecordError:
-                    _recover(journal, counts, console)
+                    _recover(journal, console)
             raise StorageError(
                 f"{folder.journal} is damaged again and again while it is in use; the disk or "
                 "another program changes it. Write elsewhere with -o"
             )
 
 
-def _recover(journal: Journal, counts: Counts, console: Console) -> None:
+def _recover(journal: Journal, console: Console) -> None:
     """Count what was damaged in the journal since it was opened as not computed."""
     lost = journal.recover()
-    counts.lose(lost)
     console.say(
         f"warning: {journal.path} was damaged during the sweep; {lost} points are computed again"
     )
@@ -162,7 +161,7 @@ def _finished(result: JournaledResult, recorder: Recorder, *, keep_journal: bool
 
 
 def _ended(target: Target, output: Path, written: Written, missing: int) -> Outcome:
-    """How a sweep ended that lacks so many of the points that are asked for."""
+    """Return how a sweep ended that lacks so many of the points that are asked for."""
     statuses = written.statuses.copy()
     statuses[Status.PENDING] = missing
     return Outcome(output, statuses, written.worst_error, part=target.part)

@@ -16,7 +16,7 @@ from stickslip.parameters import Parameters
 from stickslip.trajectory import TIME, simulate
 from sweeps.config.load import Config
 from sweeps.engine.executors.kernels import compile_kernels
-from sweeps.engine.progress.compiling import SILENT, Compiling
+from sweeps.engine.progress import SILENT, Compiling
 from sweeps.engine.settings import options_of
 from sweeps.exits import ExpectedError
 from sweeps.files.attributes import add_provenance
@@ -45,7 +45,7 @@ class AxisLeftError(ExpectedError, ValueError):
 def trajectory(
     config: Config, compiling: Compiling = SILENT, *, start: Sequence[float] | None = None
 ) -> xr.Dataset:
-    """The trajectory that a config without axes describes.
+    """Return the trajectory that a config without axes describes.
 
     `compiling` says that kernels are compiled. `start` is a state (x, v, ln phi) to start from
     instead of what `simulation.start` names.
@@ -62,7 +62,7 @@ def trajectory(
 
 
 def trajectories(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
-    """One trajectory for each value of the only axis of a config, along (axis, sample).
+    """Return one trajectory for each value of the only axis of a config, along (axis, sample).
 
     `elapsed_time` becomes a coordinate along both, because drive periods differ.
     """

@@ -183,6 +183,10 @@ class Journal:
             found[indices - begin] = rows
         return found
 
+    def rows(self) -> Rows:
+        """Return the result rows (size, columns) of all points; NaN where a point is not there."""
+        return np.concatenate([self.chunk(number).copy() for number in range(len(self.chunks))])
+
     def records(self) -> Iterator[tuple[Indices, Rows]]:
         """Yield all finished points, record by record: (n,) numbers and (n, columns) rows."""
         for start, count in zip(self._offset, self._count, strict=True):

@@ -152,25 +152,19 @@ NEAR_RESONANCE = [
 @pytest.mark.parametrize("values", NEAR_RESONANCE)
 def test_an_offset_that_decays_ever_more_slowly_is_left_out(values: tuple[float, ...]) -> None:
     far, near = Parameters(*values), Parameters(*values, initial_displacement=8e-7)
-    found, exact = (
-        dict(zip(RESULT_COLUMNS, compute_orbits(np.array([p]), Options())[0][0], strict=True))
-        for p in (far, near)
-    )
-    assert found["status"] == exact["status"] == Status.OK
-    assert found["periods_integrated"] < 40
-    for name in ("elastic_stress_amplitude", "friction_force_amplitude"):
-        assert found[name] == pytest.approx(
-            exact[name], rel=1e-4, abs=1.0 if "stress" in name else 0
-        )
+    found, exact = stationary_orbit(far), stationary_orbit(near)
+    assert found.status is exact.status is Status.OK
+    assert found.periods_integrated < 40
+    stress, force = exact.elastic_stress_amplitude, exact.friction_force_amplitude
+    assert found.elastic_stress_amplitude == pytest.approx(stress, rel=1e-4, abs=1.0)
+    assert found.friction_force_amplitude == pytest.approx(force, rel=1e-4, abs=0)
 
 
 def test_a_spiral_between_two_freezings_is_not_followed_to_its_middle() -> None:
     # A block that is kicked every third period; the middle is another orbit, which attracts too.
     p = Parameters(164.42, 11150.0, 1868.0, -0.835, 10.957)
     for rtol in (1e-4, 1e-6, 1e-8):
-        options = Options(rtol=rtol, stationary_rtol=rtol)
-        found = dict(zip(RESULT_COLUMNS, compute_orbits(np.array([p]), options)[0][0], strict=True))
-        assert found["orbit_periods"] == 3
+        assert stationary_orbit(p, rtol=rtol).orbit_periods == 3
 
 
 # T, k, K, gamma, omega, x_0, and what plain iteration ends on: periods and stress [Pa]. The first

@@ -18,6 +18,7 @@ def test_an_array_of_jobs_is_the_whole(command: Command) -> None:
         assert f"results/a.part-{number}-of-3.nc" in done.out
         assert f"part {number}/3: " in done.out
     parts = [f"results/a.part-{number}-of-3.nc" for number in (1, 2, 3)]
+    assert "complete (part 1/3)\n" in command("status", parts[0]).out
     done = command("merge", *parts, "-o", "merged.nc")
     assert done.code == 0, done.err
     assert done.out.startswith("merged.nc\n4 points, 0 failed")

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stickslip.model import film, noise, solids
+from stickslip.model.laws.power_law import viscous_stress
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, RESULTS, TRAJECTORY, ParameterVariable
 
@@ -86,34 +88,32 @@ def test_every_equation_of_the_paper_is_there_once_and_in_order():
     assert [int(tag) for tag in re.findall(r"\\tag\{(\d+)\}", EQUATIONS)] == list(range(1, 27))
 
 
-def test_closed_forms_have_the_documented_values():
+def test_closed_forms_of_the_model_have_the_documented_values():
     p = Parameters()
-    alpha, T_c, a, b, c = p[14:19]
-    B_rest = 2 * alpha * (p.temperature - T_c)
-    eps_melt = math.sqrt((b**2 / (4 * c) - B_rest) / a)
-    eps = np.linspace(0.0, eps_melt * (1 - 1e-12), 20_001)
-    phi = b / (2 * c) + np.sqrt((b / (2 * c)) ** 2 - (a * eps**2 + B_rest) / c)
-    sigma_el = a * phi**2 * eps
-    rate = eps / p.strain_relaxation_time
-    sigma_v = p.viscosity_coefficient * rate ** (p.rheological_index + 1)
-    drive_rate = p.drive_amplitude * p.angular_frequency / p.film_thickness
-    expected = [
-        b**2 / (4 * c),
-        T_c + b**2 / (8 * alpha * c),
-        T_c,
-        phi[0],
-        eps_melt,
-        math.sqrt(-B_rest / a),
-        p.film_thickness * eps_melt / p.strain_relaxation_time,
-        sigma_el.max(),
-        p.contact_area * (sigma_el + sigma_v).max(),
+    melting = solids.melting_strain(p)
+    slip = p.film_thickness / p.strain_relaxation_time  # relative velocity for a strain of one
+    strains = np.linspace(0.0, melting * (1 - 1e-12), 20_001).tolist()
+    phi = [solids.solid_order_parameter(p, film.melting_function(p, eps)) for eps in strains]
+    elastic = [film.elastic_stress(p, y, eps) for y, eps in zip(phi, strains, strict=True)]
+    viscous = [viscous_stress(p, slip * eps, 0.0) for eps in strains]
+    drive = p.drive_amplitude * p.angular_frequency
+    computed = [
+        solids.coexistence_limit(p),
+        solids.melting_temperature(p, 0.0),
+        solids.solidification_temperature(p, 0.0),
+        solids.largest_order_parameter(p),
+        melting,
+        solids.solidification_strain(p),
+        slip * melting,
+        max(elastic),
+        p.contact_area * np.max(np.add(elastic, viscous)),
         (2 * p.spring_stiffness - p.block_mass * p.angular_frequency**2) * p.drive_amplitude,
         math.sqrt(2 * p.spring_stiffness / p.block_mass),
-        p.viscosity_coefficient * p.contact_area * drive_rate ** (p.rheological_index + 1),
+        p.contact_area * viscous_stress(p, drive, 0.0),
     ]
     documented = [row[2].split()[0] for row in table("| quantity | formula | value |")]
     assert [
-        _rounded_like(value, text) for value, text in zip(expected, documented, strict=True)
+        _rounded_like(value, text) for value, text in zip(computed, documented, strict=True)
     ] == [float(text) for text in documented]
 
 
@@ -124,7 +124,7 @@ def _rounded_like(value: float, text: str) -> float:
 
 def test_noise_factor_has_the_documented_value():
     (documented,) = re.findall(r"= (0\.\d+)\\,D", EQUATIONS)
-    assert float(documented) == round(math.exp(-np.euler_gamma) / 2, 7)
+    assert float(documented) == round(noise.TYPICAL_FRACTION, 7)
 
 
 def test_citation_has_the_version_of_the_package():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -11,16 +12,19 @@ import joblib
 import numpy as np
 import pytest
 import xarray as xr
-from support.sweeps.workers import HERE, needs_dask, poisoned_block
+from support.sweeps.workers import HERE, POISON, needs_dask, poisoned_block
 
 from stickslip import Parameters, Status, stationary_orbit
 from stickslip.orbit import compute_orbits, failed_row
 from sweeps.config.load import ConfigError, from_mapping
 from sweeps.config.schema import Execution
-from sweeps.engine import in_memory
-from sweeps.engine.executors import worker
+from sweeps.engine import computing, in_memory
+from sweeps.engine.executors import threads, worker
+from sweeps.engine.executors.base import Tasks
+from sweeps.engine.executors.worker import Block
 from sweeps.engine.run import run
 from sweeps.engine.settings import read_config
+from sweeps.engine.signals import Stop
 from sweeps.files.datasets import content_hash, open_result, write_dataset
 
 CONFIG: dict[str, Any] = {
@@ -111,11 +115,6 @@ def watched(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     return Watched.made
 
 
-def test_by_default_it_is_the_threads_of_the_config(watched: list[Any]) -> None:
-    run(executed(workers=3))
-    assert watched == [(3, "ThreadingBackend")]
-
-
 @pytest.mark.parametrize("asked", ["threads", "loky"])
 def test_what_parallel_config_says_wins_over_the_config(watched: list[Any], asked: str) -> None:
     with joblib.parallel_config("sequential", n_jobs=5):
@@ -129,14 +128,15 @@ def test_workers_win_over_all(watched: list[Any]) -> None:
     assert watched == [(4, "ThreadingBackend")]
 
 
-@pytest.mark.parametrize("backend", ["loky", "dask"])
+@pytest.mark.parametrize("backend", ["threads", "loky", "dask"])
 @pytest.mark.parametrize(("jobs", "workers"), [(None, 3), (5, 5), (-1, joblib.cpu_count())])
-def test_a_config_that_asks_for_processes_or_dask_gets_them(
+def test_without_a_backend_of_joblib_it_is_that_of_the_config(
     watched: list[Any], backend: str, jobs: int | None, workers: int
 ) -> None:
     number = {} if jobs is None else {"n_jobs": jobs}
+    where = {"scheduler": "tcp://localhost:8786"} if backend == "dask" else {}
     with joblib.parallel_config(**number), pytest.raises(ChosenError):
-        run(executed(workers=3, backend=backend))
+        run(executed(workers=3, backend=backend, **where))
     assert [(made.backend, made.workers) for made in watched] == [(backend, workers)]
 
 
@@ -167,29 +167,45 @@ def test_the_content_is_the_same_on_a_cluster_of_the_person(
 
 
 @pytest.mark.slow
-def test_a_process_of_joblib_that_dies_is_told_with_what_came_back(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_point_that_kills_a_process_of_joblib_costs_itself_alone(
+    reference: xr.Dataset,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     monkeypatch.setenv("PYTHONPATH", HERE)
     monkeypatch.setattr(in_memory, "compute_block", poisoned_block)
-    with (
-        joblib.parallel_config("loky", n_jobs=2),
-        pytest.raises(RuntimeError, match=r"only \d of 9 points came back from the workers"),
-    ):
-        run(executed(block_points=1))
+    with joblib.parallel_config("loky", n_jobs=2):
+        ds = run(executed(block_points=2))
+    poison = ds.temperature == POISON
+    assert (ds.status.where(poison, drop=True) == Status.FAILED).all()
+    assert ds.where(~poison, drop=True).equals(reference.where(~poison, drop=True))
+    assert len([r for r in caplog.records if "250.0" in r.message]) == 3
 
 
-class Careless(joblib.Parallel):
-    """Loses a result."""
+def test_late_points_are_computed_on_a_backend_of_joblib_too() -> None:
+    odd = {
+        "model": {"k": 22802, "K": 2349.9, "T": 205.9},
+        "sweep": {"omega": {"linspace": [34, 37], "num": 7}},
+        "integrator": {"rtol": 1e-4},
+        "stationary": {"rtol": 1e-4, "window": 40},
+    }
+    expected = content_hash(run(odd))
+    with joblib.parallel_config("threading", n_jobs=2):
+        assert content_hash(run(odd | {"execution": {"block_points": 1}})) == expected
 
-    def __call__(self, tasks: Any) -> Any:
-        results = super().__call__(tasks)
-        next(results)
-        return results
+
+class Careless(threads.ThreadExecutor):
+    """Loses the first block."""
+
+    def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:
+        found = super().blocks(tasks, stop)
+        next(found, None)
+        yield from found
 
 
 def test_lost_blocks_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(joblib, "Parallel", Careless)
+    monkeypatch.setattr(in_memory, "make_executor", lambda execution: Careless(execution.workers))
     with pytest.raises(RuntimeError, match="only 7 of 9 points"):
         run(executed(workers=1, block_points=2))
 
@@ -199,12 +215,13 @@ def test_the_kernels_are_compiled_before_the_workers_begin(
 ) -> None:
     order: list[str] = []
 
-    def watched(name: str) -> Any:
-        function = getattr(in_memory, name)
-        return lambda *arguments: (order.append(name), function(*arguments))[1]
+    def watched(module: Any, name: str) -> None:
+        function = getattr(module, name)
+        call = lambda *arguments: (order.append(name), function(*arguments))[1]  # noqa: E731
+        monkeypatch.setattr(module, name, call)
 
-    for name in ("compile_kernels", "compute_block"):
-        monkeypatch.setattr(in_memory, name, watched(name))
+    watched(computing, "compile_kernels")
+    watched(threads, "compute_block")
     run(executed(workers=2, block_points=5))
     assert order == ["compile_kernels", "compute_block", "compute_block"]
 

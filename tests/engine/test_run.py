@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import signal
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -92,7 +94,7 @@ def test_where_to_compute_may_be_given(source: Any) -> None:
         ({"workers": 0}, ConfigError, "run.*execution.workers: must be at least 1"),
         ({"backend": "gpu"}, ConfigError, "execution.backend: must be"),
         ({"scheduler": "tcp://h:1", "backend": "loky"}, ConfigError, "belongs to `backend: dask`"),
-        ({"overwrit": True}, TypeError, r"no argument 'overwrit' \(did you mean 'overwrite'\?\)"),
+        ({"overwrit": True}, TypeError, "unexpected keyword argument 'overwrit'"),
         ({"overwrite": True}, TypeError, "with output= only"),
         ({"output": "a.nc", "on_block": print}, TypeError, "in memory only"),
     ],
@@ -107,6 +109,19 @@ def test_arguments_that_make_no_sense_are_refused(
 def test_progress_in_memory_is_shown_where_it_is_asked_for(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sweeps.engine.progress.display._SECONDS_BETWEEN_LINES", 0.0)
+    monkeypatch.setattr("sweeps.engine.progress._SECONDS_BETWEEN_LINES", 0.0)
     run(ONE_BY_ONE, progress=True)
     assert "/4 points, 0 failed" in capsys.readouterr().err
+
+
+def test_a_terminal_that_is_gone_changes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Gone(io.StringIO):
+        def write(self, _: str) -> int:
+            raise OSError(5, "Input/output error")
+
+    expected = content_hash(run(CONFIG))
+    monkeypatch.setattr(sys, "stderr", Gone())
+    for output in (None, tmp_path / "a.nc"):
+        assert content_hash(run(CONFIG, output=output, progress=True)) == expected

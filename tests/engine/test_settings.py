@@ -13,10 +13,11 @@ from hypothesis import strategies as st
 
 from stickslip import Options, Parameters, stability
 from stickslip.options import OptionError
-from sweeps.config.load import Config, from_mapping
+from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.schema import Film
 from sweeps.engine import settings
-from sweeps.engine.settings import coarse_step, options_of, unstable_step
+from sweeps.engine.run import run
+from sweeps.engine.settings import coarse_step, options_of, read_config, unstable_step
 
 
 def limit(**parameters: float) -> float:
@@ -53,6 +54,16 @@ def test_each_setting_changes_its_own_option_alone(
     found = options_of(from_mapping(config))
     expected = {field.name: getattr(Options(), field.name) for field in fields(Options)}
     assert {name: getattr(found, name) for name in expected} == expected | changes
+
+
+def test_a_cluster_without_the_address_of_its_scheduler_is_refused() -> None:
+    told = "execution.backend: `dask` needs the address of a scheduler"
+    with pytest.raises(ConfigError, match=told):
+        read_config({"execution": {"backend": "dask"}})
+    with pytest.raises(ConfigError, match=told):
+        run(from_mapping({}), backend="dask")
+    there = ["execution.scheduler=tcp://localhost:8786"]
+    assert read_config({"execution": {"backend": "dask"}}, there).execution.backend == "dask"
 
 
 def test_the_friction_law_reaches_the_integrators() -> None:

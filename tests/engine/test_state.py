@@ -27,7 +27,7 @@ from support.sweeps.sweeping import (
     write,
 )
 
-from sweeps.engine.progress import display
+from sweeps.engine import progress
 
 FOUR = "sweep: {temperature: [200, 210, 230, 250]}\noutput: a.nc\n"
 # Minutes of work, in blocks of one point or all at once.
@@ -197,13 +197,13 @@ def test_a_log_has_a_line_now_and_then_and_no_control_characters(
 ) -> None:
     said = threading.Semaphore(0)
 
-    class Lines(display._Lines):
-        def say(self, line: str) -> None:
-            super().say(line)
+    class Lines(progress._InLog):
+        def _say(self) -> None:
+            super()._say()
             said.release()
 
-    monkeypatch.setattr(display, "_Lines", Lines)
-    monkeypatch.setattr(display, "_SECONDS_BETWEEN_LINES", 0.02)
+    monkeypatch.setattr(progress, "_InLog", Lines)
+    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.02)
     shell.disturb = lambda _: said.acquire(timeout=HANGS)
     code, out, err = shell("sweep", "a.yaml")
     assert code == 0

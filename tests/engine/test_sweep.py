@@ -9,9 +9,7 @@ from typing import Any
 
 import pytest
 
-from stickslip import Status
 from sweeps.config.load import from_mapping
-from sweeps.engine import recording
 from sweeps.engine.executors import worker
 from sweeps.engine.outcome import Console, Outcome
 from sweeps.engine.sweep import sweep
@@ -27,61 +25,22 @@ CONFIG = {
 
 
 class Heard:
-    """A console that remembers what was said, and answers."""
+    """A console that remembers what was said."""
 
-    def __init__(self, answer: bool | None = None) -> None:
+    def __init__(self) -> None:
         self.lines: list[str] = []
-        self.asked = 0
-        self._answer = answer
 
     def console(self) -> Console:
-        return Console(self.lines.append, None if self._answer is None else self._confirm, False)
-
-    def _confirm(self, _: str) -> bool:
-        self.asked += 1
-        return bool(self._answer)
+        return Console(self.lines.append, progress=False)
 
 
 def swept(path: Path, heard: Heard, **options: Any) -> Outcome:
     return sweep(from_mapping(CONFIG), path, console=heard.console(), **options)
 
 
-@pytest.fixture
-def hours(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever is left is worth telling and asking."""
-    monkeypatch.setattr(recording, "_TELL_ABOVE", 0.0)
-    monkeypatch.setattr(recording, "_ASK_ABOVE", 0.0)
-
-
-def test_a_long_sweep_asks_and_goes_on(tmp_path: Path, hours: None) -> None:
-    heard = Heard(answer=True)
-    outcome = swept(tmp_path / "a.nc", heard)
-    assert heard.asked == 1
-    assert outcome.stopped is None
-    assert int(outcome.statuses[Status.OK]) == 40
-
-
-def test_a_long_sweep_that_is_not_wanted_stops_and_keeps_what_it_has(
-    tmp_path: Path, hours: None
-) -> None:
-    heard = Heard(answer=False)
-    outcome = swept(tmp_path / "a.nc", heard)
-    assert (heard.asked, outcome.stopped) == (1, 4)
-    kept = int(outcome.statuses[Status.OK])
-    assert 15 <= kept < 40  # the three blocks that were judged, and those in flight
-    assert not (tmp_path / "a.nc").exists()
-    again = swept(tmp_path / "a.nc", Heard(answer=True))
-    assert again.computed == 40 - kept
-
-
-def test_nobody_is_asked_where_nobody_can_answer(tmp_path: Path, hours: None) -> None:
-    assert swept(tmp_path / "a.nc", Heard(answer=None)).stopped is None
-
-
-def test_a_short_sweep_does_not_ask(tmp_path: Path) -> None:
-    heard = Heard(answer=False)
+def test_a_sweep_says_what_it_has_to_do(tmp_path: Path) -> None:
+    heard = Heard()
     assert swept(tmp_path / "a.nc", heard).stopped is None
-    assert heard.asked == 0
     assert heard.lines == ["40 points; 40 to compute"]
 
 

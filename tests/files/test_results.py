@@ -18,7 +18,6 @@ from sweeps.config.load import Config, from_mapping
 from sweeps.engine.existing import RefusalError, found_in_file
 from sweeps.engine.in_memory import compute
 from sweeps.engine.run import run
-from sweeps.engine.settings import options_of
 from sweeps.files import results
 from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import global_attributes
@@ -83,7 +82,7 @@ def described(path: Path) -> dict[str, Any]:
 def test_the_file_is_that_of_the_dataset(tmp_path: Path, config: dict[str, Any], most: int) -> None:
     settings = from_mapping(config)
     one, other = tmp_path / "chunks.nc", tmp_path / "dataset.nc"
-    rows = compute(Grid.from_config(settings), options_of(settings))
+    rows = compute(settings)
     written = write(settings, rows, one, most)
     ds = run(settings)
     write_dataset(ds, other)
@@ -256,7 +255,7 @@ def test_files_of_the_dataset_are_taken_as_finished_points(
     assert found.processors == ({"this", "that"} if processor else set())
     ((indices, rows),) = found.points()
     np.testing.assert_array_equal(indices, np.arange(grid.size))
-    assert rows.tobytes() == compute(grid, options_of(settings)).tobytes()
+    assert rows.tobytes() == compute(settings).tobytes()
 
 
 def test_pending_points_of_a_file_are_not_finished(tmp_path: Path) -> None:

@@ -46,11 +46,6 @@ def unstable_order_parameter(p: Parameters, B: float) -> float:
 # --- closed forms --------------------------------------------------------------------------------
 
 
-def test_a_film_at_rest_melts_at_298_18885_K() -> None:
-    assert solids.melting_strain(at(298.18885 - 5e-6)) > 0.0
-    assert solids.melting_strain(at(298.18885 + 5e-6)) == 0.0
-
-
 def test_at_rest_the_melting_function_vanishes_at_T_c() -> None:
     assert film.melting_function(at(290.0), 0.0) == film.heating(at(290.0)) == 0.0
 
@@ -63,21 +58,6 @@ def test_strain_adds_to_the_melting_function_what_a_higher_temperature_does() ->
         assert film.melting_function(at(T + warmer), 0.0) == pytest.approx(
             strained, rel=1e-12, abs=0
         )
-
-
-def test_the_solid_at_200_K_and_rest_has_the_order_parameter_0_603782() -> None:
-    p = at(200.0)
-    phi = solids.solid_order_parameter(p, film.melting_function(p, 0.0))
-    assert phi == pytest.approx(0.603782, abs=5e-7)
-
-
-def test_the_film_melts_at_200_K_at_the_strain_6_8293e_6() -> None:
-    assert solids.melting_strain(at(200.0)) == pytest.approx(6.8293e-6, abs=5e-11)
-
-
-def test_the_film_solidifies_at_200_K_at_the_strain_6_5383e_6() -> None:
-    p = at(200.0)
-    assert film.melting_function(p, 6.5383e-6 - 5e-11) < 0 < film.melting_function(p, 6.5384e-6)
 
 
 @pytest.mark.parametrize("T", [150.0, 200.0, 285.0])
@@ -93,28 +73,6 @@ def test_a_film_that_is_liquid_at_any_strain_melts_without_a_strain() -> None:
 
 def test_no_strain_melts_a_film_without_elasticity() -> None:
     assert solids.melting_strain(at(200.0, elastic_coefficient=0.0)) == 0.0
-
-
-def quasi_static_maximum(stress: np.ndarray) -> float:
-    """Maximum of a curve sampled densely, by the parabola through its three highest points."""
-    i = int(stress.argmax())
-    left, top, right = stress[i - 1 : i + 2]
-    return float(top + (left - right) ** 2 / (8 * (2 * top - left - right)))
-
-
-def test_the_quasi_static_film_bears_4_2885_MPa_and_2_8009_mN_at_200_K() -> None:
-    p = at(200.0)
-    strains = np.linspace(0.0, solids.melting_strain(p) * (1 - 1e-12), 20_001)
-    phi = [solids.solid_order_parameter(p, film.melting_function(p, eps)) for eps in strains]
-    elastic = np.array(
-        [film.elastic_stress(p, y, eps) for y, eps in zip(phi, strains, strict=True)]
-    )
-    rates = strains / p.strain_relaxation_time
-    viscous = p.viscosity_coefficient * rates ** (p.rheological_index + 1)
-    force = p.contact_area * (elastic + viscous)
-    assert quasi_static_maximum(elastic) == pytest.approx(4.2885e6, abs=50)
-    assert quasi_static_maximum(force) == pytest.approx(2.8009e-3, abs=5e-8)
-    assert strains[force.argmax()] > strains[elastic.argmax()]
 
 
 # --- Fig. 2: the landscape -----------------------------------------------------------------------

@@ -33,10 +33,6 @@ def start(phi_0: float = 0.0, D: float = D, T: float = 200.0, b: float = B_CUBIC
 # --- the constant --------------------------------------------------------------------------------
 
 
-def test_the_typical_fraction_has_its_value() -> None:
-    assert pytest.approx(0.2807297, abs=5e-8) == noise.TYPICAL_FRACTION
-
-
 def test_the_typical_fraction_is_the_geometric_mean_of_chi_squared() -> None:
     def integrand(z: float) -> float:
         return math.log(z * z) * math.exp(-0.5 * z * z) * math.sqrt(2 / math.pi)

@@ -65,19 +65,19 @@ class Executor(ABC):
         """Hand a task to a worker; raises WorkersLostError."""
 
     def result(self, future: Future[Block]) -> Block:
-        """The block of a finished task; raises WorkersLostError and ExecutorError."""
+        """Return the block of a finished task; raises WorkersLostError and ExecutorError."""
         return future.result()
 
     def most_in_flight(self) -> int:
-        """How many tasks are handed out at most: one for each slot, and one that waits there."""
+        """Return how many tasks are handed out at most: two for each slot, of which one waits."""
         return 2 * self.slots
 
     def is_deserted(self) -> bool:
-        """Whether there is no worker at present."""
+        """Return whether there is no worker at present."""
         return False
 
     def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:
-        """The finished blocks of the tasks; a task is taken when it can be begun soon.
+        """Yield the finished blocks of the tasks; a task is taken when it can be begun soon.
 
         After a request to stop, blocks that no worker is there for do not come.
 
@@ -120,7 +120,7 @@ class Executor(ABC):
             future.add_done_callback(finished.put)
 
     def _next(self, finished: Finished, stop: Stop) -> Future[Block] | None:
-        """The next finished one; None where a stop is requested and no worker could finish one."""
+        """Return the next finished one; None where a stop is requested and no worker is there."""
         asked = time.monotonic()
         while True:
             with contextlib.suppress(queue.Empty):
@@ -133,5 +133,5 @@ class Executor(ABC):
 
 
 def first_line(error: BaseException) -> str:
-    """What an error says, in one line."""
+    """Return the first line of what an error says."""
     return (str(error).splitlines() or [repr(error)])[0]

@@ -1,31 +1,36 @@
-"""The workers of a dask cluster: one that is there already, or one of this machine."""
+"""The workers of a dask cluster, which may come and go."""
 
 from __future__ import annotations
 
 import contextlib
 import logging
 import pickle
-import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Future
 from typing import Any, Self
 
+from filelock import FileLock
+
+from stickslip.compiled.cache import cache_folder, source_hash
+from stickslip.kernels.families import KIND
+from stickslip.orbit import prepare_kernels
+from stickslip.parameters import Parameters
 from sweeps.config.schema import Execution
 from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError, first_line
-from sweeps.engine.executors.children import terminal_signals_blocked
-from sweeps.engine.executors.cluster_task import SealedTask, compute_on_cluster
-from sweeps.engine.executors.worker import Block, Task, WorkerMismatchError
+from sweeps.engine.executors.worker import Block, Task, WorkerMismatchError, compute_block
 
 log = logging.getLogger(__name__)
 
 _ANSWER_SECONDS = 5.0  # for a scheduler to answer
-_CONNECT_SECONDS = 15.0  # for a client to be ready
 _COUNT_SECONDS = 2.0  # between two looks at how many workers there are
+_COMPILE_SECONDS = 300.0  # for another process of the machine to compile the kernels
+
+_KIND = [Parameters._fields.index(name) for name in KIND]
 
 
 class ClusterExecutor(Executor):
-    """Computes tasks on the workers of a cluster that is there already; they may come and go."""
+    """Computes tasks on the workers of a cluster."""
 
     # Handing a block to a worker over a network, and getting its result back, takes a tenth of a
     # second: blocks that last longer make it vanish.
@@ -40,10 +45,17 @@ class ClusterExecutor(Executor):
 
     def __enter__(self) -> Self:
         _import_distributed()
+        from distributed import Client
+        from distributed.comm.addressing import get_address_host_port
+
         try:
-            self._client = self._connect()
+            # Raises here where the address is none: a client that fails over it cannot be closed.
+            get_address_host_port(self._address)
+            self._client = Client(self._address, timeout=_ANSWER_SECONDS, set_as_default=False)
         except Exception as error:
-            raise ExecutorError(self._not_there(error)) from error
+            raise ExecutorError(
+                f"no dask scheduler answers at {self._address} ({first_line(error)})"
+            ) from error
         self._count()
         return self
 
@@ -52,7 +64,7 @@ class ClusterExecutor(Executor):
             self._client.close(timeout=_ANSWER_SECONDS)
 
     def most_in_flight(self) -> int:
-        """Two tasks for each thread that the cluster has at present."""
+        """Return two for each thread that the cluster has at present."""
         self._count()
         return super().most_in_flight()
 
@@ -71,7 +83,7 @@ class ClusterExecutor(Executor):
         return asyncio.run_coroutine_threadsafe(fetched, self._client.loop.asyncio_loop)
 
     def is_deserted(self) -> bool:
-        """Whether no worker is connected at present; warns when that begins."""
+        """Return whether no worker is connected at present; warns when that begins."""
         deserted = self._count() == 0
         if deserted and not self._warned:
             log.warning("no worker is connected to %s; waiting for one", self._address)
@@ -79,7 +91,7 @@ class ClusterExecutor(Executor):
         return deserted
 
     def result(self, future: Future[Block]) -> Block:
-        """The block of a finished task.
+        """Return the block of a finished task.
 
         Raises WorkersLostError where the task has outlived as many workers as the scheduler allows,
         WorkerMismatchError, and ExecutorError where the connection was lost or the worker has no
@@ -108,20 +120,8 @@ class ClusterExecutor(Executor):
         self._warned = False
         return block
 
-    def _connect(self) -> Any:
-        from distributed import Client
-        from distributed.comm.addressing import get_address_host_port
-
-        # Raises here where the address is none: a client that fails over it cannot be closed.
-        get_address_host_port(self._address)
-        # The client's own limit ends with the connection: a frozen scheduler's system accepts one.
-        return _within(
-            _CONNECT_SECONDS,
-            lambda: Client(self._address, timeout=_ANSWER_SECONDS, set_as_default=False),
-        )
-
     def _count(self) -> int:
-        """The threads of all workers, as last heard."""
+        """Count the threads of all workers, as last heard."""
         now = time.monotonic()
         if now - self._counted >= _COUNT_SECONDS:
             self._counted = now
@@ -134,78 +134,44 @@ class ClusterExecutor(Executor):
             self.slots = max(self._threads, 1)
         return self._threads
 
-    def _not_there(self, error: Exception) -> str:
-        return f"no dask scheduler answers at {self._address} ({first_line(error)})"
 
+class SealedTask:
+    """A task whose pickled bytes become its block when a worker loads them.
 
-class LocalClusterExecutor(ClusterExecutor):
-    """Computes tasks on a dask cluster of this machine, which ends with the sweep.
-
-    Who reaches a scheduler makes its workers run code: other users of the machine are kept out by
-    certificates that only this process and its workers have.
+    The scheduler never loads them and needs no stickslip; a worker without one fails in computing
+    the task, with a message that comes back, rather than in reading a message of the scheduler.
     """
 
-    def __init__(self, workers: int) -> None:
-        super().__init__("this machine")
-        self._workers = workers
-        self._cluster: Any = None
+    def __init__(self, compute: Callable[[Task], Block], task: Task) -> None:
+        self._compute, self._task = compute, task
 
-    def __exit__(self, *exception: object) -> None:
-        super().__exit__(*exception)
-        with contextlib.suppress(Exception):
-            self._cluster.close(timeout=_ANSWER_SECONDS)
+    def __reduce__(self) -> tuple[Any, ...]:
+        return self._compute, (self._task,)
 
-    def _connect(self) -> Any:
-        import dask
-        from distributed import Client, LocalCluster, Security
 
-        # Schedulers and workers serve web pages even without a dashboard, to whoever asks.
-        routes = [f"distributed.{kind}.http.routes" for kind in ("scheduler", "worker")]
-        silent: dict[str, list[str]] = {name: [] for name in routes}
-        with terminal_signals_blocked(), dask.config.set(silent):
-            self._cluster = LocalCluster(
-                n_workers=self._workers,
-                threads_per_worker=1,
-                memory_limit=None,  # a block needs little; shares of the memory stop large machines
-                security=Security.temporary(),
-                protocol="tls://",
-                dashboard_address=None,
-                silence_logs=logging.CRITICAL,
-                scheduler_kwargs={
-                    # A task that kills a worker comes back at once: the hand-out finds the point.
-                    "allowed_failures": 0,
-                    # Where its empty pages are: the usual port may be that of another sweep.
-                    "dashboard_address": "127.0.0.1:0",
-                },
-            )
-        return Client(self._cluster, set_as_default=False)
+def compute_on_cluster(task: Task) -> Block:
+    """Compute a task on a machine where perhaps nobody has compiled the kernels yet."""
+    if task.code == source_hash():
+        with _alone_on_the_machine():
+            prepare_kernels(task.options, task.points[:, _KIND])
+    return compute_block(task)
 
-    def _not_there(self, error: Exception) -> str:
-        return f"a dask cluster cannot be started on this machine ({first_line(error)})"
+
+@contextlib.contextmanager
+def _alone_on_the_machine() -> Iterator[None]:
+    """Let one process compile; the others wait for it and load what it has cached."""
+    with contextlib.ExitStack() as stack:
+        with contextlib.suppress(OSError, RuntimeError):  # then each compiles for itself
+            lock = FileLock(cache_folder().with_suffix(".lock"), timeout=_COMPILE_SECONDS)
+            stack.enter_context(lock)
+        yield
 
 
 def executor_for(execution: Execution) -> Executor:
-    """The workers of the scheduler that the config names, or of a cluster of this machine."""
-    if execution.scheduler:
-        return ClusterExecutor(execution.scheduler)
-    return LocalClusterExecutor(execution.workers)
-
-
-def _within(seconds: float, make: Callable[[], Any]) -> Any:
-    """What `make` returns or raises; TimeoutError where it takes longer, and goes on unheeded."""
-    made: Future[Any] = Future()
-
-    def run() -> None:
-        try:
-            made.set_result(make())
-        except Exception as error:  # noqa: BLE001
-            made.set_exception(error)
-
-    threading.Thread(target=run, daemon=True).start()
-    try:
-        return made.result(seconds)
-    except TimeoutError as error:
-        raise TimeoutError(f"no answer within {seconds:.0f} s") from error
+    """Make the executor of the scheduler that the config names; raises ExecutorError."""
+    if execution.scheduler is None:
+        raise ExecutorError("`backend: dask` needs the address of a scheduler")
+    return ClusterExecutor(execution.scheduler)
 
 
 def _import_distributed() -> None:

@@ -67,5 +67,5 @@ def _elsewhere(calls: Sequence[Callable[[], None]]) -> Iterator[None]:
 
 
 def _cores() -> int:
-    """The processors that this process may use."""
+    """Count the processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -29,7 +29,7 @@ class ProcessExecutor(Executor):
         self._shut_down(kill=exception[0] is not None)
 
     def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:
-        """As for any executor; a pool that lost a process is given up, the next call makes one."""
+        """Yield the finished blocks; a pool that lost a process is given up for a new one."""
         try:
             yield from super().blocks(tasks, stop)
         except WorkersLostError:
@@ -46,7 +46,7 @@ class ProcessExecutor(Executor):
         return future
 
     def result(self, future: Future[Block]) -> Block:
-        """The block of a finished task; raises WorkersLostError."""
+        """Return the block of a finished task; raises WorkersLostError."""
         try:
             return future.result()
         except BrokenProcessPool as error:
@@ -68,5 +68,5 @@ class ProcessExecutor(Executor):
 
 
 def executor_for(execution: Execution) -> Executor:
-    """As many processes as the config has workers."""
+    """Make as many processes as the config has workers."""
     return ProcessExecutor(execution.workers)

@@ -2,32 +2,34 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
+from functools import partial
 
 from sweeps.config.schema import Execution
 from sweeps.engine.executors.base import Executor
 from sweeps.engine.executors.worker import Block, Task, compute_block
+from sweeps.engine.signals import in_thread
 
 
 class ThreadExecutor(Executor):
-    """Computes tasks in threads of this process."""
+    """Computes tasks in threads of this process, each in one of its own.
 
-    def __init__(self, workers: int) -> None:
-        super().__init__(workers)
-        self._pool = ThreadPoolExecutor(workers)
+    They are daemons: after Ctrl-C those of `concurrent.futures` would keep the interpreter alive
+    until their blocks are finished, which can take minutes.
+    """
 
     def __exit__(self, *exception: object) -> None:
-        self._pool.shutdown(wait=exception[0] is None, cancel_futures=True)
+        pass  # a thread ends with its block
 
     def most_in_flight(self) -> int:
-        """A task for each slot: handing over takes no time, so blocks are cut as late as can be."""
+        """Return one for each slot: handing over takes no time, so blocks are cut late."""
         return self.slots
 
     def submit(self, task: Task) -> Future[Block]:
         """Hand a task to a thread."""
-        return self._pool.submit(compute_block, task)
+        return in_thread(partial(compute_block, task))
 
 
 def executor_for(execution: Execution) -> Executor:
-    """As many threads as the config has workers."""
+    """Make as many threads as the config has workers."""
     return ThreadExecutor(execution.workers)

@@ -15,8 +15,6 @@ from stickslip.kernels.families import KIND
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits, failed_row
 from stickslip.plausibility import suspicious_balance, suspicious_stress
-from stickslip.status import Status
-from stickslip.variables import RESULT_COLUMNS
 from sweeps.engine.order.follow import follow
 from sweeps.exits import Exit, ExpectedError
 from sweeps.files.columns import STATUS, failures, status_counts
@@ -63,7 +61,7 @@ class Block:
     messages: tuple[str, ...] = ()
 
     def part(self, which: NDArray[np.bool_]) -> Block:
-        """The same with some of the points (n,) alone."""
+        """Return the same with some of the points (n,) alone."""
         return replace(self, indices=self.indices[which], results=self.results[which])
 
     @property
@@ -73,13 +71,13 @@ class Block:
 
 
 def task_of(grid: Grid, indices: NDArray[np.int64], options: Options, patience: int = 0) -> Task:
-    """The task of computing these points of a grid."""
+    """Make the task of computing these points of a grid."""
     line = grid.lines().shape[1] if grid.followed else 1
     return Task(indices, grid.rows(indices), options, source_hash(), line, patience)
 
 
 def kinds_of(grid: Grid) -> NDArray[np.float64]:
-    """The kinds (n, k) of points that may occur in a grid, as `prepare_kernels` takes them.
+    """Return the kinds (n, k) of points that may occur in a grid, as `prepare_kernels` takes them.
 
     Of a coefficient of the free energy it matters only whether it is 0.
     """
@@ -89,7 +87,7 @@ def kinds_of(grid: Grid) -> NDArray[np.float64]:
 
 
 def compute_block(task: Task) -> Block:
-    """The result rows of a block; a point that raises gets the status `failed`.
+    """Compute a block; a point that raises gets the status `failed`.
 
     Raises WorkerMismatchError where the sources here are not those of the one who asks.
     """
@@ -119,34 +117,21 @@ def compute_block(task: Task) -> Block:
 
 
 def failed_block(task: Task, reason: str) -> Block:
-    """The block of points that no worker survives."""
+    """Return the block of points that no worker survives."""
     rows = np.tile(failed_row(), (len(task.indices), 1))
     messages = tuple(f"point {point.tolist()} failed: {reason}" for point in task.points)
     return Block(task.indices, rows, messages=messages)
 
 
-def is_answer(found: object, task: Task) -> bool:
-    """Whether something that came from elsewhere is the block of a task, as far as one can see."""
-    if not (isinstance(found, Block) and isinstance(found.results, np.ndarray)):
-        return False
-    shape = (len(task.indices), len(RESULT_COLUMNS))
-    return (
-        np.array_equal(found.indices, task.indices)
-        and found.results.shape == shape
-        and found.results.dtype == np.float64
-        and bool(np.isin(found.results[:, STATUS], [*Status]).all())
-    )
-
-
 def _results(points: NDArray[np.float64], task: Task) -> NDArray[np.float64]:
-    """The result rows (n, columns) of some of the points of a task, whole lines of them."""
+    """Compute the result rows (n, columns) of some of the points of a task, whole lines of them."""
     if task.line > 1:
         return follow(points, task.line, task.options)
     return compute_orbits(points, task.options, patience=task.patience)[0]
 
 
 def _alone(points: NDArray[np.float64], task: Task, messages: list[str]) -> NDArray[np.float64]:
-    """The result rows of one point, or of one line, that may raise."""
+    """Compute the result rows of one point, or of one line, that may raise."""
     try:
         return _results(points, task)
     except Exception as error:  # recorded as the point's status

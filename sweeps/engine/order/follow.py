@@ -52,14 +52,14 @@ class Lines:
 
 
 def follow(points: NDArray[np.float64], line: int, options: Options) -> NDArray[np.float64]:
-    """The result rows (n, columns) of whole lines of so many points (n, parameters) each."""
+    """Return the result rows (n, columns) of whole lines of so many points (n, parameters) each."""
     lines = points.reshape(-1, line, points.shape[-1])
     rows = np.stack([rows for rows, _ in _followed(lines, options)], axis=1)
     return rows.reshape(-1, len(RESULT_COLUMNS))
 
 
 def start_after(points: NDArray[np.float64], options: Options) -> NDArray[np.float64]:
-    """The state (final columns,) from which the next point of a line starts.
+    """Return the state (final columns,) from which the next point of a line starts.
 
     `points` (n, parameters) are those of the line before it; NaN, the config's start, where there
     are none. The states along a line are remembered: it is computed once for all of its points.
@@ -89,7 +89,7 @@ def remember_starts(lines: Sequence[NDArray[np.float64]], options: Options) -> N
 
 
 def _keys(points: NDArray[np.float64], options: Options) -> list[bytes]:
-    """What tells the beginnings of a line apart: its points (n, parameters) up to each of them."""
+    """Return a hash of a line's points (n, parameters) up to each of them."""
     digest, keys = hashlib.sha256(repr(options).encode()), []
     for point in points:
         digest.update(point.tobytes())
@@ -115,7 +115,7 @@ def _followed(
 
 
 def unchanged(grid: Grid, other: Grid) -> NDArray[np.bool_]:
-    """Which points (grid.size,) have the same predecessors in another grid, along lines of both.
+    """Return which points (grid.size,) have the same predecessors on a line of another grid.
 
     A value that an axis gains changes all that comes after it.
     """
@@ -131,7 +131,7 @@ def unchanged(grid: Grid, other: Grid) -> NDArray[np.bool_]:
 
 
 def lines_of(grid: Grid, points: Indices) -> NDArray[np.bool_]:
-    """Which points (grid.size,) lie on a line with one of these."""
+    """Return which points (grid.size,) lie on a line with one of these."""
     lines, chosen = grid.lines(), np.zeros(grid.size, dtype=bool)
     chosen[points] = True
     chosen[lines] = chosen[lines].any(axis=1, keepdims=True)

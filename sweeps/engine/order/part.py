@@ -24,7 +24,7 @@ class Part:
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """The part of a text such as `2/16`; raises ValueError."""
+        """Return the part of a text such as `2/16`; raises ValueError."""
         found = _PART.fullmatch(text.strip())
         part = cls(int(found[1]), int(found[2])) if found else None
         if part is None or not 1 <= part.number <= part.of <= _MOST:
@@ -40,7 +40,7 @@ class Part:
         return f"part-{self.number}-of-{self.of}"
 
     def points(self, grid: Grid) -> NDArray[np.bool_]:
-        """Which points of a grid (grid.size,) belong to it.
+        """Return which points of a grid (grid.size,) belong to it.
 
         The points of a followed line need each other and stay together.
         """

@@ -31,8 +31,7 @@ class Blocks:
 
     `done` (size,), which is not changed, tells which points need not be computed, `slots` how many
     blocks are computed at the same time, `seconds` what a block should take on one core, unless
-    `block_points` is its fixed size. With `pilot` a stratified random sample comes first, in blocks
-    of so many points: they tell the cost of the rest.
+    `block_points` is its fixed size.
     """
 
     def __init__(
@@ -42,19 +41,13 @@ class Blocks:
         *,
         seconds: float = 1.0,
         block_points: int | None = None,
-        pilot: int = 0,
     ) -> None:
         self._taken = done.copy()
         self.left = len(done) - int(np.count_nonzero(done))
         self._slots, self._seconds, self._fixed = slots, seconds, block_points
-        self._pilot = pilot
         self._seconds_per_point: float | None = None
 
     def __iter__(self) -> Iterator[Indices]:
-        if self._pilot:
-            for sample in pilot_blocks(self._taken, self._pilot):
-                self._take(sample)
-                yield sample
         dealt, waiting = _dealt(self._taken), np.empty(0, dtype=np.int64)
         while self.left:
             wanted = min(self._next(), self.left)
@@ -99,16 +92,16 @@ class Costs:
         self.seconds += seconds
 
     def estimate(self, points: int, slots: int) -> float:
-        """The seconds that so many points take on so many workers; 0 while nothing is known."""
+        """Estimate the seconds for so many points on so many workers; 0 while nothing is known."""
         return self.seconds / max(self.points, 1) * points / slots
 
     def points_in(self, seconds: float) -> int:
-        """How many points one worker computes in this time; 0 while nothing is known."""
+        """Return how many points one worker computes in this time; 0 while nothing is known."""
         return int(seconds * self.points / max(self.seconds, 1e-9))
 
 
 def pilot_points(left: int) -> int:
-    """Points of a pilot's block: enough to cost what others cost, few against what is left."""
+    """Return the size of a pilot's block: enough to cost what others cost, few of what is left."""
     return min(max(left // 64, _FIRST_BLOCK), 2048)
 
 
@@ -127,7 +120,7 @@ def pilot_blocks(done: NDArray[np.bool_], points: int) -> list[Indices]:
 
 
 def _dealt(taken: NDArray[np.bool_]) -> Iterator[Indices]:
-    """The points that are not taken by the time that their turn comes, each once."""
+    """Yield the points that are not taken by the time that their turn comes, each once."""
     size = len(taken)
     run = min(max(size // _RUNS, 1), _LONGEST_RUN)
     runs = -(-size // run)

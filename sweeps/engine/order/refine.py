@@ -86,7 +86,7 @@ class Refinement:
         self._levels[-1].active[:] = True
 
     def rounds(self, rows_of: Callable[[], Rows]) -> Iterator[Mask]:
-        """The points (size,) that each round needs; `rows_of` gives the rows of what is there.
+        """Yield the points (size,) that each round needs; `rows_of` gives the rows so far.
 
         Rows (size, columns) are NaN where a point is not there. A round is over when all that it
         needs is there.
@@ -103,7 +103,7 @@ class Refinement:
                 return
 
     def interpolated(self, rows: Rows) -> tuple[NDArray[np.int64], Rows]:
-        """The points that are not there after the last round: numbers (n,), rows (n, columns)."""
+        """Interpolate what no round has computed: numbers (n,), rows (n, columns)."""
         known = ~np.isnan(rows[:, _STATUS])[self._numbers]
         filled = rows[self._numbers]
         for level in reversed(self._levels[1:]):
@@ -134,7 +134,7 @@ class Refinement:
         return any(new.any() for new in cut)
 
     def _kinds(self, rows: Rows) -> NDArray[np.int64]:
-        """A number for each kind of motion, `_NO_RESULT` for none."""
+        """Return a number for each kind of motion, `_NO_RESULT` for none."""
         good, kinds = np.isin(rows[:, _STATUS], _GOOD), np.zeros(len(rows), dtype=np.int64)
         for column, bits in _KINDS.items():
             kinds = (kinds << bits) + np.where(good, rows[:, column], 0).astype(np.int64)
@@ -143,7 +143,7 @@ class Refinement:
     def _judge(
         self, level: _Level, kinds: NDArray[np.int64], amplitudes: NDArray[np.float64]
     ) -> Mask:
-        """The cells of a level to be cut now; takes note of by how much values miss."""
+        """Return the cells of a level to be cut now; takes note of by how much values miss."""
         whole = level.active & ~level.cut
         own = kinds[self._at(level, (0,) * self._axes)]
         bad = own == _NO_RESULT
@@ -190,7 +190,7 @@ class Refinement:
         return self._numbers.ndim - 1
 
     def _at(self, level: _Level, offset: tuple[int, ...]) -> tuple[slice, ...]:
-        """The points at an offset from the first corner of each cell, as an index."""
+        """Return the points at an offset from the first corner of each cell, as an index."""
         cells = zip(offset, level.active.shape[1:], strict=True)
         s = level.stride
         return (slice(None), *(slice(o, o + s * (n - 1) + 1, s) for o, n in cells))
@@ -198,13 +198,13 @@ class Refinement:
     def _corners(
         self, level: _Level, values: NDArray[np.float64]
     ) -> dict[tuple[int, ...], NDArray[np.float64]]:
-        """The values at the corners of each cell, by which end of each axis they lie at."""
+        """Return the values at the corners of each cell, by which end of each axis they lie at."""
         ends = itertools.product((0, 1), repeat=self._axes)
         return {end: values[self._at(level, tuple(level.stride * e for e in end))] for end in ends}
 
 
 def refinement_of(refine: Refine | None, grid: Grid) -> Refinement | None:
-    """The refinement of a grid, where it is refined."""
+    """Return the refinement of a grid, where it is refined."""
     return Refinement(refine, grid) if refine else None
 
 
@@ -239,7 +239,7 @@ def _blend(
 def _part(
     difference: NDArray[np.float64], value: NDArray[np.float64], floor: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """A difference of amplitudes (..., 2) as a part of them, the worse of the two; 0 for NaN."""
+    """Return a difference of amplitudes (..., 2) as a part of them, the worse one; 0 for NaN."""
     part = np.abs(difference) / np.maximum(np.abs(value), floor)
     return np.asarray(np.nan_to_num(part, nan=0.0).max(axis=-1))
 
@@ -247,7 +247,7 @@ def _part(
 def _one_way_round(
     corners: dict[tuple[int, ...], NDArray[np.float64]],
 ) -> dict[tuple[int, ...], NDArray[np.float64]]:
-    """The same corners with their extrema turned to lean to the side of the first corner.
+    """Return the same corners with their extrema turned to lean to the side of the first corner.
 
     An asymmetric orbit and its mirror image are the same motion; between the two nothing may be
     interpolated.
@@ -264,7 +264,7 @@ def _one_way_round(
 
 
 def _around(misses: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The largest miss of each cell and of those around it, in the same slice."""
+    """Return the largest miss of each cell and of those around it, in the same slice."""
     for axis in range(1, misses.ndim):
         padded = np.pad(misses, [(0, 0)] * axis + [(1, 1)] + [(0, 0)] * (misses.ndim - axis - 1))
         sides = [

@@ -46,7 +46,7 @@ class Stragglers:
         return _PATIENCE if seldom and self._ever else 0
 
     def finished(self, indices: NDArray[np.int64], rows: Rows) -> NDArray[np.bool_]:
-        """Which points (n,) of a block, with rows (n, columns), were not left out as late."""
+        """Return which points (n,) of a block, with rows (n, columns), are not late."""
         late = rows[:, STATUS] == Status.PENDING
         self._tried += len(late)
         self._late += int(np.count_nonzero(late))
@@ -58,12 +58,12 @@ class Stragglers:
         self._costs.learn(points, seconds)
 
     def together(self) -> NDArray[np.int64] | None:
-        """Points that are computed together, as long as it takes; None while they are too few."""
+        """Return points to compute together, as long as it takes; None while they are too few."""
         enough = min(max(self._costs.points_in(_SECONDS), _FEWEST), self._most)
         return self._given(enough) if len(self._waiting) >= enough else None
 
     def rest(self, slots: int) -> list[NDArray[np.int64]]:
-        """All that wait, where no others can come, shared out among so many slots."""
+        """Share out all that wait among so many slots, where no others can come."""
         share = max(1, min(self._most, -(-len(self._waiting) // max(slots, 1))))
         return [self._given(share) for _ in range(0, len(self._waiting), share)]
 

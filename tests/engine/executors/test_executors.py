@@ -27,7 +27,6 @@ from support.sweeps.workers import (
     hash_of_result,
     hash_without_backend,
     move_to,
-    needs_dask,
     open_gate,
     poisoned_block,
     wait_for_blocks,
@@ -35,9 +34,9 @@ from support.sweeps.workers import (
 
 from stickslip.status import Status
 from sweeps.config.schema import Execution
-from sweeps.engine.executors import cluster_task, dask, processes
+from sweeps.engine.dispatch import make_executor
+from sweeps.engine.executors import dask, processes
 from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError
-from sweeps.engine.executors.choose import make_executor
 from sweeps.engine.executors.worker import Task, task_of
 from sweeps.engine.run import run
 from sweeps.engine.settings import options_of, read_config
@@ -46,7 +45,7 @@ from sweeps.executor_table import EXECUTORS
 from sweeps.files.datasets import content_hash
 from sweeps.grid import Grid
 
-PROCESSES = ["loky", pytest.param("dask", marks=[needs_dask, pytest.mark.faults])]
+CLUSTER = "tcp://127.0.0.1:8786"
 
 
 @pytest.fixture(autouse=True)
@@ -69,15 +68,15 @@ def test_any_number_of_threads_gives_the_same_content(expected: str, workers: in
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", PROCESSES)
-def test_processes_give_the_same_content_and_say_nothing_else(backend: str, expected: str) -> None:
-    assert ended(command("--backend", backend, "--workers", "2")) == (0, "")
+def test_processes_give_the_same_content_and_say_nothing_else(expected: str) -> None:
+    assert ended(command("--backend", "loky", "--workers", "2")) == (0, "")
     assert hash_of_result() == expected
 
 
 @pytest.mark.parametrize("name", EXECUTORS)
 def test_every_executor_of_the_table_is_there(name: str) -> None:
-    assert isinstance(make_executor(Execution(backend=name)), Executor)
+    scheduler = CLUSTER if name == "dask" else None
+    assert isinstance(make_executor(Execution(backend=name, scheduler=scheduler)), Executor)
 
 
 @pytest.mark.parametrize("missing", ["dask", "distributed"])
@@ -85,21 +84,19 @@ def test_dask_that_is_missing_is_asked_for(missing: str, monkeypatch: pytest.Mon
     monkeypatch.setitem(sys.modules, missing, None)
     with (
         pytest.raises(ExecutorError, match=r"try: pip install 'stickslip\[dask\]'"),
-        make_executor(Execution(backend="dask")),
+        make_executor(Execution(backend="dask", scheduler=CLUSTER)),
     ):
         pass
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", PROCESSES)
 def test_a_point_that_kills_its_worker_costs_itself_alone(
-    backend: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     changes = ["gamma=0", "execution.block_points=2"]
     sound = run(read_config("a.yaml", changes)).squeeze()
     monkeypatch.setattr(processes, "compute_block", poisoned_block)
-    monkeypatch.setattr(dask, "compute_on_cluster", poisoned_block)
-    found = run(read_config("a.yaml", [*changes, f"execution.backend={backend}"])).squeeze()
+    found = run(read_config("a.yaml", [*changes, "execution.backend=loky"])).squeeze()
     poison = found.temperature == POISON
     assert found.status.where(poison, drop=True) == Status.FAILED
     assert found.where(~poison, drop=True).equals(sound.where(~poison, drop=True))
@@ -109,9 +106,9 @@ def test_a_point_that_kills_its_worker_costs_itself_alone(
 # --- the command is ended ---
 
 
-def begun(backend: str, hook: str) -> tuple[Running, list[Any]]:
+def begun(hook: str) -> tuple[Running, list[Any]]:
     """A sweep with workers at work, and its processes."""
-    sweep = command("--backend", backend, "--workers", "2", hook=hook)
+    sweep = command("--backend", "loky", "--workers", "2", hook=hook)
     wait_for_blocks(FREE)
     return sweep, psutil.Process(sweep.pid).children(recursive=True)
 
@@ -122,9 +119,8 @@ def all_gone(processes: list[Any]) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", PROCESSES)
-def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process(backend: str) -> None:
-    sweep, processes = begun(backend, doing("gated_block"))
+def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process() -> None:
+    sweep, processes = begun(doing("gated_block"))
     os.killpg(sweep.pid, signal.SIGINT)  # as a terminal does
     sweep.says("gives up what is in flight")
     open_gate()
@@ -142,9 +138,8 @@ def test_ctrl_c_keeps_what_is_finished_and_leaves_no_process(backend: str) -> No
 
 
 @pytest.mark.faults
-@pytest.mark.parametrize("backend", PROCESSES)
-def test_a_second_ctrl_c_waits_for_nobody(backend: str) -> None:
-    sweep, processes = begun(backend, doing("stuck_block"))
+def test_a_second_ctrl_c_waits_for_nobody() -> None:
+    sweep, processes = begun(doing("stuck_block"))
     os.killpg(sweep.pid, signal.SIGINT)
     sweep.says("gives up what is in flight")
     os.killpg(sweep.pid, signal.SIGINT)
@@ -155,9 +150,8 @@ def test_a_second_ctrl_c_waits_for_nobody(backend: str) -> None:
 
 
 @pytest.mark.faults
-@pytest.mark.parametrize("backend", PROCESSES)
-def test_processes_do_not_outlive_the_command(backend: str) -> None:
-    sweep, processes = begun(backend, doing("stuck_block"))
+def test_processes_do_not_outlive_the_command() -> None:
+    sweep, processes = begun(doing("stuck_block"))
     sweep.process.kill()
     assert all_gone(processes)
 
@@ -217,11 +211,9 @@ def test_one_process_of_a_machine_compiles_at_a_time(
         time.sleep(0.1)
         inside -= 1
 
-    monkeypatch.setattr(cluster_task, "prepare_kernels", prepare)
-    monkeypatch.setattr(cluster_task, "compute_block", lambda _: None)
-    threads = [
-        threading.Thread(target=cluster_task.compute_on_cluster, args=(task,)) for task in tasks
-    ]
+    monkeypatch.setattr(dask, "prepare_kernels", prepare)
+    monkeypatch.setattr(dask, "compute_block", lambda _: None)
+    threads = [threading.Thread(target=dask.compute_on_cluster, args=(task,)) for task in tasks]
     for thread in threads:
         thread.start()
     for thread in threads:

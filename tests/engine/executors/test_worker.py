@@ -32,9 +32,14 @@ from sweeps.engine.in_memory import compute
 from sweeps.grid import Grid
 
 # Different lubricants and temperatures, so that neighbours in a block differ in cost.
-GRID = Grid.from_config(
-    from_mapping({"sweep": {"T": [180, 220, 260, 300], "gamma": [-2 / 3, 0, 2 / 3]}})
+CONFIG = from_mapping(
+    {
+        "sweep": {"T": [180, 220, 260, 300], "gamma": [-2 / 3, 0, 2 / 3]},
+        "integrator": {"rtol": 1e-4},
+        "stationary": {"rtol": 1e-4},
+    }
 )
+GRID = Grid.from_config(CONFIG)
 EVERYTHING = np.arange(GRID.size)
 POINTS = GRID.points(0, GRID.size)
 OPTIONS = Options(rtol=1e-4, stationary_rtol=1e-4)
@@ -42,7 +47,7 @@ OPTIONS = Options(rtol=1e-4, stationary_rtol=1e-4)
 
 def computed(workers: int = 1, block_points: int | None = None, **settings: Any) -> np.ndarray:
     execution = Execution(workers=workers, block_points=block_points)
-    return compute(GRID, OPTIONS, execution=execution, **settings)
+    return compute(CONFIG.model_copy(update={"execution": execution}), **settings)
 
 
 @pytest.fixture(scope="module")

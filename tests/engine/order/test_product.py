@@ -24,7 +24,6 @@ def nothing(size: int) -> np.ndarray:
     part=st.floats(0.0, 1.0),
     slots=st.integers(1, 64),
     block_points=st.none() | st.integers(1, 30_000),
-    pilot=st.integers(0, 300),
     learned=costs,
 )
 def test_every_missing_point_is_dealt_once(
@@ -32,12 +31,11 @@ def test_every_missing_point_is_dealt_once(
     part: float,
     slots: int,
     block_points: int | None,
-    pilot: int,
     learned: list[tuple[int, float]],
 ) -> None:
     done = np.random.default_rng(size).random(size) < part
     before, times = done.copy(), np.zeros(size, dtype=int)
-    blocks = Blocks(done, slots, block_points=block_points, pilot=pilot)
+    blocks = Blocks(done, slots, block_points=block_points)
     assert blocks.left == np.count_nonzero(~done)
     for block in blocks:
         assert len(block)
@@ -144,7 +142,7 @@ def test_a_large_grid_is_dealt_in_runs_of_neighbours() -> None:
 
 def test_the_order_is_the_same_every_time() -> None:
     def order() -> np.ndarray:
-        return np.concatenate(list(Blocks(nothing(50_000), 2, block_points=700, pilot=100)))
+        return np.concatenate(list(Blocks(nothing(50_000), 2, block_points=700)))
 
     np.testing.assert_array_equal(order(), order())
 
@@ -153,7 +151,7 @@ def test_a_huge_grid_is_dealt_without_listing_it() -> None:
     done = nothing(10_000_000)
     tracemalloc.start()
     try:
-        blocks = Blocks(done, 8, pilot=256)
+        blocks = Blocks(done, 8)
         blocks.learn(1000, 0.1)
         dealt = sum(len(block) for block in islice(blocks, 100))
         _, most = tracemalloc.get_traced_memory()
@@ -193,17 +191,6 @@ def test_each_block_of_a_pilot_has_points_from_all_over_the_grid() -> None:
     assert all((one == two).all() for one, two in zip(blocks, again, strict=True))
     distance = np.diff(np.sort(np.concatenate(blocks)))
     assert len(np.unique(distance)) > 20  # drawn at random, which no regular grid deceives
-
-
-def test_a_pilot_comes_first_and_leaves_the_size_of_the_others_alone() -> None:
-    done = np.arange(40_000) < 1000
-    blocks = Blocks(done, 1, pilot=64)
-    cut = iter(blocks)
-    for expected in pilot_blocks(done, 64):
-        block = next(cut)
-        np.testing.assert_array_equal(block, expected)
-        blocks.learn(len(block), 0.01 * len(block))
-    assert len(next(cut)) in (99, 100)
 
 
 # --- what they cost ---

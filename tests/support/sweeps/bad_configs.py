@@ -147,7 +147,6 @@ SCHEMA: list[tuple[str, str | bytes, Outcome]] = [
     ("true workers", "execution: {workers: true}\n", refused(1, "must be a number")),
     ("0 workers", "execution: {workers: 0}\n", refused(1, "at least 1")),
     ("processes", "execution: {backend: loky}\n", valid),
-    ("the workers of a cluster", "execution: {backend: dask}\n", valid),
     (
         "a running cluster",
         "execution: {backend: dask, scheduler: 'tcp://localhost:8786'}\n",

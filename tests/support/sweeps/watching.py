@@ -22,8 +22,9 @@ import pytest
 
 from stickslip import Options, Status
 from support.sweeps.processes import HANGS, default_signals, ends_with_its_test
-from sweeps.engine.executors.worker import Task
-from sweeps.engine.progress.counts import Counts
+from sweeps.engine.counts import Counts
+from sweeps.engine.executors.worker import Block, Task
+from sweeps.engine.store import Memory
 
 HIDDEN, VISIBLE = "\x1b[?25l", "\x1b[?25h"
 
@@ -69,12 +70,12 @@ class Log(io.StringIO):
         return written
 
 
-def found(**by_status: int) -> np.ndarray:
-    """Statuses (128,) as a journal counts them."""
-    statuses = np.zeros(128, dtype=np.int64)
+def found(**by_status: int) -> Memory:
+    """A store that says that it has so many points of each status."""
+    store = Memory(0)
     for name, count in by_status.items():
-        statuses[Status[name.upper()]] = count
-    return statuses
+        store.statuses[Status[name.upper()]] = count
+    return store
 
 
 def task(first: int, points: int) -> Task:
@@ -83,10 +84,15 @@ def task(first: int, points: int) -> Task:
     return Task(indices, np.zeros((points, 1)), Options(), "code")
 
 
-def advanced(counts: Counts, statuses: np.ndarray, seconds: float = 0.0, **by_status: int) -> None:
-    """A block is finished: the journal counts in the statuses, then its cost is told."""
-    statuses += found(**by_status)
+def advanced(counts: Counts, store: Memory, seconds: float = 0.0, **by_status: int) -> None:
+    """Finish a block: its cost is known, and its points are in the store."""
     counts.costs.learn(sum(by_status.values()), seconds)
+    store.statuses += found(**by_status).statuses
+
+
+def block_of(task: Task) -> Block:
+    """Return a block that answers a task."""
+    return Block(task.indices, np.zeros((len(task.indices), 1)))
 
 
 def plain(text: str) -> str:

@@ -1,48 +1,62 @@
-"""How far a sweep is: the numbers, and that a time left is told only where it can be believed."""
+"""How far a sweep is: the numbers, what is in flight, and how long the rest takes."""
 
 from __future__ import annotations
 
 import re
 
 import pytest
-from support.sweeps.watching import Clock, advanced, found, task
+from support.sweeps.watching import Clock, advanced, block_of, found, task
 
-from sweeps.engine.progress.counts import Counts
+from sweeps.engine import counts as counts_module
+from sweeps.engine.counts import Counts, InFlight
 from sweeps.engine.signals import Stop
 
 # Words between commas: none is empty.
 SOUND = r"[^ ,][^,]*(, [^ ,][^,]*)*"
 
 
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    """Time that stands still unless a test moves it."""
+    clock = Clock()
+    monkeypatch.setattr(counts_module, "time", clock)
+    return clock
+
+
+def line(counts: Counts) -> str:
+    """What a log says."""
+    return ", ".join(filter(None, (counts.headline, counts.outlook)))
+
+
 def test_what_was_found_and_what_this_run_adds_is_counted(clock: Clock) -> None:
-    statuses = found(ok=30, diverged=2)
-    counts = Counts(100, statuses)
+    store = found(ok=30, diverged=2)
+    counts = Counts(100, store)
     clock.now += 77.0  # compiling
     workers = 1
     counts.begin(lambda: workers)
-    assert (counts.total, counts.found, counts.computed) == (100, 32, 0)
+    assert (counts.total, counts.computed) == (100, 0)
     assert (counts.done, counts.left, counts.failed) == (32, 68, 2)
     assert (counts.seconds, counts.rate, counts.seconds_left) == (0.0, 0.0, None)
     clock.now += 2.0
-    advanced(counts, statuses, 3.4, ok=13, not_stationary=4)
-    assert (counts.found, counts.computed, counts.done, counts.left) == (32, 17, 49, 51)
+    advanced(counts, store, 3.4, ok=13, not_stationary=4)
+    assert (counts.computed, counts.done, counts.left) == (17, 49, 51)
     assert (counts.failed, counts.seconds, counts.rate) == (6, 2.0, 8.5)
     assert counts.seconds_left == pytest.approx(51 * 3.4 / 17)
     workers = 2  # one more has come
     assert counts.seconds_left == pytest.approx(51 * 3.4 / 17 / 2)
     expected = "49/100 points, 6 failed, 0:02 elapsed, 8.5 points/s, about 5.1 s left"
-    assert str(counts) == expected
-    advanced(counts, statuses, ok=51)
-    assert (counts.left, counts.seconds_left) == (0, 0.0)
-    assert str(counts) == "100/100 points, 6 failed, 0:02 elapsed, 34.0 points/s"
+    assert line(counts) == expected
+    advanced(counts, store, ok=51)
+    assert (counts.left, counts.seconds_left) == (0, None)
+    assert line(counts) == "100/100 points, 6 failed, 0:02 elapsed, 34.0 points/s"
 
 
 def test_a_heartbeat_tells_the_same_numbers(clock: Clock) -> None:
-    statuses = found(ok=1)
-    counts = Counts(10, statuses)
+    store = found(ok=1)
+    counts = Counts(10, store)
     assert counts.as_dict()["seconds_left"] is None
     clock.now += 4.0
-    advanced(counts, statuses, 4.0, ok=1, step_limit=1)
+    advanced(counts, store, 4.0, ok=1, step_limit=1)
     told = {
         "points": 10,
         "done": 3,
@@ -57,7 +71,7 @@ def test_a_heartbeat_tells_the_same_numbers(clock: Clock) -> None:
     }
     assert counts.as_dict() == told
     counts.in_flight.begin(task(3, 7))
-    clock.now += 30.0
+    clock.now += 30.0  # twice as long as expected
     assert counts.as_dict()["seconds_left"] is None
 
 
@@ -66,13 +80,13 @@ def test_a_heartbeat_tells_the_same_numbers(clock: Clock) -> None:
 
 def computing(clock: Clock, slots: int, flying: list[int], stop: Stop | None = None) -> Counts:
     """A sweep of 100 points that has computed 40, each in half a second, with tasks in flight."""
-    statuses = found()
-    counts = Counts(100, statuses)
+    store = found()
+    counts = Counts(100, store)
     counts.begin(lambda: slots, stop)
     clock.now += 10.0
-    advanced(counts, statuses, 20.0, ok=40)
+    advanced(counts, store, 20.0, ok=40)
     counts.in_flight.begin(task(0, 1))
-    counts.in_flight.end(0)  # a block has come back just now
+    counts.in_flight.end(block_of(task(0, 1)))  # a block has come back just now
     for number, points in enumerate(flying):
         counts.in_flight.begin(task(100 * number, points))
     return counts
@@ -102,7 +116,7 @@ def test_the_time_left_never_grows_because_nothing_comes_back(
 ) -> None:
     counts, told = computing(clock, 2, flying), []
     for _ in range(200):
-        told.append(counts.seconds_left)
+        told.append(counts.seconds_left or 0.0)
         clock.now += 1.0
     assert told == sorted(told, reverse=True)
     assert told[-1] >= 0.0
@@ -116,43 +130,34 @@ def test_after_a_request_to_stop_it_is_the_time_until_the_end(clock: Clock) -> N
     assert counts.outlook == "stopping, 4.0 points/s, about 5.0 s left, 20 points in flight"
 
 
-# --- silence ---
+# --- blocks that take long ---
 
 
-def test_a_block_that_takes_as_long_as_expected_is_no_silence(clock: Clock) -> None:
+def test_the_oldest_block_in_flight_is_told_beside_the_time_left(clock: Clock) -> None:
     counts = computing(clock, 1, [60])
     clock.now += 29.0
     expected = "1.0 points/s, about 1.0 s left, 60 points in flight, the oldest for 0:29"
     assert counts.outlook == expected
 
 
-def test_no_time_left_is_told_when_blocks_are_overdue(clock: Clock) -> None:
-    counts = computing(clock, 1, [20])
+def test_no_time_left_is_told_when_the_last_blocks_are_overdue(clock: Clock) -> None:
+    counts = computing(clock, 1, [60])
     clock.now += 41.0
-    expected = "no block has finished for 0:41, 20 points in flight, the oldest for 0:41"
-    assert counts.outlook == expected
-
-
-def test_while_others_come_back_a_slow_block_is_named_and_no_silence(clock: Clock) -> None:
-    counts = computing(clock, 2, [20, 1])
-    clock.now += 50.0
-    counts.in_flight.end(100)
-    clock.now += 1.0
-    assert counts.outlook.endswith("left, 20 points in flight, the oldest for 0:51")
+    assert counts.outlook == "0.8 points/s, 60 points in flight, the oldest for 0:41"
+    assert counts.as_dict()["seconds_left"] is None
 
 
 def test_the_first_block_is_told_to_be_awaited(clock: Clock) -> None:
     counts = Counts(1200, found())
     clock.now += 60.0  # compiling
     counts.begin(lambda: 2)
-    assert str(counts) == "0/1200 points, 0 failed, 0:00 elapsed"
+    assert line(counts) == "0/1200 points, 0 failed, 0:00 elapsed"
     counts.in_flight.begin(task(0, 256))
     clock.now += 4.0
-    assert str(counts) == "0/1200 points, 0 failed, 0:04 elapsed, 256 points in flight"
+    assert line(counts) == "0/1200 points, 0 failed, 0:04 elapsed, 256 points in flight"
     clock.now += 36.0
-    assert str(counts) == (
-        "0/1200 points, 0 failed, 0:40 elapsed, "
-        "no block has finished yet, 256 points in flight, the oldest for 0:40"
+    assert line(counts) == (
+        "0/1200 points, 0 failed, 0:40 elapsed, 256 points in flight, the oldest for 0:40"
     )
 
 
@@ -163,14 +168,47 @@ def test_the_first_block_is_told_to_be_awaited(clock: Clock) -> None:
 def test_no_comma_is_left_over(
     clock: Clock, stopping: bool, seconds: float, flying: int, done: int
 ) -> None:
-    stop, statuses = Stop(), found()
-    counts = Counts(100, statuses)
+    stop, store = Stop(), found()
+    counts = Counts(100, store)
     counts.begin(lambda: 2, stop)
     if done:
-        advanced(counts, statuses, 1.0, ok=done)
+        advanced(counts, store, 1.0, ok=done)
     for number in range(flying):
         counts.in_flight.begin(task(number, 1))
     if stopping:
         stop.request("enough")
     clock.now += seconds
-    assert re.fullmatch(SOUND, str(counts)), str(counts)
+    assert re.fullmatch(SOUND, line(counts)), line(counts)
+
+
+# --- what is in flight ---
+
+
+def test_tasks_are_in_flight_from_their_beginning_to_their_end(clock: Clock) -> None:
+    in_flight, first, second = InFlight(), task(0, 3), task(7, 5)
+    in_flight.begin(first)
+    clock.now += 4.0
+    in_flight.begin(second)
+    clock.now += 1.0
+    assert (in_flight.points, in_flight.ages) == (8, [(3, 5.0), (5, 1.0)])
+    for _ in range(2):  # what has come back already changes nothing
+        in_flight.end(block_of(first))
+    assert (in_flight.points, in_flight.ages) == (5, [(5, 1.0)])
+
+
+def test_tasks_that_are_given_up_are_forgotten(clock: Clock) -> None:
+    in_flight, tasks = InFlight(), [task(0, 1), task(1, 1)]
+    for each in tasks:
+        in_flight.begin(each)
+    assert in_flight.clear() == tasks
+    assert (in_flight.points, in_flight.clear()) == (0, [])
+
+
+def test_it_is_told_in_words(clock: Clock) -> None:
+    in_flight = InFlight()
+    assert str(in_flight) == ""
+    in_flight.begin(task(0, 1))
+    assert str(in_flight) == "1 point in flight"
+    clock.now += 63.0
+    in_flight.begin(task(1, 255))
+    assert str(in_flight) == "256 points in flight, the oldest for 1:03"

@@ -1,0 +1,184 @@
+"""How far a sweep is, how long the rest takes, and what its workers are at."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.status import Status
+from sweeps.engine.executors.worker import Block, Task
+from sweeps.engine.order.product import Costs
+from sweeps.engine.signals import Stop
+from sweeps.engine.store import Store
+from sweeps.files.columns import failures
+from sweeps.human import clock, duration, points_per_time
+
+_SOON = 5.0  # seconds in flight that are not worth a word
+
+
+class InFlight:
+    """The tasks that workers have and have not brought back, and since when they have each.
+
+    Other threads and signal handlers, which must not wait for a lock, look at it at any moment:
+    every method changes or copies the table in one step.
+    """
+
+    def __init__(self) -> None:
+        self._begun: dict[int, tuple[Task, float]] = {}
+
+    def begin(self, task: Task) -> None:
+        """Take note of a task that is handed out."""
+        self._begun[int(task.indices[0])] = task, time.monotonic()
+
+    def end(self, block: Block) -> None:
+        """Take note of a block that has come back."""
+        self._begun.pop(int(block.indices[0]), None)
+
+    def clear(self) -> list[Task]:
+        """Forget all tasks; returns them."""
+        begun, self._begun = self._begun, {}
+        return [task for task, _ in begun.values()]
+
+    @property
+    def tasks(self) -> list[Task]:
+        """The tasks in flight."""
+        return [task for task, _ in list(self._begun.values())]
+
+    @property
+    def ages(self) -> list[tuple[int, float]]:
+        """The points of each task and its seconds in flight, the oldest task first."""
+        now = time.monotonic()
+        return [(len(task.indices), now - begun) for task, begun in list(self._begun.values())]
+
+    @property
+    def points(self) -> int:
+        """The number of points in flight."""
+        return sum(points for points, _ in self.ages)
+
+    def __str__(self) -> str:
+        """Say it, as in `512 points in flight, the oldest for 1:03`; nothing where none is."""
+        ages = self.ages
+        if not ages:
+            return ""
+        count, oldest = sum(points for points, _ in ages), ages[0][1]
+        points = "1 point" if count == 1 else f"{count} points"
+        waited = f", the oldest for {clock(oldest)}" if oldest >= _SOON else ""
+        return f"{points} in flight{waited}"
+
+
+class Counts:
+    """How far a sweep of `total` points is, and how long the rest takes.
+
+    How many points are finished, and how they ended, is asked of the `store` that keeps them; here
+    is counted what this run has added, and what it cost.
+    """
+
+    def __init__(self, total: int, store: Store) -> None:
+        self.total = total
+        self.goal = total  # of what is known to be needed: less while a grid is refined
+        self.costs = Costs()
+        self.in_flight = InFlight()
+        self._store = store
+        self._begun = time.monotonic()
+        self._slots: Callable[[], int] = lambda: 1
+        self._stop = Stop()
+
+    def begin(self, slots: Callable[[], int], stop: Stop | None = None) -> None:
+        """Start the clock, after compiling; `slots` tells how many workers there are now."""
+        self._slots, self._stop = slots, stop or self._stop
+        if not self.computed:
+            self._begun = time.monotonic()
+
+    @property
+    def computed(self) -> int:
+        """Points that this run has finished."""
+        return self.costs.points
+
+    @property
+    def done(self) -> int:
+        """Points that are finished, by this run or before."""
+        return int(self._store.statuses.sum())
+
+    @property
+    def left(self) -> int:
+        """Points that are not finished."""
+        return self.total - self.done
+
+    @property
+    def failed(self) -> int:
+        """Finished points that are not ok."""
+        return failures(self._store.statuses)
+
+    @property
+    def seconds(self) -> float:
+        """Since this run began to compute."""
+        return time.monotonic() - self._begun
+
+    @property
+    def rate(self) -> float:
+        """Points a second, of this run."""
+        return self.computed / max(self.seconds, 1e-9)
+
+    @property
+    def seconds_left(self) -> float | None:
+        """The time until this run ends, on the workers of now.
+
+        None while it is not known: before the first block is there, and where the last ones take
+        longer than those before. Blocks in flight count as partly done: without news it falls, or
+        stays.
+        """
+        if not self.computed:
+            return None
+        slots, cost = self._slots(), self.costs.seconds / self.computed
+        running = self.in_flight.ages[:slots]
+        rest = [max(cost * points - age, 0.0) for points, age in running]
+        spent = sum(cost * points for points, _ in running) - sum(rest)
+        ahead = self.in_flight.points if self._stop.reason else self.goal - self.done
+        return max((cost * ahead - spent) / slots, *rest, 0.0) or None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the same for a heartbeat."""
+        statuses, left = self._store.statuses.copy(), self.seconds_left
+        statuses[Status.PENDING] = self.total - statuses.sum()
+        return tally(statuses) | {
+            "computed": self.computed,
+            "seconds": round(self.seconds, 3),
+            "points_per_second": round(self.rate, 3),
+            "seconds_left": None if left is None else round(left, 1),
+            "slots": self._slots(),
+        }
+
+    @property
+    def headline(self) -> str:
+        """Where it stands: `120/1200 points, 0 failed, 1:20 elapsed`."""
+        return (
+            f"{self.done}/{self.goal} points, {self.failed} failed, {clock(self.seconds)} elapsed"
+        )
+
+    @property
+    def outlook(self) -> str:
+        """How fast it goes, how long the rest takes and what is in flight, as far as is known."""
+        in_flight = str(self.in_flight)
+        parts = ["stopping"] if self._stop.reason and in_flight else []
+        if self.computed:
+            parts.append(points_per_time(self.rate))
+        if left := self.seconds_left:
+            parts.append(f"about {duration(left)} left")
+        return ", ".join([*parts, in_flight] if in_flight else parts)
+
+
+def tally(statuses: NDArray[np.int64]) -> dict[str, Any]:
+    """Count the points of each status by its name; `statuses` (128,) has how many there are."""
+    named = {s.name.lower(): int(statuses[s]) for s in Status if statuses[s]}
+    pending, points = named.pop("pending", 0), int(statuses.sum())
+    return {
+        "points": points,
+        "done": points - pending,
+        "failed": failures(statuses),
+        "pending": pending,
+        "statuses": named,
+    }

@@ -1,0 +1,237 @@
+"""What a person sees while something takes long: how far it is, and that it is alive.
+
+A bar on a terminal, plain lines in a log, a bar under the cell of a notebook. Nothing here decides
+anything: where it cannot be written, it is lost.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+from typing import TYPE_CHECKING, ClassVar, Self, TextIO, TypeAlias, cast
+
+from sweeps.human import Messages, clock
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from IPython.display import HTML
+    from rich.progress import Progress
+
+    from sweeps.engine.counts import Counts
+
+_FRAMES_PER_SECOND = 4.0  # so that elapsed seconds are not skipped
+
+# A log gets a line so often, and ever fewer while nothing is done: down to one a minute.
+_SECONDS_BETWEEN_LINES = 5.0
+_MOST_LINES_LEFT_OUT = 12
+
+# Compiled code is loaded in less, and nothing flashes.
+_MOMENT = 1.5  # seconds
+
+_GONE_SECONDS = 1.0  # a terminal that blocks is not waited for
+
+Scene: TypeAlias = "Counts | Compiling"
+"""What is shown: `done` of a `goal` that may be None, a `headline` and an `outlook`."""
+
+
+class Display:
+    """Shows a scene while something takes long, as a context manager; this one shows nothing."""
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def start(self) -> None:
+        """Take the terminal."""
+
+    def stop(self) -> None:
+        """Give the terminal back: the last state stays, the cursor shows again."""
+
+
+def display_of(scene: Scene, *, wanted: bool = True) -> Display:
+    """Make the display that suits where the messages go (the standard error)."""
+    if not wanted:
+        return Display()
+    if _is_in_notebook():
+        return _InNotebook(scene)
+    return _OnTerminal(scene) if _is_on_terminal() else _InLog(scene)
+
+
+def _is_in_notebook() -> bool:
+    """Return whether an IPython kernel runs this, whose pages show HTML."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython else None
+    return shell is not None and hasattr(shell, "kernel")
+
+
+def _is_on_terminal() -> bool:
+    """Return whether messages go to a terminal on which they can be replaced."""
+    return sys.stderr.isatty() and os.environ.get("TERM") not in ("dumb", "unknown")
+
+
+class _InLog(Display):
+    """A line every few seconds, without control characters; fewer while nothing is done."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene, self._over = scene, threading.Event()
+
+    def start(self) -> None:
+        threading.Thread(target=self._keep_saying, daemon=True).start()
+
+    def stop(self) -> None:
+        self._over.set()
+
+    def _keep_saying(self) -> None:
+        if self._scene.goal is None:  # nothing else says what goes on
+            self._say()
+        done, left_out, patience = self._scene.done, 0, 0
+        while not self._over.wait(_SECONDS_BETWEEN_LINES):
+            if self._scene.done != done:
+                done, patience = self._scene.done, 0
+            elif left_out < patience:
+                left_out += 1
+                continue
+            else:
+                patience = min(2 * patience + 1, _MOST_LINES_LEFT_OUT - 1)
+            self._say()
+            left_out = 0
+
+    def _say(self) -> None:
+        messages = Messages(sys.stderr)
+        messages.write(", ".join(filter(None, (self._scene.headline, self._scene.outlook))) + "\n")
+        messages.flush()
+
+
+class _OnTerminal(Display):
+    """A bar with the headline, and a line with the outlook; they are drawn anew all the time."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._bar: Progress | None = None
+
+    def start(self) -> None:
+        self._bar = _bar_of(self._scene)
+        self._bar.start()
+
+    def stop(self) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+
+def _bar_of(scene: Scene) -> Progress:
+    """Make a bar that asks its scene whenever it is drawn; a spinner where there is no goal.
+
+    What has no goal leaves nothing behind on the terminal.
+    """
+    from rich.console import Console, RenderableType
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
+    from rich.text import Text
+
+    class Bar(Progress):
+        def get_renderables(self) -> Iterable[RenderableType]:
+            for task in self.tasks:
+                task.total, task.completed = scene.goal, scene.done
+                task.description = scene.headline
+            yield self.make_tasks_table(self.tasks)
+            if scene.goal is not None:
+                yield Text(scene.outlook.replace("about ", ""))  # room for it in 80 columns
+
+    words = TextColumn("{task.description}", markup=False)
+    bar = Bar(
+        SpinnerColumn("line") if scene.goal is None else BarColumn(bar_width=None),
+        words,
+        console=Console(file=cast(TextIO, Messages(sys.stderr))),
+        refresh_per_second=_FRAMES_PER_SECOND,
+        transient=scene.goal is None,
+        expand=True,
+    )
+    bar.add_task(scene.headline)
+    return bar
+
+
+class _InNotebook(Display):
+    """The same as HTML under the cell of a notebook."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._painter: threading.Thread | None = None
+
+    def start(self) -> None:
+        from IPython.display import display
+
+        self._over = threading.Event()
+        self._shown = display(self._picture(), display_id=True)
+        # A daemon: the interpreter may end before the sweep does.
+        self._painter = threading.Thread(target=self._keep_drawing, daemon=True)
+        self._painter.start()
+
+    def stop(self) -> None:
+        if self._painter is not None:
+            self._over.set()
+            self._painter.join()
+            self._shown.update(self._picture())
+
+    def _keep_drawing(self) -> None:
+        while not self._over.wait(1.0 / _FRAMES_PER_SECOND):
+            self._shown.update(self._picture())
+
+    def _picture(self) -> HTML:
+        from IPython.display import HTML
+
+        scene = self._scene
+        if scene.goal is None:
+            return HTML(scene.headline)
+        bar = f'<progress value="{scene.done}" max="{scene.goal}" style="width: 20em"></progress>'
+        return HTML(f"{bar} {scene.headline}<br>{scene.outlook}")
+
+
+class Compiling:
+    """Says that kernels are compiled, where that takes longer than a moment; a context manager.
+
+    The first run of a version takes a minute for it. Nothing is said where it is not `wanted`.
+    `stop` takes the word away at any time, for whoever ends the process.
+    """
+
+    # It is a scene itself, of which nobody knows how long it takes.
+    done: ClassVar[int] = 0
+    goal: ClassVar[None] = None
+    outlook: ClassVar[str] = ""
+
+    def __init__(self, *, wanted: bool = True) -> None:
+        self._wanted = wanted
+        self._display = display_of(self, wanted=wanted)
+        self._soon = threading.Timer(_MOMENT, self._display.start)
+        self._soon.daemon = True
+        self._begun = 0.0
+
+    def __enter__(self) -> Self:
+        self._begun = time.monotonic()
+        if self._wanted:
+            self._soon.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def stop(self) -> None:
+        """Give the terminal back, as it was before."""
+        self._soon.cancel()
+        if self._soon.is_alive():
+            self._soon.join(_GONE_SECONDS)
+        self._display.stop()
+
+    @property
+    def headline(self) -> str:
+        """What takes so long, and for how long it has."""
+        elapsed = clock(time.monotonic() - self._begun)
+        return f"compiling for this processor: about a minute, and kept for later runs ({elapsed})"
+
+
+SILENT = Compiling(wanted=False)
+"""Says nothing."""

@@ -1,0 +1,412 @@
+"""Progress: a bar on a terminal, plain lines in a log, nothing where it is not wanted.
+
+And a word while kernels are compiled: only where that takes long, and gone afterwards.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+import threading
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import pytest
+from support.sweeps.processes import wait_until
+from support.sweeps.watching import (
+    HIDDEN,
+    VISIBLE,
+    Clock,
+    Log,
+    Terminal,
+    advanced,
+    block_of,
+    found,
+    plain,
+    task,
+    terminal_of,
+)
+
+from sweeps.engine import counts as counts_module
+from sweeps.engine import progress
+from sweeps.engine.counts import Counts
+from sweeps.engine.progress import Compiling, display_of
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    """Time that stands still unless a test moves it."""
+    clock = Clock()
+    for module in (counts_module, progress):
+        monkeypatch.setattr(module, "time", clock)
+    return clock
+
+
+# --- lines in a log ---
+
+
+class Schedule:
+    """An event that is set after so many seconds; waiting for it moves the clock."""
+
+    def __init__(self, clock: Clock, seconds: float) -> None:
+        self._clock, self._end = clock, clock.now + seconds
+
+    def wait(self, seconds: float) -> bool:
+        self._clock.now += seconds
+        return self._clock.now > self._end
+
+
+def lines_of(counts: Counts, schedule: Schedule) -> list[str]:
+    """The lines of a log until a schedule is over."""
+    shown, log = display_of(counts), io.StringIO()
+    shown._over = schedule
+    with contextlib.redirect_stderr(log):
+        shown._keep_saying()
+    return log.getvalue().splitlines()
+
+
+def said_within(clock: Clock, counts: Counts, seconds: float) -> list[str]:
+    """When lines come, as elapsed times."""
+    said = lines_of(counts, Schedule(clock, seconds))
+    return [line.split(", ")[2].removesuffix(" elapsed") for line in said]
+
+
+def test_while_nothing_is_done_lines_become_rare(clock: Clock) -> None:
+    counts = Counts(100, found())
+    times = ["0:05", "0:15", "0:35", "1:15", "2:15", "3:15", "4:15"]
+    assert said_within(clock, counts, 300.0) == times
+
+
+def test_lines_come_again_when_something_is_done(clock: Clock) -> None:
+    store = found()
+    counts = Counts(100, store)
+
+    class Busy(Schedule):
+        def wait(self, seconds: float) -> bool:
+            if clock.now == 1040.0:
+                advanced(counts, store, 1.0, ok=10)
+            return super().wait(seconds)
+
+    said = lines_of(counts, Busy(clock, 60.0))
+    assert [line[:2] for line in said] == ["0/", "0/", "0/", "10", "10", "10"]
+    assert [line.split(", ")[2] for line in said][3:] == [
+        "0:45 elapsed",
+        "0:50 elapsed",
+        "1:00 elapsed",
+    ]
+
+
+def test_a_log_gets_lines_without_control_characters(monkeypatch: pytest.MonkeyPatch) -> None:
+    log = Log(2)
+    monkeypatch.setattr(sys, "stderr", log)
+    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.005)
+    with display_of(Counts(100, found(ok=9, failed=1))):
+        assert log.there.wait(60.0)
+    assert all(line.startswith("10/100 points, 1 failed, ") for line in log.getvalue().splitlines())
+    assert log.getvalue().replace("\n", "").isprintable()
+
+
+@pytest.mark.parametrize("early", [True, False])
+def test_after_the_end_no_line_comes(monkeypatch: pytest.MonkeyPatch, early: bool) -> None:
+    log = Log(1)
+    monkeypatch.setattr(sys, "stderr", log)
+    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.001)
+    before = set(threading.enumerate())
+    with display_of(Counts(10, found())) as shown:
+        (clockwork,) = set(threading.enumerate()) - before
+        assert log.there.wait(60.0)
+        if early:
+            shown.stop()
+    clockwork.join(60.0)
+    assert not clockwork.is_alive()
+
+
+def test_a_short_sweep_needs_no_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert progress._SECONDS_BETWEEN_LINES >= 2.0
+    with display_of(Counts(10, found())):
+        pass
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("stream", [io.StringIO, Terminal])
+def test_nothing_where_nothing_is_wanted(
+    monkeypatch: pytest.MonkeyPatch, stream: type[io.StringIO]
+) -> None:
+    monkeypatch.setattr(sys, "stderr", stream())
+    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.001)
+    before = threading.active_count()
+    with display_of(Counts(10, found()), wanted=False):
+        assert threading.active_count() == before
+    assert sys.stderr.getvalue() == ""
+
+
+def test_a_terminal_that_cannot_replace_lines_gets_those_of_a_log(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    terminal = terminal_of(monkeypatch)
+    monkeypatch.setenv("TERM", "dumb")
+    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.01)
+    with display_of(Counts(10, found())):
+        wait_until(lambda: "\n" in terminal.getvalue())
+    assert terminal.getvalue().replace("\n", "").isprintable()
+
+
+# --- the bar ---
+
+
+def last_lines(text: str) -> list[str]:
+    """The two lines of the bar as they stand in the end."""
+    lines = plain(text).rstrip("\n").split("\n")[-2:]
+    return [line.split("\r")[-1] for line in lines]
+
+
+@pytest.mark.parametrize(
+    ("total", "done", "elapsed", "flying", "age", "clock_shows", "expected"),
+    [
+        (4000, 2500, 10.0, 0, 0.0, "0:10", "250.0 points/s, 6.0 s left"),
+        (2500, 2500, 1.0, 0, 0.0, "0:01", "2500.0 points/s"),
+        (10**6, 2500, 3.0, 9999, 0.0, "0:03",
+         "833.3 points/s, 19 min 57 s left, 9999 points in flight"),
+        (10**6, 900_000, 36e3, 16_384, 599.0, "10:09:59",
+         "24.6 points/s, 56 min 41 s left, 16384 points in flight, the oldest for 9:59"),
+        (10**6, 900_000, 36e3, 64, 3600.0, "11:00:00",
+         "22.7 points/s, 1 h 6 min left, 64 points in flight, the oldest for 1:00:00"),
+    ],
+)  # fmt: skip
+def test_a_terminal_gets_a_bar_that_fits_and_gives_the_cursor_back(
+    clock: Clock,
+    monkeypatch: pytest.MonkeyPatch,
+    total: int,
+    done: int,
+    elapsed: float,
+    flying: int,
+    age: float,
+    clock_shows: str,
+    expected: str,
+) -> None:
+    terminal = terminal_of(monkeypatch)
+    store = found()
+    counts = Counts(total, store)
+    with display_of(counts):
+        clock.now += elapsed
+        advanced(counts, store, elapsed, ok=done - 3, diverged=3)
+        counts.in_flight.end(block_of(task(0, 1)))
+        if flying:
+            counts.in_flight.begin(task(0, flying))
+        clock.now += age
+    text = terminal.getvalue()
+    assert text.count(HIDDEN) == text.count(VISIBLE) == 1
+    assert text.index(HIDDEN) < text.index(VISIBLE)
+    bar, outlook = last_lines(text)
+    assert bar.endswith(f" {done}/{total} points, 3 failed, {clock_shows} elapsed")
+    assert bar.startswith("━" * 20)
+    assert outlook.rstrip() == expected
+    assert max(len(bar), len(outlook)) <= 80
+
+
+def test_the_bar_goes_on_though_nothing_comes_back(
+    clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    terminal = terminal_of(monkeypatch)
+    counts = Counts(10, found())
+    with display_of(counts):
+        counts.in_flight.begin(task(0, 10))
+        for seconds in (7, 8, 9):
+            clock.now = 1000.0 + seconds
+            wait_until(lambda s=seconds: f"0:0{s} elapsed" in plain(terminal.getvalue()))
+            wait_until(lambda s=seconds: f"the oldest for 0:0{s}" in plain(terminal.getvalue()))
+
+
+def test_the_bar_begins_with_what_was_found(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = terminal_of(monkeypatch)
+    with display_of(Counts(100, found(ok=30, failed=2))):
+        pass
+    assert " 32/100 points, 2 failed, 0:00 elapsed\n" in plain(terminal.getvalue())
+
+
+def test_stopping_gives_the_terminal_back_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = terminal_of(monkeypatch)
+    with display_of(Counts(10, found())) as shown:
+        shown.stop()
+        stopped = terminal.getvalue()
+        assert stopped.endswith("\n" + VISIBLE)
+    assert terminal.getvalue() == stopped
+
+
+def test_what_is_said_stands_above_the_bar_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = terminal_of(monkeypatch)
+    with display_of(Counts(10, found())):
+        sys.stderr.write("warning: [red] 3 points\n")
+    assert "warning: [red] 3 points\n" in plain(terminal.getvalue())
+    assert "0/10 points" in last_lines(terminal.getvalue())[0]
+
+
+# --- streams that are gone ---
+
+
+class Gone(Terminal):
+    """A terminal that was closed, or a log on a full disk, from its so many-th write on."""
+
+    def __init__(self, after: int, *, is_terminal: bool) -> None:
+        super().__init__()
+        self._left, self._is_terminal, self.failed = after, is_terminal, threading.Event()
+
+    def isatty(self) -> bool:
+        return self._is_terminal
+
+    def write(self, text: str) -> int:
+        self._left -= 1
+        if self._left < 0:
+            self.failed.set()
+            raise OSError(5, "Input/output error")
+        return super().write(text)
+
+
+@pytest.mark.parametrize("is_terminal", [True, False])
+@pytest.mark.parametrize("after", [0, 1, 4])
+def test_what_cannot_be_written_is_lost(
+    monkeypatch: pytest.MonkeyPatch, after: int, is_terminal: bool
+) -> None:
+    terminal_of(monkeypatch)
+    gone = Gone(after, is_terminal=is_terminal)
+    monkeypatch.setattr(sys, "stderr", gone)
+    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.01)
+    with display_of(Counts(10, found())):
+        assert gone.failed.wait(60.0)
+
+
+# --- kernels that are compiled ---
+
+WORD = "compiling for this processor: about a minute, and kept for later runs"
+
+
+@pytest.fixture
+def soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "_MOMENT", 0.0)
+
+
+def test_what_takes_a_moment_is_not_worth_a_word(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = terminal_of(monkeypatch)
+    monkeypatch.setattr(progress, "_MOMENT", 60.0)
+    with Compiling():
+        pass
+    assert terminal.getvalue() == ""
+
+
+def test_nothing_is_said_where_nothing_is_wanted(
+    soon: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    terminal = terminal_of(monkeypatch)
+    before = threading.active_count()
+    with Compiling(wanted=False):
+        assert threading.active_count() == before
+    assert terminal.getvalue() == ""
+
+
+def test_a_terminal_gets_a_spinner_that_counts_and_goes_away(
+    soon: None, clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    terminal = terminal_of(monkeypatch)
+    with Compiling():
+        for seconds in ("0:00", "0:12", "1:05"):
+            clock.now = 1000.0 + 60 * int(seconds[0]) + int(seconds[2:])
+            shown = f" {WORD} ({seconds})"
+            wait_until(lambda s=shown: s in plain(terminal.getvalue()))
+            assert len(shown) + 1 <= 80
+    text = terminal.getvalue()
+    assert text.count(HIDDEN) == text.count(VISIBLE) == 1
+    after = text[text.rindex(WORD) :]
+    assert "\x1b[2K" in after[after.index(VISIBLE) :]  # the line is erased
+    assert not plain(after.rpartition("\x1b[2K")[2]).strip()
+
+
+def test_a_log_gets_the_word_at_once_and_then_ever_fewer_lines(
+    soon: None, clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = Log(3)
+    monkeypatch.setattr(sys, "stderr", log)
+    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.01)
+    with Compiling():
+        assert log.there.wait(60.0)
+    assert set(log.getvalue().splitlines()) == {f"{WORD} (0:00)"}
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
+def test_it_goes_away_on_an_error(
+    soon: None, monkeypatch: pytest.MonkeyPatch, error: type[BaseException]
+) -> None:
+    terminal = terminal_of(monkeypatch)
+
+    def failing() -> None:
+        with Compiling():
+            wait_until(lambda: WORD in terminal.getvalue())
+            raise error
+
+    before = threading.active_count()
+    with pytest.raises(error):
+        failing()
+    assert terminal.getvalue().count(VISIBLE) == 1
+    wait_until(lambda: threading.active_count() == before)
+
+
+def test_it_can_be_taken_away_before_its_end(soon: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = terminal_of(monkeypatch)
+    with Compiling() as sign:
+        wait_until(lambda: WORD in terminal.getvalue())
+        sign.stop()
+        gone = terminal.getvalue()
+        assert VISIBLE in gone
+    assert terminal.getvalue() == gone
+
+
+# --- a notebook ---
+
+
+class Cell:
+    """What is shown under the cell of a notebook; a handle of IPython."""
+
+    def __init__(self) -> None:
+        self.shown: list[str] = []
+
+    def update(self, picture: Any) -> None:
+        self.shown.append(picture)
+
+
+@pytest.fixture
+def cell(monkeypatch: pytest.MonkeyPatch) -> Cell:
+    """A process that seems to be the kernel of a notebook."""
+    cell = Cell()
+
+    def display(picture: str, *, display_id: bool) -> Cell:
+        assert display_id
+        cell.update(picture)
+        return cell
+
+    notebook: Any = ModuleType("IPython")
+    notebook.get_ipython = lambda: SimpleNamespace(kernel=None)
+    notebook.display = ModuleType("IPython.display")
+    notebook.display.display, notebook.display.HTML = display, str
+    monkeypatch.setitem(sys.modules, "IPython", notebook)
+    monkeypatch.setitem(sys.modules, "IPython.display", notebook.display)
+    return cell
+
+
+def test_a_notebook_gets_a_bar_that_goes_on_and_ends_with_the_last_state(
+    clock: Clock, cell: Cell
+) -> None:
+    store = found(ok=1)
+    counts = Counts(4, store)
+    with display_of(counts):
+        assert len(cell.shown) >= 1
+        wait_until(lambda: len(cell.shown) > 2)
+        advanced(counts, store, ok=3)
+    bar = '<progress value="{}" max="4" style="width: 20em"></progress>'
+    assert cell.shown[0] == f"{bar.format(1)} 1/4 points, 0 failed, 0:00 elapsed<br>"
+    assert cell.shown[-1].startswith(f"{bar.format(4)} 4/4 points, 0 failed, 0:00 elapsed<br>")
+
+
+def test_a_notebook_is_told_that_kernels_are_compiled(soon: None, cell: Cell) -> None:
+    with Compiling():
+        wait_until(lambda: bool(cell.shown))
+    assert cell.shown[-1].startswith(WORD)
