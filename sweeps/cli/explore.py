@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -33,8 +32,10 @@ def explore(
     ] = False,
 ) -> None:
     """Open a page with a slider for every parameter, and the orbit that follows; Ctrl-C ends it."""
-    if find_spec("bokeh") is None:
-        stop_with("bokeh is not installed; try: pip install 'stickslip[explore]'", Exit.USAGE)
+    from sweeps.views import charts
+
+    if missing := charts.bokeh_is_missing():
+        stop_with(missing, Exit.USAGE)
     from sweeps.views.explore.page import Page
     from sweeps.views.explore.serving import PageServer
 

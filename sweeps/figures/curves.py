@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -24,6 +26,17 @@ _ROW = 0.035  # of a panel's height: one row of crosses for missing points
 _DOWNWARD = (0, (3.0, 2.0))  # dashes
 
 
+@dataclass(frozen=True)
+class Curve:
+    """One curve: values over the axis, where they jump, and its place along the other axes."""
+
+    label: str
+    style: CurveStyle
+    values: Array
+    jumps: Array
+    places: dict[str, int]
+
+
 def draw_curves(
     ds: xr.Dataset, layout: Layout, variables: Sequence[str], scales: frozenset[str] = frozenset()
 ) -> Figure:
@@ -43,7 +56,7 @@ def draw_curves(
         panel.axes.update_datalim([(x, 0.0) for x in axis.quantity.values[[0, -1]]], updatey=False)
         make_logarithmic(panel.axes, ["x"] * axis.geometric + ["y"] * log)
         low, high = value_range(drawn.dataset, panel.variable, log=log)
-        panel.axes.set(ylim=_limits(low, high, 1.0 / (1.0 - _ROW * crosses[-1]), log=log))
+        panel.axes.set(ylim=axis_limits(low, high, 1.0 / (1.0 - _ROW * crosses[-1]), log=log))
     label_axes(drawn, axis.label, [shown(ds[name]).label for name in variables])
     if handles := _legend(ds, layout):
         put_legend(drawn.figure, handles)
@@ -56,38 +69,33 @@ def _draw_panel(
     panel: Panel, axis: Axis, layout: Layout, variables: Sequence[str], rows: list[int]
 ) -> None:
     axes = panel.axes
-    for row, (line, style) in zip(rows, _curves(panel.dataset, layout.hue), strict=True):
-        for way, dashed in _ways(line, style, layout):
-            _draw_curve(axes, way, panel.variable, axis, dashed)
-            missing = missing_points(way, variables).values
-            _draw_crosses(axes, axis.quantity.values[missing], row, style)
+    for curve in curves_of(panel.dataset, layout, axis, panel.variable):
+        x, y = break_line(axis, curve.values, curve.jumps)
+        axes.plot(x, y, marker="o", markevery=_marked(y), **curve.style.line())
+        draw_jumps(axes, axis, curve.values, curve.jumps, curve.style.colour)
+        missing = missing_points(panel.dataset.isel(curve.places), variables).values
+        row = rows[curve.places.get(str(layout.hue), 0)]
+        _draw_crosses(axes, axis.quantity.values[missing], row, curve.style)
     if axis.names:
         axes.set_xticks(axis.quantity.values, labels=axis.names)
     if RESULTS[panel.variable].dtype.startswith("i"):
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
 
 
-def _draw_curve(axes: Axes, ds: xr.Dataset, name: str, axis: Axis, style: CurveStyle) -> None:
-    values = shown(trusted(ds, name)).values
-    places = jumps(ds, axis.steps, values)
-    x, y = break_line(axis, values, places)
-    axes.plot(x, y, marker="o", markevery=_marked(y), **style.line())
-    draw_jumps(axes, axis, values, places, style.colour)
-
-
-def _curves(ds: xr.Dataset, curve: str | None) -> list[tuple[xr.Dataset, CurveStyle]]:
-    if curve is None:
-        return [(ds, curve_style(0, 1))]
-    count = ds.sizes[curve]
-    return [(ds.isel({curve: i}), curve_style(i, count)) for i in range(count)]
-
-
-def _ways(ds: xr.Dataset, style: CurveStyle, layout: Layout) -> list[tuple[xr.Dataset, CurveStyle]]:
-    """The curve upward and, dashed and thinner, downward; or the one that there is."""
-    if not layout.both_ways:
-        return [(ds, style)]
-    ways = [str(way) for way in ds[DIRECTION].values]
-    return [(ds.isel({DIRECTION: i}), way_style(style, way)) for i, way in enumerate(ways)]
+def curves_of(ds: xr.Dataset, layout: Layout, axis: Axis, name: str) -> Iterator[Curve]:
+    """Yield the curves of a variable: for each value of the hue, and for each way."""
+    dims = [dim for dim in (layout.hue, DIRECTION if layout.both_ways else None) if dim]
+    count = ds.sizes[layout.hue] if layout.hue else 1
+    for places in itertools.product(*(range(ds.sizes[dim]) for dim in dims)):
+        place = dict(zip(dims, places, strict=True))
+        line, style = ds.isel(place), curve_style(place.get(str(layout.hue), 0), count)
+        labels = [legend_label(ds, layout.hue, place[layout.hue])] if layout.hue else []
+        if layout.both_ways:
+            way = str(line[DIRECTION].values)
+            style = way_style(style, way)
+            labels.append(DIRECTIONS.get(way, way))
+        values = shown(trusted(line, name)).values
+        yield Curve(", ".join(labels), style, values, jumps(line, axis.steps, values), place)
 
 
 def way_style(style: CurveStyle, way: str) -> CurveStyle:
@@ -123,8 +131,10 @@ def _rows_of_crosses(ds: xr.Dataset, curve: str | None, variables: Sequence[str]
     return [int(row) for row in np.cumsum(np.atleast_1d(gaps))]
 
 
-def _limits(low: float, high: float, room: float, *, log: bool) -> tuple[float, float]:
-    """From just below the lowest, so that a curve at zero shows, to above the highest point."""
+def axis_limits(
+    low: float, high: float, room: float = 1.0, *, log: bool = False
+) -> tuple[float, float]:
+    """Return limits just below the lowest point, so that a curve at zero shows, and above all."""
     if log:
         span = max(high / low, 1.1)
         return low * span**-0.03, low * (span**1.05) ** room
@@ -136,10 +146,11 @@ def _legend(ds: xr.Dataset, layout: Layout) -> list[Line2D]:
     ways = [str(way) for way in ds[DIRECTION].values] if layout.both_ways else []
     handles: list[Line2D] = []
     if layout.hue is not None:
-        for index, (_, style) in enumerate(_curves(ds, layout.hue)):
-            shown_style = way_style(style, "up") if ways else style
-            label = legend_label(ds, layout.hue, index)
-            handles.append(Line2D([], [], **shown_style.line(), label=label))
+        count = ds.sizes[layout.hue]
+        for index in range(count):
+            style = curve_style(index, count)
+            line = (way_style(style, "up") if ways else style).line()
+            handles.append(Line2D([], [], **line, label=legend_label(ds, layout.hue, index)))
     for way in ways:
         line = way_style(curve_style(0, 1), way).line()
         handles.append(Line2D([], [], **line, label=DIRECTIONS.get(way, way)))

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sweeps.figures.labels import Array, point_label, shown
+from sweeps.figures.labels import Array, shown, slice_label
 from sweeps.figures.style import (
     BLUE,
     COLUMN,
@@ -85,7 +85,7 @@ def _draw_energies(axes: Axes, ds: xr.Dataset, *, enlarged: bool = True) -> None
 
 def _energies(ds: xr.Dataset, phi: Array, energy: Array) -> list[Line2D]:
     styles = [curve_style(i, len(energy)).line() | _THIN for i in range(len(energy))]
-    names = [point_label(ds, "temperature", i) for i in range(len(energy))]
+    names = [slice_label(ds, {"temperature": i}) for i in range(len(energy))]
     return [
         Line2D(phi, f, **style, label=name)
         for f, style, name in zip(energy, styles, names, strict=True)

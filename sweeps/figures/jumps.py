@@ -16,19 +16,21 @@ _VISIBLE = 0.02  # of the range of the curve: less is no gap on paper
 
 
 def jumps(ds: xr.Dataset, steps: Array, y: Array) -> Array:
-    """True for each interval of a curve over which the value jumps, (n - 1,).
+    """Return True for each interval of curves over which the value jumps, (..., n - 1).
 
-    `steps` (n - 1,) are the distances of its points along x, `y` (n,) the values as drawn. The
-    kind of motion differs at the two ends, and the value goes several times as far as the slopes
-    beside it explain; those are taken within one kind of motion.
+    `steps` (n - 1,) are the distances of the points along x, `y` (..., n) the values as drawn; the
+    variables of `ds` have the same dimensions. The kind of motion differs at the two ends, and the
+    value goes several times as far as the slopes beside it explain; those are taken within one kind
+    of motion.
     """
-    if y.size < 2 or not np.isfinite(y).any():
-        return np.zeros(max(y.size - 1, 0), dtype=bool)
-    changes, rises = _changes(ds, y.size), np.abs(np.diff(y))
+    if y.shape[-1] < 2:
+        return np.zeros((*y.shape[:-1], 0), dtype=bool)
+    changes, rises = _changes(ds, y.shape), np.abs(np.diff(y))
     slopes = np.where(changes | (steps == 0), np.nan, rises / np.where(steps == 0, 1.0, steps))
     explained = _MARKED * _steepest_beside(slopes) * steps
+    largest = np.fmax.reduce(np.abs(y), axis=-1, keepdims=True)
     # A NaN compares as no jump: there is a gap already, or nothing to compare with.
-    found: Array = changes & (rises > explained) & (rises > _VISIBLE * np.nanmax(np.abs(y)))
+    found: Array = changes & (rises > explained) & (rises > _VISIBLE * largest)
     return found
 
 
@@ -45,17 +47,19 @@ def draw_jumps(axes: Axes, axis: Axis, y: Array, places: Array, colour: str) -> 
         axes.plot(middle, y[i : i + 2], ":", color=colour, linewidth=0.7, gid="jump")
 
 
-def _changes(ds: xr.Dataset, count: int) -> Array:
-    changes = np.zeros(count - 1, dtype=bool)
+def _changes(ds: xr.Dataset, shape: tuple[int, ...]) -> Array:
+    changes = np.zeros((*shape[:-1], shape[-1] - 1), dtype=bool)
     for name in _KINDS:
         if name in ds:
             kinds = trusted(ds, name).values
-            changes |= (kinds[1:] != kinds[:-1]) & np.isfinite(kinds[1:] + kinds[:-1])
+            before, after = kinds[..., :-1], kinds[..., 1:]
+            changes |= (after != before) & np.isfinite(after + before)
     return changes
 
 
 def _steepest_beside(slopes: Array) -> Array:
-    """The steepest of the two intervals on each side; NaN where none of them counts."""
-    padded, count = np.pad(slopes, 2, constant_values=np.nan), slopes.size
-    beside = [padded[shift : shift + count] for shift in (0, 1, 3, 4)]
+    """Return the steepest of the two intervals on each side; NaN where none of them counts."""
+    around = [(0, 0)] * (slopes.ndim - 1) + [(2, 2)]
+    padded, count = np.pad(slopes, around, constant_values=np.nan), slopes.shape[-1]
+    beside = [padded[..., shift : shift + count] for shift in (0, 1, 3, 4)]
     return np.asarray(np.fmax.reduce(beside))

@@ -117,13 +117,8 @@ def _unit_of_k(data: xr.DataArray) -> str:
     return r"Pa$\cdot$s" + ("" if power == "1" else f"$^{{{power}}}$")
 
 
-def point_label(ds: xr.Dataset, dim: str, index: int) -> str:
-    """What to call one point of a dimension: the value of its parameter, or of all linked ones."""
-    return slice_label(ds, {dim: index})
-
-
 def slice_label(ds: xr.Dataset, places: Mapping[str, int]) -> str:
-    """What to call a point of several dimensions."""
+    """Return what to call a point of some dimensions: the values of their parameters."""
     point = ds.isel(places)
     names = [name for dim in places for name in parameters_along(ds, dim) or [dim]]
     return ", ".join(_equation(point[name]) for name in names)
@@ -137,7 +132,7 @@ def _equation(scalar: xr.DataArray) -> str:
 
 def legend_label(ds: xr.Dataset, dim: str, index: int) -> str:
     """The same, with the kind of fluid where the dimension is the rheological index."""
-    label = point_label(ds, dim, index)
+    label = slice_label(ds, {dim: index})
     return f"{fluid(float(ds[dim][index]))}, {label}" if dim == "rheological_index" else label
 
 

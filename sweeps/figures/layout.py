@@ -199,23 +199,25 @@ def selections(ds: xr.Dataset, dims: tuple[str, ...], most: int) -> tuple[list[S
     """The slices over `dims`, at most `most` of them, and a note where that leaves some out."""
     indices = list(itertools.product(*(range(ds.sizes[dim]) for dim in dims)))
     kept = _evenly(len(indices), most)
-    chosen = []
-    for i in kept:
-        index = dict(zip(dims, indices[i], strict=True))
-        chosen.append(Selection(slice_label(ds, index), ds.isel(index)))
-    if len(kept) == len(indices):
-        return chosen, ""
-    names = ", ".join(shown(_coordinate(ds, dim)).symbol for dim in dims)
-    return chosen, f"{len(kept)} of {len(indices)} values of {names} are drawn."
+    places = [dict(zip(dims, indices[at], strict=True)) for at in kept]
+    chosen = [Selection(slice_label(ds, place), ds.isel(place)) for place in places]
+    return chosen, _left_out(ds, dims, len(kept), len(indices))
 
 
 def thinned(ds: xr.Dataset, dim: str | None, most: int) -> tuple[xr.Dataset, str]:
     """At most `most` points of a dimension, evenly chosen, and a note on those left out."""
     if dim is None or ds.sizes[dim] <= most:
         return ds, ""
-    name = shown(_coordinate(ds, dim)).symbol
-    note = f"{most} of {ds.sizes[dim]} values of {name} are drawn."
+    note = _left_out(ds, (dim,), most, ds.sizes[dim])
     return ds.isel({dim: _evenly(ds.sizes[dim], most)}), note
+
+
+def _left_out(ds: xr.Dataset, dims: tuple[str, ...], kept: int, count: int) -> str:
+    """Return a note on values that are not drawn; empty where all are."""
+    if kept == count:
+        return ""
+    names = ", ".join(shown(_coordinate(ds, dim)).symbol for dim in dims)
+    return f"{kept} of {count} values of {names} are drawn."
 
 
 def _evenly(count: int, most: int) -> list[int]:

@@ -17,7 +17,8 @@ from sweeps.figures.missing import missing_notes
 from sweeps.figures.panels import Panel, facet_panels, label_axes
 from sweeps.figures.style import make_logarithmic, put_legend, put_note
 
-_STRIP = "strip"  # the axis without extent of kinds along a single axis
+STRIP = "strip"
+"""The axis without extent of kinds along a single axis."""
 
 
 def draw_maps(
@@ -28,9 +29,9 @@ def draw_maps(
     A missing point is grey; a line parts cells of different kinds or counts.
     """
     if layout.y is None:
-        ds = ds.expand_dims(_STRIP)
+        ds = ds.expand_dims(STRIP)
     across = axis_of(ds, str(layout.x), log="x" in scales)
-    up = axis_of(ds, layout.y or _STRIP, log="y" in scales, named=True)
+    up = axis_of(ds, layout.y or STRIP, log="y" in scales, named=True)
     ds = ds.isel({across.dim: across.order, up.dim: up.order})
     drawn = facet_panels(ds, layout, variables, of_axes=True)
     for name in variables:
@@ -66,7 +67,7 @@ def _draw_map(panel: Panel, colours: Colours, across: Axis, up: Axis) -> None:
 def _name_points(axes: Axes, across: Axis, up: Axis) -> None:
     if across.names:
         axes.set_xticks(across.quantity.values, labels=across.names)
-    if up.names or up.dim == _STRIP:
+    if up.names or up.dim == STRIP:
         axes.set_yticks(up.quantity.values if up.names else [], labels=up.names)
         axes.tick_params(axis="y", length=0)
 

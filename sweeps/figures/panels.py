@@ -52,19 +52,22 @@ def facet_panels(
     ds, fewer = thinned(ds, layout.col, _MOST_WRAPPED if wraps else MOST_FACETS)
     ds, fewer_rows = thinned(ds, layout.row, min(MOST_FACETS, _MOST_ROWS // len(variables)))
     columns = _facets(ds, layout.col)
-    if len(columns) > MOST_FACETS:
-        return Panels(*_wrapped(columns, variables[0]), ds, [fewer])
     rows = list(itertools.product(_facets(ds, layout.row), variables))
-    size = (width_of(len(columns)), min(_TALLEST, _FRAME + _ROW * len(rows)))
+    across = len(columns) if len(columns) <= MOST_FACETS else math.ceil(math.sqrt(len(columns)))
+    down = len(rows) * math.ceil(len(columns) / across)
+    size = (width_of(across), min(_TALLEST, _FRAME + _ROW * down))
     share_y = True if len(variables) == 1 or of_axes else "row"
-    figure, grid = new_panels(len(rows), len(columns), size, sharex=True, sharey=share_y)
-    panels = []
-    for line, (row, name) in zip(grid, rows, strict=True):
-        line[0].set_ylabel(row.label)
-        slices = _facets(row.dataset, layout.col)
-        panels += [Panel(axes, s.dataset, name) for axes, s in zip(line, slices, strict=True)]
-    for axes, column in zip(grid[0], columns, strict=True):
-        _name(figure, axes, column.label, len(columns))
+    figure, grid = new_panels(down, across, size, sharex=True, sharey=share_y)
+    cells = [(c.dataset, name) for row, name in rows for c in _facets(row.dataset, layout.col)]
+    panels = [Panel(axes, *cell) for axes, cell in zip(grid.flat, cells, strict=False)]
+    for axes, (row, _) in zip(grid[:, 0], rows, strict=False):
+        axes.set_ylabel(row.label)
+    for axes, column in zip(grid.flat, columns, strict=False):
+        _name(figure, axes, column.label, across)
+    for unused in grid.flat[len(panels) :]:
+        unused.remove()
+    for lowest in grid.flat[len(panels) - across : len(panels)]:
+        lowest.tick_params(labelbottom=True)
     return Panels(figure, panels, ds, [fewer, fewer_rows])
 
 
@@ -85,22 +88,6 @@ def label_axes(panels: Panels, across: str, up: Sequence[str]) -> None:
 
 def _facets(ds: xr.Dataset, dim: str | None) -> list[Selection]:
     return [Selection("", ds)] if dim is None else selections(ds, (dim,), ds.sizes[dim])[0]
-
-
-def _wrapped(facets: list[Selection], variable: str) -> tuple[Figure, list[Panel]]:
-    across = math.ceil(math.sqrt(len(facets)))
-    down = math.ceil(len(facets) / across)
-    size = (width_of(across), _FRAME + _ROW * down)
-    figure, grid = new_panels(down, across, size, sharex=True, sharey=True)
-    panels = []
-    for axes, facet in zip(grid.flat, facets, strict=False):
-        _name(figure, axes, facet.label, across)
-        panels.append(Panel(axes, facet.dataset, variable))
-    for axes in grid.flat[len(facets) :]:
-        axes.remove()
-    for axes in grid.flat[len(facets) - across : len(facets)]:
-        axes.tick_params(labelbottom=True)
-    return figure, panels
 
 
 def _name(figure: Figure, axes: Axes, title: str, columns: int) -> None:

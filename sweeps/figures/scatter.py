@@ -56,17 +56,17 @@ def draw_scatter(
     rows = _clouds(ds, variables, options)
     figure, panels = _panels(rows)
     scales = options.scales
+    colours = None
     for row, line in zip(rows, panels, strict=True):
+        colours = _colours(ds, row[0], scales)
         for axes, cloud in zip(line, row, strict=True):
-            _draw_cloud(axes, ds, cloud, scales)
+            _draw_cloud(axes, ds, cloud, colours, scales)
         for axes in line[:: _across(len(row))]:
             axes.set_ylabel(shown(ds[row[0].up]).label)
-        colours = _colours(ds, row[0], scales)
         if colours and not colours.legend:
             colours.draw_scale(figure, line)
-    legends = [colours.legend for row in rows if (colours := _colours(ds, row[0], scales))]
-    if legends and legends[0]:
-        put_legend(figure, legends[0])
+    if colours and colours.legend:
+        put_legend(figure, colours.legend)
     figure.align_labels()
     put_note(figure, missing_notes(ds, variables, "Not drawn: "))
     return figure, middle
@@ -105,9 +105,10 @@ def _across(count: int) -> int:
     return count if count <= 4 else 3
 
 
-def _draw_cloud(axes: Axes, ds: xr.Dataset, cloud: _Cloud, scales: frozenset[str]) -> None:
+def _draw_cloud(
+    axes: Axes, ds: xr.Dataset, cloud: _Cloud, colours: Colours | None, scales: frozenset[str]
+) -> None:
     x, y = (shown(trusted(ds, name) if name in RESULTS else ds[name]) for name in cloud[:2])
-    colours = _colours(ds, cloud, scales)
     axes.scatter(
         x.values,
         y.values,

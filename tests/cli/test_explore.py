@@ -43,10 +43,10 @@ def test_it_prints_one_address_and_ends_on_a_signal(number: signal.Signals) -> N
 def test_without_bokeh_it_names_the_command(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(explore, "find_spec", lambda _: None)
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
     code, out, err = command("explore")
     assert (code, out) == (2, "")
-    assert err == "bokeh is not installed; try: pip install 'stickslip[explore]'\n"
+    assert err == "bokeh is not installed; try: pip install 'bokeh>=3.9'\n"
 
 
 def test_files_that_cannot_be_used(command: Command) -> None:

@@ -27,13 +27,18 @@ _WAIT = 120_000  # milliseconds: longer than anything takes, compiling included
 
 
 class Tab:
-    """A tab of the browser, and what it asked for: addresses, errors of scripts."""
+    """A tab of the browser: the addresses that it asked for, the errors and warnings in it."""
 
     def __init__(self, page: Any) -> None:
         self.page, self.requests, self.errors = page, list[str](), list[str]()
         page.on("request", lambda request: self.requests.append(request.url))
         page.on("websocket", lambda socket: self.requests.append(socket.url))
         page.on("pageerror", lambda error: self.errors.append(str(error)))
+        page.on("console", self._hear)
+
+    def _hear(self, message: Any) -> None:
+        if message.type in ("error", "warning"):
+            self.errors.append(message.text)
 
     def requests_elsewhere(self, *here: str) -> list[str]:
         """The addresses that begin with none of these, and hold no data themselves."""

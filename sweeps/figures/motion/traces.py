@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from stickslip.variables import PARAMETERS
-from sweeps.figures.labels import Quantity, point_label, shown
+from sweeps.figures.labels import Quantity, shown, slice_label
 from sweeps.figures.layout import MOST_FACETS, Selection, selections
 from sweeps.figures.motion.insets import put_inset
 from sweeps.figures.style import (
@@ -201,6 +201,6 @@ def _sections(run: Selection) -> list[Selection]:
     changes = [np.flatnonzero(np.diff(ds[name].values)) + 1 for name in stepped]
     borders = [0, *np.unique(np.concatenate(changes)).tolist(), ds.sizes[along]]
     return [
-        Selection(point_label(ds, along, start), ds.isel({along: slice(max(start - 1, 0), stop)}))
+        Selection(slice_label(ds, {along: start}), ds.isel({along: slice(max(start - 1, 0), stop)}))
         for start, stop in itertools.pairwise(borders)
     ]

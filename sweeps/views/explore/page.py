@@ -15,14 +15,14 @@ from stickslip.parameters import Parameters
 from sweeps.config.load import Config
 from sweeps.exits import ExpectedError
 from sweeps.human import clock
+from sweeps.views.charts.kinds import Place
+from sweeps.views.charts.orbit_figures import MotionPictures, columns_of
 from sweeps.views.explore.beginning import Beginning, Opened, lone, open_point, with_parameters
-from sweeps.views.explore.chart.kinds import Place
-from sweeps.views.explore.chart.view import ChartView
+from sweeps.views.explore.chart_view import ChartView
 from sweeps.views.explore.controls import GROUPS, Controls
 from sweeps.views.explore.copies import Copies
 from sweeps.views.explore.latest import Latest
 from sweeps.views.explore.motion import Motion, compute
-from sweeps.views.explore.orbit_figures import MotionPictures
 from sweeps.views.explore.settings import Settings
 from sweeps.views.explore.summary import summary_html
 from sweeps.views.points import periods_of
@@ -122,7 +122,7 @@ class Page:
     # --- what is shown ---
 
     def _draw(self, motion: Motion) -> None:
-        self._pictures.show(motion.courses)
+        self._pictures.show(None if motion.courses is None else columns_of(motion.courses))
         self._texts["summary"].text = summary_html(motion)
         orbit = motion.orbit
         found = orbit is not None and orbit.status.is_result

@@ -1,16 +1,16 @@
 """`stickslip report`: a result as one HTML file that needs no network.
 
-`write_report` is the way in; `page/` holds what runs in the browser.
+`write_report` is the way in; the script of a page is `report.js`.
 """
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sweeps.exits import ExpectedError
+from sweeps.views.charts import bokeh_is_missing
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,7 +19,7 @@ MOST_ORBITS = 200
 """Orbits in a page, about a megabyte."""
 
 MOST_POINTS = 300_000
-"""Points in a page, some 30 megabytes: what a browser still opens."""
+"""Points in a page, some 15 megabytes: what a browser still opens."""
 
 
 class ReportError(ExpectedError, ValueError):
@@ -83,7 +83,5 @@ def write_report(
 
 def require_bokeh() -> None:
     """Raise ReportError where the library that draws is not installed."""
-    if importlib.util.find_spec("bokeh") is None:
-        raise ReportError(
-            "a report needs bokeh, which is not installed; try: pip install 'stickslip[report]'"
-        )
+    if missing := bokeh_is_missing():
+        raise ReportError(missing)

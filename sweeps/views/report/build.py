@@ -3,26 +3,46 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+import shlex
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
+import numpy as np
 import xarray as xr
+from bokeh.layouts import column
+from bokeh.models import Model
 
+from stickslip.variables import PARAMETERS
 from sweeps.figures import data_of
 from sweeps.figures.plot_options import slice_at
 from sweeps.figures.style import styled
 from sweeps.files.datasets import content_hash
 from sweeps.human import size_text
+from sweeps.views.charts.drawing import CROSSES
+from sweeps.views.charts.orbit_figures import MotionPictures
 from sweeps.views.points import point_of
 from sweeps.views.report import MOST_POINTS, ReportError, facts
-from sweeps.views.report.chosen_points import Numbers, chosen_points, places_of
+from sweeps.views.report.chosen_points import (
+    Numbers,
+    chosen_points,
+    places_of,
+)
 from sweeps.views.report.document import page
-from sweeps.views.report.drawings import drawings
-from sweeps.views.report.packed_orbits import packed_orbits
-from sweeps.views.report.payload import payload
-from sweeps.views.report.views import View, ordered, views_of
+from sweeps.views.report.numbers import (
+    called,
+    nearest_source,
+    parameter,
+    parameters_of,
+    sources,
+    variable,
+    variables_of,
+)
+from sweeps.views.report.packed_orbits import PackedOrbit, packed_orbits
+from sweeps.views.report.sheets import Sheet, View, ordered, sheets_along, sheets_of, views_of
 from sweeps.views.symbols import plain
+
+_PORTRAIT = 440  # pixels high
 
 
 def built(
@@ -35,11 +55,10 @@ def built(
     warning: str,
     on_orbit: Callable[[int, int], None],
 ) -> str:
-    """The HTML of the page of a result; the arguments are those of `write_report`."""
+    """Return the HTML of the page of a result; the arguments are those of `write_report`."""
     part, where = _part(ds, name, at)
     with styled():
-        part, axes = ordered(part)
-        views = views_of(part)
+        part = ordered(part)
         chosen = chosen_points(part, orbits)
         count = itertools.count()
         if chosen.size:
@@ -47,18 +66,19 @@ def built(
         found = packed_orbits(
             part, chosen, workers=workers, on_motion=lambda: on_orbit(next(count), chosen.size)
         )
-        data = payload(part, axes, views) | {
-            "file": name,
-            "at": list(at),
-            "orbits": found,
-            "figures": drawings(part, axes, views, orbits=bool(found)),
-        }
-        parts = _parts(part, ds, name, plain(where), [warning, *_versions(part, chosen)])
-    return page(str(ds.attrs.get("title", name)), parts | _shown(views, chosen), data)
+        views = views_of(part)
+        others = [*sources(part), *(orbit.courses for orbit in found if orbit.courses)]
+        others += [nearest_source(part, chosen)] if found else []
+        data, hosts = _charts(part, views, others)
+        data |= _numbers(part, name, at) | _orbits(chosen, found)
+        hosts |= _motion_hosts() if found else {}
+        warnings = [warning, *_versions(part, chosen)]
+        parts = _facts(part, ds, name, plain(where), warnings) | _controls(part, views, chosen)
+    return page(str(ds.attrs.get("title", name)), parts, data, hosts)
 
 
 def _part(ds: xr.Dataset, name: str, at: Sequence[str]) -> tuple[xr.Dataset, str]:
-    """The points of a result that the page is of, and where they are; raises ReportError."""
+    """Return the points of a result that the page is of, and where they are; raises ReportError."""
     if data_of(ds) != "sweep" or "status" not in ds or "config" not in ds.attrs:
         raise ReportError(f"{name} holds no result of a sweep; `stickslip plot` draws trajectories")
     try:
@@ -76,18 +96,76 @@ def _part(ds: xr.Dataset, name: str, at: Sequence[str]) -> tuple[xr.Dataset, str
 
 
 def _versions(ds: xr.Dataset, chosen: Numbers) -> list[str]:
-    """What may make the orbits of the page differ from the numbers of the file."""
+    """Return what may make the orbits of the page differ from the numbers of the file."""
     if not chosen.size:
         return []
     (place,) = places_of(ds, chosen[:1])
-    told = point_of(ds.isel(place)).versions
-    return [f"The orbits were computed anew, and may differ: {'; '.join(told)}."] if told else []
+    reasons = "; ".join(point_of(ds.isel(place)).versions)
+    return [f"The orbits were computed anew, and may differ: {reasons}."] if reasons else []
 
 
-def _parts(
+def _charts(
+    ds: xr.Dataset, views: Sequence[View], sources: Sequence[Model]
+) -> tuple[dict[str, Any], dict[str, Model]]:
+    """Return what the script knows of the charts, and the places for one figure at a time.
+
+    All figures, and the sources that fill them, are the tags of a place: they come along with it.
+    """
+    names = variables_of(ds)
+    of_views = [dict(sheets_of(ds, view, names)) for view in views]
+    dims = dict.fromkeys(d for v in views if v.kind == "map" for d in (v.across, v.up) if d)
+    along = {dim: dict(sheets_along(ds, dim, names)) for dim in dims}
+    figures = [sheet.figure for scales in (*of_views, *along.values()) for sheet in scales.values()]
+    places = {
+        name: column(sizing_mode="stretch_width") for name in ("picture", "along-x", "along-y")
+    }
+    places["picture"].tags = [*figures, *sources]
+    lines = [_about(along[dim]) if dim in along else None for dim in ds["status"].dims]
+    return {"views": list(map(_about, of_views)), "along": lines, "crosses": CROSSES}, places
+
+
+def _about(scales: Mapping[str, Sheet]) -> dict[str, Any]:
+    return {scale: sheet.about for scale, sheet in scales.items()}
+
+
+def _motion_hosts() -> dict[str, Model]:
+    pictures = MotionPictures(_PORTRAIT)
+    courses = column(*pictures.courses, sizing_mode="stretch_width")
+    return {"portrait": pictures.portrait, "courses": courses}
+
+
+def _numbers(ds: xr.Dataset, name: str, at: Sequence[str]) -> dict[str, Any]:
+    sliced = [word for text in at for word in ("--at", text)]
+    dims = list(map(str, ds["status"].dims))
+    return {
+        "axes": [{"name": dim, "size": ds.sizes[dim]} for dim in dims],
+        "start": [_start(ds, dim) for dim in dims],
+        "parameters": [parameter(ds, name) for name in parameters_of(ds)],
+        "variables": [variable(ds, name) for name in variables_of(ds)],
+        "replay": escape(shlex.join(["stickslip", "replay", name, *sliced])),
+    }
+
+
+def _start(ds: xr.Dataset, dim: str) -> int:
+    """Return where to look first: at the paper's value, or in the middle of an axis without it."""
+    values, usual = ds[dim].values, PARAMETERS[dim].default if dim in PARAMETERS else np.nan
+    if dim in PARAMETERS and values.min() <= usual <= values.max():
+        return int(np.argmin(np.abs(values - usual)))
+    return ds.sizes[dim] // 2
+
+
+def _orbits(chosen: Numbers, found: Sequence[PackedOrbit]) -> dict[str, Any]:
+    orbits = [
+        {"point": number, "words": orbit.words, "drawn": orbit.courses is not None}
+        for number, orbit in zip(chosen.tolist(), found, strict=True)
+    ]
+    return {"orbits": orbits}
+
+
+def _facts(
     part: xr.Dataset, ds: xr.Dataset, name: str, where: str, warnings: Sequence[str]
 ) -> dict[str, str]:
-    """The words of the page, as HTML; `part` is what it shows of `ds`."""
+    """Return the words of the page, as HTML; `part` is what it shows of `ds`."""
     sizes = " × ".join(f"{str(dim).replace('_', ' ')} {n}" for dim, n in part.sizes.items())
     summary = f"{name}: {_counted(part['status'].size)}" + (f" ({sizes})" if sizes else "")
     attributes = [(key, ds.attrs[key]) for key in ds.attrs if key not in ("config", "title")]
@@ -96,7 +174,7 @@ def _parts(
     content = [("dimensions", dims), ("size in memory", size), ("content_sha256", content_hash(ds))]
     return {
         "summary": escape(f"{summary}. {where}" if where else summary),
-        "warnings": "".join(f'<p class="warning">{escape(told)}</p>' for told in warnings if told),
+        "warnings": "".join(f'<p class="warning">{escape(line)}</p>' for line in warnings if line),
         "failures": facts.failures_table(part),
         "counts": facts.counts_table(part),
         "error": facts.largest_error(part),
@@ -107,23 +185,33 @@ def _parts(
 
 
 def _counted(points: int) -> str:
-    """A number of points in words."""
+    """Return a number of points in words."""
     return f"{points} point" + "s" * (points != 1)
 
 
-def _shown(views: Sequence[View], chosen: Numbers) -> dict[str, Any]:
-    """Which sections there are, and what is said below the pictures."""
-    orbits = (
-        f"{_counted(chosen.size)} with an orbit in this page: first those without a result, then "
-        "both sides of the boundaries between regimes, then an even spread."
-    )
-    hint = (
-        "Point to see the numbers of a point, click to pin it and to draw the orbit of the nearest "
-        "point that has one here."
-    )
+def _controls(ds: xr.Dataset, views: Sequence[View], chosen: Numbers) -> dict[str, str]:
+    """Return the controls and tables that the script works with, and which sections there are."""
+    hint = "Point to see the numbers of a point, click to pin it"
+    with_orbit = " and to draw the orbit of the nearest point that has one here"
     return {
         "look": "" if views else "absent" if chosen.size else "single",
         "orbit": "" if chosen.size else "absent",
-        "hint": hint if chosen.size else "Point to see the numbers of a point, click to pin it.",
-        "orbits": orbits,
+        "view_options": _options(view.label for view in views),
+        "variable_options": _options(called(ds, name) for name in variables_of(ds)),
+        "sliders": "".join(_slider(ds, str(dim)) for dim in ds["status"].dims),
+        "readout": facts.readout_table(ds, parameters_of(ds), variables_of(ds)),
+        "hint": f"{hint}{with_orbit if chosen.size else ''}.",
+        "orbits": f"{_counted(chosen.size)} with an orbit in this page: first those without a "
+        "result, then both sides of the boundaries between regimes, then an even spread.",
     }
+
+
+def _options(texts: Iterable[str]) -> str:
+    lines = (f'<option value="{at}">{escape(text)}</option>' for at, text in enumerate(texts))
+    return "".join(lines)
+
+
+def _slider(ds: xr.Dataset, dim: str) -> str:
+    ends = f'min="0" max="{ds.sizes[dim] - 1}" value="{_start(ds, dim)}"'
+    name = escape(dim)
+    return f'<label hidden><output></output><input type="range" name="{name}" {ends}></label>'

@@ -1,4 +1,4 @@
-"""Which points of a result have their orbits in its page."""
+"""Which points of a result have their orbits in its page, and which is nearest to a point."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.status import Status
+from sweeps.figures.labels import parameters_along
 from sweeps.figures.layout import MANY, is_scattered
 from sweeps.grid import CASE, DIRECTION
 
@@ -16,11 +17,14 @@ Numbers = NDArray[np.int64]
 
 _RESULTS = [int(status) for status in Status if status.is_result]
 
+_WIDE = 20.0  # largest over smallest value of a case: from here on its logarithm counts
+_SHORT_WEIGHT = 2.0  # how much farther a point of another slice, or of another fluid, is
+
 _TRIES = 50  # for each point: most places that are drawn are free and have a result
 
 
 def failed_points(ds: xr.Dataset) -> Numbers:
-    """The points that were computed and have no result, as their numbers in C order."""
+    """Return the points that were computed and have no result, as their numbers in C order."""
     return np.flatnonzero(~np.isin(ds["status"].values, [*_RESULTS, Status.PENDING]))
 
 
@@ -34,7 +38,7 @@ def places_of(ds: xr.Dataset, numbers: Numbers) -> list[dict[str, int]]:
 
 
 def chosen_points(ds: xr.Dataset, most: int) -> Numbers:
-    """At most `most` computed points of a result, as their numbers in C order.
+    """Return at most `most` computed points of a result, as their numbers in C order.
 
     All that have no result; then both sides of the boundaries between regimes, for at most half of
     what is left, every kind of boundary in turn; then points that are spread evenly over the axes.
@@ -48,46 +52,37 @@ def chosen_points(ds: xr.Dataset, most: int) -> Numbers:
 
 
 def _evenly(numbers: NDArray[Any], most: int) -> NDArray[Any]:
-    """At most `most` of some numbers, or pairs of them, evenly chosen."""
+    """Return at most `most` of some numbers, or pairs of them, evenly chosen."""
     if len(numbers) <= most:
         return numbers
     return numbers[np.linspace(0, len(numbers) - 1, most).round().astype(np.int64)]
 
 
 def _boundaries(ds: xr.Dataset) -> list[Numbers]:
-    """For each kind of boundary between regimes the pairs (n, 2) of neighbours on its two sides."""
-    if "regime" not in ds:
+    """Return for each kind of boundary the pairs (n, 2) of neighbours on its two sides."""
+    axes = _axes_with_neighbours(ds) if "regime" in ds else []
+    if not axes:
         return []
     regime = np.where(np.isin(ds["status"].values, _RESULTS), ds["regime"].values, -1).astype(int)
     numbers = np.arange(regime.size).reshape(regime.shape)
-    pairs, kinds = [], []
-    for axis in _axes_with_neighbours(ds):
-        sides = np.stack([_part(regime, axis, slice(-1)), _part(regime, axis, slice(1, None))])
-        ends = np.stack([_part(numbers, axis, slice(-1)), _part(numbers, axis, slice(1, None))])
-        parted = (sides[0] != sides[1]) & (sides >= 0).all(axis=0)
-        pairs.append(ends[:, parted].T)
-        kinds.append(np.sort(sides[:, parted], axis=0).T)
-    if not pairs:
-        return []
-    of_pair = np.unique(np.concatenate(kinds), axis=0, return_inverse=True)[1].ravel()
-    together = np.concatenate(pairs)
-    return [together[of_pair == kind] for kind in range(of_pair.max(initial=-1) + 1)]
+    lines = [np.moveaxis(numbers, axis, 0) for axis in axes]
+    pairs = np.concatenate([np.stack([n[:-1].ravel(), n[1:].ravel()], axis=-1) for n in lines])
+    sides = np.sort(regime.ravel()[pairs], axis=1)
+    parted = (sides[:, 0] != sides[:, 1]) & (sides[:, 0] >= 0)
+    kinds = np.unique(sides[parted], axis=0, return_inverse=True)[1].ravel()
+    return [pairs[parted][kinds == kind] for kind in range(kinds.max(initial=-1) + 1)]
 
 
 def _axes_with_neighbours(ds: xr.Dataset) -> list[int]:
-    """The axes along which points are neighbours; a few fluids are, where no axis is long."""
+    """Return the axes along which points are neighbours: the long ones, or all where none is."""
     dims = [str(dim) for dim in ds["regime"].dims]
     near = [d for d in dims if d != DIRECTION and not (d == CASE and is_scattered(ds, d))]
     long = [dim for dim in near if ds.sizes[dim] > MANY]
     return [dims.index(dim) for dim in long or near]
 
 
-def _part(values: NDArray[Any], axis: int, part: slice) -> NDArray[Any]:
-    return values[(slice(None),) * axis + (part,)]
-
-
 def _both_sides(boundaries: list[Numbers], most: int) -> Numbers:
-    """At most `most` numbers of evenly chosen pairs; a short boundary leaves room to the others."""
+    """Return at most `most` points of all boundaries; a short one leaves room to the others."""
     chosen = np.empty(0, dtype=np.int64)
     for left, pairs in enumerate(sorted(boundaries, key=len)):
         room = (most - chosen.size) // (len(boundaries) - left)
@@ -96,20 +91,43 @@ def _both_sides(boundaries: list[Numbers], most: int) -> Numbers:
 
 
 def _spread(free: NDArray[np.bool_], most: int) -> Numbers:
-    """At most `most` of the free points, evenly spread over the axes of the grid.
+    """Return at most `most` of the free points, evenly spread over the axes of the grid."""
+    from scipy.stats import qmc  # of no use to pages without orbits
 
-    The places are those of the additive sequence with the root of r^(d+1) = r + 1, the golden ratio
-    on one axis, which leaves no large gaps for any number of points.
-    """
-    open_to = np.flatnonzero(free)
-    if open_to.size <= most:
-        return open_to
-    ratio = 2.0
-    for _ in range(50):  # a fixed point, reached long before
-        ratio = (1.0 + ratio) ** (1.0 / (free.ndim + 1))
-    steps = ratio ** -np.arange(1.0, free.ndim + 1)
-    places = (0.5 + np.outer(np.arange(1, _TRIES * most), steps)) % 1.0 * free.shape
+    known = np.flatnonzero(free)
+    if known.size <= most or most == 0:
+        return known[:most]
+    places = qmc.Halton(free.ndim, scramble=False).random(_TRIES * most) * free.shape
     numbers = np.ravel_multi_index(tuple(places.astype(np.int64).T), free.shape)
     _, first = np.unique(numbers, return_index=True)
     drawn = numbers[np.sort(first)]
     return np.asarray(drawn[free.ravel()[drawn]][:most])
+
+
+def nearest_chosen(ds: xr.Dataset, chosen: Numbers) -> NDArray[np.uint16]:
+    """Return for every point, in C order, which of the chosen ones is nearest.
+
+    An axis is as long as any other, but for short ones, along which points are farther apart; of
+    cases in no order each parameter counts.
+    """
+    from scipy.spatial import KDTree  # of no use to pages without orbits
+
+    if ds["status"].size == 1:
+        return np.zeros(1, dtype=np.uint16)
+    columns = []
+    for dim, places in zip(ds["status"].dims, np.indices(ds["status"].shape), strict=True):
+        size = ds.sizes[dim]
+        weight = _SHORT_WEIGHT if size <= MANY else 1.0
+        columns += [weight * along[places.ravel()] for along in _measures(ds, str(dim))]
+    points = np.stack(columns, axis=-1)
+    return np.asarray(KDTree(points[chosen]).query(points)[1], dtype=np.uint16)
+
+
+def _measures(ds: xr.Dataset, dim: str) -> list[NDArray[np.float64]]:
+    """Return how far along a dimension its points are, from 0 to 1, in one way or several."""
+    linked = parameters_along(ds, dim) if dim == CASE else []
+    if not linked or not is_scattered(ds, dim):
+        return [np.linspace(0.0, 1.0, ds.sizes[dim])]
+    columns = [ds[name].values.astype(float) for name in linked]
+    scaled = [np.log(v) if 0.0 < _WIDE * v.min() < v.max() else v for v in columns]
+    return [(values - values.min()) / (np.ptp(values) or 1.0) for values in scaled]

@@ -4,53 +4,65 @@ from __future__ import annotations
 
 import base64
 import hashlib
-from collections.abc import Mapping
+import json
+import re
+from collections.abc import Iterable, Mapping
 from html import escape
 from importlib.resources import files
 from string import Template
 from typing import Any
 
+from bokeh.document import Document
+from bokeh.models import Model
 from bokeh.resources import Resources
 
-from sweeps.views.report.packing import script_json
-
-_FOLDER = files(__package__) / "page"
-
-# In the order in which they build on one another.
-_SCRIPTS = (
-    "numbers.js",
-    "result.js",
-    "colours.js",
-    "jumps.js",
-    "drawing.js",
-    "maps.js",
-    "curves.js",
-    "points.js",
-    "words.js",
-    "orbits.js",
-    "page.js",
-)
+_NUMBER = re.compile(r'(?<="id":)"p\d+"')
 
 
-def page(title: str, parts: Mapping[str, str], payload: Mapping[str, Any]) -> str:
-    """The HTML of a page.
+def page(
+    title: str,
+    parts: Mapping[str, str],
+    data: Mapping[str, Any],
+    hosts: Mapping[str, Model],
+) -> str:
+    """Return the HTML of a page.
 
-    `title` is a text and `parts` are HTML, by their names in `page/page.html`; `payload` is what
-    the scripts work with.
+    `title` is a text and `parts` are HTML, by their names in `report.html`; `data` is what the
+    script works with. `hosts` are what stands in an element of the page, by its id.
 
     The page may not fetch anything: a Content-Security-Policy forbids it, as it forbids all scripts
     but these.
     """
-    scripts = [_library(), _own_script()]
+    script = f'(() => {{\n"use strict";\n{_read("report.js")}}})();\n'
+    scripts = [_library(), script]
+    document = _document_of(hosts.values())
     filled = {
         "title": escape(title),
         "policy": _policy(scripts),
-        "style": _read("page.css"),
-        "payload": script_json(payload),
+        "style": _read("report.css"),
+        "data": _script_json({**data, "document": document, "hosts": list(hosts)}),
         "library": scripts[0],
         "script": scripts[1],
     }
-    return Template(_read("page.html")).substitute(filled | dict(parts))
+    return Template(_read("report.html")).substitute(filled | dict(parts))
+
+
+def _document_of(roots: Iterable[Model]) -> dict[str, Any]:
+    document = Document()
+    for root in roots:
+        document.add_root(root)
+    return dict(document.to_json(deferred=False))
+
+
+def _script_json(data: Any) -> str:
+    """Return JSON that can stand in a script element: no `<` can end it, or begin a comment.
+
+    Models are numbered anew, since Bokeh counts all that a process ever made: the same result makes
+    the same page.
+    """
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    numbers: dict[str, str] = {}
+    return _NUMBER.sub(lambda found: numbers.setdefault(found[0], f'"p{len(numbers)}"'), text)
 
 
 def _policy(scripts: list[str]) -> str:
@@ -72,14 +84,9 @@ def _digest(script: str) -> str:
 
 
 def _library() -> str:
-    """BokehJS, without what draws widgets, tables and mathematics."""
+    """Return BokehJS, without what draws widgets, tables and mathematics."""
     return "\n".join(Resources(mode="inline", components=["bokeh"]).js_raw)
 
 
-def _own_script() -> str:
-    parts = "\n".join(_read(name) for name in _SCRIPTS)
-    return f'(() => {{\n"use strict";\n{parts}\n}})();\n'
-
-
 def _read(name: str) -> str:
-    return (_FOLDER / name).read_text(encoding="utf-8")
+    return (files(__package__) / name).read_text(encoding="utf-8")

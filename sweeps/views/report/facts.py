@@ -13,13 +13,13 @@ import xarray as xr
 
 from stickslip.regime import Regime
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS
+from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.figures.colours import code_name
 from sweeps.figures.labels import shown, slice_label
 from sweeps.figures.missing import trusted
 from sweeps.grid import CASE
 from sweeps.views.report.chosen_points import failed_points, places_of
-from sweeps.views.symbols import plain
+from sweeps.views.symbols import as_html, plain
 
 _MOST_FAILURES = 500  # rows that a browser lays out at once
 _LONGEST_TEXT = 200_000  # letters; the cases of a config may be megabytes
@@ -28,7 +28,7 @@ _UNKNOWN_CODE = "A code of another version."
 
 
 def failures_table(ds: xr.Dataset) -> str:
-    """A row for each point without a result: where it is, its status, and what that means."""
+    """Return a table of the points without a result: where, with which status, what that means."""
     failed = failed_points(ds)
     if not failed.size:
         return "<p>Every point that was computed has a result.</p>"
@@ -46,14 +46,14 @@ def _failure(ds: xr.Dataset, number: int) -> list[str]:
 
 
 def where_in_words(ds: xr.Dataset, number: int) -> str:
-    """The values of the axes at a point, by its number in C order."""
+    """Return the values of the axes at a point, by its number in C order."""
     (index,) = places_of(ds, np.array([number]))
     case = f"case {index[CASE]}, " if CASE in index else ""
     return case + plain(slice_label(ds, index)) or "the only point"
 
 
 def counts_table(ds: xr.Dataset) -> str:
-    """How many points have each status and each regime, and what these mean."""
+    """Return how many points have each status and each regime, and what these mean."""
     statuses = ds["status"].values
     rows = [["status", *row] for row in _counts(statuses, "status", Status)]
     if "regime" in ds:
@@ -75,7 +75,7 @@ def _sentence(kinds: type[Status] | type[Regime], code: int) -> str:
 
 
 def largest_error(ds: xr.Dataset) -> str:
-    """A sentence with the largest error that a point states, and where that is."""
+    """Return a sentence with the largest error that a point states, and where that is."""
     errors = trusted(ds, "amplitude_error").values.ravel() if "amplitude_error" in ds else None
     if errors is None or not np.isfinite(errors).any():
         return "No point states an error."
@@ -85,7 +85,7 @@ def largest_error(ds: xr.Dataset) -> str:
 
 
 def fixed_parameters(ds: xr.Dataset) -> str:
-    """The parameters that are the same at all points; those that are not the paper's stand out."""
+    """Return the parameters that are the same at all points; what is not the paper's stands out."""
     items = []
     for name in PARAMETERS:
         if name in ds.coords and ds[name].size == 1:
@@ -96,13 +96,31 @@ def fixed_parameters(ds: xr.Dataset) -> str:
     return f'<ul class="parameters">{"".join(items)}</ul>'
 
 
+def readout_table(ds: xr.Dataset, parameters: Sequence[str], variables: Sequence[str]) -> str:
+    """Return a table of the numbers of a point, which the script of the page fills in order."""
+    rows = [
+        f'<tr class="parameter"><th>{_called(ds, name)}</th><td></td></tr>' for name in parameters
+    ]
+    rows += [
+        f'<tr title="{escape(RESULTS[name].meaning)}"><th>{escape(name.replace("_", " "))}</th>'
+        "<td></td></tr>"
+        for name in variables
+    ]
+    return f'<table class="readout"><tbody>{"".join(rows)}</tbody></table>'
+
+
+def _called(ds: xr.Dataset, name: str) -> str:
+    words = escape(name.replace("_", " "))
+    return f"{words} {as_html(shown(ds[name]).symbol)}" if name in PARAMETERS else words
+
+
 def provenance_table(facts: Iterable[tuple[str, object]]) -> str:
     """Names and texts, such as the attributes of a file."""
     return _table((), [[escape(name), _text(str(value))] for name, value in facts])
 
 
 def config_text(config: str) -> str:
-    """The config of a result, as YAML."""
+    """Return the config of a result, as YAML."""
     return f"<pre>{_text(config)}</pre>"
 
 
@@ -113,7 +131,7 @@ def _text(text: str) -> str:
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table of cells that are HTML already."""
+    """Return a table of cells that are HTML already."""
     titles = "".join(f"<th>{title}</th>" for title in head)
     lines = ["<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows]
     above = f"<thead><tr>{titles}</tr></thead>" if head else ""

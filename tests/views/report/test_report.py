@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,14 @@ from support.browser import Tab, chromium, opened_tab
 
 from stickslip import Status
 from sweeps import run
+from sweeps.figures.jumps import break_line
+from sweeps.views.charts.choice import Choice, chart_of
+from sweeps.views.charts.kinds import Curves
 from sweeps.views.report import MOST_POINTS, ReportError, write_report
 
 pytest.importorskip("bokeh", reason="bokeh is not installed")
+from sweeps.views.report.numbers import variables_of
+
 __all__ = ["chromium"]  # a fixture
 
 LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
@@ -49,9 +55,7 @@ def page(ds: xr.Dataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def payload_of(page: Path) -> dict[str, Any]:
     text = page.read_text("utf-8")
-    found = re.search(
-        r'<script type="application/json" id="payload">(.*?)</script>', text, re.DOTALL
-    )
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
     assert found
     data: dict[str, Any] = json.loads(found[1])
     return data
@@ -62,7 +66,7 @@ def test_nothing_of_the_file_becomes_markup(page: Path) -> None:
     assert "<b>title</b>" not in text
     assert "map <i>.nc" not in text
     assert "Odd &lt;/script&gt;&lt;b&gt;title" in text
-    payload = re.search(r'id="payload">(.*?)</script>', text, re.DOTALL)
+    payload = re.search(r'id="data">(.*?)</script>', text, re.DOTALL)
     assert payload
     assert "<" not in payload[1]
 
@@ -92,14 +96,14 @@ def test_the_same_result_makes_the_same_page(ds: xr.Dataset, page: Path, tmp_pat
 @pytest.mark.parametrize("source", [LOOSE, LINE, LOOSE | {"sweep": {"T": [200.0, 250.0]}}])
 def test_every_kind_of_result_has_a_page(source: dict[str, Any], tmp_path: Path) -> None:
     write_report(run(source), tmp_path / "a.html", name="a.nc", orbits=3)
-    assert payload_of(tmp_path / "a.html")["file"] == "a.nc"
+    assert payload_of(tmp_path / "a.html")["replay"] == "stickslip replay a.nc"
 
 
 def test_a_slice_can_be_taken_and_too_large_a_result_is_refused(
     ds: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     write_report(ds, tmp_path / "a.html", name="a.nc", at=["gamma=0"], orbits=0)
-    assert payload_of(tmp_path / "a.html")["at"] == ["gamma=0"]
+    assert payload_of(tmp_path / "a.html")["replay"].endswith("replay a.nc --at gamma=0")
     assert ds.status.size < MOST_POINTS
     monkeypatch.setattr("sweeps.views.report.build.MOST_POINTS", 10)
     with pytest.raises(ReportError, match=r"162 points, and a page holds 10.*--at temperature=200"):
@@ -118,27 +122,117 @@ def test_the_accessor_writes_it_too(ds: xr.Dataset, tmp_path: Path) -> None:
     assert part.stickslip.report(tmp_path / "a.html").exists()
 
 
-def test_in_a_browser_a_click_draws_an_orbit_and_nothing_is_fetched(
-    chromium: Any, page: Path
-) -> None:
-    with opened_tab(chromium) as opened:
-        tab = Tab(opened)
-        opened.goto(page.as_uri())
-        opened.wait_for_selector("#picture .bk-Figure, #picture div")
-        box = opened.locator("#picture").bounding_box()
-        opened.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 0.5 * box["height"])
-        opened.wait_for_function("document.querySelectorAll('#readout tr').length > 10")
-        before = opened.inner_text("#orbit-words")
-        opened.mouse.click(box["x"] + 0.7 * box["width"], box["y"] + 0.8 * box["height"])
-        opened.wait_for_function(
-            "before => document.getElementById('orbit-words').innerText !== before", arg=before
-        )
-        assert "stickslip replay" in opened.inner_text("#orbit-words")
-        slider = opened.locator("#sliders input").first
-        shown = opened.inner_text("#sliders")
-        slider.press("ArrowRight")
-        opened.wait_for_function(
-            "shown => document.getElementById('sliders').innerText !== shown", arg=shown
-        )
+@pytest.fixture
+def opened(chromium: Any, page: Path) -> Iterator[Any]:
+    """The page in a tab, which asks for nothing from elsewhere and has no errors."""
+    with opened_tab(chromium) as browser_page:
+        tab = Tab(browser_page)
+        browser_page.goto(page.as_uri())
+        browser_page.wait_for_selector("body[data-ready]")
+        yield browser_page
         assert tab.errors == []
         assert tab.requests_elsewhere("file:") == []
+
+
+def test_in_a_browser_a_click_draws_an_orbit_and_a_slider_cuts(opened: Any) -> None:
+    box = opened.locator("#picture").bounding_box()
+    opened.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 0.5 * box["height"])
+    opened.wait_for_function("document.getElementById('readout').innerText.includes(' K\\n')")
+    before = opened.inner_text("#orbit-words")
+    opened.mouse.click(box["x"] + 0.7 * box["width"], box["y"] + 0.8 * box["height"])
+    opened.wait_for_function(
+        "before => document.getElementById('orbit-words').innerText !== before", arg=before
+    )
+    assert "stickslip replay" in opened.inner_text("#orbit-words")
+    assert opened.inner_text("#readout-heading") == "Pinned point"
+    shown = opened.inner_text("#sliders")
+    opened.locator("#sliders label:visible input").press("ArrowRight")
+    opened.wait_for_function(
+        "shown => document.getElementById('sliders').innerText !== shown", arg=shown
+    )
+
+
+def drawn(opened: Any, host: str) -> dict[str, Any]:
+    """The columns of all shapes of the figure that stands in a place, by the names of these."""
+    script = """host => {
+        const root = Bokeh.documents[0].roots()[["picture", "along-x", "along-y"].indexOf(host)];
+        const plain = (data) => Object.fromEntries(Object.entries(data).map(
+            ([name, values]) => [name, Array.from(name === "image" ? values[0] : values)]));
+        return Object.fromEntries(root.children[0].renderers.filter((shape) => shape.name).map(
+            (shape) => [shape.name, plain(shape.data_source.data)]));
+    }"""
+    shapes: dict[str, Any] = opened.evaluate(script, host)
+    return shapes
+
+
+@pytest.mark.parametrize("variable", ["friction_force_amplitude", "regime"])
+def test_in_a_browser_a_map_and_its_curves_are_those_of_the_result(
+    opened: Any, ds: xr.Dataset, variable: str
+) -> None:
+    opened.select_option("#variable", str(variables_of(ds).index(variable)))
+    opened.locator("#sliders label:visible input").press("End")
+    opened.locator("button[data-point]").first.click()
+    failed = {"temperature": 0, "spring_stiffness": 0, "rheological_index": 0}
+    chart = chart_of(ds, Choice(variable, places=failed))
+    image = drawn(opened, "picture")["cells"]["image"]
+    np.testing.assert_allclose(image, chart.image().ravel(), rtol=1e-6)
+    assert np.isnan(image[0])
+    line = chart_of(ds.isel(spring_stiffness=0, rheological_index=0), Choice(variable))
+    along = drawn(opened, "along-x")
+    if variable == "regime":
+        np.testing.assert_array_equal(along["cells"]["image"], line.image()[0])
+    else:
+        x, y = break_line(line.across, line.curves[0].values, line.curves[0].jumps)
+        np.testing.assert_allclose(along["curve 0"]["x"], x)
+        np.testing.assert_allclose(along["curve 0"]["y"], y, rtol=1e-6)
+        assert along["missing 0"]["x"] == [200.0]
+        assert len(along["jumps 0"]["x"]) == line.curves[0].jumps.sum()
+
+
+def test_in_a_browser_both_ways_are_drawn_with_their_jumps(chromium: Any, tmp_path: Path) -> None:
+    ds = run(LINE)
+    write_report(ds, tmp_path / "a.html", name="a.nc", orbits=0)
+    chart = chart_of(ds, Choice("elastic_stress_amplitude"))
+    assert isinstance(chart, Curves)
+    with opened_tab(chromium) as tab:
+        tab.goto((tmp_path / "a.html").as_uri())
+        tab.wait_for_selector("body[data-ready]")
+        shapes = drawn(tab, "picture")
+    assert sum(curve.jumps.sum() for curve in chart.curves) > 0
+    for number, curve in enumerate(chart.curves):
+        x, y = break_line(chart.across, curve.values, curve.jumps)
+        np.testing.assert_allclose(shapes[f"curve {number}"]["x"], x)
+        np.testing.assert_allclose(shapes[f"curve {number}"]["y"], y, rtol=1e-6)
+
+
+def odd_results(ds: xr.Dataset) -> dict[str, xr.Dataset]:
+    """Results without a number, or a regime; of cases with one parameter; of kinds both ways."""
+    lost = ds.copy(deep=True)
+    lost["status"][:] = Status.DIVERGED
+    sample = {"sobol": 16, "seed": 1, "temperature": [150, 320]}
+    return {
+        "lost": lost,
+        "without regimes": ds.drop_vars("regime"),
+        "one parameter": run(LOOSE | {"sample": sample}),
+        "both ways": run(LINE),
+    }
+
+
+def test_in_a_browser_all_variables_and_views_of_odd_results_are_drawn(
+    chromium: Any, ds: xr.Dataset, tmp_path: Path
+) -> None:
+    for name, result in odd_results(ds).items():
+        path = tmp_path / f"{name}.html"
+        write_report(result, path, name=name, orbits=2)
+        with opened_tab(chromium) as browser_page:
+            tab = Tab(browser_page)
+            browser_page.goto(path.as_uri())
+            browser_page.wait_for_selector("body[data-ready]")
+            for view in range(browser_page.locator("#view option").count()):
+                browser_page.select_option("#view", str(view))
+                for variable in ("friction_force_amplitude", "regime", "status"):
+                    if variable in result:
+                        place = variables_of(result).index(variable)
+                        browser_page.select_option("#variable", str(place))
+                        assert drawn(browser_page, "picture")
+            assert tab.errors == [], name

@@ -16,16 +16,10 @@ from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.colours import is_discrete
 from sweeps.figures.labels import DIRECTION, slice_label
 from sweeps.figures.layout import MANY
+from sweeps.views.charts.choice import Choice, axes_to_choose, chart_of, further_axes, is_cloud
+from sweeps.views.charts.kinds import Chart, Place
 from sweeps.views.explore.beginning import Opened
-from sweeps.views.explore.chart.choice import (
-    Choice,
-    axes_to_choose,
-    chart_of,
-    further_axes,
-    is_cloud,
-)
-from sweeps.views.explore.chart.figure import ChartFigure
-from sweeps.views.explore.chart.kinds import Chart, Place
+from sweeps.views.explore.chart_figure import ChartFigure
 from sweeps.views.symbols import plain
 
 _AUTOMATIC = "automatic"

@@ -7,8 +7,8 @@ import pytest
 from support.pictures import GAMMAS, both_ways, failed, random_cases, sweep
 
 from stickslip.status import Status
-from sweeps.views.explore.chart.choice import Choice, axes_to_choose, chart_of, further_axes
-from sweeps.views.explore.chart.kinds import Cells, Cloud, Curves
+from sweeps.views.charts.choice import Choice, axes_to_choose, chart_of, further_axes
+from sweeps.views.charts.kinds import Cells, Cloud, Curves
 
 STRESS = "elastic_stress_amplitude"
 T, K = np.linspace(150.0, 320.0, 35), np.geomspace(100.0, 1e4, 21)
@@ -104,6 +104,38 @@ def test_both_ways_are_two_curves():
     lower = chart.curves[1].values[4]
     place = chart.place_at(float(ds.angular_frequency[4]), lower)
     assert place == {"angular_frequency": 4, "direction": 1}
+
+
+def test_kinds_both_ways_are_two_strips():
+    ds = both_ways(sweep(temperature=T))
+    ds["regime"] = ds["status"].copy(data=np.broadcast_to([[0], [2]], ds["status"].shape))
+    chart = chart_of(ds, Choice("regime"))
+    assert isinstance(chart, Cells)
+    assert chart.up.names == ("upward", "downward")
+    assert np.unique(chart.values, axis=1).tolist() == [[0.0], [1.0]]
+
+
+def test_a_curve_knows_its_jumps_and_the_range_of_all_values():
+    ds = regimes(sweep(temperature=T))
+    ds[STRESS] = ds[STRESS].where(T <= 280.0, 0.1 * ds[STRESS])
+    chart = chart_of(ds, Choice(STRESS))
+    assert np.flatnonzero(chart.curves[0].jumps).tolist() == [np.flatnonzero(T > 280.0)[0] - 1]
+    low, high = chart.ends
+    assert low < 0.0
+    assert high > float(ds[STRESS].max()) / 1e6
+    ds[STRESS][3] = 0.0
+    heights = chart_of(ds, Choice(STRESS, log=True)).curves[0].values
+    assert np.flatnonzero(np.isnan(heights)).tolist() == [3]
+
+
+def test_cases_may_lie_over_the_variable_itself():
+    ds = random_cases(60, temperature=(150.0, 320.0), spring_stiffness=(100.0, 1e4))
+    chart = chart_of(ds, Choice(STRESS, across="temperature", up=STRESS))
+    assert isinstance(chart, Cloud)
+    np.testing.assert_allclose(chart.y, ds[STRESS] / 1e6)
+    assert chart.colours is not None
+    assert chart.colours.name == "regime"
+    assert chart.place_at(float(ds.temperature[17]), chart.y[17]) == {"case": 17}
 
 
 def test_random_cases_are_a_cloud():

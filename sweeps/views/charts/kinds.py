@@ -12,15 +12,14 @@ from typing import TypeAlias
 import numpy as np
 
 from sweeps.figures.colours import Colours
+from sweeps.figures.curves import Curve
 from sweeps.figures.labels import Array
 from sweeps.figures.layout import Axis
-from sweeps.figures.maps import cell_edges
-from sweeps.figures.style import CurveStyle
+from sweeps.figures.maps import STRIP, cell_edges
 from sweeps.grid import CASE
 
 Place: TypeAlias = dict[str, int]
 
-STRIP = "strip"  # the axis without extent of kinds along a single axis
 _FINEST = 800  # pixels of a map whose cells are not all of one size
 
 
@@ -35,7 +34,7 @@ class Cells:
     places: Place
 
     def place_at(self, x: float, y: float) -> Place | None:
-        """The place of the point whose cell is there."""
+        """Return the place of the point whose cell is there."""
         place = dict(self.places)
         for axis, value in ((self.across, x), (self.up, y)):
             index = int(np.searchsorted(cell_edges(axis), value)) - 1
@@ -46,33 +45,24 @@ class Cells:
         return place
 
     def image(self) -> Array:
-        """The values (up, across) on pixels of one size on the scales of the axes."""
-        rows, columns = (_cells_of_pixels(axis) for axis in (self.up, self.across))
+        """Return the values (up, across) on pixels of one size on the scales of the axes."""
+        rows, columns = (cells_of_pixels(axis) for axis in (self.up, self.across))
         values = np.ma.filled(self.values.astype(np.float32), np.nan)
         return np.asarray(values[np.ix_(rows, columns)])
 
 
 @dataclass(frozen=True)
-class Curve:
-    """One curve: values over the axis, and its place along the other axes."""
-
-    label: str
-    style: CurveStyle
-    values: Array
-    places: Place
-
-
-@dataclass(frozen=True)
 class Curves:
-    """Curves over one axis."""
+    """Curves over one axis; `ends` are those of the axis that goes up."""
 
     across: Axis
     label: str
     curves: tuple[Curve, ...]
+    ends: tuple[float, float]
     log: bool
 
     def place_at(self, x: float, y: float) -> Place | None:
-        """The place of the point of the nearest curve at the nearest value of the axis."""
+        """Return the place of the point of the nearest curve at the nearest value of the axis."""
         index = _nearest(self.across, x)
         heights = np.array([curve.values[index] for curve in self.curves])
         distances = np.abs(np.nan_to_num(heights, nan=np.inf) - y)
@@ -84,40 +74,40 @@ class Curves:
 
 @dataclass(frozen=True)
 class Cloud:
-    """Linked cases in no order: points over two parameters."""
+    """Linked cases in no order: points over two parameters, or over one and a variable.
+
+    `ends` are those of the axis of a variable, on which what is drawn may change.
+    """
 
     names: tuple[str, str]
     x: Array
     y: Array
     labels: tuple[str, str]
-    geometric: tuple[bool, bool]
-    colours: Colours
+    log: tuple[bool, bool]
+    ends: tuple[float, float] | None
+    colours: Colours | None
     values: Array
     places: Place
 
     def place_at(self, x: float, y: float) -> Place | None:
-        """The place of the nearest point, as it is seen: both ranges are of one length."""
-        across = _distances(self.x, x, geometric=self.geometric[0])
-        up = _distances(self.y, y, geometric=self.geometric[1])
-        return {**self.places, CASE: int(np.argmin(np.hypot(across, up)))}
+        """Return the place of the nearest point, as it is seen: both ranges are of one length."""
+        across = _distances(self.x, x, log=self.log[0])
+        up = _distances(self.y, y, log=self.log[1])
+        distances = np.nan_to_num(np.hypot(across, up), nan=np.inf)
+        return {**self.places, CASE: int(np.argmin(distances))}
 
 
 Chart: TypeAlias = Cells | Curves | Cloud
 
 
 def ends_of(axis: Axis) -> tuple[float, float]:
-    """The outer borders of the first and the last point of an axis."""
+    """Return the outer borders of the first and the last point of an axis."""
     edges = cell_edges(axis)
     return float(edges[0]), float(edges[-1])
 
 
-def _nearest(axis: Axis, value: float) -> int:
-    """The place on an axis that is nearest to a value, on its own scale."""
-    return int(np.clip(np.searchsorted(axis.middles, value), 0, len(axis.order) - 1))
-
-
-def _cells_of_pixels(axis: Axis) -> Array:
-    """The cell that each pixel belongs to, of pixels that are evenly spread on the axis's scale."""
+def cells_of_pixels(axis: Axis) -> Array:
+    """Return the cell of each pixel, of pixels that are evenly spread on the axis's scale."""
     edges = np.log(cell_edges(axis)) if axis.geometric else cell_edges(axis)
     widths = np.diff(edges)
     if np.allclose(widths, widths[0], rtol=1e-6, atol=0.0):
@@ -127,8 +117,14 @@ def _cells_of_pixels(axis: Axis) -> Array:
     return np.asarray(np.clip(np.searchsorted(edges, middles) - 1, 0, len(widths) - 1))
 
 
-def _distances(values: Array, value: float, *, geometric: bool) -> Array:
-    """How far values are from one, as parts of their range."""
-    if geometric:
+def _nearest(axis: Axis, value: float) -> int:
+    """Return the place on an axis that is nearest to a value, on its own scale."""
+    return int(np.clip(np.searchsorted(axis.middles, value), 0, len(axis.order) - 1))
+
+
+def _distances(values: Array, value: float, *, log: bool) -> Array:
+    """Return how far values are from one, as parts of their range."""
+    if log:
         values, value = np.log(values), math.log(value)
-    return np.asarray((values - value) / np.ptp(values))
+    span = np.nanmax(values) - np.nanmin(values)
+    return np.asarray((values - value) / (span or 1.0))

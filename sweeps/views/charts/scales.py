@@ -1,0 +1,128 @@
+"""Empty figures, their ticks, colours and legends."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from bokeh.models import (
+    BasicTickFormatter,
+    ColorBar,
+    ColorMapper,
+    DataRange1d,
+    FixedTicker,
+    LinearColorMapper,
+    LogAxis,
+    LogColorMapper,
+)
+from bokeh.plotting import figure
+from matplotlib.colors import LogNorm, to_hex
+
+from sweeps.figures.colours import Colours, code_name
+from sweeps.figures.layout import Axis
+from sweeps.figures.maps import STRIP
+from sweeps.figures.style import GREY, CurveStyle
+from sweeps.views.charts.kinds import ends_of
+from sweeps.views.symbols import plain
+
+_SHADES = 256
+_DECADES = 4  # of an axis on which 2 and 5 are named too
+_PIXELS = 96.0 / 72.0  # of a screen, in a point of a printed picture
+
+
+def new_figure(**settings: Any) -> figure:
+    """Return an empty figure in the style of the pages, as wide as its place."""
+    empty = figure(
+        sizing_mode="stretch_width",
+        tools="pan,box_zoom,wheel_zoom,reset,save",
+        toolbar_location="right",
+        output_backend="canvas",
+        min_border_left=60,  # panels above one another begin together
+        **settings,
+    )
+    empty.toolbar.update(logo=None, autohide=True)
+    empty.grid.grid_line_alpha = 0.4
+    for axis in empty.axis:
+        axis.update(axis_label_text_font_style="normal", axis_label_text_font_size="13px")
+        axis.update(major_label_text_font_size="12px", axis_label_standoff=4)
+        axis.update(minor_tick_line_color=None)
+        if not isinstance(axis, LogAxis):
+            axis.formatter = BasicTickFormatter(power_limit_low=-4, power_limit_high=7)
+    for ends in (empty.x_range, empty.y_range):
+        if isinstance(ends, DataRange1d):
+            ends.only_visible = True
+    return empty
+
+
+def line_style(style: CurveStyle) -> dict[str, Any]:
+    """Return the look of a printed curve on a screen; its dashes are in widths of the line."""
+    width = style.width * _PIXELS
+    pattern = () if isinstance(style.dashes, str) else style.dashes[1]
+    dashes = [max(1, round(part * width)) for part in pattern]
+    return {"line_color": style.colour, "line_width": width, "line_dash": dashes}
+
+
+def name_ticks(side: Any, axis: Axis) -> None:
+    """Put ticks on a side of a figure: at round numbers, or with the names of points."""
+    side.axis_label = None if axis.dim == STRIP else plain(axis.label)
+    if axis.dim == STRIP:
+        side.ticker = FixedTicker(ticks=[])
+    elif axis.geometric:
+        side.ticker = FixedTicker(ticks=round_numbers(*ends_of(axis)))
+    if axis.names:
+        places = axis.quantity.values.tolist()
+        side.ticker = FixedTicker(ticks=places)
+        names = [plain(name).replace(",\n", "\n") for name in axis.names]
+        side.major_label_overrides = dict(zip(places, names, strict=True))
+
+
+def round_numbers(low: float, high: float) -> list[float]:
+    """Return 1, 2, 5, 10 ... over a range; powers of ten where it is long."""
+    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    mantissas = (1, 2, 5) if last - first <= _DECADES else (1,)
+    numbers = [mantissa * 10.0**power for power in range(first, last + 1) for mantissa in mantissas]
+    return [number for number in numbers if low <= number <= high]
+
+
+def mapper_of(colours: Colours) -> ColorMapper:
+    """Return the colours of values, or of the places of codes, in the browser."""
+    grey = to_hex(GREY)
+    if colours.codes:
+        ends = -0.5, len(colours.codes) - 0.5
+        return LinearColorMapper(palette=palette_of(colours), low=ends[0], high=ends[1],
+                                 nan_color=grey)  # fmt: skip
+    kind = LogColorMapper if isinstance(colours.norm, LogNorm) else LinearColorMapper
+    low, high = colours.norm.vmin, colours.norm.vmax
+    return kind(palette=palette_of(colours), low=low, high=high, nan_color=grey)
+
+
+def palette_of(colours: Colours) -> list[str]:
+    """Return a colour for each code, or those of a scale of values from low to high."""
+    count = len(colours.codes)
+    places = range(count) if count else np.linspace(0.0, 1.0, _SHADES)
+    return [to_hex(colours.cmap(place)) for place in places]
+
+
+def add_colour_bar(drawn: figure, title: str | None, mapper: ColorMapper) -> None:
+    """Put a scale of values beside a figure."""
+    bar = ColorBar(color_mapper=mapper, title=title, width=12, padding=6)
+    bar.update(title_text_font_style="normal", title_text_font_size="11px")
+    drawn.add_layout(bar, "right")
+
+
+def add_legend(drawn: figure, colours: Colours, palette: list[str]) -> None:
+    """Name kinds or counts above a figure."""
+    nowhere = [math.nan]
+    for colour, code in zip(palette, colours.codes, strict=True):
+        name = code_name(colours.name, code)
+        drawn.scatter(nowhere, nowhere, marker="square", size=10, color=colour, legend_label=name)
+    put_legend_above(drawn, columns=3)
+
+
+def put_legend_above(drawn: figure, columns: int, spacing: int = 0) -> None:
+    """Move the legend of a figure out of its frame, where it hides nothing."""
+    legend = drawn.legend[0]
+    legend.update(label_text_font_size="11px", border_line_alpha=0, padding=2, spacing=spacing)
+    legend.update(ncols=columns, location="left", glyph_height=16, label_height=16)
+    drawn.add_layout(legend, "above")

@@ -1,0 +1,175 @@
+"""The numbers of a result and what they are called, as the script of its page takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from html import escape
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from bokeh.models import ColumnDataSource
+from matplotlib.colors import to_hex
+
+from stickslip.regime import Regime
+from stickslip.status import Status
+from stickslip.variables import PARAMETERS, RESULTS
+from sweeps.figure_table import AMPLITUDES
+from sweeps.figures.colours import code_name, codes_in, colours_of, is_discrete
+from sweeps.figures.curves import axis_limits
+from sweeps.figures.jumps import jumps
+from sweeps.figures.labels import DIRECTIONS, Array, Quantity, shown, slice_label
+from sweeps.figures.layout import axis_of
+from sweeps.figures.missing import trusted, value_range
+from sweeps.figures.style import GREY
+from sweeps.grid import CASE, DIRECTION
+from sweeps.views.charts.scales import palette_of
+from sweeps.views.report.chosen_points import Numbers, nearest_chosen
+from sweeps.views.symbols import as_html, plain
+
+# What a reader looks at first.
+_FIRST = (*AMPLITUDES, "regime", "status", "amplitude_error")
+
+_SENTENCES: Mapping[str, type[Regime] | type[Status]] = {"regime": Regime, "status": Status}
+
+
+def symbol_of(name: str) -> str:
+    """Return the symbol of a parameter; what is none, such as a case, is called by its name."""
+    return plain(f"${PARAMETERS[name].tex}$") if name in PARAMETERS else name
+
+
+def variables_of(ds: xr.Dataset) -> list[str]:
+    """Return the result variables, first those that a reader looks at first."""
+    known = [name for name in RESULTS if name in ds.data_vars]
+    return sorted(known, key=lambda name: _FIRST.index(name) if name in _FIRST else len(_FIRST))
+
+
+def parameters_of(ds: xr.Dataset) -> list[str]:
+    """Return the parameters that vary, in the order of the axes."""
+    known = [name for name in (CASE, *PARAMETERS, DIRECTION) if name in ds.coords]
+    return [name for dim in ds["status"].dims for name in known if ds[name].dims == (dim,)]
+
+
+def is_of_kinds(ds: xr.Dataset, name: str) -> bool:
+    """Return whether a variable has kinds or counts, of which there are some and not too many."""
+    return is_discrete(ds, name) and bool(codes_in(ds, name))
+
+
+def parameter(ds: xr.Dataset, name: str) -> dict[str, Any]:
+    """Return what is said of a parameter: its symbol, unit, axis, and names of its values."""
+    coordinate = ds[name]
+    dim = str(coordinate.dims[0])
+    about: dict[str, Any] = {"name": name, "axis": list(ds["status"].dims).index(dim)}
+    if name == DIRECTION:
+        keys = coordinate.values.astype(str).tolist()
+        texts = [escape(DIRECTIONS.get(key, key)) for key in keys]
+        return about | {"prefix": "", "keys": keys, "texts": texts}
+    one = shown(xr.ones_like(coordinate, dtype=float))
+    symbol = as_html(one.symbol) if name in PARAMETERS else escape(name)
+    about |= {"prefix": f"{symbol} = ", "units": _unit(one), "factor": float(one.values[0])}
+    if name == "rheological_index" and name == dim and axis_of(ds, dim, named=True).names:
+        labels = [as_html(slice_label(ds, {dim: at})) for at in range(coordinate.size)]
+        about["texts"] = [label.rpartition(" = ")[2] for label in labels]
+    return about
+
+
+def variable(ds: xr.Dataset, name: str) -> dict[str, Any]:
+    """Return what is said of a variable, and the ranges or kinds of its values."""
+    quantity, words = shown(trusted(ds, name)), name.replace("_", " ")
+    is_word = _is_word(quantity, words)
+    about = {
+        "name": name,
+        "label": words if is_word else plain(quantity.label),
+        "units": _unit(quantity),
+    }
+    heading = escape(words) if is_word else as_html(quantity.label)
+    title = f'<strong title="{escape(RESULTS[name].meaning)}">{heading}</strong>'
+    none = ""
+    if not np.isfinite(quantity.values).all():
+        none = _square(to_hex(GREY), "no value", "No result, or not defined at these points.")
+    if not is_of_kinds(ds, name):
+        ranges = {
+            scale: [*value_range(ds, name, log=log), *_limits(ds, name, log=log)]
+            for scale, log in (("linear", False), ("log", True))
+        }
+        return about | {"legend": title + none, "ranges": ranges}
+    colours = colours_of(ds, name)
+    palette, names = palette_of(colours), [code_name(name, code) for code in colours.codes]
+    squares = [
+        _square(colour, text, _sentence(name, code))
+        for colour, text, code in zip(palette, names, colours.codes, strict=True)
+    ]
+    ends = [-0.5, len(names) - 0.5]
+    ranges = {"kinds": [*ends, *ends]}
+    return about | {
+        "legend": "".join([title, *squares, none]), "ranges": ranges, "palette": palette,
+        "names": [escape(text) for text in names],
+    }  # fmt: skip
+
+
+def _unit(quantity: Quantity) -> str:
+    return f" {as_html(quantity.units)}" if quantity.units else ""
+
+
+def called(ds: xr.Dataset, name: str) -> str:
+    """Return the name of a variable and its symbol, where it has one."""
+    quantity, words = shown(ds[name]), name.replace("_", " ")
+    return words if _is_word(quantity, words) else f"{words}, {plain(quantity.symbol)}"
+
+
+def _is_word(quantity: Quantity, words: str) -> bool:
+    """Return whether the symbol of a variable is a word that says less than its name."""
+    return plain(quantity.symbol).replace("_", " ") in words
+
+
+def _limits(ds: xr.Dataset, name: str, *, log: bool) -> tuple[float, float]:
+    return axis_limits(*value_range(ds, name, log=log), log=log)
+
+
+def _square(colour: str, text: str, meaning: str) -> str:
+    square = f'<i style="background:{colour}"></i>'
+    return f'<span title="{escape(meaning)}">{square}{escape(text)}</span>'
+
+
+def _sentence(name: str, code: int) -> str:
+    meanings = _SENTENCES.get(name)
+    return meanings(code).sentence if meanings and code in list(meanings) else ""
+
+
+def sources(ds: xr.Dataset) -> Iterator[ColumnDataSource]:
+    """Yield the numbers of the points in C order: parameters, variables, and where these jump.
+
+    Kinds are their places among those that there are.
+    """
+    for name in parameters_of(ds):
+        if name != DIRECTION:
+            yield _source(name, ds[name].values.astype(float))
+    names = variables_of(ds)
+    for name in names:
+        values = shown(trusted(ds, name)).values
+        if is_of_kinds(ds, name):
+            values = np.ma.filled(colours_of(ds, name).placed(ds), np.nan)
+        yield _source(name, values.astype(np.float32))
+    for dim in map(str, ds["status"].dims):
+        if dim != DIRECTION:
+            yield _source(f"jumps along {dim}", _jumps_along(ds, dim, names))
+
+
+def nearest_source(ds: xr.Dataset, chosen: Numbers) -> ColumnDataSource:
+    """Return, for each point, which of the points with an orbit in the page is nearest."""
+    return ColumnDataSource({"values": nearest_chosen(ds, chosen)}, name="values of nearest orbit")
+
+
+def _source(name: str, values: Array) -> ColumnDataSource:
+    return ColumnDataSource({"values": values.ravel()}, name=f"values of {name}")
+
+
+def _jumps_along(ds: xr.Dataset, dim: str, names: list[str]) -> Array:
+    """Return, for the interval behind each point, a bit for each variable that jumps over it."""
+    line, steps = ds.transpose(..., dim), axis_of(ds, dim, named=True).steps
+    curves = {at: name for at, name in enumerate(names) if not is_of_kinds(ds, name)}
+    heights = np.stack([shown(trusted(line, name)).values for name in curves.values()])
+    bits = xr.zeros_like(line["status"], dtype=np.uint32)
+    for at, found in zip(curves, jumps(line, steps, heights), strict=True):
+        bits.values[..., :-1] |= found.astype(np.uint32) << np.uint32(at)
+    return bits.transpose(*ds["status"].dims).values

@@ -1,0 +1,180 @@
+"""The charts of a page: which views there are, their figures, and what its script must know.
+
+A view has a figure for each scale: of numbers, of their logarithms, and of kinds, which have
+colours instead. The script of the page puts the values of a variable and a slice into them.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from bokeh.models import CrosshairTool, Model, SingleIntervalTicker
+
+from sweeps.figures.labels import parameters_along
+from sweeps.figures.layout import Axis, axis_of, is_scattered, layout_of
+from sweeps.figures.maps import STRIP, cell_edges
+from sweeps.grid import CASE, DIRECTION
+from sweeps.views.charts.choice import Choice, chart_of, further_axes, is_cloud
+from sweeps.views.charts.drawing import draw
+from sweeps.views.charts.kinds import Cells, Chart, Cloud, Curves, cells_of_pixels
+from sweeps.views.report.numbers import is_of_kinds, symbol_of
+
+SCALES = ("linear", "log", "kinds")
+_TALL, _LOW = 540, 276  # pixels: a view, and the curves through a point of a map
+_MARK = 5.0  # pixels, of a point that has an orbit in the page
+
+
+@dataclass(frozen=True)
+class View:
+    """A way to look at a result; what finds no room is chosen with sliders.
+
+    `across` and `up` are axes or, of points, parameters; None for those of the standard picture.
+    `of_values` says that the variable itself goes up.
+    """
+
+    kind: str
+    across: str | None = None
+    up: str | None = None
+    of_values: bool = False
+
+    @property
+    def label(self) -> str:
+        """Return what it is called where it is chosen."""
+        return f"{self.kind} over {' and '.join(symbol_of(n) for n in (self.across, self.up) if n)}"
+
+    def choice(self, variable: str, scale: str) -> Choice:
+        """Return what of the result is drawn; points of kinds lie over two parameters."""
+        up = variable if self.of_values and scale != "kinds" else self.up
+        return Choice(variable, self.across, up, log=scale == "log")
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A figure of a page, and what its script must know to fill it."""
+
+    figure: Model
+    about: dict[str, Any]
+
+
+def ordered(ds: xr.Dataset) -> xr.Dataset:
+    """Return the result with rising values along its axes; cases in no order stay as they are.
+
+    Dimensions of one point are none.
+    """
+    ds = ds.squeeze()
+    rising = [dim for dim in map(str, ds["status"].dims) if not _is_unordered(ds, dim)]
+    return ds.isel({dim: axis_of(ds, dim, named=True).order for dim in rising})
+
+
+def views_of(ds: xr.Dataset) -> list[View]:
+    """Return the views of a result, first its standard picture; none of a single point."""
+    if is_cloud(ds, Choice("status")):
+        along = parameters_along(ds, CASE)
+        maps = [View("points", x, y) for x, y in itertools.combinations(along, 2)]
+        return [*(View("points", x, of_values=True) for x in along), *maps]
+    layout = layout_of(ds)
+    if layout.x is None:
+        return []
+    long_first = sorted(map(str, ds.sizes), key=lambda dim: -ds.sizes[dim])
+    dims = [dim for dim in long_first if dim != DIRECTION and not _is_unordered(ds, dim)]
+    pairs = list(itertools.combinations(dims, 2))
+    if layout.y is None:
+        return [View("curves", layout.x), *(View("map", *pair) for pair in pairs)]
+    first = (layout.x, layout.y)
+    others = [pair for pair in pairs if set(pair) != set(first)]
+    return [View("map", *pair) for pair in (first, *others)]
+
+
+def _is_unordered(ds: xr.Dataset, dim: str) -> bool:
+    return dim == CASE and is_scattered(ds, dim)
+
+
+def sheets_of(ds: xr.Dataset, view: View, variables: list[str]) -> Iterator[tuple[str, Sheet]]:
+    """Yield the sheet of a view for each scale."""
+    for scale, variable in _examples(ds, variables):
+        choice = view.choice(variable, scale)
+        chart = chart_of(ds, choice)
+        sheet = _sheet(ds, chart, f"{view.label}, {scale}", _TALL)
+        sheet.about["sliders"] = [_place(ds, dim) for dim in further_axes(ds, choice)]
+        _add_marks(sheet.figure, chart)
+        yield scale, sheet
+
+
+def sheets_along(ds: xr.Dataset, dim: str, variables: list[str]) -> Iterator[tuple[str, Sheet]]:
+    """Yield, for each scale, the sheet of the curve along an axis through a point of a map."""
+    for scale, variable in _examples(ds, variables):
+        line = ds.isel({other: [0] for other in ds.sizes if other != dim})
+        chart = chart_of(line.squeeze(), Choice(variable, log=scale == "log"))
+        yield scale, _sheet(ds, chart, f"along {dim}, {scale}", _LOW)
+
+
+def _examples(ds: xr.Dataset, variables: list[str]) -> Iterator[tuple[str, str]]:
+    """Yield for each scale a variable that is drawn on it, if there is one."""
+    for scale in SCALES:
+        of_scale = [name for name in variables if is_of_kinds(ds, name) == (scale == "kinds")]
+        if of_scale:
+            yield scale, of_scale[0]
+
+
+def _sheet(ds: xr.Dataset, chart: Chart, name: str, height: int) -> Sheet:
+    figure = draw(chart, height=height, explained=False)
+    figure.name = name
+    for shape in figure.renderers:
+        _empty(shape)
+    about: dict[str, Any] = {"figure": name}
+    if isinstance(chart, Cells):
+        figure.select_one({"name": "cells"}).glyph.color_mapper.name = f"colours of {name}"
+        about |= {"kind": "cells", "x": _ruler(ds, chart.across), "y": _ruler(ds, chart.up)}
+    elif isinstance(chart, Curves):
+        fixed = [[[_place(ds, dim), at] for dim, at in c.places.items()] for c in chart.curves]
+        about |= {"kind": "curves", "x": _ruler(ds, chart.across), "curves": fixed}
+    else:
+        if chart.ends is None and chart.colours:
+            colour = figure.select_one({"name": "cells"}).glyph.fill_color
+            colour.transform.name = f"colours of {name}"
+        about |= {"kind": "cloud", "axis": _place(ds, CASE), "heights": chart.ends is not None}
+        about["log"] = list(chart.log)
+        if chart.names[1] in ("regime", "status"):  # as heights they have names
+            figure.yaxis.ticker = SingleIntervalTicker(interval=1)
+    return Sheet(figure, about)
+
+
+def _empty(shape: Any) -> None:
+    """Take the values out of a shape; the script of the page puts those in that are looked at."""
+    data = shape.data_source.data
+    if "image" in data:
+        shape.data_source.data = {"image": [np.zeros((1, 1), dtype=np.float32)]}
+    elif "value" in data:
+        shape.data_source.data = {key: np.float32(values) for key, values in data.items()}
+    else:
+        shape.data_source.data = {key: [] for key in data}
+
+
+def _ruler(ds: xr.Dataset, axis: Axis) -> dict[str, Any]:
+    """Return where the points of an axis are, and which of them each pixel of a map belongs to."""
+    pixels = cells_of_pixels(axis)
+    is_even = pixels.size == axis.order.size
+    return {
+        "axis": -1 if axis.dim == STRIP else _place(ds, axis.dim),
+        "places": axis.quantity.values.tolist(),
+        "edges": cell_edges(axis).tolist(),
+        "pixels": None if is_even else pixels.tolist(),
+    }
+
+
+def _place(ds: xr.Dataset, dim: str) -> int:
+    return list(ds["status"].dims).index(dim)
+
+
+def _add_marks(figure: Any, chart: Chart) -> None:
+    """Mark the points that have an orbit in the page."""
+    fill = None if isinstance(chart, Cloud) else "white"
+    size = 2 * _MARK if isinstance(chart, Cloud) else _MARK
+    figure.scatter([], [], size=size, fill_color=fill, line_color="black", name="orbits")
+    if isinstance(chart, Cells):
+        figure.add_tools(CrosshairTool(line_alpha=0.5))
