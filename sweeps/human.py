@@ -1,4 +1,4 @@
-"""What people read: durations, sizes, reasons, spellings as they write them, and where it goes."""
+"""Texts for people: durations, sizes, reasons and spellings, and the streams they go to."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import difflib
 from collections.abc import Iterable
 from typing import Any, TextIO
 
-_LONGEST_NAME = 60  # letters that are compared: a pasted page would take difflib for ever
+_LONGEST_NAME = 60  # letters that are compared: a pasted page would take difflib forever
 
 
 class Messages:

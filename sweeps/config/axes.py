@@ -70,7 +70,7 @@ class Geomspace(Group):
     example: ClassVar[str] = "{geomspace: [first, last], num: 171}"
 
     geomspace: Annotated[Pair, AfterValidator(_of_one_sign)] = Field(
-        description="[first, last]: `num` values of constant ratio; not exponents"
+        description="[first, last]: `num` values of constant ratio (values, not exponents)"
     )
     num: Count
 

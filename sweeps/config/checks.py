@@ -1,4 +1,4 @@
-"""What is wrong with a config although each of its values is right: checks of several together.
+"""Checks of several values together, of a config in which each by itself is valid.
 
 What depends on a value that was refused is not judged.
 """
@@ -312,7 +312,7 @@ def combinations(config: Config, names: Collection[str]) -> set[tuple[float, ...
 
 
 def _refuse_frozen_start(document: Document, config: Config) -> None:
-    """Refuse a point that starts at phi = 0 without noise: its film would stay liquid for ever."""
+    """Refuse a point that starts at phi = 0 without noise: its film would stay liquid forever."""
     start, noise = "initial_order_parameter", "noise_intensity"
     unknown = start in _unknown(document, config)
     if unknown or not _starts_at_zero(config, start, noise):

@@ -31,7 +31,7 @@ def load(
     `overrides` are `KEY=VALUE` texts as of `--set`; see `sweeps.config.overrides`. `checks` look at
     a config that is otherwise sound, such as those that need the physics.
 
-    Raises ConfigError where the file cannot be used; all problems are reported at once.
+    Raises ConfigError if the file cannot be used; all problems are reported at once.
     """
     path = Path(path)
     return _config(read_file(path), overrides, checks, f"results/{path.stem}.nc")

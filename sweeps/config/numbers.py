@@ -55,7 +55,7 @@ def finite(value: object) -> float:
 
 
 def whole(value: object) -> int:
-    """Return `value` as an int, 1e3 as 1000; raises ValueError where it is no whole number."""
+    """Return `value` as an int, 1e3 as 1000; raises ValueError if it is no whole number."""
     if isinstance(value, int) and not isinstance(value, bool):
         return value
     real = number(value)

@@ -1,4 +1,4 @@
-"""`refine`: axes that are computed coarsely first, and then where it matters."""
+"""`refine`: axes that are computed coarsely first, and then where needed."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _with_regime(conditions: tuple[str | float, ...]) -> tuple[str | float, ...]
 
 
 class Refine(Group):
-    """Axes computed coarsely first, then finer where the regime changes or a middle misses."""
+    """Axes computed coarsely first, then finer where the regime changes or interpolation misses."""
 
     example: ClassVar[str] = (
         "{axes: [temperature, angular_frequency], levels: 3, where: [regime, 1e-2]}"
@@ -68,7 +68,7 @@ class Refine(Group):
         tuple[Condition, ...], AfterValidator(_with_regime), BeforeValidator(_listed)
     ] = Field(
         (_REGIME, 1e-2),
-        description="a change of regime; part of an amplitude by which the middle of a "
+        description="a change of regime; fraction of an amplitude by which the middle of a "
         "cell may miss interpolation",
     )
 

@@ -106,7 +106,7 @@ class Sample(Group):
     )
     latin_hypercube: Count | None = Field(None, description="points of a Latin hypercube")
     seed: Annotated[int, Field(ge=0), BeforeValidator(whole)] = Field(
-        0, description="where the draw begins"
+        0, description="seed of the random numbers"
     )
 
     @model_validator(mode="after")

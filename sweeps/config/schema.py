@@ -71,7 +71,7 @@ def _option(option: str) -> Any:
 def _of_ensembles(option: str) -> Any:
     """Return the field of an option that counts for a stochastic film alone."""
     what = OPTIONS[option]
-    return Field(None, description=f"{STOCHASTIC} alone: {what.meaning}; left out, {what.default}")
+    return Field(None, description=f"{STOCHASTIC} only: {what.meaning}; by default {what.default}")
 
 
 def _belongs_to(key: str, *owners: str) -> AfterValidator:
@@ -148,7 +148,7 @@ class Section(Group):
 
 
 class Integrator(Section):
-    """How the equations are integrated; `rtol` counts for adaptive, `dt` for euler-cromer."""
+    """Integration of the equations; `rtol` is for adaptive, `dt` for euler-cromer."""
 
     method: Annotated[str, _one_of(METHODS)] = Field(
         DEFAULTS.method,
@@ -173,12 +173,12 @@ class Stationary(Section):
     max_periods: Count = _option("max_periods")
     window: Window = _option("window")
     accelerate: Switch = Field(
-        DEFAULTS.accelerate, description="extrapolate plainly contracting sequences (adaptive)"
+        DEFAULTS.accelerate, description="extrapolate clearly contracting sequences (adaptive)"
     )
 
 
 class Noise(Section):
-    """How the weak noise of the order parameter is treated."""
+    """Treatment of the weak noise of the order parameter."""
 
     treatment: Annotated[str, _one_of(NOISE_TREATMENTS)] = Field(
         DEFAULTS.noise,
@@ -199,7 +199,7 @@ class Noise(Section):
 
 
 class Film(Section):
-    """How the lubricant film is modelled."""
+    """Model of the lubricant film."""
 
     friction: Annotated[str, _one_of(FRICTION_LAWS)] = Field(
         DEFAULTS.friction, description="law of the viscous stress"
@@ -212,9 +212,9 @@ class Film(Section):
 
 
 class Execution(Section):
-    """How the work is spread; never part of the identity of a result."""
+    """Distribution of the work; it never affects the result."""
 
-    workers: Workers = Field(2, description="threads, or processes, that compute at once")
+    workers: Workers = Field(2, description="number of threads or processes")
     backend: Annotated[str, _one_of(EXECUTORS)] = Field(
         next(iter(EXECUTORS)),
         description="; ".join(f"{name}: {entry.meaning}" for name, entry in EXECUTORS.items()),
@@ -223,19 +223,19 @@ class Execution(Section):
         Field(None, description="address of a dask scheduler")
     )
     block_points: Count | None = Field(
-        None, description="points handed out at once; left out, about a second's work"
+        None, description="points per block; by default about a second of work"
     )
 
 
 class Plot(Section):
-    """Which picture shows the result."""
+    """The picture of the result."""
 
     figure: Annotated[str, _one_of(FIGURES)] = Field(
         next(iter(FIGURES)),
         description="; ".join(f"{name}: of {figure.drawn}" for name, figure in FIGURES.items()),
     )
     elastic_strain: Strain | None = Field(
-        None, description="free_energy, landscape: the strain; left out, that of Fig. 2"
+        None, description="free_energy, landscape: the strain; by default that of Fig. 2"
     )
 
 
@@ -244,15 +244,13 @@ class Simulation(Section):
 
     periods: Periods = Field(6, description="drive periods")
     start: Literal["initial", "stationary"] = Field(
-        "initial", description="the initial values, or the settled orbit"
+        "initial", description="the initial values, or the stationary orbit"
     )
-    samples_per_period: Samples = Field(
-        2000, description="instants of a period that are kept, evenly spaced"
-    )
+    samples_per_period: Samples = Field(2000, description="samples per period, evenly spaced")
 
     schedule: Annotated[dict[ParameterName, Axis] | None, AfterValidator(_or_none)] = Field(
         None,
-        description="parameters that change along the run, with equally many values of each: "
+        description="parameters that change along the run, with the same number of values each: "
         "`periods` at the first, as many at the second, and so on",
     )
 
@@ -278,17 +276,17 @@ class Config(Group):
 
     title: Line | None = Field(None, description="One line about the result.")
     model: dict[ParameterName, Fixed] = Field(
-        {}, description="Fixed parameters; the rest keep the paper's values."
+        {}, description="Fixed parameters; the others have the paper's values."
     )
     sweep: dict[ParameterName, Axis] = Field(
         {}, description="Full product of these axes, in this order."
     )
     cases: dict[ParameterName, Axis] = Field(
-        {}, description="Linked values: the first of each, the second ..."
+        {}, description="Linked values: the first of each, the second of each ..."
     )
     sample: Sample | None = None
     follow: AxisName | None = Field(
-        None, description="Swept axis along which each point starts from the one before."
+        None, description="Swept axis along which each point starts from the previous one."
     )
     refine: Refine | None = None
     integrator: Integrator = Integrator()
@@ -300,13 +298,13 @@ class Config(Group):
     simulation: Simulation = Simulation()
     output: Line = Field(
         "results/sweep.nc",
-        description="Result file; left out, NAME.yaml writes results/NAME.nc.",
+        description="Result file; by default NAME.yaml writes results/NAME.nc.",
     )
     _warnings: tuple[str, ...] = ()
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is allowed, but probably not meant: a line each."""
+        """Values that are allowed but probably not meant, a line each."""
         return self._warnings
 
     def settled(self, warnings: Iterable[str], **keys: Any) -> Config:

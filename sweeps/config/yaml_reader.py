@@ -131,7 +131,7 @@ def read_mapping(text: str, source: str) -> dict[str, Any]:
 
 def _content(path: Path) -> bytes:
     if path.exists() and not path.is_file():
-        # Opening a FIFO would wait for its writer for ever.
+        # Opening a FIFO would wait for its writer forever.
         raise OSError(None, "it is not a regular file")
     with path.open("rb") as file:
         content = file.read(_MAX_BYTES + 1)

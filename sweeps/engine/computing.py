@@ -1,4 +1,4 @@
-"""What a store of finished points lacks, computed: into a journal and into memory by one loop."""
+"""The loop that computes the points missing in a store: a journal, or memory."""
 
 from __future__ import annotations
 

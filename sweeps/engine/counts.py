@@ -1,4 +1,4 @@
-"""How far a sweep is, how long the rest takes, and what its workers are at."""
+"""The progress of a sweep, its remaining time, and the blocks of its workers."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class InFlight:
 
 
 class Counts:
-    """How far a sweep of `total` points is, and how long the rest takes.
+    """The progress of a sweep of `total` points, and its remaining time.
 
     How many points are finished, and how they ended, is asked of the `store` that keeps them; here
     is counted what this run has added, and what it cost.
@@ -115,7 +115,7 @@ class Counts:
 
     @property
     def seconds(self) -> float:
-        """Since this run began to compute."""
+        """Seconds since this run began to compute."""
         return time.monotonic() - self._begun
 
     @property
@@ -154,14 +154,14 @@ class Counts:
 
     @property
     def headline(self) -> str:
-        """Where it stands: `120/1200 points, 0 failed, 1:20 elapsed`."""
+        """The state as text: `120/1200 points, 0 failed, 1:20 elapsed`."""
         return (
             f"{self.done}/{self.goal} points, {self.failed} failed, {clock(self.seconds)} elapsed"
         )
 
     @property
     def outlook(self) -> str:
-        """How fast it goes, how long the rest takes and what is in flight, as far as is known."""
+        """Rate, remaining time and points in flight as text, as far as they are known."""
         in_flight = str(self.in_flight)
         parts = ["stopping"] if self._stop.reason and in_flight else []
         if self.computed:

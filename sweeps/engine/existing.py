@@ -52,7 +52,7 @@ class RefusalError(ExpectedError):
 
 @dataclass(frozen=True)
 class Target:
-    """What a sweep is to compute: the config, what follows from it, and perhaps a part of it."""
+    """The target of a sweep: the config, all that follows from it, and perhaps a part of it."""
 
     config: Config
     grid: Grid
@@ -74,7 +74,7 @@ class Target:
 
     @cached_property
     def needed(self) -> NDArray[np.bool_]:
-        """Which points (grid.size,) are asked for."""
+        """Flags (grid.size,) of the points that are to be computed."""
         return self.part.points(self.grid) if self.part else np.ones(self.grid.size, dtype=bool)
 
     def failed(self, indices: NDArray[np.int64], rows: Rows) -> NDArray[np.bool_]:
@@ -153,7 +153,7 @@ class ExistingPoints:
         return usable
 
     def refuse_lost_points(self, grid: Grid) -> None:
-        """Raise RefusalError where finished points have no place in a grid."""
+        """Raise RefusalError if finished points have no place in a grid."""
         lost, example = 0, None
         for indices, _ in self.points():
             rows = self.grid.rows(indices)
@@ -171,7 +171,7 @@ class ExistingPoints:
             )
 
     def refuse_differences(self, target: Target) -> None:
-        """Raise RefusalError where the points are not what the target would compute again."""
+        """Raise RefusalError if the points are not what the target would compute again."""
         if not self.fits(target):
             changed = "\n  ".join(self.differences(target))
             raise RefusalError(
@@ -182,7 +182,7 @@ class ExistingPoints:
 def found_in_file(path: Path) -> ExistingPoints:
     """Return the finished points of a result file.
 
-    Raises RefusalError where the file is no result of a sweep, was computed by another numerics
+    Raises RefusalError if the file is no result of a sweep, was computed by another numerics
     version or carries no seal, StorageError where it cannot be read or its numbers are not those of
     its seal.
     """
@@ -218,7 +218,7 @@ def found_in_file(path: Path) -> ExistingPoints:
 def found_in_journal(path: Path, manifest: dict[str, Any]) -> ExistingPoints:
     """Return the finished points of the journal of an unfinished sweep.
 
-    Raises RefusalError where its config cannot be read, StorageError where the journal cannot.
+    Raises RefusalError if its config cannot be read, StorageError where the journal cannot.
     """
     config = _config_of(lambda: manifest["config"], path)
     grid = Grid.from_config(config)
@@ -267,7 +267,7 @@ def seal_note(path: Path) -> str:
 def _refuse_other_file(
     path: Path, variables: Container[str], attributes: Mapping[str, str]
 ) -> None:
-    """Raise RefusalError where a file holds no points that a sweep of this version can take."""
+    """Raise RefusalError if a file holds no points that a sweep of this version can take."""
     if "config" not in attributes or "status" not in variables:
         raise RefusalError(f"{path} exists and is not a result of a sweep; {WAYS_OUT}")
     version = attributes.get("numerics_version", "none")
@@ -286,7 +286,7 @@ def _refuse_other_file(
 
 
 def _check_seal(path: Path, seal: str, key: bytes, chunks: Chunks) -> None:
-    """Raise StorageError where the numbers of a file are not those that were written."""
+    """Raise StorageError if the numbers of a file are not those that were written."""
     try:
         sound = data_sha256(key, digests_of(path, chunks)) == seal
     except DAMAGE:  # found by a checksum within the file
@@ -329,7 +329,7 @@ def _config_of(described: Callable[[], dict[str, Any]], path: Path) -> Config:
 
 
 def _points_of_file(path: Path, chunks: Chunks, seal: str, key: bytes) -> Points:
-    """Yield the points of a file; at the end raises StorageError where the seal has others.
+    """Yield the points of a file; at the end raises StorageError if the seal has others.
 
     The file was sound when it was opened, but much time may have passed.
     """

@@ -40,7 +40,7 @@ def merge(
     It is the file that one sweep would have written; points that several files hold must be equal.
     Memory takes nine bytes a point, and what a chunk of a file needs.
 
-    Raises RefusalError where the files differ in more than in which points they hold, where points
+    Raises RefusalError if the files differ in more than in which points they hold, where points
     are missing and `partial` does not allow it, or where the output exists and is not to be
     replaced; StorageError and InUseError.
     """
@@ -95,7 +95,7 @@ def _refuse_output(inputs: Sequence[Path], output: Path, overwrite: bool) -> Non
 
 
 def _common_target(sources: list[ExistingPoints], first: Path) -> Target:
-    """Return what all sources are results of; raises RefusalError where that is not one thing."""
+    """Return what all sources are results of; raises RefusalError if that is not one thing."""
     with storage_errors(f"cannot read {first}"), netCDF4.Dataset(first) as file:
         sampled = str(getattr(file, "sample", ""))
     target = Target.of(sources[0].config.model_copy(update={"sampled": sampled}))
@@ -119,7 +119,7 @@ def _common_target(sources: list[ExistingPoints], first: Path) -> Target:
 
 
 def _agreeing(sources: list[ExistingPoints], size: int) -> Iterator[tuple[Indices, Rows]]:
-    """Yield the points of all sources; raises RefusalError where two disagree about one."""
+    """Yield the points of all sources; raises RefusalError if two disagree about one."""
     done, sums = np.zeros(size, dtype=bool), np.zeros(size, dtype=np.uint64)
     for found in sources:
         for indices, rows in found.points():

@@ -1,4 +1,4 @@
-"""How a sweep ends: its result file, and what its caller is told."""
+"""The end of a sweep: its result file, and its outcome for the caller."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ RESULT_BYTES = 1 << 17  # of its structure and of what lies beside it
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a sweep, or a part of one, ended.
+    """The outcome of a sweep, or of a part of one.
 
     `statuses` (128,) counts the points of each status, `computed` those that this run added.
     `suspicious` counts points whose power balance, and whose stress, looks wrong without being
@@ -51,13 +51,13 @@ class Outcome:
 
     @property
     def failures(self) -> int:
-        """How many points ended, but not ok."""
+        """The number of points that ended, but not ok."""
         return failures(self.statuses)
 
 
 @dataclass
 class Console:
-    """How a sweep prints a line, and whether it shows how far it is."""
+    """The function with which a sweep prints a line, and whether it shows progress."""
 
     say: Callable[[str], None]
     progress: bool = True

@@ -1,4 +1,4 @@
-"""What a sweep would take, before it is begun: points, blocks, bytes, time."""
+"""The estimate of a sweep before it begins: points, blocks, bytes, time."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _MOMENT = 3.0  # seconds that the second one may take
 
 @dataclass(frozen=True)
 class Plan:
-    """What a sweep would take.
+    """The estimated size and time of a sweep.
 
     `there` of the `points` are computed already; the rest takes `seconds` on the given workers,
     compiling left aside.
@@ -56,7 +56,7 @@ def plan(
 
     `compiling` says that kernels are compiled.
 
-    Raises RefusalError and StorageError where what is at the output cannot be read, ExecutorError.
+    Raises RefusalError and StorageError if what is at the output cannot be read, ExecutorError.
     """
     target, execution = Target.of(config, part), config.execution
     done = _done(target, output) | ~target.needed

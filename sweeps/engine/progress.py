@@ -1,4 +1,4 @@
-"""What a person sees while something takes long: how far it is, and that it is alive.
+"""The progress that a person sees while something takes long.
 
 A bar on a terminal, plain lines in a log, a bar under the cell of a notebook. Nothing here decides
 anything: where it cannot be written, it is lost.
@@ -156,7 +156,7 @@ def _bar_of(scene: Scene) -> Progress:
 
 
 class _InNotebook(Display):
-    """The same as HTML under the cell of a notebook."""
+    """Progress as HTML under the cell of a notebook."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
@@ -228,7 +228,7 @@ class Compiling:
 
     @property
     def headline(self) -> str:
-        """What takes so long, and for how long it has."""
+        """The reason for waiting, and the time so far."""
         elapsed = clock(time.monotonic() - self._begun)
         return f"compiling for this processor: about a minute, and kept for later runs ({elapsed})"
 

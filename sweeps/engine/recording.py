@@ -1,4 +1,4 @@
-"""What a sweep does with its finished blocks: journal them, count them, and stop early."""
+"""The handling of finished blocks: journal them, count them, and stop early."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Recorder:
     def compute(self, target: Target, needed: NDArray[np.bool_]) -> None:
         """Compute what the journal lacks of the points (size,) that are needed, unless stopped.
 
-        Raises StorageError where the journal cannot be written, ExecutorError.
+        Raises StorageError if the journal cannot be written, ExecutorError.
         """
         config, counts, stop = target.config, self._counts, self._stop
         if not compiled(config, target.grid, stop, wanted=self._console.progress):

@@ -30,7 +30,7 @@ from sweeps.files.run_folder import RunFolder
 
 @dataclass(frozen=True)
 class ExistingPolicy:
-    """What the user decided about existing results; see the options of `stickslip sweep`."""
+    """The user's choice about existing results; see the options of `stickslip sweep`."""
 
     overwrite: bool = False
     retry_failed: bool = False
@@ -51,7 +51,7 @@ def prepare_journal(target: Target, folder: RunFolder, policy: ExistingPolicy) -
     An interrupted sweep that was begun afresh is resumed when it is asked for afresh once more: the
     same command always leads to the end.
 
-    Raises RefusalError where existing points were computed with other settings or by another
+    Raises RefusalError if existing points were computed with other settings or by another
     version, or would be lost; StorageError.
     """
     manifest = _manifest(folder, policy)
@@ -72,7 +72,7 @@ def prepare_journal(target: Target, folder: RunFolder, policy: ExistingPolicy) -
 def complete_already(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Written | None:
     """Return what the output holds where that is exactly what is asked for, else None.
 
-    Raises StorageError where it cannot be read; where it does not fit, `prepare_journal` says so.
+    Raises StorageError if it cannot be read; where it does not fit, `prepare_journal` says so.
     """
     output = folder.output
     if policy.overwrite or folder.journal.exists() or not output.exists():
@@ -108,7 +108,7 @@ def _continues(manifest: Manifest, target: Target, output: Path, policy: Existin
 
 
 def _refuse_another_part(manifest: Manifest, target: Target, output: Path) -> None:
-    """Raise RefusalError where a part of a sweep would end one that was begun from scratch.
+    """Raise RefusalError if a part of a sweep would end one that was begun from scratch.
 
     The output would be replaced by what the journal and this part hold, though it may hold more.
     """

@@ -1,4 +1,4 @@
-"""What a config asks of the integrators, and the checks of a config that need the physics."""
+"""The integrator options of a config, and checks of a config that need the physics."""
 
 from __future__ import annotations
 

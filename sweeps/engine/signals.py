@@ -45,7 +45,7 @@ def parse_duration(text: str) -> float:
 
 
 class Stop:
-    """Whether a sweep is to end before it is done, why, and with which exit code.
+    """A request to end a sweep early, with its reason and exit code.
 
     `in_flight` says what would be waited for, in words; an empty text where nothing is. A second
     signal ends the process where it `ends_process`, else it is a KeyboardInterrupt.
@@ -61,7 +61,7 @@ class Stop:
 
     @property
     def requested(self) -> bool:
-        """Whether no further block is to be begun."""
+        """True if no further block is to begin."""
         if not self.reason and self._deadline is not None and time.monotonic() >= self._deadline:
             self.request("the time of --max-runtime is over")
         return bool(self.reason)

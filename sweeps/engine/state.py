@@ -1,4 +1,4 @@
-"""How a sweep stands, for whoever asks from another terminal."""
+"""The state of a sweep, as seen from another terminal."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def state_of(output: Path) -> dict[str, Any]:
     `state` is running, stopping, interrupted (its journal can be resumed), partial (a file with
     pending points), complete or absent; the counts are those of `tally`. A file that holds a part
     of a sweep, or is to hold it, adds `part`, and the counts are those of its points. A running
-    sweep adds what its heartbeat says. Raises StorageError and RefusalError where what is there
+    sweep adds what its heartbeat says. Raises StorageError and RefusalError if what is there
     cannot be read.
     """
     refuse_odd_output(output)

@@ -1,4 +1,4 @@
-"""Where the finished points of a sweep are kept: its journal, or the memory of this process."""
+"""Stores of finished points: the journal of a sweep, or the memory of this process."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def sweep(
     the rest with the status `pending`. `keep_journal` leaves the journal beside a complete result.
     `part` computes part of the points; the others stay `pending` where they are not there already.
 
-    Raises RefusalError where a refined grid is to be computed in parts, or where what is there does
+    Raises RefusalError if a refined grid is to be computed in parts, or where what is there does
     not fit and no option decides, InUseError where another run holds the output, StorageError, and
     ExecutorError where the workers cannot be had or were lost; what is finished is kept.
     """
@@ -192,7 +192,7 @@ def _export(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Outcom
 
 
 def _refuse_partial(folder: RunFolder, policy: ExistingPolicy) -> None:
-    """Raise RefusalError where an export would write nothing, or less than there is."""
+    """Raise RefusalError if an export would write nothing, or less than there is."""
     output, manifest = folder.output, readable_manifest(folder.journal)
     if manifest is None and not output.exists():
         raise RefusalError(f"nothing is there yet of {output}; leave out --partial to compute it")

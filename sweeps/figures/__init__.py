@@ -60,7 +60,7 @@ def _chosen(ds: xr.Dataset, options: PlotOptions) -> Figure:
 
 
 def data_of(ds: xr.Dataset) -> Data:
-    """What a dataset holds; whatever is neither a motion in time nor phases counts as a sweep."""
+    """Return the kind of a dataset: a trajectory, phases, or otherwise a sweep."""
     if "free_energy" in ds.variables or "melting_temperature" in ds.variables:
         return "phases"
     times = [ds[name] for name in ("elapsed_time", "time") if name in ds.variables]

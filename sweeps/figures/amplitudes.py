@@ -27,7 +27,7 @@ def amplitudes(ds: xr.Dataset) -> Figure:
 
 
 def draw_results(ds: xr.Dataset, options: PlotOptions) -> Figure:
-    """The picture that the options ask for; raises ValueError where the dataset has none such."""
+    """The picture that the options ask for; raises ValueError if the dataset has none such."""
     variables = variables_of(ds, options)
     ds, at = slice_at(ds.squeeze(), options.at)
     if not ds.sizes:

@@ -1,4 +1,4 @@
-"""What the colours of a map or of points stand for: kinds by name, counts, or a scale of values."""
+"""The colours of maps and points: named kinds, counts, or a scale of values."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ class Colours:
 
 
 def is_discrete(ds: xr.Dataset, name: str) -> bool:
-    """Whether a variable is drawn by kinds or counts: few enough for a colour each."""
+    """Tell whether a variable has few enough kinds or counts for a colour each."""
     if name in KINDS:
         return True
     counts = name in RESULTS and RESULTS[name].dtype.startswith("i")
@@ -128,7 +128,7 @@ def colours_of(ds: xr.Dataset, name: str, *, log: bool = False) -> Colours:
 
 
 def code_name(name: str, code: int) -> str:
-    """What a code of a variable is called; a count is its number."""
+    """Return the name of a code of a variable; that of a count is its number."""
     if name == "regime" and code in list(Regime):
         words = Regime(code).name.lower().replace("stick_slip_", "stick-slip, ")
     elif name == "status" and code in list(Status):

@@ -93,7 +93,7 @@ def _energies(ds: xr.Dataset, phi: Array, energy: Array) -> list[Line2D]:
 
 
 def _has_barrier(energy: Array) -> bool:
-    """Whether the energy first rises, then falls: a maximum between two minima."""
+    """Tell whether the energy first rises, then falls: a maximum between two minima."""
     slopes = np.diff(energy)
     return bool(slopes[0] > 0 and (slopes < 0).any())
 

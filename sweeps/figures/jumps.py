@@ -1,4 +1,4 @@
-"""Where a curve jumps: the motion changes its kind and the value does not go on as it did."""
+"""Jumps of a curve, where the kind of motion changes and the value does not continue."""
 
 from __future__ import annotations
 

@@ -131,7 +131,7 @@ def _equation(scalar: xr.DataArray) -> str:
 
 
 def legend_label(ds: xr.Dataset, dim: str, index: int) -> str:
-    """The same, with the kind of fluid where the dimension is the rheological index."""
+    """Return the label for a legend, with the kind of fluid for a rheological index."""
     label = slice_label(ds, {dim: index})
     return f"{fluid(float(ds[dim][index]))}, {label}" if dim == "rheological_index" else label
 

@@ -1,4 +1,4 @@
-"""Which role each dimension of a result plays in its picture: x, y, curve, row, column, or none."""
+"""The roles of a result's dimensions in its picture: x, y, curve, row, column, or none."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def _rank(ds: xr.Dataset, dim: str) -> tuple[bool, bool, int]:
 
 
 def is_scattered(ds: xr.Dataset, dim: str) -> bool:
-    """Whether linked cases follow one another along none of their parameters."""
+    """Tell whether linked cases are in order along none of their parameters."""
     steps = [np.diff(ds[name].values) for name in parameters_along(ds, dim)]
     return bool(steps) and not any((step > 0).all() or (step < 0).all() for step in steps)
 
@@ -188,7 +188,7 @@ def _axis_label(ds: xr.Dataset, coordinate: xr.DataArray) -> str:
 
 
 def is_geometric(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> bool:
-    """Whether sorted values have one common ratio, hence even steps on a log axis."""
+    """Tell whether sorted values have a common ratio, hence even steps on a log axis."""
     if values.size < 3 or values[0] <= 0:
         return False
     steps = np.diff(np.log(values))
@@ -205,7 +205,7 @@ def selections(ds: xr.Dataset, dims: tuple[str, ...], most: int) -> tuple[list[S
 
 
 def thinned(ds: xr.Dataset, dim: str | None, most: int) -> tuple[xr.Dataset, str]:
-    """At most `most` points of a dimension, evenly chosen, and a note on those left out."""
+    """Return at most `most` evenly chosen points of a dimension, and a note on the omitted ones."""
     if dim is None or ds.sizes[dim] <= most:
         return ds, ""
     note = _left_out(ds, (dim,), most, ds.sizes[dim])
@@ -221,7 +221,7 @@ def _left_out(ds: xr.Dataset, dims: tuple[str, ...], kept: int, count: int) -> s
 
 
 def _evenly(count: int, most: int) -> list[int]:
-    """At most `most` indices below `count`, evenly spread, with both ends."""
+    """Return at most `most` indices below `count`, evenly spread, with both ends."""
     if count <= most:
         return list(range(count))
     return [math.floor(i * (count - 1) / (most - 1) + 0.5) for i in range(most)]

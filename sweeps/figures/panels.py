@@ -72,7 +72,7 @@ def facet_panels(
 
 
 def label_axes(panels: Panels, across: str, up: Sequence[str]) -> None:
-    """What lies across, below each column; what goes up, left of each row (of `up`, in turn)."""
+    """Label the horizontal axis of each column and the vertical one of each row (`up`, in turn)."""
     for panel in panels.panels:
         place = panel.axes.get_subplotspec()
         if place is None:

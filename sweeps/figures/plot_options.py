@@ -1,4 +1,4 @@
-"""What a user may choose about the picture of a sweep: names and values, found in its Dataset."""
+"""The options of the picture of a sweep: names and values, matched with its Dataset."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class PlotOptions:
 
     @property
     def asks(self) -> bool:
-        """Whether anything about the picture of a sweep is chosen."""
+        """True if any option of the picture of a sweep is chosen."""
         named = (self.variable, *(getattr(self, role) for role in ROLES))
         return any(named) or bool(self.at) or bool(self.log)
 

@@ -26,7 +26,7 @@ _WIDE = 5.0  # largest over smallest value: from here on a logarithmic axis may 
 
 
 class _Cloud(NamedTuple):
-    """What one panel shows: the quantities across and up, and that which colours the points."""
+    """The contents of a panel: the quantities of both axes, and that which colours the points."""
 
     across: str
     up: str
@@ -34,7 +34,7 @@ class _Cloud(NamedTuple):
 
 
 def cases_to_scatter(ds: xr.Dataset, options: PlotOptions) -> bool:
-    """Whether the picture is one of points: cases in no order that have no other role."""
+    """Tell whether to draw points: for cases in no order that have no other role."""
     if ds.sizes.get(CASE, 1) == 1 or not is_scattered(ds, CASE):
         return False
     along = {CASE, *parameters_along(ds, CASE)}
@@ -101,7 +101,7 @@ def _panels(rows: list[list[_Cloud]]) -> tuple[Figure, list[list[Axes]]]:
 
 
 def _across(count: int) -> int:
-    """How many of the panels of a variable lie side by side."""
+    """Return the number of panels of a variable that are side by side."""
     return count if count <= 4 else 3
 
 
@@ -134,7 +134,7 @@ def _colours(ds: xr.Dataset, cloud: _Cloud, scales: frozenset[str]) -> Colours |
 
 
 def fits_log(values: Array) -> bool:
-    """Whether the middle one of the values is nearer to their middle on a logarithmic scale."""
+    """Tell whether the median of the values is nearer to their centre on a logarithmic scale."""
     low, middle, high = np.quantile(values, [0.0, 0.5, 1.0])
     if low <= 0 or high < _WIDE * low:
         return False

@@ -1,4 +1,4 @@
-"""What all pictures share: settings, colours, line styles, empty panels, legends and small print.
+"""The common style of all pictures: settings, colours, lines, empty panels, legends, notes.
 
 The object-oriented API with the Agg canvas needs no pyplot. Matplotlib's settings are global, so
 they are those of the house, and of a style file, only while `styled` lasts, in one thread.
@@ -117,7 +117,7 @@ _settings = threading.RLock()
 def styled(file: Path | None = None) -> Iterator[None]:
     """Matplotlib's settings are those of the house and of a style file; then what they were.
 
-    Raises ValueError where the file is none that matplotlib understands.
+    Raises ValueError if the file is none that matplotlib understands.
     """
     asked = {} if file is None else style_settings(file)
     with _settings, mpl_style.context([HOUSE, asked, OUTPUT], after_reset=True):
@@ -125,7 +125,7 @@ def styled(file: Path | None = None) -> Iterator[None]:
 
 
 def style_settings(file: Path) -> dict[str, Any]:
-    """What a style file sets."""
+    """Return the settings of a style file."""
     remedy = "it has lines such as `font.size: 9`"
     try:
         _require_settings(file)
@@ -138,7 +138,7 @@ def style_settings(file: Path) -> dict[str, Any]:
 
 
 def _require_settings(file: Path) -> None:
-    """Raise ValueError where a line sets nothing: matplotlib would only warn of it."""
+    """Raise ValueError if a line sets nothing: matplotlib would only warn of it."""
     for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), start=1):
         name, colon, _ = line.partition("#")[0].partition(":")
         if name.strip() and (not colon or name.strip() not in mpl.rcParams):
@@ -198,7 +198,7 @@ def wrapped(figure: Figure, text: str, inches: float, size: str = TEXT) -> str:
 
 
 def width_in_inches(figure: Figure, text: str, size: str = TEXT) -> float:
-    """How wide one line of text is."""
+    """Return the width of a line of text."""
     drawn = Text(text=text, fontsize=size, figure=figure)
     return float(drawn.get_window_extent().width) / figure.dpi
 

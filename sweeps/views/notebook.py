@@ -1,4 +1,4 @@
-"""How things look in a notebook."""
+"""Display in notebooks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sweeps.figures.style import styled
 
 
 def displayed(figure: Figure) -> Figure:
-    """The same figure, which a notebook shows although pyplot does not know it."""
+    """Return the figure so that a notebook shows it, although pyplot does not know it."""
 
     def png() -> bytes:
         stream = io.BytesIO()

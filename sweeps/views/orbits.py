@@ -46,7 +46,7 @@ def motions(
     thread, whenever one is finished. The first is computed alone: the others find the kernels
     compiled.
 
-    Raises PointError where `ds` is no result of a sweep, or of one that cannot be computed here.
+    Raises PointError if `ds` is no result of a sweep, or of one that cannot be computed here.
     """
 
     def computed(point: Point) -> Motion:

@@ -78,12 +78,12 @@ class Point:
 
     @property
     def status(self) -> Status:
-        """How the point ended in the file."""
+        """The status of the point in the file."""
         return Status(int(self.stored["status"]))
 
     @property
     def is_comparable(self) -> bool:
-        """Whether the file holds numbers that were computed for this point."""
+        """True if the file holds numbers that were computed for this point."""
         return self.status not in (Status.INTERPOLATED, Status.PENDING)
 
     @cached_property
@@ -125,7 +125,7 @@ class Point:
         out, the orbit where there is one. `periods` left out: until the orbit closes, 20 of one
         that does not, 6 where none was found.
 
-        Raises IntegrationError where the motion cannot be followed.
+        Raises IntegrationError if the motion cannot be followed.
         """
         orbit = self.orbit()
         start = start or ("stationary" if orbit.status.is_result else "initial")
@@ -248,7 +248,7 @@ def _line_before(
 
 
 def _versions(attributes: Mapping[str, Any]) -> tuple[str, ...]:
-    """What of a file's making is different here, a sentence each."""
+    """Return the differences between the file's versions and ours, a sentence each."""
     from stickslip.compiled.cache import processor
 
     told = []
@@ -274,7 +274,7 @@ def _units(name: str) -> str:
 
 
 def _same(stored: float, computed: float) -> bool:
-    """Whether two numbers have the same bits; one NaN is as good as another."""
+    """Tell whether two numbers have the same bits; all NaNs are equal."""
     return stored == computed or (np.isnan(stored) and np.isnan(computed))
 
 

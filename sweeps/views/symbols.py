@@ -72,7 +72,7 @@ def _math(tokens: Iterator[str], escape: Callable[[str], str], script: _Script) 
 
 
 def _group(tokens: Iterator[str], escape: Callable[[str], str], script: _Script) -> str:
-    """What follows `_` or `^`: what stands in braces, or one symbol."""
+    """Return the argument of `_` or `^`: the text in braces, or one symbol."""
     token = next(tokens, "")
     if token == "\\mathrm":
         token = next(tokens, "")

@@ -1,1 +1,1 @@
-"""Where blocks are computed: threads, processes, or the workers of a dask cluster."""
+"""Executors of blocks: threads, processes, or the workers of a dask cluster."""

@@ -1,4 +1,4 @@
-"""What all executors share: their errors, and the one loop that hands out tasks."""
+"""The common part of all executors: their errors, and the loop that hands out tasks."""
 
 from __future__ import annotations
 

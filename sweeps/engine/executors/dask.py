@@ -93,7 +93,7 @@ class ClusterExecutor(Executor):
     def result(self, future: Future[Block]) -> Block:
         """Return the block of a finished task.
 
-        Raises WorkersLostError where the task has outlived as many workers as the scheduler allows,
+        Raises WorkersLostError if the task has outlived as many workers as the scheduler allows,
         WorkerMismatchError, and ExecutorError where the connection was lost or the worker has no
         stickslip.
         """

@@ -1,4 +1,4 @@
-"""What a worker does: one block of points in compiled code, with no point taking others along."""
+"""A worker's task: a block of points in compiled code, in which no point can harm another."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Block:
 
     @property
     def failures(self) -> int:
-        """How many of the points did not end ok."""
+        """The number of points that did not end ok."""
         return failures(status_counts(self.results[:, STATUS]))
 
 
@@ -89,7 +89,7 @@ def kinds_of(grid: Grid) -> NDArray[np.float64]:
 def compute_block(task: Task) -> Block:
     """Compute a block; a point that raises gets the status `failed`.
 
-    Raises WorkerMismatchError where the sources here are not those of the one who asks.
+    Raises WorkerMismatchError if the sources here are not those of the one who asks.
     """
     if task.code != source_hash():
         raise WorkerMismatchError(

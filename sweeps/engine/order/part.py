@@ -36,7 +36,7 @@ class Part:
 
     @property
     def suffix(self) -> str:
-        """The same for the name of a file."""
+        """The part as a suffix of a file name."""
         return f"part-{self.number}-of-{self.of}"
 
     def points(self, grid: Grid) -> NDArray[np.bool_]:

@@ -1,4 +1,4 @@
-"""Which points are computed together, in which order, and what they cost."""
+"""Blocks of points, their order, and their cost."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Blocks:
 
 
 class Costs:
-    """What finished blocks have cost, and so what others will.
+    """The cost of finished blocks, from which that of others is estimated.
 
     The cost of a point is a ratio of totals, so that large and small, cheap and dear blocks count
     as they should. It knows nothing of blocks in flight, which a rate over the time since the

@@ -46,7 +46,7 @@ class Trace(NamedTuple):
     style: CurveStyle = ALONE
 
     def quantity(self, ds: xr.Dataset) -> Quantity:
-        """What is drawn, in the unit in which it is shown."""
+        """Return a quantity in the unit in which it is shown."""
         first = shown(ds[self.name])
         if self.minus is None:
             return first

@@ -1,4 +1,4 @@
-"""What of a result is drawn, and as which kind of chart."""
+"""The choice of what to draw of a result, and as which kind of chart."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from sweeps.views.symbols import plain
 
 @dataclass(frozen=True)
 class Choice:
-    """What of a result is to be drawn; `places` are those along the axes that find no room.
+    """A choice of what to draw; `places` are positions on the axes that are not shown.
 
     Of cases in no order `up` may be the variable itself: its values over a parameter.
     """

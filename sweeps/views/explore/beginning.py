@@ -1,4 +1,4 @@
-"""What the page begins with: the paper's point, that of a config, or one of a result file."""
+"""The initial point of the page: the paper's, that of a config, or one of a result file."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def of_config(config: Config, name: str) -> Beginning:
 def of_result(result: xr.Dataset, name: str, notes: tuple[str, ...] = ()) -> Beginning:
     """A result, opened in the middle of its axes.
 
-    Raises PointError where it is no result of a sweep.
+    Raises PointError if it is no result of a sweep.
     """
     middle = {str(dim): size // 2 for dim, size in result.sizes.items() if size > 1}
     first, more = _opened(result, middle)

@@ -78,7 +78,7 @@ class ChartView:
 
     @property
     def chart(self) -> Chart | None:
-        """What is drawn."""
+        """The chart that is drawn."""
         return self._drawn.chart if self._drawn else None
 
     def mark(self, opened: Opened, orbit: Orbit | None) -> None:
@@ -141,13 +141,13 @@ class ChartView:
 
 
 def _titled(name: str) -> str:
-    """What a variable or an axis is called in a list: a parameter with its symbol."""
+    """Return the name of a variable or an axis in a list: a parameter with its symbol."""
     symbol = f"{plain(f'${PARAMETERS[name].tex}$')} " if name in PARAMETERS else ""
     return symbol + name.replace("_", " ")
 
 
 def _first(result: xr.Dataset) -> str:
-    """What is drawn first: over one long axis an amplitude, else the kind of motion."""
+    """Return the initial variable: over one long axis an amplitude, else the kind of motion."""
     long = [dim for dim, size in result.sizes.items() if size > MANY and dim != DIRECTION]
     if "regime" in result and (len(long) > 1 or is_cloud(result, Choice("regime"))):
         return "regime"

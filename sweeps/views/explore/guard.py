@@ -35,12 +35,12 @@ class Guard(Router):
         self._refusal = Application(default_handler_class=_Refusal, log_function=lambda _: None)
 
     def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> HTTPMessageDelegate | None:
-        """What answers a request."""
+        """Return the handler of a request."""
         application = self._application if self.admits(request) else self._refusal
         return application.find_handler(request, **kwargs)
 
     def admits(self, request: HTTPServerRequest) -> bool:
-        """Whether a request may be answered."""
+        """Tell whether a request may be answered."""
         origin = request.headers.get("Origin")
         return (
             self._has_token(request)
@@ -49,7 +49,7 @@ class Guard(Router):
         )
 
     def _has_token(self, request: HTTPServerRequest) -> bool:
-        """Whether the token is right, in a time that does not tell how much of it is."""
+        """Tell whether the token is right, in a time that does not depend on how much of it is."""
         given = parse_qs(request.query, encoding="utf-8", errors="replace").get("token", [])
         return len(given) == 1 and secrets.compare_digest(given[0].encode(), self._token)
 

@@ -1,4 +1,4 @@
-"""What is computed of a point: its stationary orbit, and the motion along it."""
+"""The computation of a point: its stationary orbit, and the motion along it."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ class Scale:
         return next(factor * power for factor in (5.0, 2.0, 1.0) if factor * power <= fine * 1.001)
 
     def position(self, value: float) -> float:
-        """Where the slider stands for a value; at an end for those beyond it."""
+        """Return the position of the slider for a value; an end for values beyond it."""
         low, high = self.ends
         if self.logarithmic and value <= 0.0:
             return low
@@ -60,7 +60,7 @@ class Scale:
         return round(round(position / self.step) * self.step, decimals)
 
     def reaching(self, value: float) -> Scale:
-        """The same slider, or a longer one that reaches a value, where it is one of its kind."""
+        """Return this slider, or a longer one of the same kind that reaches a value."""
         if self.logarithmic and value <= 0.0:
             return self
         return replace(self, lower=min(self.lower, value), upper=max(self.upper, value))
@@ -144,6 +144,6 @@ def _tidied(written: str) -> str:
 
 
 def _is_even(ordered: np.ndarray) -> bool:
-    """Whether sorted values have one common step, and are enough to tell."""
+    """Tell whether sorted values, at least three, have a common step."""
     steps = np.diff(ordered)
     return len(ordered) > 2 and bool(np.allclose(steps, steps.mean(), rtol=1e-6, atol=0.0))

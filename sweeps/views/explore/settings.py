@@ -1,4 +1,4 @@
-"""How the page computes: tolerance, treatment of the noise, friction law, strain."""
+"""The page's settings: tolerance, treatment of the noise, friction law, strain."""
 
 from __future__ import annotations
 

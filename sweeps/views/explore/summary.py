@@ -1,4 +1,4 @@
-"""What is said of a point: amplitudes with their error, regime, status, and the other results."""
+"""The summary of a point: amplitudes with their error, regime, status, other results."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ def _number(value: float, digits: int) -> str:
 
 
 def _comparison(motion: Motion) -> list[str]:
-    """What the file says of the point, where it is one of a file."""
+    """Return the comparison with the file, for a point of a file."""
     point = motion.opened.point
     if not point.stored or motion.trouble:
         return []

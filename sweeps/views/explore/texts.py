@@ -57,7 +57,7 @@ def _text(value: Any) -> str:
 
 
 def _remark(opened: Opened) -> str:
-    """What a config cannot say: that the orbit was come to from a neighbour's."""
+    """Return a remark that a config cannot express: that the orbit started from a neighbour's."""
     if not len(opened.point.before):
         return ""
     return (

@@ -82,6 +82,6 @@ def write_report(
 
 
 def require_bokeh() -> None:
-    """Raise ReportError where the library that draws is not installed."""
+    """Raise ReportError if the library that draws is not installed."""
     if missing := bokeh_is_missing():
         raise ReportError(missing)

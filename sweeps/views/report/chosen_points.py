@@ -1,4 +1,4 @@
-"""Which points of a result have their orbits in its page, and which is nearest to a point."""
+"""The choice of points whose orbits are in the page, and of the nearest to a point."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def failed_points(ds: xr.Dataset) -> Numbers:
 
 
 def places_of(ds: xr.Dataset, numbers: Numbers) -> list[dict[str, int]]:
-    """Where points are along the dimensions, given their numbers in C order."""
+    """Return the indices of points along the dimensions, given their numbers in C order."""
     dims = list(map(str, ds["status"].dims))
     if not dims:
         return [{} for _ in numbers]

@@ -1,4 +1,4 @@
-"""What a page says of a result in words: how its points ended, its config, where it comes from.
+"""The facts in a page: how the points of a result ended, its config, its provenance.
 
 Whatever comes from the file is escaped.
 """
