@@ -138,9 +138,9 @@ def cache_folder() -> Path:
 def refuse_planted(folder: Path) -> None:
     """Raise RuntimeError where another user could have put code into the folder: it would be run.
 
-    A folder that does not exist holds no code.
+    A folder that does not exist, or cannot be looked at, gives no code.
     """
-    with contextlib.suppress(FileNotFoundError):
+    with contextlib.suppress(OSError):
         root, found = folder.parent.stat(), folder.lstat()
         if not stat.S_ISDIR(found.st_mode):
             raise RuntimeError(f"{folder} is not a folder; remove it")

@@ -149,7 +149,7 @@ RECIPES = {
         ),
         Edit(
             "stickslip/options.py",
-            '        RELAXING: "it is a variable',
+            '        RELAXING: "it is an independent variable',
             '        "sprung": "the upper block on a spring of its own",\n',
         ),
         parameter("upper_mass", "M_2", "kg", "default=0.4, in_paper=False"),
