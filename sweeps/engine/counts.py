@@ -34,9 +34,12 @@ class InFlight:
         """Take note of a task that is handed out."""
         self._begun[int(task.indices[0])] = task, time.monotonic()
 
-    def end(self, block: Block) -> None:
-        """Take note of a block that has come back."""
-        self._begun.pop(int(block.indices[0]), None)
+    def end(self, answer: object) -> Task | None:
+        """Take note of what has come back; returns the task that it seems to be the block of."""
+        if not isinstance(answer, Block) or not len(answer.indices):
+            return None
+        task, _ = self._begun.pop(int(answer.indices[0]), (None, 0.0))
+        return task
 
     def clear(self) -> list[Task]:
         """Forget all tasks; returns them."""

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from stickslip.options import Options
 from sweeps.config.schema import Execution
 from sweeps.engine.counts import InFlight
-from sweeps.engine.executors.base import Executor, WorkersLostError
-from sweeps.engine.executors.worker import Block, Task, failed_block, task_of
+from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError
+from sweeps.engine.executors.worker import Block, Task, failed_block, is_answer, task_of
 from sweeps.engine.order.follow import Lines
 from sweeps.engine.order.product import Blocks
 from sweeps.engine.order.stragglers import Stragglers
@@ -130,9 +130,12 @@ class _Tasks:
         return task_of(self._grid, late, self._options)
 
     def finished(self, block: Block) -> Block:
-        """Take in a block that has come back; returns it without the points that are late."""
+        """Take in a block that has come back; returns it without the points that are late.
+
+        Raises ExecutorError where it is the block of no task.
+        """
         with self._lock:
-            self._in_flight.end(block)
+            _require_answer(block, self._in_flight.end(block))
             late = int(block.indices[0]) in self._late
             learning = self._stragglers if late else self._blocks
             learning.learn(len(block.indices), block.seconds)
@@ -148,7 +151,7 @@ def _suspect(task: Task, executor: Executor, stop: Stop, in_flight: InFlight) ->
         in_flight.begin(task)
         try:
             for block in executor.blocks(iter([task]), stop):
-                in_flight.end(block)
+                _require_answer(block, in_flight.end(block))
                 yield block
             return
         except WorkersLostError as error:
@@ -159,6 +162,15 @@ def _suspect(task: Task, executor: Executor, stop: Stop, in_flight: InFlight) ->
                 return
             deaths, reason = deaths + error.deaths, str(error)
     yield failed_block(task, reason)
+
+
+def _require_answer(answer: object, task: Task | None) -> None:
+    """Raise ExecutorError if something else came back than the block of a task."""
+    if task is None or not is_answer(answer, task):
+        raise ExecutorError(
+            "what came back from a worker is not the block that it was given; what is finished is "
+            "kept, and the same command resumes"
+        )
 
 
 def _halves(task: Task) -> list[Task]:

@@ -8,6 +8,7 @@ import pickle
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Future
+from functools import partial
 from typing import Any, Self
 
 from filelock import FileLock
@@ -19,10 +20,12 @@ from stickslip.parameters import Parameters
 from sweeps.config.schema import Execution
 from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError, first_line
 from sweeps.engine.executors.worker import Block, Task, WorkerMismatchError, compute_block
+from sweeps.engine.signals import in_thread
 
 log = logging.getLogger(__name__)
 
 _ANSWER_SECONDS = 5.0  # for a scheduler to answer
+_CONNECT_SECONDS = 15.0  # for a client to be ready
 _COUNT_SECONDS = 2.0  # between two looks at how many workers there are
 _COMPILE_SECONDS = 300.0  # for another process of the machine to compile the kernels
 
@@ -51,10 +54,15 @@ class ClusterExecutor(Executor):
         try:
             # Raises here where the address is none: a client that fails over it cannot be closed.
             get_address_host_port(self._address)
-            self._client = Client(self._address, timeout=_ANSWER_SECONDS, set_as_default=False)
+            # The client's own limit ends with the connection, which the system of a frozen
+            # scheduler accepts; so it is made in a thread that is not waited for.
+            make = partial(Client, self._address, timeout=_ANSWER_SECONDS, set_as_default=False)
+            self._client = in_thread(make).result(_CONNECT_SECONDS)
         except Exception as error:
+            # A bare TimeoutError is that of the thread.
+            problem = first_line(error) if str(error) else f"no answer in {_CONNECT_SECONDS:g} s"
             raise ExecutorError(
-                f"no dask scheduler answers at {self._address} ({first_line(error)})"
+                f"no dask scheduler answers at {self._address} ({problem})"
             ) from error
         self._count()
         return self

@@ -15,6 +15,8 @@ from stickslip.kernels.families import KIND
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits, failed_row
 from stickslip.plausibility import suspicious_balance, suspicious_stress
+from stickslip.status import Status
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.engine.order.follow import follow
 from sweeps.exits import Exit, ExpectedError
 from sweeps.files.columns import STATUS, failures, status_counts
@@ -121,6 +123,18 @@ def failed_block(task: Task, reason: str) -> Block:
     rows = np.tile(failed_row(), (len(task.indices), 1))
     messages = tuple(f"point {point.tolist()} failed: {reason}" for point in task.points)
     return Block(task.indices, rows, messages=messages)
+
+
+def is_answer(answer: object, task: Task) -> bool:
+    """Tell whether what came from elsewhere has the points, shape and statuses of a task."""
+    if not (isinstance(answer, Block) and isinstance(answer.results, np.ndarray)):
+        return False
+    return (
+        np.array_equal(answer.indices, task.indices)
+        and answer.results.shape == (len(task.indices), len(RESULT_COLUMNS))
+        and answer.results.dtype == np.float64
+        and bool(np.isin(answer.results[:, STATUS], [*Status]).all())
+    )
 
 
 def _results(points: NDArray[np.float64], task: Task) -> NDArray[np.float64]:

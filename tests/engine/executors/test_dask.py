@@ -36,7 +36,7 @@ from support.sweeps.workers import (
 
 from stickslip.status import Status
 from sweeps.engine.executors import dask as dask_executor
-from sweeps.engine.executors.base import WorkersLostError
+from sweeps.engine.executors.base import ExecutorError, WorkersLostError
 from sweeps.engine.executors.dask import ClusterExecutor
 from sweeps.engine.run import run
 from sweeps.engine.settings import read_config
@@ -161,6 +161,20 @@ def test_what_is_finished_survives_the_death_of_the_scheduler(
     assert 0 < state_of(Path("a.nc"))["done"] < POINTS
     assert ended(command())[0] == 0  # on the threads of this machine
     assert hash_of_result() == expected
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_is_frozen_from_the_start_is_not_waited_for(
+    cluster: Cluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sweeps.engine.executors.dask._CONNECT_SECONDS", 1.0)
+    scheduler = cluster.processes[0]
+    scheduler.send_signal(signal.SIGSTOP)  # its system still accepts connections
+    try:
+        with pytest.raises(ExecutorError, match="no answer in 1 s"):
+            ClusterExecutor(cluster.address).__enter__()
+    finally:
+        scheduler.send_signal(signal.SIGCONT)
 
 
 @pytest.mark.faults

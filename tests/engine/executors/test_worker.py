@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -18,7 +19,8 @@ from stickslip.plausibility import suspicious_balance, suspicious_stress
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import from_mapping
 from sweeps.config.schema import Execution
-from sweeps.engine.executors import worker
+from sweeps.engine.executors import threads, worker
+from sweeps.engine.executors.base import ExecutorError
 from sweeps.engine.executors.worker import (
     Block,
     Task,
@@ -101,6 +103,36 @@ def test_a_block_is_computed_from_its_task_alone(reference: np.ndarray) -> None:
     block = compute_block(task)
     np.testing.assert_array_equal(block.indices, indices)
     assert block.results.tobytes() == reference[indices].tobytes()
+
+
+def with_status(block: Block, code: float) -> Block:
+    results = block.results.copy()
+    results[0, RESULT_COLUMNS.index("status")] = code
+    return replace(block, results=results)
+
+
+WRONG_ANSWERS: dict[str, Callable[[Block], Any]] = {
+    "nothing": lambda _: None,
+    "a text": lambda _: "a text",
+    "no points": lambda block: block.part(np.zeros(len(block.indices), dtype=bool)),
+    "another point": lambda block: replace(block, indices=block.indices + np.arange(2)),
+    "points of nobody": lambda block: replace(block, indices=block.indices + GRID.size),
+    "too few rows": lambda block: replace(block, results=block.results[:1]),
+    "other floats": lambda block: replace(block, results=block.results.astype(np.float32)),
+    "a list": lambda block: replace(block, results=block.results.tolist()),
+    "an unknown status": lambda block: with_status(block, 77.0),
+}
+
+
+@pytest.mark.parametrize("case", WRONG_ANSWERS)
+def test_what_a_worker_sends_back_must_be_the_block_that_it_was_given(
+    monkeypatch: pytest.MonkeyPatch, case: str
+) -> None:
+    monkeypatch.setattr(
+        threads, "compute_block", lambda task: WRONG_ANSWERS[case](compute_block(task))
+    )
+    with pytest.raises(ExecutorError, match="is not the block that it was given"):
+        computed(block_points=2)
 
 
 def test_a_worker_with_other_sources_computes_nothing() -> None:
