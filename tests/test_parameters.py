@@ -25,7 +25,7 @@ BOUNDED = {"quartic_coefficient", "quintic_coefficient"}
 def edges(variable: ParameterVariable) -> tuple[list[float], list[float]]:
     """The last values that are taken, and the first that are refused, at the ends of a range.
 
-    The ranges themselves stand in docs/equations.md, which docs/test_docs.py compares.
+    The ranges themselves stand in docs/configuration.md, which tests/docs compares.
     """
     lower, upper = variable.lower, variable.upper
     taken, refused = [min(upper, LARGE)], [math.inf, -math.inf, math.nan]

@@ -25,7 +25,7 @@ SYMBOLS = [
 ]  # fmt: skip
 
 
-# Names, units and meanings are compared with docs/equations.md by docs/test_docs.py.
+# Names, units and meanings are compared with the pages by tests/docs.
 def test_symbols_are_those_that_people_type():
     assert [variable.symbol for variable in PARAMETERS.values()] == SYMBOLS
 

@@ -6,7 +6,6 @@ import re
 import runpy
 import tomllib
 from collections.abc import Callable, Iterator
-from fractions import Fraction
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ import pytest
 from stickslip.model import film, noise, solids
 from stickslip.model.laws.power_law import viscous_stress
 from stickslip.parameters import Parameters
-from stickslip.variables import PARAMETERS, RESULTS, TRAJECTORY, ParameterVariable
+from stickslip.variables import RESULTS, TRAJECTORY
 
 ROOT = Path(__file__).parents[2]
 WRITTEN = (path for path in ROOT.glob("docs/**/*.md") if "_build" not in path.parts)
@@ -42,36 +41,6 @@ def _until_blank(lines: Iterator[str]) -> Iterator[str]:
         if not line:
             return
         yield line
-
-
-def valid_range(variable: ParameterVariable) -> str:
-    if variable.nonzero:
-        return "not 0"
-    if math.isfinite(variable.upper):
-        return f"{variable.lower:g} to {variable.upper:g}"
-    if math.isfinite(variable.lower):
-        return f"{'>' if variable.lower_open else 'at least'} {variable.lower:g}"
-    return "finite"
-
-
-def test_parameter_table_is_the_registry():
-    documented = table("| symbol | name | unit | default |")
-    declared = [
-        [
-            f"${variable.tex}$",
-            f"`{name}`",
-            variable.units,
-            valid_range(variable),
-            "; ".join(filter(None, [variable.meaning, variable.comment])),
-        ]
-        for name, variable in PARAMETERS.items()
-    ]
-    assert [row[:3] + row[4:] for row in documented] == declared
-
-
-def test_documented_defaults_are_the_defaults():
-    documented = {row[1].strip("`"): float(Fraction(row[3])) for row in table("| symbol | name")}
-    assert documented == Parameters()._asdict()
 
 
 def test_trajectory_table_is_the_registry():
