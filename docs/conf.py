@@ -17,7 +17,7 @@ _DOCS = Path(__file__).parent
 sys.path.insert(0, str(_DOCS))
 
 from contents import LISTINGS, with_contents  # noqa: E402 - needs the path set above
-from gallery import with_thumbnails  # noqa: E402
+from gallery import with_configs, with_thumbnails  # noqa: E402
 from made_tables import with_made_tables  # noqa: E402
 from source_hash import PACKAGES, source_hash  # noqa: E402
 
@@ -78,10 +78,10 @@ html_extra_path = ["style/index.html"]  # redirects to the root page, which is i
 
 
 def _made(_app: Sphinx, name: str, source: list[str]) -> None:
-    """Fill the generated parts of a page: the menu, tables from declarations, thumbnails."""
+    """Fill the generated parts of a page: menu, tables from declarations, configs, thumbnails."""
     if name in LISTINGS:
         source[0] = with_contents(source[0])
-    source[0] = with_thumbnails(with_made_tables(source[0]))
+    source[0] = with_thumbnails(with_configs(with_made_tables(source[0])))
 
 
 def setup(app: Sphinx) -> None:

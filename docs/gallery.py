@@ -78,6 +78,20 @@ def _entry(section: str) -> Entry:
     return Entry(title, pictures[0], tuple(commands), tuple(_OWN_CONFIG.findall(section)))
 
 
+def with_configs(page: str) -> str:
+    """Return the page with the shipped configs of each entry before its commands."""
+    if _THUMBNAILS not in page:
+        return page
+    head, *sections = re.split(r"^(?=## )", page, flags=re.MULTILINE)
+    return head + "".join(map(_with_configs, sections))
+
+
+def _with_configs(section: str) -> str:
+    names = dict.fromkeys(path.name for path in _entry(section.removeprefix("## ")).shipped())
+    block = "```{{literalinclude}} ../configs/{}\n:language: yaml\n```\n\n"
+    return section.replace("```sh\n", "".join(map(block.format, names)) + "```sh\n")
+
+
 def with_thumbnails(page: str) -> str:
     """Return the page with thumbnails that link to its entries."""
     if _THUMBNAILS not in page:

@@ -113,13 +113,12 @@ def test_the_gallery_has_pictures_of_every_kind(module: Callable[[str], ModuleTy
 def test_each_picture_stands_with_the_config_that_it_is_made_of(
     module: Callable[[str], ModuleType],
 ) -> None:
-    entries = module("gallery").entries(GALLERY)
-    sections = re.split(r"^## ", GALLERY, flags=re.MULTILINE)[1:]
-    for entry, section in zip(entries, sections, strict=True):
+    gallery = module("gallery")
+    sections = re.split(r"^## ", gallery.with_configs(GALLERY), flags=re.MULTILINE)[1:]
+    for entry, section in zip(gallery.entries(GALLERY), sections, strict=True):
         shown = re.findall(r"^```\{literalinclude\} (\S+)$", section, re.MULTILINE)
-        included = {(DOCS / name).resolve() for name in shown}
-        assert included == {path.resolve() for path in entry.shipped()}, entry.title
-        assert included or entry.configs, entry.title
+        assert shown or entry.configs, entry.title
+        assert all((DOCS / name).is_file() for name in shown)
 
 
 def test_the_commands_of_the_gallery_can_be_given(
