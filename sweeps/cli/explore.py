@@ -31,7 +31,7 @@ def explore(
         bool, typer.Option("--no-browser", help="Print the address without opening it.")
     ] = False,
 ) -> None:
-    """Open a page with a slider for every parameter, and the orbit that follows; Ctrl-C ends it."""
+    """Open a page with a slider for every parameter and the stationary orbit; Ctrl-C ends it."""
     from sweeps.views import charts
 
     if missing := charts.bokeh_is_missing():

@@ -35,7 +35,7 @@ def report(
     workers: WorkersOption = None,
     no_progress: NoProgressOption = False,
 ) -> None:
-    """Write a page for looking around in a result: one HTML file that needs no network.
+    """Write a result as one HTML page that any browser opens offline.
 
     It has maps with a slider for each further axis, curves, orbits on a click, failures and
     provenance (docs/report.md shows one). An older page is replaced.
