@@ -10,6 +10,7 @@ import json
 import math
 from collections.abc import Iterable
 from ipaddress import ip_address
+from itertools import groupby
 from typing import Annotated, Any, Literal, Self
 from urllib.parse import urlsplit
 
@@ -232,7 +233,10 @@ class Plot(Section):
 
     figure: Annotated[str, _one_of(FIGURES)] = Field(
         next(iter(FIGURES)),
-        description="; ".join(f"{name}: of {figure.drawn}" for name, figure in FIGURES.items()),
+        description="; ".join(
+            f"{', '.join(names)}: of {drawn}"
+            for drawn, names in groupby(FIGURES, key=lambda name: FIGURES[name].drawn)
+        ),
     )
     elastic_strain: Strain | None = Field(
         None, description="free_energy, landscape: the strain; by default that of Fig. 2"
@@ -250,8 +254,8 @@ class Simulation(Section):
 
     schedule: Annotated[dict[ParameterName, Axis] | None, AfterValidator(_or_none)] = Field(
         None,
-        description="parameters that change along the run, with the same number of values each: "
-        "`periods` at the first, as many at the second, and so on",
+        description="parameters that change together along the run: "
+        "`periods` at the first values, as many at the second, and so on",
     )
 
     @model_validator(mode="after")
