@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 import pytest
 from support.sweeps.watching import Clock, advanced, block_of, found, task
 
@@ -11,10 +9,8 @@ from sweeps.engine import counts as counts_module
 from sweeps.engine.counts import Counts, InFlight
 from sweeps.engine.signals import Stop
 
+
 # Words between commas: none is empty.
-SOUND = r"[^ ,][^,]*(, [^ ,][^,]*)*"
-
-
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     """Time that stands still unless a test moves it."""
@@ -161,26 +157,6 @@ def test_the_first_block_is_told_to_be_awaited(clock: Clock) -> None:
     )
 
 
-@pytest.mark.parametrize("stopping", [False, True])
-@pytest.mark.parametrize("seconds", [0.0, 6.0, 100.0])
-@pytest.mark.parametrize("flying", [0, 1, 2])
-@pytest.mark.parametrize("done", [0, 100])
-def test_no_comma_is_left_over(
-    clock: Clock, stopping: bool, seconds: float, flying: int, done: int
-) -> None:
-    stop, store = Stop(), found()
-    counts = Counts(100, store)
-    counts.begin(lambda: 2, stop)
-    if done:
-        advanced(counts, store, 1.0, ok=done)
-    for number in range(flying):
-        counts.in_flight.begin(task(number, 1))
-    if stopping:
-        stop.request("enough")
-    clock.now += seconds
-    assert re.fullmatch(SOUND, line(counts)), line(counts)
-
-
 # --- what is in flight ---
 
 
@@ -202,13 +178,3 @@ def test_tasks_that_are_given_up_are_forgotten(clock: Clock) -> None:
         in_flight.begin(each)
     assert in_flight.clear() == tasks
     assert (in_flight.points, in_flight.clear()) == (0, [])
-
-
-def test_it_is_told_in_words(clock: Clock) -> None:
-    in_flight = InFlight()
-    assert str(in_flight) == ""
-    in_flight.begin(task(0, 1))
-    assert str(in_flight) == "1 point in flight"
-    clock.now += 63.0
-    in_flight.begin(task(1, 255))
-    assert str(in_flight) == "256 points in flight, the oldest for 1:03"

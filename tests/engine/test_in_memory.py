@@ -17,15 +17,13 @@ from support.sweeps.processes import Running
 from support.sweeps.workers import HERE, POISON, needs_dask, poisoned_block
 
 from stickslip import Parameters, Status, stationary_orbit
-from stickslip.orbit import compute_orbits, failed_row
-from sweeps.config.load import ConfigError, from_mapping
+from sweeps.config.load import from_mapping
 from sweeps.config.schema import Execution
 from sweeps.engine import computing, in_memory
-from sweeps.engine.executors import threads, worker
+from sweeps.engine.executors import threads
 from sweeps.engine.executors.base import Tasks
 from sweeps.engine.executors.worker import Block
 from sweeps.engine.run import run
-from sweeps.engine.settings import read_config
 from sweeps.engine.signals import Stop
 from sweeps.files.datasets import content_hash, open_result, write_dataset
 
@@ -142,11 +140,6 @@ def test_without_a_backend_of_joblib_it_is_that_of_the_config(
     assert [(made.backend, made.workers) for made in watched] == [(backend, workers)]
 
 
-def test_no_workers_are_refused() -> None:
-    with pytest.raises(ConfigError, match="workers: must be at least 1"):
-        run(CONFIG, workers=0)
-
-
 @pytest.mark.slow
 def test_the_content_is_the_same_on_the_processes_of_joblib(reference: xr.Dataset) -> None:
     with joblib.parallel_config("loky", n_jobs=2):
@@ -258,26 +251,6 @@ def test_progress_is_told_block_by_block() -> None:
     assert sorted(point for block in seen for point in block) == list(range(9))
 
 
-def test_a_config_with_problems_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "a.yaml"
-    path.write_text("integrator:\n  method: euler-cromer\n  dt: 1e-3\n")
-    with pytest.raises(ConfigError, match=r"a\.yaml:3: integrator\.dt: .*unstable for every"):
-        run(path)
-    with pytest.raises(ConfigError, match="unstable for every point"):
-        run({"integrator": {"method": "euler-cromer", "dt": 1e-3}})
-    with pytest.raises(ConfigError, match="unknown key"):
-        run({"swep": {}})
-
-
-def test_overrides_reach_the_config(tmp_path: Path) -> None:
-    path = tmp_path / "a.yaml"
-    path.write_text(YAML)
-    settings = read_config(path, ["T=[150, 160]", "integrator.rtol=1e-5"])
-    assert settings.sweep["temperature"] == (150.0, 160.0)
-    assert settings.integrator.rtol == 1e-5
-    assert settings.output == "results/a.nc"
-
-
 # --- how a point can end ---
 
 
@@ -318,31 +291,3 @@ def test_every_end_of_a_point_reaches_the_file(
     tmp_path: Path, config: dict[str, Any], expected: list[Status]
 ) -> None:
     assert statuses(config, tmp_path / "a.nc") == expected
-
-
-def test_a_violated_invariant_reaches_the_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # No config is known to break one for good: a better integrator would make its point ok.
-    def violated(points: np.ndarray, options: object, **how: Any) -> tuple[np.ndarray, np.ndarray]:
-        results, finals = compute_orbits(points, options, **how)
-        results[1] = failed_row()
-        results[1, -1] = Status.INVARIANT_VIOLATED
-        return results, finals
-
-    monkeypatch.setattr(worker, "compute_orbits", violated)
-    found = statuses({"sweep": {"T": [200, 250]}}, tmp_path / "a.nc")
-    assert found == [Status.OK, Status.INVARIANT_VIOLATED]
-
-
-def test_a_point_that_raises_reaches_the_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def poisoned(points: np.ndarray, options: object, **how: Any) -> tuple[np.ndarray, np.ndarray]:
-        if np.any(np.atleast_2d(points)[:, 0] == 250.0):
-            raise MemoryError
-        return compute_orbits(points, options, **how)
-
-    monkeypatch.setattr(worker, "compute_orbits", poisoned)
-    found = statuses({"sweep": {"T": [200, 250, 300]}}, tmp_path / "a.nc")
-    assert found == [Status.OK, Status.FAILED, Status.OK]

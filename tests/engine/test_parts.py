@@ -343,14 +343,6 @@ def test_results_of_refined_grids_are_not_merged(tmp_path: Path) -> None:
         merge([tmp_path / "a.nc"], tmp_path / "m.nc", partial=True)
 
 
-def test_parts_computed_by_other_workers_are_merged(tmp_path: Path) -> None:
-    for number in (1, 2):
-        config = from_mapping(MAP | {"execution": {"workers": number}})
-        computed(config, tmp_path / f"{number}.nc", Part(number, 2))
-    merge([tmp_path / "1.nc", tmp_path / "2.nc"], tmp_path / "m.nc")
-    assert content_hash(open_result(tmp_path / "m.nc")) == content_hash(run(MAP))
-
-
 def test_the_state_of_a_part_is_told_by_its_own_points(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -144,13 +144,6 @@ def test_a_file_in_place_of_the_folder_is_told(tmp_path: Path, write: Any) -> No
     assert (tmp_path / "file").read_text() == "mine"
 
 
-def test_a_folder_is_no_output(tmp_path: Path) -> None:
-    (tmp_path / "a.nc").mkdir()
-    with pytest.raises(StorageError, match="cannot write"):
-        write_dataset(dataset(), tmp_path / "a.nc")
-    assert entries(tmp_path) == ["a.nc"]
-
-
 # --- opening ---
 
 
