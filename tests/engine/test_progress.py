@@ -246,6 +246,14 @@ def soon(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(progress, "_MOMENT", 0.0)
 
 
+def test_what_takes_a_moment_is_not_worth_a_word(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = terminal_of(monkeypatch)
+    monkeypatch.setattr(progress, "_MOMENT", 60.0)
+    with Compiling():
+        pass
+    assert terminal.getvalue() == ""
+
+
 def test_a_terminal_gets_a_spinner_that_counts_and_goes_away(
     soon: None, clock: Clock, monkeypatch: pytest.MonkeyPatch
 ) -> None:
