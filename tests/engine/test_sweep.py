@@ -60,7 +60,7 @@ def test_leftovers_of_a_killed_run_are_taken_away(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     folder = RunFolder(path)
     folder.path.mkdir()
-    for name in ("result.nc", "journal.new", "heartbeat.json.new", "heartbeat.json"):
+    for name in ("result.nc", "merged", "merged.new", "journal.new", "heartbeat.json"):
         (folder.path / name).write_bytes(b"half")
     swept(path)
     assert [entry.name for entry in tmp_path.iterdir()] == ["a.nc"]
