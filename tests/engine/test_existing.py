@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import re
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -27,7 +29,6 @@ from sweeps.config.load import load
 from sweeps.files.chunks import Chunks
 from sweeps.files.datasets import open_result, write_dataset
 from sweeps.files.journal import Journal, readable_manifest
-from sweeps.files.run_folder import RunFolder
 from sweeps.grid import Grid
 
 FOUR = "sweep: {temperature: [200, 225, 250, 275]}\n"
@@ -121,6 +122,55 @@ def test_a_file_that_does_not_fit_is_left_alone_until_overwrite(
     assert hash_of("a.nc") == hash_at_once(config)
 
 
+JOURNAL = Path("b.nc.run/journal")
+
+
+def noting(config: str, change: dict[str, object]) -> None:
+    manifest, grid = readable_manifest(JOURNAL), Grid.from_config(load(config))
+    Journal.create(JOURNAL, manifest | change, Chunks(grid.shape), grid.size).close()
+
+
+def damage_manifests(_: str) -> None:
+    damaged = bytearray(JOURNAL.read_bytes())
+    for word in re.finditer(b"processors", bytes(damaged)):
+        damaged[word.start()] ^= 1  # in all of them, wherever they stand
+    JOURNAL.write_bytes(damaged)
+
+
+def put_a_pipe(_: str) -> None:
+    JOURNAL.unlink()
+    os.mkfifo(JOURNAL)
+
+
+ANOTHER = "b.nc.run/journal was begun by another version of stickslip"
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda c: noting(c, {"numerics_version": NUMERICS_VERSION + 1}), ANOTHER),
+        (lambda c: noting(c, {"columns": [*RESULT_COLUMNS, "verdict"]}), ANOTHER),
+        (damage_manifests, "the beginning of b.nc.run/journal is damaged"),
+        (put_a_pipe, "b.nc.run/journal is not an ordinary file; move it away"),
+    ],
+)
+def test_a_journal_that_cannot_be_read_is_told_and_kept_until_overwrite(
+    shell: Shell, change: Callable[[str], None], words: str
+) -> None:
+    config = write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
+    shell.interrupted("sweep", config, "-o", "b.nc", after=2)
+    change(config)
+    before, sweep = everything(but="heartbeat.json"), ["sweep", config, "-o", "b.nc"]
+    for command in (sweep, [*sweep, "--partial"], [*sweep, "--retry-failed"], ["status", "b.nc"]):
+        code, out, err = shell(*command)
+        assert (code, out) == (5, "")
+        assert err.startswith(words)
+        assert "--overwrite" in err or change is put_a_pipe
+        assert everything(but="heartbeat.json") == before
+    assert shell(*sweep, "--overwrite").code == 0
+    assert hash_of("b.nc") == hash_of("a.nc")
+
+
 # --- other settings ---
 
 
@@ -174,31 +224,6 @@ def test_a_file_of_another_numerics_version_is_shown_and_drawn(shell: Shell, oth
     assert shell("plot", "a.nc", "-o", "a.png").code == 0
     assert shell("sweep", "a.yaml", "-o", "a.nc", "--overwrite").code == 0
     assert "numerics version" not in shell("info", "a.nc").out
-
-
-@pytest.mark.parametrize(
-    "change",
-    [{"numerics_version": NUMERICS_VERSION + 1}, {"columns": [*RESULT_COLUMNS, "verdict"]}],
-)
-def test_the_journal_of_another_version_is_kept_until_overwrite(
-    shell: Shell, change: dict[str, object]
-) -> None:
-    config = write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
-    shell.interrupted("sweep", config, "-o", "b.nc", after=2)
-    path = RunFolder(Path("b.nc")).journal
-    manifest = readable_manifest(path)
-    assert manifest is not None
-    grid = Grid.from_config(load(config))
-    Journal.create(path, manifest | change, Chunks(grid.shape), grid.size).close()
-    before = everything(but="heartbeat.json")
-    for command in (["sweep", config, "-o", "b.nc"], ["status", "b.nc"]):
-        code, _, err = shell(*command)
-        assert code == 5
-        assert err.startswith("b.nc.run/journal was begun by another version of stickslip")
-        assert "--overwrite" in err
-    assert everything(but="heartbeat.json") == before
-    assert shell("sweep", config, "-o", "b.nc", "--overwrite").code == 0
-    assert hash_of("b.nc") == hash_of("a.nc")
 
 
 def test_a_variable_that_a_user_added_is_not_carried_over(shell: Shell) -> None:

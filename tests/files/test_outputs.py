@@ -235,24 +235,6 @@ def test_a_run_that_ends_leaves_the_lock_of_the_next_alone(
 # --- damaged ---
 
 
-def test_a_journal_without_its_beginning_is_told_and_kept_until_overwrite(shell: Shell) -> None:
-    config = write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
-    shell.interrupted("sweep", config, "-o", "b.nc", after=2)
-    journal = Path("b.nc.run/journal")
-    damaged = bytearray(journal.read_bytes())
-    for magic in re.finditer(b"processors", bytes(damaged)):
-        damaged[magic.start()] ^= 1  # both manifests, wherever they stand
-    journal.write_bytes(damaged)
-    for option in ([], ["--partial"], ["--retry-failed"]):
-        code, out, err = shell("sweep", config, "-o", "b.nc", *option)
-        assert (code, out) == (5, "")
-        assert err.startswith("the beginning of b.nc.run/journal is damaged")
-        assert "--overwrite" in err
-        assert journal.read_bytes() == damaged
-    assert shell("sweep", config, "-o", "b.nc", "--overwrite").code == 0
-    assert hash_of("b.nc") == hash_at_once(config)
-
-
 def test_damage_within_a_journal_costs_the_damaged_block_alone(shell: Shell) -> None:
     config = write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
     shell.interrupted("sweep", config, "-o", "b.nc", after=3)
