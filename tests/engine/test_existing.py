@@ -353,7 +353,8 @@ def test_a_sweep_whose_first_block_fails_asks_before_it_goes_on(shell: Shell) ->
 # --- what is there so far ---
 
 
-def test_partial_writes_what_is_there_and_the_sweep_goes_on(shell: Shell) -> None:
+@pytest.mark.parametrize("alone", [False, True], ids=["with its journal", "alone"])
+def test_partial_writes_what_is_there_and_the_sweep_goes_on(shell: Shell, alone: bool) -> None:
     config = write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
     shell.interrupted("sweep", config, "-o", "b.nc", after=2)
     first = shell.values("temperature")
@@ -366,21 +367,12 @@ def test_partial_writes_what_is_there_and_the_sweep_goes_on(shell: Shell) -> Non
     there = np.isin(part.temperature, first)
     assert np.array_equal(part.status, np.where(there, 0, 127))
     assert np.array_equal(np.isnan(part.friction_force_amplitude), ~there)
+    if alone:
+        JOURNAL.unlink()
     assert shell("sweep", config, "-o", "b.nc").code == 0
     assert sorted(first + shell.values("temperature")) == ALL
     assert hash_of("b.nc") == hash_of("a.nc")
     assert "b.nc.run" not in entries()
-
-
-def test_a_partial_file_alone_is_enough_to_go_on(shell: Shell) -> None:
-    config = write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
-    shell.interrupted("sweep", config, "-o", "b.nc", after=2)
-    first = shell.values("temperature")
-    shell("sweep", config, "-o", "b.nc", "--partial")
-    Path("b.nc.run/journal").unlink()
-    assert shell("sweep", config, "-o", "b.nc").code == 0
-    assert sorted(first + shell.values("temperature")) == ALL
-    assert hash_of("b.nc") == hash_of("a.nc")
 
 
 def test_partial_of_nothing_is_refused(shell: Shell) -> None:

@@ -181,6 +181,9 @@ def test_a_kill_at_any_place_loses_nothing(shell: Shell, expected: str, places: 
         code, _, err = shell(*command)
         assert code == 0, (place, err)
         assert not kept & set(shell.values("temperature")), place
+        number_of_place = list(PLACES).index(place)
+        named = list(PLACES).index("after the journal has its name")
+        assert bool(kept) == (named <= number_of_place < len(PLACES) - 1), place
         if kept:
             assert {200.0, 250.0} <= kept, place
             assert len(shell.computed) == 5 - len(kept), place

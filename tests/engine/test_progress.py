@@ -185,12 +185,16 @@ def test_the_bar_goes_on_though_nothing_comes_back(
             wait_until(lambda s=seconds: f"the oldest for 0:0{s}" in plain(terminal.getvalue()))
 
 
-def test_stopping_gives_the_terminal_back_once(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("shown", [lambda: display_of(Counts(10, found())), Compiling])
+def test_stopping_gives_the_terminal_back_once(
+    soon: None, monkeypatch: pytest.MonkeyPatch, shown: Callable[[], Any]
+) -> None:
     terminal = terminal_of(monkeypatch)
-    with display_of(Counts(10, found())) as shown:
-        shown.stop()
+    with shown() as display:
+        wait_until(lambda: HIDDEN in terminal.getvalue())
+        display.stop()
         stopped = terminal.getvalue()
-        assert stopped.endswith("\n" + VISIBLE)
+        assert VISIBLE in stopped
     assert terminal.getvalue() == stopped
 
 
@@ -295,16 +299,6 @@ def test_it_goes_away_on_an_error(soon: None, monkeypatch: pytest.MonkeyPatch) -
         failing()
     assert terminal.getvalue().count(VISIBLE) == 1
     wait_until(lambda: threading.active_count() == before)
-
-
-def test_it_can_be_taken_away_before_its_end(soon: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    terminal = terminal_of(monkeypatch)
-    with Compiling() as sign:
-        wait_until(lambda: WORD in terminal.getvalue())
-        sign.stop()
-        gone = terminal.getvalue()
-        assert VISIBLE in gone
-    assert terminal.getvalue() == gone
 
 
 # --- a notebook ---
