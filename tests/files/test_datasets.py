@@ -168,13 +168,6 @@ def test_a_damaged_file_is_refused_by_name(tmp_path: Path, damage: Any) -> None:
         open_result(path)
 
 
-def test_what_is_no_file_is_refused_by_name(tmp_path: Path) -> None:
-    with pytest.raises(StorageError, match=r"b\.nc does not exist"):
-        open_result(tmp_path / "b.nc")
-    with pytest.raises(StorageError, match="is not a readable NetCDF file"):
-        open_result(tmp_path)
-
-
 # --- identity ---
 
 
