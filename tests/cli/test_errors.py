@@ -19,7 +19,7 @@ from sweeps.cli import inspect
 from sweeps.files import atomic
 from sweeps.files.datasets import open_result, write_dataset
 
-SWEEP = """\
+A_YAML = """\
 sweep: {temperature: [200, 250]}
 integrator: {rtol: 1e-4}
 stationary: {rtol: 1e-4}
@@ -96,7 +96,7 @@ def test_what_cannot_be_meant_or_done_is_refused(
     assert re.search(message, done.err, re.DOTALL), done.err
     assert done.err.count("\n") == 1 or done.err.startswith("Usage: ")
     assert entries() == ["a.yaml", "bad.nc", "folder", "pipe"]
-    assert Path("a.yaml").read_text() == SWEEP
+    assert Path("a.yaml").read_text() == A_YAML
 
 
 def test_no_verb_shows_the_help(command: Command) -> None:
@@ -168,7 +168,7 @@ def test_a_disk_that_is_really_full_keeps_the_old_file(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     write_dataset(xr.Dataset({"old": 1.0}), path)
     old = path.read_bytes()
-    (tmp_path / "a.yaml").write_text(SWEEP)
+    (tmp_path / "a.yaml").write_text(A_YAML)
     limit = resource.RLIMIT_FSIZE, (20_000, 20_000)
     command = ("sweep", "a.yaml", "-o", "a.nc", "--overwrite")
     code, out, err = process(*command, cwd=tmp_path, preexec_fn=lambda: resource.setrlimit(*limit))
