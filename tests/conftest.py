@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -36,6 +37,22 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def compiling_is_not_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a command says does not depend on whether its kernels are cached."""
     monkeypatch.setattr("sweeps.engine.progress._MOMENT", 1e6)
+
+
+@pytest.fixture
+def shell(
+    request: pytest.FixtureRequest,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> Any:
+    """The command line in this process, in a folder that holds the `A_YAML` of the test file."""
+    from support.sweeps.sweeping import Shell  # here: most tests do without what it loads
+
+    shell = Shell(tmp_path, monkeypatch, capsys)
+    if hasattr(request.module, "A_YAML"):
+        Path("a.yaml").write_text(request.module.A_YAML)
+    return shell
 
 
 @pytest.fixture(autouse=True)

@@ -24,13 +24,6 @@ def rows(grid: Grid) -> list[Parameters]:
     return [Parameters(*row) for row in grid.points(0, grid.size)]
 
 
-def test_the_dimensions_are_the_axes_in_order_and_then_case() -> None:
-    grid = Grid.from_config(from_mapping(BOTH))
-    assert grid.dims == ("temperature", "rheological_index", "case")
-    assert grid.shape == (3, 2, 2)
-    assert grid.size == 12
-
-
 def test_the_last_dimension_runs_fastest() -> None:
     expected = [
         Parameters(
@@ -167,18 +160,6 @@ def test_a_point_is_found_in_another_grid_if_and_only_if_all_parameters_are_equa
     numbers = {row: number for number, row in enumerate(rows(there))}
     expected = [numbers.get(row, -1) for row in rows(here)]
     assert there.locate(here.points(0, here.size)).tolist() == expected
-
-
-def test_an_axis_or_a_case_may_become_a_fixed_value_and_back() -> None:
-    grid = Grid.from_config(from_mapping(BOTH))
-    one = Grid.from_config(
-        from_mapping({"model": {"M": 0.5, "T": 200, "gamma": 0, "X_m": 8e-7, "omega": 10}})
-    )
-    assert grid.locate(one.points(0, 1)).tolist() == [5]
-    assert one.locate(grid.points(0, 12)).tolist() == [-1] * 5 + [0] + [-1] * 6
-    axes = {"M": [0.25, 0.5], "T": [200, 250], "X_m": [4e-7, 8e-7], "omega": [10, 20]}
-    product = Grid.from_config(from_mapping({"model": {"gamma": 0}, "sweep": axes}))
-    assert product.locate(grid.points(4, 6)).tolist() == [9, 10]
 
 
 @pytest.mark.parametrize("form", ["linspace", "geomspace"])

@@ -94,12 +94,6 @@ def test_the_stick_slip_of_fig_3_agrees_with_the_twin_to_1e_4() -> None:
     assert np.ptp(twin[:, 2]) > 10.0  # it does solidify and melt
 
 
-def test_the_states_start_where_the_parameters_say() -> None:
-    p = Parameters(initial_displacement=3e-7, initial_velocity=-2e-6, initial_order_parameter=0.4)
-    first = compiled_trajectory(p)[0]
-    assert first == pytest.approx([3e-7, -2e-6, 0.4], rel=1e-14)
-
-
 def test_the_twin_knows_the_closed_forms() -> None:
     p = Parameters(rheological_index=0.0)
     assert reference.elastic_stress(6.8e-7, 0.5, p) == pytest.approx(6.8e6, rel=1e-14)

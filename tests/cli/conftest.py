@@ -5,17 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from support.sweeps.commands import FOUR_POINTS, Command, result_of
+from support.sweeps.commands import FOUR_POINTS, Command
 
 
 @pytest.fixture
-def command(
-    request: pytest.FixtureRequest,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> Command:
-    """A call of the command; `a.yaml` is the SWEEP of the test file, or else four points."""
-    monkeypatch.chdir(tmp_path)
-    Path("a.yaml").write_text(getattr(request.module, "SWEEP", FOUR_POINTS))
-    return lambda *arguments: result_of(arguments, monkeypatch, capsys)
+def command(shell: Command, request: pytest.FixtureRequest) -> Command:
+    """A call of the command; `a.yaml` is the A_YAML of the test file, or else four points."""
+    if not hasattr(request.module, "A_YAML"):
+        Path("a.yaml").write_text(FOUR_POINTS)
+    return shell

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 import typer.main
-from support.sweeps.commands import FOUR_POINTS, Command, entries, process
+from support.sweeps.commands import Command
 
 from sweeps.cli.app import app
 
@@ -82,19 +82,6 @@ def test_completing_loads_no_more_than_help() -> None:
     line = {"COMP_WORDS": "stickslip\nsweep\n--", "COMP_CWORD": "2"}
     loaded = modules_after(_STICKSLIP_COMPLETE="complete_bash", **line)
     assert loaded.isdisjoint(HEAVY)
-
-
-@pytest.mark.slow
-def test_a_real_sweep_keeps_its_outputs_apart(tmp_path: Path) -> None:
-    (tmp_path / "a.yaml").write_text(FOUR_POINTS)
-    done = process("sweep", "a.yaml", cwd=tmp_path)
-    assert done.code == 0
-    assert done.err.startswith("4 points (2 x 2); 4 to compute\n")
-    assert done.out.startswith("results/a.nc\n4 points in ")
-    assert done.out.replace("\n", "").isprintable()
-    assert entries(tmp_path / "results") == ["a.nc", "a.nc.timing.json"]
-    bad = ("--set", "stationary.max_periods=2", "-o", "b.nc")
-    assert process("sweep", "a.yaml", *bad, cwd=tmp_path).code == 3
 
 
 def test_the_installed_command_is_this_one(tmp_path: Path) -> None:

@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 from support.sweeps.commands import Result, process
 
+
 # The scripts are typer's; it finds out which shell it is called from, unless that is given.
-GIVEN = {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
-
-
 def completed(line: str, shell: str, **more: str) -> Result:
     """What a shell is answered for the last word of a line, in the words of its typer script."""
     words = line.split(" ")
@@ -46,20 +38,3 @@ def test_names_of_files_are_left_to_the_shell(line: str) -> None:
     assert completed(line, "zsh").out == "_files\n"
     fish = completed(line, "fish", _TYPER_COMPLETE_FISH_ACTION="is-args")
     assert (fish.code, fish.out) == (1, "")
-
-
-@pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
-def test_bash_completes_a_verb_with_the_installed_script(tmp_path: Path) -> None:
-    command = tmp_path / "stickslip"
-    command.write_text(f'#!/bin/sh\nexec {sys.executable} -m sweeps.cli "$@"\n')
-    command.chmod(0o755)
-    script = process("--show-completion", "bash", environment=GIVEN).out
-    line = "COMP_WORDS=(stickslip pl); COMP_CWORD=1; _stickslip_completion stickslip"
-    done = subprocess.run(
-        ["bash", "-c", f"{script}\n{line}\necho ${{COMPREPLY[@]}}"],
-        env=os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert done.stdout.split() == ["plan", "plot"]

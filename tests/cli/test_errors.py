@@ -15,13 +15,11 @@ import xarray as xr
 from support.sweeps.bad_configs import ALL
 from support.sweeps.commands import Command, entries, process
 
-from stickslip.orbit import compute_orbits
 from sweeps.cli import inspect
-from sweeps.engine.executors import worker
 from sweeps.files import atomic
 from sweeps.files.datasets import open_result, write_dataset
 
-SWEEP = """\
+A_YAML = """\
 sweep: {temperature: [200, 250]}
 integrator: {rtol: 1e-4}
 stationary: {rtol: 1e-4}
@@ -60,6 +58,7 @@ REFUSALS = [
     ("sweep a.yaml --part 3/2", 2, "--part: '3/2' is no part"),
     ("merge no.nc -o m.nc", 5, "no.nc does not exist"),
     ("replay no.nc", 5, "no.nc does not exist"),
+    ("sweep .", 2, r"\.: cannot be read"),
     ("export a.yaml -o a.csv", 5, "a.yaml"),
     ("export no.nc", 5, "no.nc does not exist"),
     ("export no.nc -o a.xlsx", 2, "a.xlsx: a table ends in .csv or .parquet"),
@@ -67,7 +66,21 @@ REFUSALS = [
     ("figure 1", 2, f"no figure 1; {FIGURES}"),
     ("figure 3 10 x", 2, f"no figure 10, x; {FIGURES}"),
     ("info --hash", 2, "--hash needs a FILE"),
-    *((f"{verb} no.nc", 5, "^no.nc does not exist\n") for verb in ("info", "info --hash", "plot")),
+    *(
+        (f"{verb} {name}", 5, f"^{name} {words}")
+        for verb in ("info", "info --hash", "plot", "status")
+        for name, words in {
+            "no.nc": "does not exist",
+            "bad.nc": ".*is not a readable NetCDF file",
+            "folder": "",  # each verb in its own words
+            "pipe": ".*not an ordinary file",
+        }.items()
+    ),
+    *(
+        (f"simulate a.yaml --set T=200 -o {output} {option}", 5, output)
+        for output in ("folder", "pipe", "a.yaml/b.nc")
+        for option in ("", "--overwrite")
+    ),
 ]
 
 
@@ -75,11 +88,15 @@ REFUSALS = [
 def test_what_cannot_be_meant_or_done_is_refused(
     command: Command, line: str, code: int, message: str
 ) -> None:
+    Path("folder").mkdir()
+    os.mkfifo("pipe")
+    Path("bad.nc").write_bytes(b"nonsense" * 1000)
     done = command(*line.split())
     assert (done.code, done.out) == (code, "")
     assert re.search(message, done.err, re.DOTALL), done.err
     assert done.err.count("\n") == 1 or done.err.startswith("Usage: ")
-    assert entries() == ["a.yaml"]
+    assert entries() == ["a.yaml", "bad.nc", "folder", "pipe"]
+    assert Path("a.yaml").read_text() == A_YAML
 
 
 def test_no_verb_shows_the_help(command: Command) -> None:
@@ -99,65 +116,21 @@ def test_a_step_that_is_unstable_everywhere_names_its_line(command: Command, ver
     assert entries() == ["a.yaml", "e.yaml"]
 
 
-REFUSED = [row for row in ALL if row[2].kind == "refused"]
-BAD = [row for row in REFUSED if row[2].line is not None]
-
-
 @pytest.mark.parametrize("verb", ["sweep", "check", "simulate"])
 def test_bad_configs_are_refused_in_lines(command: Command, verb: str) -> None:
-    for name, content, outcome in BAD[::5]:
+    for name, content, outcome in [row for row in ALL if row[2].kind == "refused"][::5]:
         Path("bad.yaml").write_bytes(content.encode() if isinstance(content, str) else content)
         code, out, err = command(verb, "bad.yaml")
         assert (code, out) == (2, ""), name
         lines = err.splitlines()
+        place = "bad.yaml" if outcome.line is None else f"bad.yaml:{outcome.line}"
         assert all(line.startswith(("bad.yaml:", "warning: ")) for line in lines), name
-        assert any(line.startswith(f"bad.yaml:{outcome.line}: ") for line in lines), name
+        assert any(line.startswith(f"{place}: ") for line in lines), name
         assert err.isascii() or err.replace("\n", "").isprintable(), name
         assert entries() == ["a.yaml", "bad.yaml"], name
 
 
-def test_configs_that_are_nowhere_wrong_but_unusable(command: Command) -> None:
-    for name, content, _ in [row for row in REFUSED if row[2].line is None]:
-        Path("bad.yaml").write_bytes(content.encode() if isinstance(content, str) else content)
-        code, out, err = command("sweep", "bad.yaml")
-        assert (code, out) == (2, ""), name
-        assert err.startswith("bad.yaml"), name
-    code, _, err = command("sweep", ".")
-    assert code == 2
-    assert "cannot be read" in err
-
-
-def test_all_problems_are_told_at_once(command: Command) -> None:
-    Path("bad.yaml").write_text("model:\n  T: -1\n  tempo: 3\nsweep:\n  k: []\n")
-    code, _, err = command("sweep", "bad.yaml", "--set", "K=x")
-    assert code == 2
-    starts = [line.split(": ")[0] for line in err.splitlines()]
-    assert sorted(starts) == ["--set K=x", "bad.yaml:2", "bad.yaml:3", "bad.yaml:5"]
-
-
 # --- 5: files ---
-
-
-@pytest.mark.parametrize("overwrite", [[], ["--overwrite"]])
-def test_a_trajectory_replaces_no_folder_and_no_pipe(
-    command: Command, overwrite: list[str]
-) -> None:
-    Path("folder").mkdir()
-    os.mkfifo("pipe")
-    for output in ("folder", "pipe", "a.yaml/b.nc"):
-        done = command("simulate", "a.yaml", "--set", "T=200", *overwrite, "-o", output)
-        assert (done.code, done.out) == (5, "")
-        assert output in done.err
-    assert Path("a.yaml").read_text() == SWEEP
-    assert entries() == ["a.yaml", "folder", "pipe"]
-
-
-@pytest.mark.parametrize("verb", [["info"], ["info", "--hash"], ["plot"]])
-def test_a_damaged_result_is_refused(command: Command, verb: list[str]) -> None:
-    Path("a.nc").write_bytes(b"nonsense" * 1000)
-    code, out, err = command(*verb, "a.nc")
-    assert (code, out) == (5, "")
-    assert err.startswith("a.nc is not a readable NetCDF file: ")
 
 
 @pytest.mark.parametrize("overwrite", [[], ["--overwrite"]])
@@ -195,7 +168,7 @@ def test_a_disk_that_is_really_full_keeps_the_old_file(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     write_dataset(xr.Dataset({"old": 1.0}), path)
     old = path.read_bytes()
-    (tmp_path / "a.yaml").write_text(SWEEP)
+    (tmp_path / "a.yaml").write_text(A_YAML)
     limit = resource.RLIMIT_FSIZE, (20_000, 20_000)
     command = ("sweep", "a.yaml", "-o", "a.nc", "--overwrite")
     code, out, err = process(*command, cwd=tmp_path, preexec_fn=lambda: resource.setrlimit(*limit))
@@ -242,19 +215,6 @@ def test_a_file_without_anything_to_draw(command: Command) -> None:
 
 
 # --- 3 and 1: exceptions ---
-
-
-def test_a_point_that_raises_is_counted(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    def poisoned(points: np.ndarray, options: object, **how: Any) -> tuple[np.ndarray, np.ndarray]:
-        if np.any(np.atleast_2d(points)[:, 0] == 250.0):
-            raise ValueError("poison")
-        return compute_orbits(points, options, **how)
-
-    monkeypatch.setattr(worker, "compute_orbits", poisoned)
-    code, out, err = command("sweep", "a.yaml")
-    assert code == 3
-    assert "1 failed" in out
-    assert "  1 failed: The computation raised an exception; the log has it." in err
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import netCDF4
 from support.sweeps.commands import Command, entries
 
 from sweeps.files.datasets import content_hash, open_result
@@ -48,12 +47,3 @@ def test_what_is_no_table_of_ours_is_not_replaced(command: Command) -> None:
         code, _, err = command("export", "c.csv", *more)
         assert (code, err) == (2, "c.csv is the result itself; -o names the table\n")
     assert Path("c.csv").read_bytes() == result
-
-
-def test_numbers_that_were_changed_are_told(command: Command) -> None:
-    command("sweep", "a.yaml", "-o", "a.nc")
-    with netCDF4.Dataset("a.nc", "a") as file:
-        file["melting_count"][0, 1] = 55
-    code, _, err = command("export", "a.nc")
-    assert code == 0
-    assert err.startswith("warning: the numbers of a.nc are not those that stickslip wrote")

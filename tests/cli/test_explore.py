@@ -14,7 +14,7 @@ from support.sweeps.processes import Running
 
 from sweeps.cli import explore
 
-SWEEP = """\
+A_YAML = """\
 sweep: {temperature: [200, 250]}
 simulation: {periods: 1, samples_per_period: 50}
 integrator: {rtol: 1e-4}

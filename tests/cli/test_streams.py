@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
-import pty
 import subprocess
 import sys
-import termios
 from pathlib import Path
 
 import pytest
 from support.marks import one_then
-from support.sweeps.processes import HANGS, default_signals, wait_until
+from support.sweeps.processes import HANGS, Running, default_signals
 from support.sweeps.sweeping import LOOSE, hash_at_once, hash_of, write
+from support.sweeps.watching import OnTerminal
 
 SWEEP = "sweep: {temperature: [200, 250]}\n"
 STICKSLIP = f"{sys.executable} -m sweeps.cli"
@@ -52,33 +50,11 @@ def test_a_sweep_comes_to_its_end_whoever_listens(streams: str) -> None:
 
 def test_a_terminal_that_is_closed_ends_a_sweep_like_a_signal() -> None:
     write("b.yaml", "sweep: {temperature: {linspace: [150, 320], num: 2000}}\n", LOOSE)
-    ours, theirs = pty.openpty()
-
-    def own_terminal() -> None:
-        os.setsid()
-        fcntl.ioctl(theirs, termios.TIOCSCTTY, 0)
-
-    with default_signals():
-        process = subprocess.Popen(
-            [sys.executable, "-m", "sweeps.cli", "sweep", "b.yaml", "-o", "b.nc"],
-            stdin=theirs,
-            stdout=theirs,
-            stderr=theirs,
-            preexec_fn=own_terminal,
-        )
-    os.close(theirs)
-    journal = Path("b.nc.run/journal")
-    try:
-        wait_until(
-            lambda: journal.exists() and journal.stat().st_size > 20_000,
-            lambda: process.poll() is None,
-        )
-        os.close(ours)
-        assert process.wait(HANGS) == 4
-    finally:
-        process.kill()
-        process.wait()
-    assert journal.exists()
+    command = ["sweep", "b.yaml", "-o", "b.nc"]
+    child = OnTerminal("from sweeps.cli import main; main()", *command, folder=Path())
+    child.shows(" points/s")  # some are finished
+    assert child.hung_up() == 4
+    assert Path("b.nc.run/journal").exists()
 
 
 def test_without_a_home_code_is_compiled_and_not_kept() -> None:
@@ -91,14 +67,7 @@ def test_without_a_home_code_is_compiled_and_not_kept() -> None:
         "main()\n"
     )
     bare = {k: v for k, v in os.environ.items() if k in ("PATH", "PYTHONPATH")}
-    with default_signals():
-        ended = subprocess.run(
-            [sys.executable, "-c", code, "info"],
-            env=bare,
-            capture_output=True,
-            text=True,
-            timeout=HANGS,
-        )
-    assert ended.returncode == 0, ended.stderr
-    assert "compiled code is not cached: there is no home folder" in ended.stdout
-    assert ended.stderr.count("compiled code is not cached: there is no home folder") == 1
+    ended, out, err = Running("-c", code, "info", env=bare).ended()
+    assert ended == 0, err
+    assert "compiled code is not cached: there is no home folder" in out
+    assert err.count("compiled code is not cached: there is no home folder") == 1

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 from support.sweeps.commands import FOUR_POINTS, Command, entries
 
 from sweeps.engine.run import run
@@ -61,33 +59,6 @@ def test_set_changes_the_config(command: Command) -> None:
 
 def test_no_progress_says_nothing_on_the_way(command: Command) -> None:
     assert command("sweep", "a.yaml", "--no-progress").err == ""
-
-
-def test_a_complete_output_is_recognised_untouched(command: Command) -> None:
-    first = command("sweep", "a.yaml").out.splitlines()
-    path = Path("results/a.nc")
-    old = path.read_bytes(), path.stat().st_mtime_ns
-    code, out, err = command("sweep", "a.yaml")
-    assert (code, err) == (0, "results/a.nc is complete: 4 points, nothing to do\n")
-    assert out.splitlines() == [first[0], re.sub(r" in .* points/s\)", "", first[1])]
-    assert (path.read_bytes(), path.stat().st_mtime_ns) == old
-    assert entries("results") == ["a.nc", "a.nc.timing.json"]
-
-
-def test_an_existing_file_that_is_no_result_is_refused_untouched(command: Command) -> None:
-    xr.Dataset({"mine": 1.0}).to_netcdf("mine.nc")
-    Path("text.nc").write_text("mine")
-    for name, expected in (("mine.nc", 2), ("text.nc", 5)):
-        old = Path(name).read_bytes()
-        code, out, err = command("sweep", "a.yaml", "-o", name)
-        assert (code, out) == (expected, "")
-        assert err.startswith(f"{name} exists")
-        assert err.endswith("--overwrite replaces it, -o writes elsewhere\n")
-        assert Path(name).read_bytes() == old
-        assert entries() == ["a.yaml", "mine.nc", "text.nc"]
-    for name in ("mine.nc", "text.nc"):
-        assert command("sweep", "a.yaml", "-o", name, "--overwrite").code == 0
-        assert "friction_force_amplitude" in open_result(Path(name))
 
 
 def test_points_that_fail_are_counted_and_explained(command: Command) -> None:

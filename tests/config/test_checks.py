@@ -6,7 +6,6 @@ import pytest
 from support.sweeps.configs import problems
 
 from stickslip.variables import BY_SYMBOL, PARAMETERS
-from sweeps.config.checks import combinations
 from sweeps.config.load import ConfigError, from_mapping, from_yaml
 
 
@@ -97,10 +96,3 @@ def test_a_grid_that_is_too_large_is_not_judged_further(monkeypatch: pytest.Monk
     monkeypatch.setattr("sweeps.config.checks.MAX_POINTS", 3)
     (problem,) = problems("sweep: {d: [0, 1], e: [0, 1]}")
     assert "4 points are more than 3" in problem
-
-
-def test_values_that_occur_together_are_all_combinations_but_of_linked_ones() -> None:
-    config = from_mapping({"sweep": {"c": [850, 900]}, "cases": {"d": [0, 1], "e": [0, 5]}})
-    coefficients = ("quartic_coefficient", "quintic_coefficient", "sextic_coefficient")
-    found = combinations(config, coefficients)
-    assert found == {(c, d, e) for c in (850.0, 900.0) for d, e in ((0.0, 0.0), (1.0, 5.0))}

@@ -35,17 +35,6 @@ def test_the_defaults_of_the_integrators_are_those_of_their_options() -> None:
     assert config.film.friction == DEFAULTS.friction
 
 
-def test_the_other_defaults() -> None:
-    config = from_mapping({})
-    assert (config.noise.seed, config.noise.realizations) == (None, None)
-    assert (config.execution.workers, config.execution.backend) == (2, "threads")
-    assert (config.execution.scheduler, config.execution.block_points) == (None, None)
-    assert config.plot.figure == "amplitudes"
-    simulation = config.simulation
-    assert (simulation.periods, simulation.start) == (6, "initial")
-    assert simulation.samples_per_period == 2000
-
-
 @pytest.mark.parametrize("name", OPTIONS)
 def test_the_bounds_are_those_of_the_options(name: str) -> None:
     (section, key), valid = KEYS[name], OPTIONS[name].range

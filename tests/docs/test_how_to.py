@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +20,19 @@ CONFIG = re.compile(
     r"^```\{code-block\} yaml\n:caption: (\S+)\n\n(.*?)^```", re.MULTILINE | re.DOTALL
 )
 COMMANDS = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
+Page = Callable[[str], dict[str, Any]]
 SCRIPT = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
-def run_page(name: str, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    """Do what a page says, here; the names that its scripts leave."""
+@pytest.fixture
+def run_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Page:
+    """Do what a page says, in an empty folder; returns the names that its scripts leave."""
+    monkeypatch.chdir(tmp_path)
+    Path("configs").symlink_to(FOLDER.parents[1] / "configs")
+    return lambda name: names_left_by(name, monkeypatch)
+
+
+def names_left_by(name: str, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     page, names = (FOLDER / f"{name}.md").read_text("utf-8"), {}
     for config, text in CONFIG.findall(page):
         Path(config).write_text(text)
@@ -37,18 +46,9 @@ def run_page(name: str, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     return names
 
 
-@pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    Path("configs").symlink_to(FOLDER.parents[1] / "configs")
-    return tmp_path
-
-
 @pytest.mark.slow
-def test_my_own_lubricant(
-    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    names = run_page("my-own-lubricant", monkeypatch)
+def test_my_own_lubricant(run_page: Page, capsys: pytest.CaptureFixture[str]) -> None:
+    names = run_page("my-own-lubricant")
     printed = re.findall(r"^(\w+_coefficient): (\S+)$", capsys.readouterr().out, re.MULTILINE)
     config = Path("lubricant.yaml").read_text()
     written = dict(re.findall(r"(\w+_coefficient): (\S+)", config))
@@ -67,9 +67,9 @@ def test_my_own_lubricant(
 
 @pytest.mark.stress
 def test_a_map_that_grows(
-    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    run_page: Page, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    names = run_page("map", monkeypatch)
+    names = run_page("map")
     assert names["ds"].equals(result("map"))
     assert (names["ds"].status == 0).all()
     config = Path("map.yaml").read_text()
@@ -82,17 +82,15 @@ def test_a_map_that_grows(
 
 
 @pytest.mark.slow
-def test_the_error_bar(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    names = run_page("error-bar", monkeypatch)
+def test_the_error_bar(run_page: Page) -> None:
+    names = run_page("error-bar")
     assert (names["force_error"] < 1e-4 * names["ds"].friction_force_amplitude.max()).all()
     assert abs(names["change"]) <= names["coarse"].amplitude_error
 
 
 @pytest.mark.stress
-def test_from_pixel_to_orbit(
-    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    names = run_page("from-pixel-to-orbit", monkeypatch)
+def test_from_pixel_to_orbit(run_page: Page, capsys: pytest.CaptureFixture[str]) -> None:
+    names = run_page("from-pixel-to-orbit")
     said = capsys.readouterr().out
     assert "agree with the file bit for bit" in said
     assert "3 meltings per period" in said

@@ -52,16 +52,6 @@ def test_every_page_is_listed_once(module: Callable[[str], ModuleType]) -> None:
     assert len(listed) == len(set(listed))
 
 
-def test_a_section_gets_the_pages_that_it_links_to_in_order(
-    module: Callable[[str], ModuleType],
-) -> None:
-    links = "[b](b.md) [a](../a.md) [part](c.md#here) [b](b.md) [elsewhere](https://w.md)"
-    page = f"# All\n[x](x.md)\n\n## One\n{links}\n\n## Two\n"
-    made = module("contents").with_contents(page)
-    assert re.findall(r":caption: (.*)\n\n(.*?)\n```", made, re.DOTALL) == [("One", "b\n../a")]
-    assert re.sub(r"\n```\{toctree\}.*?```\n\n", "", made, flags=re.DOTALL) == page
-
-
 # --- tables and functions ---
 
 
@@ -186,29 +176,6 @@ def test_data_of_another_numerics_version_are_not_kept(
     before = gallery.data_name(entry)
     monkeypatch.setattr("stickslip.kernels.version.NUMERICS_VERSION", 0)
     assert gallery.data_name(entry) != before
-
-
-@pytest.mark.parametrize(
-    ("command", "message"),
-    [
-        ("stickslip dance", "`stickslip dance` ended with 2\nno such verb"),
-        ("stickslip sweep own.yaml", "no command wrote mine.png"),
-    ],
-)
-def test_an_entry_without_its_picture_is_an_error_with_its_name(
-    module: Callable[[str], ModuleType], tmp_path: Path, runs: Path, command: str, message: str
-) -> None:
-    gallery = module("gallery")
-    with pytest.raises(gallery.GalleryError, match=f"^A title: {re.escape(message)}"):
-        gallery.make(entry_of(gallery, "", command), tmp_path / "made")
-
-
-def test_small_pictures_lead_to_the_large_ones(module: Callable[[str], ModuleType]) -> None:
-    gallery = module("gallery")
-    made = gallery.with_thumbnails(GALLERY)
-    links = re.findall(r"^:link: (\S+)$", made, re.MULTILINE)
-    assert len(links) == len(gallery.entries(GALLERY))
-    assert all(f"\n({link})=\n## " in made for link in links)
 
 
 # --- links ---

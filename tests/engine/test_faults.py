@@ -7,13 +7,16 @@ import itertools
 import os
 import random
 import shutil
+import signal
+import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from support.marks import one_then
-from support.sweeps.kills import BLOCK_POINTS, CONFIG, WORKERS, kill_until_done
-from support.sweeps.processes import HANGS
+from support.sweeps.processes import HANGS, Running, wait_until
 from support.sweeps.sweeping import (
     LOOSE,
     ONE_BY_ONE,
@@ -26,22 +29,21 @@ from support.sweeps.sweeping import (
     write,
 )
 
+from stickslip import Parameters
+from sweeps.config.load import load
 from sweeps.engine.existing import found_in_journal
 from sweeps.files.journal import readable_manifest
 from sweeps.files.run_folder import RunFolder
+from sweeps.grid import Grid
 
 SMALL = "sweep: {temperature: [200, 250]}\n"
-LARGE = "sweep: {temperature: [200, 210, 230, 250, 270]}\n"
+A_YAML = "sweep: {temperature: [200, 210, 230, 250, 270]}\n" + LOOSE + ONE_BY_ONE
 
 
 @pytest.fixture
-def shell(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Shell:
+def shell(shell: Shell) -> Shell:
     """A folder with a good result, `old.nc`, and `a.yaml`, which makes more of it."""
-    shell = Shell(tmp_path, monkeypatch, capsys)
     assert shell("sweep", write("old.yaml", SMALL, LOOSE), "-o", "old.nc").code == 0
-    write("a.yaml", LARGE, LOOSE, ONE_BY_ONE)
     return shell
 
 
@@ -53,16 +55,69 @@ def expected(shell: Shell) -> str:
 # --- kills ---
 
 
+# Seconds of work in blocks of a few tenths, so that a kill finds some finished and some in flight.
+RANDOM = """\
+sweep:
+  temperature: {linspace: [150, 320], num: 100}
+  rheological_index: [-2/3, -1/3, 0, 2/3]
+integrator: {rtol: 1e-9}
+stationary: {rtol: 1e-9}
+execution: {workers: 2, block_points: 10}
+"""
+# The command, which notes the parameters of each block before it is computed.
+NOTING = """\
+import os, sys
+import numpy as np
+from sweeps.engine.executors import worker
+from sweeps.cli.app import main
+log = os.open("begun", os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+compute_orbits = worker.compute_orbits
+def noted(points, options, **how):
+    os.write(log, np.ascontiguousarray(points).tobytes())
+    return compute_orbits(points, options, **how)
+worker.compute_orbits = noted
+main()
+"""
+
+
 @pytest.mark.faults
-def test_kills_at_random_times_lose_nothing(tmp_path: Path) -> None:
-    survival = kill_until_done(tmp_path / "sweep", random.Random(7), 6)
-    assert survival.kills == 6
-    assert survival.complaints == []
-    assert survival.lost == 0
-    assert survival.repeated == 0
-    assert max(survival.recomputed) <= WORKERS * BLOCK_POINTS  # what was in flight
-    (tmp_path / "a.yaml").write_text(CONFIG)
-    assert survival.hashes == [hash_at_once(str(tmp_path / "a.yaml"))]
+def test_kills_at_random_times_lose_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    grid, draw = Grid.from_config(load(write("r.yaml", RANDOM))), random.Random(7)
+    output, log, command = Path("r.nc"), Path("begun"), ["sweep", "r.yaml", "-o", "r.nc"]
+
+    def begun() -> list[int]:
+        rows = np.fromfile(log).reshape(-1, len(Parameters._fields)) if log.exists() else []
+        return [int(number) for number in grid.locate(rows)] if len(rows) else []
+
+    kept: dict[int, bytes] = {}  # the points of the journal after the last kill, and their rows
+    for kill in range(7):
+        log.unlink(missing_ok=True)
+        sweep = Running("-c", NOTING, *command)
+        if kill < 6:
+            blocks, seconds = draw.randint(1, 5), draw.uniform(0.0, 0.1)
+            wait_until(lambda n=10 * blocks: len(begun()) >= n, sweep.is_alive)
+            time.sleep(seconds)
+            sweep.process.kill()
+        code, _, err = sweep.ended()
+        points = begun()
+        assert len(set(points)) == len(points)
+        assert kept.keys().isdisjoint(points)
+        if kill < 6:
+            assert code == -signal.SIGKILL, err
+            now = {
+                int(index): row.tobytes()
+                for indices, rows in found_in_journal_of(output)
+                for index, row in zip(indices, rows, strict=True)
+            }
+            assert kept.items() <= now.items()
+            assert len(set(points) - now.keys()) <= 2 * 10  # what was in flight
+            kept = now
+    assert code == 0, err
+    assert entries() == ["begun", "r.nc", "r.nc.timing.json", "r.yaml"]
+    assert hash_of("r.nc") == hash_at_once("r.yaml")
 
 
 # The records of the journal of this sweep, in order.
@@ -126,6 +181,9 @@ def test_a_kill_at_any_place_loses_nothing(shell: Shell, expected: str, places: 
         code, _, err = shell(*command)
         assert code == 0, (place, err)
         assert not kept & set(shell.values("temperature")), place
+        number_of_place = list(PLACES).index(place)
+        named = list(PLACES).index("after the journal has its name")
+        assert bool(kept) == (named <= number_of_place < len(PLACES) - 1), place
         if kept:
             assert {200.0, 250.0} <= kept, place
             assert len(shell.computed) == 5 - len(kept), place
@@ -133,14 +191,17 @@ def test_a_kill_at_any_place_loses_nothing(shell: Shell, expected: str, places: 
         assert not [name for name in entries() if name.startswith((f"{output}.run", f".{output}"))]
 
 
-def journaled(output: Path) -> set[float]:
-    """The temperatures of the points in the journal of an output."""
+def found_in_journal_of(output: Path) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """The numbers and the rows of the points in the journal of an output."""
     journal = RunFolder(output).journal
     manifest = readable_manifest(journal)
-    if manifest is None:
-        return set()
-    found = found_in_journal(journal, manifest)
-    return {value for indices, _ in found.points() for value in found.grid.rows(indices)[:, 0]}
+    return iter(()) if manifest is None else found_in_journal(journal, manifest).points()
+
+
+def journaled(output: Path) -> set[float]:
+    """The temperatures of the points in the journal of an output."""
+    grid = Grid.from_config(load("a.yaml"))
+    return {T for indices, _ in found_in_journal_of(output) for T in grid.rows(indices)[:, 0]}
 
 
 # --- files that fail ---

@@ -11,9 +11,11 @@ import pytest
 from support.marks import marked
 
 from stickslip import Status
+from stickslip.orbit import compute_orbits
 from sweeps import run
 from sweeps.config.load import Config, from_mapping
 from sweeps.engine import recording
+from sweeps.engine.executors import worker
 from sweeps.engine.executors.worker import Block
 from sweeps.engine.existing import RefusalError
 from sweeps.engine.merge import merge
@@ -163,23 +165,17 @@ def test_equal_overlaps_are_merged_and_others_refused(tmp_path: Path) -> None:
 
 
 def test_overlaps_that_differ_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    first, second = parts_of(from_mapping(MAP), tmp_path, 2)
-    both = tmp_path / "both.nc"
-    both.write_bytes(first.read_bytes())
-    from sweeps.engine import merge as module
+    parts, both = parts_of(from_mapping(MAP), tmp_path, 2), tmp_path / "both.nc"
 
-    found = module.found_in_file
+    def shifted(*arguments: Any, **how: Any) -> tuple[np.ndarray, np.ndarray]:
+        results, finals = compute_orbits(*arguments, **how)
+        results[-1, 0] += 1e-3
+        return results, finals
 
-    def changed(path: Path) -> Any:
-        source = found(path)
-        if path != both:
-            return source
-        points = [(indices, rows + 1e-3) for indices, rows in source.points()]
-        return module.ExistingPoints(**{**vars(source), "points": lambda: iter(points)})
-
-    monkeypatch.setattr(module, "found_in_file", changed)
+    monkeypatch.setattr(worker, "compute_orbits", shifted)
+    computed(from_mapping(MAP), both, Part(1, 2))
     with pytest.raises(RefusalError, match="other numbers for points"):
-        merge([first, second, both], tmp_path / "m.nc")
+        merge([*parts, both], tmp_path / "m.nc")
     assert not (tmp_path / "m.nc").exists()
 
 
@@ -341,14 +337,6 @@ def test_results_of_refined_grids_are_not_merged(tmp_path: Path) -> None:
     computed(config, tmp_path / "a.nc")
     with pytest.raises(RefusalError, match="refined grid, whose points depend on each other"):
         merge([tmp_path / "a.nc"], tmp_path / "m.nc", partial=True)
-
-
-def test_parts_computed_by_other_workers_are_merged(tmp_path: Path) -> None:
-    for number in (1, 2):
-        config = from_mapping(MAP | {"execution": {"workers": number}})
-        computed(config, tmp_path / f"{number}.nc", Part(number, 2))
-    merge([tmp_path / "1.nc", tmp_path / "2.nc"], tmp_path / "m.nc")
-    assert content_hash(open_result(tmp_path / "m.nc")) == content_hash(run(MAP))
 
 
 def test_the_state_of_a_part_is_told_by_its_own_points(

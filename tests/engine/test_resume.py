@@ -2,140 +2,78 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
 
+from stickslip import Parameters
+from sweeps.config.load import load
 from sweeps.engine.executors import worker
 from sweeps.files.datasets import open_result
+from sweeps.grid import Grid
 
 FOUR = "sweep: {temperature: [200, 225, 250, 275]}\n"
+PRODUCT = "sweep: {T: [200, 250], gamma: [0, 1/3]}\n"
 
 
-@pytest.fixture
-def shell(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Shell:
-    return Shell(tmp_path, monkeypatch, capsys)
-
-
-@pytest.fixture
-def grown(shell: Shell) -> Callable[..., str]:
-    """Sweeps the first config, then the second to the same file; returns what that said."""
-
-    def grow(small: str, large: str) -> str:
-        assert shell("sweep", write("small.yaml", small, LOOSE), "-o", "a.nc").code == 0
-        code, _, err = shell("sweep", write("large.yaml", large, LOOSE), "-o", "a.nc")
-        assert code == 0
-        computed = list(shell.computed)
-        assert hash_of("a.nc") == hash_at_once("large.yaml")
-        assert entries() == ["a.nc", "a.nc.timing.json", "large.yaml", "small.yaml"]
-        shell.computed[:] = computed
-        return err
-
-    return grow
+def points_of(config: str) -> set[Parameters]:
+    grid = Grid.from_config(load(config))
+    return {Parameters(*row) for row in grid.points(0, grid.size).tolist()}
 
 
 # --- a finished result grows ---
 
 
-def test_more_values_on_an_axis_compute_exactly_these(
-    shell: Shell, grown: Callable[..., str]
-) -> None:
-    said = grown(
-        "sweep: {temperature: {arange: [200, 219, 1]}}\n",
-        "sweep: {temperature: {arange: [200, 229, 1]}}\n",
-    )
-    assert said == "30 points: 20 in a.nc; 10 to compute\n"
-    assert shell.values("temperature") == [float(value) for value in range(220, 230)]
+def two_forms(name: str, form: str, coarse: str, fine: str) -> tuple[str, str]:
+    return tuple(f"sweep: {{{name}: {{{form}: {axis}}}}}\n" for axis in (coarse, fine))
 
 
 @pytest.mark.parametrize(
-    ("name", "coarse", "fine", "missing"),
+    ("before", "after", "missing"),
     [
-        ("temperature", "linspace: [150, 320], num: 6", "linspace: [150, 320], num: 11", 5),
-        ("temperature", "arange: [200, 200.9, 0.3]", "arange: [200, 200.9, 0.1]", 6),
+        # more values on an axis
+        (*two_forms("T", "arange", "[200, 219, 1]", "[200, 229, 1]"), 10),
+        # a finer grid
+        (*two_forms("T", "linspace", "[150, 320], num: 6", "[150, 320], num: 11"), 5),
+        (*two_forms("T", "arange", "[200, 200.9, 0.3]", "[200, 200.9, 0.1]"), 6),
+        (*two_forms("phi_0", "linspace", "[.1, .7], num: 7", "[.1, .7], num: 25"), 18),
+        (*two_forms("k", "geomspace", "[1e4, 1e6], num: 5", "[1e4, 1e6], num: 9"), 4),
         (
-            "initial_order_parameter",
-            "linspace: [.1, .7], num: 7",
-            "linspace: [.1, .7], num: 25",
-            18,
+            "sweep: {T: {linspace: [200, 280], num: 3}, gamma: [-2/3, 0]}\n",
+            "sweep: {T: {linspace: [200, 280], num: 5}, gamma: [-2/3, 0, 2/3]}\n",
+            9,
         ),
-        (
-            "viscosity_coefficient",
-            "geomspace: [1e4, 1e6], num: 5",
-            "geomspace: [1e4, 1e6], num: 9",
-            4,
-        ),
+        # a new axis, which holds the value that was fixed
+        ("sweep: {T: [200, 250]}\n", "sweep: {T: [200, 250], gamma: [1/3, -2/3, 2/3]}\n", 4),
+        ("sweep: {T: [200, 250]}\n", "sweep: {gamma: [1/3, -2/3, 2/3], T: [200, 250]}\n", 4),
+        # the same points in another arrangement
+        (PRODUCT, "sweep: {gamma: [0, 1/3], T: [200, 250]}\n", 0),
+        ("sweep: {T: [200, 225, 250]}\n", "sweep: {T: [250, 200, 225]}\n", 0),
+        ("sweep: {T: [200, 250]}\n", "cases: {T: [200, 250]}\n", 0),
+        ("cases: {T: [200, 250], K: [3000, 3000]}\n", "sweep: {T: [200, 250]}\n", 0),
+        ("sweep: {T: [200]}\n", "model: {T: 200}\n", 0),
+        ("model: {T: 250}\n", "sweep: {T: [250], gamma: [-2/3]}\n", 0),
+        # linked values become a product, and some of a sweep linked ones
+        (PRODUCT.replace("sweep", "cases"), PRODUCT, 2),
+        ("sweep: {T: [200, 250]}\n", "cases: {T: [250, 200, 200], K: [3000, 3000, 4000]}\n", 1),
     ],
 )
-def test_a_finer_grid_computes_exactly_what_lies_between(
-    shell: Shell, grown: Callable[..., str], name: str, coarse: str, fine: str, missing: int
+def test_a_result_that_grows_computes_exactly_what_it_lacks(
+    shell: Shell, before: str, after: str, missing: int
 ) -> None:
-    grown(f"sweep: {{{name}: {{{coarse}}}}}\n", f"sweep: {{{name}: {{{fine}}}}}\n")
-    fresh = shell.values(name)
-    assert len(fresh) == missing
-    shell("sweep", "small.yaml", "-o", "coarse.nc")
-    assert not set(fresh) & set(shell.values(name))
-
-
-def test_a_finer_grid_of_two_axes_keeps_the_old_corners(
-    shell: Shell, grown: Callable[..., str]
-) -> None:
-    said = grown(
-        "sweep: {T: {linspace: [200, 280], num: 3}, gamma: [-2/3, 0]}\n",
-        "sweep: {T: {linspace: [200, 280], num: 5}, gamma: [-2/3, 0, 2/3]}\n",
-    )
-    assert said == "15 points (5 x 3): 6 in a.nc; 9 to compute\n"
-    fresh = {(point.temperature, point.rheological_index) for point in shell.computed}
-    assert len(fresh) == len(shell.computed) == 9
-    assert fresh.isdisjoint({(t, g) for t in (200.0, 240.0, 280.0) for g in (-2 / 3, 0.0)})
-
-
-@pytest.mark.parametrize("place", ["temperature: [200, 250], gamma", "gamma"])
-def test_a_new_axis_with_the_fixed_value_computes_the_other_values(
-    shell: Shell, grown: Callable[..., str], place: str
-) -> None:
-    after = "" if place.startswith("temp") else ", temperature: [200, 250]"
-    grown("sweep: {temperature: [200, 250]}\n", f"sweep: {{{place}: [1/3, -2/3, 2/3]{after}}}\n")
-    assert shell.values("rheological_index") == [1 / 3, 1 / 3, 2 / 3, 2 / 3]
-
-
-@pytest.mark.parametrize(
-    ("before", "after"),
-    [
-        ("sweep: {T: [200, 250], gamma: [0, 1/3]}\n", "sweep: {gamma: [0, 1/3], T: [200, 250]}\n"),
-        ("sweep: {T: [200, 225, 250]}\n", "sweep: {T: [250, 200, 225]}\n"),
-        ("sweep: {T: [200, 250]}\n", "cases: {T: [200, 250]}\n"),
-        ("cases: {T: [200, 250], K: [3000, 3000]}\n", "sweep: {T: [200, 250]}\n"),
-        ("sweep: {T: [200]}\n", "model: {T: 200}\n"),
-        ("model: {T: 250}\n", "sweep: {T: [250], gamma: [-2/3]}\n"),
-    ],
-)
-def test_another_arrangement_of_the_same_points_computes_nothing(
-    shell: Shell, grown: Callable[..., str], before: str, after: str
-) -> None:
-    assert grown(before, after).endswith(" in a.nc; 0 to compute\n")
-    assert shell.computed == []
-
-
-def test_the_product_of_linked_values_computes_what_the_cases_left_out(
-    shell: Shell, grown: Callable[..., str]
-) -> None:
-    grown("cases: {T: [200, 250], gamma: [0, 1/3]}\n", "sweep: {T: [200, 250], gamma: [0, 1/3]}\n")
-    fresh = [(point.temperature, point.rheological_index) for point in shell.computed]
-    assert sorted(fresh) == [(200.0, 1 / 3), (250.0, 0.0)]
-
-
-def test_cases_keep_the_points_of_a_sweep_that_they_name(
-    shell: Shell, grown: Callable[..., str]
-) -> None:
-    grown("sweep: {T: [200, 250]}\n", "cases: {T: [250, 200, 200], K: [3000, 3000, 4000]}\n")
-    (point,) = shell.computed
-    assert (point.temperature, point.spring_stiffness) == (200.0, 4000.0)
+    small, large = write("small.yaml", before, LOOSE), write("large.yaml", after, LOOSE)
+    there, wanted = points_of(small), points_of(large)
+    assert shell("sweep", small, "-o", "a.nc").code == 0
+    code, _, err = shell("sweep", large, "-o", "a.nc")
+    told = rf"{len(wanted)} points.*: {len(there)} in a\.nc; {missing} to compute\n"
+    assert (code, len(shell.computed)) == (0, missing)
+    assert re.fullmatch(told, err)
+    assert set(shell.computed) == wanted - there
+    assert hash_of("a.nc") == hash_at_once(large)
+    assert entries() == ["a.nc", "a.nc.timing.json", "large.yaml", "small.yaml"]
 
 
 def test_a_config_that_is_only_written_otherwise_is_recognised(shell: Shell) -> None:
@@ -248,16 +186,3 @@ def test_values_that_nearly_are_those_of_the_file_are_told(shell: Shell) -> None
     )
     assert rest == "4 points: 2 in a.nc; 2 to compute"
     assert shell.values("spring_stiffness") == [near, 3000.01]
-
-
-@pytest.mark.parametrize("place", [0, 1])
-def test_a_value_near_the_first_or_the_last_of_the_file_is_told_once(
-    shell: Shell, place: int
-) -> None:
-    shell("sweep", write("a.yaml", "sweep: {K: [3000, 4000]}\n", LOOSE), "-o", "a.nc")
-    near = np.nextafter([3000.0, 4000.0][place], [0.0, 5000.0][place]).item()
-    large = write("b.yaml", f"sweep: {{K: [3000, 4000, {near!r}]}}\n", LOOSE)
-    err = shell("sweep", large, "-o", "a.nc").err
-    told = [line for line in err.splitlines() if "from those of a.nc" in line]
-    assert len(told) == 1
-    assert told[0].count(repr(near)) == 1

@@ -106,6 +106,11 @@ def test_arguments_that_make_no_sense_are_refused(
         run(CONFIG, **given)
 
 
+def test_a_config_with_problems_is_refused() -> None:
+    with pytest.raises(ConfigError, match="unstable for every point"):
+        run({"integrator": {"method": "euler-cromer", "dt": 1e-3}})
+
+
 def test_progress_in_memory_is_shown_where_it_is_asked_for(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,24 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.marks import one_then
-from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
+from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of
 
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.engine.outcome import JournaledResult
 from sweeps.files.journal import BYTES_PER_POINT, Journal
 
-SWEEP = "sweep: {temperature: [200, 210, 230, 250, 270]}\n"
+A_YAML = "sweep: {temperature: [200, 210, 230, 250, 270]}\n" + LOOSE + ONE_BY_ONE
 RECORDS = 4 * (56 + BYTES_PER_POINT)  # bytes of the four blocks that are there
 RUN, JOURNAL = Path("a.nc.run"), Path("a.nc.run/journal")
-
-
-@pytest.fixture
-def shell(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Shell:
-    shell = Shell(tmp_path, monkeypatch, capsys)
-    write("a.yaml", SWEEP, LOOSE, ONE_BY_ONE)
-    return shell
 
 
 def disturbed(shell: Shell, block: int, harm: Callable[[], None]) -> tuple[int, str, int]:
@@ -84,16 +75,6 @@ def test_a_journal_that_is_cut_or_deleted_while_it_runs_is_made_again(
     expected = hash_at_once("a.yaml")
     code, err, _ = disturbed(shell, 4, harm)
     assert (code, hash_of("a.nc")) == (0, expected), err
-
-
-def test_a_journal_that_was_deleted_can_be_resumed_all_the_same(shell: Shell) -> None:
-    expected = hash_at_once("a.yaml")
-    stopped = shell.interrupted("sweep", "a.yaml", "-o", "a.nc", after=4)
-    assert stopped.code == 4
-    assert len(shell.computed) == 4
-    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
-    assert len(shell.computed) == 1
-    assert hash_of("a.nc") == expected
 
 
 def test_a_journal_that_is_damaged_again_and_again_is_told_and_kept(

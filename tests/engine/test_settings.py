@@ -73,8 +73,9 @@ def test_the_friction_law_reaches_the_integrators() -> None:
         options_of(config)
 
 
-def test_an_adaptive_config_has_no_unstable_step() -> None:
-    assert list(unstable_step(from_mapping({"model": {"kinetic_coefficient": 1e6}}))) == []
+def test_an_adaptive_config_has_no_step_to_refuse_or_warn_about() -> None:
+    config = from_mapping({"model": {"kinetic_coefficient": 1e6}})
+    assert [*unstable_step(config), *coarse_step(config)] == []
 
 
 def test_the_largest_stable_step_itself_is_allowed() -> None:
@@ -127,10 +128,6 @@ def test_a_coarse_step_is_warned_about_and_a_fine_one_is_not() -> None:
     (warning,) = coarse_step(fixed_step(5e-9))
     assert "coarse" in warning
     assert list(coarse_step(fixed_step(1e-10))) == []
-
-
-def test_the_adaptive_method_has_no_step_to_warn_about() -> None:
-    assert list(coarse_step(from_mapping({}))) == []
 
 
 def fixed_step(dt: float, **sections: object) -> Config:

@@ -7,29 +7,25 @@ import os
 import re
 import shutil
 import signal
-import subprocess
-import sys
-import threading
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from support.sweeps.processes import HANGS, default_signals, wait_until
+from support.sweeps.processes import HANGS, Running, wait_until
 from support.sweeps.sweeping import (
     LOOSE,
     ONE_BY_ONE,
     Shell,
     child,
     entries,
+    everything,
     hash_at_once,
     hash_of,
     write,
 )
 
-from sweeps.engine import progress
-
-FOUR = "sweep: {temperature: [200, 210, 230, 250]}\noutput: a.nc\n"
+A_YAML = "sweep: {temperature: [200, 210, 230, 250]}\noutput: a.nc\n" + LOOSE + ONE_BY_ONE
 # Minutes of work, in blocks of one point or all at once.
 LONG = """\
 sweep: {temperature: {linspace: [150, 320], num: 2000}}
@@ -38,23 +34,6 @@ stationary: {rtol: 1e-10}
 output: a.nc
 """
 IN_ONE = "execution: {workers: 1, block_points: 2000}\n"
-
-
-@pytest.fixture
-def shell(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Shell:
-    shell = Shell(tmp_path, monkeypatch, capsys)
-    write("a.yaml", FOUR, LOOSE, ONE_BY_ONE)
-    return shell
-
-
-def everything() -> dict[str, tuple[bytes, int]]:
-    return {
-        str(path): (path.read_bytes(), path.stat().st_mtime_ns)
-        for path in Path().rglob("*")
-        if path.is_file()
-    }
 
 
 # --- status ---
@@ -192,29 +171,6 @@ def test_plan_counts_what_is_there(shell: Shell) -> None:
 # --- the log ---
 
 
-def test_a_log_has_a_line_now_and_then_and_no_control_characters(
-    shell: Shell, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    said = threading.Semaphore(0)
-
-    class Lines(progress._InLog):
-        def _say(self) -> None:
-            super()._say()
-            said.release()
-
-    monkeypatch.setattr(progress, "_InLog", Lines)
-    monkeypatch.setattr(progress, "_SECONDS_BETWEEN_LINES", 0.02)
-    shell.disturb = lambda _: said.acquire(timeout=HANGS)
-    code, out, err = shell("sweep", "a.yaml")
-    assert code == 0
-    first, *lines = err.splitlines()
-    assert first == "4 points; 4 to compute"
-    assert len(lines) >= 4
-    for line in lines:
-        assert re.fullmatch(r"[0-4]/4 points, 0 failed, 0:\d\d elapsed(, [^,]+)+", line)
-    assert (out + err).replace("\n", "").isprintable()
-
-
 # --- signals ---
 
 
@@ -264,34 +220,17 @@ def test_a_second_signal_ends_at_once(shell: Shell, number: signal.Signals, code
     said = Path("messages").read_text()
     assert process.exitcode == code, said
     assert said.endswith("\nEnded at once; what was journaled is kept.\n")
-    write("a.yaml", FOUR, LOOSE, ONE_BY_ONE)
     assert shell("sweep", "a.yaml", "--overwrite").code == 0
     assert hash_of("a.nc") == hash_at_once("a.yaml")
 
 
 @pytest.mark.slow
-def test_a_hangup_does_not_end_a_sweep_under_nohup(tmp_path: Path) -> None:
-    nohup = shutil.which("nohup")
-    if nohup is None:
-        pytest.skip("there is no nohup here")
-    few = LONG.replace("2000", "8") + "execution: {block_points: 1}\n"
-    (tmp_path / "a.yaml").write_text(few)
-    with default_signals():
-        process = subprocess.Popen(
-            [nohup, sys.executable, "-m", "sweeps.cli", "sweep", "a.yaml"],
-            cwd=tmp_path,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-    with process:
-        try:
-            heartbeat = tmp_path / "a.nc.run" / "heartbeat.json"
-            wait_until(heartbeat.exists, lambda: process.poll() is None)
-            process.send_signal(signal.SIGHUP)
-            _, err = process.communicate(timeout=HANGS)
-        finally:
-            process.kill()
-    assert process.returncode == 0, err
-    assert (tmp_path / "a.nc").exists()
+def test_a_hangup_that_is_ignored_as_under_nohup_ends_no_sweep(shell: Shell) -> None:
+    few = write("few.yaml", LONG.replace("2000", "8"), "execution: {block_points: 1}\n")
+    ignoring = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)"
+    running = Running("-c", f"{ignoring}\nfrom sweeps.cli import main; main()", "sweep", few)
+    wait_until(Path("a.nc.run/heartbeat.json").exists, running.is_alive)
+    running.signal(signal.SIGHUP)
+    code, _, err = running.ended()
+    assert code == 0, err
+    assert Path("a.nc").exists()

@@ -5,15 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
-from support.sweeps.sweeping import HANGS, Mishap, Shell, child, hash_at_once, hash_of, write
+from support.sweeps.sweeping import Shell, write
 
 from stickslip import Status
-from sweeps import run
 from sweeps.config.load import from_mapping
 from sweeps.engine.trajectories import trajectory
 from sweeps.figures import draw
-from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.datasets import open_result
 from sweeps.views.points import point_of
 
 FILMS = """
@@ -23,34 +21,6 @@ noise: {treatment: stochastic, realizations: 3, seed: 5}
 integrator: {rtol: 1e-4}
 stationary: {rtol: 1e-4, window: 20}
 """
-
-
-@pytest.fixture
-def shell(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Shell:
-    return Shell(tmp_path, monkeypatch, capsys)
-
-
-def test_any_number_of_workers_blocks_and_processes_gives_the_same_file(shell: Shell) -> None:
-    write("a.yaml", FILMS)
-    hashes = {content_hash(run("a.yaml", workers=workers)) for workers in (1, 2, 8)}
-    for options in (["--set", "execution.block_points=1"], ["--backend", "loky"]):
-        assert shell("sweep", "a.yaml", "-o", "a.nc", "--overwrite", *options).code == 0
-        hashes.add(hash_of("a.nc"))
-    assert len(hashes) == 1
-
-
-def test_an_interrupted_and_a_killed_sweep_go_on_bit_for_bit(shell: Shell) -> None:
-    write("a.yaml", FILMS, "execution: {block_points: 1}\n")
-    command = ["sweep", "a.yaml", "-o", "a.nc"]
-    assert shell.interrupted(*command, after=3).code == 4
-    block = ("sweeps.files.record_log:RecordLog", "append", 2)
-    process = child(command, Mishap("os", "pwrite", 3, "half", within=block))
-    process.join(HANGS)
-    assert process.exitcode == -9
-    assert shell(*command).code == 0
-    assert hash_of("a.nc") == hash_at_once("a.yaml")
 
 
 def test_another_seed_makes_other_points(shell: Shell) -> None:

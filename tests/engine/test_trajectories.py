@@ -31,13 +31,6 @@ def same_numbers(found: xr.Dataset, expected: xr.Dataset) -> None:
     xr.testing.assert_identical(found.drop_attrs(deep=False), expected.drop_attrs(deep=False))
 
 
-def test_a_trajectory_is_that_of_simulate() -> None:
-    found = trajectory(config(model={"T": 250, "gamma": 0}))
-    p = Parameters(temperature=250.0, rheological_index=0.0)
-    same_numbers(found, stickslip.simulate(p, **SHORT))
-    assert found.sizes == {"elapsed_time": 51}
-
-
 @pytest.mark.parametrize(
     ("parts", "keywords"),
     [

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from sweeps.files.atomic import StorageError, flush, refuse_odd_output, replacing, storage_errors
+from sweeps.files.atomic import StorageError, flush, replacing, storage_errors
 
 
 @pytest.fixture
@@ -93,27 +93,3 @@ def test_failures_of_the_disk_say_what_could_not_be_done(error: Exception, text:
 def test_other_errors_pass_through() -> None:
     with pytest.raises(ValueError, match="a bug"), storage_errors("cannot write a"):
         raise ValueError("a bug")
-
-
-def test_an_ordinary_or_a_new_file_may_be_replaced(path: Path) -> None:
-    refuse_odd_output(path)
-    refuse_odd_output(path.parent / "new" / "folder" / "b")
-    (path.parent / "link").symlink_to(path)
-    refuse_odd_output(path.parent / "link")
-
-
-@pytest.mark.parametrize(
-    ("name", "text"),
-    [
-        ("folder", "is a folder; -o names a file"),
-        ("pipe", "is not an ordinary file; -o names one"),
-        ("a/b", "a is not a folder"),
-        ("circle", "cannot write"),
-    ],
-)
-def test_what_a_file_must_not_replace_is_refused(path: Path, name: str, text: str) -> None:
-    (path.parent / "folder").mkdir()
-    os.mkfifo(path.parent / "pipe")
-    (path.parent / "circle").symlink_to(path.parent / "circle")
-    with pytest.raises(StorageError, match=text):
-        refuse_odd_output(path.parent / name)

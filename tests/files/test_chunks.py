@@ -16,49 +16,24 @@ sizes = st.integers(1, 200)
 
 
 @given(shape=shapes, most=sizes)
-def test_slabs_share_out_the_points_in_order_and_without_a_gap(
+def test_slabs_share_out_the_points_in_order_as_boxes_of_the_array(
     shape: tuple[int, ...], most: int
 ) -> None:
-    chunks, size = Chunks(shape, most), math.prod(shape)
-    ranges = [chunks.range(number) for number in range(len(chunks))]
-    assert [begin for begin, _ in ranges] == [0, *(end for _, end in ranges[:-1])]
-    assert ranges[-1][1] == size
-    assert all(0 < end - begin <= most for begin, end in ranges)
-
-
-@given(shape=shapes, most=sizes)
-def test_a_slab_is_a_box_of_the_array(shape: tuple[int, ...], most: int) -> None:
-    chunks = Chunks(shape, most)
+    chunks, end = Chunks(shape, most), 0
     points = np.arange(math.prod(shape)).reshape(shape)
     for number in range(len(chunks)):
+        begin, end = end, chunks.range(number)[1]
+        assert chunks.range(number)[0] == begin
+        assert 0 < end - begin <= most
         box = points[chunks.box(number)]
         assert box.shape == chunks.shape(number)
-        assert all(
-            length <= most for length, most in zip(chunks.shape(number), chunks.extent, strict=True)
-        )
-        np.testing.assert_array_equal(np.ravel(box), np.arange(*chunks.range(number)))
-
-
-@given(shape=shapes, most=sizes)
-def test_each_point_knows_its_slab(shape: tuple[int, ...], most: int) -> None:
-    chunks = Chunks(shape, most)
-    expected = [
-        number for number in range(len(chunks)) for _ in range(*chunks.range(number))
-    ]  # the numbers, each as often as it has points
-    found = chunks.of(np.arange(math.prod(shape)))
-    np.testing.assert_array_equal(found, expected)
-
-
-@given(shape=shapes, most=sizes)
-def test_every_slab_is_one_chunk_of_a_file(shape: tuple[int, ...], most: int) -> None:
-    chunks = Chunks(shape, most)
-    assert len(chunks.extent) == len(shape)
-    assert len(chunks) == math.prod(
-        -(-length // chunk) for length, chunk in zip(shape, chunks.extent, strict=True)
-    )
-    for number in range(len(chunks)):
-        for part, chunk in zip(chunks.box(number), chunks.extent, strict=True):
-            assert (part.start or 0) % chunk == 0
+        np.testing.assert_array_equal(np.ravel(box), np.arange(begin, end))
+        assert (chunks.of(np.ravel(box)) == number).all()
+        # It is one chunk of a file.
+        for part, length, extent in zip(chunks.box(number), box.shape, chunks.extent, strict=True):
+            assert (part.start or 0) % extent == 0
+            assert length <= extent
+    assert end == points.size
     assert chunks.shape(0) == chunks.extent
 
 

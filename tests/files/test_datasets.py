@@ -144,13 +144,6 @@ def test_a_file_in_place_of_the_folder_is_told(tmp_path: Path, write: Any) -> No
     assert (tmp_path / "file").read_text() == "mine"
 
 
-def test_a_folder_is_no_output(tmp_path: Path) -> None:
-    (tmp_path / "a.nc").mkdir()
-    with pytest.raises(StorageError, match="cannot write"):
-        write_dataset(dataset(), tmp_path / "a.nc")
-    assert entries(tmp_path) == ["a.nc"]
-
-
 # --- opening ---
 
 
@@ -173,13 +166,6 @@ def test_a_damaged_file_is_refused_by_name(tmp_path: Path, damage: Any) -> None:
     path.write_bytes(damage(path.read_bytes()))
     with pytest.raises(StorageError, match=r"a\.nc is not a readable NetCDF file"):
         open_result(path)
-
-
-def test_what_is_no_file_is_refused_by_name(tmp_path: Path) -> None:
-    with pytest.raises(StorageError, match=r"b\.nc does not exist"):
-        open_result(tmp_path / "b.nc")
-    with pytest.raises(StorageError, match="is not a readable NetCDF file"):
-        open_result(tmp_path)
 
 
 # --- identity ---

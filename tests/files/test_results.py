@@ -287,23 +287,3 @@ def test_a_config_that_cannot_be_read_is_refused_as_such(tmp_path: Path) -> None
     write_dataset(ds, tmp_path / "a.nc")
     with pytest.raises(RefusalError, match="carries a config that this version cannot read"):
         found_in_file(tmp_path / "a.nc")
-
-
-@pytest.mark.parametrize(
-    ("name", "change"),
-    [
-        ("temperature", 1e-9),  # another point
-        ("friction_force_amplitude", 1e-9),
-        ("status", 1),
-    ],
-)
-def test_a_number_that_was_changed_afterwards_is_noticed(
-    tmp_path: Path, name: str, change: float
-) -> None:
-    path = tmp_path / "a.nc"
-    write_dataset(run(SWEEPS["one axis"]), path)
-    found_in_file(path)
-    with netCDF4.Dataset(path, "a") as file:
-        file[name][...] = file[name][...] + change
-    with pytest.raises(StorageError, match="is damaged, or was changed after stickslip wrote it"):
-        found_in_file(path)

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from support.marks import one_then
-from support.sweeps.processes import HANGS
-from support.sweeps.sweeping import LOOSE, Mishap, Shell, child, hash_at_once, hash_of, write
+from support.sweeps.sweeping import LOOSE, Shell, hash_at_once, hash_of, write
 
 from stickslip import Parameters, Status
 from stickslip.options import METHODS, Options
@@ -19,17 +18,10 @@ from sweeps import run
 from sweeps.config.load import from_mapping
 from sweeps.engine.order import follow as following
 from sweeps.engine.order.follow import Lines, follow, lines_of, start_after, unchanged
-from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.datasets import open_result
 from sweeps.grid import Grid
 
 LINE = "sweep: {T: [200, 210], omega: [14, 14.5, 15, 15.5, 18, 18.5]}\nfollow: omega\n"
-
-
-@pytest.fixture
-def shell(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Shell:
-    return Shell(tmp_path, monkeypatch, capsys)
 
 
 def grid_of(**axes: list[float]) -> Grid:
@@ -161,30 +153,12 @@ def test_a_value_changes_all_that_comes_after_it() -> None:
 # --- sweeps ---------------------------------------------------------------------------------------
 
 
-def test_any_number_of_workers_gives_the_same_file(shell: Shell) -> None:
-    write("a.yaml", LINE, LOOSE)
-    hashes = {content_hash(run("a.yaml", workers=workers)) for workers in (1, 2, 8)}
-    assert shell("sweep", "a.yaml", "-o", "a.nc", "--backend", "loky").code == 0
-    assert hashes == {hash_of("a.nc")}
-
-
 def test_a_longer_axis_keeps_the_way_up(shell: Shell) -> None:
     write("a.yaml", LINE, LOOSE)
     assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
     write("a.yaml", LINE.replace("18.5]", "18.5, 19]"), LOOSE)
     code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
     assert (code, err) == (0, "28 points (2 x 7 x 2): 12 in a.nc; 16 to compute\n")
-    assert hash_of("a.nc") == hash_at_once("a.yaml")
-
-
-def test_a_killed_sweep_goes_on_bit_for_bit(shell: Shell) -> None:
-    write("a.yaml", LINE, LOOSE)
-    command = ["sweep", "a.yaml", "-o", "a.nc"]
-    block = ("sweeps.files.record_log:RecordLog", "append", 3)
-    process = child(command, Mishap("os", "pwrite", 3, "half", within=block))
-    process.join(HANGS)
-    assert process.exitcode == -9
-    assert shell(*command).code == 0
     assert hash_of("a.nc") == hash_at_once("a.yaml")
 
 

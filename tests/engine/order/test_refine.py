@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.sweeps.processes import HANGS
-from support.sweeps.sweeping import Mishap, Shell, child, hash_at_once, hash_of, write
+from support.sweeps.sweeping import Shell, hash_at_once, hash_of, write
 
 from stickslip import Status
 from stickslip.regime import Regime
@@ -17,7 +16,7 @@ from sweeps import run
 from sweeps.config.load import from_mapping
 from sweeps.config.refinement import Refine
 from sweeps.engine.order.refine import Refinement
-from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.datasets import open_result
 from sweeps.grid import Grid
 
 COLUMN = {name: number for number, name in enumerate(RESULT_COLUMNS)}
@@ -185,13 +184,6 @@ AXES = "sweep: {T: {linspace: [180, 300], num: 17}, omega: {linspace: [10, 50], 
 MAP = f"{AXES}refine: {{axes: [T, omega], levels: 2, where: [regime]}}\n"
 
 
-@pytest.fixture
-def shell(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Shell:
-    return Shell(tmp_path, monkeypatch, capsys)
-
-
 def test_a_refined_file_is_the_whole_cube(shell: Shell) -> None:
     write("a.yaml", MAP, LOOSE)
     code, out, err = shell("sweep", "a.yaml", "-o", "a.nc")
@@ -218,19 +210,6 @@ def _without_refine() -> dict:
         "integrator": {"rtol": 1e-4},
         "stationary": {"rtol": 1e-4},
     }
-
-
-def test_workers_blocks_and_kills_change_nothing(shell: Shell) -> None:
-    write("a.yaml", MAP, LOOSE)
-    hashes = {content_hash(run("a.yaml", workers=workers)) for workers in (1, 2, 8)}
-    command = ["sweep", "a.yaml", "-o", "a.nc", "--set", "execution.block_points=16"]
-    for record in (3, 9):
-        block = ("sweeps.files.record_log:RecordLog", "append", record)
-        process = child(command, Mishap("os", "pwrite", 3, "half", within=block))
-        process.join(HANGS)
-        assert process.exitcode == -9
-    assert shell(*command).code == 0
-    assert hashes == {hash_of("a.nc")}
 
 
 def test_another_refinement_computes_only_what_it_needs_more(shell: Shell) -> None:

@@ -107,7 +107,7 @@ SEMANTICS: list[tuple[str, str | bytes, Outcome]] = [
 ]
 
 SCHEMA: list[tuple[str, str | bytes, Outcome]] = [
-    ("a misspelt section", "{}\n".replace("{}", "modle: {T: 200}"), refused(1, "'model'?")),
+    ("a misspelt section", "modle: {T: 200}\n", refused(1, "'model'?")),
     ("a misspelt parameter", "model:\n  temprature: 3\n", refused(2, "'temperature'?")),
     ("a parameter at the top", "temperature: 250\n", refused(1, "stands under `model`")),
     ("a setting at the top", "dt: 1e-9\n", refused(1, "stands under `integrator`")),
@@ -128,16 +128,13 @@ SCHEMA: list[tuple[str, str | bytes, Outcome]] = [
      refused(1, "belongs to `method: adaptive`")),
     ("a fixed step", "integrator: {method: euler-cromer, dt: 1e-9}\n", valid),
     ("dt of 0", "integrator: {method: euler-cromer, dt: 0}\n", refused(1, "greater than 0")),
-    ("dt below 0", "integrator: {method: euler-cromer, dt: -1e-9}\n", refused(1, "than 0")),
     ("infinite dt", "integrator: {method: euler-cromer, dt: .inf}\n", refused(1, "finite")),
     ("rtol of 0", "integrator: {rtol: 0}\n", refused(1, "greater than 1e-13")),
     ("rtol of 1", "integrator: {rtol: 1}\n", refused(1, "at most 0.01")),
-    ("rtol of the stationary regime", "stationary: {rtol: 1e-14}\n", refused(1, "than 1e-13")),
     ("0 steps", "integrator: {max_steps: 0}\n", refused(1, "at least 1")),
     ("half a step", "integrator: {max_steps: 1.5}\n", refused(1, "whole number")),
     ("2^200 steps", f"integrator: {{max_steps: {2**200}}}\n", refused(1, "at most")),
     ("a million steps", "integrator: {max_steps: 1e6}\n", valid),
-    ("0 periods", "stationary: {max_periods: 0}\n", refused(1, "at least 1")),
     ("a switch that is a word", "stationary: {accelerate: yes}\n", refused(1, "boolean")),
     ("a switch", "stationary: {accelerate: false}\n", valid),
     ("0 periods of a trajectory", "simulation: {periods: 0}\n", refused(1, "at least 1")),
@@ -261,45 +258,24 @@ SWEEPS: list[tuple[str, str | bytes, Outcome]] = [
     ("no noise, solid start", "model: {phi_0: 0.6}\nnoise: {treatment: none}\n", valid),
 ]  # fmt: skip
 
-POSITIVE = ("omega", "M", "h", "tau", "A", "delta")
-NOT_NEGATIVE = ("T", "k", "K", "T_c", "a", "alpha", "b", "e")
-
-
-def bounds() -> list[tuple[str, str | bytes, Outcome]]:
-    """Each bound of each parameter, from both sides."""
-    table: list[tuple[str, str | bytes, Outcome]] = []
-    for symbol in (*POSITIVE, *NOT_NEGATIVE):
-        part = "must be greater than 0" if symbol in POSITIVE else "must be at least 0"
-        table += [
-            (
-                f"{symbol} of 0",
-                f"model: {{{symbol}: 0}}\n",
-                refused(1, part) if symbol in POSITIVE else valid,
-            ),
-            (f"{symbol} of 5e-324", f"model: {{{symbol}: 5e-324}}\n", valid),
-            (f"{symbol} below 0", f"model: {{{symbol}: -5e-324}}\n", refused(1, part)),
-        ]
+# The bounds themselves are those of the registry, which tests/test_parameters.py tries one by one.
+BOUNDS: list[tuple[str, str | bytes, Outcome]] = [
+    (text, f"model: {{{text}}}\n", outcome)
     for text, outcome in {
+        "omega: 0": refused(1, "must be greater than 0"),
+        "omega: 5e-324": valid,
+        "T: 0": valid,
+        "T: -5e-324": refused(1, "must be at least 0"),
         "gamma: -1": refused(1, "greater than -1"),
-        "gamma: -0.9999999999999999": valid,
         "phi_0: 2": valid,
         "phi_0: 2.0000000000000005": refused(1, "at most 2"),
-        "phi_0: -1e-300": refused(1, "at least 0"),
-        "D: -1e-300": refused(1, "at least 0"),
-        "D: 5e-324": valid,
         "X_m: 0": refused(1, "must not be 0"),
         "X_m: -0.8e-6": valid,
         "c: 0": refused(1, "c) = 0 needs a sextic_coefficient (e) > 0: the order parameter would"),
-        "c: -5e-324": refused(1, "at least 0"),
-        "d: 1": refused(1, "d) > 0 needs a sextic_coefficient (e) > 0"),
-        "d: -5e-324": refused(1, "at least 0"),
-        "d: 1, e: 1": valid,
         "c: 0, e: 1": valid,
-        "x_0: -1": valid,
-        "v_0: -1": valid,
-    }.items():
-        table.append((text, f"model: {{{text}}}\n", outcome))
-    return table
+        "d: 1": refused(1, "d) > 0 needs a sextic_coefficient (e) > 0"),
+        "d: 1, e: 1": valid,
+    }.items()
+]
 
-
-ALL = [*SYNTAX, *SEMANTICS, *SCHEMA, *SWEEPS, *bounds()]
+ALL = [*SYNTAX, *SEMANTICS, *SCHEMA, *SWEEPS, *BOUNDS]

@@ -98,6 +98,15 @@ def write(name: str, *parts: str) -> str:
     return name
 
 
+def everything(but: str = "") -> dict[str, tuple[bytes, int]]:
+    """What all files in this folder hold, and when they were written; one name is left out."""
+    return {
+        str(path): (path.read_bytes(), path.stat().st_mtime_ns)
+        for path in Path().rglob("*")
+        if path.is_file() and path.name != but
+    }
+
+
 def hash_of(path: str | Path) -> str:
     """The content hash of a result file."""
     return content_hash(open_result(Path(path)))

@@ -127,6 +127,10 @@ class OnTerminal:
         self._read_until(lambda: False)
         return os.waitstatus_to_exitcode(self._left())
 
+    def hung_up(self) -> int:
+        """Close its terminal; returns its exit code."""
+        return os.waitstatus_to_exitcode(self._left())
+
     def end(self) -> None:
         """Kill it."""
         if self._pid:
@@ -136,7 +140,12 @@ class OnTerminal:
     def _left(self) -> int:
         """The status with which it ended; nothing is left of it."""
         os.close(self._handle)
-        _, status = os.waitpid(self._pid, 0)
+        ended, status = 0, 0
+        latest = time.monotonic() + HANGS
+        while not ended:
+            assert time.monotonic() < latest, "it hangs"
+            time.sleep(0.02)
+            ended, status = os.waitpid(self._pid, os.WNOHANG)
         self._pid = 0
         return status
 

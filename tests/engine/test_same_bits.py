@@ -1,0 +1,44 @@
+"""Every kind of sweep has the same bits however it is executed, killed and resumed."""
+
+from __future__ import annotations
+
+import pytest
+from support.sweeps.processes import HANGS
+from support.sweeps.sweeping import LOOSE, Mishap, Shell, child, hash_of, write
+
+from sweeps import run
+from sweeps.files.datasets import content_hash
+
+KINDS = {
+    "followed": LOOSE
+    + "sweep: {T: [200, 210], omega: [14, 14.5, 15, 15.5, 18, 18.5]}\nfollow: omega\n",
+    "refined": LOOSE
+    + "sweep: {T: {linspace: [180, 300], num: 17}, omega: {linspace: [10, 50], num: 17}}\n"
+    + "refine: {axes: [T, omega], levels: 2, where: [regime]}\n",
+    "stochastic": """\
+model: {omega: 15}
+sweep: {T: [190, 200, 210, 220, 300], gamma: [-2/3, 0]}
+noise: {treatment: stochastic, realizations: 3, seed: 5}
+integrator: {rtol: 1e-4}
+stationary: {rtol: 1e-4, window: 20}
+""",
+}
+# How many points a block has, and within which records of the journal the sweep is killed.
+KILLS = {"followed": (None, [3]), "refined": (16, [3, 9]), "stochastic": (1, [3, 2])}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_workers_blocks_processes_and_kills_change_nothing(shell: Shell, kind: str) -> None:
+    write("a.yaml", KINDS[kind])
+    hashes = {content_hash(run("a.yaml", workers=workers)) for workers in (1, 2, 8)}
+    assert shell("sweep", "a.yaml", "-o", "b.nc", "--backend", "loky").code == 0
+    points, records = KILLS[kind]
+    blocks = [] if points is None else ["--set", f"execution.block_points={points}"]
+    command = ["sweep", "a.yaml", "-o", "a.nc", *blocks]
+    for record in records:
+        block = ("sweeps.files.record_log:RecordLog", "append", record)
+        process = child(command, Mishap("os", "pwrite", 3, "half", within=block))
+        process.join(HANGS)
+        assert process.exitcode == -9
+    assert shell(*command).code == 0
+    assert hashes == {hash_of("a.nc")} == {hash_of("b.nc")}
