@@ -27,7 +27,7 @@ STRAINS: Mapping[str, str] = MappingProxyType(
 
 
 OFFERED = (
-    "compile_shared", "family_kernels", "orbits", "trajectory", "largest_step", "rounding",
+    "family_kernels", "orbits", "trajectory_kernel", "largest_step", "rounding",
 )  # fmt: skip
 """The functions that the module of a method provides, described in `kernels/adaptive/driver.py`;
 a method with stochastic noise also provides `stochastic_walk`."""

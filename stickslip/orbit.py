@@ -88,7 +88,8 @@ def prepare_kernels(options: Options, kinds: np.ndarray) -> None:
 
     The columns are the parameters named in `kernels.families.KIND`.
     """
-    METHODS[options.method].kernels.compile_shared(typical_options(options))
+    # A run over no points calls, and so compiles, every kernel but those of families.
+    compute_orbits(np.empty((0, len(Parameters._fields))), typical_options(options))
     compile_families(options, kinds)
 
 

@@ -10,7 +10,13 @@ import numpy as np
 
 from stickslip.accessors import register_accessors
 from stickslip.kernels.streams import streams_of
-from stickslip.kernels.trajectories import OBSERVABLES, new_stream, observables_kernel, start_kernel
+from stickslip.kernels.trajectories import (
+    OBSERVABLES,
+    new_stream,
+    observables_kernel,
+    start_kernel,
+    write_trajectory,
+)
 from stickslip.measure.results import STATUS
 from stickslip.model.models import model_of
 from stickslip.model.state import FILM, Component
@@ -196,8 +202,7 @@ def _sampled(
 ) -> np.ndarray:
     """Return the states (x, v, phi, ...) at the sample times, (periods*per_period + 1, width)."""
     samples = np.empty((periods * per_period + 1, _width(options)))
-    kernels = METHODS[options.method].kernels
-    status = Status(kernels.trajectory(point, options, state, per_period, samples, stream))
+    status = Status(write_trajectory(point, options, state, per_period, samples, stream))
     if status is not Status.OK:
         raise IntegrationError(status)
     return samples

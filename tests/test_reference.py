@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from support import reference
 
-from stickslip.kernels.adaptive import driver
-from stickslip.kernels.trajectories import start_kernel
+from stickslip.kernels.trajectories import start_kernel, write_trajectory
 from stickslip.options import DEFAULTS, Options
 from stickslip.parameters import Parameters
 from stickslip.status import Status
@@ -24,7 +23,7 @@ def start_of(p: Parameters) -> np.ndarray:
 def compiled_trajectory(p: Parameters, rtol: float = 1e-9) -> np.ndarray:
     samples = np.empty((PER_PERIOD + 1, 3))
     options = Options(rtol=rtol)
-    status = driver.trajectory(np.array(p), options, start_of(p), PER_PERIOD, samples)
+    status = write_trajectory(np.array(p), options, start_of(p), PER_PERIOD, samples)
     assert status == Status.OK
     return samples
 

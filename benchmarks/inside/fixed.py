@@ -12,11 +12,10 @@ from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.queues import reduced_queue, work_through
 from stickslip.kernels.euler_cromer.lanes import March
 from stickslip.kernels.plain_iteration import judging
-from stickslip.kernels.plain_iteration.comparison import Known
 from stickslip.kernels.plain_iteration.starts import write_starts, write_steps
-from stickslip.kernels.points import parameters_of
+from stickslip.kernels.points import parameters_of, write_results
 from stickslip.measure.accumulate import RECORD
-from stickslip.measure.results import relative_difference
+from stickslip.measure.results import Measured, relative_difference
 from stickslip.options import Options
 from stickslip.variables import RESULT_COLUMNS
 
@@ -70,14 +69,15 @@ def fixed_period(
     march = March(points, steps, start, PHYSICS)
     march.start(np.arange(1))
     march.march(measured=True)
-    records, ends = march.records(), march.states()
-    orbits = judging.Orbits(
-        cycles=np.ones(1, np.int64), periods=np.ones(1, np.int64),
-        statuses=march.tasks.status, begins=start, ends=ends, records=records,
-        spreads=np.zeros((1, 2)),
+    records, errors, nothing = march.records(), np.empty(1), np.zeros((1, 2))
+    judging.write_errors(points, records, near[None], errors)
+    measured = Measured(
+        records=records, cycles=np.full(1, 2), begins=start, ends=march.states(),
+        symmetric=np.zeros(1, np.bool_), amplitudes=amplitudes_of(records), errors=errors,
+        spreads=nothing, multipliers=nothing[0, :1], exponents=np.full(1, np.nan),
+        periods=np.ones(1, np.int64), statuses=march.tasks.status,
     )  # fmt: skip
-    known = Known(near[None], np.zeros(1, np.bool_), np.zeros(1))
     results = np.empty((1, len(RESULT_COLUMNS)))
-    judging.write_results(points, orbits, known, results)
+    write_results(points, measured, results)
     error = 0.5 * relative_difference(parameters_of(row), records[0], exact)
     return results[0], float(error)

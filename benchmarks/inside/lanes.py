@@ -7,23 +7,26 @@ import numpy as np
 from inside.defaults import PHYSICS, WIDTH, amplitudes_of
 from stickslip.kernels.adaptive import passes
 from stickslip.kernels.adaptive.conversion import conversion_of
-from stickslip.kernels.adaptive.driver import end_states
 from stickslip.kernels.adaptive.queues import reduced_queue, work_through
 from stickslip.measure.accumulate import RECORD
 from stickslip.options import Options
 
-__all__ = ["attempted", "end_states", "first_period", "half_periods", "lane_end", "search"]
+
+def end_states(
+    points: np.ndarray, periods: int, options: Options
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return SI states (x, v, ln phi) after some periods, (n, 3), attempted steps and statuses."""
+    queue = reduced_queue(points, PHYSICS)
+    half_periods(queue)[:] = 2 * periods
+    work_through(queue, _search_pass(options)._replace(mode=passes.TRAVEL), PHYSICS)
+    conversion_of(PHYSICS).restore_states(points, queue.states)
+    counts = queue.counts
+    return queue.states[:, :-1], counts[:, passes.ATTEMPTED], counts[:, passes.OUTCOME]
 
 
 def lane_end(row: np.ndarray, options: Options, periods: int) -> float:
     """Return the displacement x [m] of a point after some periods in a lane among idle ones."""
-    queue = reduced_queue(row[None], PHYSICS)
-    queue.counts[:, passes.CYCLE] = 2 * periods
-    task = _search_pass(options)._replace(mode=passes.TRAVEL)
-    work_through(queue, task, PHYSICS)
-    states = queue.states.copy()
-    conversion_of(PHYSICS).restore_states(row[None], states)
-    return float(states[0, 0])
+    return float(end_states(row[None], periods, options)[0][0, 0])
 
 
 def search(points: np.ndarray, options: Options) -> passes.Queue:

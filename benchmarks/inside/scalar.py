@@ -13,7 +13,7 @@ from stickslip.compiled.decorators import inline, jit
 from stickslip.compiled.fields import make_map
 from stickslip.kernels.points import FIRST_STEP, parameters_of
 from stickslip.kernels.problem import problem_functions, problem_of
-from stickslip.kernels.trajectories import start_kernel
+from stickslip.kernels.trajectories import start_kernel, write_trajectory
 from stickslip.measure.accumulate import (
     FIRST_PHASE,
     FORCE_MAX,
@@ -31,7 +31,7 @@ from stickslip.model.rhs import relative_state
 from stickslip.numerics.adaptive import make_adaptive
 from stickslip.numerics.linear import algebra
 from stickslip.numerics.tableaus import RODAS4P2
-from stickslip.options import DEFAULTS, METHODS, Options
+from stickslip.options import DEFAULTS, Options
 
 State = tuple[float, float, float]
 
@@ -51,7 +51,7 @@ def starting_state(row: np.ndarray) -> State:
 def scalar_end(row: np.ndarray, options: Options, periods: int) -> tuple[float, int]:
     """Return the displacement x [m] after some periods by a scalar drive, and the status."""
     samples, start = np.empty((periods + 1, WIDTH)), np.array(starting_state(row))
-    status = METHODS[options.method].kernels.trajectory(row, options, start, 1, samples)
+    status = write_trajectory(row, options, start, 1, samples)
     return float(samples[-1, 0]), int(status)
 
 

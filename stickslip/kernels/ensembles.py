@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stickslip.kernels.observation import Walk, Watched, write_aperiodic, write_relative_errors
+from stickslip.kernels.observation import Walk, Watched, aperiodic_rows, write_relative_errors
 from stickslip.kernels.streams import streams_of
 from stickslip.measure.results import STATUS
 from stickslip.measure.window import Window, error_of_mean
@@ -97,8 +97,7 @@ def _measured(points: np.ndarray, walk: Walk, length: int) -> tuple[np.ndarray, 
         aperiodic=np.ones(count, dtype=bool),
         periods=np.full(count, _DROPPED + length),
     )
-    rows = np.empty((count, len(RESULT_COLUMNS)))
-    write_aperiodic(points, watched, watched.periods, rows)
+    rows = aperiodic_rows(points, watched, watched.periods)
     outcomes = walk.outcomes()
     rows[outcomes != OK, STATUS] = outcomes[outcomes != OK]
     return rows, singles

@@ -11,6 +11,7 @@ from stickslip.compiled.decorators import inline, jit, kernel, kernel_factory, n
 from stickslip.kernels.points import parameters_of
 from stickslip.model import block, drive, film, friction, solids
 from stickslip.model.laws import friction_law
+from stickslip.options import DEFAULTS
 from stickslip.parameters import Parameters
 
 REFUSE_ABOVE = 2.0
@@ -127,13 +128,20 @@ def rates_kernel(law_name: str) -> Any:
 
 
 @kernel
-def write_static_strengths(points: np.ndarray, strains: int, strengths: np.ndarray) -> None:
-    """Write the largest static elastic stress [Pa] of points (n, parameters), (n,).
-
-    The maximum over this many strains: with fewer it is smaller, never larger.
-    """
+def _write_static_strengths(points: np.ndarray, strains: int, strengths: np.ndarray) -> None:
     for i in range(points.shape[0]):
         strengths[i] = _static_strength(parameters_of(points[i]), strains)
+
+
+def static_strength(points: np.ndarray, strains: int = STRAINS) -> np.ndarray:
+    """Return the largest static elastic stress a phi_plus^2 eps [Pa] of solid films, (n,).
+
+    `points` (n, parameters). The maximum over `strains` values: with fewer it is never larger.
+    """
+    points = np.ascontiguousarray(np.atleast_2d(points), dtype=float)
+    strengths = np.empty(len(points))
+    _write_static_strengths(points, strains, strengths)
+    return strengths
 
 
 def fastest_rate(points: np.ndarray, law: str) -> np.ndarray:
@@ -144,7 +152,7 @@ def fastest_rate(points: np.ndarray, law: str) -> np.ndarray:
     return rates
 
 
-def largest_stable_step(points: np.ndarray, law: str) -> np.ndarray:
+def largest_stable_step(points: np.ndarray, law: str = DEFAULTS.friction) -> np.ndarray:
     """Return the largest fixed step [s] that is accepted, for each point (n, parameters)."""
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         steps = REFUSE_ABOVE / fastest_rate(points, law)

@@ -11,18 +11,17 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from stickslip.compiled.decorators import jit, kernel
-from stickslip.kernels.points import parameters_of
+from stickslip.compiled.decorators import kernel
+from stickslip.kernels.points import parameters_of, write_results
 from stickslip.measure.accumulate import FORCE_MAX, RECORD, STRESS_MAX
 from stickslip.measure.results import (
     APERIODIC,
     OK,
     Measured,
     relative_difference,
-    write_result,
 )
 from stickslip.measure.window import Window, amplitudes_of, mean_in_order, statistics_of
-from stickslip.parameters import Parameters
+from stickslip.variables import RESULT_COLUMNS
 
 # Periods after which tangents point in the direction of fastest growth, and those over which their
 # growth is averaged; with more growth per period than the third number no cycle is near.
@@ -153,52 +152,45 @@ def spreads_of(walk: DivisibleWalk, periods: np.ndarray) -> np.ndarray:
     return np.array(whole).reshape(-1, 2)
 
 
-@jit
-def _relative_error(p: Parameters, means: np.ndarray, errors: np.ndarray) -> float:
-    """Combine the errors (2,) of mean amplitudes (2,) of stress and force: the larger relative one.
-
-    It is that of an orbit with these amplitudes and an error in one extremum.
-    """
-    exact, blurred = np.zeros(RECORD), np.zeros(RECORD)
-    for column, slot in ((0, STRESS_MAX), (1, FORCE_MAX)):
-        exact[slot], exact[slot + 1] = means[column], -means[column]
-        blurred[slot] = exact[slot] + errors[column]
-        blurred[slot + 1] = exact[slot + 1]
-    return relative_difference(p, blurred, exact)
-
-
 @kernel
 def write_relative_errors(
     points: np.ndarray, means: np.ndarray, errors: np.ndarray, relative: np.ndarray
 ) -> None:
-    """Write the errors (n, 2) of mean amplitudes (n, 2) of points as relative errors (n,)."""
-    for i in range(points.shape[0]):
-        relative[i] = _relative_error(parameters_of(points[i]), means[i], errors[i])
+    """Write the relative errors (n,) of mean amplitudes (n, 2) of stress and force.
 
-
-@kernel
-def write_aperiodic(
-    points: np.ndarray, watched: Watched, periods: np.ndarray, results: np.ndarray
-) -> None:
-    """Write the result rows of aperiodic motions.
-
-    `points` (n, parameters); `periods` (n,) drive periods integrated for each; `results`
-    (n, columns).
+    From their absolute `errors` (n, 2): the larger one, as for orbits with these amplitudes and an
+    error in one extremum.
     """
+    exact, blurred = np.zeros(RECORD), np.zeros(RECORD)
     for i in range(points.shape[0]):
-        p, begin, end = parameters_of(points[i]), watched.begins[i], watched.ends[i]
-        measured = Measured(
-            record=watched.records[i],
-            cycle=2 * watched.lengths[i],
-            begin=(begin[0], begin[1]),
-            end=(end[0], end[1]),
-            symmetric=False,
-            amplitudes=(watched.means[i, 0], watched.means[i, 1]),
-            error=_relative_error(p, watched.means[i], watched.errors[i]),
-            spreads=(watched.spreads[i, 0], watched.spreads[i, 1]),
-            multiplier=np.nan,
-            exponent=watched.exponents[i],
-            periods=periods[i],
-            status=APERIODIC,
-        )
-        write_result(p, measured, results[i])
+        for column, slot in ((0, STRESS_MAX), (1, FORCE_MAX)):
+            exact[slot], exact[slot + 1] = means[i, column], -means[i, column]
+            blurred[slot] = exact[slot] + errors[i, column]
+            blurred[slot + 1] = exact[slot + 1]
+        relative[i] = relative_difference(parameters_of(points[i]), blurred, exact)
+
+
+def aperiodic_rows(points: np.ndarray, watched: Watched, periods: np.ndarray) -> np.ndarray:
+    """Return the result rows (n, columns) of aperiodic motions of points (n, parameters).
+
+    `periods` (n,) are the drive periods integrated for each.
+    """
+    n, errors = len(points), np.empty(len(points))
+    results = np.empty((n, len(RESULT_COLUMNS)))
+    write_relative_errors(points, watched.means, watched.errors, errors)
+    measured = Measured(
+        records=watched.records,
+        cycles=2 * watched.lengths,
+        begins=watched.begins,
+        ends=watched.ends,
+        symmetric=np.zeros(n, dtype=bool),
+        amplitudes=watched.means,
+        errors=errors,
+        spreads=watched.spreads,
+        multipliers=np.full(n, np.nan),
+        exponents=watched.exponents,
+        periods=periods,
+        statuses=np.full(n, APERIODIC),
+    )
+    write_results(points, measured, results)
+    return results

@@ -1,8 +1,12 @@
-"""Input and output rows of kernels: parameters and final states."""
+"""Input and output rows of kernels: parameters, results and final states."""
 
 from __future__ import annotations
 
+import numpy as np
+
+from stickslip.compiled.decorators import kernel
 from stickslip.compiled.fields import make_row_reader
+from stickslip.measure.results import Measured, write_result
 from stickslip.model.models import model_of
 from stickslip.options import Physics
 from stickslip.parameters import ParameterValues
@@ -18,3 +22,15 @@ figures, and the controller can lengthen it six-fold with each step."""
 def final_columns(physics: Physics) -> tuple[str, ...]:
     """Columns of a final row: the stroboscopic state (x, v, ln phi, ...), the next step."""
     return (*(component.name for component in model_of(physics).components), "step")
+
+
+def write_results(points: np.ndarray, measured: Measured, results: np.ndarray) -> None:
+    """Write the result rows (n, columns) of motions of points (n, parameters)."""
+    # Columns of other arrays are not contiguous: a second signature of the kernel.
+    _write_results(points, Measured(*map(np.ascontiguousarray, measured)), results)
+
+
+@kernel
+def _write_results(points: np.ndarray, measured: Measured, results: np.ndarray) -> None:
+    for i in range(points.shape[0]):
+        write_result(parameters_of(points[i]), measured, i, results[i])

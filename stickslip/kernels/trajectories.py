@@ -9,16 +9,13 @@ import numpy as np
 from stickslip.compiled.decorators import jit, kernel_factory, named_kernel
 from stickslip.compiled.fields import make_map
 from stickslip.kernels.points import FIRST_STEP, parameters_of
-from stickslip.kernels.streams import (
-    PERIOD,
-    STREAM,
-)
+from stickslip.kernels.streams import PERIOD, STREAM
 from stickslip.model import drive
 from stickslip.model.models import model_of
 from stickslip.model.state import FILM, State
 from stickslip.numerics.adaptive import OK
 from stickslip.numerics.linear import algebra
-from stickslip.options import Physics, Settings
+from stickslip.options import METHODS, Options, Physics, Settings
 
 OBSERVABLES = (
     "upper_displacement",
@@ -102,6 +99,24 @@ def make_trajectory(width: int, period_map: Any, own_state: Any, motion: Any) ->
         return status
 
     return trajectory
+
+
+def write_trajectory(
+    point: np.ndarray,
+    options: Options,
+    start: np.ndarray,
+    per_period: int,
+    samples: np.ndarray,
+    stream: np.ndarray | None = None,
+) -> int:
+    """Compute a sampled trajectory and return the Status as an integer.
+
+    Arguments as of the kernels, described in `adaptive/adaptive_trajectory.py`; `stream` belongs to
+    stochastic noise.
+    """
+    kernel = METHODS[options.method].kernels.trajectory_kernel(options.physics)
+    numbers = new_stream() if stream is None else stream
+    return int(kernel(point, options.settings(), start, per_period, numbers, samples))
 
 
 def new_stream(numbers: np.ndarray | None = None) -> np.ndarray:

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stickslip.compiled.decorators import inline
+from stickslip.compiled.fields import make_function
 from stickslip.numerics.lane_array import lane_array
 
 # How a slot is reduced: to the highest and lowest value, which are neighbours and change places in
@@ -235,54 +236,18 @@ def accumulator(lanes: int, first: int) -> Accumulator:
 def make_see_integrals(record: Accumulator, weights: tuple[float, ...]) -> Callable[..., None]:
     """Return the function that adds a step to the integrals of a record, with quadrature weights.
 
-    Its arguments are (lanes, lane, moments, duration, accepted), with `moments` at the nodes.
+    Its arguments are (lanes, lane, moments, duration, accepted), with `moments` at the nodes. It is
+    written out: indexing the moments by a variable would prevent vectorisation.
     """
-    see: Any = _see_nothing
+    lines, names = [], dict[str, Any](add=record.add)
     for slot, (_, _, _, integrand) in enumerate(RECORD_TABLE):
         if integrand is not None:
-            see = _and_integral(see, record.add, slot, _quadrature(integrand, weights))
+            names[f"integrand{slot}"] = integrand
+            values = [f"integrand{slot}(moments[{node}])" for node in range(len(weights))]
+            terms = (f" + {w!r} * {value}" for w, value in zip(weights, values, strict=True))
+            # The 0 leaves only one way to fuse.
+            mean = values[0] if weights == (1.0,) else f"0.0{''.join(terms)}"
+            lines.append(f"add(lanes, lane, {slot}, duration * ({mean}), accepted)")
+    name = f"see_integrals[{len(weights)}]"
+    see: Any = make_function(name, "lanes, lane, moments, duration, accepted", lines, names)
     return see
-
-
-@inline
-def _see_nothing(
-    lanes: np.ndarray, lane: int, moments: Any, duration: float, accepted: bool
-) -> None:
-    pass
-
-
-def _and_integral(see_others: Any, add: Any, slot: int, mean: Any) -> Any:
-    @inline
-    def see(lanes: np.ndarray, lane: int, moments: Any, duration: float, accepted: bool) -> None:
-        see_others(lanes, lane, moments, duration, accepted)
-        add(lanes, lane, slot, duration * mean(moments), accepted)
-
-    return see
-
-
-def _quadrature(integrand: Any, weights: tuple[float, ...]) -> Any:
-    """Return the inline function of the weighted mean of an integrand over `moments`.
-
-    Without a loop: indexing the moments by a variable would prevent vectorisation.
-    """
-
-    @inline
-    def single(moments: Any) -> float:
-        return integrand(moments[0])
-
-    @inline
-    def first(moments: Any) -> float:
-        return 0.0 + weights[0] * integrand(moments[0])  # the 0 leaves only one way to fuse
-
-    mean: Any = single if weights == (1.0,) else first
-    for node in range(1, len(weights)):
-        mean = _and_node(mean, integrand, node, weights[node])
-    return mean
-
-
-def _and_node(others: Any, integrand: Any, node: int, weight: float) -> Any:
-    @inline
-    def mean(moments: Any) -> float:
-        return others(moments) + weight * integrand(moments[node])
-
-    return mean

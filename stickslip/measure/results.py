@@ -107,27 +107,29 @@ def slot_units(units: RecordUnits) -> tuple[float, ...]:
 
 
 class Measured(NamedTuple):
-    """A measured orbit: everything that a result row is made of.
+    """n measured motions: everything that their result rows are made of.
 
-    `record` (RECORD,) of the whole orbit in SI units; `cycle` half periods after which it closes,
-    `begin` and `end` the states (x, v) before and after these; `symmetric` if the motion is its own
-    mirror image half a period later; `amplitudes` of stress and force, their `error`, their
-    `spreads` among single drive periods; Floquet `multiplier`; Lyapunov `exponent`, NaN for closed
-    orbits; drive `periods` integrated for the point; the `status` if all is well.
+    `records` (n, RECORD) of whole orbits in SI units; `cycles` (n,) half periods after which they
+    close, `begins` and `ends` (n, 2 or more) the states (x, v, ...) before and after these;
+    `symmetric` (n,) if a motion is its own mirror image half a period later; `amplitudes` (n, 2) of
+    stress and force, their `errors` (n,), their `spreads` (n, 2) among single drive periods;
+    Floquet `multipliers` (n,); Lyapunov `exponents` (n,), NaN for closed orbits; drive `periods`
+    (n,) integrated; `statuses` (n,): of a motion that is neither OK nor APERIODIC only this and the
+    periods count.
     """
 
-    record: np.ndarray
-    cycle: int
-    begin: tuple[float, float]
-    end: tuple[float, float]
-    symmetric: bool
-    amplitudes: tuple[float, float]
-    error: float
-    spreads: tuple[float, float]
-    multiplier: float
-    exponent: float
-    periods: int
-    status: int
+    records: np.ndarray
+    cycles: np.ndarray
+    begins: np.ndarray
+    ends: np.ndarray
+    symmetric: np.ndarray
+    amplitudes: np.ndarray
+    errors: np.ndarray
+    spreads: np.ndarray
+    multipliers: np.ndarray
+    exponents: np.ndarray
+    periods: np.ndarray
+    statuses: np.ndarray
 
 
 @inline
@@ -188,13 +190,6 @@ def _solid_changes(record: np.ndarray) -> float:
 
 
 @inline
-def amplitudes_of(record: np.ndarray) -> tuple[float, float]:
-    """Amplitudes of stress and force: half of maximum minus minimum."""
-    stress = 0.5 * (record[STRESS_MAX] - record[STRESS_MIN])
-    return stress, 0.5 * (record[FORCE_MAX] - record[FORCE_MIN])
-
-
-@inline
 def full_force(p: Parameters) -> float:
     """Force that moves springs or inertia with the drive [N]: the scale for small forces.
 
@@ -222,25 +217,26 @@ def relative_difference(p: Parameters, record: np.ndarray, better: np.ndarray) -
 
 
 @jit
-def _power_balance(p: Parameters, m: Measured) -> tuple[float, bool]:
+def _power_balance(p: Parameters, m: Measured, i: int) -> tuple[float, bool]:
     """Power balance error, and whether it is small enough to accept the orbit.
 
     |work of the drive - dissipation - energy gained| divided by the integral of |F V|. The
     dissipation is the integral of F (V - v), so the first two differ by the work on the block.
     """
-    end, begin = block.energy(p, m.end[0], m.end[1]), block.energy(p, m.begin[0], m.begin[1])
-    gained = _passes(m.cycle) * (end - begin)
-    miss, absolute = abs(m.record[BLOCK_WORK] - gained), m.record[ABSOLUTE_WORK]
-    way = 2.0 * abs(p.drive_amplitude) * (m.cycle * _passes(m.cycle))
+    begin = block.energy(p, m.begins[i, 0], m.begins[i, 1])
+    end = block.energy(p, m.ends[i, 0], m.ends[i, 1])
+    gained = _passes(m.cycles[i]) * (end - begin)
+    miss, absolute = abs(m.records[i, BLOCK_WORK] - gained), m.records[i, ABSOLUTE_WORK]
+    way = 2.0 * abs(p.drive_amplitude) * (m.cycles[i] * _passes(m.cycles[i]))
     least = _SMALL_PART * full_force(p) * way
     kept = miss <= _POWER_BALANCE_LIMIT * max(absolute, least)
     return miss / absolute if absolute > 0.0 else 0.0, kept
 
 
 @jit
-def _bounds_kept(p: Parameters, m: Measured) -> bool:
+def _bounds_kept(p: Parameters, m: Measured, i: int) -> bool:
     """Tell whether the order parameter stayed below the bound that only noise can exceed."""
-    start, phi = math.exp(starting_state(p)[2]), m.record[PHI_MAX]
+    start, phi = math.exp(starting_state(p)[2]), m.records[i, PHI_MAX]
     bound = max(solids.largest_order_parameter(p), start) * _BOUND_MARGIN
     return phi <= bound or noise.may_reach(p, phi, bound)
 
@@ -252,80 +248,83 @@ def _asymmetry(high: float, low: float) -> float:
 
 
 @jit
-def _solid_fraction(p: Parameters, m: Measured) -> float:
+def _solid_fraction(p: Parameters, m: Measured, i: int) -> float:
     """Fraction of the time in the solid phase.
 
     Without a cubic term the thresholds may be 0, which every film exceeds; above T_c it is liquid.
     """
     if solids.solid_threshold(p) == 0.0 and p.temperature >= p.critical_temperature:
         return 0.0
-    return min(m.record[SOLID_TIME] / (m.cycle * _passes(m.cycle)), 1.0)
+    return min(m.records[i, SOLID_TIME] / (m.cycles[i] * _passes(m.cycles[i])), 1.0)
 
 
 @inline
-def _periods(m: Measured) -> int:
+def _periods(m: Measured, i: int) -> int:
     """Drive periods after which the orbit closes, 0 for never."""
-    return 0 if m.status == APERIODIC else m.cycle * _passes(m.cycle) // 2
+    return 0 if m.statuses[i] == APERIODIC else m.cycles[i] * _passes(m.cycles[i]) // 2
 
 
 @jit
-def _regime(p: Parameters, m: Measured) -> int:
+def _regime(p: Parameters, m: Measured, i: int) -> int:
     """Kind of motion, a `Regime`."""
-    if m.status == APERIODIC:
+    if m.statuses[i] == APERIODIC:
         return _APERIODIC
-    if _periods(m) > 1:
+    if _periods(m, i) > 1:
         return _SUBHARMONIC
-    if m.record[MELTINGS] == 0.0:
-        return _LOCKED if _solid_fraction(p, m) > 0.0 else _LIQUID
-    return _SYMMETRIC if m.symmetric else _ASYMMETRIC
+    if m.records[i, MELTINGS] == 0.0:
+        return _LOCKED if _solid_fraction(p, m, i) > 0.0 else _LIQUID
+    return _SYMMETRIC if m.symmetric[i] else _ASYMMETRIC
 
 
 @jit
-def _result_row(p: Parameters, m: Measured) -> tuple[ResultRow, bool]:
+def _result_row(p: Parameters, m: Measured, i: int) -> tuple[ResultRow, bool]:
     """Result row of an orbit, and whether its invariants hold."""
-    high, low = m.record[STRESS_MAX], m.record[STRESS_MIN]
-    force_high, force_low = m.record[FORCE_MAX], m.record[FORCE_MIN]
-    balance, balance_kept = _power_balance(p, m)
+    high, low = m.records[i, STRESS_MAX], m.records[i, STRESS_MIN]
+    force_high, force_low = m.records[i, FORCE_MAX], m.records[i, FORCE_MIN]
+    balance, balance_kept = _power_balance(p, m, i)
     # Numba allows no conditional among more than fifteen keywords: functions take its place.
     row = ResultRow(
-        elastic_stress_amplitude=m.amplitudes[0],
-        friction_force_amplitude=m.amplitudes[1],
+        elastic_stress_amplitude=m.amplitudes[i, 0],
+        friction_force_amplitude=m.amplitudes[i, 1],
         elastic_stress_max=high,
         elastic_stress_min=low,
         friction_force_max=force_high,
         friction_force_min=force_low,
-        amplitude_error=m.error,
+        amplitude_error=m.errors[i],
         power_balance_error=balance,
-        orbit_periods=float(_periods(m)),
-        melting_count=m.record[MELTINGS],
-        solid_transition_count=m.record[SOLID_CHANGES],
+        orbit_periods=float(_periods(m, i)),
+        melting_count=m.records[i, MELTINGS],
+        solid_transition_count=m.records[i, SOLID_CHANGES],
         asymmetry=_asymmetry(high, low),
-        periods_integrated=float(m.periods),
-        solid_fraction=_solid_fraction(p, m),
-        regime=float(_regime(p, m)),
-        floquet_multiplier=m.multiplier,
-        lyapunov_exponent=m.exponent,
-        elastic_stress_amplitude_spread=m.spreads[0],
-        friction_force_amplitude_spread=m.spreads[1],
-        status=float(m.status),
+        periods_integrated=float(m.periods[i]),
+        solid_fraction=_solid_fraction(p, m, i),
+        regime=float(_regime(p, m, i)),
+        floquet_multiplier=m.multipliers[i],
+        lyapunov_exponent=m.exponents[i],
+        elastic_stress_amplitude_spread=m.spreads[i, 0],
+        friction_force_amplitude_spread=m.spreads[i, 1],
+        status=float(m.statuses[i]),
     )
-    return row, balance_kept and _bounds_kept(p, m)
+    return row, balance_kept and _bounds_kept(p, m, i)
 
 
 @jit
-def write_result(p: Parameters, m: Measured, result: np.ndarray) -> None:
-    """Write the result row of an orbit, or that of a failure if it cannot be trusted.
+def write_result(p: Parameters, m: Measured, i: int, result: np.ndarray) -> None:
+    """Write the result row of the motion `i`, or that of a failure if it cannot be trusted.
 
     `result` (columns,) in the order of `RESULT_COLUMNS`; its status is that of `m`, DIVERGED or
     INVARIANT_VIOLATED.
     """
-    row, believed = _result_row(p, m)
+    if m.statuses[i] != OK and m.statuses[i] != APERIODIC:
+        write_failure(result, m.periods[i], m.statuses[i])
+        return
+    row, believed = _result_row(p, m, i)
     if not math.isfinite(
         row.elastic_stress_amplitude + row.friction_force_amplitude + row.amplitude_error
     ):
-        write_failure(result, m.periods, DIVERGED)
+        write_failure(result, m.periods[i], DIVERGED)
     elif not believed:
-        write_failure(result, m.periods, INVARIANT_VIOLATED)
+        write_failure(result, m.periods[i], INVARIANT_VIOLATED)
     else:
         for column in range(len(row)):
             result[column] = row[column]

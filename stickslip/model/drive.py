@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from functools import reduce
 from typing import Any, NamedTuple
 
 from stickslip.compiled.decorators import inline
@@ -72,18 +73,15 @@ TONES: tuple[Tone, ...] = (
 changes sign in the mirror image of the motion."""
 
 
-def _sum(terms: list[Any]) -> Any:
-    """Return the inline function (p, t) of the sum of these."""
-    total = terms[0]
-    for term in terms[1:]:
-        total = _plus(total, term)
-    return total
+def _sum(terms: Iterable[Any]) -> Any:
+    """Return the inline function of the sum of these, which have the same arguments."""
+    return reduce(_plus, terms)
 
 
 def _plus(one: Any, other: Any) -> Any:
     @inline
-    def both(p: Parameters, t: float) -> float:
-        return one(p, t) + other(p, t)
+    def both(*arguments: Any) -> float:
+        return one(*arguments) + other(*arguments)
 
     return both
 
@@ -100,68 +98,37 @@ def _jerk(one: Tone) -> Any:
 
 
 def _size(one: Tone, order: int) -> Any:
-    """Return the largest absolute value of a tone's derivative of this order, of (p, t)."""
+    """Return the largest absolute value of a tone's derivative of this order, of (p)."""
     amplitude, times = one.amplitude, float(one.harmonic)
 
     @inline
-    def size(p: Parameters, t: float) -> float:
+    def size(p: Parameters) -> float:
         return abs(amplitude(p)) * (times * p.angular_frequency) ** order
 
     return size
 
 
-_displacement, _velocity = _sum([t.displacement for t in TONES]), _sum([t.velocity for t in TONES])
-_acceleration = _sum([t.acceleration for t in TONES])
-_jerks = _sum([_jerk(t) for t in TONES])
-_sizes = tuple(_sum([_size(t, order) for t in TONES]) for order in range(3))
-_largest_displacement, _largest_speed, _largest_acceleration = _sizes
-
 HIGHEST_HARMONIC = max(t.harmonic for t in TONES)
+
+upper_displacement = _sum(t.displacement for t in TONES)
+"""(p, t): displacement X of the upper block [m], Eq. 1."""
+
+upper_velocity = _sum(t.velocity for t in TONES)
+"""(p, t): velocity V of the upper block [m/s], Eq. 2."""
+
+upper_acceleration = _sum(t.acceleration for t in TONES)
+"""(p, t): acceleration dV/dt of the upper block [m/s2], from Eq. 2."""
+
+upper_jerk = _sum(_jerk(t) for t in TONES)
+"""(p, t): second derivative of the velocity V of the upper block [m/s3], from Eq. 2."""
+
+largest_displacement, largest_speed, largest_acceleration = (
+    _sum(_size(t, order) for t in TONES) for order in range(3)
+)
+"""(p): upper bounds of the size of X [m], V [m/s] and dV/dt [m/s2]: |X_m| omega^n."""
 
 
 @inline
 def period(p: Parameters) -> float:
     """Drive period 2 pi/omega [s]."""
     return 2.0 * math.pi / p.angular_frequency
-
-
-@inline
-def upper_displacement(p: Parameters, t: float) -> float:
-    """Displacement X of the upper block [m], Eq. 1."""
-    return _displacement(p, t)
-
-
-@inline
-def upper_velocity(p: Parameters, t: float) -> float:
-    """Velocity V of the upper block [m/s], Eq. 2."""
-    return _velocity(p, t)
-
-
-@inline
-def upper_acceleration(p: Parameters, t: float) -> float:
-    """Acceleration dV/dt of the upper block [m/s2], from Eq. 2."""
-    return _acceleration(p, t)
-
-
-@inline
-def upper_jerk(p: Parameters, t: float) -> float:
-    """Second derivative of the velocity V of the upper block [m/s3], from Eq. 2."""
-    return _jerks(p, t)
-
-
-@inline
-def largest_speed(p: Parameters) -> float:
-    """Upper bound of the speed of the upper block [m/s]: |X_m| omega."""
-    return _largest_speed(p, 0.0)
-
-
-@inline
-def largest_displacement(p: Parameters) -> float:
-    """Upper bound of the displacement of the upper block [m]: |X_m|."""
-    return _largest_displacement(p, 0.0)
-
-
-@inline
-def largest_acceleration(p: Parameters) -> float:
-    """Upper bound of the acceleration of the upper block [m/s2]: |X_m| omega^2."""
-    return _largest_acceleration(p, 0.0)

@@ -10,10 +10,10 @@ phases.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import reduce
 from typing import Any
 
 from stickslip.compiled.decorators import inline
+from stickslip.compiled.fields import make_function
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, ParameterVariable
 
@@ -36,61 +36,26 @@ RESTORING = tuple((_place(t), t.phi_power) for t in _OTHERS if t.phi_sign > 0)
 """The other terms that bound the order parameter: index in `Parameters`, power."""
 
 
-def _sum_of_others(weight: Callable[[int], float]) -> Any:
+def _sum_of_others(name: str, weight: Callable[[int], float]) -> Any:
     """Return the inline function (p, phi) of the sum of the other terms, by Horner's scheme.
 
     Each term is the product of its sign, the `weight` of its power in the force on ln(phi), its
     coefficient and this power of phi.
     """
-    total: Any = _no_terms
+    total = "0.0"
     for power in range(HIGHEST_POWER, 0, -1):
-        for term in _OTHERS:
-            if term.phi_power == power:
-                total = _and_term(total, _place(term), term.phi_sign * weight(power))
-        total = _times_phi(total)
-    return total
+        terms = (term for term in _OTHERS if term.phi_power == power)
+        factors = (f" + {t.phi_sign * weight(power)!r} * p[{_place(t)}]" for t in terms)
+        total = f"({total}{''.join(factors)}) * phi"
+    return make_function(name, "p, phi", [f"return {total}"], {})
 
 
-@inline
-def _no_terms(p: Parameters, phi: float) -> float:
-    return 0.0
+_energy_of_others = _sum_of_others("energy_of_others", lambda power: 1.0 / (power + 2))  # / phi^2
+_force_of_others = _sum_of_others("force_of_others", lambda _: 1.0)
+_slope_of_others = _sum_of_others("slope_of_others", float)
 
-
-def _and_term(others: Any, place: int, factor: float) -> Any:
-    @inline
-    def with_term(p: Parameters, phi: float) -> float:
-        return others(p, phi) + factor * p[place]
-
-    return with_term
-
-
-def _times_phi(terms: Any) -> Any:
-    @inline
-    def product(p: Parameters, phi: float) -> float:
-        return terms(p, phi) * phi
-
-    return product
-
-
-_energy_of_others = _sum_of_others(lambda power: 1.0 / (power + 2))  # divided by phi^2
-_force_of_others = _sum_of_others(lambda _: 1.0)
-_slope_of_others = _sum_of_others(float)
-
-
-@inline
-def _none(p: Parameters) -> bool:
-    return False
-
-
-def _or_one(others: Any, place: int) -> Any:
-    @inline
-    def either(p: Parameters) -> bool:
-        return others(p) | (p[place] != 0.0)
-
-    return either
-
-
-_has_others: Any = reduce(_or_one, map(_place, _OTHERS), _none)
+_NONZERO = "".join(f" | (p[{_place(term)}] != 0.0)" for term in _OTHERS)
+_has_others = make_function("has_others", "p", [f"return False{_NONZERO}"], {})
 
 _PLACES = tuple(_place(term) for term in _TERMS)
 _POWERS = tuple(term.phi_power for term in _TERMS)

@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from stickslip.compiled.decorators import inline, jit
+from stickslip.compiled.decorators import jit
+from stickslip.compiled.fields import make_map
 from stickslip.numerics import step_control
 from stickslip.numerics.linear import Algebra, Vector
 from stickslip.numerics.rosenbrock import make_defect_error, make_step
@@ -21,19 +22,9 @@ OK, STEP_LIMIT, DIVERGED = int(Status.OK), int(Status.STEP_LIMIT), int(Status.DI
 _LEAST_STEP = 1e-25
 
 
-@inline
-def _undisturbed(
-    p: Any,
-    t: float,
-    h: float,
-    y0: Vector,
-    y1: Vector,
-    f1: Vector,
-    d1: Vector,
-    d2: Vector,
-    record: Any,
-) -> tuple[Vector, Vector, float]:
-    return y1, f1, math.inf
+_undisturbed = make_map(
+    "undisturbed", "p, t, h, y0, y1, f1, d1, d2, record", ("y1", "f1", "inf"), {"inf": math.inf}
+)
 
 
 def make_adaptive(

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stickslip.compiled.decorators import inline, jit
+from stickslip.compiled.fields import make_function
 from stickslip.compiled.simd import LANES, for_lanes
 from stickslip.numerics.adaptive import DIVERGED, OK
 from stickslip.numerics.lane_array import aligned, lane_array
@@ -186,26 +187,13 @@ def _make_march(
 
 def _make_set_right(sines: Sequence[Callable[..., tuple[float, float]]]) -> Any:
     """Return the function (p, n, lanes, lane) that resets the drive of a lane at step n."""
-
-    @inline
-    def nothing(p: Any, n: int, lanes: np.ndarray, lane: int) -> None:
-        pass
-
-    set_all: Any = nothing
-    for i, sine in enumerate(sines):
-        set_all = _with_sine(set_all, sine, DRIVE + SINE * i, CHANGE + SINE * i)
-    return set_all
-
-
-def _with_sine(others: Any, sine: Any, drive: int, change: int) -> Any:
-    @inline
-    def set_both(p: Any, n: int, lanes: np.ndarray, lane: int) -> None:
-        others(p, n, lanes, lane)
-        value, difference = sine(p, n)
-        put(lanes, drive, lane, value)
-        put(lanes, change, lane, difference)
-
-    return set_both
+    lines = []
+    for i in range(len(sines)):
+        lines.append(f"value, change = sine{i}(p, n)")
+        lines.append(f"put(lanes, {DRIVE + SINE * i}, lane, value)")
+        lines.append(f"put(lanes, {CHANGE + SINE * i}, lane, change)")
+    names = {"put": put} | {f"sine{i}": sine for i, sine in enumerate(sines)}
+    return make_function(f"set_right[{len(sines)}]", "p, n, lanes, lane", lines, names)
 
 
 def _make_check(

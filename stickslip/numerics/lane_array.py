@@ -14,9 +14,7 @@ from stickslip.numerics.linear import Vector
 
 
 class LaneArray(NamedTuple):
-    """Access to an array of this many lanes; inline functions."""
-
-    lanes: int
+    """Access to an array of so many lanes; inline functions."""
 
     get: Callable[..., float]
     """(values, slot, lane): the number in a slot of a lane."""
@@ -37,7 +35,7 @@ def lane_array(lanes: int) -> LaneArray:
     def put(values: np.ndarray, slot: int, lane: int, number: float) -> None:
         values[slot * lanes + lane] = number
 
-    return LaneArray(lanes, get, put)
+    return LaneArray(get, put)
 
 
 class LaneVectors(NamedTuple):

@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.kernels.trajectories import OBSERVABLES, observables_kernel, start_kernel
+from stickslip.kernels.trajectories import (
+    OBSERVABLES,
+    observables_kernel,
+    start_kernel,
+    write_trajectory,
+)
 from stickslip.model.models import model_of
 from stickslip.options import METHODS
 from stickslip.orbit import typical_options
@@ -90,10 +95,9 @@ def _compile_kernels(config: Config) -> None:
     options, grid = options_of(config), Grid.from_config(config)
     width = model_of(options.physics).width
     point, start, states = grid.points(0, 1)[0], np.empty(width), np.empty((1, width))
-    method = METHODS[options.method].kernels
-    method.largest_step(point[None, :], options)
+    METHODS[options.method].kernels.largest_step(point[None, :], options)
     start_kernel(options.physics.typical)(point, start)
-    method.trajectory(point, options, start, 1, states)
+    write_trajectory(point, options, start, 1, states)
     observables = np.empty((0, len(OBSERVABLES)))
     observables_kernel(options.physics.typical)(point, np.empty(0), states[:0], 0.0, observables)
     if config.simulation.start == "stationary":

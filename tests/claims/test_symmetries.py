@@ -14,7 +14,7 @@ from support.marks import marked
 from support.symmetries import SYMMETRIES, Symmetry, expected, transformed
 
 from stickslip import Parameters, Status
-from stickslip.kernels.trajectories import start_kernel
+from stickslip.kernels.trajectories import start_kernel, write_trajectory
 from stickslip.measure.results import STATUS
 from stickslip.options import DEFAULTS, METHODS, Options
 from stickslip.orbit import compute_orbits
@@ -30,6 +30,11 @@ SCENES: dict[str, dict[str, float]] = {
     "moving start": {"initial_displacement": 3e-7, "initial_velocity": -2e-6},
     "near melting": {"temperature": 285.0},
     "second order": {"cubic_coefficient": 0.0},
+    "two solids": {
+        "quartic_coefficient": 1475.83,
+        "quintic_coefficient": 3258.33,
+        "sextic_coefficient": 2395.83,
+    },
     "subharmonic": {
         "temperature": 172.92,
         "viscosity_coefficient": 22891.7,
@@ -99,7 +104,7 @@ def test_trajectories(name: str, method: str) -> None:
     for point in (p, transformed(p, symmetry)):
         start, samples = np.empty(3), np.empty((17, 3))
         start_kernel(DEFAULTS.physics)(np.array(point), start)
-        status = METHODS[method].kernels.trajectory(np.array(point), options, start, 8, samples)
+        status = write_trajectory(np.array(point), options, start, 8, samples)
         assert status == Status.OK
         sampled.append(samples)
     ours, other = sampled

@@ -10,8 +10,7 @@ import xarray as xr
 from support import reference
 from support.marks import one_then
 
-from stickslip import Options, Parameters, Status, simulate, stationary_orbit
-from stickslip.orbit import compute_orbits
+from stickslip import Parameters, Status, simulate, stationary_orbit
 
 # Order parameters at which the balance of these films turns: 0.12, 0.4 and 0.5.
 TWO = {
@@ -77,33 +76,6 @@ def test_under_a_slow_strain_the_film_melts_in_two_steps() -> None:
     assert (gentle.melting_count, gentle.solid_transition_count) == (0, 4)  # to and fro
     paper = stationary_orbit(film())  # sheared off at once
     assert (paper.melting_count, paper.solid_transition_count) == (1, 0)
-
-
-def test_scalings_and_the_mirror_change_no_bit_of_it() -> None:
-    p = film()
-    mirrored = p._replace(drive_amplitude=-p.drive_amplitude)
-    energy = {f"{degree}_coefficient": 2.0 for degree in ("cubic", "quartic", "quintic", "sextic")}
-    energy |= {"thermal_coefficient": 2.0, "elastic_coefficient": 2.0, "kinetic_coefficient": 0.5}
-    energy |= {"contact_area": 0.5, "viscosity_coefficient": 2.0}
-    scaled = p._replace(**{name: factor * getattr(p, name) for name, factor in energy.items()})
-    own, other, twice = (stationary_orbit(point) for point in (p, mirrored, scaled))
-    assert other.elastic_stress_max == -own.elastic_stress_min
-    assert other.friction_force_amplitude == own.friction_force_amplitude
-    assert twice.elastic_stress_amplitude == 2.0 * own.elastic_stress_amplitude
-    assert twice.friction_force_amplitude == own.friction_force_amplitude
-
-
-@pytest.mark.stress
-def test_neighbours_in_the_lanes_change_no_bit_of_it() -> None:
-    points = np.array(
-        [film(temperature=T, rheological_index=g) for T in (200, 260) for g in (-2 / 3, 0.3)]
-    )
-    plain = np.array(
-        [Parameters(temperature=T, rheological_index=g) for T in (200, 260) for g in (-2 / 3, 0.3)]
-    )
-    mixed, _ = compute_orbits(np.concatenate([points, plain]), Options(rtol=1e-5))
-    alone = [compute_orbits(point, Options(rtol=1e-5))[0][0] for point in (*points, *plain)]
-    assert mixed.tobytes() == np.array(alone).tobytes()
 
 
 @pytest.mark.stress

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import gc
 import os
-import pickle
 
 import numpy as np
 import pytest
 
-from stickslip.compiled.compilers import Part
 from stickslip.compiled.decorators import inline, jit, named_kernel
 
 
@@ -80,15 +78,3 @@ def test_a_compilation_leaves_the_collection_of_garbage_as_it_was(collecting: bo
         assert gc.isenabled() is collecting
     finally:
         gc.enable()
-
-
-def test_what_is_called_from_python_has_machine_code() -> None:
-    series(1.0)
-    result = next(iter(series.alone.overloads.values()))
-    assert result.library.codegen._engine.is_symbol_defined(result.fndesc.mangled_name)
-
-
-def test_a_part_survives_pickling() -> None:
-    copy = pickle.loads(pickle.dumps(series))
-    assert isinstance(copy, Part)
-    assert copy(0.5) == series(0.5)

@@ -9,10 +9,8 @@ from support.points import orbits, row
 
 from stickslip import Status
 from stickslip.kernels import ensembles
-from stickslip.kernels.streams import streams_of
-from stickslip.measure.accumulate import STRESS_MAX
 from stickslip.measure.window import error_of_mean
-from stickslip.options import METHODS, Options
+from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from stickslip.regime import Regime
 from stickslip.variables import RESULT_COLUMNS
@@ -61,23 +59,6 @@ def test_an_error_is_three_standard_errors_and_that_of_the_typical_path() -> Non
     assert difference < few.amplitude_error + many.amplitude_error
 
 
-def test_more_paths_leave_the_first_ones_as_they_were() -> None:
-    settled = orbits(POINTS[:1], rtol=1e-4).final
-    two, three = (paths_of(settled, Options(**FEW | {"realizations": n})) for n in (2, 3))
-    np.testing.assert_array_equal(two, three[:2])
-    assert len(np.unique(three[:, STRESS_MAX])) == 3
-
-
-def paths_of(settled: np.ndarray, options: Options) -> np.ndarray:
-    """Records (realizations, RECORD) of a drive period of the first point."""
-    paths = options.realizations
-    points, starts = (np.repeat(array, paths, axis=0) for array in (POINTS[:1], settled))
-    streams = streams_of(POINTS[:1], options)
-    walk = METHODS["adaptive"].kernels.stochastic_walk(points, starts, streams, options)
-    walk.next_period()
-    return walk.next_period().copy()
-
-
 @pytest.mark.parametrize(("paths", "periods"), [(1, 32), (3, 20), (64, 32)])
 def test_the_error_of_independent_numbers(paths: int, periods: int) -> None:
     draws = np.random.default_rng(1).normal(size=(400, paths, periods))
@@ -94,12 +75,6 @@ def test_the_error_of_paths_that_never_meet() -> None:
 
 
 # --- what makes no difference ---
-
-
-def test_the_company_of_other_points_makes_no_difference() -> None:
-    together = ensemble(POINTS).row
-    for i, point in enumerate(POINTS):
-        np.testing.assert_array_equal(ensemble(point).row[0], together[i])
 
 
 def test_the_number_of_paths_side_by_side_makes_no_difference(

@@ -52,12 +52,6 @@ def test_only_the_very_index_is_special() -> None:
     assert members([-0.0]) == {0.0: [0]}
 
 
-def test_families_that_do_not_occur_are_not_compiled() -> None:
-    assert members([]) == {}
-    assert members([0.0]) == {0.0: [0]}
-    assert members([0.1]) == {None: [0]}
-
-
 @pytest.mark.parametrize("law", FRICTION_LAWS)
 def test_names_tell_families_apart(law: str) -> None:
     # The name of a family names its kernels, and their entries in the cache.

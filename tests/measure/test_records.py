@@ -89,18 +89,6 @@ def test_without_springs_and_force_there_is_no_difference() -> None:
 # --- units ----------------------------------------------------------------------------------------
 
 
-def test_a_record_is_written_in_si_units() -> None:
-    units = RecordUnits(length=2.0, stress=10.0, force=0.5, time=0.25)
-    target = np.empty(RECORD)
-    record = record_of(MELTINGS=2.0, BLOCK_WORK=4.0, LAST_PHASE=SOLID, SOLID_TIME=2.0)
-    write_whole_orbit(record, units, 2, target)
-    expected = record_of(
-        STRESS_MAX=3e7, STRESS_MIN=-1e7, FORCE_MAX=1e-3, FORCE_MIN=-5e-4, BLOCK_WORK=4.0,
-        ABSOLUTE_WORK=1e-8, PHI_MAX=0.6, MELTINGS=2.0, LAST_PHASE=SOLID, SOLID_TIME=0.5,
-    )  # fmt: skip
-    np.testing.assert_allclose(target, expected, rtol=1e-15)
-
-
 def test_negative_units_exchange_maximum_and_minimum() -> None:
     units = RecordUnits(length=-2.0, stress=-10.0, force=-0.5, time=1.0)
     target = np.empty(RECORD)

@@ -19,12 +19,12 @@ from stickslip.measure.accumulate import (
 from stickslip.measure.results import (
     STATUS,
     Measured,
-    amplitudes_of,
     full_force,
     write_failure,
     write_result,
     write_whole_orbit,
 )
+from stickslip.measure.window import amplitudes_of
 from stickslip.regime import Regime
 from stickslip.variables import RESULT_COLUMNS, RESULTS
 
@@ -48,11 +48,13 @@ def result_of(
     row, whole = np.full(len(RESULT_COLUMNS), 77.0), np.empty(RECORD)
     write_whole_orbit(record_of(**slots), SI, cycle, whole)
     measured = Measured(
-        record=whole, cycle=cycle, begin=begin, end=end, symmetric=symmetric,
-        amplitudes=amplitudes_of(whole), error=error, spreads=(3e4, 2e-5), multiplier=0.25,
-        exponent=exponent, periods=9, status=int(status),
+        records=whole[None], cycles=np.array([cycle]), begins=np.array([begin]),
+        ends=np.array([end]), symmetric=np.array([symmetric]),
+        amplitudes=amplitudes_of(whole[None]), errors=np.array([error]),
+        spreads=np.array([[3e4, 2e-5]]), multipliers=np.array([0.25]),
+        exponents=np.array([exponent]), periods=np.array([9]), statuses=np.array([int(status)]),
     )  # fmt: skip
-    write_result(p, measured, row)
+    write_result(p, measured, 0, row)
     return dict(zip(RESULT_COLUMNS, row.tolist(), strict=True))
 
 

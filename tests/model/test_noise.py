@@ -147,15 +147,3 @@ def test_a_start_above_the_noise_is_kept() -> None:
 def test_without_noise_the_start_is_not_lifted(T: float, b: float) -> None:
     assert start(D=0.0, T=T, b=b) == 0.0
     assert start(phi_0=0.3, D=0.0, T=T, b=b) == 0.3
-
-
-@pytest.mark.parametrize("phi", [0.0, 1e-12, 1e-3, 0.6])
-def test_compiled_and_plain_python_agree(phi: float) -> None:
-    p = PAPER._replace(initial_order_parameter=phi, temperature=250.0)
-    for function, args in (
-        (noise.effective_intensity, ()),
-        (noise.typical_path, (phi,)),
-        (noise.typical_kick, (phi, 1e-10)),
-        (noise.starting_order_parameter, ()),
-    ):
-        assert function(p, *args) == pytest.approx(function.py_func(p, *args), rel=1e-14, abs=0)

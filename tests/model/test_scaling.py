@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
-from support.extra_parameters import UNITS, VALUE, extra_values
 from support.parameters import random_parameters
 from support.reduced import reduced_of
 from support.symmetries import SYMMETRIES, Symmetry, transformed
@@ -17,7 +15,7 @@ from stickslip.model.models import model_of
 from stickslip.model.rhs import Equations
 from stickslip.options import FRICTION_LAWS, Physics
 from stickslip.parameters import Parameters, ParameterValues
-from stickslip.variables import PARAMETERS
+from stickslip.variables import PARAMETERS, ParameterVariable
 
 INDICES = [-2 / 3, -0.5, 0.0, 0.3, 2 / 3]
 
@@ -68,27 +66,6 @@ def test_the_reduced_right_hand_side_is_the_original_in_other_units(
         assert np.all(np.abs(reduced - scaled) <= 1e-13 * np.abs(terms))
 
 
-@pytest.mark.parametrize("gamma", INDICES)
-def test_the_reduced_jacobian_is_the_original_in_other_units(
-    law: str, model: Equations, gamma: float
-) -> None:
-    rng = np.random.default_rng(6)
-    for _ in range(50):
-        p = random_parameters(rng, gamma)
-        unit, q, omega = scaling.units_of(p), own(law, p), p.angular_frequency
-        y = rng.uniform(-1.5, 1.5), rng.uniform(-1.5, 1.5), rng.uniform(-30.0, 0.5)
-        t = rng.uniform(0.0, 2 * math.pi)
-        if abs(math.sin(t) + y[1]) < 0.1:
-            continue
-        state = y[0] * unit.length, y[1] * unit.speed, y[2]
-        reduced = np.array(model.jacobian(q, t, y, 1e-6))
-        original = np.array(model.jacobian(p, t / omega, state, 1e-6 * abs(unit.speed)))
-        sizes = np.array([unit.length, unit.speed, 1.0])
-        original[:3] *= sizes[None, :] / sizes[:, None] / omega
-        original[3] /= sizes * omega**2
-        np.testing.assert_allclose(reduced, original, rtol=1e-11, atol=1e-300)
-
-
 def test_stress_and_force_come_back_from_their_units(law: str, model: Equations) -> None:
     rng = np.random.default_rng(7)
     for gamma in INDICES:
@@ -98,19 +75,6 @@ def test_stress_and_force_come_back_from_their_units(law: str, model: Equations)
         expected = model.exact(p, u * unit.speed, phi)
         assert (stress * unit.stress, force * unit.force) == pytest.approx(
             expected, rel=1e-13, abs=0
-        )
-
-
-def test_a_mirrored_drive_has_mirrored_units_and_the_same_reduced_parameters(law: str) -> None:
-    for gamma in INDICES:
-        p = random_parameters(np.random.default_rng(8), gamma)
-        other = p._replace(drive_amplitude=-p.drive_amplitude)
-        assert reduced_of(other, Physics(law)) == reduced_of(p, Physics(law))
-        units = scaling.units_of(p)
-        assert units.time == 1 / p.angular_frequency
-        turned = ("length", "speed", "force", "strain", "stress")
-        assert scaling.units_of(other) == tuple(
-            -unit if name in turned else unit for name, unit in units._asdict().items()
         )
 
 
@@ -148,12 +112,6 @@ def test_scalings_by_two_leave_the_reduced_parameters_bit_for_bit(
     for _ in range(50):
         p = random_parameters(rng, gamma)
         assert reduced(transformed(p, symmetry)) == reduced(p)
-
-
-def test_the_fixed_ones_are_ones(law: str) -> None:
-    q = own(law, Parameters())
-    assert q.drive_amplitude == q.angular_frequency == q.block_mass == 1.0
-    assert q.film_thickness == q.kinetic_coefficient == 1.0
 
 
 # --- what the tables say -------------------------------------------------------------------------
@@ -205,40 +163,45 @@ def test_a_film_without_thermal_coefficient_has_no_heating(law: str) -> None:
     assert film.heating(own(law, Parameters(thermal_coefficient=0.0))) == 0.0
 
 
-P = random_parameters(np.random.default_rng(12), -2 / 3)._replace(drive_amplitude=-3e-7)
-SPEED = abs(P.drive_amplitude) * P.angular_frequency
-EXPECTED = {
-    "1": VALUE,
-    "kg": VALUE / P.block_mass,
-    "K": VALUE * 2 * P.thermal_coefficient * P.kinetic_coefficient / P.angular_frequency,
-    "N": VALUE / (P.block_mass * SPEED * P.angular_frequency),
-    "N s m-1": VALUE / (P.block_mass * P.angular_frequency),
-    "Pa s": VALUE * P.kinetic_coefficient * SPEED / P.film_thickness / P.angular_frequency,
-    "rad s-1": VALUE / P.angular_frequency,
-    "Pa": VALUE * P.kinetic_coefficient / P.angular_frequency,
-    "J m-3": VALUE * P.kinetic_coefficient / P.angular_frequency,
-    "N m-1": VALUE / (P.block_mass * P.angular_frequency**2),
-    "s-1": VALUE / P.angular_frequency,
-    "m s-1": VALUE / SPEED,
-    "m": VALUE / abs(P.drive_amplitude),
-    "s": VALUE * P.angular_frequency,
+P = random_parameters(np.random.default_rng(12), -2 / 3)
+TIME, LENGTH, THICKNESS, STRAIN = 0.3, -2e-6, 5e-9, -7.0
+ENERGY = 1.0 / (P.kinetic_coefficient * TIME)
+BY_UNIT = {
+    "1": 1.0,
+    "kg": P.block_mass,
+    "K": ENERGY / (2 * P.thermal_coefficient),
+    "N": P.block_mass * LENGTH / TIME**2,
+    "N s m-1": P.block_mass / TIME,
+    "N m-1": P.block_mass / TIME**2,
+    "Pa s": ENERGY / STRAIN * THICKNESS * TIME / LENGTH,
+    "Pa": ENERGY / STRAIN,
+    "J m-3": ENERGY,
+    "rad s-1": 1.0 / TIME,
+    "s-1": 1.0 / TIME,
+    "m s-1": LENGTH / TIME,
+    "m": LENGTH,
+    "s": TIME,
 }
 
-IMPORTS = "from stickslip.options import Physics\nfrom support.reduced import reduced_of"
-REDUCED = 'reduced_of(p, Physics("power-law"))'
+
+def declared(monkeypatch: pytest.MonkeyPatch, unit: str) -> int:
+    """The index in `Units` of the scale of a further parameter in this unit."""
+    extra = ParameterVariable("extra", "e", "e", unit, "extra", default=3.0)
+    monkeypatch.setattr(scaling, "PARAMETERS", PARAMETERS | {"extra": extra})
+    return scaling._unit_of("extra")
 
 
-@pytest.mark.stress
-def test_an_extra_parameter_of_any_unit_of_the_table_is_scaled_by_its_unit(tmp_path: Path) -> None:
-    imports = f"{IMPORTS}\nfrom stickslip.model.scaling import model_values"
-    expression = f"model_values(-0.5)({REDUCED})"
-    assert set(EXPECTED) == set(UNITS)
-    assert extra_values(tmp_path, imports, expression, P) == pytest.approx(
-        EXPECTED, rel=1e-14, abs=0
-    )
+@pytest.mark.parametrize("unit", BY_UNIT)
+def test_a_further_parameter_is_scaled_by_its_unit(
+    monkeypatch: pytest.MonkeyPatch, unit: str
+) -> None:
+    units = scaling.make_units(P, TIME, LENGTH, THICKNESS, STRAIN)
+    found = units[declared(monkeypatch, unit)]
+    assert found == pytest.approx(BY_UNIT[unit], rel=1e-14, abs=0)
 
 
-@pytest.mark.slow
-def test_an_extra_parameter_of_another_unit_must_say_how_it_is_scaled(tmp_path: Path) -> None:
-    with pytest.raises(AssertionError, match="is in 'K s-1', and nothing says how"):
-        extra_values(tmp_path, IMPORTS, REDUCED, P, ("K s-1",))
+def test_a_parameter_of_another_unit_must_say_how_it_is_scaled(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with pytest.raises(scaling.UnscaledError, match="is in 'K s-1', and nothing says how"):
+        declared(monkeypatch, "K s-1")

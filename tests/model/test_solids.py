@@ -29,10 +29,6 @@ def with_turns(p: float, q: float, r: float, e: float = 2395.83, **more: float) 
 TWO = with_turns(P, Q, R)
 
 
-def test_the_balance_turns_where_the_coefficients_put_it() -> None:
-    assert tuple(solids.turning_points(TWO)) == pytest.approx((P, Q, R), rel=1e-12)
-
-
 @given(
     turns=st.lists(st.floats(0.01, 1.5), min_size=3, max_size=3, unique=True),
     e=st.floats(1.0, 1e5),

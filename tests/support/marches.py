@@ -7,7 +7,6 @@ import numpy as np
 from stickslip import Parameters
 from stickslip.kernels.euler_cromer.lanes import March
 from stickslip.kernels.plain_iteration.starts import write_starts, write_steps
-from stickslip.numerics.euler_cromer_lanes import PENDING
 from stickslip.options import DEFAULTS
 
 FAST = {
@@ -36,11 +35,10 @@ def march_of(points: list[Parameters], dt: float | np.ndarray) -> March:
 
 
 def period(
-    points: list[Parameters], dt: float | np.ndarray, budget: int | None = None
+    points: list[Parameters], dt: float | np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """States (x, v, phi) and records in SI units after a measured period, and the statuses."""
     march = march_of(points, dt)
     march.start(np.arange(len(points)))
-    while np.any(march.tasks.status == PENDING):
-        march.march(measured=True, budget=budget)
+    march.march(measured=True)
     return march.states(), march.records(), march.tasks.status

@@ -50,6 +50,8 @@ SYMMETRIES = {
             "elastic_coefficient": 2.0,
             "cubic_coefficient": 2.0,
             "quartic_coefficient": 2.0,
+            "quintic_coefficient": 2.0,
+            "sextic_coefficient": 2.0,
             "viscosity_coefficient": 2.0,
             "contact_area": 0.5,
             "kinetic_coefficient": 0.5,

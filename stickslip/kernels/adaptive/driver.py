@@ -32,13 +32,12 @@ from stickslip.kernels.adaptive.passes import (
     pass_kernel,
 )
 from stickslip.kernels.adaptive.queues import part_of, put_back, reduced_queue, work_through
-from stickslip.kernels.adaptive.rows import Orbits, row_kernels
+from stickslip.kernels.adaptive.rows import Orbits, measured_of, row_kernels
 from stickslip.kernels.adaptive.walk import AdaptiveWalk, StochasticWalk, TangentWalk
 from stickslip.kernels.families import FamilyKernel, families
-from stickslip.kernels.observation import Watched, spreads_of, watch, write_aperiodic
-from stickslip.kernels.points import final_columns
+from stickslip.kernels.observation import Watched, aperiodic_rows, spreads_of, watch
+from stickslip.kernels.points import write_results
 from stickslip.kernels.problem import rounding_speed
-from stickslip.kernels.trajectories import new_stream
 from stickslip.model.models import model_of
 from stickslip.model.scaling import Reduced
 from stickslip.numerics.adaptive import OK
@@ -46,7 +45,6 @@ from stickslip.numerics.spectrum import rest_points
 from stickslip.options import Options, Physics, Settings
 from stickslip.parameters import Parameters
 from stickslip.status import Status
-from stickslip.variables import RESULT_COLUMNS
 
 # How often a measurement that began off the orbit is repeated at most; and the longest correction
 # of the state by a Newton step, in tolerances.
@@ -69,13 +67,7 @@ _WATCHED_PART, _WATCHED = 1e-2, 1e-8
 # The largest distance at which a limit counts as reached: beyond it long cycles close by accident.
 _LOOSEST = 1e-4
 
-
-def compile_shared(options: Options) -> None:
-    """Compile or load everything that all points need."""
-    # A run over no points calls, and so compiles, every kernel but those of families.
-    no_points, columns = np.empty((0, len(Parameters._fields))), final_columns(options.physics)
-    results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, columns))
-    orbits(no_points, options, finals, results, finals)
+trajectory_kernel = adaptive_trajectory
 
 
 def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
@@ -96,25 +88,6 @@ def largest_step(points: np.ndarray, options: Options) -> np.ndarray:
 def rounding(p: Parameters, options: Options) -> float:
     """Relative speed [m/s] below which the method rounds a cusp of the law."""
     return float(rounding_speed(p, options.rtol))
-
-
-def trajectory(
-    point: np.ndarray,
-    options: Options,
-    start: np.ndarray,
-    per_period: int,
-    samples: np.ndarray,
-    stream: np.ndarray | None = None,
-) -> int:
-    """Compute a sampled trajectory and return the Status as an integer.
-
-    `point` (parameters,); `start` (width,) the state at phase 0; `samples`
-    (periods*per_period + 1, width) receives (x, v, phi, ...) at equal intervals; `stream`, from
-    `trajectories.new_stream`, holds the random numbers of stochastic noise and is advanced.
-    """
-    kernel = adaptive_trajectory(options.physics)
-    numbers = new_stream() if stream is None else stream
-    return int(kernel(point, options.settings(), start, per_period, numbers, samples))
 
 
 def orbits(
@@ -168,10 +141,13 @@ def orbits(
     finals[:], ends = orbits.begins, queue.states.copy()
     for states in (finals, ends):
         conversion_of(physics).restore_states(points, states)
-    write_results = row_kernels(physics).write_results
-    write_results(points, queue, orbits, finals, ends, options.settings().rtol, results)
+    rtol = options.settings().rtol
+    measured = measured_of(points, queue, orbits, finals, ends, rtol, physics)
+    write_results(points, measured, results)
     for rows, watched in aperiodic:
-        _write_aperiodic(points, queue, rows, watched, results, finals)
+        periods = (queue.counts[rows, HALVES] + 1) // 2
+        results[rows] = aperiodic_rows(points[rows], watched, periods)
+        finals[rows] = watched.ends
 
 
 def stochastic_walk(
@@ -348,20 +324,6 @@ def _after_watching(walk: TangentWalk, watched: Watched) -> Queue:
     return queue
 
 
-def _write_aperiodic(
-    points: np.ndarray,
-    queue: Queue,
-    rows: np.ndarray,
-    watched: Watched,
-    results: np.ndarray,
-    finals: np.ndarray,
-) -> None:
-    """Write the rows (m,) that are aperiodic; other arrays as in `orbits`."""
-    own = np.empty((len(rows), results.shape[1]))
-    write_aperiodic(points[rows], watched, (queue.counts[rows, HALVES] + 1) // 2, own)
-    results[rows], finals[rows] = own, watched.ends
-
-
 def _spreads(
     points: np.ndarray, queue: Queue, begins: np.ndarray, measuring: Pass, physics: Physics
 ) -> np.ndarray:
@@ -375,34 +337,3 @@ def _spreads(
         periods = np.where(cycles % 2 == 1, cycles, cycles // 2)
         spreads[rows] = spreads_of(AdaptiveWalk(points[rows], part, measuring, physics), periods)
     return spreads
-
-
-def end_states(
-    points: np.ndarray, periods: int, options: Options
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the states of trajectories a number of drive periods after their starts.
-
-    Parameters
-    ----------
-    points
-        (n, parameters) in SI units, in the order of `Parameters._fields`.
-    periods
-        Drive periods to integrate.
-    options
-        `rtol`, `max_steps`, `friction`.
-
-    Returns
-    -------
-    states
-        (n, width): x [m], v [m/s], ln(phi) ...; unless the status is ok, where the lane stopped.
-    steps
-        (n,) attempted steps.
-    statuses
-        (n,) the Status of each, as an integer.
-    """
-    settings, queue = options.settings(), reduced_queue(points, options.physics)
-    queue.counts[:, CYCLE] = 2 * periods
-    task = Pass(TRAVEL, settings.rtol, settings.rtol, 0, settings.max_steps, False)
-    work_through(queue, task, options.physics)
-    conversion_of(options.physics).restore_states(points, queue.states)
-    return queue.states[:, :-1], queue.counts[:, ATTEMPTED], queue.counts[:, OUTCOME]

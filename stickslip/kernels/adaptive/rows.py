@@ -22,12 +22,10 @@ from stickslip.measure.accumulate import (
 from stickslip.measure.results import (
     Measured,
     RecordUnits,
-    amplitudes_of,
     relative_difference,
-    write_failure,
-    write_result,
     write_whole_orbit,
 )
+from stickslip.measure.window import amplitudes_of
 from stickslip.model import film, solids
 from stickslip.model.models import model_of
 from stickslip.numerics.adaptive import OK
@@ -140,10 +138,9 @@ class RowKernels(NamedTuple):
     orbit: by the change of the extrema with the offset or, if no melting blurs them, by the
     difference of the two measurements."""
 
-    write_results: Any
-    """(points, queue, orbits, begins, ends, rtol, results): write the result rows (n, columns) of
-    points that were settled and measured twice; `begins` and `ends` (n, width + 1) the states
-    (x, v, psi, ...) before and after the finer measurement, in SI units."""
+    write_errors: Any
+    """(points, queue, orbits, rtol, records, errors): write the records (n, RECORD) of whole orbits
+    in SI units, and the errors (n,) of their amplitudes."""
 
 
 def row_kernels(physics: Physics) -> RowKernels:
@@ -174,23 +171,19 @@ def _row_kernels(physics: Physics) -> RowKernels:
                 differ = solid and relative_difference(p, other, record) > _APART * rtol
                 off[i] = differ or error > rtol
 
-    def write_results(
+    def write_errors(
         points: np.ndarray,
         queue: Queue,
         orbits: Orbits,
-        begins: np.ndarray,
-        ends: np.ndarray,
         rtol: float,
-        results: np.ndarray,
+        records: np.ndarray,
+        errors: np.ndarray,
     ) -> None:
-        record, other = np.empty(RECORD), np.empty(RECORD)
-        astray = np.zeros(width)
+        other, astray = np.empty(RECORD), np.zeros(width)
         for i in range(points.shape[0]):
-            counts, cycle = queue.counts[i], queue.counts[i, CYCLE]
-            if counts[OUTCOME] != OK:
-                write_failure(results[i], (counts[HALVES] + 1) // 2, counts[OUTCOME])
+            if queue.counts[i, OUTCOME] != OK:
                 continue
-            p, begin, end = parameters_of(points[i]), begins[i], ends[i]
+            p, cycle, record = parameters_of(points[i]), queue.counts[i, CYCLE], records[i]
             own = own_units(p)
             write_whole_orbit(queue.measured[i], own, cycle, record)
             write_whole_orbit(orbits.coarse[i], own, cycle, other)
@@ -207,21 +200,40 @@ def _row_kernels(physics: Physics) -> RowKernels:
                 p, fine, record, slopes, orbits.shifts[i], own, cycle
             )
             error += _error_of_displacement(p, fine, record, slopes, orbits.offsets[i], own, cycle)
-            measured = Measured(
-                record=record,
-                cycle=cycle,
-                begin=(begin[0], begin[1]),
-                end=(end[0], end[1]),
-                symmetric=orbits.symmetric[i],
-                amplitudes=amplitudes_of(record),
-                error=error if math.isfinite(error) else _UNKNOWN,
-                spreads=(orbits.spreads[i, 0], orbits.spreads[i, 1]),
-                multiplier=orbits.multipliers[i],
-                exponent=np.nan,
-                periods=(counts[HALVES] + cycle + 1) // 2,
-                status=OK,
-            )
-            write_result(p, measured, results[i])
+            errors[i] = error if math.isfinite(error) else _UNKNOWN
 
-    kernels = (write_off_the_orbit, write_results)
+    kernels = (write_off_the_orbit, write_errors)
     return RowKernels(*(named_kernel(f"{k.__name__}[{physics}]", k) for k in kernels))
+
+
+def measured_of(
+    points: np.ndarray,
+    queue: Queue,
+    orbits: Orbits,
+    begins: np.ndarray,
+    ends: np.ndarray,
+    rtol: float,
+    physics: Physics,
+) -> Measured:
+    """Return what the result rows of points are made of, settled and measured twice or not.
+
+    `begins` and `ends` (n, width + 1) are the states (x, v, psi, ...) before and after the finer
+    measurement, in SI units; the others as in `RowKernels`.
+    """
+    n, halves, cycles = len(points), queue.counts[:, HALVES], queue.counts[:, CYCLE]
+    statuses, records, errors = queue.counts[:, OUTCOME], np.zeros((n, RECORD)), np.zeros(n)
+    row_kernels(physics).write_errors(points, queue, orbits, rtol, records, errors)
+    return Measured(
+        records=records,
+        cycles=cycles,
+        begins=begins,
+        ends=ends,
+        symmetric=orbits.symmetric,
+        amplitudes=amplitudes_of(records),
+        errors=errors,
+        spreads=orbits.spreads,
+        multipliers=orbits.multipliers,
+        exponents=np.full(n, np.nan),
+        periods=(halves + np.where(statuses == OK, cycles, 0) + 1) // 2,
+        statuses=statuses,
+    )

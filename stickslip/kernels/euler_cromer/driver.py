@@ -15,14 +15,10 @@ from stickslip.kernels.families import FamilyKernel, families
 from stickslip.kernels.fastest_rates import largest_stable_step
 from stickslip.kernels.plain_iteration import orbits as plain
 from stickslip.kernels.plain_iteration.motions import WIDTH
-from stickslip.kernels.trajectories import new_stream
 from stickslip.options import NO_NOISE, Options
 from stickslip.parameters import Parameters
 
-
-def compile_shared(options: Options) -> None:
-    """Compile or load everything that all points need, including the adaptive reference orbits."""
-    plain.compile_shared(March, options)
+trajectory_kernel = euler_cromer_trajectory
 
 
 def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
@@ -52,23 +48,9 @@ def stochastic_walk(
 ) -> Any:
     """Return motions with stochastic noise; arguments as in `adaptive.driver.stochastic_walk`."""
     # Imported here since only stochastic films need it.
-    from stickslip.kernels.euler_cromer.stochastic_walk import StochasticWalk
+    from stickslip.kernels.euler_cromer.stochastic_walk import make_stochastic_walk
 
-    return StochasticWalk(points, starts, streams, options)
-
-
-def trajectory(
-    point: np.ndarray,
-    options: Options,
-    start: np.ndarray,
-    per_period: int,
-    samples: np.ndarray,
-    stream: np.ndarray | None = None,
-) -> int:
-    """Compute a sampled trajectory; arguments as in `adaptive.driver.trajectory`."""
-    kernel = euler_cromer_trajectory(options.physics)
-    numbers = new_stream() if stream is None else stream
-    return int(kernel(point, options.settings(), start, per_period, numbers, samples))
+    return make_stochastic_walk(points, starts, streams, options)
 
 
 def orbits(

@@ -21,8 +21,6 @@ _NOISE = Parameters._fields.index("noise_intensity")
 # Steps of all lanes together between two returns to the interpreter: a tenth of a second.
 _AT_A_TIME = 2**20
 
-_UNLIMITED = 2**62
-
 
 class March:
     """The motions of points: a `motions.March` that can also cover part of a period.
@@ -74,19 +72,12 @@ class March:
         """Clear the records of the points with the indices `which` (m,)."""
         clear_records(self.tasks.rows, which)
 
-    def march(self, measured: bool = False, budget: int | None = None) -> int:
-        """Advance the started points by at most `budget` steps of all lanes.
-
-        Returns the unused budget; if it is 0 there may be more to do: call it again. The statuses
-        in `tasks.status` are PENDING, OK at the end, or DIVERGED.
-        """
-        left = _UNLIMITED if budget is None else budget
+    def march(self, measured: bool = False) -> None:
+        """Take the started points to their ends; the status of each is then OK or DIVERGED."""
         for family, noisy, queue in self._families():
             march = march_kernel(family, noisy, measured)
-            while left > 0 and np.any(self.tasks.status[queue] == PENDING):
-                share = min(left, _AT_A_TIME)
-                left -= share - march(self.tasks, queue, share)
-        return left
+            while np.any(self.tasks.status[queue] == PENDING):
+                march(self.tasks, queue, _AT_A_TIME)
 
     def _families(self) -> Iterator[tuple[Family, bool, np.ndarray]]:
         """Yield groups of points that share a kernel: family, whether there is noise, indices."""

@@ -1,26 +1,17 @@
-"""Kernels that feed the search with periods of fixed steps, and that write result rows."""
+"""Kernels that feed the search with periods of fixed steps, and that compare records."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from stickslip.compiled.decorators import inline, kernel
 from stickslip.kernels.adaptive.states import state_functions
-from stickslip.kernels.plain_iteration.comparison import Known
 from stickslip.kernels.points import parameters_of
-from stickslip.measure.results import (
-    Measured,
-    amplitudes_of,
-    relative_difference,
-    write_failure,
-    write_result,
-)
+from stickslip.measure.results import relative_difference
 from stickslip.model.scaling import units_of
 from stickslip.model.state import STATE, State
-from stickslip.numerics.adaptive import OK
 from stickslip.numerics.periodic import search
 
 _UNLIMITED = 2**62
@@ -69,43 +60,11 @@ def judge(
         verdicts[i], _, _ = search.judge(memories[i], z, tolerance, 0.0, _UNLIMITED)
 
 
-class Orbits(NamedTuple):
-    """Orbits measured over whole cycles; all in SI units.
-
-    `cycles`, `periods` and `statuses` (n,); `begins` and `ends` (n, 3) the states (x, v, phi)
-    before and after; `records` (n, RECORD); `spreads` (n, 2) of stress and force.
-    """
-
-    cycles: np.ndarray
-    periods: np.ndarray
-    statuses: np.ndarray
-    begins: np.ndarray
-    ends: np.ndarray
-    records: np.ndarray
-    spreads: np.ndarray
-
-
 @kernel
-def write_results(points: np.ndarray, orbits: Orbits, known: Known, results: np.ndarray) -> None:
-    """Write the result rows (n, columns) of points (n, parameters)."""
-    for i in range(results.shape[0]):
-        if orbits.statuses[i] != OK:
-            write_failure(results[i], orbits.periods[i], orbits.statuses[i])
-            continue
-        p, begin, end = parameters_of(points[i]), orbits.begins[i], orbits.ends[i]
-        record = orbits.records[i]
-        measured = Measured(
-            record=record,
-            cycle=2 * orbits.cycles[i],
-            begin=(begin[0], begin[1]),
-            end=(end[0], end[1]),
-            symmetric=known.symmetric[i],
-            amplitudes=amplitudes_of(record),
-            error=_AMPLITUDE_PART * relative_difference(p, record, known.records[i]),
-            spreads=(orbits.spreads[i, 0], orbits.spreads[i, 1]),
-            multiplier=known.multipliers[i],
-            exponent=np.nan,
-            periods=orbits.periods[i],
-            status=OK,
-        )
-        write_result(p, measured, results[i])
+def write_errors(
+    points: np.ndarray, records: np.ndarray, references: np.ndarray, errors: np.ndarray
+) -> None:
+    """Write the errors (n,) of amplitudes from `records` (n, RECORD) and those of `references`."""
+    for i in range(points.shape[0]):
+        difference = relative_difference(parameters_of(points[i]), records[i], references[i])
+        errors[i] = _AMPLITUDE_PART * difference

@@ -11,32 +11,24 @@ import numpy as np
 
 from stickslip.kernels.adaptive import driver as adaptive
 from stickslip.kernels.families import FamilyKernel
-from stickslip.kernels.observation import Watched, spreads_of, watch, write_aperiodic
+from stickslip.kernels.observation import Watched, aperiodic_rows, spreads_of, watch
 from stickslip.kernels.plain_iteration import judging
 from stickslip.kernels.plain_iteration.comparison import settle_from
 from stickslip.kernels.plain_iteration.motions import NOT_STATIONARY, WIDTH, MakeMarch, Motions
 from stickslip.kernels.plain_iteration.plain_walk import PENDING, PlainWalk
 from stickslip.kernels.plain_iteration.starts import write_finals
-from stickslip.kernels.points import final_columns
+from stickslip.kernels.points import write_results
+from stickslip.measure.results import Measured
+from stickslip.measure.window import amplitudes_of
 from stickslip.numerics.adaptive import OK
 from stickslip.numerics.periodic import search
 from stickslip.options import Options
-from stickslip.parameters import Parameters
 from stickslip.status import Status
-from stickslip.variables import RESULT_COLUMNS
 
 APERIODIC = int(Status.APERIODIC)
 
 # Points at a time: a search keeps 15 kB for each.
 POINTS_AT_A_TIME = 2048
-
-
-def compile_shared(make_march: MakeMarch, options: Options) -> None:
-    """Compile or load everything that all points need, including the adaptive method's part."""
-    no_points, columns = np.empty((0, len(Parameters._fields))), final_columns(options.physics)
-    adaptive.compile_shared(options)
-    results, finals = (np.empty((0, len(names))) for names in (RESULT_COLUMNS, columns))
-    write_orbits(make_march, no_points, options, finals, results, finals)
 
 
 def reference_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
@@ -82,14 +74,27 @@ class _Search:
         ends, records = self.march.states(), self.march.records()
         write_finals(self.points, begins, finals)
         known = settle_from(self.points, finals, self.status, self.options)
-        orbits = judging.Orbits(
-            cycles, periods, self.status, begins, ends, records, self._spreads(cycles)
+        records[self.status != OK] = 0.0  # what a march left there that did not come to its end
+        errors = np.empty(len(self.points))
+        judging.write_errors(self.points, records, known.records, errors)
+        measured = Measured(
+            records=records,
+            cycles=2 * cycles,
+            begins=begins,
+            ends=ends,
+            symmetric=known.symmetric,
+            amplitudes=amplitudes_of(records),
+            errors=errors,
+            spreads=self._spreads(cycles),
+            multipliers=known.multipliers,
+            exponents=np.full(len(self.points), np.nan),
+            periods=periods,
+            statuses=self.status,
         )
-        judging.write_results(self.points, orbits, known, results)
+        write_results(self.points, measured, results)
         for rows, watched in aperiodic:
-            own = np.empty((len(rows), results.shape[1]))
-            write_aperiodic(self.points[rows], watched, periods[rows], own)
-            results[rows], finals[rows] = own, watched.ends
+            results[rows] = aperiodic_rows(self.points[rows], watched, periods[rows])
+            finals[rows] = watched.ends
 
     def _settle(self) -> list[tuple[np.ndarray, Watched]]:
         """Bring the points to their orbits; return rows and records of the aperiodic ones."""

@@ -44,12 +44,6 @@ def test_a_pass_in_portions_gives_the_same_bits(mode: int) -> None:
             np.testing.assert_array_equal(ours, theirs, strict=True)
 
 
-def test_a_queue_without_points_is_done_at_once() -> None:
-    task = passes.Pass(passes.SETTLE, 1e-4, 1e-4, 400, 1_000_000, True)
-    queue = queues.reduced_queue(np.empty((0, 20)), LAW)
-    assert passes.pass_kernel(PSEUDOPLASTIC)(queue, passes.new_lanes(3), task, 1) == 0
-
-
 def test_points_that_have_failed_take_part_in_no_further_pass() -> None:
     points = rows("temperature", [200.0, 210.0, 220.0])
     queue = queues.reduced_queue(points, LAW)

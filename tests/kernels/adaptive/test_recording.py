@@ -12,14 +12,6 @@ from hypothesis import strategies as st
 from stickslip.kernels.adaptive.recording import NODES, WEIGHTS, vertex
 
 
-@pytest.mark.parametrize("at", [-0.3, 0.0, 0.01, 0.37, 0.5, 0.9, 1.4])
-@pytest.mark.parametrize("bend", [3.0, -2.0])
-def test_the_vertex_of_a_parabola_is_exact(at: float, bend: float) -> None:
-    nodes = NODES[:3]
-    values = (1.0 + bend * (x - at) ** 2 for x in nodes)
-    assert vertex(*nodes, *values) == pytest.approx(at, abs=1e-13)
-
-
 @given(
     st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3, unique=True),
     st.floats(-2.0, 2.0),

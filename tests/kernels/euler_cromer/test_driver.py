@@ -14,6 +14,9 @@ from stickslip.kernels.plain_iteration import orbits as plain
 from stickslip.measure.accumulate import ABSOLUTE_WORK, BLOCK_WORK, FORCE_MAX, STRESS_MAX
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
+from stickslip.variables import RESULT_COLUMNS
+
+PERIODS = RESULT_COLUMNS.index("periods_integrated")
 
 
 @pytest.mark.parametrize("changes", [{}, {"angular_frequency": 38.0}, {"temperature": 300.0}])
@@ -125,6 +128,17 @@ def test_a_step_budget_covers_the_measurement() -> None:
     np.testing.assert_array_equal(same.row, enough.row)
     short = orbits(row(**ORBITS[0]), **COARSE, stationary_rtol=1e-4, max_steps=steps - 1)
     assert short.status == Status.STEP_LIMIT
+
+
+def test_points_start_by_themselves_or_where_they_are_told() -> None:
+    points, options = np.array([row(**ORBITS[0])] * 2), Options(**COARSE, stationary_rtol=1e-4)
+    results, finals = compute_orbits(points, options)
+    starts = np.array([np.full_like(finals[0], np.nan), finals[1]])
+    again, _ = compute_orbits(points, options, starts)
+    np.testing.assert_array_equal(again[0], results[0])
+    fewer, more = again[1, PERIODS], results[1, PERIODS]
+    assert 3 <= fewer < more  # it is on its orbit from the beginning
+    np.testing.assert_allclose(again[1, :2], results[1, :2], rtol=1e-3)
 
 
 def test_a_block_of_points_at_a_time_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

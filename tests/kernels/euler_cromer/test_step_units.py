@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pytest
-from support.extra_parameters import UNITS, VALUE, extra_values
 from support.parameters import random_parameters
 from support.reduced import step_parameters_of
 
 from stickslip.kernels.euler_cromer.step_units import (
     StepParameters,
-    from_lane,
     step_units,
     step_values,
     to_lane,
@@ -122,12 +119,6 @@ def test_a_film_that_is_always_solid_never_melts(law: str) -> None:
     assert lane_of(law, p, 1000).own.melted < 0.0
 
 
-def test_states_come_back_from_their_units(law: str) -> None:
-    for lane in lanes(law, 5):
-        y = 1e-7, -3e-6, 0.2
-        assert from_lane(lane.units, to_lane(lane.units, y)) == pytest.approx(y, rel=1e-14, abs=0)
-
-
 def test_a_lane_without_elasticity_has_finite_units_and_no_elastic_stress(law: str) -> None:
     lane = lane_of(law, Parameters(elastic_coefficient=0.0), 1000)
     limits = ("soft", "hard")  # there is one solid: no limits of a second
@@ -138,62 +129,3 @@ def test_a_lane_without_elasticity_has_finite_units_and_no_elastic_stress(law: s
     B = film_melting_function(lane.values, 0.3)
     heating = film.heating(lane.p) * lane.p.kinetic_coefficient / lane.p.angular_frequency
     assert pytest.approx(heating * lane.own.angular_frequency, rel=1e-12, abs=0) == B
-
-
-def test_a_mirrored_drive_has_the_same_lane(law: str) -> None:
-    for lane in lanes(law, 5):
-        mirrored = lane.p._replace(drive_amplitude=-lane.p.drive_amplitude)
-        other = lane_of(law, mirrored, round(2 * math.pi / lane.own.angular_frequency))
-        assert other.own == lane.own
-        turned = ("length", "speed", "force", "strain", "stress")
-        assert other.units == tuple(
-            -unit if name in turned else unit for name, unit in lane.units._asdict().items()
-        )
-
-
-def test_the_rheological_index_can_be_a_literal(law: str) -> None:
-    own = step_parameters_of(Parameters(rheological_index=0.3), 1000, law)
-    general, literal = step_values(None)(own), step_values(-2 / 3)(own)
-    assert literal.rheological_index == -2 / 3
-    assert general.rheological_index == 0.3
-    assert literal._replace(rheological_index=0.3) == general
-    assert literal.angular_frequency == own.angular_frequency
-
-
-STEPS = 5000
-P = random_parameters(np.random.default_rng(12), -2 / 3)._replace(drive_amplitude=-3e-7)
-
-
-def expected_extra() -> dict[str, float]:
-    """An extra parameter of each unit in the units of a lane: time a step, length by the area."""
-    units = step_units(P, STEPS)
-    dt = 2 * math.pi / P.angular_frequency / STEPS
-    length = P.contact_area * abs(units.stress) * dt**2 / P.block_mass
-    return {
-        "1": VALUE,
-        "kg": VALUE / P.block_mass,
-        "K": VALUE * 2 * P.thermal_coefficient * P.kinetic_coefficient * dt,
-        "N": VALUE / P.block_mass * dt**2 / length,
-        "N s m-1": VALUE / P.block_mass * dt,
-        "Pa s": VALUE / abs(units.stress) * length / P.film_thickness / dt,
-        "rad s-1": VALUE * dt,
-        "Pa": VALUE / abs(units.stress),
-        "J m-3": VALUE * P.kinetic_coefficient * dt,
-        "N m-1": VALUE / P.block_mass * dt**2,
-        "s-1": VALUE * dt,
-        "m s-1": VALUE / length * dt,
-        "m": VALUE / length,
-        "s": VALUE / dt,
-    }
-
-
-@pytest.mark.stress
-def test_an_extra_parameter_of_any_unit_of_the_table_is_scaled_by_its_unit(tmp_path: Path) -> None:
-    imports = (
-        "from stickslip.kernels.euler_cromer.step_units import step_values\n"
-        "from support.reduced import step_parameters_of"
-    )
-    expression = f'step_values(-0.5)(step_parameters_of(p, {STEPS}, "power-law"))'
-    found = extra_values(tmp_path, imports, expression, P)
-    assert set(found) == set(UNITS)
-    assert found == pytest.approx(expected_extra(), rel=1e-12, abs=0)

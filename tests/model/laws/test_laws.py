@@ -6,7 +6,6 @@ these belong into FLUIDS.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from typing import NamedTuple
 
@@ -82,12 +81,6 @@ def test_a_laws_own_parameters_change_its_stress(law: FrictionLaw) -> None:
         assert law.stress(changed, 3e-6, PHI) != law.stress(p, 3e-6, PHI)
 
 
-def test_every_field_but_the_optional_ones_is_given(law: FrictionLaw) -> None:
-    fields = {field.name for field in dataclasses.fields(law)}
-    for name in fields - {"name", "scaled", "parameters", "special_indices"}:
-        assert callable(getattr(law, name))
-
-
 # --- the exact law -------------------------------------------------------------------------------
 
 
@@ -101,11 +94,6 @@ def test_the_stress_is_odd_bit_for_bit_and_has_the_sign_of_the_slip(fluid: Fluid
         stress = fluid.stress(u)
         assert stress > 0
         assert fluid.stress(-u) == -stress
-
-
-def test_the_slope_is_even_bit_for_bit(fluid: Fluid) -> None:
-    for u in SPEEDS:
-        assert slope(fluid, -u) == slope(fluid, u)
 
 
 def test_the_stress_does_not_fall_with_the_slip(fluid: Fluid) -> None:
@@ -229,13 +217,3 @@ def test_the_nondimensional_stress_is_the_original_in_other_units(fluid: Fluid) 
     for u in (-2.0, 1e-3, 1.0, 30.0):
         expected = fluid.stress(u * unit.speed) / unit.stress
         assert fluid.law.stress(q, u, PHI) == pytest.approx(expected, rel=1e-12, abs=0), SCALED
-
-
-@pytest.mark.parametrize("u", [-1e-5, -1e-18, 0.0, 3e-9, 8e-6])
-def test_compiled_and_plain_python_agree(fluid: Fluid, u: float) -> None:
-    for function in (fluid.law.stress, fluid.law.stable_slope):
-        plain = function.py_func(fluid.p, u, PHI)
-        assert function(fluid.p, u, PHI) == pytest.approx(plain, rel=1e-14, abs=0)
-    rounded = fluid.law.rounded
-    plain = rounded.py_func(fluid.p, u, PHI, U_S)
-    assert rounded(fluid.p, u, PHI, U_S) == pytest.approx(plain, rel=1e-14, abs=0)

@@ -5,7 +5,6 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.differences import slope_of
 
 from stickslip.model.laws.power_law import (
     LAW,
@@ -64,21 +63,6 @@ def test_the_special_indices_agree_with_the_general_power(gamma: float, u: float
     assert viscous_stress(fluid(gamma), u, PHI) == pytest.approx(power, rel=1e-14 + rounding, abs=0)
 
 
-@pytest.mark.parametrize("gamma", SPECIAL)
-def test_the_stress_is_continuous_in_the_index_at_the_special_ones(gamma: float) -> None:
-    special = viscous_stress(fluid(gamma), 3e-6, PHI)
-    for neighbour in (math.nextafter(gamma, -1.0), math.nextafter(gamma, 1.0)):
-        assert viscous_stress(fluid(neighbour), 3e-6, PHI) == pytest.approx(
-            special, rel=1e-14, abs=0
-        )
-
-
-def test_the_slope_at_rest_is_infinite_for_a_pseudoplastic_fluid_as_far_as_floats_go() -> None:
-    assert slope(fluid(-2 / 3), 0.0) > 1e60
-    newtonian = slope(fluid(0.0), 0.0)
-    assert newtonian == pytest.approx(K_VISCOUS / H, rel=1e-15, abs=0)
-
-
 @pytest.mark.parametrize("gamma", INDICES)
 def test_only_a_pseudoplastic_fluid_has_a_cusp(gamma: float) -> None:
     assert bool(LAW.has_cusp(fluid(gamma))) == (gamma < 0)
@@ -120,19 +104,6 @@ def test_the_stated_change_is_no_exaggeration(gamma: float) -> None:
     bound = 0.5 * abs(gamma) * (U_S / u) ** 2
     change = 1 - rounded(u, gamma)[0] / viscous_stress(fluid(gamma), u, PHI)
     assert change == pytest.approx(bound, rel=2e-3, abs=0)
-
-
-@given(u=st.floats(-100.0, 100.0), gamma=st.floats(-0.999, 0.0) | st.sampled_from(THINNING))
-def test_the_rounded_slope_is_the_derivative_of_the_rounded_stress(u: float, gamma: float) -> None:
-    u *= U_S
-    step = 1e-3 * math.hypot(u, U_S)
-
-    def stress(u: float) -> float:
-        return rounded(u, gamma)[0]
-
-    difference = slope_of(stress, u, step)
-    noise = 1e-14 * 40 * max(abs(stress(u - 2 * step)), abs(stress(u + 2 * step))) / step
-    assert rounded(u, gamma)[1] == pytest.approx(difference, rel=1e-9, abs=noise)
 
 
 @pytest.mark.parametrize("gamma", THINNING)

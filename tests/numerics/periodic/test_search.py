@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from support import maps
 from support.maps import LIMIT, START, TOL, State, cyclic, linear, new_memory, noisy, pitchfork
-from support.marks import one_then
 
 from stickslip.numerics.periodic import search
 
@@ -360,17 +359,3 @@ def test_an_asymmetric_orbit_settles_as_itself_and_not_as_its_mirror_image() -> 
         found = maps.find(S, tuple(points[begin].tolist()))
         assert found.applications % 2 == 0
         np.testing.assert_allclose(found.z, points[begin], atol=TOL)
-
-
-@pytest.mark.parametrize("width", one_then("stress", [4, 2, 3]))
-def test_states_of_another_width_are_searched_as_well(width: int, per_period: int) -> None:
-    memory = np.zeros(1, search.memory_of(width))[0]
-    limit = np.arange(1.0, width + 1.0)
-    z = np.zeros(width)
-    search.start(memory, tuple(z.tolist()), per_period, False, False, False)
-    verdict = search.GO_ON
-    while verdict == search.GO_ON:
-        z = limit + 0.5 * (z - limit)
-        verdict, _, _ = search.judge(memory, tuple(z.tolist()), TOL, 0.0, 200)
-    assert verdict == search.SETTLED
-    np.testing.assert_allclose(z, limit, atol=1.01 * TOL)

@@ -163,8 +163,8 @@ RECIPES = {
         ),
         Edit(
             "stickslip/measure/results.py",
-            "        status=float(m.status),\n",
-            "        dissipated_work=m.record[DISSIPATED_WORK],\n",
+            "        status=float(m.statuses[i]),\n",
+            "        dissipated_work=m.records[i, DISSIPATED_WORK],\n",
         ),
         Edit(
             "stickslip/measure/results.py",
@@ -255,8 +255,8 @@ RECIPES = {
         ),
         Edit(
             "stickslip/measure/results.py",
-            "        status=float(m.status),\n",
-            "        friction_work=m.record[ABSOLUTE_WORK],\n",
+            "        status=float(m.statuses[i]),\n",
+            "        friction_work=m.records[i, ABSOLUTE_WORK],\n",
         ),
     ],
     "method": [

@@ -10,6 +10,7 @@ from stickslip import Options, Parameters
 from stickslip.kernels.adaptive import rows
 from stickslip.kernels.adaptive.passes import new_queue
 from stickslip.kernels.fastest_rates import fastest_rate
+from stickslip.kernels.points import write_results
 from stickslip.kernels.trajectories import observables_kernel
 
 physics = Options(friction=sys.argv[1]).physics
@@ -29,4 +30,5 @@ orbits = rows.Orbits(
     np.zeros((1, 3)),
 )
 states, results = np.zeros((1, 4)), np.zeros((1, 30))
-rows.row_kernels(physics).write_results(points, queue, orbits, states, states, 1e-6, results)
+measured = rows.measured_of(points, queue, orbits, states, states, 1e-6, physics)
+write_results(points, measured, results)

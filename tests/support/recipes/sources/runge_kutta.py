@@ -36,7 +36,7 @@ from stickslip.model.solids import Thresholds
 from stickslip.model.state import State
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
 from stickslip.numerics.linear import algebra
-from stickslip.options import Options, Physics
+from stickslip.options import Options, Physics, Settings
 from stickslip.parameters import Parameters
 
 # ln(phi) comes back to the level of the noise at twice the rate of phi.
@@ -117,7 +117,7 @@ class Kernels(NamedTuple):
     returns `outcomes` (m,)."""
 
     trajectory: Any
-    """(point, dt, budget, start, per_period, samples): as `trajectory`."""
+    """(point, settings, start, per_period, stream, samples): as `adaptive_trajectory`."""
 
 
 @kernel_factory
@@ -148,21 +148,21 @@ def kernels_of(physics: Physics) -> Kernels:
 
     def trajectory(
         point: np.ndarray,
-        dt: float,
-        budget: int,
+        settings: Settings,
         start: np.ndarray,
         per_period: int,
+        stream: np.ndarray,
         samples: np.ndarray,
     ) -> int:
         p, nothing = parameters_of(point), np.empty(0)
         spacing, y = drive.period(p) / per_period, relative_state(p, 0.0, of_row(start))
-        count = math.ceil(spacing / dt)
+        count = math.ceil(spacing / settings.dt)
         for i in range(samples.shape[0]):
             t, row = (i % per_period) * spacing, samples[i]
             row[0], row[1], row[2] = relative_state(p, t, y)
             row[2] = math.exp(row[2])
             if i + 1 < samples.shape[0]:
-                if (i + 1) * count > budget:
+                if (i + 1) * count > settings.max_steps:
                     return STEP_LIMIT
                 y, finite = steps_from(p, t, spacing / count, count, y, False, nothing)
                 if not finite:
@@ -230,11 +230,6 @@ class March:
         return records
 
 
-def compile_shared(options: Options) -> None:
-    """As `adaptive.driver.compile_shared`."""
-    plain.compile_shared(March, options)
-
-
 def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
     """As `adaptive.driver.family_kernels`; one kernel of its own for all fluids."""
     yield from plain.reference_kernels(kinds, options)
@@ -254,17 +249,9 @@ def rounding(p: Parameters, options: Options) -> float:
     return 0.0
 
 
-def trajectory(
-    point: np.ndarray,
-    options: Options,
-    start: np.ndarray,
-    per_period: int,
-    samples: np.ndarray,
-    stream: np.ndarray | None = None,
-) -> int:
-    """As `adaptive.driver.trajectory`; the time between two samples is divided evenly."""
-    settings, march = options.settings(), kernels_of(options.physics).trajectory
-    return int(march(point, settings.dt, settings.max_steps, start, per_period, samples))
+def trajectory_kernel(physics: Physics) -> Any:
+    """As `adaptive_trajectory`; the time between two samples is divided evenly."""
+    return kernels_of(physics).trajectory
 
 
 def orbits(
