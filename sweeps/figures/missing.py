@@ -20,8 +20,8 @@ def trusted(ds: xr.Dataset, name: str) -> xr.DataArray:
     if name == "status":
         return ds[name].astype(float)
     absent = RESULTS[name].missing if name in RESULTS else np.nan
-    values = ds[name].where(ds[name] != absent)
-    return values.where(ds["status"].isin(_RESULTS)) if "status" in ds else values
+    present = ds[name] != absent
+    return ds[name].where(present & ds["status"].isin(_RESULTS) if "status" in ds else present)
 
 
 def value_range(ds: xr.Dataset, name: str, *, log: bool = False) -> tuple[float, float]:

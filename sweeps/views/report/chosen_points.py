@@ -92,11 +92,11 @@ def _both_sides(boundaries: list[Numbers], most: int) -> Numbers:
 
 def _spread(free: NDArray[np.bool_], most: int) -> Numbers:
     """Return at most `most` of the free points, evenly spread over the axes of the grid."""
-    from scipy.stats import qmc  # of no use to pages without orbits
-
     known = np.flatnonzero(free)
     if known.size <= most or most == 0:
         return known[:most]
+    from scipy.stats import qmc  # loads for long, and not every page needs it
+
     places = qmc.Halton(free.ndim, scramble=False).random(_TRIES * most) * free.shape
     numbers = np.ravel_multi_index(tuple(places.astype(np.int64).T), free.shape)
     _, first = np.unique(numbers, return_index=True)

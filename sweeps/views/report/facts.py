@@ -96,7 +96,7 @@ def fixed_parameters(ds: xr.Dataset) -> str:
     return f'<ul class="parameters">{"".join(items)}</ul>'
 
 
-def readout_table(ds: xr.Dataset, parameters: Sequence[str], variables: Sequence[str]) -> str:
+def readout_table(ds: xr.Dataset, parameters: Iterable[str], variables: Iterable[str]) -> str:
     """Return a table of the numbers of a point, which the script of the page fills in order."""
     rows = [
         f'<tr class="parameter"><th>{_called(ds, name)}</th><td></td></tr>' for name in parameters
