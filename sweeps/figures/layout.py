@@ -44,9 +44,9 @@ class Layout:
     @property
     def dims(self) -> tuple[str, ...]:
         """The dimensions that have a role."""
-        given = (self.x, self.y, self.hue, self.row, self.col)
         ways = DIRECTION if self.both_ways else None
-        return tuple(dim for dim in (*given, ways) if dim is not None)
+        dims = (self.x, self.y, self.hue, self.row, self.col, ways)
+        return tuple(dim for dim in dims if dim is not None)
 
 
 @dataclass(frozen=True)

@@ -156,9 +156,9 @@ def _comparison(motion: Motion) -> list[str]:
     differences = point.differences()
     if not differences:
         return ["The same numbers as in the file, to the last bit."]
-    told = [f"{name} is {there:.7g} in the file" for name, (there, _) in differences.items()]
-    more = f" and {len(told) - 3} more" if len(told) > 3 else ""
-    return [f"Not as in the file: {'; '.join(told[:3])}{more}.", *map(_capital, point.versions)]
+    values = [f"{name} is {stored:.7g} in the file" for name, (stored, _) in differences.items()]
+    more = f" and {len(values) - 3} more" if len(values) > 3 else ""
+    return [f"Not as in the file: {'; '.join(values[:3])}{more}.", *map(_capital, point.versions)]
 
 
 def _capital(sentence: str) -> str:

@@ -44,9 +44,8 @@ def changed_settings(config: Config) -> dict[str, dict[str, Any]]:
     default = from_mapping({})
     changed = {}
     for section in _SECTIONS:
-        usual = getattr(default, section).used()
-        given = getattr(config, section).used()
-        changed[section] = {k: v for k, v in given.items() if usual.get(k, ...) != v}
+        usual, values = (getattr(one, section).used() for one in (default, config))
+        changed[section] = {k: v for k, v in values.items() if usual.get(k, ...) != v}
     return {section: keys for section, keys in changed.items() if keys}
 
 
