@@ -140,6 +140,14 @@ def code_name(name: str, code: int) -> str:
     return words.replace("_", " ")
 
 
+def code_sentence(name: str, code: int) -> str:
+    """Return what a code of a variable means; nothing for a count."""
+    if name not in KINDS:
+        return ""
+    kinds: type[Regime] | type[Status] = Regime if name == "regime" else Status
+    return kinds(code).sentence if code in list(kinds) else "A code of another version."
+
+
 def kind_colour(name: str, code: int) -> str:
     """The colour of a kind, the same in every picture."""
     fixed: dict[int, str] = {"regime": _REGIMES, "status": _STATUSES}[name]  # type: ignore[assignment]

@@ -169,7 +169,7 @@ class Point:
     def portrait(self, periods: int | None = None) -> Figure:
         """The phase portrait of the orbit: velocity of the lower block against its displacement."""
         from sweeps.figures import draw
-        from sweeps.views.notebook import displayed
+        from sweeps.figures.save import displayed
 
         return displayed(draw(self.simulate(periods), "phase_portraits"))
 

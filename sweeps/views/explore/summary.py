@@ -24,18 +24,7 @@ _FEWEST, _MOST = 2, 7  # digits of an amplitude
 _DIGITS = 3  # of everything else
 
 # What is shown where it says something.
-_FURTHER = (
-    "amplitude_error",
-    "orbit_periods",
-    "periods_integrated",
-    "floquet_multiplier",
-    "lyapunov_exponent",
-    "melting_count",
-    "solid_fraction",
-    "asymmetry",
-    "power_balance_error",
-)
-_NAMES = {
+_FURTHER = {
     "amplitude_error": "stated relative error",
     "orbit_periods": "closes after (periods)",
     "periods_integrated": "periods integrated",
@@ -118,9 +107,9 @@ def _status(orbit: Orbit) -> str:
 
 def _table(orbit: Orbit) -> str:
     rows = [
-        f'<div>{_NAMES[name]}</div><div class="value" data-name="{name}">'
+        f'<div>{text}</div><div class="value" data-name="{name}">'
         f"{_value(name, getattr(orbit, name))}</div>"
-        for name in _FURTHER
+        for name, text in _FURTHER.items()
         if _says_something(name, getattr(orbit, name))
     ]
     return f'<div class="table">{"".join(rows)}</div>'

@@ -11,11 +11,9 @@ import xarray as xr
 from bokeh.models import ColumnDataSource
 from matplotlib.colors import to_hex
 
-from stickslip.regime import Regime
-from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.figure_table import AMPLITUDES
-from sweeps.figures.colours import Colours, code_name, colours_of
+from sweeps.figures.colours import Colours, code_name, code_sentence, colours_of
 from sweeps.figures.curves import axis_limits
 from sweeps.figures.jumps import jumps
 from sweeps.figures.labels import DIRECTIONS, Array, Quantity, shown, slice_label
@@ -29,8 +27,6 @@ from sweeps.views.symbols import as_html, plain
 
 # What a reader looks at first.
 _FIRST = (*AMPLITUDES, "regime", "status", "amplitude_error")
-
-_SENTENCES: Mapping[str, type[Regime] | type[Status]] = {"regime": Regime, "status": Status}
 
 
 def symbol_of(name: str) -> str:
@@ -88,7 +84,7 @@ def variable(ds: xr.Dataset, name: str, colours: Colours) -> dict[str, Any]:
         return about | {"legend": title + none, "ranges": ranges}
     palette, names = palette_of(colours), [code_name(name, code) for code in colours.codes]
     squares = [
-        _square(colour, text, _sentence(name, code))
+        _square(colour, text, code_sentence(name, code))
         for colour, text, code in zip(palette, names, colours.codes, strict=True)
     ]
     ends = -0.5, len(names) - 0.5
@@ -123,11 +119,6 @@ def _range(ds: xr.Dataset, name: str, *, log: bool = False) -> tuple[float, ...]
 def _square(colour: str, text: str, meaning: str) -> str:
     square = f'<i style="background:{colour}"></i>'
     return f'<span title="{escape(meaning)}">{square}{escape(text)}</span>'
-
-
-def _sentence(name: str, code: int) -> str:
-    meanings = _SENTENCES.get(name)
-    return meanings(code).sentence if meanings and code in list(meanings) else ""
 
 
 def sources(ds: xr.Dataset, variables: Mapping[str, Colours]) -> Iterator[ColumnDataSource]:
