@@ -63,7 +63,7 @@ class StickslipAccessor:
         Raises ValueError for a choice that the data do not have.
         """
         from sweeps.figures import PlotOptions, draw
-        from sweeps.views.notebook import displayed
+        from sweeps.figures.save import displayed
 
         cuts = tuple(f"{name}={value}" for name, value in (at or {}).items())
         return displayed(

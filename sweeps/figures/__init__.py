@@ -27,14 +27,12 @@ def draw(ds: xr.Dataset, figure: str | None = None, options: PlotOptions | None 
     """The picture of a dataset, drawn; `save` writes it.
 
     `ds` is a sweep result, or a trajectory along `elapsed_time` or along (axis, sample) with a 2-D
-    `elapsed_time`, which older files call `time`;
-    `figure` a key of `FIGURES`, by default `default_figure(ds)`. `options` choose the variable and
-    the axes of a sweep's picture instead of a figure by name, and the style of any.
+    `elapsed_time`; `figure` a key of `FIGURES`, by default `default_figure(ds)`. `options` choose
+    variable and axes of a sweep's picture instead of a figure by name, and the style of any.
 
     Raises ValueError for an unknown name, and for a figure that the dataset has no data for.
     """
     options = options or PlotOptions()
-    ds = ds.rename(time="elapsed_time") if "time" in ds.variables else ds
     with styled(options.style):
         picture = _chosen(ds, options) if options.asks else _named(ds, figure or default_figure(ds))
         if picture.axes:  # the table of a single point has all parameters, and no axes
@@ -63,8 +61,7 @@ def data_of(ds: xr.Dataset) -> Data:
     """Return the kind of a dataset: a trajectory, phases, or otherwise a sweep."""
     if "free_energy" in ds.variables or "melting_temperature" in ds.variables:
         return "phases"
-    times = [ds[name] for name in ("elapsed_time", "time") if name in ds.variables]
-    return "trajectory" if any(time.ndim for time in times) else "sweep"
+    return "trajectory" if "elapsed_time" in ds.variables else "sweep"
 
 
 def default_figure(ds: xr.Dataset) -> str:

@@ -104,22 +104,22 @@ class Colours:
 
 def is_discrete(ds: xr.Dataset, name: str) -> bool:
     """Tell whether a variable has few enough kinds or counts for a colour each."""
-    if name in KINDS:
-        return True
-    counts = name in RESULTS and RESULTS[name].dtype.startswith("i")
-    return counts and len(codes_in(ds, name)) <= _MOST_COUNTS
+    return name in KINDS or kinds_in(ds, name) is not None
 
 
-def codes_in(ds: xr.Dataset, name: str) -> tuple[int, ...]:
-    """The different trusted codes or counts of a variable, in order."""
+def kinds_in(ds: xr.Dataset, name: str) -> tuple[int, ...] | None:
+    """Return the trusted kinds or counts of a variable, in order; None if it has other values."""
+    if name not in RESULTS or not RESULTS[name].dtype.startswith("i"):
+        return None
     values = trusted(ds, name).values
-    return tuple(int(code) for code in np.unique(values[np.isfinite(values)]))
+    codes = tuple(int(code) for code in np.unique(values[np.isfinite(values)]))
+    return codes if name in KINDS or len(codes) <= _MOST_COUNTS else None
 
 
 def colours_of(ds: xr.Dataset, name: str, *, log: bool = False) -> Colours:
     """The colours of a variable, the same for every slice of `ds`."""
     label = shown(ds[name]).label
-    if is_discrete(ds, name) and (codes := codes_in(ds, name)):
+    if codes := kinds_in(ds, name):
         norm = BoundaryNorm(np.arange(len(codes) + 1) - 0.5, len(codes))
         return Colours(name, label, ListedColormap(_palette(name, codes)), norm, codes)
     cmap = colormaps[mpl.rcParams["image.cmap"]].with_extremes(bad=GREY)
@@ -138,6 +138,14 @@ def code_name(name: str, code: int) -> str:
     else:
         words = f"{name} {code}" if name in KINDS else str(code)
     return words.replace("_", " ")
+
+
+def code_sentence(name: str, code: int) -> str:
+    """Return what a code of a variable means; nothing for a count."""
+    if name not in KINDS:
+        return ""
+    kinds: type[Regime] | type[Status] = Regime if name == "regime" else Status
+    return kinds(code).sentence if code in list(kinds) else "A code of another version."
 
 
 def kind_colour(name: str, code: int) -> str:

@@ -15,11 +15,12 @@ from matplotlib.ticker import MaxNLocator
 
 from stickslip.variables import RESULTS
 from sweeps.figures.jumps import break_line, draw_jumps, jumps
-from sweeps.figures.labels import DIRECTION, DIRECTIONS, Array, legend_label, shown
+from sweeps.figures.labels import DIRECTIONS, Array, legend_label, shown
 from sweeps.figures.layout import MANY, Axis, Layout, axis_of, thinned
 from sweeps.figures.missing import missing_notes, missing_points, trusted, value_range
 from sweeps.figures.panels import Panel, facet_panels, label_axes
 from sweeps.figures.style import CurveStyle, curve_style, make_logarithmic, put_legend, put_note
+from sweeps.grid import DIRECTION
 
 _FEW = 20  # points that are worth a marker each
 _ROW = 0.035  # of a panel's height: one row of crosses for missing points

@@ -20,6 +20,7 @@ from stickslip.variables import (
     TRAJECTORY,
     Variable,
 )
+from sweeps.grid import DIRECTION
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -53,8 +54,7 @@ SCALES_BY_NAME = {
     "elastic_coefficient": Scale(1e-12, "TPa"),
 }
 
-# The followed axis of a sweep that goes both ways, and what its two values are called.
-DIRECTION = "direction"
+# What the two ways along a followed axis are called.
 DIRECTIONS = {"up": "upward", "down": "downward"}
 
 _LARGEST_DENOMINATOR = 12  # beyond it a fraction is no easier to read than a decimal

@@ -11,7 +11,6 @@ import xarray as xr
 
 from stickslip.variables import PARAMETERS
 from sweeps.figures.labels import (
-    DIRECTION,
     Array,
     Quantity,
     legend_label,
@@ -21,7 +20,7 @@ from sweeps.figures.labels import (
 )
 from sweeps.figures.plot_options import ROLES, PlotOptions, named_roles
 from sweeps.figures.style import CURVES
-from sweeps.grid import CASE
+from sweeps.grid import CASE, DIRECTION
 
 MANY = len(CURVES)  # an axis is long when its points would need more curves than there are styles
 MOST_FACETS = 4  # columns that still fit on a page
@@ -44,9 +43,9 @@ class Layout:
     @property
     def dims(self) -> tuple[str, ...]:
         """The dimensions that have a role."""
-        given = (self.x, self.y, self.hue, self.row, self.col)
         ways = DIRECTION if self.both_ways else None
-        return tuple(dim for dim in (*given, ways) if dim is not None)
+        dims = (self.x, self.y, self.hue, self.row, self.col, ways)
+        return tuple(dim for dim in dims if dim is not None)
 
 
 @dataclass(frozen=True)

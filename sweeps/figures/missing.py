@@ -12,7 +12,7 @@ from stickslip.variables import RESULTS
 from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.labels import shown
 
-_RESULTS = [int(status) for status in Status if status.is_result]
+RESULT_STATUSES = [int(status) for status in Status if status.is_result]
 
 
 def trusted(ds: xr.Dataset, name: str) -> xr.DataArray:
@@ -20,8 +20,10 @@ def trusted(ds: xr.Dataset, name: str) -> xr.DataArray:
     if name == "status":
         return ds[name].astype(float)
     absent = RESULTS[name].missing if name in RESULTS else np.nan
-    values = ds[name].where(ds[name] != absent)
-    return values.where(ds["status"].isin(_RESULTS)) if "status" in ds else values
+    present = ds[name] != absent
+    return ds[name].where(
+        present & ds["status"].isin(RESULT_STATUSES) if "status" in ds else present
+    )
 
 
 def value_range(ds: xr.Dataset, name: str, *, log: bool = False) -> tuple[float, float]:
@@ -43,7 +45,7 @@ def missing_points(ds: xr.Dataset, names: Sequence[str] = AMPLITUDES) -> xr.Data
         values = trusted(ds, name)
         lacking = values.isnull()
         if name not in AMPLITUDES and "status" in ds:
-            lacking = lacking & ~ds["status"].isin(_RESULTS)
+            lacking = lacking & ~ds["status"].isin(RESULT_STATUSES)
         missing = missing | lacking
     return missing
 
@@ -77,7 +79,7 @@ def _count_by_reason(
 
 
 def _reason(code: int) -> str:
-    if code in _RESULTS:
+    if code in RESULT_STATUSES:
         return "without a value"  # the file contradicts itself; say so rather than hide the gap
     if code not in list(Status):
         return f"with the unknown status {code}"

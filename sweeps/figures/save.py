@@ -40,6 +40,19 @@ def save(figure: Figure, path: Path, style: Path | None = None) -> list[Path]:
     return targets
 
 
+def displayed(figure: Figure) -> Figure:
+    """Return the figure so that a notebook shows it, although pyplot does not know it."""
+
+    def png() -> bytes:
+        stream = io.BytesIO()
+        with styled():
+            figure.savefig(stream, format="png", dpi=120)
+        return stream.getvalue()
+
+    figure._repr_png_ = png  # type: ignore[attr-defined] # IPython asks objects for it
+    return figure
+
+
 def _render(figure: Figure, suffix: str) -> bytes:
     picture = io.BytesIO()
     title = str(figure.get_label())

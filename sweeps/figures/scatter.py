@@ -16,7 +16,7 @@ from sweeps.figures.colours import Colours, colours_of, is_discrete
 from sweeps.figures.labels import Array, parameters_along, shown
 from sweeps.figures.layout import MANY, is_scattered
 from sweeps.figures.missing import missing_notes, trusted
-from sweeps.figures.plot_options import PlotOptions, slice_in_the_middle
+from sweeps.figures.plot_options import ROLES, PlotOptions, slice_in_the_middle
 from sweeps.figures.style import BLACK, make_logarithmic, new_panels, put_legend, put_note, width_of
 from sweeps.grid import CASE
 
@@ -38,8 +38,8 @@ def cases_to_scatter(ds: xr.Dataset, options: PlotOptions) -> bool:
     if ds.sizes.get(CASE, 1) == 1 or not is_scattered(ds, CASE):
         return False
     along = {CASE, *parameters_along(ds, CASE)}
-    roles = (options.x, options.y, options.hue, options.row, options.col)
-    named = {canonical_name(name) or name for name in roles if name}
+    names = (getattr(options, role) for role in ROLES)
+    named = {canonical_name(name) or name for name in names if name}
     return named <= along and (ds.sizes[CASE] > MANY or len(ds.sizes) == 1)
 
 

@@ -119,8 +119,8 @@ def styled(file: Path | None = None) -> Iterator[None]:
 
     Raises ValueError if the file is none that matplotlib understands.
     """
-    asked = {} if file is None else style_settings(file)
-    with _settings, mpl_style.context([HOUSE, asked, OUTPUT], after_reset=True):
+    own = {} if file is None else style_settings(file)
+    with _settings, mpl_style.context([HOUSE, own, OUTPUT], after_reset=True):
         yield
 
 
@@ -227,9 +227,9 @@ def put_note(figure: Figure, sentences: Sequence[str]) -> None:
     inches = figure.get_figwidth() - 2 * _MARGIN
     lines = [wrapped(figure, sentence, inches, SMALL) for sentence in sentences if sentence]
     if lines:
-        there = figure.get_supxlabel()
+        above = figure.get_supxlabel()
         _grow(figure, sum(line.count("\n") + 1 for line in lines), SMALL)
-        figure.supxlabel("\n".join([there, *lines] if there else lines), fontsize=SMALL)
+        figure.supxlabel("\n".join([above, *lines] if above else lines), fontsize=SMALL)
 
 
 def _grow(figure: Figure, lines: int, size: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -169,7 +169,7 @@ class Point:
     def portrait(self, periods: int | None = None) -> Figure:
         """The phase portrait of the orbit: velocity of the lower block against its displacement."""
         from sweeps.figures import draw
-        from sweeps.views.notebook import displayed
+        from sweeps.figures.save import displayed
 
         return displayed(draw(self.simulate(periods), "phase_portraits"))
 
@@ -213,7 +213,7 @@ def _refuse_open_axes(ds: xr.Dataset, place: Mapping[str, int]) -> None:
 def _point(chosen: xr.Dataset) -> Point:
     """The point that is left of a result."""
     try:
-        written = read_mapping(_AXES.sub("", str(chosen.attrs["config"])), _SOURCE)
+        written = _config_without_axes(str(chosen.attrs["config"]))
         values = {name: chosen[name].item() for name in PARAMETERS if name in chosen.variables}
         config = _config_of(written, values)
         return Point(
@@ -225,6 +225,12 @@ def _point(chosen: xr.Dataset) -> Point:
         )
     except ConfigError as error:
         raise PointError(f"the config of this result cannot be read:\n{error}") from None
+
+
+@lru_cache(maxsize=1)
+def _config_without_axes(text: str) -> Mapping[str, Any]:
+    """Return what a result was asked for; a report asks for many points of one result."""
+    return read_mapping(_AXES.sub("", text), _SOURCE)
 
 
 def _config_of(written: Mapping[str, Any], values: Mapping[str, float]) -> Config:
@@ -251,13 +257,13 @@ def _versions(attributes: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the differences between the file's versions and ours, a sentence each."""
     from stickslip.compiled.cache import processor
 
-    told = []
-    made_by, here = str(attributes.get("numerics_version", "0")), str(NUMERICS_VERSION)
-    if made_by != here:
-        told.append(f"it was computed by numerics version {made_by}, this is {here}")
+    reasons = []
+    version, ours = str(attributes.get("numerics_version", "0")), str(NUMERICS_VERSION)
+    if version != ours:
+        reasons.append(f"it was computed by numerics version {version}, this is {ours}")
     if processor() not in str(attributes.get("processor", processor())):
-        told.append(f"it was computed on {attributes['processor']}, this is {processor()}")
-    return tuple(told)
+        reasons.append(f"it was computed on {attributes['processor']}, this is {processor()}")
+    return tuple(reasons)
 
 
 def _in_words(chosen: xr.Dataset, fixed: Iterable[str]) -> str:

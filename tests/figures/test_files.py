@@ -16,7 +16,6 @@ from support.marks import one_then
 from support.pictures import (
     GAMMAS,
     TEMPERATURES,
-    curves,
     panels,
     sweep,
     trajectory,
@@ -24,7 +23,7 @@ from support.pictures import (
 
 from stickslip import phase_diagram
 from sweeps.figure_table import FIGURES
-from sweeps.figures import PlotOptions, default_figure, draw, obstacle, save
+from sweeps.figures import PlotOptions, draw, obstacle, save
 
 # --- files --------------------------------------------------------------------------------------
 
@@ -182,13 +181,3 @@ def test_the_table_of_figures_needs_no_matplotlib():
     code = "import sys, sweeps.figure_table; print('matplotlib' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
-
-
-def test_a_trajectory_of_an_older_file_is_drawn_as_before():
-    older = trajectory().rename(elapsed_time="time")
-    assert default_figure(older) == "time_courses"
-    for name in ("time_courses", "phase_portraits"):
-        now, then = draw(trajectory(), name), draw(older, name)
-        assert [c.get_xydata().tolist() for c in curves(panels(now)[0])] == [
-            c.get_xydata().tolist() for c in curves(panels(then)[0])
-        ]

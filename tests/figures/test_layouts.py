@@ -61,10 +61,6 @@ def test_a_nan_without_a_reason_is_told():
     assert "1 without a value" in note(draw(ds))
 
 
-def test_no_note_where_nothing_is_missing():
-    assert note(draw(sweep(temperature=TEMPERATURES))) == ""
-
-
 def test_a_point_between_two_gaps_has_a_marker():
     ds = failed(sweep(temperature=TEMPERATURES), Status.DIVERGED, temperature=[9, 11])
     (line,) = curves(panels(draw(ds))[0])

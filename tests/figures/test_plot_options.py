@@ -23,9 +23,9 @@ def chosen(ds, **options):
     return draw(ds, None, PlotOptions(**options))
 
 
-def test_a_variable_has_a_single_row_of_panels(ds):
-    figure = chosen(ds, variable="friction_force_amplitude", at=("K=3000",))
-    (axes,) = panels(figure)
+@pytest.mark.parametrize("name", ["friction_force_amplitude", "F_max"])
+def test_a_variable_has_a_single_row_of_panels(ds, name):
+    (axes,) = panels(chosen(ds, variable=name, at=("K=3000",)))
     assert axes.get_ylabel() == r"$F_\mathrm{max}$ (mN)"
     np.testing.assert_allclose(curves(axes)[0].get_ydata(), 4.768)
 
@@ -54,11 +54,6 @@ def test_several_points_of_an_axis_are_kept_with_it(ds):
     expected = ds.elastic_stress_amplitude.sel(temperature=wanted).isel(rheological_index=0) * 1e-6
     for line, values in zip(found, expected.values, strict=True):
         np.testing.assert_allclose(line.get_ydata(), values)
-
-
-def test_a_variable_may_be_named_by_its_symbol(ds):
-    (axes,) = panels(chosen(ds, variable="F_max", at=("K=3000",)))
-    assert axes.get_ylabel() == r"$F_\mathrm{max}$ (mN)"
 
 
 def test_y_makes_a_map(ds):

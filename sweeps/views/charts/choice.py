@@ -11,14 +11,14 @@ import xarray as xr
 from stickslip.variables import RESULTS
 from sweeps.figures.colours import colours_of, is_discrete
 from sweeps.figures.curves import axis_limits, curves_of
-from sweeps.figures.labels import DIRECTION, parameters_along, shown
+from sweeps.figures.labels import parameters_along, shown
 from sweeps.figures.layout import Layout, axis_of, layout_of
 from sweeps.figures.maps import STRIP
 from sweeps.figures.missing import trusted, value_range
 from sweeps.figures.plot_options import PlotOptions
 from sweeps.figures.scatter import cases_to_scatter, fits_log
 from sweeps.figures.style import styled
-from sweeps.grid import CASE
+from sweeps.grid import CASE, DIRECTION
 from sweeps.views.charts.kinds import Cells, Chart, Cloud, Curves, Place
 from sweeps.views.symbols import plain
 

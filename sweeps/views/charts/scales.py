@@ -87,14 +87,10 @@ def round_numbers(low: float, high: float) -> list[float]:
 
 def mapper_of(colours: Colours) -> ColorMapper:
     """Return the colours of values, or of the places of codes, in the browser."""
-    grey = to_hex(GREY)
-    if colours.codes:
-        ends = -0.5, len(colours.codes) - 0.5
-        return LinearColorMapper(palette=palette_of(colours), low=ends[0], high=ends[1],
-                                 nan_color=grey)  # fmt: skip
-    kind = LogColorMapper if isinstance(colours.norm, LogNorm) else LinearColorMapper
-    low, high = colours.norm.vmin, colours.norm.vmax
-    return kind(palette=palette_of(colours), low=low, high=high, nan_color=grey)
+    norm = colours.norm
+    kind = LogColorMapper if isinstance(norm, LogNorm) else LinearColorMapper
+    look = {"palette": palette_of(colours), "nan_color": to_hex(GREY)}
+    return kind(low=norm.vmin, high=norm.vmax, **look)
 
 
 def palette_of(colours: Colours) -> list[str]:

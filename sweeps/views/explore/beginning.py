@@ -117,11 +117,14 @@ def _adaptive(config: Config) -> tuple[Config, tuple[str, ...]]:
     return config.model_copy(update={"integrator": adaptive}), (note,)
 
 
+def changed_parameters(parameters: Parameters) -> dict[str, float]:
+    """Return the parameters that are not the paper's."""
+    values = parameters._asdict().items()
+    return {name: value for name, value in values if value != PARAMETERS[name].default}
+
+
 def _in_words(parameters: Parameters) -> str:
-    """The parameters that are not the paper's, as in `T = 250 K`."""
-    changed = [
-        plain(shown_number(name, value).equation)
-        for name, value in parameters._asdict().items()
-        if value != PARAMETERS[name].default
-    ]
+    """Return the parameters that are not the paper's in words, such as `T = 250 K`."""
+    values = changed_parameters(parameters).items()
+    changed = [plain(shown_number(name, value).equation) for name, value in values]
     return f"{', '.join(changed)}; the rest as in the paper" if changed else "the paper's values"

@@ -6,20 +6,25 @@ import html
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
 import xarray as xr
+from bokeh.events import Tap
 from bokeh.layouts import column, row
 from bokeh.models import Checkbox, Column, Div, Select, Slider
+from bokeh.plotting import figure
 
 from stickslip.orbit import Orbit
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.colours import is_discrete
-from sweeps.figures.labels import DIRECTION, slice_label
+from sweeps.figures.labels import slice_label
 from sweeps.figures.layout import MANY
+from sweeps.grid import DIRECTION
 from sweeps.views.charts.choice import Choice, axes_to_choose, chart_of, further_axes, is_cloud
+from sweeps.views.charts.drawing import draw
 from sweeps.views.charts.kinds import Chart, Place
 from sweeps.views.explore.beginning import Opened
-from sweeps.views.explore.chart_figure import ChartFigure
+from sweeps.views.explore.spot import spot_of
 from sweeps.views.symbols import plain
 
 _AUTOMATIC = "automatic"
@@ -32,7 +37,7 @@ class ChartView:
     def __init__(self, result: xr.Dataset, clicked: Callable[[Place], None]) -> None:
         self._result, self._clicked = result, clicked
         self._opened: tuple[Opened, Orbit | None] | None = None
-        self._drawn: ChartFigure | None = None
+        self._drawn: tuple[Chart, str, figure] | None = None
         self._quiet = False
         variables = [name for name in RESULTS if name in result.variables]
         titled = [(name, _titled(name)) for name in variables]
@@ -76,11 +81,6 @@ class ChartView:
             sizing_mode="stretch_width",
         )
 
-    @property
-    def chart(self) -> Chart | None:
-        """The chart that is drawn."""
-        return self._drawn.chart if self._drawn else None
-
     def mark(self, opened: Opened, orbit: Orbit | None) -> None:
         """Mark a point, and cut further axes where it lies."""
         moved = False
@@ -92,8 +92,26 @@ class ChartView:
         self._opened = opened, orbit
         if moved:
             self._draw()
-        elif self._drawn:
-            self._drawn.mark(opened, orbit)
+        else:
+            self._ring()
+
+    def _ring(self) -> None:
+        """Put a ring around the point that is open, dashed where it is none of the file."""
+        if self._drawn is None or self._opened is None:
+            return
+        (chart, variable, drawn), (opened, orbit) = self._drawn, self._opened
+        spot = spot_of(chart, variable, opened, orbit)
+        known = all(value is not None and np.isfinite(value) for value in spot)
+        x, y = ([value] if known else [] for value in spot)
+        white, ring = (shape for shape in drawn.renderers if shape.name == "mark")
+        white.data_source.data = {"x": x, "y": y}
+        ring.glyph.line_dash = [] if opened.place is not None else [3, 2]
+
+    def _tap(self, event: Tap) -> None:
+        if self._drawn and event.x is not None and event.y is not None:
+            place = self._drawn[0].place_at(float(event.x), float(event.y))
+            if place is not None:
+                self._clicked(place)
 
     def _moved(self, _attribute: str, _old: object, _new: object) -> None:
         if not self._quiet:
@@ -116,10 +134,11 @@ class ChartView:
             )
             self._labels[dim].visible = slider.visible
         self.log.visible = not is_discrete(self._result, choice.variable)
-        self._drawn = ChartFigure(chart, choice.variable, self._clicked)
-        self._place.children = [self._drawn.figure]
-        if self._opened:
-            self._drawn.mark(*self._opened)
+        drawn = draw(chart)
+        drawn.on_event(Tap, self._tap)
+        self._drawn = chart, choice.variable, drawn
+        self._place.children = [drawn]
+        self._ring()
 
     def _choice(self) -> Choice:
         across, up = (

@@ -50,8 +50,8 @@ class Guard(Router):
 
     def _has_token(self, request: HTTPServerRequest) -> bool:
         """Tell whether the token is right, in a time that does not depend on how much of it is."""
-        given = parse_qs(request.query, encoding="utf-8", errors="replace").get("token", [])
-        return len(given) == 1 and secrets.compare_digest(given[0].encode(), self._token)
+        tokens = parse_qs(request.query, encoding="utf-8", errors="replace").get("token", [])
+        return len(tokens) == 1 and secrets.compare_digest(tokens[0].encode(), self._token)
 
 
 class _Refusal(RequestHandler):

@@ -20,7 +20,7 @@ class Settings:
     """Small controls for what a config says of the integration; `changed` is told of each."""
 
     def __init__(self, config: Config, changed: Callable[[], None]) -> None:
-        self._told, self._quiet = changed, False
+        self._changed, self._quiet = changed, False
         options = [exact_text(value) for value in _TOLERANCES]
         self.tolerance = self._select("tolerance (rtol), also of stationarity", options)
         self.noise = self._select("noise", list(NOISE_TREATMENTS))
@@ -67,4 +67,4 @@ class Settings:
 
     def _chosen(self, _attribute: str, _old: object, _new: object) -> None:
         if not self._quiet:
-            self._told()
+            self._changed()

@@ -24,18 +24,7 @@ _FEWEST, _MOST = 2, 7  # digits of an amplitude
 _DIGITS = 3  # of everything else
 
 # What is shown where it says something.
-_FURTHER = (
-    "amplitude_error",
-    "orbit_periods",
-    "periods_integrated",
-    "floquet_multiplier",
-    "lyapunov_exponent",
-    "melting_count",
-    "solid_fraction",
-    "asymmetry",
-    "power_balance_error",
-)
-_NAMES = {
+_FURTHER = {
     "amplitude_error": "stated relative error",
     "orbit_periods": "closes after (periods)",
     "periods_integrated": "periods integrated",
@@ -118,9 +107,9 @@ def _status(orbit: Orbit) -> str:
 
 def _table(orbit: Orbit) -> str:
     rows = [
-        f'<div>{_NAMES[name]}</div><div class="value" data-name="{name}">'
+        f'<div>{text}</div><div class="value" data-name="{name}">'
         f"{_value(name, getattr(orbit, name))}</div>"
-        for name in _FURTHER
+        for name, text in _FURTHER.items()
         if _says_something(name, getattr(orbit, name))
     ]
     return f'<div class="table">{"".join(rows)}</div>'
@@ -156,9 +145,9 @@ def _comparison(motion: Motion) -> list[str]:
     differences = point.differences()
     if not differences:
         return ["The same numbers as in the file, to the last bit."]
-    told = [f"{name} is {there:.7g} in the file" for name, (there, _) in differences.items()]
-    more = f" and {len(told) - 3} more" if len(told) > 3 else ""
-    return [f"Not as in the file: {'; '.join(told[:3])}{more}.", *map(_capital, point.versions)]
+    values = [f"{name} is {stored:.7g} in the file" for name, (stored, _) in differences.items()]
+    more = f" and {len(values) - 3} more" if len(values) > 3 else ""
+    return [f"Not as in the file: {'; '.join(values[:3])}{more}.", *map(_capital, point.versions)]
 
 
 def _capital(sentence: str) -> str:

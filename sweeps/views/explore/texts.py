@@ -5,10 +5,9 @@ from __future__ import annotations
 import shlex
 from typing import Any
 
-from stickslip.variables import PARAMETERS
 from sweeps.config.load import Config, from_mapping
 from sweeps.config.yaml_writer import block_yaml
-from sweeps.views.explore.beginning import Opened
+from sweeps.views.explore.beginning import Opened, changed_parameters
 from sweeps.views.explore.ranges import exact_text
 
 # A config is changed by these; the others say what is drawn.
@@ -18,14 +17,19 @@ _SECTIONS = ("integrator", "stationary", "noise", "film")
 def config_text(opened: Opened, periods: int = 1) -> str:
     """A config of the point alone, for `stickslip sweep` and `simulate`."""
     config = opened.config
-    written: dict[str, Any] = {"model": changed_parameters(config), **changed_settings(config)}
+    written: dict[str, Any] = {
+        "model": changed_parameters(config.parameters()),
+        **changed_settings(config),
+    }
     written["simulation"] = {"periods": periods, "start": "stationary"}
     return _remark(opened) + block_yaml(written)
 
 
 def command_text(opened: Opened, periods: int = 1) -> str:
     """The command that computes the time courses over the orbit of the point."""
-    changes = {n: exact_text(value) for n, value in changed_parameters(opened.config).items()}
+    changes = {
+        n: exact_text(value) for n, value in changed_parameters(opened.point.parameters).items()
+    }
     for section, keys in changed_settings(opened.config).items():
         changes |= {f"{section}.{key}": _text(value) for key, value in keys.items()}
     changes["simulation.start"] = "stationary"
@@ -33,20 +37,13 @@ def command_text(opened: Opened, periods: int = 1) -> str:
     return shlex.join(["stickslip", "simulate", *words, "--periods", str(periods)])
 
 
-def changed_parameters(config: Config) -> dict[str, float]:
-    """The parameters that are not the paper's."""
-    values = config.parameters()._asdict().items()
-    return {name: value for name, value in values if value != PARAMETERS[name].default}
-
-
 def changed_settings(config: Config) -> dict[str, dict[str, Any]]:
     """The keys of the sections that are not at their defaults."""
     default = from_mapping({})
     changed = {}
     for section in _SECTIONS:
-        usual = getattr(default, section).used()
-        given = getattr(config, section).used()
-        changed[section] = {k: v for k, v in given.items() if usual.get(k, ...) != v}
+        usual, values = (getattr(one, section).used() for one in (default, config))
+        changed[section] = {k: v for k, v in values.items() if usual.get(k, ...) != v}
     return {section: keys for section, keys in changed.items() if keys}
 
 

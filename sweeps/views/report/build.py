@@ -15,6 +15,7 @@ from bokeh.models import Model
 
 from stickslip.variables import PARAMETERS
 from sweeps.figures import data_of
+from sweeps.figures.colours import Colours
 from sweeps.figures.plot_options import slice_at
 from sweeps.figures.style import styled
 from sweeps.files.datasets import content_hash
@@ -39,7 +40,15 @@ from sweeps.views.report.numbers import (
     variables_of,
 )
 from sweeps.views.report.packed_orbits import PackedOrbit, packed_orbits
-from sweeps.views.report.sheets import Sheet, View, ordered, sheets_along, sheets_of, views_of
+from sweeps.views.report.sheets import (
+    Sheet,
+    View,
+    mappers_of,
+    ordered,
+    sheets_along,
+    sheets_of,
+    views_of,
+)
 from sweeps.views.symbols import plain
 
 _PORTRAIT = 440  # pixels high
@@ -66,14 +75,15 @@ def built(
         found = packed_orbits(
             part, chosen, workers=workers, on_motion=lambda: on_orbit(next(count), chosen.size)
         )
-        views = views_of(part)
-        others = [*sources(part), *(orbit.courses for orbit in found if orbit.courses)]
+        views, variables = views_of(part), variables_of(part)
+        others = [*sources(part, variables), *(orbit.courses for orbit in found if orbit.courses)]
         others += [nearest_source(part, chosen)] if found else []
-        data, hosts = _charts(part, views, others)
-        data |= _numbers(part, name, at) | _orbits(chosen, found)
+        data, hosts = _charts(part, views, variables, others)
+        data |= _numbers(part, variables, name, at) | _orbits(chosen, found)
         hosts |= _motion_hosts() if found else {}
         warnings = [warning, *_versions(part, chosen)]
-        parts = _facts(part, ds, name, plain(where), warnings) | _controls(part, views, chosen)
+        parts = _facts(part, ds, name, plain(where), warnings)
+        parts |= _controls(part, views, variables, chosen)
     return page(str(ds.attrs.get("title", name)), parts, data, hosts)
 
 
@@ -105,21 +115,25 @@ def _versions(ds: xr.Dataset, chosen: Numbers) -> list[str]:
 
 
 def _charts(
-    ds: xr.Dataset, views: Sequence[View], sources: Sequence[Model]
+    ds: xr.Dataset,
+    views: Sequence[View],
+    variables: Mapping[str, Colours],
+    sources: Sequence[Model],
 ) -> tuple[dict[str, Any], dict[str, Model]]:
     """Return what the script knows of the charts, and the places for one figure at a time.
 
     All figures, and the sources that fill them, are the tags of a place: they come along with it.
     """
-    names = variables_of(ds)
-    of_views = [dict(sheets_of(ds, view, names)) for view in views]
+    mappers = mappers_of(variables)
+    of_views = [dict(sheets_of(ds, view, variables, mappers)) for view in views]
     dims = dict.fromkeys(d for v in views if v.kind == "map" for d in (v.across, v.up) if d)
-    along = {dim: dict(sheets_along(ds, dim, names)) for dim in dims}
-    figures = [sheet.figure for scales in (*of_views, *along.values()) for sheet in scales.values()]
+    along = {dim: dict(sheets_along(ds, dim, variables, mappers)) for dim in dims}
+    sheets = [sheet for scales in (*of_views, *along.values()) for sheet in scales.values()]
+    figures = {sheet.about["figure"]: sheet.figure for sheet in sheets}
     places = {
         name: column(sizing_mode="stretch_width") for name in ("picture", "along-x", "along-y")
     }
-    places["picture"].tags = [*figures, *sources]
+    places["picture"].tags = [*figures.values(), mappers["linear"], mappers["log"], *sources]
     lines = [_about(along[dim]) if dim in along else None for dim in ds["status"].dims]
     return {"views": list(map(_about, of_views)), "along": lines, "crosses": CROSSES}, places
 
@@ -134,14 +148,16 @@ def _motion_hosts() -> dict[str, Model]:
     return {"portrait": pictures.portrait, "courses": courses}
 
 
-def _numbers(ds: xr.Dataset, name: str, at: Sequence[str]) -> dict[str, Any]:
+def _numbers(
+    ds: xr.Dataset, variables: Mapping[str, Colours], name: str, at: Sequence[str]
+) -> dict[str, Any]:
     sliced = [word for text in at for word in ("--at", text)]
     dims = list(map(str, ds["status"].dims))
     return {
         "axes": [{"name": dim, "size": ds.sizes[dim]} for dim in dims],
         "start": [_start(ds, dim) for dim in dims],
         "parameters": [parameter(ds, name) for name in parameters_of(ds)],
-        "variables": [variable(ds, name) for name in variables_of(ds)],
+        "variables": [variable(ds, name, colours) for name, colours in variables.items()],
         "replay": escape(shlex.join(["stickslip", "replay", name, *sliced])),
     }
 
@@ -189,7 +205,9 @@ def _counted(points: int) -> str:
     return f"{points} point" + "s" * (points != 1)
 
 
-def _controls(ds: xr.Dataset, views: Sequence[View], chosen: Numbers) -> dict[str, str]:
+def _controls(
+    ds: xr.Dataset, views: Sequence[View], variables: Iterable[str], chosen: Numbers
+) -> dict[str, str]:
     """Return the controls and tables that the script works with, and which sections there are."""
     hint = "Point to see the numbers of a point, click to pin it"
     with_orbit = " and to draw the orbit of the nearest point that has one here"
@@ -197,9 +215,9 @@ def _controls(ds: xr.Dataset, views: Sequence[View], chosen: Numbers) -> dict[st
         "look": "" if views else "absent" if chosen.size else "single",
         "orbit": "" if chosen.size else "absent",
         "view_options": _options(view.label for view in views),
-        "variable_options": _options(called(ds, name) for name in variables_of(ds)),
+        "variable_options": _options(called(ds, name) for name in variables),
         "sliders": "".join(_slider(ds, str(dim)) for dim in ds["status"].dims),
-        "readout": facts.readout_table(ds, parameters_of(ds), variables_of(ds)),
+        "readout": facts.readout_table(ds, parameters_of(ds), variables),
         "hint": f"{hint}{with_orbit if chosen.size else ''}.",
         "orbits": f"{_counted(chosen.size)} with an orbit in this page: first those without a "
         "result, then both sides of the boundaries between regimes, then an even spread.",

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from stickslip.status import Status
 from sweeps.figures.labels import parameters_along
 from sweeps.figures.layout import MANY, is_scattered
+from sweeps.figures.missing import RESULT_STATUSES
 from sweeps.grid import CASE, DIRECTION
 
 Numbers = NDArray[np.int64]
-
-_RESULTS = [int(status) for status in Status if status.is_result]
 
 _WIDE = 20.0  # largest over smallest value of a case: from here on its logarithm counts
 _SHORT_WEIGHT = 2.0  # how much farther a point of another slice, or of another fluid, is
@@ -25,7 +24,7 @@ _TRIES = 50  # for each point: most places that are drawn are free and have a re
 
 def failed_points(ds: xr.Dataset) -> Numbers:
     """Return the points that were computed and have no result, as their numbers in C order."""
-    return np.flatnonzero(~np.isin(ds["status"].values, [*_RESULTS, Status.PENDING]))
+    return np.flatnonzero(~np.isin(ds["status"].values, [*RESULT_STATUSES, Status.PENDING]))
 
 
 def places_of(ds: xr.Dataset, numbers: Numbers) -> list[dict[str, int]]:
@@ -46,7 +45,7 @@ def chosen_points(ds: xr.Dataset, most: int) -> Numbers:
     failed = failed_points(ds)
     chosen = _evenly(failed, most)
     chosen = np.union1d(chosen, _both_sides(_boundaries(ds), (most - chosen.size) // 2))
-    free = np.isin(ds["status"].values, _RESULTS)
+    free = np.isin(ds["status"].values, RESULT_STATUSES)
     free.ravel()[chosen] = False
     return np.union1d(chosen, _spread(free, most - chosen.size))
 
@@ -63,7 +62,9 @@ def _boundaries(ds: xr.Dataset) -> list[Numbers]:
     axes = _axes_with_neighbours(ds) if "regime" in ds else []
     if not axes:
         return []
-    regime = np.where(np.isin(ds["status"].values, _RESULTS), ds["regime"].values, -1).astype(int)
+    regime = np.where(
+        np.isin(ds["status"].values, RESULT_STATUSES), ds["regime"].values, -1
+    ).astype(int)
     numbers = np.arange(regime.size).reshape(regime.shape)
     lines = [np.moveaxis(numbers, axis, 0) for axis in axes]
     pairs = np.concatenate([np.stack([n[:-1].ravel(), n[1:].ravel()], axis=-1) for n in lines])
@@ -92,11 +93,11 @@ def _both_sides(boundaries: list[Numbers], most: int) -> Numbers:
 
 def _spread(free: NDArray[np.bool_], most: int) -> Numbers:
     """Return at most `most` of the free points, evenly spread over the axes of the grid."""
-    from scipy.stats import qmc  # of no use to pages without orbits
-
     known = np.flatnonzero(free)
     if known.size <= most or most == 0:
         return known[:most]
+    from scipy.stats import qmc  # loads for long, and not every page needs it
+
     places = qmc.Halton(free.ndim, scramble=False).random(_TRIES * most) * free.shape
     numbers = np.ravel_multi_index(tuple(places.astype(np.int64).T), free.shape)
     _, first = np.unique(numbers, return_index=True)

@@ -12,9 +12,8 @@ import numpy as np
 import xarray as xr
 
 from stickslip.regime import Regime
-from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULTS
-from sweeps.figures.colours import code_name
+from sweeps.figures.colours import code_name, code_sentence
 from sweeps.figures.labels import shown, slice_label
 from sweeps.figures.missing import trusted
 from sweeps.grid import CASE
@@ -23,8 +22,6 @@ from sweeps.views.symbols import as_html, plain
 
 _MOST_FAILURES = 500  # rows that a browser lays out at once
 _LONGEST_TEXT = 200_000  # letters; the cases of a config may be megabytes
-
-_UNKNOWN_CODE = "A code of another version."
 
 
 def failures_table(ds: xr.Dataset) -> str:
@@ -42,7 +39,7 @@ def _failure(ds: xr.Dataset, number: int) -> list[str]:
     code = int(ds["status"].values.flat[number])
     where = escape(where_in_words(ds, number))
     button = f'<button type="button" data-point="{number}">{where}</button>'
-    return [button, escape(code_name("status", code)), escape(_sentence(Status, code))]
+    return [button, escape(code_name("status", code)), escape(code_sentence("status", code))]
 
 
 def where_in_words(ds: xr.Dataset, number: int) -> str:
@@ -55,23 +52,19 @@ def where_in_words(ds: xr.Dataset, number: int) -> str:
 def counts_table(ds: xr.Dataset) -> str:
     """Return how many points have each status and each regime, and what these mean."""
     statuses = ds["status"].values
-    rows = [["status", *row] for row in _counts(statuses, "status", Status)]
+    rows = [["status", *row] for row in _counts(statuses, "status")]
     if "regime" in ds:
         regimes = trusted(ds, "regime").fillna(Regime.UNKNOWN).values
-        rows += [["regime", *row] for row in _counts(regimes, "regime", Regime)]
+        rows += [["regime", *row] for row in _counts(regimes, "regime")]
     return _table(("", "kind", "points", "meaning"), rows)
 
 
-def _counts(codes: np.ndarray, name: str, kinds: type[Status] | type[Regime]) -> list[list[str]]:
+def _counts(codes: np.ndarray, name: str) -> list[list[str]]:
     found, counts = np.unique(codes.astype(int), return_counts=True)
     return [
-        [escape(code_name(name, code)), str(count), escape(_sentence(kinds, code))]
+        [escape(code_name(name, code)), str(count), escape(code_sentence(name, code))]
         for code, count in zip(found.tolist(), counts.tolist(), strict=True)
     ]
-
-
-def _sentence(kinds: type[Status] | type[Regime], code: int) -> str:
-    return kinds(code).sentence if code in list(kinds) else _UNKNOWN_CODE
 
 
 def largest_error(ds: xr.Dataset) -> str:
@@ -96,7 +89,7 @@ def fixed_parameters(ds: xr.Dataset) -> str:
     return f'<ul class="parameters">{"".join(items)}</ul>'
 
 
-def readout_table(ds: xr.Dataset, parameters: Sequence[str], variables: Sequence[str]) -> str:
+def readout_table(ds: xr.Dataset, parameters: Iterable[str], variables: Iterable[str]) -> str:
     """Return a table of the numbers of a point, which the script of the page fills in order."""
     rows = [
         f'<tr class="parameter"><th>{_called(ds, name)}</th><td></td></tr>' for name in parameters

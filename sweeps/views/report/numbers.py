@@ -11,11 +11,9 @@ import xarray as xr
 from bokeh.models import ColumnDataSource
 from matplotlib.colors import to_hex
 
-from stickslip.regime import Regime
-from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.figure_table import AMPLITUDES
-from sweeps.figures.colours import code_name, codes_in, colours_of, is_discrete
+from sweeps.figures.colours import Colours, code_name, code_sentence, colours_of
 from sweeps.figures.curves import axis_limits
 from sweeps.figures.jumps import jumps
 from sweeps.figures.labels import DIRECTIONS, Array, Quantity, shown, slice_label
@@ -30,29 +28,23 @@ from sweeps.views.symbols import as_html, plain
 # What a reader looks at first.
 _FIRST = (*AMPLITUDES, "regime", "status", "amplitude_error")
 
-_SENTENCES: Mapping[str, type[Regime] | type[Status]] = {"regime": Regime, "status": Status}
-
 
 def symbol_of(name: str) -> str:
     """Return the symbol of a parameter; what is none, such as a case, is called by its name."""
     return plain(f"${PARAMETERS[name].tex}$") if name in PARAMETERS else name
 
 
-def variables_of(ds: xr.Dataset) -> list[str]:
-    """Return the result variables, first those that a reader looks at first."""
+def variables_of(ds: xr.Dataset) -> dict[str, Colours]:
+    """Return the result variables and their colours, first those that a reader looks at first."""
     known = [name for name in RESULTS if name in ds.data_vars]
-    return sorted(known, key=lambda name: _FIRST.index(name) if name in _FIRST else len(_FIRST))
+    known.sort(key=lambda name: _FIRST.index(name) if name in _FIRST else len(_FIRST))
+    return {name: colours_of(ds, name) for name in known}
 
 
 def parameters_of(ds: xr.Dataset) -> list[str]:
     """Return the parameters that vary, in the order of the axes."""
     known = [name for name in (CASE, *PARAMETERS, DIRECTION) if name in ds.coords]
     return [name for dim in ds["status"].dims for name in known if ds[name].dims == (dim,)]
-
-
-def is_of_kinds(ds: xr.Dataset, name: str) -> bool:
-    """Return whether a variable has kinds or counts, of which there are some and not too many."""
-    return is_discrete(ds, name) and bool(codes_in(ds, name))
 
 
 def parameter(ds: xr.Dataset, name: str) -> dict[str, Any]:
@@ -73,7 +65,7 @@ def parameter(ds: xr.Dataset, name: str) -> dict[str, Any]:
     return about
 
 
-def variable(ds: xr.Dataset, name: str) -> dict[str, Any]:
+def variable(ds: xr.Dataset, name: str, colours: Colours) -> dict[str, Any]:
     """Return what is said of a variable, and the ranges or kinds of its values."""
     quantity, words = shown(trusted(ds, name)), name.replace("_", " ")
     is_word = _is_word(quantity, words)
@@ -87,20 +79,16 @@ def variable(ds: xr.Dataset, name: str) -> dict[str, Any]:
     none = ""
     if not np.isfinite(quantity.values).all():
         none = _square(to_hex(GREY), "no value", "No result, or not defined at these points.")
-    if not is_of_kinds(ds, name):
-        ranges = {
-            scale: [*value_range(ds, name, log=log), *_limits(ds, name, log=log)]
-            for scale, log in (("linear", False), ("log", True))
-        }
+    if not colours.codes:
+        ranges = {"linear": _range(ds, name), "log": _range(ds, name, log=True)}
         return about | {"legend": title + none, "ranges": ranges}
-    colours = colours_of(ds, name)
     palette, names = palette_of(colours), [code_name(name, code) for code in colours.codes]
     squares = [
-        _square(colour, text, _sentence(name, code))
+        _square(colour, text, code_sentence(name, code))
         for colour, text, code in zip(palette, names, colours.codes, strict=True)
     ]
-    ends = [-0.5, len(names) - 0.5]
-    ranges = {"kinds": [*ends, *ends]}
+    ends = -0.5, len(names) - 0.5
+    ranges = {"kinds": (*ends, *ends)}
     return about | {
         "legend": "".join([title, *squares, none]), "ranges": ranges, "palette": palette,
         "names": [escape(text) for text in names],
@@ -122,8 +110,10 @@ def _is_word(quantity: Quantity, words: str) -> bool:
     return plain(quantity.symbol).replace("_", " ") in words
 
 
-def _limits(ds: xr.Dataset, name: str, *, log: bool) -> tuple[float, float]:
-    return axis_limits(*value_range(ds, name, log=log), log=log)
+def _range(ds: xr.Dataset, name: str, *, log: bool = False) -> tuple[float, ...]:
+    """Return the range of a variable, for its colours, and the limits of its axis."""
+    ends = value_range(ds, name, log=log)
+    return (*ends, *axis_limits(*ends, log=log))
 
 
 def _square(colour: str, text: str, meaning: str) -> str:
@@ -131,12 +121,7 @@ def _square(colour: str, text: str, meaning: str) -> str:
     return f'<span title="{escape(meaning)}">{square}{escape(text)}</span>'
 
 
-def _sentence(name: str, code: int) -> str:
-    meanings = _SENTENCES.get(name)
-    return meanings(code).sentence if meanings and code in list(meanings) else ""
-
-
-def sources(ds: xr.Dataset) -> Iterator[ColumnDataSource]:
+def sources(ds: xr.Dataset, variables: Mapping[str, Colours]) -> Iterator[ColumnDataSource]:
     """Yield the numbers of the points in C order: parameters, variables, and where these jump.
 
     Kinds are their places among those that there are.
@@ -144,15 +129,15 @@ def sources(ds: xr.Dataset) -> Iterator[ColumnDataSource]:
     for name in parameters_of(ds):
         if name != DIRECTION:
             yield _source(name, ds[name].values.astype(float))
-    names = variables_of(ds)
-    for name in names:
-        values = shown(trusted(ds, name)).values
-        if is_of_kinds(ds, name):
-            values = np.ma.filled(colours_of(ds, name).placed(ds), np.nan)
-        yield _source(name, values.astype(np.float32))
+    values = {name: np.ma.filled(c.placed(ds), np.nan) for name, c in variables.items()}
+    for name, numbers in values.items():
+        yield _source(name, numbers.astype(np.float32))
+    heights = {name: numbers for name, numbers in values.items() if not variables[name].codes}
+    bits = [list(values).index(name) for name in heights]
     for dim in map(str, ds["status"].dims):
         if dim != DIRECTION:
-            yield _source(f"jumps along {dim}", _jumps_along(ds, dim, names))
+            found = _jumps_along(ds, dim, np.stack([*heights.values()]))
+            yield _source(f"jumps along {dim}", _packed(found, bits))
 
 
 def nearest_source(ds: xr.Dataset, chosen: Numbers) -> ColumnDataSource:
@@ -164,12 +149,16 @@ def _source(name: str, values: Array) -> ColumnDataSource:
     return ColumnDataSource({"values": values.ravel()}, name=f"values of {name}")
 
 
-def _jumps_along(ds: xr.Dataset, dim: str, names: list[str]) -> Array:
-    """Return, for the interval behind each point, a bit for each variable that jumps over it."""
-    line, steps = ds.transpose(..., dim), axis_of(ds, dim, named=True).steps
-    curves = {at: name for at, name in enumerate(names) if not is_of_kinds(ds, name)}
-    heights = np.stack([shown(trusted(line, name)).values for name in curves.values()])
-    bits = xr.zeros_like(line["status"], dtype=np.uint32)
-    for at, found in zip(curves, jumps(line, steps, heights), strict=True):
-        bits.values[..., :-1] |= found.astype(np.uint32) << np.uint32(at)
-    return bits.transpose(*ds["status"].dims).values
+def _jumps_along(ds: xr.Dataset, dim: str, heights: Array) -> Array:
+    """Return whether each variable jumps over the interval behind each point (variable, ...)."""
+    axis = list(ds["status"].dims).index(dim) - ds["status"].ndim  # of the last axes of heights
+    steps = axis_of(ds, dim, named=True).steps
+    found = jumps(ds.transpose(..., dim), steps, np.moveaxis(heights, axis, -1))
+    ahead = [(0, 0)] * (found.ndim - 1) + [(0, 1)]
+    return np.moveaxis(np.pad(found, ahead), -1, axis)
+
+
+def _packed(found: Array, bits: list[int]) -> Array:
+    """Return for each point a number whose bits say of which variables something was found."""
+    weights = np.uint32(1) << np.array(bits, dtype=np.uint32)
+    return np.tensordot(weights, found.astype(np.uint32), axes=1)

@@ -53,9 +53,9 @@ def _courses(motion: Motion, name: str) -> ColumnDataSource | None:
 def _words(motion: Motion) -> str:
     """Return sentences on a motion, as HTML: over which time it is drawn, and its status."""
     status = motion.point.status
-    said = bool(motion.obstacle) and status.sentence.endswith(motion.obstacle)
+    repeats = bool(motion.obstacle) and status.sentence.endswith(motion.obstacle)
     words = f"<span>{escape(_sentence(motion))}</span>"
-    if status is Status.OK or said:
+    if status is Status.OK or repeats:
         return words
     return f"{words}<em>{escape(code_name('status', status))}: {escape(status.sentence)}</em>"
 

@@ -87,7 +87,12 @@ function show(sheet, id, place) {
   const { palette, label, names, ranges } = state.variable;
   const [low, high, start, end] = ranges[scaleNow()];
   const figure = model(sheet.figure);
-  model(`colours of ${sheet.figure}`)?.setv({ low, high, ...(palette && { palette }) });
+  const mapper = model(`colours ${state.log ? "log" : "linear"}`);
+  mapper.setv({ low, high, palette: palette ?? model("colours log").palette });
+  for (const shape of figure.renderers.filter(({ glyph }) => glyph.color_mapper)) {
+    shape.visible = shape.glyph.color_mapper === mapper;
+  }
+  for (const bar of figure.right) bar.visible = bar.color_mapper === mapper && !palette;
   if (sheet.kind === "curves" || sheet.heights) {
     figure.y_range.setv({ start, end, reset_start: start, reset_end: end });
     figure.left[0].axis_label = label;

@@ -1,28 +1,40 @@
 """The charts of a page: which views there are, their figures, and what its script must know.
 
-A view has a figure for each scale: of numbers, of their logarithms, and of kinds, which have
-colours instead. The script of the page puts the values of a variable and a slice into them.
+There are three scales: of numbers, of their logarithms, and of kinds, which have colours instead. A
+map is one figure for all of them, other views have one for each. The script of the page puts the
+values of a variable and a slice into them.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from bokeh.models import CrosshairTool, Model, SingleIntervalTicker
+from bokeh.models import (
+    ColorMapper,
+    CrosshairTool,
+    LinearColorMapper,
+    LogColorMapper,
+    Model,
+    SingleIntervalTicker,
+)
+from matplotlib.colors import to_hex
 
+from sweeps.figures.colours import Colours
 from sweeps.figures.labels import parameters_along
 from sweeps.figures.layout import Axis, axis_of, is_scattered, layout_of
 from sweeps.figures.maps import STRIP, cell_edges
+from sweeps.figures.style import GREY
 from sweeps.grid import CASE, DIRECTION
 from sweeps.views.charts.choice import Choice, chart_of, further_axes, is_cloud
 from sweeps.views.charts.drawing import draw
 from sweeps.views.charts.kinds import Cells, Chart, Cloud, Curves, cells_of_pixels
-from sweeps.views.report.numbers import is_of_kinds, symbol_of
+from sweeps.views.charts.scales import add_colour_bar, palette_of
+from sweeps.views.report.numbers import symbol_of
 
 SCALES = ("linear", "log", "kinds")
 _TALL, _LOW = 540, 276  # pixels: a view, and the curves through a point of a map
@@ -94,49 +106,80 @@ def _is_unordered(ds: xr.Dataset, dim: str) -> bool:
     return dim == CASE and is_scattered(ds, dim)
 
 
-def sheets_of(ds: xr.Dataset, view: View, variables: list[str]) -> Iterator[tuple[str, Sheet]]:
+def mappers_of(variables: Mapping[str, Colours]) -> dict[str, ColorMapper]:
+    """Return what colours the values of each scale; the script sets its ends, or its kinds."""
+    numbers = next(colours for colours in variables.values() if not colours.codes)
+    # Any ends for now: Bokeh would look for some in values that have no logarithm.
+    look = {"palette": palette_of(numbers), "nan_color": to_hex(GREY), "low": 1.0, "high": 10.0}
+    linear = LinearColorMapper(name="colours linear", **look)
+    return {"linear": linear, "log": LogColorMapper(name="colours log", **look), "kinds": linear}
+
+
+def sheets_of(
+    ds: xr.Dataset, view: View, variables: Mapping[str, Colours], mappers: Mapping[str, ColorMapper]
+) -> Iterator[tuple[str, Sheet]]:
     """Yield the sheet of a view for each scale."""
-    for scale, variable in _examples(ds, variables):
+    for scale, variable in _examples(variables):
         choice = view.choice(variable, scale)
         chart = chart_of(ds, choice)
-        sheet = _sheet(ds, chart, f"{view.label}, {scale}", _TALL)
+        sheet = _sheet(ds, chart, f"{view.label}, {scale}", _TALL, mappers[scale])
         sheet.about["sliders"] = [_place(ds, dim) for dim in further_axes(ds, choice)]
         _add_marks(sheet.figure, chart)
+        if view.kind == "map":
+            if scale == "linear":
+                _add_logarithms(sheet.figure, mappers["log"])
+            yield from dict.fromkeys(SCALES, sheet).items()
+            return
         yield scale, sheet
 
 
-def sheets_along(ds: xr.Dataset, dim: str, variables: list[str]) -> Iterator[tuple[str, Sheet]]:
+def sheets_along(
+    ds: xr.Dataset, dim: str, variables: Mapping[str, Colours], mappers: Mapping[str, ColorMapper]
+) -> Iterator[tuple[str, Sheet]]:
     """Yield, for each scale, the sheet of the curve along an axis through a point of a map."""
-    for scale, variable in _examples(ds, variables):
+    for scale, variable in _examples(variables):
         line = ds.isel({other: [0] for other in ds.sizes if other != dim})
         chart = chart_of(line.squeeze(), Choice(variable, log=scale == "log"))
-        yield scale, _sheet(ds, chart, f"along {dim}, {scale}", _LOW)
+        yield scale, _sheet(ds, chart, f"along {dim}, {scale}", _LOW, mappers[scale])
 
 
-def _examples(ds: xr.Dataset, variables: list[str]) -> Iterator[tuple[str, str]]:
+def _add_logarithms(figure: Any, mapper: ColorMapper) -> None:
+    """Add the same cells, and a scale, in the colours of logarithms: the script shows one of both.
+
+    Bokeh does not paint an image anew where its colours become those of another mapper.
+    """
+    cells, *others = figure.renderers
+    logarithms = figure.add_glyph(cells.data_source, cells.glyph.clone(color_mapper=mapper))
+    figure.renderers = [cells, logarithms, *others]  # marks lie above both
+    add_colour_bar(figure, None, mapper)
+
+
+def _examples(variables: Mapping[str, Colours]) -> Iterator[tuple[str, str]]:
     """Yield for each scale a variable that is drawn on it, if there is one."""
     for scale in SCALES:
-        of_scale = [name for name in variables if is_of_kinds(ds, name) == (scale == "kinds")]
+        of_kinds = scale == "kinds"
+        of_scale = [name for name, c in variables.items() if bool(c.codes) == of_kinds]
         if of_scale:
             yield scale, of_scale[0]
 
 
-def _sheet(ds: xr.Dataset, chart: Chart, name: str, height: int) -> Sheet:
+def _sheet(ds: xr.Dataset, chart: Chart, name: str, height: int, mapper: ColorMapper) -> Sheet:
     figure = draw(chart, height=height, explained=False)
     figure.name = name
     for shape in figure.renderers:
         _empty(shape)
     about: dict[str, Any] = {"figure": name}
+    for bar in figure.right:
+        bar.color_mapper = mapper
     if isinstance(chart, Cells):
-        figure.select_one({"name": "cells"}).glyph.color_mapper.name = f"colours of {name}"
+        figure.select_one({"name": "cells"}).glyph.color_mapper = mapper
         about |= {"kind": "cells", "x": _ruler(ds, chart.across), "y": _ruler(ds, chart.up)}
     elif isinstance(chart, Curves):
         fixed = [[[_place(ds, dim), at] for dim, at in c.places.items()] for c in chart.curves]
         about |= {"kind": "curves", "x": _ruler(ds, chart.across), "curves": fixed}
     else:
         if chart.ends is None and chart.colours:
-            colour = figure.select_one({"name": "cells"}).glyph.fill_color
-            colour.transform.name = f"colours of {name}"
+            figure.select_one({"name": "cells"}).glyph.fill_color.transform = mapper
         about |= {"kind": "cloud", "axis": _place(ds, CASE), "heights": chart.ends is not None}
         about["log"] = list(chart.log)
         if chart.names[1] in ("regime", "status"):  # as heights they have names

@@ -10,7 +10,7 @@ from stickslip import Parameters
 from stickslip.variables import PARAMETERS
 from sweeps import run
 from sweeps.config.load import from_mapping
-from sweeps.views.explore.beginning import of_config, of_nothing, of_result, open_point
+from sweeps.views.explore.beginning import of_config, of_nothing, of_result
 from sweeps.views.explore.ranges import Scale
 from sweeps.views.points import PointError
 
@@ -70,24 +70,6 @@ def test_a_result_opens_in_its_middle(result: xr.Dataset):
     assert beginning.scales["spring_stiffness"].logarithmic
     assert beginning.notes == ("a note",)
     assert beginning.result is result
-
-
-def test_any_point_of_a_result_is_computed_again(result: xr.Dataset):
-    opened = open_point(result, {"temperature": 2, "spring_stiffness": 7})
-    stored = result.isel(temperature=2, spring_stiffness=7)
-    assert opened.point.orbit().friction_force_amplitude == stored.friction_force_amplitude.item()
-    assert opened.point.differences() == {}
-
-
-def test_a_followed_point_starts_from_its_neighbours_orbit():
-    line = run({"sweep": {"omega": [14, 15, 16, 17]}, "follow": "omega"})
-    for way in (0, 1):
-        opened = open_point(line, {"angular_frequency": 2, "direction": way})
-        stored = line.isel(angular_frequency=2, direction=way)
-        assert opened.point.differences() == {}
-        assert opened.point.orbit().asymmetry == stored.asymmetry.item()
-        assert len(opened.point.before) == (2, 5)[way]
-        assert opened.label == f"ω = 16 rad/s, {('upward', 'downward')[way]}"
 
 
 def test_a_single_point_has_no_chart():

@@ -149,13 +149,6 @@ def test_the_point_can_be_copied(view: View):
     assert "--set temperature=230 " in command
 
 
-def test_nothing_is_asked_of_another_machine(view: View):
-    view.types("temperature", "240")
-    view.says("T = 240 K")
-    assert view.requests_elsewhere(*view.here) == []
-    assert {address.partition(":")[0] for address in view.requests} == {"http", "ws"}
-
-
 def test_what_takes_long_is_announced_and_passed_over(view: View, monkeypatch: pytest.MonkeyPatch):
     end, prepared = threading.Event(), motion.prepare
 

@@ -34,9 +34,11 @@ def test_a_tolerance_is_also_that_of_stationarity():
 
 def test_what_was_not_changed_stays_as_it_is():
     config = from_mapping({"integrator": {"rtol": 1e-8}, "stationary": {"rtol": 1e-5}})
-    settings, _ = settings_of()
+    settings, told = settings_of()
     settings.show(config)
+    assert settings.tolerance.value == "1e-8"
     assert settings.applied(config) == config
+    assert told == []
 
 
 @pytest.mark.parametrize("treatment", NOISE_TREATMENTS)
@@ -44,13 +46,6 @@ def test_the_treatment_of_the_noise(treatment: str):
     settings, _ = settings_of()
     settings.noise.value = treatment
     assert settings.applied(from_mapping({})).noise.treatment == treatment
-
-
-def test_showing_another_config_tells_nothing():
-    settings, told = settings_of()
-    settings.show(from_mapping({"integrator": {"rtol": 1e-4}}))
-    assert settings.tolerance.value == "1e-4"
-    assert told == []
 
 
 def test_the_strain_is_chosen_where_the_method_knows_another() -> None:

@@ -169,7 +169,7 @@ def drawn(opened: Any, host: str) -> dict[str, Any]:
 def test_in_a_browser_a_map_and_its_curves_are_those_of_the_result(
     opened: Any, ds: xr.Dataset, variable: str
 ) -> None:
-    opened.select_option("#variable", str(variables_of(ds).index(variable)))
+    opened.select_option("#variable", str([*variables_of(ds)].index(variable)))
     opened.locator("#sliders label:visible input").press("End")
     opened.locator("button[data-point]").first.click()
     failed = {"temperature": 0, "spring_stiffness": 0, "rheological_index": 0}
@@ -233,7 +233,7 @@ def test_in_a_browser_all_variables_and_views_of_odd_results_are_drawn(
                 browser_page.select_option("#view", str(view))
                 for variable in ("friction_force_amplitude", "regime", "status"):
                     if variable in result:
-                        place = variables_of(result).index(variable)
+                        place = [*variables_of(result)].index(variable)
                         browser_page.select_option("#variable", str(place))
                         assert drawn(browser_page, "picture")
             assert tab.errors == [], name

@@ -1,47 +1,16 @@
-"""The figure of the chart that is shown, and the mark on it that says which point is open."""
+"""The place in a chart of the point that is open."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
-
-import numpy as np
-from bokeh.events import Tap
 
 from stickslip.orbit import Orbit
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.figures.labels import shown_number
 from sweeps.figures.layout import Axis
-from sweeps.views.charts.drawing import draw
-from sweeps.views.charts.kinds import Chart, Cloud, Curves, Place
+from sweeps.views.charts.kinds import Chart, Cloud, Curves
 from sweeps.views.explore.beginning import Opened
 
 
-class ChartFigure:
-    """A figure of one chart; `clicked` is called with the place of a point."""
-
-    def __init__(self, chart: Chart, variable: str, clicked: Callable[[Place], None]) -> None:
-        self.chart, self._variable = chart, variable
-        self.figure = draw(chart)
-
-        def tap(event: Tap) -> None:
-            if event.x is not None and event.y is not None:
-                place = chart.place_at(float(event.x), float(event.y))
-                if place is not None:
-                    clicked(place)
-
-        self.figure.on_event(Tap, tap)
-
-    def mark(self, opened: Opened, orbit: Orbit | None) -> None:
-        """Mark the place of a point, dashed where it is none of the file."""
-        spot = _spot(self.chart, self._variable, opened, orbit)
-        known = all(value is not None and np.isfinite(value) for value in spot)
-        x, y = ([value] if known else [] for value in spot)
-        white, ring = (shape for shape in self.figure.renderers if shape.name == "mark")
-        white.data_source.data = {"x": x, "y": y}
-        ring.glyph.line_dash = [] if opened.place is not None else [3, 2]
-
-
-def _spot(
+def spot_of(
     chart: Chart, variable: str, opened: Opened, orbit: Orbit | None
 ) -> tuple[float | None, float | None]:
     """Return where a point lies in a chart; None for what the chart does not say."""
