@@ -89,7 +89,7 @@ class ExistingPoints:
 
     `points` gives their numbers (n,) and result rows (n, columns), without the interpolated ones;
     `foreign` names the variables that a user added, `part` the part of the grid that they make up,
-    if they are one.
+    if they are one, `sample` how they were drawn, if they were.
     """
 
     name: str
@@ -101,6 +101,7 @@ class ExistingPoints:
     processors: frozenset[str] = frozenset()
     part: str = ""
     history: str = ""
+    sample: str = ""
 
     def fits(self, target: Target) -> bool:
         """Return whether the points are what the target would compute again."""
@@ -211,6 +212,7 @@ def found_in_file(path: Path) -> ExistingPoints:
         foreign=foreign,
         processors=frozenset(filter(None, attributes.get("processor", "").split(", "))),
         history=attributes.get("history", ""),
+        sample=attributes.get("sample", ""),
         part=attributes.get("part", ""),
     )
 

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
 
-import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
@@ -54,6 +53,7 @@ def merge(
         folder.discard_leftovers()
         before = fingerprint(folder.output)
         manifest = manifest_of(target, folder.output, sources, afresh=True)
+        manifest |= {"sample": sources[0].sample}  # the config in a file has the drawn values
         points = _agreeing(sources, target.grid.size)
         with storage_errors(f"cannot write into {folder.path}", folder.path):
             # Not the journal of a sweep: a merge that is killed is given again, not resumed.
@@ -96,9 +96,7 @@ def _refuse_output(inputs: Sequence[Path], output: Path, overwrite: bool) -> Non
 
 def _common_target(sources: list[ExistingPoints], first: Path) -> Target:
     """Return what all sources are results of; raises RefusalError if that is not one thing."""
-    with storage_errors(f"cannot read {first}"), netCDF4.Dataset(first) as file:
-        sampled = str(getattr(file, "sample", ""))
-    target = Target.of(sources[0].config.model_copy(update={"sampled": sampled}))
+    target = Target.of(sources[0].config)
     if target.config.refine is not None:
         raise RefusalError(
             f"{first} is the result of a refined grid, whose points depend on each other; they are "

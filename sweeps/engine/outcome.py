@@ -108,6 +108,8 @@ class JournaledResult:
         attributes = global_attributes(config) | breaks_of(config, self.journal.statuses)
         if earlier := manifest.get("history"):
             attributes["history"] += "\n" + earlier
+        if sample := manifest.get("sample"):
+            attributes["sample"] = sample
         if manifest.get("processors"):
             attributes["processor"] = ", ".join(manifest["processors"])
         if self.target.part and np.array_equal(self.journal.done, self.target.needed):
