@@ -1,6 +1,7 @@
-"""Checks for finished results that are possible but suspicious: reasons to look closer.
+"""Checks of finished results: what no computation returns, and what is a reason to look closer.
 
-The impossible has a status of its own (`invariant_violated`); stability.py checks in advance.
+An orbit that breaks a law has a status of its own (`invariant_violated`); stability.py checks in
+advance.
 """
 
 from __future__ import annotations
@@ -10,7 +11,8 @@ from numpy.typing import NDArray
 
 from stickslip.parameters import ParameterValues
 from stickslip.stability import static_strength
-from stickslip.variables import RESULT_COLUMNS
+from stickslip.status import Status
+from stickslip.variables import RESULT_COLUMNS, RESULTS
 
 SUSPICIOUS_BALANCE = 1e-3
 """An orbit deserves a look if both its power balance error and its amplitude error exceed this;
@@ -26,15 +28,84 @@ _SMALL = 0.01
 # This many strains give the static maximum to one percent.
 _SOME = 12
 
-_MAX, _MIN, _BALANCE, _ERROR = (
+_MAX, _MIN, _BALANCE, _ERROR, _PERIODS, _STATUS, _CLOSES_AFTER = (
     RESULT_COLUMNS.index(name)
     for name in (
         "elastic_stress_max",
         "elastic_stress_min",
         "power_balance_error",
         "amplitude_error",
+        "periods_integrated",
+        "status",
+        "orbit_periods",
     )
 )
+
+_COLUMNS = [RESULTS[name] for name in RESULT_COLUMNS]
+_LOWER, _UPPER, _MISSING = np.array([(v.lower, v.upper, v.missing) for v in _COLUMNS]).T
+_WHOLE = np.array([v.dtype != "f8" for v in _COLUMNS])
+_UPPER[_WHOLE] = np.minimum(_UPPER, 2.0**31 - 1)[_WHOLE]
+_SOMETIMES = np.array([not v.always for v in _COLUMNS])
+_OF_FAILURES = [_PERIODS, _STATUS]  # what a point without a result has
+_WITH_RESULT = [status for status in Status if status.is_result]
+
+# The columns of an amplitude, a maximum and a minimum.
+_RANGES = [
+    [RESULT_COLUMNS.index(f"{name}_{what}") for what in ("amplitude", "max", "min")]
+    for name in ("elastic_stress", "friction_force")
+]
+_ROUNDING = 1e-9
+_UNKNOWN_ERROR = 1.0  # the largest of an orbit that closes
+
+
+def are_possible(results: NDArray[np.float64]) -> bool:
+    """Tell whether a computation returns such rows (n, columns), or they were damaged on their way.
+
+    A point with a result has every value in its range of `variables.RESULTS`, and no amplitude
+    above half of maximum minus minimum; where the orbit closes the two are the same, and their
+    relative error is at most 1. A point without has its status and perhaps its periods.
+    """
+    statuses = results[:, _STATUS]
+    with_result = np.isin(statuses, _WITH_RESULT)
+    return (
+        bool(np.isin(statuses, [*Status]).all())
+        and _are_of_orbits(results[with_result])
+        and _are_of_failures(results[~with_result])
+    )
+
+
+def _are_of_orbits(rows: NDArray[np.float64]) -> bool:
+    rows = np.where(np.isnan(rows) & _SOMETIMES, 0.0, rows)
+    within = _are_within(rows, _LOWER, _UPPER) and _are_whole(rows[:, _WHOLE])
+    closed = rows[:, _CLOSES_AFTER] > 0
+    within &= not (rows[closed, _ERROR] > _UNKNOWN_ERROR).any()
+    for amplitude, high, low in _RANGES:
+        half = 0.5 * (rows[:, high] - rows[:, low])
+        most, least = half * (1.0 + _ROUNDING), np.where(closed, half * (1.0 - _ROUNDING), 0.0)
+        within &= bool(((least <= rows[:, amplitude]) & (rows[:, amplitude] <= most)).all())
+    return within
+
+
+def _are_of_failures(rows: NDArray[np.float64]) -> bool:
+    rows = rows.copy()
+    counts = rows[:, _OF_FAILURES]
+    rows[:, _OF_FAILURES] = _MISSING[_OF_FAILURES]
+    empty = ((rows == _MISSING) | (np.isnan(rows) & np.isnan(_MISSING))).all()
+    least = np.minimum(_LOWER, _MISSING)[_OF_FAILURES]
+    return bool(empty) and _are_whole(counts) and _are_within(counts, least, _UPPER[_OF_FAILURES])
+
+
+def _are_within(
+    rows: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64]
+) -> bool:
+    """Tell whether all rows (n, columns) are between these (columns,); NaN is not."""
+    if not len(rows):
+        return True
+    return bool((rows.min(axis=0) >= lower).all() and (rows.max(axis=0) <= upper).all())
+
+
+def _are_whole(rows: NDArray[np.float64]) -> bool:
+    return bool((rows == np.floor(rows)).all())
 
 
 def suspicious_balance(results: NDArray[np.float64]) -> NDArray[np.bool_]:

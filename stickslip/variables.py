@@ -7,6 +7,7 @@ attributes. Symbols are the paper's (Lyashenko & Zaskoka 2013).
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -73,11 +74,16 @@ class ParameterVariable(Variable):
 class ResultVariable(Variable):
     """An observable of a stationary orbit: a column of result rows and a variable of files.
 
-    `dtype` is the type in files; `missing` is the value of points without a result.
+    `dtype` is the type in files; `missing` is the value of points without a result. That of a point
+    with a result is finite and within `lower` and `upper`; an orbit may lack it where it is not one
+    that each has `always`.
     """
 
     dtype: str = "f8"
     missing: float = math.nan
+    lower: float = -sys.float_info.max
+    upper: float = sys.float_info.max
+    always: bool = True
 
 
 def _positive(
@@ -212,9 +218,9 @@ _TYPICAL = "for a stochastic film that of its typical path"
 
 RESULTS: Mapping[str, ResultVariable] = _by_name(
     ResultVariable("elastic_stress_amplitude", "sigma_el,max", r"\sigma_\mathrm{el,max}", "Pa",
-        "amplitude of the elastic stress", _HALF),
+        "amplitude of the elastic stress", _HALF, lower=0.0),
     ResultVariable("friction_force_amplitude", "F_max", r"F_\mathrm{max}", "N",
-        "amplitude of the friction force", _HALF),
+        "amplitude of the friction force", _HALF, lower=0.0),
     ResultVariable("elastic_stress_max", "max sigma_el", r"\max\sigma_\mathrm{el}", "Pa",
         f"maximum of the elastic stress {_ORBIT}", _ALL),
     ResultVariable("elastic_stress_min", "min sigma_el", r"\min\sigma_\mathrm{el}", "Pa",
@@ -227,45 +233,49 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
         "estimated relative error of the worse of the two amplitudes",
         "relative to max(amplitude, 1 % of max(2K, M omega^2)|X_m|), divided by A for the stress; "
         "of aperiodic orbits and stochastic films three standard errors of the mean, plus the "
-        "error of the typical path"),
+        "error of the typical path", lower=0.0, upper=100.0),
     ResultVariable("power_balance_error", "power balance", r"\mathrm{power\ balance}", "1",
         f"relative violation of the power balance {_ORBIT}",
-        "|work of the drive - dissipation - energy gained| / integral of |F V|"),
+        "|work of the drive - dissipation - energy gained| / integral of |F V|", lower=0.0),
     ResultVariable("orbit_periods", "n", "n", "1",
         "drive periods after which the stationary orbit closes",
-        "0 if it is aperiodic, or the film stochastic", dtype="i4", missing=-1),
+        "0 if it is aperiodic, or the film stochastic", dtype="i4", missing=-1, lower=0.0),
     ResultVariable("melting_count", "meltings", r"n_\mathrm{melt}", "1",
         f"number of solid to liquid transitions {_ORBIT}",
-        f"solid from phi >= b/2c, melted at phi <= 0.1 b/2c; {_ALL}", dtype="i4", missing=-1),
+        f"solid from phi >= b/2c, melted at phi <= 0.1 b/2c; {_ALL}", dtype="i4", missing=-1,
+        lower=0.0),
     ResultVariable("solid_transition_count", "solid transitions", r"n_\mathrm{solid}", "1",
         f"number of changes between a soft and a hard solid {_ORBIT}",
         "sixth-order free energy only; changes through the liquid do not count",
-        dtype="i4", missing=-1),
+        dtype="i4", missing=-1, lower=0.0),
     ResultVariable("asymmetry", "asymmetry", r"\mathrm{asymmetry}", "1",
-        "asymmetry of the elastic stress: |max + min| / (max - min)", "0 if max - min < 1 Pa"),
+        "asymmetry of the elastic stress: |max + min| / (max - min)", "0 if max - min < 1 Pa",
+        lower=0.0),
     ResultVariable("periods_integrated", "periods", r"n_\mathrm{periods}", "1",
         "drive periods integrated for this point",
         "including confirmation and measurement, without the run of the error estimate", dtype="i4",
-        missing=-1),
+        missing=-1, lower=0.0),
     ResultVariable("solid_fraction", "solid fraction", r"\mathrm{solid\ fraction}", "1",
         f"fraction of the time in which the film is solid, {_ORBIT}",
-        "with the thresholds of the melting count"),
+        "with the thresholds of the melting count", lower=0.0, upper=1.0),
     ResultVariable("regime", "regime", r"\mathrm{regime}", "1",
-        "kind of motion of the orbit", _TYPICAL, dtype="i1", missing=127),
+        "kind of motion of the orbit", _TYPICAL, dtype="i1", missing=127, lower=0.0, upper=5.0),
     ResultVariable("floquet_multiplier", "multiplier", r"|\mu|", "1",
         "modulus of the largest Floquet multiplier of the orbit",
         "by finite differences of the map of (x, v, ln phi) over the orbit; resolved to about the "
-        f"root of the tolerance; {_TYPICAL}"),
+        f"root of the tolerance; {_TYPICAL}", lower=0.0, always=False),
     ResultVariable("lyapunov_exponent", "Lyapunov exponent", r"\lambda", "1",
-        "largest Lyapunov exponent of an aperiodic orbit, per drive period"),
+        "largest Lyapunov exponent of an aperiodic orbit, per drive period", always=False),
     ResultVariable("elastic_stress_amplitude_spread", "spread of sigma_el,max",
         r"\mathrm{sd}\,\sigma_\mathrm{el,max}", "Pa",
-        "standard deviation of the elastic stress amplitudes of single drive periods", _SPREAD),
+        "standard deviation of the elastic stress amplitudes of single drive periods", _SPREAD,
+        lower=0.0),
     ResultVariable("friction_force_amplitude_spread", "spread of F_max",
         r"\mathrm{sd}\,F_\mathrm{max}", "N",
-        "standard deviation of the friction force amplitudes of single drive periods", _SPREAD),
+        "standard deviation of the friction force amplitudes of single drive periods", _SPREAD,
+        lower=0.0),
     ResultVariable("status", "status", r"\mathrm{status}", "1",
-        "how the computation of the point ended", dtype="i1", missing=127),
+        "how the computation of the point ended", dtype="i1", missing=127, lower=0.0, upper=127.0),
 )
 
 # fmt: on

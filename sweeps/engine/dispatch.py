@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Iterator
 from dataclasses import replace
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.options import Options
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.schema import Execution
 from sweeps.engine.counts import InFlight
 from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError
@@ -23,8 +25,17 @@ from sweeps.engine.signals import Stop
 from sweeps.executor_table import EXECUTORS
 from sweeps.grid import Grid
 
+log = logging.getLogger(__name__)
+
 # A worker may die for reasons of its own, such as a machine that is taken away.
 _DEATHS_OF_A_POINT = 3
+
+_NONE = np.array([], dtype=np.int64)
+
+_WRONG = (
+    "what came back from a worker cannot be the block that it was given; what is finished is kept, "
+    "and the same command resumes"
+)
 
 
 def make_executor(execution: Execution) -> Executor:
@@ -76,6 +87,7 @@ def finished_blocks(
                 if len((finished := tasks.finished(block)).indices):
                     yield finished
         except WorkersLostError:
+            _require_workers(task_of(grid, _NONE, options), executor, stop)
             for task in in_flight.clear():
                 yield from _suspect(replace(task, patience=0), executor, stop, in_flight)
 
@@ -98,6 +110,7 @@ class _Tasks:
         self._stragglers = stragglers
         self._rest: list[NDArray[np.int64]] = []
         self._late: set[int] = set()  # first points of tasks for late points
+        self._wrong: set[int] = set()  # first points of tasks that came back wrong once
         self._in_flight, self._executor = in_flight, executor
         self._lock = threading.Lock()
 
@@ -132,14 +145,41 @@ class _Tasks:
     def finished(self, block: Block) -> Block:
         """Take in a block that has come back; returns it without the points that are late.
 
-        Raises ExecutorError where it is the block of no task.
+        A task that came back wrong is begun again, by whichever worker is free. Raises
+        ExecutorError where it is wrong again, or the block of no task.
         """
         with self._lock:
-            _require_answer(block, self._in_flight.end(block))
+            task = self._in_flight.end(block)
+            if task is None or not is_answer(block, task):
+                self._rest.append(self._once_more(task))
+                return Block(_NONE, np.empty((0, len(RESULT_COLUMNS))))
             late = int(block.indices[0]) in self._late
             learning = self._stragglers if late else self._blocks
             learning.learn(len(block.indices), block.seconds)
             return block.part(self._stragglers.finished(block.indices, block.results))
+
+    def _once_more(self, task: Task | None) -> NDArray[np.int64]:
+        """Return the points of a task that came back wrong for the first time."""
+        if task is None or int(task.indices[0]) in self._wrong:
+            raise ExecutorError(_WRONG)
+        log.warning("a block came back damaged from a worker; it is computed again")
+        self._wrong.add(int(task.indices[0]))
+        return task.indices
+
+
+def _require_workers(nothing: Task, executor: Executor, stop: Stop) -> None:
+    """Raise ExecutorError if workers do not even survive a task without points.
+
+    Then the deaths are no point's fault: a worker that cannot begin never worked.
+    """
+    try:
+        for _ in executor.blocks(iter([nothing]), stop):
+            pass
+    except WorkersLostError as error:
+        raise ExecutorError(
+            f"the workers end before they compute anything ({error}); what is finished is kept, "
+            "and the same command resumes"
+        ) from error
 
 
 def _suspect(task: Task, executor: Executor, stop: Stop, in_flight: InFlight) -> Iterator[Block]:
@@ -151,7 +191,9 @@ def _suspect(task: Task, executor: Executor, stop: Stop, in_flight: InFlight) ->
         in_flight.begin(task)
         try:
             for block in executor.blocks(iter([task]), stop):
-                _require_answer(block, in_flight.end(block))
+                expected = in_flight.end(block)
+                if expected is None or not is_answer(block, expected):
+                    raise ExecutorError(_WRONG)
                 yield block
             return
         except WorkersLostError as error:
@@ -162,15 +204,6 @@ def _suspect(task: Task, executor: Executor, stop: Stop, in_flight: InFlight) ->
                 return
             deaths, reason = deaths + error.deaths, str(error)
     yield failed_block(task, reason)
-
-
-def _require_answer(answer: object, task: Task | None) -> None:
-    """Raise ExecutorError if something else came back than the block of a task."""
-    if task is None or not is_answer(answer, task):
-        raise ExecutorError(
-            "what came back from a worker is not the block that it was given; what is finished is "
-            "kept, and the same command resumes"
-        )
 
 
 def _halves(task: Task) -> list[Task]:

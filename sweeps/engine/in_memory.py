@@ -18,6 +18,7 @@ from sweeps.engine.computing import compiled, missing_blocks
 from sweeps.engine.counts import Counts
 from sweeps.engine.dispatch import make_executor
 from sweeps.engine.executors.base import Executor, Tasks, WorkersLostError, first_line
+from sweeps.engine.executors.children import children_started
 from sweeps.engine.executors.worker import Block, Task, compute_block
 from sweeps.engine.progress import display_of
 from sweeps.engine.signals import Stop
@@ -120,6 +121,8 @@ class JoblibExecutor(Executor):
             self._jobs, return_as="generator_unordered", batch_size=1, max_nbytes=None
         )
         try:
-            yield from parallel(joblib.delayed(compute_block)(task) for task in tasks)
+            with children_started():
+                blocks = parallel(joblib.delayed(compute_block)(task) for task in tasks)
+            yield from blocks
         except BrokenProcessPool as error:
             raise WorkersLostError(first_line(error)) from error

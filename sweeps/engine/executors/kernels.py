@@ -11,7 +11,6 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 from stickslip.options import Options
 from stickslip.orbit import compile_families, prepare_kernels, uncompiled
 from sweeps.engine.executors.base import first_line
-from sweeps.engine.executors.children import end_with_parent, terminal_signals_blocked
+from sweeps.engine.executors.children import children_started, process_pool
 from sweeps.engine.executors.worker import kinds_of
 from sweeps.grid import Grid
 
@@ -50,12 +49,10 @@ def _elsewhere(calls: Sequence[Callable[[], None]]) -> Iterator[None]:
 
     What fails, here or there, is left to whoever comes afterwards.
     """
-    from joblib.externals.loky import ProcessPoolExecutor
-
-    workers = min(len(calls), _cores())
-    pool: Any = ProcessPoolExecutor(workers, initializer=end_with_parent, initargs=(os.getpid(),))
+    with children_started():
+        pool = process_pool(min(len(calls), _cores()))
     try:
-        with terminal_signals_blocked():
+        with children_started():
             futures = [pool.submit(call) for call in calls]
         yield
         for future in futures:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
@@ -10,7 +9,7 @@ from typing import Any
 
 from sweeps.config.schema import Execution
 from sweeps.engine.executors.base import Executor, Tasks, WorkersLostError, first_line
-from sweeps.engine.executors.children import end_with_parent, terminal_signals_blocked
+from sweeps.engine.executors.children import children_started, process_pool
 from sweeps.engine.executors.worker import Block, Task, compute_block
 from sweeps.engine.signals import Stop
 
@@ -39,7 +38,7 @@ class ProcessExecutor(Executor):
     def submit(self, task: Task) -> Future[Block]:
         """Hand a task to a process; the first one starts them. Raises WorkersLostError."""
         try:
-            with terminal_signals_blocked():
+            with children_started():
                 future: Future[Block] = self._started().submit(compute_block, task)
         except BrokenProcessPool as error:
             raise WorkersLostError(first_line(error)) from error
@@ -53,12 +52,8 @@ class ProcessExecutor(Executor):
             raise WorkersLostError(first_line(error)) from error
 
     def _started(self) -> Any:
-        from joblib.externals.loky import ProcessPoolExecutor
-
         if self._pool is None:
-            self._pool = ProcessPoolExecutor(
-                self.slots, initializer=end_with_parent, initargs=(os.getpid(),)
-            )
+            self._pool = process_pool(self.slots)
         return self._pool
 
     def _shut_down(self, *, kill: bool) -> None:

@@ -14,7 +14,7 @@ from stickslip.compiled.cache import processor, source_hash
 from stickslip.kernels.families import KIND
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits, failed_row
-from stickslip.plausibility import suspicious_balance, suspicious_stress
+from stickslip.plausibility import are_possible, suspicious_balance, suspicious_stress
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.engine.order.follow import follow
@@ -126,15 +126,20 @@ def failed_block(task: Task, reason: str) -> Block:
 
 
 def is_answer(answer: object, task: Task) -> bool:
-    """Tell whether what came from elsewhere has the points, shape and statuses of a task."""
+    """Tell whether what came from elsewhere can be the block of a task."""
     if not (isinstance(answer, Block) and isinstance(answer.results, np.ndarray)):
         return False
-    return (
-        np.array_equal(answer.indices, task.indices)
-        and answer.results.shape == (len(task.indices), len(RESULT_COLUMNS))
-        and answer.results.dtype == np.float64
-        and bool(np.isin(answer.results[:, STATUS], [*Status]).all())
-    )
+    results = answer.results
+    if (
+        not np.array_equal(answer.indices, task.indices)
+        or results.shape != (len(task.indices), len(RESULT_COLUMNS))
+        or results.dtype != np.float64
+        or not are_possible(results)
+    ):
+        return False
+    # Grids are interpolated here, and points left over where there is a limit to their periods.
+    foreign = [Status.INTERPOLATED, *([] if task.patience else [Status.PENDING])]
+    return not np.isin(results[:, STATUS], foreign).any()
 
 
 def _results(points: NDArray[np.float64], task: Task) -> NDArray[np.float64]:

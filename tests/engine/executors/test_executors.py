@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -34,7 +35,8 @@ from support.sweeps.workers import (
 
 from stickslip.status import Status
 from sweeps.config.schema import Execution
-from sweeps.engine.dispatch import make_executor
+from sweeps.engine.counts import InFlight
+from sweeps.engine.dispatch import finished_blocks, make_executor
 from sweeps.engine.executors import dask, processes
 from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError
 from sweeps.engine.executors.worker import Task, task_of
@@ -71,6 +73,33 @@ def test_any_number_of_threads_gives_the_same_content(expected: str, workers: in
 def test_processes_give_the_same_content_and_say_nothing_else(expected: str) -> None:
     assert ended(command("--backend", "loky", "--workers", "2")) == (0, "")
     assert hash_of_result() == expected
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", ["command", "joblib"])
+def test_processes_import_nothing_from_the_current_folder(how: str, folder: Path) -> None:
+    for name in ("numpy", "joblib", "multiprocessing", "queue"):
+        (folder / f"{name}.py").write_text(f"open('ran-{name}', 'w')\n")
+    (folder / "elsewhere").mkdir()
+    script = folder / "elsewhere" / "script.py"
+    script.write_text(BY_JOBLIB)
+    stickslip = Path(sys.executable).with_name("stickslip")
+    words = [stickslip, "sweep", "a.yaml", "-o", "a.nc", "--backend", "loky", "--set", "gamma=0"]
+    done = subprocess.run(words if how == "command" else [sys.executable, script], timeout=HANGS)
+    assert done.returncode == 0
+    assert not list(folder.glob("ran-*"))
+
+
+BY_JOBLIB = """\
+import os
+import joblib
+import sweeps
+
+if __name__ == "__main__":
+    with joblib.parallel_config("loky", n_jobs=2):
+        assert not sweeps.run({"sweep": {"T": [200, 300]}}).status.any()
+    assert "PYTHONSAFEPATH" not in os.environ
+"""
 
 
 @pytest.mark.parametrize("name", EXECUTORS)
@@ -197,6 +226,15 @@ def test_after_a_death_the_others_in_flight_still_come(tasks: list[Task]) -> Non
     assert list(found) == ["b", "d"]
     assert pool.taken == 4  # nothing was begun after the first death
     assert caught.value.deaths == 4
+
+
+def test_workers_that_cannot_begin_cost_no_point(tasks: list[Task]) -> None:
+    config = read_config("a.yaml")
+    grid, options = Grid.from_config(config), options_of(config)
+    done = np.arange(grid.size) >= len(tasks)
+    pool = Scripted(1, [WorkersLostError("no module named queue")] * 9)
+    with pytest.raises(ExecutorError, match=r"before they compute anything \(no module named qu"):
+        list(finished_blocks(grid, options, done, pool, Stop(), InFlight()))
 
 
 def test_one_process_of_a_machine_compiles_at_a_time(

@@ -105,34 +105,70 @@ def test_a_block_is_computed_from_its_task_alone(reference: np.ndarray) -> None:
     assert block.results.tobytes() == reference[indices].tobytes()
 
 
-def with_status(block: Block, code: float) -> Block:
+def damaged(block: Block, name: str, value: float) -> Block:
     results = block.results.copy()
-    results[0, RESULT_COLUMNS.index("status")] = code
+    results[0, RESULT_COLUMNS.index(name)] = value
     return replace(block, results=results)
 
 
-WRONG_ANSWERS: dict[str, Callable[[Block], Any]] = {
+NOT_BLOCKS: dict[str, Callable[[Block], Any]] = {
     "nothing": lambda _: None,
     "a text": lambda _: "a text",
     "no points": lambda block: block.part(np.zeros(len(block.indices), dtype=bool)),
-    "another point": lambda block: replace(block, indices=block.indices + np.arange(2)),
     "points of nobody": lambda block: replace(block, indices=block.indices + GRID.size),
+}
+
+WRONG_BLOCKS: dict[str, Callable[[Block], Block]] = {
+    "another point": lambda block: replace(block, indices=block.indices + np.arange(2)),
     "too few rows": lambda block: replace(block, results=block.results[:1]),
     "other floats": lambda block: replace(block, results=block.results.astype(np.float32)),
     "a list": lambda block: replace(block, results=block.results.tolist()),
-    "an unknown status": lambda block: with_status(block, 77.0),
+    "an unknown status": lambda block: damaged(block, "status", 77.0),
+    "a point left over": lambda block: damaged(block, "status", Status.PENDING),
+    "a point interpolated": lambda block: damaged(block, "status", Status.INTERPOLATED),
+    "a failure with amplitudes": lambda block: damaged(block, "status", Status.FAILED),
+    "no amplitude": lambda block: damaged(block, "elastic_stress_amplitude", np.nan),
+    "an infinite maximum": lambda block: damaged(block, "elastic_stress_max", np.inf),
+    "a negative amplitude": lambda block: damaged(block, "friction_force_amplitude", -1e-3),
+    "a maximum below the minimum": lambda block: damaged(block, "friction_force_max", -1.0),
+    "an amplitude above its extrema": lambda block: damaged(
+        block, "elastic_stress_amplitude", 1e300
+    ),
+    "a maximum beyond the amplitude": lambda block: damaged(block, "elastic_stress_max", 1e300),
+    "an unknown regime": lambda block: damaged(block, "regime", 99.0),
+    "an error beyond all": lambda block: damaged(block, "amplitude_error", 1e300),
+    "half a melting": lambda block: damaged(block, "melting_count", 0.5),
 }
 
 
-@pytest.mark.parametrize("case", WRONG_ANSWERS)
+@pytest.mark.parametrize("case", [*NOT_BLOCKS, *WRONG_BLOCKS])
 def test_what_a_worker_sends_back_must_be_the_block_that_it_was_given(
     monkeypatch: pytest.MonkeyPatch, case: str
 ) -> None:
-    monkeypatch.setattr(
-        threads, "compute_block", lambda task: WRONG_ANSWERS[case](compute_block(task))
-    )
-    with pytest.raises(ExecutorError, match="is not the block that it was given"):
+    wrong = (NOT_BLOCKS | WRONG_BLOCKS)[case]
+    monkeypatch.setattr(threads, "compute_block", lambda task: wrong(compute_block(task)))
+    with pytest.raises(ExecutorError, match="cannot be the block that it was given"):
         computed(block_points=2)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("case", WRONG_BLOCKS)
+def test_a_block_that_came_back_damaged_is_computed_again(
+    reference: np.ndarray,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    case: str,
+    workers: int,
+) -> None:
+    damages = [WRONG_BLOCKS[case]]
+
+    def compute_some(task: Task) -> Any:
+        block = compute_block(task)
+        return damages.pop()(block) if damages else block
+
+    monkeypatch.setattr(threads, "compute_block", compute_some)
+    assert computed(workers, block_points=2).tobytes() == reference.tobytes()
+    assert caplog.messages == ["a block came back damaged from a worker; it is computed again"]
 
 
 def test_a_worker_with_other_sources_computes_nothing() -> None:
