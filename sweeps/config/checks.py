@@ -22,7 +22,7 @@ from stickslip.variables import (
 from sweeps.config.diagnostics import Document, Path, path_text, quoted
 from sweeps.config.numbers import whole
 from sweeps.config.sample import Sample
-from sweeps.config.schema import PARAMETER_SECTIONS, Config, is_local
+from sweeps.config.schema import PARAMETER_SECTIONS, Config
 from sweeps.human import did_you_mean
 
 MAX_POINTS = 1_000_000_000
@@ -54,7 +54,7 @@ def judged(
     _judge_order(document, config, unsound)
     _refuse_unbounded_films(document, config)
     _refuse_unfit(document, config, unsound)
-    _refuse_stranger(document)
+    _refuse_scheduler(document)
     if "noise" not in unsound:
         _refuse_frozen_start(document, config)
     return config
@@ -346,17 +346,17 @@ def _refuse_unfit(document: Document, config: Config, unsound: Collection[str]) 
             document.refuse(message, section, key)
 
 
-def _refuse_stranger(document: Document) -> None:
-    """Refuse a scheduler on another machine that a file names: it can run code on this one.
+def _refuse_scheduler(document: Document) -> None:
+    """Refuse a scheduler that a file names, even on this machine, where anybody can listen.
 
-    Whoever gives it on the command line, or in Python, means it.
+    Its answers can run code here; whoever gives it on the command line, or in Python, means it.
     """
     path = "execution", "scheduler"
     address = document.section("execution").get("scheduler")
     _, line = document.place(path)
-    if isinstance(address, str) and line is not None and not is_local(address):
+    if isinstance(address, str) and line is not None:
         document.refuse(
-            f"{quoted(address)} is another machine, whose answers could run code on this one; "
+            f"{quoted(address)} could run code on this machine, so no file may name it; "
             "if you trust it, leave the line out and give it as --scheduler ADDRESS",
             *path,
         )

@@ -9,7 +9,6 @@ import hashlib
 import json
 import math
 from collections.abc import Iterable
-from ipaddress import ip_address
 from itertools import groupby
 from typing import Annotated, Any, Literal, Self
 from urllib.parse import urlsplit
@@ -97,18 +96,24 @@ def _or_none(mapping: object) -> object:
 
 
 def _address(value: str | None) -> str | None:
-    if value is not None and "://" not in value:
+    """Refuse what cannot be the address of a scheduler, which no second attempt would reach."""
+    if value is not None and not _is_address(value):
         raise ValueError(f"must be an address such as tcp://host:8786, not {value!r}")
     return value
 
 
-def is_local(address: str) -> bool:
-    """Return whether the address of a scheduler is one of this machine alone."""
-    host = urlsplit(address).hostname or ""
+_SCHEMES = ("tcp", "tls", "ws", "wss")
+
+
+def _is_address(value: str) -> bool:
     try:
-        return ip_address(host).is_loopback
+        address = urlsplit(value)
+        port = address.port
     except ValueError:
-        return host == "localhost"
+        return False
+    if address.scheme == "inproc":  # a cluster within this process, which has no port
+        return True
+    return address.scheme in _SCHEMES and bool(address.hostname and port) and not address.path
 
 
 def _not_blank(value: str) -> str:
@@ -221,7 +226,7 @@ class Execution(Section):
         description="; ".join(f"{name}: {entry.meaning}" for name, entry in EXECUTORS.items()),
     )
     scheduler: Annotated[Text | None, _belongs_to("backend", "dask"), AfterValidator(_address)] = (
-        Field(None, description="address of a dask scheduler")
+        Field(None, description="address of a dask scheduler; never in a file")
     )
     block_points: Count | None = Field(
         None, description="points per block; by default about a second of work"

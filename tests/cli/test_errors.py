@@ -52,7 +52,19 @@ REFUSALS = [
     ("sweep a.yaml --backend carrier-pigeon", 2, "must be 'threads', 'loky'"),
     ("check a.yaml --set noise.seed=3", 2, "belongs to `treatment: stochastic`"),
     ("check a.yaml --set noise.treatment=none", 2, "could never solidify"),
-    ("sweep a.yaml --scheduler host", 2, "must be an address such as tcp://"),
+    *(
+        (f"sweep a.yaml --scheduler {address}", 2, "must be an address such as tcp://")
+        for address in (
+            "host",
+            "tcp://host",
+            "tcp://host:port",
+            "tcp://host:99999",
+            "tcp://[127.0.0.1]:8786",
+            "tcp://localhost/x.example.org:8786",
+            "carrier-pigeon://host:8786",
+            "tcp://:8786",
+        )
+    ),
     ("sweep a.yaml --max-runtime soon", 2, "--max-runtime: 'soon' is no duration"),
     ("sweep a.yaml --max-runtime 0", 2, "--max-runtime: .* longer than 0"),
     ("sweep a.yaml --part 3/2", 2, "--part: '3/2' is no part"),

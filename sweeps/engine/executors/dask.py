@@ -48,16 +48,10 @@ class ClusterExecutor(Executor):
 
     def __enter__(self) -> Self:
         _import_distributed()
-        from distributed import Client
-        from distributed.comm.addressing import get_address_host_port
-
         try:
-            # Raises here where the address is none: a client that fails over it cannot be closed.
-            get_address_host_port(self._address)
             # The client's own limit ends with the connection, which the system of a frozen
             # scheduler accepts; so it is made in a thread that is not waited for.
-            make = partial(Client, self._address, timeout=_ANSWER_SECONDS, set_as_default=False)
-            self._client = in_thread(make).result(_CONNECT_SECONDS)
+            self._client = in_thread(partial(_connected, self._address)).result(_CONNECT_SECONDS)
         except Exception as error:
             # A bare TimeoutError is that of the thread.
             problem = first_line(error) if str(error) else f"no answer in {_CONNECT_SECONDS:g} s"
@@ -141,6 +135,23 @@ class ClusterExecutor(Executor):
                 self._threads = sum(threads.values())
             self.slots = max(self._threads, 1)
         return self._threads
+
+
+def _connected(address: str) -> Any:
+    """Return a client of a scheduler; raises what speaks against that."""
+    import asyncio
+
+    from distributed import Client
+    from distributed.comm import connect
+    from distributed.security import Security
+
+    async def reach() -> None:
+        arguments = Security().get_connection_args("client")
+        comm = await connect(address, timeout=_ANSWER_SECONDS, **arguments)
+        await comm.close()
+
+    asyncio.run(reach())  # first, since a client that fails over it cannot be closed
+    return Client(address, timeout=_ANSWER_SECONDS, set_as_default=False)
 
 
 class SealedTask:

@@ -195,17 +195,12 @@ def test_a_frozen_scheduler_is_not_waited_for_after_a_signal(cluster: Cluster) -
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("address", "problem"),
-    [
-        ("tcp://127.0.0.1:1", "Timed out trying to connect"),
-        ("tcp://127.0.0.1", "missing port number"),
-    ],
-)
-def test_a_scheduler_that_is_not_there_is_named(address: str, problem: str) -> None:
+@pytest.mark.parametrize("scheme", ["tcp", "tls"])
+def test_a_scheduler_that_is_not_there_is_named(scheme: str) -> None:
+    address = f"{scheme}://127.0.0.1:1"
     code, err = ended(command("--scheduler", address, hook=IMPATIENT))
     assert code == 4
-    assert err.startswith(f"no dask scheduler answers at {address} ({problem}")
+    assert err.startswith(f"no dask scheduler answers at {address} (")
     assert err.count("\n") == 1
     assert not Path("a.nc").exists()
 
