@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
+import tempfile
+import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -44,13 +47,14 @@ def explore(
     print(server.address)
     sys.stdout.flush()
     say("Press Ctrl-C to stop.")
-    if not no_browser and has_display():
-        _open(server.address)
-    server.run_until_signal()
-    say("")  # the terminal has echoed ^C
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(Exit.DONE)  # compiled code running in a thread would keep the process alive
+    redirect = open_by_file(server.address) if not no_browser and has_display() else None
+
+    def end() -> None:
+        os.write(sys.stderr.fileno(), b"\n")  # the terminal has echoed ^C
+        if redirect:
+            shutil.rmtree(redirect.parent, ignore_errors=True)
+
+    server.run_until_signal(end)
 
 
 def _beginning(target: Path | None) -> Beginning:
@@ -80,7 +84,15 @@ def has_display() -> bool:
     )
 
 
-def _open(address: str) -> None:
+def open_by_file(address: str) -> Path:
+    """Open the page in a browser by way of a file that nobody else can read; returns it.
+
+    The command of a browser stands in the list of processes, where the token must not. A browser
+    without a window keeps its command waiting until it ends; so that is left to a thread.
+    """
     import webbrowser
 
-    webbrowser.open(address)
+    redirect = Path(tempfile.mkdtemp(prefix="stickslip-explore-")) / "open.html"
+    redirect.write_text(f'<meta http-equiv="refresh" content="0; url={address}">\n')
+    threading.Thread(target=webbrowser.open, args=[redirect.as_uri()], daemon=True).start()
+    return redirect

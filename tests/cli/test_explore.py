@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import queue
 import re
+import shutil
 import signal
 import urllib.error
 import urllib.request
@@ -38,6 +40,22 @@ def test_it_prints_one_address_and_ends_on_a_signal(number: signal.Signals) -> N
     assert code == 0
     assert out.count("\n") == 1
     assert err.strip() == "Press Ctrl-C to stop."
+
+
+def test_a_browser_gets_a_file_that_leads_to_the_page_and_no_token(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    opened: queue.SimpleQueue[str] = queue.SimpleQueue()
+    monkeypatch.setattr("webbrowser.open", opened.put)
+    address = "http://127.0.0.1:1/?token=secret"
+    redirect = explore.open_by_file(address)
+    try:
+        assert opened.get(timeout=10) == redirect.as_uri()
+        assert address in redirect.read_text()
+        assert "secret" not in str(redirect)
+        assert redirect.parent.stat().st_mode & 0o077 == 0
+    finally:
+        shutil.rmtree(redirect.parent)
 
 
 def test_without_bokeh_it_names_the_command(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import secrets
+from collections.abc import Callable
 from typing import Any
 from urllib.parse import parse_qs
 
@@ -28,16 +29,25 @@ class Guard(Router):
     made to lead to this machine (DNS rebinding) has others.
     """
 
-    def __init__(self, application: Application, token: str, port: int) -> None:
+    def __init__(
+        self,
+        application: Application,
+        token: str,
+        port: int,
+        admitted: Callable[[HTTPServerRequest], None] = lambda _: None,
+    ) -> None:
         self._application, self._token = application, token.encode()
+        self._admitted = admitted
         self._hosts = {f"{name}:{port}" for name in ("127.0.0.1", "localhost")}
         self._origins = {f"http://{host}" for host in self._hosts}
         self._refusal = Application(default_handler_class=_Refusal, log_function=lambda _: None)
 
     def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> HTTPMessageDelegate | None:
         """Return the handler of a request."""
-        application = self._application if self.admits(request) else self._refusal
-        return application.find_handler(request, **kwargs)
+        if not self.admits(request):
+            return self._refusal.find_handler(request, **kwargs)
+        self._admitted(request)
+        return self._application.find_handler(request, **kwargs)
 
     def admits(self, request: HTTPServerRequest) -> bool:
         """Tell whether a request may be answered."""

@@ -1,4 +1,4 @@
-"""The server of the page: on the loopback only, behind its guard."""
+"""The server of the page: on the loopback only, behind its guard, with a limit to everything."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import os
 import signal
 import socket
 from collections.abc import Callable
+from typing import Any
 
 from bokeh.application import Application
 from bokeh.application.handlers import FunctionHandler
@@ -16,8 +17,11 @@ from bokeh.document import Document
 from bokeh.models import Div
 from bokeh.server.server import BaseServer
 from bokeh.server.tornado import BokehTornado
+from tornado.http1connection import HTTP1Connection
 from tornado.httpserver import HTTPServer
+from tornado.httputil import HTTPServerRequest
 from tornado.ioloop import IOLoop
+from tornado.iostream import IOStream
 
 from sweeps.exits import Exit, ExpectedError
 from sweeps.views.explore.guard import Guard, new_token
@@ -25,7 +29,14 @@ from sweeps.views.explore.guard import Guard, new_token
 _LOOPBACK = "127.0.0.1"
 # How soon a tab that was closed gives up its threads; a slow one may take long to open.
 _LOOK_SECONDS, _UNUSED_SECONDS = 2, 30
+TABS = 24
+"""Tabs that may be open at a time: each has threads, and a document of some megabytes."""
 
+# Any user of this machine can connect. What has not shown the token yet is limited in number, time
+# and bytes, so that it takes neither the files nor the memory of this process.
+_STRANGERS = 64
+_REQUEST_SECONDS = 10.0
+_REQUEST_BYTES = 1 << 20
 
 log = logging.getLogger(__name__)
 
@@ -55,19 +66,27 @@ class PageServer:
         self.port: int = listening.getsockname()[1]
         token = new_token()
         self.address = f"http://{_LOOPBACK}:{self.port}/?token={token}"
-        self._events = asyncio.new_event_loop()
-        asyncio.set_event_loop(self._events)
+        self._tabs = 0
+        asyncio.set_event_loop(asyncio.new_event_loop())
         self._loop = IOLoop.current()
         tornado = BokehTornado(
-            {"/": Application(FunctionHandler(lambda document: _fill(document, open_page)))},
+            {"/": Application(FunctionHandler(lambda document: self._fill(document, open_page)))},
             extra_websocket_origins=[f"{_LOOPBACK}:{self.port}", f"localhost:{self.port}"],
             check_unused_sessions_milliseconds=1000 * _LOOK_SECONDS,
             unused_session_lifetime_milliseconds=1000 * _UNUSED_SECONDS,
             log_function=lambda _: None,  # addresses hold the token
         )
-        http = HTTPServer(Guard(tornado, token, self.port))
+        http = _Server(
+            Guard(tornado, token, self.port, admitted=lambda request: http.admit(request)),
+            idle_connection_timeout=_REQUEST_SECONDS,
+            body_timeout=_REQUEST_SECONDS,
+            max_body_size=_REQUEST_BYTES,
+        )
         http.add_socket(listening)
         self._server = BaseServer(self._loop, tornado, http)
+        # Their messages about requests that are malformed or fail hold the address.
+        for name in ("tornado.general", "tornado.application"):
+            logging.getLogger(name).addFilter(lambda record: token not in record.getMessage())
 
     def run(self) -> None:
         """Serve until `stop` is called."""
@@ -80,20 +99,70 @@ class PageServer:
         """Have `run` come to its end."""
         self._loop.add_callback(self._loop.stop)
 
-    def run_until_signal(self) -> None:
-        """Serve until Ctrl-C or a signal; those that are ignored, as under nohup, stay ignored."""
+    def run_until_signal(self, at_end: Callable[[], None]) -> None:
+        """Serve until Ctrl-C or a signal, which ends the process after `at_end`.
+
+        It ends at once, whatever the loop and the compiled code in threads are doing: there is
+        nothing to keep. Signals that are ignored, as under nohup, stay ignored.
+        """
+
+        def end(*_: object) -> None:
+            at_end()
+            os._exit(Exit.DONE)
+
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             if signal.getsignal(number) is not signal.SIG_IGN:
-                self._events.add_signal_handler(number, self.stop)
+                signal.signal(number, end)
         self.run()
 
+    def _fill(self, document: Document, open_page: Callable[[Document], None]) -> None:
+        """Open the page in a document; an error becomes a line on it, not a trace with the token.
 
-def _fill(document: Document, open_page: Callable[[Document], None]) -> None:
-    """Open the page in a document; an error becomes a line on it, not a trace with the token."""
-    try:
-        open_page(document)
-    except Exception as error:
-        log.debug("unexpected", exc_info=True)
-        sentence = f"This page cannot be shown: unexpected {type(error).__name__}: {error}"
-        document.clear()
-        document.add_root(Div(text=html.escape(sentence), disable_math=True))
+        So does one tab too many.
+        """
+        if self._tabs >= TABS:
+            _say(document, f"{TABS} tabs are open already: close some, and reload this one.")
+            return
+        self._tabs += 1
+        document.on_session_destroyed(self._forget_tab)
+        try:
+            open_page(document)
+        except Exception as error:
+            log.debug("unexpected", exc_info=True)
+            document.clear()
+            what = f"unexpected {type(error).__name__}: {error}"
+            _say(document, f"This page cannot be shown: {what}")
+
+    def _forget_tab(self, _: object) -> None:
+        self._tabs -= 1
+
+
+class _Server(HTTPServer):
+    """Closes the oldest connection that never was admitted where there are too many of them.
+
+    The owner's own connection is admitted as soon as its request is there, and then stays.
+    """
+
+    def initialize(self, *args: Any, **kwargs: Any) -> None:
+        super().initialize(*args, **kwargs)
+        self._strangers: dict[IOStream, None] = {}
+
+    def handle_stream(self, stream: IOStream, address: tuple[Any, ...]) -> None:
+        """Serve a new connection."""
+        self._strangers = {known: None for known in self._strangers if not known.closed()}
+        if len(self._strangers) >= _STRANGERS:
+            oldest = next(iter(self._strangers))
+            del self._strangers[oldest]
+            oldest.close()
+        self._strangers[stream] = None
+        super().handle_stream(stream, address)
+
+    def admit(self, request: HTTPServerRequest) -> None:
+        """Take note that a request has shown the token."""
+        connection = request.connection
+        if isinstance(connection, HTTP1Connection):
+            self._strangers.pop(connection.stream, None)
+
+
+def _say(document: Document, sentence: str) -> None:
+    document.add_root(Div(text=html.escape(sentence), disable_math=True))

@@ -7,7 +7,7 @@ import http.client
 import os
 import socket
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import ExitStack, closing
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -113,6 +113,55 @@ def test_websockets_are_forbidden_too(server: Any):
     assert socket_answer(server, "/ws?token=wrong") == 403
     assert socket_answer(server, f"/ws?{query}", Origin="http://evil.example") == 403
     assert socket_answer(server, f"/ws?{query}", Host="evil.example") == 403
+
+
+def test_half_sent_requests_leave_room_for_the_owner(server: Any):
+    query = urlsplit(server.address).query
+    with ExitStack() as stack:
+        for _ in range(400):
+            half = stack.enter_context(socket.create_connection(("127.0.0.1", server.port)))
+            half.sendall(b"GET / HTTP/1.1\r\n")
+        assert answer(server, f"/?{query}")[0] == 200
+        connections = psutil.Process().net_connections(kind="inet")
+        there = [c for c in connections if c.laddr.port == server.port and c.raddr]
+        assert sum(c.status == psutil.CONN_ESTABLISHED for c in there) <= 70
+
+
+@pytest.mark.parametrize("query", ["", "token=wrong", "the owner's"])
+def test_a_large_body_is_not_taken_in(server: Any, query: str):
+    owners = urlsplit(server.address).query
+    head = f"POST /?{owners if query.startswith('the') else query} HTTP/1.1\r\n"
+    with socket.create_connection(("127.0.0.1", server.port), timeout=60) as connection:
+        connection.sendall(f"{head}Host: x\r\nContent-Length: 104000000\r\n\r\n".encode())
+        assert connection.recv(100).startswith(b"HTTP/1.1 4") or not connection.recv(100)
+
+
+def test_requests_that_are_malformed_do_not_log_the_token(
+    server: Any, caplog: pytest.LogCaptureFixture
+):
+    query = urlsplit(server.address).query
+    with caplog.at_level("DEBUG", "tornado"):
+        for line in (f"GET /?{query}", f"GET /?{query} HTTP/9.9", f"GET /?{query} x HTTP/1.1"):
+            with socket.create_connection(("127.0.0.1", server.port), timeout=60) as connection:
+                connection.sendall(f"{line}\r\nHost: x\r\n\r\n".encode())
+                connection.recv(100)
+    assert query.removeprefix("token=") not in caplog.text
+
+
+def test_one_tab_too_many_says_so(serving: Any):
+    from bokeh.client import pull_session
+
+    from sweeps.views.explore.serving import TABS
+
+    with serving(lambda document: document.add_root(Div(text="hello"))) as server, ExitStack() as s:
+        texts = []
+        for _ in range(TABS + 1):
+            url = f"http://127.0.0.1:{server.port}"
+            session = pull_session(url=url, arguments={"token": server.address.split("=")[1]})
+            s.callback(session.close)
+            texts.append(session.document.roots[0].text)
+    assert texts[:-1] == ["hello"] * TABS
+    assert "tabs are open already" in texts[-1]
 
 
 def test_it_listens_on_the_loopback_alone(server: Any):
