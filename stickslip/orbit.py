@@ -21,7 +21,7 @@ from stickslip.options import (
     Options,
     default_window,
 )
-from stickslip.parameters import Parameters
+from stickslip.parameters import Parameters, given_or_default
 from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.tables import value_table
@@ -291,6 +291,8 @@ def stationary_orbit(
         phi_0 = 0 without noise.
     OptionError
         An unknown method, treatment or law; a tolerance, step or budget out of range.
+    TypeError
+        `parameters` are something else.
     """
     options = Options(
         method=method,
@@ -308,7 +310,7 @@ def stationary_orbit(
         friction=friction,
         strain=strain,
     )
-    results, finals = compute_orbits(np.array(parameters or Parameters()), options)
+    results, finals = compute_orbits(np.array(given_or_default(parameters)), options)
     return orbit_of_row(results[0], finals[0])
 
 

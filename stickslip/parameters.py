@@ -82,6 +82,18 @@ class Parameters(ParameterValues):
         return value_table(values, PARAMETERS, bold=changed)
 
 
+def given_or_default(parameters: Parameters | None) -> Parameters:
+    """Return what an argument `parameters` means; raises TypeError where it is something else."""
+    if parameters is None:
+        return Parameters()
+    if not isinstance(parameters, Parameters):
+        raise TypeError(
+            f"parameters must be Parameters, such as Parameters(temperature=250), "
+            f"not {parameters!r}"
+        )
+    return parameters
+
+
 def _refuse_unknown(names: Iterable[str]) -> None:
     for name in names:
         if name not in PARAMETERS:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.model import film, solids
-from stickslip.parameters import Parameters
+from stickslip.parameters import Parameters, given_or_default
 from stickslip.variables import PARAMETERS, PHASES
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def phase_diagram(
 
     if not len(temperatures) or samples < 2:
         raise ValueError("a phase diagram needs a temperature and at least two samples")
-    p = parameters or Parameters()
+    p = given_or_default(parameters)
     films = [p._replace(temperature=T) for T in temperatures]
     rest = [solids.largest_order_parameter(at) for at in films]
     phi = np.linspace(0.0, _BEYOND * max(rest), samples)

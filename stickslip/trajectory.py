@@ -22,7 +22,7 @@ from stickslip.model.models import model_of
 from stickslip.model.state import FILM, Component
 from stickslip.options import DEFAULTS, METHODS, Options
 from stickslip.orbit import compute_orbits, prepared_points, typical_options
-from stickslip.parameters import Parameters
+from stickslip.parameters import Parameters, given_or_default
 from stickslip.stability import step_as_text
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, STARTING, TRAJECTORY
@@ -105,14 +105,15 @@ def simulate(
     NoiseError
         phi_0 = 0 without noise.
     ParameterError, TypeError
-        A scheduled value is out of range, or not that of a parameter.
+        A scheduled value is out of range, or not that of a parameter; `parameters` or `schedule` is
+        something else.
     ValueError
         Fewer than one period or one sample per period; a start that is neither a name nor a state;
         a schedule with no values, or with different numbers of them.
     """
     if periods < 1 or samples_per_period < 1:
         raise ValueError("periods and samples_per_period must be at least 1")
-    sections = _sections(parameters or Parameters(), schedule or {})
+    sections = _sections(given_or_default(parameters), schedule or {})
     options = Options(
         method=method,
         rtol=rtol,
@@ -172,6 +173,10 @@ def _together(paths: list[xr.Dataset]) -> xr.Dataset:
 
 def _sections(parameters: Parameters, schedule: Mapping[str, Sequence[float]]) -> list[Parameters]:
     """The parameters of each section of a run."""
+    # Whoever calls without a type checker may give anything.
+    is_mapping: bool = isinstance(schedule, Mapping)
+    if not is_mapping or any(np.ndim(values) != 1 for values in schedule.values()):
+        raise TypeError(f"schedule must map parameters to lists of values, not {schedule!r}")
     if starting := [name for name in schedule if name in STARTING]:
         raise ValueError(f"{', '.join(starting)} cannot be scheduled: a run begins once")
     if len({len(values) for values in schedule.values()} or {1}) > 1 or not all(

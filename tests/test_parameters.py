@@ -3,8 +3,11 @@
 import copy
 import math
 import pickle
+from collections.abc import Callable
 from decimal import Decimal
 from fractions import Fraction
+from functools import partial
+from typing import Any
 
 import numba
 import numpy as np
@@ -12,6 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stickslip import phase_diagram, simulate, stationary_orbit
 from stickslip.parameters import ParameterError, Parameters, ParameterValues
 from stickslip.variables import PARAMETERS, ParameterVariable
 
@@ -90,6 +94,22 @@ def test_numbers_become_floats(value: float):
 def test_anything_else_is_refused_by_name(value: object):
     with pytest.raises(ParameterError, match=r"^temperature must be a number, not "):
         Parameters(temperature=value)
+
+
+def _calls() -> list[Callable[[], object]]:
+    other: Any = 3.0
+    schedules: list[Any] = ["x", {"temperature": 3.0}, [{"temperature": [1.0]}]]
+    calls = (stationary_orbit, simulate, phase_diagram)
+    return [
+        *(partial(call, value) for call in calls for value in (other, "T", {"temperature": 3.0})),
+        *(partial(simulate, schedule=schedule) for schedule in schedules),
+    ]
+
+
+@pytest.mark.parametrize("call", _calls())
+def test_arguments_of_another_type_are_refused_with_what_is_meant(call: Callable[[], object]):
+    with pytest.raises(TypeError, match=r"must be Parameters, such as|must map parameters to"):
+        call()
 
 
 @pytest.mark.parametrize(

@@ -151,12 +151,13 @@ def _refuse_gaps(journal: Journal, sources: list[ExistingPoints]) -> None:
 
 def _missing_parts(sources: list[ExistingPoints]) -> str:
     """Return which parts are missing, where the files are parts of one array; else nothing."""
-    parts = [found.part for found in sources]
-    if not all(parts) or len({text.partition("/")[2] for text in parts}) != 1:
+    try:
+        parts = {Part.parse(found.part) for found in sources}
+    except ValueError:
         return ""
-    count = Part.parse(parts[0]).of
-    lacking = [text for n in range(1, count + 1) if (text := f"{n}/{count}") not in parts]
-    if not lacking:
+    count = max(part.of for part in parts)
+    lacking = [str(part) for n in range(1, count + 1) if (part := Part(n, count)) not in parts]
+    if not lacking or any(part.of != count for part in parts):
         return ""
     listed = ", ".join(itertools.islice(lacking, _NAMED)) + (" ..." if lacking[_NAMED:] else "")
     return f" (missing parts: {listed})"

@@ -47,9 +47,11 @@ def files_of(path: Path) -> list[Path]:
 
 
 def refuse_other_data(ds: xr.Dataset, name: Path) -> None:
-    """Raise TableError if a Dataset is neither the result of a sweep nor a trajectory."""
+    """Raise TableError if a Dataset is neither the result of a sweep nor a trajectory, or empty."""
     if not {"status", "lower_displacement"} & ds.variables.keys():
         raise TableError(f"{name} holds neither the result of a sweep nor a trajectory")
+    if empty := [str(dim) for dim, size in ds.sizes.items() if size == 0]:
+        raise TableError(f"{name} is empty: no value along {', '.join(empty)}")
 
 
 def export(ds: xr.Dataset, path: Path, source: Path | None = None) -> list[Path]:

@@ -218,7 +218,7 @@ def _point(chosen: xr.Dataset) -> Point:
         config = _config_of(written, values)
         return Point(
             config=config,
-            where=_in_words(chosen, written["model"]),
+            where=_in_words(chosen, written.get("model", ())),
             stored={n: chosen[n].item() for n in RESULT_COLUMNS if n in chosen.variables},
             before=_line_before(chosen, config.parameters(), written.get("follow")),
             versions=_versions(chosen.attrs),
@@ -248,7 +248,10 @@ def _line_before(
         return point[:0]
     whole = from_mapping(read_mapping(str(chosen.attrs["config"]), _SOURCE), _SOURCE)
     grid = Grid.from_config(whole)
-    number = grid.locate(point)[0] + DIRECTIONS.index(chosen[DIRECTION].item())
+    way = chosen[DIRECTION].item()
+    if way not in DIRECTIONS:
+        raise PointError(f"the direction {way!r} is none of {', '.join(DIRECTIONS)}")
+    number = grid.locate(point)[0] + DIRECTIONS.index(way)
     (line,) = (line.tolist() for line in grid.lines() if number in line)
     return grid.rows(np.array(line[: line.index(number)], dtype=np.int64))
 

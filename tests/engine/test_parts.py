@@ -12,6 +12,7 @@ from support.marks import marked
 
 from stickslip import Status
 from stickslip.orbit import compute_orbits
+from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
 from sweeps.config.load import Config, from_mapping
 from sweeps.engine import recording
@@ -156,6 +157,16 @@ def test_missing_parts_are_named(tmp_path: Path) -> None:
     assert written.statuses[Status.PENDING] == 6
 
 
+def test_a_part_that_cannot_be_is_none(tmp_path: Path) -> None:
+    first, second = parts_of(from_mapping(MAP), tmp_path, 2)
+    with netCDF4.Dataset(first, "a") as file:
+        file.part = "x/y"
+    with pytest.raises(RefusalError, match=r"9 of 18 points are in none of the files; --partial"):
+        merge([first], tmp_path / "m.nc")
+    merge([first, second], tmp_path / "m.nc")
+    assert content_hash(open_result(tmp_path / "m.nc")) == content_hash(run(MAP))
+
+
 def test_equal_overlaps_are_merged_and_others_refused(tmp_path: Path) -> None:
     first, second = parts_of(from_mapping(MAP), tmp_path, 2)
     whole = tmp_path / "whole.nc"
@@ -169,7 +180,7 @@ def test_overlaps_that_differ_are_refused(tmp_path: Path, monkeypatch: pytest.Mo
 
     def shifted(*arguments: Any, **how: Any) -> tuple[np.ndarray, np.ndarray]:
         results, finals = compute_orbits(*arguments, **how)
-        results[-1, 0] += 1e-3
+        results[-1, RESULT_COLUMNS.index("asymmetry")] += 1e-3
         return results, finals
 
     monkeypatch.setattr(worker, "compute_orbits", shifted)

@@ -19,7 +19,7 @@ from sweeps.engine.trajectories import trajectories
 from sweeps.files import export as module
 from sweeps.files.atomic import StorageError
 from sweeps.files.chunks import Chunks
-from sweeps.files.export import TableError, export, files_of
+from sweeps.files.export import TableError, export, files_of, refuse_other_data
 
 FLOATS = [name for name in RESULT_COLUMNS if RESULTS[name].dtype == "f8"]
 # What a writer that rounds, or drops a sign, changes.
@@ -196,3 +196,9 @@ def test_a_table_is_as_private_as_its_result(ds: xr.Dataset, tmp_path: Path) -> 
     source.touch(mode=0o600)
     for path in (*export(ds, tmp_path / "a.csv", source), *export(ds, tmp_path / "b.csv")):
         assert path.stat().st_mode & 0o077 == (0 if path.name.startswith("a") else 0o044)
+
+
+def test_a_dataset_without_a_value_is_refused(ds: xr.Dataset, tmp_path: Path) -> None:
+    refuse_other_data(ds, tmp_path / "a.nc")
+    with pytest.raises(TableError, match=r"a\.nc is empty: no value along temperature"):
+        refuse_other_data(ds.isel(temperature=slice(0)), tmp_path / "a.nc")

@@ -161,6 +161,17 @@ def test_what_names_no_single_point_is_refused(
         point_of(ds, **where)
 
 
+def test_a_direction_that_cannot_be_is_named() -> None:
+    changed = run(LINE).assign_coords(direction=["left", "down"])
+    with pytest.raises(PointError, match="the direction 'left' is none of up, down"):
+        point_of(changed, omega=38.0, direction="left")
+
+
+def test_a_config_may_leave_out_the_model(ds: xr.Dataset) -> None:
+    point = point_of(ds.assign_attrs(config="integrator: {rtol: 1e-4}\n"), T=250, gamma=0)
+    assert point.where.startswith("temperature = 250 K")
+
+
 def test_a_trajectory_has_no_points_of_a_result(ds: xr.Dataset) -> None:
     course = point_of(ds, T=200, gamma=0).simulate()
     with pytest.raises(PointError, match="no result of a sweep"):
