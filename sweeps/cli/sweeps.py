@@ -46,6 +46,7 @@ PartOption = Annotated[
 
 # Options that must not be repeated when the sweep is resumed.
 _ONCE = ("--overwrite", "--retry-failed")
+_MANY = 10_000_000  # points whose plan takes more than a moment
 
 
 def sweep(
@@ -137,10 +138,14 @@ def plan(
     from sweeps.engine.plan import plan as make_plan
     from sweeps.engine.progress import Compiling
     from sweeps.engine.signals import interruptible
+    from sweeps.grid import Grid
 
     config = checked_config(file, [*(set_ or []), *execution_changes(workers, backend, scheduler)])
     chosen, compiling = _part(part), Compiling(wanted=not no_progress)
     path = output or _default_output(config, chosen)
+    points = Grid.from_config(config).size
+    if points >= _MANY:
+        say(f"{points} points; looking at what is there, and at a sample")
     made = interruptible(
         lambda: make_plan(config, path, compiling, chosen),
         "Interrupted; nothing was kept.",

@@ -72,6 +72,11 @@ class Target:
         grid, settings = Grid.from_config(config), settings_of(config)
         return cls(config, grid, settings, key_of(settings, grid), Chunks(grid.shape), part)
 
+    @property
+    def points(self) -> int:
+        """The number of points that are to be computed, or one less in a part."""
+        return self.grid.size // (self.part.of if self.part else 1)
+
     @cached_property
     def needed(self) -> NDArray[np.bool_]:
         """Flags (grid.size,) of the points that are to be computed."""

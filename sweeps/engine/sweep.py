@@ -77,6 +77,8 @@ def sweep(
         before = fingerprint(folder.output)
         if partial:
             return _export(target, folder, policy)
+        if before is None and not folder.journal.exists():
+            _require_room(folder, target.points, target.points)  # before they take memory
         complete = complete_already(target, folder, policy)
         if complete is not None:
             ended = _ended(target, output, complete, missing=0)
@@ -89,7 +91,7 @@ def sweep(
             counts = Counts(int(np.count_nonzero(needed)), journal)
             recorder = Recorder(journal, folder, counts, console, stop)
             _announce(target, prepared, counts, console)
-            _require_room(folder, counts)
+            _require_room(folder, counts.left, counts.total)
             result.try_writing()
             for _ in range(_RECOVERIES):
                 if counts.left:
@@ -140,14 +142,14 @@ def _announce(target: Target, prepared: PreparedJournal, counts: Counts, console
     console.say(f"{part}{counts.total}{of} points{product}{found}; {counts.left} to compute")
 
 
-def _require_room(folder: RunFolder, counts: Counts) -> None:
-    """Raise StorageError now rather than after the computation."""
-    needed = counts.left * BYTES_PER_POINT + counts.total * RESULT_BYTES_PER_POINT + RESULT_BYTES
+def _require_room(folder: RunFolder, left: int, total: int) -> None:
+    """Raise StorageError now rather than after the computation of what is left of the points."""
+    needed = left * BYTES_PER_POINT + total * RESULT_BYTES_PER_POINT + RESULT_BYTES
     free = shutil.disk_usage(folder.path).free
     if free < needed:
         raise StorageError(
-            f"{folder.path.parent} has {size_text(free)} left, but the sweep may need "
-            f"{size_text(needed)}; make room, or write elsewhere with -o"
+            f"{folder.path.parent} has {size_text(free)} left, but the sweep of {total} points may "
+            f"need {size_text(needed)}; make room, or write elsewhere with -o"
         )
 
 

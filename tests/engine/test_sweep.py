@@ -10,6 +10,7 @@ import pytest
 
 from sweeps.config.load import from_mapping
 from sweeps.engine.executors import worker
+from sweeps.engine.existing import Target
 from sweeps.engine.outcome import Console
 from sweeps.engine.sweep import sweep
 from sweeps.files.datasets import StorageError, open_result
@@ -50,8 +51,9 @@ def test_a_disk_without_room_is_told_before_anything_is_computed(
     usage = namedtuple("usage", "total used free")
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(10, 10, 1000))
     monkeypatch.setattr(worker, "compute_orbits", lambda *_, **__: pytest.fail("computed"))
+    monkeypatch.setattr(Target, "needed", property(lambda _: pytest.fail("took memory")))
     with pytest.raises(
-        StorageError, match=r"has 1000 bytes left, but the sweep may need 138\.1 KiB"
+        StorageError, match=r"has 1000 bytes left, but the sweep of 40 points may need 138\.1 KiB"
     ):
         swept(tmp_path / "a.nc")
 
