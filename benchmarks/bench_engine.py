@@ -14,8 +14,8 @@ from typing import Any
 
 from shared.commands import MIB, run_command
 from shared.grids import FLUIDS, LIQUID, STICK_SLIP, SWEEP, WORKERS, grid_config, write_config
+from shared.measuring import measure
 from shared.points import quantile
-from shared.record import measure
 
 RTOL = (1e-4, 1e-4)  # of the integration, and of stationarity
 

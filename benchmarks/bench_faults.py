@@ -13,8 +13,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from faults import damage, kills, together, workers
-from shared.record import measure
+from faults import damage, kills, outputs, page, together, workers
+from shared.measuring import measure
 
 Tallies = dict[str, dict[str, Any]]
 
@@ -35,6 +35,8 @@ ATTACKS = {
     "kills": kills.kills,
     "together": together.run,
     "workers": workers.run,
+    "outputs": outputs.run,
+    "page": page.run,
 }
 
 if __name__ == "__main__":

@@ -18,8 +18,8 @@ import numpy as np
 from inside.fixed import fixed_amplitudes, fixed_lanes, scalar_steps
 from inside.lanes import attempted, first_period, lane_end, search
 from inside.scalar import scalar_end
+from shared.measuring import measure
 from shared.points import parameter, random_points
-from shared.record import measure
 from shared.timing import fastest
 
 from stickslip.compiled.simd import LANES

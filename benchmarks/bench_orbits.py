@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from peers import NUMBALSODA, PEERS, Failure, StationaryOrbit, Worker
+from shared.measuring import measure
 from shared.points import (
     AMPLITUDES,
     COUNTS,
@@ -28,7 +29,6 @@ from shared.points import (
     statuses,
     worse_errors,
 )
-from shared.record import measure
 from shared.timing import median_seconds, pin, timed
 
 from stickslip.options import Options

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 from shared.euler_maruyama import single_periods
+from shared.measuring import measure
 from shared.points import AMPLITUDES, column, good
-from shared.record import measure
 from shared.timing import medians_in_turn, pin, timed
 
 from stickslip.kernels.adaptive import driver

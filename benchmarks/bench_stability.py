@@ -5,7 +5,7 @@ Half an hour on two cores. Each question is a module of `benchmarks/stability/`.
 
 from __future__ import annotations
 
-from shared.record import measure
+from shared.measuring import measure
 from stability import (
     acceleration,
     extremes,

@@ -25,8 +25,8 @@ from shared.grids import (
     grid_config,
     write_config,
 )
+from shared.measuring import measure
 from shared.points import AMPLITUDES, count_by_name, good, orbits, quantile, worse_errors
-from shared.record import measure
 from shared.timing import median_seconds, medians_in_turn, timed
 
 import stickslip

@@ -22,8 +22,8 @@ from curves.ratios import (
 )
 from curves.series import PERIODS, by_peer, in_lanes, one_by_one
 from peers import NUMBALSODA, PEERS, Worker
+from shared.measuring import measure
 from shared.points import random_points
-from shared.record import measure
 from shared.timing import pin
 
 from stickslip.parameters import Parameters

@@ -16,6 +16,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
+from multiprocessing import util
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -166,6 +167,33 @@ class _Arm(NamedTuple):
         ctypes.CDLL(self.library).arm(
             self.folder.encode(), ctypes.c_long(self.number), self.error, int(self.lasting)
         )
+
+
+def number_of_operations(folder: Path, *arguments: str) -> int:
+    """Return how many operations on files in a folder an undisturbed command makes."""
+    process = begin(folder, *arguments, before=_Counting(str(shim()), str(folder)))
+    if (end := ended(folder, process)).code != 0:
+        raise RuntimeError(f"fails without a fault: {end.said}")
+    counted = folder / "operations"
+    count = int(counted.read_text())
+    counted.unlink()
+    return count
+
+
+class _Counting:
+    """Arms the shim so that it only counts, and writes the count at the end."""
+
+    def __init__(self, library: str, folder: str) -> None:
+        self._library, self._folder = library, folder
+
+    def __call__(self) -> None:
+        library = ctypes.CDLL(self._library)
+        library.operations.restype = ctypes.c_long
+        library.arm(self._folder.encode(), ctypes.c_long(10**9), 0, 0)
+        util.Finalize(None, lambda: self._write(library.operations()), exitpriority=1)
+
+    def _write(self, count: int) -> None:
+        Path(self._folder, "operations").write_text(str(count))
 
 
 # --- the sweep --------------------------------------------------------------------------------

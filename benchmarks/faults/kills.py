@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import ctypes
 import errno
 import random
 import time
-from multiprocessing import util
 from pathlib import Path
 from typing import Any
 
-from faults.arena import SWEEP, Arena, Tally, armed, begin, ended, shim
+from faults.arena import SWEEP, Arena, Tally, armed, begin, ended, number_of_operations, shim
 
 ERRORS = (errno.ENOSPC, errno.EIO, errno.EACCES)  # no space, a broken disk, no permission
 
@@ -27,7 +25,7 @@ def kills(quick: bool, folder: Path) -> dict[str, Any]:
 def failures(quick: bool, folder: Path) -> dict[str, Any]:
     """Let file operations fail, once or from then on."""
     arena, rng, tally = Arena(folder), random.Random(2), Tally()
-    operations = _number_of_operations(arena) if shim() else 0
+    operations = _operations(arena) if shim() else 0
     for _ in range((4 if quick else 500) if operations else 0):
         number, error, lasting = rng.randint(1, operations), rng.choice(ERRORS), rng.random() < 0.5
         what = f"operation {number} {'and all later ones fail' if lasting else 'fails'}: {error}"
@@ -55,38 +53,18 @@ def _before_operations(arena: Arena, rng: random.Random, count: int) -> Tally:
     tally = Tally()
     if shim() is None:
         return tally
-    operations = _number_of_operations(arena)
+    operations = _operations(arena)
     for _ in range(count):
         number = rng.randint(1, operations)
         arena.attack(tally, f"killed before operation {number}", lambda f, n=number: armed(f, n, 0))
     return tally
 
 
-def _number_of_operations(arena: Arena) -> int:
-    """Return how many operations on its files the sweep makes."""
+def _operations(arena: Arena) -> int:
     folder = arena.new()
-    process = begin(folder, *SWEEP, before=_Counting(str(shim()), str(folder)))
-    if ended(folder, process).code != 0:
-        raise RuntimeError("the sweep fails without a fault")
-    count = int((folder / "operations").read_text())
+    count = number_of_operations(folder, *SWEEP)
     arena.clear(folder)
     return count
-
-
-class _Counting:
-    """Arms the shim so that it only counts, and writes the count at the end."""
-
-    def __init__(self, library: str, folder: str) -> None:
-        self._library, self._folder = library, folder
-
-    def __call__(self) -> None:
-        library = ctypes.CDLL(self._library)
-        library.operations.restype = ctypes.c_long
-        library.arm(self._folder.encode(), ctypes.c_long(10**9), 0, 0)
-        util.Finalize(None, lambda: self._write(library.operations()), exitpriority=1)
-
-    def _write(self, count: int) -> None:
-        Path(self._folder, "operations").write_text(str(count))
 
 
 def _duration(arena: Arena) -> float:

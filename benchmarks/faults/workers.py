@@ -1,4 +1,4 @@
-"""Workers and schedulers that are killed or frozen."""
+"""Workers and schedulers that are killed or frozen, or give wrong answers."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from typing import Any
 
 import psutil
 
+from faults import answers
 from faults.arena import PATIENCE, SWEEP, Arena, Ended, Tally
 
 
 def run(quick: bool, folder: Path) -> dict[str, Any]:
-    """Kill or freeze workers of this machine, and of a cluster."""
+    """Kill or freeze workers of this machine, and of a cluster, or let them damage blocks."""
     arena, rng = Arena(folder), random.Random(5)
     workers, clusters = Tally(), Tally()
     for _ in range(1 if quick else 10):
@@ -30,9 +31,14 @@ def run(quick: bool, folder: Path) -> dict[str, Any]:
             clusters,
             ("scheduler killed", "worker killed", "scheduler frozen")[number % 3],
         )
+    liars = Tally()
+    for _ in range(1 if quick else 20):
+        _cluster(arena, rng, liars, "wrong answers")
     return {
         "killed processes of a sweep": workers.as_dict(),
         "dead and frozen workers and schedulers": clusters.as_dict(),
+        "damaged blocks of threads": answers.threads_lie(quick).as_dict(),
+        "damaged blocks of a cluster": liars.as_dict(),
     }
 
 
@@ -75,7 +81,7 @@ def _workers(process: subprocess.Popen[bytes]) -> list[psutil.Process]:
 
 
 def _cluster(arena: Arena, rng: random.Random, tally: Tally, mishap: str) -> None:
-    """Strike a scheduler or one of two workers: it dies or freezes."""
+    """Strike a scheduler or one of two workers: it dies, freezes or gives wrong answers."""
     folder = arena.new()
     file = folder.parent / "scheduler.json"
     processes = [_dask("scheduler", "--port", "0", "--scheduler-file", str(file))]
@@ -83,11 +89,14 @@ def _cluster(arena: Arena, rng: random.Random, tally: Tally, mishap: str) -> Non
         while not (file.exists() and file.read_text().endswith("}")):
             time.sleep(0.05)
         address = json.loads(file.read_text())["address"]
-        processes += [_dask("worker", address, "--nthreads", "1", "--no-nanny") for _ in range(2)]
+        worker = ("worker", address, "--nthreads", "1", "--no-nanny")
+        lies = ("--preload", "faults.answers") if mishap == "wrong answers" else ()
+        processes += [_dask(*worker, *lies), _dask(*worker)]
         sweep = _command(folder, "--scheduler", address, "--max-runtime", "12s")
-        time.sleep(rng.uniform(1.0, 5.0))
-        struck = processes[1 if mishap.startswith("worker") else 0]
-        struck.send_signal(signal.SIGSTOP if mishap.endswith("frozen") else signal.SIGKILL)
+        if not lies:
+            time.sleep(rng.uniform(1.0, 5.0))
+            struck = processes[1 if mishap.startswith("worker") else 0]
+            struck.send_signal(signal.SIGSTOP if mishap.endswith("frozen") else signal.SIGKILL)
         arena.judge(tally, mishap, folder, _ended(folder, sweep))
     finally:
         for process in processes:
@@ -106,5 +115,8 @@ def _dask(kind: str, *arguments: str) -> subprocess.Popen[bytes]:
         "--no-dashboard",
     ]
     return subprocess.Popen(
-        [sys.executable, *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        [sys.executable, *words],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])},
     )

@@ -100,7 +100,7 @@ TABLES: dict[str, Table] = {
     "stability_verdicts": Table("stability", VERDICTS, stability_tables.verdicts),
     "faults": Table(
         "faults",
-        ("damage", "results", "operations", "kills", "together", "workers"),
+        ("damage", "results", "operations", "kills", "together", "workers", "outputs", "page"),
         sweep_tables.attacks,
     ),
 }
