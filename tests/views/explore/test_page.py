@@ -116,9 +116,10 @@ def test_a_slider_moves_the_amplitudes(view: View):
     view.page.mouse.move(x + 20, y, steps=5)
     view.page.mouse.up()
     view.page.mouse.move(0, 0)
-    wait_until(lambda: f"T = {view.box('temperature').input_value()} K" in view.heading())
-    temperature = float(view.box("temperature").input_value())
-    assert 220 < temperature < 240
+    box = view.box("temperature")
+    wait_until(lambda: 220 < float(box.input_value()) < 240)  # the mouse has come to its end
+    wait_until(lambda: f"T = {box.input_value()} K" in view.heading())
+    temperature = float(box.input_value())
     parameters = Parameters(temperature=temperature)
     view.shows(stationary_orbit(parameters), parameters)
 
