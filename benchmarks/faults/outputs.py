@@ -100,4 +100,4 @@ def _contents(folder: Path, writer: Writer) -> list[object]:
 def _content(path: Path) -> object:
     if path.suffix == ".nc":
         return content_hash(open_result(path))
-    return path.read_bytes()
+    return path.read_bytes() if path.exists() else None

@@ -47,11 +47,12 @@ def export(
 def _refuse_table(path: Path, file: Path, *, overwrite: bool) -> None:
     """End the command if a table would replace a file that it must not."""
     from sweeps.files.atomic import refuse_odd_output
+    from sweeps.files.export import is_left_over
 
     refuse_odd_output(path)
     if path.exists() and file.exists() and path.samefile(file):
         stop_with(f"{path} is the result itself; -o names the table", Exit.USAGE)
-    if path.exists() and not overwrite:
+    if path.exists() and not (overwrite or is_left_over(path)):
         stop_with(
             f"{path} exists already; --overwrite replaces it, -o writes elsewhere", Exit.USAGE
         )

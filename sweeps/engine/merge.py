@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 from collections.abc import Iterator, Sequence
 from contextlib import closing
@@ -20,6 +21,7 @@ from sweeps.engine.existing import (
 from sweeps.engine.order.part import Part
 from sweeps.engine.outcome import JournaledResult
 from sweeps.engine.resume import manifest_of
+from sweeps.exits import ExpectedError
 from sweeps.files.atomic import StorageError, fingerprint, refuse_odd_output, storage_errors
 from sweeps.files.columns import Rows
 from sweeps.files.journal import Journal
@@ -86,12 +88,20 @@ def _refuse_output(inputs: Sequence[Path], output: Path, overwrite: bool) -> Non
     if any(output.exists() and path.exists() and output.samefile(path) for path in inputs):
         raise RefusalError(f"{output} is one of the files to be merged; -o names another one")
     if output.exists() and not overwrite:
+        _clear_leftovers(RunFolder(output))
         raise RefusalError(f"{output} exists already; --overwrite replaces it, -o writes elsewhere")
     if RunFolder(output).journal.exists():
         raise RefusalError(
             f"a sweep to {output} was interrupted and can be resumed; finish it, or choose "
             "another -o"
         )
+
+
+def _clear_leftovers(folder: RunFolder) -> None:
+    """Remove what a merge has left that was killed when its output had its name already."""
+    if folder.path.exists():
+        with contextlib.suppress(ExpectedError), folder.held():
+            pass  # its end removes what belongs to no interrupted sweep
 
 
 def _common_target(sources: list[ExistingPoints], first: Path) -> Target:

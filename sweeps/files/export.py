@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 ENDINGS = (".csv", ".parquet")
 
+_DESCRIPTION = ["name", "units", "meaning", "fixed_value"]  # the columns of the second table
+
 
 class TableError(ExpectedError, ValueError):
     """A table that cannot be made; the message says what would help."""
@@ -44,6 +46,15 @@ def files_of(path: Path) -> list[Path]:
         _require_pyarrow()
         return [path]
     return [path, path.with_name(f"{path.stem}.columns.csv")]
+
+
+def is_left_over(path: Path) -> bool:
+    """Tell whether a table of columns stands alone, as a killed export leaves it."""
+    table = path.with_name(path.name.replace(".columns.csv", ".csv"))
+    if table == path or table.exists() or not path.is_file():
+        return False
+    with path.open(encoding="utf-8", errors="replace") as file:
+        return file.readline().rstrip() == ",".join(_DESCRIPTION)
 
 
 def refuse_other_data(ds: xr.Dataset, name: Path) -> None:
@@ -188,12 +199,12 @@ def _described(ds: xr.Dataset) -> pd.DataFrame:
 
     fixed = {str(name): ds[name].item() for name in ds.coords if not ds[name].ndim}
     rows = [
-        {
-            "name": name,
-            "units": ds[name].attrs.get("units", ""),
-            "meaning": ds[name].attrs.get("long_name", ""),
-            "fixed_value": fixed.get(name, ""),
-        }
+        (
+            name,
+            ds[name].attrs.get("units", ""),
+            ds[name].attrs.get("long_name", ""),
+            fixed.get(name, ""),
+        )
         for name in dict.fromkeys([*_columns(ds), *fixed])
     ]
-    return pd.DataFrame(rows)
+    return pd.DataFrame(rows, columns=_DESCRIPTION)

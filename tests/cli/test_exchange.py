@@ -35,6 +35,15 @@ def test_a_table_is_written_once(command: Command) -> None:
     assert entries("deep/er") == ["b.columns.csv", "b.csv"]
 
 
+def test_a_table_whose_export_was_killed_is_written(command: Command) -> None:
+    command("sweep", "a.yaml", "-o", "a.nc")
+    command("export", "a.nc")
+    whole = Path("a.csv").read_bytes()
+    Path("a.csv").unlink()  # the columns get their name first
+    assert command("export", "a.nc").code == 0
+    assert Path("a.csv").read_bytes() == whole
+
+
 def test_what_is_no_table_of_ours_is_not_replaced(command: Command) -> None:
     command("sweep", "a.yaml", "-o", "a.nc")
     Path("b.columns.csv").write_text("mine")

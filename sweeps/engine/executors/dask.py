@@ -142,7 +142,7 @@ def _connected(address: str) -> Any:
     import asyncio
 
     from distributed import Client
-    from distributed.comm import connect
+    from distributed.comm.core import connect
     from distributed.security import Security
 
     async def reach() -> None:

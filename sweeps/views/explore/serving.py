@@ -29,7 +29,7 @@ from sweeps.views.explore.guard import Guard, new_token
 _LOOPBACK = "127.0.0.1"
 # How soon a tab that was closed gives up its threads; a slow one may take long to open.
 _LOOK_SECONDS, _UNUSED_SECONDS = 2, 30
-TABS = 24
+TABS = 12
 """Tabs that may be open at a time: each has threads, and a document of some megabytes."""
 
 # Any user of this machine can connect. What has not shown the token yet is limited in number, time
