@@ -157,6 +157,17 @@ def test_missing_parts_are_named(tmp_path: Path) -> None:
     assert written.statuses[Status.PENDING] == 6
 
 
+def test_a_merge_that_was_killed_at_its_end_leaves_nothing(tmp_path: Path) -> None:
+    parts, merged = parts_of(from_mapping(MAP), tmp_path, 2), tmp_path / "m.nc"
+    merge(parts, merged)
+    folder = RunFolder(merged)
+    folder.path.mkdir()
+    folder.merged.write_bytes(b"left")
+    with pytest.raises(RefusalError, match=r"m\.nc exists already"):
+        merge(parts, merged)
+    assert not folder.path.exists()
+
+
 def test_a_part_that_cannot_be_is_none(tmp_path: Path) -> None:
     first, second = parts_of(from_mapping(MAP), tmp_path, 2)
     with netCDF4.Dataset(first, "a") as file:
