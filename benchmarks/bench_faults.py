@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from faults import damage, kills, outputs, page, together, workers
+from faults import damage, kills, outputs, page, planted, together, workers
 from shared.measuring import measure
 
 Tallies = dict[str, dict[str, Any]]
@@ -37,6 +37,7 @@ ATTACKS = {
     "workers": workers.run,
     "outputs": outputs.run,
     "page": page.run,
+    "planted": planted.run,
 }
 
 if __name__ == "__main__":

@@ -135,7 +135,7 @@ PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
     _positive("kinetic_coefficient", "delta", r"\delta", "m3 J-1 s-1", "kinetic coefficient",
         default=100.0),
     _not_negative("thermal_coefficient", "alpha", r"\alpha", "J K-1 m-3",
-        "thermal coefficient of free energy", default=0.95),
+        "thermal coefficient of the free energy", default=0.95),
     _not_negative("critical_temperature", "T_c", "T_c", "K", "critical temperature",
         default=290.0),
     _not_negative("elastic_coefficient", "a", "a", "Pa", "elastic coefficient of the free energy",

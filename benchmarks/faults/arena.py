@@ -10,6 +10,7 @@ import json
 import multiprocessing
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -149,6 +150,30 @@ def ended(folder: Path, process: multiprocessing.process.BaseProcess) -> Ended:
     log = folder.parent / "said"
     said = log.read_text(errors="replace") if log.exists() else ""  # killed before its first word
     return Ended(None if hung else process.exitcode, said)
+
+
+def sweep_afresh(folder: Path, *more: str, **environment: str) -> subprocess.Popen[bytes]:
+    """Start the sweep in an interpreter of its own."""
+    said = (folder.parent / "said").open("w")
+    return subprocess.Popen(
+        [sys.executable, "-m", "sweeps.cli", *SWEEP, *more],
+        cwd=folder,
+        stdout=said,
+        stderr=said,
+        start_new_session=True,
+        env=os.environ | environment,
+    )
+
+
+def ended_afresh(folder: Path, process: subprocess.Popen[bytes]) -> Ended:
+    """Return how such a process ended; kill it and what it has started where it hangs."""
+    try:
+        code: int | None = process.wait(PATIENCE)
+    except subprocess.TimeoutExpired:
+        code = None
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+    return Ended(code, (folder.parent / "said").read_text(errors="replace"))
 
 
 def armed(folder: Path, number: int, error: int, *, lasting: bool = False) -> Callable[[], None]:

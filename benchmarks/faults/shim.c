@@ -71,6 +71,16 @@ ON_FILE(int, fsync, (int file), (file))
 ON_FILE(int, ftruncate, (int file, off_t size), (file, size))
 ON_FILE(int, ftruncate64, (int file, off64_t size), (file, size))
 
+/* A file whose close fails is closed. */
+int close(int file) {
+    REAL(close);
+    int fails = of_file(file) && strikes(), error = errno;
+    if (file >= 0 && file < (int)sizeof ours) ours[file] = 0;
+    int result = real(file);
+    if (fails) errno = error;
+    return fails ? -1 : result;
+}
+
 #define ON_PATH(name, parameters, arguments)          \
     int name parameters {                             \
         REAL(name);                                   \

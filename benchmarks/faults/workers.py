@@ -15,7 +15,7 @@ from typing import Any
 import psutil
 
 from faults import answers
-from faults.arena import PATIENCE, SWEEP, Arena, Ended, Tally
+from faults.arena import Arena, Tally, ended_afresh, sweep_afresh
 
 
 def run(quick: bool, folder: Path) -> dict[str, Any]:
@@ -42,33 +42,17 @@ def run(quick: bool, folder: Path) -> dict[str, Any]:
     }
 
 
-def _command(folder: Path, *more: str) -> subprocess.Popen[bytes]:
-    said = (folder.parent / "said").open("w")
-    words = [sys.executable, "-m", "sweeps.cli", *SWEEP, *more]
-    return subprocess.Popen(words, cwd=folder, stdout=said, stderr=said, start_new_session=True)
-
-
-def _ended(folder: Path, process: subprocess.Popen[bytes]) -> Ended:
-    try:
-        code: int | None = process.wait(PATIENCE)
-    except subprocess.TimeoutExpired:
-        code = None
-        os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
-    return Ended(code, (folder.parent / "said").read_text(errors="replace"))
-
-
 def _worker(arena: Arena, rng: random.Random, tally: Tally) -> None:
     """Kill one of the processes that a sweep has started."""
     folder = arena.new()
-    process = _command(folder, "--backend", "loky", "--workers", "2")
+    process = sweep_afresh(folder, "--backend", "loky", "--workers", "2")
     late = rng.uniform(0.5, 6.0)
     time.sleep(late)
     workers = _workers(process)
     if workers:
         rng.choice(workers).kill()
     what = f"loky: one of {len(workers)} processes killed after {late:.1f} s"
-    arena.judge(tally, what, folder, _ended(folder, process))
+    arena.judge(tally, what, folder, ended_afresh(folder, process))
     arena.clear(folder)
 
 
@@ -92,12 +76,12 @@ def _cluster(arena: Arena, rng: random.Random, tally: Tally, mishap: str) -> Non
         worker = ("worker", address, "--nthreads", "1", "--no-nanny")
         lies = ("--preload", "faults.answers") if mishap == "wrong answers" else ()
         processes += [_dask(*worker, *lies), _dask(*worker)]
-        sweep = _command(folder, "--scheduler", address, "--max-runtime", "12s")
+        sweep = sweep_afresh(folder, "--scheduler", address, "--max-runtime", "12s")
         if not lies:
             time.sleep(rng.uniform(1.0, 5.0))
             struck = processes[1 if mishap.startswith("worker") else 0]
             struck.send_signal(signal.SIGSTOP if mishap.endswith("frozen") else signal.SIGKILL)
-        arena.judge(tally, mishap, folder, _ended(folder, sweep))
+        arena.judge(tally, mishap, folder, ended_afresh(folder, sweep))
     finally:
         for process in processes:
             process.kill()

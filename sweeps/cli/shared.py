@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from sweeps.exits import Exit
-from sweeps.human import printable
+from sweeps.human import printable, size_text
 
 if TYPE_CHECKING:
     from sweeps.config.load import Config
@@ -29,6 +29,9 @@ WorkersOption = Annotated[int | None, typer.Option(min=1, help="Number of thread
 NoProgressOption = Annotated[bool, typer.Option("--no-progress", help="Show no progress.")]
 
 
+_LARGE = 1 << 18  # bytes of a config that is read for seconds
+
+
 def stop_with(message: str, code: Exit) -> NoReturn:
     """End the command with a message and an exit code."""
     say(message)
@@ -44,6 +47,8 @@ def checked_config(file: Path | None, changes: list[str] | None) -> Config:
     """Return the checked config and print its warnings; raises ConfigError."""
     from sweeps.engine.settings import coarse_step, read_config
 
+    if file is not None and file.is_file() and file.stat().st_size > _LARGE:
+        say(f"reading {file}, of {size_text(file.stat().st_size)}")
     config = read_config(file if file is not None else {}, changes or [])
     for warning in (*config.warnings, *coarse_step(config)):
         say(f"warning: {warning}")

@@ -23,6 +23,7 @@ from sweeps.config.diagnostics import MAX_DEPTH, UNREADABLE, Document
 from sweeps.human import reason
 
 _MAX_BYTES = 1 << 20
+_MAX_KEYS = 2000  # each would be read, compared with those that there are, and told
 
 # YAML 1.2.2, section 10.3.2 (core schema); ruamel's own numbers may hold underscores.
 _INTEGER = re.compile(r"[-+]?[0-9]+")
@@ -53,6 +54,7 @@ _REMEDIES = {
 _MESSAGES = {
     "found another document": "a second document starts here; a config is one",
     r"'\t' that cannot start": "has a tab where none may stand; write spaces instead of tabs",
+    "too many keys": f"has more than {_MAX_KEYS} keys, which no config has",
     "maximum depth": "is nested too deeply; a config has four levels of keys at most",
 }
 
@@ -62,10 +64,18 @@ class _Alias(ScalarNode):
 
 
 class _Composer(Composer):
-    """Ruamel's composer, but for aliases, which could fill the memory: each stays in its place."""
+    """Ruamel's composer, but for aliases, which could fill the memory: each stays in its place.
+
+    Raises MarkedYAMLError at a key too many.
+    """
+
+    keys = 0
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         event = self.parser.peek_event()
+        self.keys += index is None and isinstance(parent, MappingNode)
+        if self.keys > _MAX_KEYS:
+            raise MarkedYAMLError(problem="too many keys", problem_mark=event.start_mark)
         if isinstance(event, AliasEvent):
             self.parser.get_event()
             return _Alias(None, event.anchor, event.start_mark, event.end_mark)

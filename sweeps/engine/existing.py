@@ -29,7 +29,14 @@ from sweeps.files.chunks import Chunks
 from sweeps.files.columns import STATUS, Rows
 from sweeps.files.datasets import DAMAGE
 from sweeps.files.journal import Journal, readable_manifest
-from sweeps.files.results import Digests, coordinates_in, digests_of, read_rows, whole_chunks
+from sweeps.files.results import (
+    Digests,
+    coordinates_in,
+    digests_of,
+    open_file,
+    read_rows,
+    whole_chunks,
+)
 from sweeps.files.run_folder import RunFolder
 from sweeps.files.watch import require_readable
 from sweeps.grid import CASE, DIRECTION, Grid
@@ -80,7 +87,7 @@ class Target:
     @cached_property
     def needed(self) -> NDArray[np.bool_]:
         """Flags (grid.size,) of the points that are to be computed."""
-        return self.part.points(self.grid) if self.part else np.ones(self.grid.size, dtype=bool)
+        return self.part.points(self.grid) if self.part else np.broadcast_to(True, self.grid.size)
 
     def failed(self, indices: NDArray[np.int64], rows: Rows) -> NDArray[np.bool_]:
         """Return which points (n,) with rows (n, columns) are asked for and did not end ok."""
@@ -194,7 +201,7 @@ def found_in_file(path: Path) -> ExistingPoints:
     """
     require_readable(path)
     try:
-        with netCDF4.Dataset(path) as file:
+        with open_file(path) as file:
             attributes = {name: str(file.getncattr(name)) for name in file.ncattrs()}
             _refuse_other_file(path, file.variables, attributes)
             config = _config_of(lambda: _described(file), path)
@@ -341,7 +348,7 @@ def _points_of_file(path: Path, chunks: Chunks, seal: str, key: bytes) -> Points
     The file was sound when it was opened, but much time may have passed.
     """
     try:
-        with netCDF4.Dataset(path) as file:
+        with open_file(path) as file:
             whole_chunks(file)
             digests = Digests(RESULT_COLUMNS)
             for number in range(len(chunks)):

@@ -59,8 +59,9 @@ def plan(
     Raises RefusalError and StorageError if what is at the output cannot be read, ExecutorError.
     """
     target, execution = Target.of(config, part), config.execution
-    done = _done(target, output) | ~target.needed
-    points = int(np.count_nonzero(target.needed))
+    done = ~target.needed
+    points = len(done) - int(np.count_nonzero(done))
+    _add_what_is_there(done, target, output)
     left = len(done) - int(np.count_nonzero(done))
     costs, seconds, block_seconds = Costs(), 0.0, 1.0
     if left:
@@ -83,14 +84,12 @@ def plan(
     )
 
 
-def _done(target: Target, output: Path) -> NDArray[np.bool_]:
-    """Return which points are there already and would not be computed."""
-    done = np.zeros(target.grid.size, dtype=bool)
+def _add_what_is_there(done: NDArray[np.bool_], target: Target, output: Path) -> None:
+    """Mark the points that are there already and would not be computed."""
     for found in found_beside(RunFolder(output)):
         if found.fits(target):
             for numbers, _ in found.carried(target.grid):
                 done[numbers] = True
-    return done
 
 
 def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Executor) -> Costs:

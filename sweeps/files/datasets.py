@@ -8,12 +8,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import netCDF4
 import numpy as np
 
 from sweeps.exits import ExpectedError
 from sweeps.files.atomic import StorageError, beside, remove, replacing, storage_errors
-from sweeps.files.results import whole_chunks
+from sweeps.files.results import open_file, whole_chunks
 from sweeps.files.watch import require_readable
 
 if TYPE_CHECKING:
@@ -54,17 +53,23 @@ def open_result(path: Path, *, whole: bool = True) -> xr.Dataset:
 
     Raises StorageError if it is not a readable NetCDF file.
     """
-    import xarray as xr
-
     require_readable(path)
     with readable(path):
         if not whole:
-            file = netCDF4.Dataset(path)
-            whole_chunks(file)
-            store = xr.backends.NetCDF4DataStore(file)  # type: ignore[no-untyped-call]
-            return xr.open_dataset(store, cache=False)
-        with xr.open_dataset(path, engine="netcdf4") as ds:
+            return _opened(path)
+        with _opened(path) as ds:
             return ds.load()
+
+
+def _opened(path: Path) -> xr.Dataset:
+    import xarray as xr
+
+    file = open_file(path)
+    whole_chunks(file)
+    store = xr.backends.NetCDF4DataStore(file)  # type: ignore[no-untyped-call]
+    ds = xr.open_dataset(store, cache=False)
+    ds.encoding["source"] = str(path)  # as xarray has it
+    return ds
 
 
 @contextlib.contextmanager
@@ -127,8 +132,6 @@ def _encoding(ds: xr.Dataset) -> dict[str, dict[str, object]]:
 
 
 def _compare(ds: xr.Dataset, path: Path) -> None:
-    import xarray as xr
-
-    with xr.open_dataset(path, engine="netcdf4") as written:
+    with _opened(path) as written:
         if content_hash(written.load()) != content_hash(ds):
             raise OSError("the file does not read back as it was written")

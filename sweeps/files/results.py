@@ -33,9 +33,10 @@ from sweeps.grid import CASE, DIRECTION, Grid
 # Level 1 takes half the time of level 4; files are a few percent larger, as mantissas are noise.
 _COMPRESSION: Mapping[str, Any] = {"compression": "zlib", "complevel": 1, "shuffle": True}
 
-# A folder in memory, on systems that have one; and the largest size of files that are made there.
-_MEMORY = "/dev/shm"
+# If the disk fails while the HDF5 library has a file open, the library crashes the process: files
+# up to this size are made and read in memory. A folder there, on systems that have one.
 _LARGE = 1 << 25
+_MEMORY = "/dev/shm"
 
 
 @dataclass(frozen=True)
@@ -94,11 +95,7 @@ def try_writing(grid: Grid, chunks: Chunks, attributes: Mapping[str, str], tempo
 
 @contextmanager
 def _new_file(path: Path, grid: Grid) -> Iterator[netCDF4.Dataset]:
-    """Provide a file to write, first in memory if it is small.
-
-    If the disk fails while the C library has a file open for writing, the library crashes the
-    process. Large files have to be written to disk all the same.
-    """
+    """Provide a file to write, first in memory if it is small."""
     small = grid.size * len(RESULT_COLUMNS) * 8 <= _LARGE and os.access(_MEMORY, os.W_OK)
     with tempfile.TemporaryDirectory(dir=_MEMORY) if small else nullcontext() as folder:
         place = path if folder is None else Path(folder) / path.name
@@ -159,8 +156,14 @@ def _fill(file: netCDF4.Dataset, chunks: Chunks, rows: Callable[[int], Rows]) ->
     return digests.hexadecimal()
 
 
+def open_file(path: Path) -> netCDF4.Dataset:
+    """Return a file to read, of which a small one is read into memory at once."""
+    memory = path.read_bytes() if path.stat().st_size <= _LARGE else None
+    return netCDF4.Dataset(path, memory=memory)
+
+
 def _key_in(path: Path) -> bytes:
-    with netCDF4.Dataset(path) as file:
+    with open_file(path) as file:
         return seal_key(file.config, coordinates_in(file))
 
 
@@ -208,7 +211,7 @@ def read_rows(
 def contents(path: Path, chunks: Chunks) -> Written:
     """Return the summary of a result file, read chunk by chunk; raises StorageError."""
     statuses, worst = np.zeros(STATUS_CODES, dtype=np.int64), np.nan
-    with storage_errors(f"cannot read {path}"), netCDF4.Dataset(path) as file:
+    with storage_errors(f"cannot read {path}"), open_file(path) as file:
         whole_chunks(file)
         for number in range(len(chunks)):
             box = chunks.box(number)
@@ -219,7 +222,7 @@ def contents(path: Path, chunks: Chunks) -> Written:
 
 def digests_of(path: Path, chunks: Chunks) -> list[str]:
     """Return the SHA-256 of each result variable in a file; raises OSError and RuntimeError."""
-    with netCDF4.Dataset(path) as file:
+    with open_file(path) as file:
         whole_chunks(file)
         digests = Digests(RESULT_COLUMNS)
         for name in RESULT_COLUMNS:

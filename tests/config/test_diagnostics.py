@@ -84,6 +84,11 @@ def test_a_refused_value_hides_no_other_of_its_section() -> None:
     ]
 
 
+def test_a_page_of_keys_is_one_problem() -> None:
+    told = problems("".join(f"key{number}: 1\n" for number in range(5000)))
+    assert told == ["f.yaml:2001: has more than 2000 keys, which no config has"]
+
+
 def test_of_a_page_in_a_list_the_first_thousand_words_are_told() -> None:
     told = problems("sweep:\n  T: [" + "a,\n" * 5000 + "]")
     assert len(told) == 1000

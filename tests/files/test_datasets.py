@@ -55,6 +55,15 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
     assert found.force[0] == 1.0
 
 
+def test_a_small_file_is_read_at_once(tmp_path: Path) -> None:
+    """If the disk failed while it is open, the library would crash the process."""
+    path = tmp_path / "a.nc"
+    write_dataset(dataset(), path)
+    with open_result(path, whole=False) as lazily:
+        path.write_bytes(b"")
+        xr.testing.assert_identical(lazily.load(), dataset())
+
+
 def test_a_new_file_replaces_the_old_one_completely(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
