@@ -10,10 +10,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from stickslip.derivatives import propagated, sensitivities
     from stickslip.options import NoiseError, OptionError, Options
     from stickslip.orbit import Orbit, stationary_orbit
     from stickslip.parameters import ParameterError, Parameters
     from stickslip.phases import phase_diagram
+    from stickslip.points import stationary_orbits
     from stickslip.status import Status
     from stickslip.trajectory import IntegrationError, simulate
 
@@ -27,8 +29,11 @@ _HOMES = {
     "Parameters": "stickslip.parameters",
     "Status": "stickslip.status",
     "phase_diagram": "stickslip.phases",
+    "propagated": "stickslip.derivatives",
+    "sensitivities": "stickslip.derivatives",
     "simulate": "stickslip.trajectory",
     "stationary_orbit": "stickslip.orbit",
+    "stationary_orbits": "stickslip.points",
 }
 
 __all__ = [
@@ -41,8 +46,11 @@ __all__ = [
     "Parameters",
     "Status",
     "phase_diagram",
+    "propagated",
+    "sensitivities",
     "simulate",
     "stationary_orbit",
+    "stationary_orbits",
 ]
 
 

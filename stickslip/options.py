@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from importlib import import_module
 from numbers import Real
 from types import MappingProxyType
@@ -308,3 +308,21 @@ class Options:
 
 
 DEFAULTS = Options()
+
+
+def options_for_orbits(
+    *, rtol: float = DEFAULTS.rtol, noise: str = DEFAULTS.noise, window: int | None = None, **others: Any
+) -> Options:
+    """Return the options that the keywords of `stationary_orbit` mean.
+
+    Raises OptionError for a value out of range, TypeError for an unknown keyword.
+    """
+    if unknown := others.keys() - {field.name for field in fields(Options)} | others.keys() & {"stationary_rtol"}:
+        raise TypeError(f"there is no option {', '.join(sorted(unknown))}")
+    return Options(
+        rtol=rtol,
+        stationary_rtol=rtol,
+        noise=noise,
+        window=default_window(noise) if window is None else window,
+        **others,
+    )

@@ -19,7 +19,7 @@ from stickslip.options import (
     TYPICAL_PATH,
     NoiseError,
     Options,
-    default_window,
+    options_for_orbits,
 )
 from stickslip.parameters import Parameters, given_or_default
 from stickslip.regime import Regime
@@ -294,19 +294,18 @@ def stationary_orbit(
     TypeError
         `parameters` are something else.
     """
-    options = Options(
+    options = options_for_orbits(
         method=method,
         rtol=rtol,
         dt=dt,
         max_steps=max_steps,
         max_error=max_error,
-        stationary_rtol=rtol,
         max_periods=max_periods,
         accelerate=accelerate,
         noise=noise,
         realizations=realizations,
         seed=seed,
-        window=default_window(noise) if window is None else window,
+        window=window,
         friction=friction,
         strain=strain,
     )

@@ -50,7 +50,7 @@ class Parameters(ParameterValues):
     __slots__ = ()
 
     def __new__(cls, *args: float, **kwargs: float) -> Self:  # noqa: D102 - see the class
-        _refuse_unknown(kwargs)
+        refuse_unknown(kwargs)
         defaults = {name: PARAMETERS[name].default for name in cls._fields[len(args) :]}
         arguments = ParameterValues(*args, **(defaults | kwargs))
         values = [_as_float(*item) for item in zip(cls._fields, arguments, strict=True)]
@@ -94,7 +94,8 @@ def given_or_default(parameters: Parameters | None) -> Parameters:
     return parameters
 
 
-def _refuse_unknown(names: Iterable[str]) -> None:
+def refuse_unknown(names: Iterable[str]) -> None:
+    """Raise TypeError where a name is not that of a parameter, with the one that may be meant."""
     for name in names:
         if name not in PARAMETERS:
             by_symbol = [full for full, known in PARAMETERS.items() if known.symbol == name]

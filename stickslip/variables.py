@@ -42,7 +42,9 @@ class ParameterVariable(Variable):
     A coefficient of the free energy has a `phi_power`: it multiplies this power of the order
     parameter in the force on ln(phi), with the sign `phi_sign`, +1 or -1. `model/film.py` derives
     its terms in the energy and the force, and the phases, from that. `directed` marks a parameter
-    whose sign is a direction of motion and changes in the mirror image.
+    whose sign is a direction of motion and changes in the mirror image. `measured_in` names the
+    parameters, maybe none, whose product is the scale of one that is not its own scale: one whose
+    changes are not told relative to its value.
     """
 
     default: float = math.nan
@@ -54,6 +56,7 @@ class ParameterVariable(Variable):
     phi_power: int = 0
     phi_sign: int = 1
     directed: bool = False
+    measured_in: tuple[str, ...] | None = None
 
     def complaint(self, value: float) -> str | None:
         """Say what is wrong with `value`, as the end of a sentence; None if it is valid."""
@@ -116,18 +119,20 @@ PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
         default=3000.0),
     ParameterVariable("rheological_index", "gamma", r"\gamma", "1", "rheological index",
         "pseudoplastic below 0, Newtonian at 0, dilatant above 0", lower=-1.0, lower_open=True,
-        default=-2 / 3),
+        default=-2 / 3, measured_in=()),
     _positive("angular_frequency", "omega", r"\omega", "rad s-1", "angular frequency of the drive",
         default=10.0),
     ParameterVariable("drive_amplitude", "X_m", "X_m", "m", "displacement amplitude of the drive",
         nonzero=True, default=0.8e-6, directed=True),
     _positive("block_mass", "M", "M", "kg", "mass of the lower block", default=0.4),
     ParameterVariable("initial_displacement", "x_0", "x_0", "m",
-        "initial displacement of the lower block", default=0.0, directed=True),
+        "initial displacement of the lower block", default=0.0, directed=True,
+        measured_in=("drive_amplitude",)),
     ParameterVariable("initial_velocity", "v_0", "v_0", "m s-1",
-        "initial velocity of the lower block", default=0.0, directed=True),
+        "initial velocity of the lower block", default=0.0, directed=True,
+        measured_in=("drive_amplitude", "angular_frequency")),
     ParameterVariable("initial_order_parameter", "phi_0", r"\varphi_0", "1",
-        "initial order parameter", lower=0.0, upper=2.0, default=0.0),
+        "initial order parameter", lower=0.0, upper=2.0, default=0.0, measured_in=()),
     _positive("film_thickness", "h", "h", "m", "thickness of the lubricant film", default=1e-9),
     _positive("strain_relaxation_time", "tau", r"\tau_\varepsilon", "s", "strain relaxation time",
         default=1e-8),
@@ -148,10 +153,10 @@ PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
         "dphi = -delta f'(phi) dt + sqrt(2 D) dW, reflected at phi = 0", default=1e-18),
     _not_negative("quintic_coefficient", "d", "d", "J m-3",
         "quintic coefficient of the free energy", "needs a sextic coefficient e > 0", default=0.0,
-        in_paper=False, phi_power=3, phi_sign=-1),
+        in_paper=False, phi_power=3, phi_sign=-1, measured_in=("quartic_coefficient",)),
     _not_negative("sextic_coefficient", "e", "e", "J m-3", "sextic coefficient of the free energy",
         "with d it lets a soft solid exist beside a hard one", default=0.0, in_paper=False,
-        phi_power=4),
+        phi_power=4, measured_in=("quartic_coefficient",)),
 )
 
 _ORDER_PARAMETER = Variable(

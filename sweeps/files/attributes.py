@@ -14,12 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled.cache import processor, source_hash
+from stickslip.datasets import result_variables
 from stickslip.kernels.version import NUMERICS_VERSION
-from stickslip.regime import Regime
-from stickslip.status import Status
-from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
+from stickslip.variables import PARAMETERS
 from sweeps.config.load import Config
-from sweeps.files.columns import STATUS, failures, result_values, status_counts
+from sweeps.files.columns import STATUS, failures, status_counts
 from sweeps.grid import CASE, DIRECTION, Grid
 
 if TYPE_CHECKING:
@@ -29,8 +28,6 @@ Place = tuple[tuple[str, ...], NDArray[np.generic]]
 """Where a coordinate lies, and its values: dimensions, array."""
 
 Coordinate = tuple[tuple[str, ...], NDArray[np.generic], dict[str, str]]
-
-_FLAGS = {"status": Status, "regime": Regime}
 
 _PACKAGES = ("stickslip", "numpy", "numba", "llvmlite", "xarray", "netCDF4", "joblib")
 
@@ -48,13 +45,8 @@ def result_dataset(config: Config, grid: Grid, results: NDArray[np.float64]) -> 
     """
     import xarray as xr
 
-    columns = zip(RESULT_COLUMNS, results.T, strict=True)
-    values = {name: result_values(name, column) for name, column in columns}
-    data = {
-        name: xr.Variable(grid.dims, column.reshape(grid.shape), variable_attributes(name))
-        for name, column in values.items()
-    }
-    digests = [hashlib.sha256(column.tobytes()).hexdigest() for column in values.values()]
+    data = result_variables(results, grid.dims, grid.shape)
+    digests = [hashlib.sha256(values.tobytes()).hexdigest() for _, values, _ in data.values()]
     along = {name: xr.Variable(*described) for name, described in coordinates(grid).items()}
     seal = {"data_sha256": data_sha256(seal_key(config.resolved_yaml(), places(grid)), digests)}
     computed = results[~np.isnan(results[:, STATUS]), STATUS]
@@ -77,16 +69,6 @@ def data_sha256(key: bytes, digests: Sequence[str]) -> str:
     of `RESULT_COLUMNS`.
     """
     return hashlib.sha256(key + "".join(digests).encode()).hexdigest()
-
-
-def variable_attributes(name: str) -> dict[str, object]:
-    """Return name, unit, meaning and flags of a result variable."""
-    described: dict[str, object] = dict(RESULTS[name].attributes)
-    if name in _FLAGS:
-        codes = list(_FLAGS[name])
-        described["flag_values"] = np.array([int(code) for code in codes], dtype=np.int8)
-        described["flag_meanings"] = " ".join(code.name.lower() for code in codes)
-    return described
 
 
 def coordinates(grid: Grid) -> dict[str, Coordinate]:

@@ -1,4 +1,4 @@
-"""The columns of a result row: their order and their types.
+"""The columns of a result row: their order, and counts of what they hold.
 
 A result row is one number a column of `RESULT_COLUMNS`, as float64; NaN throughout is a point that
 was not computed.
@@ -10,19 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.status import Status
-from stickslip.variables import RESULT_COLUMNS, RESULTS
+from stickslip.variables import RESULT_COLUMNS
 
 Rows = NDArray[np.float64]
 
 STATUS = RESULT_COLUMNS.index("status")
 STATUS_CODES = int(Status.PENDING) + 1  # a count for every code of a status, known or not
-
-
-def result_values(name: str, column: NDArray[np.float64]) -> NDArray[np.generic]:
-    """Return a column (n,) of result rows as in files; NaN becomes the variable's missing value."""
-    variable = RESULTS[name]
-    real = np.isnan(variable.missing)
-    return (column if real else np.nan_to_num(column, nan=variable.missing)).astype(variable.dtype)
 
 
 def status_counts(codes: NDArray[np.generic]) -> NDArray[np.int64]:

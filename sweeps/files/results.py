@@ -15,6 +15,7 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.datasets import result_attributes, result_values
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps.files.atomic import begin, remove, replacing, storage_errors
@@ -24,10 +25,9 @@ from sweeps.files.attributes import (
     data_sha256,
     places,
     seal_key,
-    variable_attributes,
 )
 from sweeps.files.chunks import Chunks
-from sweeps.files.columns import STATUS, STATUS_CODES, Rows, result_values, status_counts
+from sweeps.files.columns import STATUS, STATUS_CODES, Rows, status_counts
 from sweeps.grid import CASE, DIRECTION, Grid
 
 # Level 1 takes half the time of level 4; files are a few percent larger, as mantissas are noise.
@@ -118,7 +118,7 @@ def _define(
         fill = np.nan if dtype.startswith("f") else False
         packed = {"chunksizes": chunks.extent, **_COMPRESSION} if grid.dims else {}
         variable = file.createVariable(name, dtype, grid.dims, fill_value=fill, **packed)
-        variable.setncatts(variable_attributes(name) | {"coordinates": attached})
+        variable.setncatts(result_attributes(name) | {"coordinates": attached})
     for name, (dims, values, attrs) in along.items():
         if values.dtype.kind == "U":
             variable = file.createVariable(name, str, dims)

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from stickslip.datasets import result_values
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.orbit import Orbit, compute_orbits, orbit_of_row
 from stickslip.parameters import Parameters
@@ -28,7 +29,6 @@ from sweeps.engine.settings import options_of
 from sweeps.engine.trajectories import trajectory
 from sweeps.exits import ExpectedError
 from sweeps.figures.plot_options import places_at
-from sweeps.files.columns import result_values
 from sweeps.grid import CASE, DIRECTION, DIRECTIONS, Grid
 
 if TYPE_CHECKING:

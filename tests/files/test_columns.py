@@ -5,14 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stickslip.datasets import result_values
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS, RESULTS
-from sweeps.files.columns import (
-    STATUS,
-    STATUS_CODES,
-    result_values,
-    status_counts,
-)
+from sweeps.files.columns import STATUS, STATUS_CODES, status_counts
 
 
 @pytest.mark.parametrize("name", RESULT_COLUMNS)

@@ -1,0 +1,228 @@
+"""How amplitudes change with parameters: derivatives, and the errors that they propagate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip.options import options_for_orbits
+from stickslip.parameters import Parameters
+from stickslip.points import Points, full_name, orbit_rows, places_of, results_at, rows_of
+from stickslip.status import Status
+from stickslip.variables import (
+    ENERGY_COEFFICIENTS,
+    PARAMETERS,
+    RESULT_COLUMNS,
+    RESULTS,
+    unbounded,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
+
+PARAMETER = "parameter"
+"""The dimension of the parameters that derivatives are taken by."""
+
+LOGARITHMIC, PLAIN = "logarithmic", "plain"
+
+_TOLERANCE = 1e-8  # default of rtol, to a part of which amplitudes are smooth
+_STEP = 1e-3  # the larger of two steps, relative to the parameter or in its natural unit
+_PARTS = (-1.0, -0.5, 0.5, 1.0)
+
+# Where one of these changes within the step, the motion is another one.
+_KIND = [RESULT_COLUMNS.index(name) for name in ("regime", "melting_count", "orbit_periods")]
+_STATUS = RESULT_COLUMNS.index("status")
+_ENERGY = [Parameters._fields.index(name) for name in ENERGY_COEFFICIENTS]
+
+
+def sensitivities(
+    points: Points,
+    by: str | Iterable[str],
+    of: str | Iterable[str] = AMPLITUDES,
+    *,
+    rtol: float = _TOLERANCE,
+    **options: Any,
+) -> xr.Dataset:
+    """Return the derivatives of amplitudes by parameters, and the orbits themselves.
+
+    The logarithm of an amplitude is differentiated by the logarithm of a parameter or, where that
+    may be 0 or negative (rheological index, start, coefficients beyond the paper), by the parameter
+    itself. A derivative is NaN where the amplitude is 0, where no orbit closes, and where regime,
+    meltings or periods of the orbit change within the step: a jump has no derivative.
+
+    Parameters
+    ----------
+    points
+        As for `stationary_orbits`.
+    by
+        Names or symbols of parameters, whether or not `points` has them.
+    of
+        Amplitudes, `elastic_stress_amplitude` or `friction_force_amplitude`.
+    rtol, **options
+        Those of `stationary_orbit`.
+
+    Returns
+    -------
+    xarray.Dataset
+        What `stationary_orbits` returns, and for each amplitude `<amplitude>_sensitivity` and its
+        estimated error, `<amplitude>_sensitivity_error`, over the dimensions of the points and
+        `parameter`. Their attribute `form` tells for each parameter whether the derivative is
+        `logarithmic` or `plain`, in 1/(unit of the parameter).
+
+    Raises
+    ------
+    ValueError
+        `of` is no amplitude, or `by` names none.
+    TypeError
+        An unknown parameter or option; all other errors are those of `stationary_orbits`.
+    """
+    parameters, amplitudes = [full_name(name) for name in _listed(by)], _listed(of)
+    if not parameters or (unknown := set(amplitudes) - set(AMPLITUDES)):
+        what = f"of: there is no amplitude {', '.join(unknown)}" if parameters else "by is empty"
+        raise ValueError(f"{what}; there are {', '.join(AMPLITUDES)}")
+    places, chosen = places_of(points), options_for_orbits(rtol=rtol, **options)
+    rows = rows_of(places)
+    steps = [_Step.of(rows, name, part) for name in parameters for part in _PARTS]
+    results = orbit_rows(np.concatenate([rows, *(step.rows for step in steps)]), chosen)
+    results = results.reshape(1 + len(steps), len(rows), -1)
+    found = results_at(places, results[0])
+    moved = np.array([step.by for step in steps]).reshape(len(parameters), len(_PARTS), -1)
+    around = results[1:].reshape(len(parameters), len(_PARTS), len(rows), -1)
+    same = _same_motion(results[0], around)
+    for name in amplitudes:
+        values, errors = _derivatives(around[..., RESULT_COLUMNS.index(name)], moved)
+        for suffix, array in (("sensitivity", values), ("sensitivity_error", errors)):
+            array[~same] = np.nan
+            found[f"{name}_{suffix}"] = _variable(name, suffix, array, parameters, places)
+    return found.assign_coords({PARAMETER: (PARAMETER, parameters)})
+
+
+def propagated(ds: xr.Dataset, errors: Mapping[str, ArrayLike]) -> xr.Dataset:
+    """Return the standard errors of amplitudes that independent errors of parameters cause.
+
+    Parameters
+    ----------
+    ds
+        What `sensitivities` returns, by the parameters that have errors.
+    errors
+        The standard errors of parameters, by name or symbol, in SI units: numbers, arrays, or
+        DataArrays over dimensions of the points.
+
+    Returns
+    -------
+    xarray.Dataset
+        For each amplitude `<amplitude>_standard_error`, in its unit.
+
+    Raises
+    ------
+    TypeError
+        An unknown parameter.
+    ValueError
+        There is no derivative by one of them.
+    """
+    by_name = {full_name(name): error for name, error in errors.items()}
+    if PARAMETER not in ds.coords or (missing := by_name.keys() - set(ds[PARAMETER].values)):
+        lacking = f"by {', '.join(sorted(missing))}" if PARAMETER in ds.coords else "at all"
+        raise ValueError(f"there are no derivatives {lacking}: call sensitivities(..., by=...)")
+    found = ds.drop_vars([PARAMETER, *ds.data_vars])
+    for name in (name for name in AMPLITUDES if f"{name}_sensitivity" in ds):
+        squares: Any = 0.0
+        for parameter, error in by_name.items():
+            derivative = ds[f"{name}_sensitivity"].sel({PARAMETER: parameter}, drop=True)
+            scale = abs(ds[parameter]) if _form(parameter) == LOGARITHMIC else 1.0
+            squares = squares + (derivative * error / scale) ** 2
+        variable = RESULTS[name]
+        standard_error = ds[name] * squares**0.5
+        standard_error.attrs = {
+            "long_name": f"standard error of the {variable.meaning}",
+            "units": variable.units,
+        }
+        found[f"{name}_standard_error"] = standard_error
+    return found
+
+
+class _Step(NamedTuple):
+    """Points (n, parameters) with a parameter moved, and by how much (n,), as the form counts.
+
+    Where the value would not be valid, it is not moved.
+    """
+
+    rows: NDArray[np.float64]
+    by: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, rows: NDArray[np.float64], name: str, part: float) -> _Step:
+        """Move a parameter by a part of the step."""
+        variable, column = PARAMETERS[name], Parameters._fields.index(name)
+        by = np.full(len(rows), part * _STEP)
+        if variable.measured_in is None:
+            moved = rows[:, column] * math.exp(part * _STEP)
+        else:
+            units = [rows[:, Parameters._fields.index(unit)] for unit in variable.measured_in]
+            by *= np.abs(np.prod(units, axis=0))
+            moved = rows[:, column] + by
+        changed = rows.copy()
+        changed[:, column] = moved
+        valid = (moved != rows[:, column]) & [variable.complaint(value) is None for value in moved]
+        if column in _ENERGY:
+            valid &= [unbounded(*row) is None for row in changed[:, _ENERGY]]
+        return cls(np.where(valid[:, None], changed, rows), np.where(valid, by, 0.0))
+
+
+def _same_motion(
+    results: NDArray[np.float64], around: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Tell for each parameter (k,) and point (n,) whether all motions around it are of its kind.
+
+    `results` (n, columns) are those of the points, `around` (k, steps, n, columns) beside them.
+    """
+    close = (around[..., _STATUS] == Status.OK) & (results[:, _STATUS] == Status.OK)
+    alike = (around[..., _KIND] == results[:, _KIND]).all(axis=-1)
+    return (close & alike).all(axis=1)
+
+
+def _derivatives(
+    values: NDArray[np.float64], moved: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return derivatives of ln(values) and their errors, (k, n), from values at steps (k, 4, n).
+
+    The differences over the whole and the half of the step are extrapolated to none. They are of
+    order 2 or, where one side is not moved, of order 1.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logs = np.log(values)
+        whole = (logs[:, 3] - logs[:, 0]) / (moved[:, 3] - moved[:, 0])
+        half = (logs[:, 2] - logs[:, 1]) / (moved[:, 2] - moved[:, 1])
+    both = (moved[:, 0] != 0.0) & (moved[:, 3] != 0.0)
+    correction = (half - whole) / np.where(both, 3.0, 1.0)
+    found = half + correction
+    # A logarithm of 0 has no derivative.
+    found[~np.isfinite(logs).all(axis=1)] = np.nan
+    return found, np.abs(correction)
+
+
+def _variable(
+    name: str, suffix: str, array: NDArray[np.float64], parameters: list[str], places: xr.Dataset
+) -> tuple[tuple[str, ...], NDArray[np.float64], dict[str, str]]:
+    """Return an array (k, n) over the dimensions of the points and the parameters."""
+    what = "derivative" if suffix == "sensitivity" else "estimated error of the derivative"
+    attributes = {
+        "long_name": f"{what} of the logarithm of the {RESULTS[name].meaning} by parameters",
+        "form": " ".join(_form(parameter) for parameter in parameters),
+    }
+    shape = (*places.sizes.values(), len(parameters))
+    return (*map(str, places.sizes), PARAMETER), array.T.reshape(shape), attributes
+
+
+def _form(parameter: str) -> str:
+    return LOGARITHMIC if PARAMETERS[parameter].measured_in is None else PLAIN
+
+
+def _listed(names: str | Iterable[str]) -> list[str]:
+    return [names] if isinstance(names, str) else list(names)

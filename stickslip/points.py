@@ -1,0 +1,193 @@
+"""Orbits of many points in one call: tables and arrays of parameters in, a Dataset out."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import joblib
+import numpy as np
+from joblib.parallel import get_active_backend
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip.accessors import register_accessors
+from stickslip.datasets import parameter_scalars, result_variables
+from stickslip.options import Options, options_for_orbits
+from stickslip.orbit import compute_orbits, prepare_kernels
+from stickslip.kernels.families import KIND
+from stickslip.parameters import ParameterError, Parameters, refuse_unknown
+from stickslip.variables import ENERGY_COEFFICIENTS, PARAMETERS, RESULT_COLUMNS, canonical_name, unbounded
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+    Points = Mapping[str, ArrayLike | xr.DataArray] | pd.DataFrame
+
+POINT = "point"
+"""The dimension of points that are given as lists."""
+
+# Blocks for each worker: some, since points differ in cost, but each with points for all lanes.
+_BLOCKS_EACH, _FEW = 4, 32
+
+_KIND = [Parameters._fields.index(name) for name in KIND]
+_ENERGY = [Parameters._fields.index(name) for name in ENERGY_COEFFICIENTS]
+
+
+def stationary_orbits(points: Points, **options: Any) -> xr.Dataset:
+    """Return the stationary orbits of many points, computed together over the cores.
+
+    Each is that of `stationary_orbit`, bit for bit that of a sweep, at a fraction of the time. The
+    threads are those of `joblib.parallel_config(n_jobs=...)`, by default one for each core.
+
+    Parameters
+    ----------
+    points
+        Parameters by name or symbol: numbers, lists and arrays of equal length or, as in numpy, of
+        shapes that broadcast, DataArrays, which broadcast by the names of their dimensions; or a
+        DataFrame with parameters as columns, a point in each row. Those that are missing have the
+        values of the paper's Fig. 3.
+    **options
+        Those of `stationary_orbit`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Variables of `variables.RESULTS`, in SI units, over the dimensions of the points: `point`
+        for lists and rows, `dim_0`, `dim_1`, ... for arrays of more dimensions, those of
+        DataArrays; every parameter as a coordinate. `status` tells how each search ended; failing
+        to converge raises no exception.
+
+    Raises
+    ------
+    NoiseError
+        phi_0 = 0 without noise.
+    OptionError
+        An unknown method, treatment or law; a tolerance, step or budget out of range.
+    ParameterError
+        A value is out of range; the message names the parameter and the value.
+    TypeError
+        An unknown parameter or option; a parameter given twice.
+    ValueError
+        Shapes that do not broadcast; DataArrays whose coordinates differ.
+    """
+    places, chosen = places_of(points), options_for_orbits(**options)
+    return results_at(places, orbit_rows(rows_of(places), chosen))
+
+
+def results_at(places: xr.Dataset, rows: NDArray[np.float64]) -> xr.Dataset:
+    """Return the result rows (points, columns) of points as a Dataset with their coordinates."""
+    register_accessors()
+    results = result_variables(rows, map(str, places.sizes), tuple(places.sizes.values()))
+    return places.assign(results)
+
+
+def places_of(points: Points) -> xr.Dataset:
+    """Return a Dataset without variables, whose coordinates are the parameters of the points.
+
+    Arguments and errors are those of `stationary_orbits`.
+    """
+    import xarray as xr
+
+    given = _by_full_name(_columns(points))
+    plain = {name: np.asarray(v, dtype=float) for name, v in given.items() if not _is_labelled(v)}
+    shape = np.broadcast_shapes(*(values.shape for values in plain.values()))
+    dims = [POINT] if len(shape) == 1 else [f"dim_{number}" for number in range(len(shape))]
+    arrays = {name: _labelled(values, shape, dims) for name, values in plain.items()}
+    arrays |= {name: v.astype(float) for name, v in given.items() if _is_labelled(v)}
+    xr.align(*arrays.values(), join="exact")
+    for name, array in arrays.items():
+        _refuse_invalid(name, np.asarray(array, dtype=float))
+        array.attrs = PARAMETERS[name].attributes
+    fixed = {name: v for name, v in Parameters()._asdict().items() if name not in arrays}
+    return xr.Dataset(coords={name: arrays[name] for name in given} | parameter_scalars(fixed))
+
+
+def rows_of(places: xr.Dataset) -> NDArray[np.float64]:
+    """Return the parameters (points, parameters) of points, in C order.
+
+    Raises ParameterError where coefficients of the free energy leave the film unbounded.
+    """
+    names = Parameters._fields
+    columns = (places[name].broadcast_like(places).transpose(*places.sizes) for name in names)
+    rows = np.stack([column.values.ravel() for column in columns], axis=1)
+    for coefficients in np.unique(rows[:, _ENERGY], axis=0):
+        if growth := unbounded(*coefficients):
+            raise ParameterError(f"{growth}: the order parameter would grow without bound")
+    return rows
+
+
+def orbit_rows(rows: NDArray[np.float64], options: Options) -> NDArray[np.float64]:
+    """Return the result rows (n, columns) of points (n, parameters), computed over the cores."""
+    results = np.empty((len(rows), len(RESULT_COLUMNS)))
+    prepare_kernels(options, rows[:, _KIND])  # in one thread: the others would wait for it
+    jobs = get_active_backend()[1] or -1
+    blocks = max(1, min(_BLOCKS_EACH * joblib.effective_n_jobs(jobs), len(rows) // _FEW))
+    # Each block has points from all over, so that they cost about the same.
+    members = [np.arange(first, len(rows), blocks) for first in range(blocks)]
+    # Threads, whatever is configured: the kernels release the interpreter's lock.
+    parallel = joblib.Parallel(n_jobs=jobs, require="sharedmem")
+    computed = parallel(joblib.delayed(compute_orbits)(rows[some], options) for some in members)
+    for some, (found, _) in zip(members, computed, strict=True):
+        results[some] = found
+    return results
+
+
+def _columns(points: Points) -> Mapping[Hashable, Any]:
+    """Return the columns of a table as arrays along its rows; anything else as it is."""
+    import pandas as pd
+
+    if not isinstance(points, pd.DataFrame):
+        is_mapping: bool = isinstance(points, Mapping)
+        if not is_mapping:
+            raise TypeError(
+                "points must map parameters to their values, such as "
+                f"{{'temperature': [200, 250]}}, or be a DataFrame, not {points!r}"
+            )
+        return points
+    if any(canonical_name(str(name)) for name in points.index.names):  # parameters, too
+        points = points.reset_index()
+    if points.index.nlevels > 1:
+        points = points.reset_index(drop=True)
+    return {name: column.to_xarray() for name, column in points.rename_axis(points.index.name or POINT).items()}
+
+
+def full_name(name: str) -> str:
+    """Return the name of a parameter for its name or symbol; raises TypeError for any other."""
+    known = canonical_name(name)
+    refuse_unknown([known or name])
+    return str(known)
+
+
+def _by_full_name(given: Mapping[Hashable, Any]) -> dict[str, Any]:
+    values: dict[str, Any] = {}
+    for key, value in given.items():
+        name = full_name(str(key))
+        if name in values:
+            raise TypeError(f"{name} is given twice, by name and by symbol")
+        values[name] = value
+    return values
+
+
+def _is_labelled(values: Any) -> bool:
+    import xarray as xr
+
+    return isinstance(values, xr.DataArray)
+
+
+def _labelled(values: NDArray[np.float64], shape: tuple[int, ...], dims: list[str]) -> xr.DataArray:
+    """Return a plain array with names of its dimensions; a number stays without any."""
+    import xarray as xr
+
+    if values.ndim == 0:
+        return xr.DataArray(values)
+    return xr.DataArray(np.broadcast_to(values, shape), dims=dims)
+
+
+def _refuse_invalid(name: str, values: NDArray[np.float64]) -> None:
+    variable = PARAMETERS[name]
+    # The valid values are an interval, perhaps without 0: its ends tell of all others.
+    odd = values[~np.isfinite(values) | ((values == 0) & variable.nonzero)]
+    for value in (*odd.ravel()[:1], *([values.min(), values.max()] if values.size else [])):
+        if complaint := variable.complaint(float(value)):
+            raise ParameterError(f"{name} {complaint}")

@@ -1,0 +1,159 @@
+"""Orbits of many points in one call: what may be given, and what comes back."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import joblib
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from stickslip import (
+    NoiseError,
+    OptionError,
+    ParameterError,
+    Parameters,
+    stationary_orbit,
+    stationary_orbits,
+)
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
+from sweeps import run
+
+TEMPERATURES = [200.0, 228.0, 250.0]
+
+
+def assert_single(ds: xr.Dataset, **changes: float) -> None:
+    """Assert that a point is what `stationary_orbit` finds."""
+    orbit = stationary_orbit(Parameters(**changes))
+    for name in RESULT_COLUMNS:
+        np.testing.assert_equal(ds[name].item(), getattr(orbit, name), err_msg=name)
+
+
+# --- what comes back ------------------------------------------------------------------------------
+
+
+def test_each_point_is_the_single_orbit_bit_for_bit() -> None:
+    ds = stationary_orbits({"T": TEMPERATURES, "gamma": [0.0, -2 / 3, 2 / 3]})
+    assert dict(ds.sizes) == {"point": 3}
+    for number, (temperature, index) in enumerate(
+        zip(TEMPERATURES, (0.0, -2 / 3, 2 / 3), strict=True)
+    ):
+        assert_single(ds[{"point": number}], temperature=temperature, rheological_index=index)
+
+
+def test_a_product_is_that_of_a_sweep_bit_for_bit() -> None:
+    temperature = xr.DataArray(TEMPERATURES, dims="temperature")
+    stiffness = xr.DataArray([500.0, 3000.0], dims="spring_stiffness")
+    ds = stationary_orbits({"temperature": temperature, "spring_stiffness": stiffness})
+    swept = run({"sweep": {"T": TEMPERATURES, "K": [500.0, 3000.0]}})
+    assert ds.friction_force_amplitude.dims == ("temperature", "spring_stiffness")
+    xr.testing.assert_identical(ds, swept.drop_attrs(deep=False))
+
+
+def test_without_parameters_it_is_the_paper() -> None:
+    ds = stationary_orbits({})
+    assert not ds.sizes
+    assert_single(ds)
+
+
+def test_no_points_are_no_orbits() -> None:
+    assert stationary_orbits({"T": []}).friction_force_amplitude.shape == (0,)
+
+
+def test_parameters_and_results_have_their_units() -> None:
+    ds = stationary_orbits({"T": 250.0})
+    assert set(ds.coords) == set(PARAMETERS)
+    assert set(ds.data_vars) == set(RESULTS)
+    for name in (*PARAMETERS, *RESULT_COLUMNS):
+        assert ds[name].attrs["units"] == {**PARAMETERS, **RESULTS}[name].units
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 3])
+def test_the_number_of_threads_changes_no_bit(jobs: int) -> None:
+    points = {"T": np.linspace(150.0, 320.0, 70)}
+    with joblib.parallel_config(n_jobs=jobs):
+        ds = stationary_orbits(points, rtol=1e-4)
+    xr.testing.assert_identical(ds, stationary_orbits(points, rtol=1e-4))
+
+
+def test_options_are_those_of_a_single_orbit() -> None:
+    ds = stationary_orbits({"T": [250.0]}, rtol=1e-9, accelerate=False)
+    orbit = stationary_orbit(Parameters(temperature=250.0), rtol=1e-9, accelerate=False)
+    assert ds.friction_force_amplitude.item() == orbit.friction_force_amplitude
+    assert ds.periods_integrated.item() == orbit.periods_integrated
+
+
+# --- what may be given ----------------------------------------------------------------------------
+
+
+def test_rows_of_a_table_are_points() -> None:
+    table = pd.DataFrame({"T": TEMPERATURES, "k": [5e4, 4e4, 3e4]}, index=list("abc"))
+    ds = stationary_orbits(table)
+    assert ds.point.values.tolist() == list("abc")
+    assert_single(ds.sel(point="b"), temperature=228.0, viscosity_coefficient=4e4)
+
+
+def test_parameters_in_the_index_of_a_table_count() -> None:
+    table = pd.DataFrame({"T": TEMPERATURES, "k": [5e4, 4e4, 3e4]})
+    for index in ("T", ["T", "k"]):
+        rest = table.set_index(index, append=index == "T")
+        ds = stationary_orbits(rest if rest.shape[1] else rest.assign(gamma=-2 / 3))
+        assert ds.temperature.values.tolist() == TEMPERATURES
+        assert ds.viscosity_coefficient.values.tolist() == [5e4, 4e4, 3e4]
+
+
+def test_arrays_broadcast_as_in_numpy() -> None:
+    ds = stationary_orbits({"T": np.array(TEMPERATURES)[:, None], "k": np.array([5e4, 3e4])})
+    assert dict(ds.sizes) == {"dim_0": 3, "dim_1": 2}
+    where = ds[{"dim_0": 2, "dim_1": 1}]
+    assert_single(where, temperature=250.0, viscosity_coefficient=3e4)
+
+
+def test_a_number_holds_for_all_points() -> None:
+    ds = stationary_orbits({"T": TEMPERATURES, "k": 3e4})
+    assert ds.viscosity_coefficient.dims == ()
+    assert_single(ds[{"point": 0}], temperature=200.0, viscosity_coefficient=3e4)
+
+
+WRONG: dict[str, tuple[Any, type[Exception], str]] = {
+    "a misspelt parameter": ({"temprature": 3.0}, TypeError, "did you mean 'temperature'?"),
+    "a parameter twice": ({"T": 200.0, "temperature": 250.0}, TypeError, "given twice"),
+    "no mapping": ([200.0, 250.0], TypeError, "points must map parameters to their values"),
+    "out of range": ({"T": [200.0, -1.0]}, ParameterError, "temperature must be at least 0"),
+    "not a number": ({"T": [200.0, np.nan]}, ParameterError, "finite number, not nan"),
+    "zero": ({"X_m": [1e-6, 0.0, -1e-6]}, ParameterError, "drive_amplitude must not be 0"),
+    "unbounded": ({"d": [0.0, 10.0]}, ParameterError, "would grow without bound"),
+    "lengths": ({"T": [1.0, 2.0], "k": [1.0, 2.0, 3.0]}, ValueError, "shape mismatch"),
+    "other coordinates": (
+        {
+            "T": xr.DataArray([200.0, 250.0], {"sample": [1, 2]}, "sample"),
+            "k": xr.DataArray([4e4, 5e4], {"sample": [1, 3]}, "sample"),
+        },
+        ValueError,
+        "sample",
+    ),
+    "a column of measurements": (
+        pd.DataFrame({"T": [200.0], "friction": [1e-3]}),
+        TypeError,
+        "no parameter 'friction'",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_cannot_be_is_refused_in_words(case: str) -> None:
+    points, error, words = WRONG[case]
+    with pytest.raises(error, match=re.escape(words)):
+        stationary_orbits(points)
+
+
+def test_options_are_checked_as_for_a_single_orbit() -> None:
+    with pytest.raises(OptionError, match="rtol"):
+        stationary_orbits({"T": [200.0]}, rtol=2.0)
+    with pytest.raises(TypeError, match="there is no option rtoll"):
+        stationary_orbits({"T": [200.0]}, rtoll=1e-6)
+    with pytest.raises(NoiseError):
+        stationary_orbits({"T": [200.0]}, noise="none")
