@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -33,14 +33,14 @@ def result_attributes(name: str) -> dict[str, Any]:
 
 
 def result_variables(
-    rows: NDArray[np.float64], dims: Iterable[str], shape: tuple[int, ...]
+    rows: NDArray[np.float64], dims: tuple[str, ...], shape: tuple[int, ...]
 ) -> dict[str, tuple[tuple[str, ...], NDArray[np.generic], dict[str, Any]]]:
     """Return the result variables of points in C order: dimensions, values, attributes.
 
     `rows` (points, columns) are in the order of `RESULT_COLUMNS`.
     """
     return {
-        name: (tuple(dims), result_values(name, column).reshape(shape), result_attributes(name))
+        name: (dims, result_values(name, column).reshape(shape), result_attributes(name))
         for name, column in zip(RESULT_COLUMNS, rows.T, strict=True)
     }
 

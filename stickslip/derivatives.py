@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.options import options_for_orbits
 from stickslip.parameters import Parameters
-from stickslip.points import Points, full_name, orbit_rows, places_of, results_at, rows_of
+from stickslip.points import full_name, orbit_rows, places_of, results_at, rows_of
 from stickslip.status import Status
 from stickslip.variables import (
     ENERGY_COEFFICIENTS,
@@ -24,6 +24,8 @@ from stickslip.variables import (
 if TYPE_CHECKING:
     import xarray as xr
 
+    from stickslip.points import Points
+
 AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
 
 PARAMETER = "parameter"
@@ -31,13 +33,20 @@ PARAMETER = "parameter"
 
 LOGARITHMIC, PLAIN = "logarithmic", "plain"
 
-_TOLERANCE = 1e-8  # default of rtol, to a part of which amplitudes are smooth
+_TOLERANCE = 1e-8  # default of rtol
 _STEP = 1e-3  # the larger of two steps, relative to the parameter or in its natural unit
 _PARTS = (-1.0, -0.5, 0.5, 1.0)
+
+# The part of the tolerance to which amplitudes are smooth, where they are not small: measured.
+_ROUGHNESS = 0.01
 
 # Where one of these changes within the step, the motion is another one.
 _KIND = [RESULT_COLUMNS.index(name) for name in ("regime", "melting_count", "orbit_periods")]
 _STATUS = RESULT_COLUMNS.index("status")
+_SMALL_PART = 0.01
+_YARDSTICK = (
+    "spring_stiffness", "block_mass", "angular_frequency", "drive_amplitude", "contact_area"
+)  # fmt: skip
 _ENERGY = [Parameters._fields.index(name) for name in ENERGY_COEFFICIENTS]
 
 
@@ -78,7 +87,7 @@ def sensitivities(
     Raises
     ------
     ValueError
-        `of` is no amplitude, or `by` names none.
+        `of` is no amplitude, or `by` names none; stochastic noise.
     TypeError
         An unknown parameter or option; all other errors are those of `stationary_orbits`.
     """
@@ -87,16 +96,24 @@ def sensitivities(
         what = f"of: there is no amplitude {', '.join(unknown)}" if parameters else "by is empty"
         raise ValueError(f"{what}; there are {', '.join(AMPLITUDES)}")
     places, chosen = places_of(points), options_for_orbits(rtol=rtol, **options)
+    if chosen.physics.chance:
+        raise ValueError(
+            "noise: the mean of random paths has no derivative; leave out 'stochastic'"
+        )
     rows = rows_of(places)
     steps = [_Step.of(rows, name, part) for name in parameters for part in _PARTS]
     results = orbit_rows(np.concatenate([rows, *(step.rows for step in steps)]), chosen)
-    results = results.reshape(1 + len(steps), len(rows), -1)
+    results = results.reshape(1 + len(steps), len(rows), len(RESULT_COLUMNS))
     found = results_at(places, results[0])
-    moved = np.array([step.by for step in steps]).reshape(len(parameters), len(_PARTS), -1)
-    around = results[1:].reshape(len(parameters), len(_PARTS), len(rows), -1)
+    moved = np.array([step.by for step in steps]).reshape(len(parameters), len(_PARTS), len(rows))
+    around = results[1:].reshape(*moved.shape, len(RESULT_COLUMNS))
     same = _same_motion(results[0], around)
     for name in amplitudes:
-        values, errors = _derivatives(around[..., RESULT_COLUMNS.index(name)], moved)
+        with np.errstate(all="ignore"):  # where there is no derivative
+            values, errors = _derivatives(around[..., RESULT_COLUMNS.index(name)], moved)
+            roughness = _ROUGHNESS * rtol * _largeness(rows, results[0], name)
+            errors += roughness / np.abs(moved).max(axis=1)
+            errors[np.isnan(values)] = np.nan
         for suffix, array in (("sensitivity", values), ("sensitivity_error", errors)):
             array[~same] = np.nan
             found[f"{name}_{suffix}"] = _variable(name, suffix, array, parameters, places)
@@ -175,9 +192,7 @@ class _Step(NamedTuple):
         return cls(np.where(valid[:, None], changed, rows), np.where(valid, by, 0.0))
 
 
-def _same_motion(
-    results: NDArray[np.float64], around: NDArray[np.float64]
-) -> NDArray[np.bool_]:
+def _same_motion(results: NDArray[np.float64], around: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Tell for each parameter (k,) and point (n,) whether all motions around it are of its kind.
 
     `results` (n, columns) are those of the points, `around` (k, steps, n, columns) beside them.
@@ -195,16 +210,29 @@ def _derivatives(
     The differences over the whole and the half of the step are extrapolated to none. They are of
     order 2 or, where one side is not moved, of order 1.
     """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        logs = np.log(values)
-        whole = (logs[:, 3] - logs[:, 0]) / (moved[:, 3] - moved[:, 0])
-        half = (logs[:, 2] - logs[:, 1]) / (moved[:, 2] - moved[:, 1])
+    logs = np.log(values)
+    whole = (logs[:, 3] - logs[:, 0]) / (moved[:, 3] - moved[:, 0])
+    half = (logs[:, 2] - logs[:, 1]) / (moved[:, 2] - moved[:, 1])
     both = (moved[:, 0] != 0.0) & (moved[:, 3] != 0.0)
     correction = (half - whole) / np.where(both, 3.0, 1.0)
     found = half + correction
     # A logarithm of 0 has no derivative.
     found[~np.isfinite(logs).all(axis=1)] = np.nan
     return found, np.abs(correction)
+
+
+def _largeness(
+    rows: NDArray[np.float64], results: NDArray[np.float64], name: str
+) -> NDArray[np.float64]:
+    """Return the yardstick of the tolerance relative to an amplitude, (n,): 1 unless it is small.
+
+    As for `amplitude_error`, at least 1 % of max(2K, M omega^2)|X_m|, over A for the stress.
+    """
+    K, M, omega, X_m, A = (rows[:, Parameters._fields.index(each)] for each in _YARDSTICK)
+    least = _SMALL_PART * np.maximum(2.0 * K, M * omega**2) * np.abs(X_m)
+    if name == "elastic_stress_amplitude":
+        least /= A
+    return np.maximum(least / results[:, RESULT_COLUMNS.index(name)], 1.0)
 
 
 def _variable(

@@ -311,13 +311,19 @@ DEFAULTS = Options()
 
 
 def options_for_orbits(
-    *, rtol: float = DEFAULTS.rtol, noise: str = DEFAULTS.noise, window: int | None = None, **others: Any
+    *,
+    rtol: float = DEFAULTS.rtol,
+    noise: str = DEFAULTS.noise,
+    window: int | None = None,
+    **others: Any,
 ) -> Options:
     """Return the options that the keywords of `stationary_orbit` mean.
 
     Raises OptionError for a value out of range, TypeError for an unknown keyword.
     """
-    if unknown := others.keys() - {field.name for field in fields(Options)} | others.keys() & {"stationary_rtol"}:
+    if unknown := others.keys() - {field.name for field in fields(Options)} | others.keys() & {
+        "stationary_rtol"
+    }:
         raise TypeError(f"there is no option {', '.join(sorted(unknown))}")
     return Options(
         rtol=rtol,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import joblib
 import numpy as np
@@ -12,17 +12,23 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.accessors import register_accessors
 from stickslip.datasets import parameter_scalars, result_variables
+from stickslip.kernels.families import KIND
 from stickslip.options import Options, options_for_orbits
 from stickslip.orbit import compute_orbits, prepare_kernels
-from stickslip.kernels.families import KIND
 from stickslip.parameters import ParameterError, Parameters, refuse_unknown
-from stickslip.variables import ENERGY_COEFFICIENTS, PARAMETERS, RESULT_COLUMNS, canonical_name, unbounded
+from stickslip.variables import (
+    ENERGY_COEFFICIENTS,
+    PARAMETERS,
+    RESULT_COLUMNS,
+    canonical_name,
+    unbounded,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-    Points = Mapping[str, ArrayLike | xr.DataArray] | pd.DataFrame
+    Points: TypeAlias = Mapping[str, ArrayLike | xr.DataArray] | pd.DataFrame
 
 POINT = "point"
 """The dimension of points that are given as lists."""
@@ -78,7 +84,8 @@ def stationary_orbits(points: Points, **options: Any) -> xr.Dataset:
 def results_at(places: xr.Dataset, rows: NDArray[np.float64]) -> xr.Dataset:
     """Return the result rows (points, columns) of points as a Dataset with their coordinates."""
     register_accessors()
-    results = result_variables(rows, map(str, places.sizes), tuple(places.sizes.values()))
+    dims, shape = tuple(map(str, places.sizes)), tuple(places.sizes.values())
+    results = result_variables(rows, dims, shape)
     return places.assign(results)
 
 
@@ -133,7 +140,7 @@ def orbit_rows(rows: NDArray[np.float64], options: Options) -> NDArray[np.float6
     return results
 
 
-def _columns(points: Points) -> Mapping[Hashable, Any]:
+def _columns(points: Points) -> Mapping[Any, Any]:
     """Return the columns of a table as arrays along its rows; anything else as it is."""
     import pandas as pd
 
@@ -145,11 +152,14 @@ def _columns(points: Points) -> Mapping[Hashable, Any]:
                 f"{{'temperature': [200, 250]}}, or be a DataFrame, not {points!r}"
             )
         return points
-    if any(canonical_name(str(name)) for name in points.index.names):  # parameters, too
-        points = points.reset_index()
+    if levels := [name for name in points.index.names if canonical_name(str(name))]:
+        points = points.reset_index(level=levels)
     if points.index.nlevels > 1:
         points = points.reset_index(drop=True)
-    return {name: column.to_xarray() for name, column in points.rename_axis(points.index.name or POINT).items()}
+    return {
+        name: column.to_xarray()
+        for name, column in points.rename_axis(points.index.name or POINT).items()
+    }
 
 
 def full_name(name: str) -> str:
@@ -159,7 +169,7 @@ def full_name(name: str) -> str:
     return str(known)
 
 
-def _by_full_name(given: Mapping[Hashable, Any]) -> dict[str, Any]:
+def _by_full_name(given: Mapping[Any, Any]) -> dict[str, Any]:
     values: dict[str, Any] = {}
     for key, value in given.items():
         name = full_name(str(key))

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
+import numpy as np
 import pytest
 
 from sweeps.cli.app import main
@@ -86,6 +87,17 @@ def test_the_error_bar(run_page: Page) -> None:
     names = run_page("error-bar")
     assert (names["force_error"] < 1e-4 * names["ds"].friction_force_amplitude.max()).all()
     assert abs(names["change"]) <= names["coarse"].amplitude_error
+
+
+@pytest.mark.slow
+def test_orbits_of_a_table(run_page: Page) -> None:
+    names = run_page("many-orbits")
+    slopes = names["ds"].friction_force_amplitude_sensitivity[1].values  # at 250 K
+    assert slopes[:2] == pytest.approx([0.157, -5.08], abs=0.005)
+    k, gamma = np.exp(names["found"].x[0]), names["found"].x[1]
+    errors = np.sqrt(np.diag(names["covariance"]))
+    assert abs(np.log(k / 7e4)) < 4 * errors[0]
+    assert abs(gamma + 0.55) < 4 * errors[1]
 
 
 @pytest.mark.stress
