@@ -97,9 +97,7 @@ def sensitivities(
         raise ValueError(f"{what}; there are {', '.join(AMPLITUDES)}")
     places, chosen = places_of(points), options_for_orbits(rtol=rtol, **options)
     if chosen.physics.chance:
-        raise ValueError(
-            "noise: the mean of random paths has no derivative; leave out 'stochastic'"
-        )
+        raise ValueError("noise: a mean of random paths has no derivative; leave out 'stochastic'")
     rows = rows_of(places)
     steps = [_Step.of(rows, name, part) for name in parameters for part in _PARTS]
     results = orbit_rows(np.concatenate([rows, *(step.rows for step in steps)]), chosen)
@@ -186,9 +184,10 @@ class _Step(NamedTuple):
             moved = rows[:, column] + by
         changed = rows.copy()
         changed[:, column] = moved
-        valid = (moved != rows[:, column]) & [variable.complaint(value) is None for value in moved]
+        valid = np.array([variable.complaint(value) is None for value in moved], dtype=bool)
+        valid &= moved != rows[:, column]
         if column in _ENERGY:
-            valid &= [unbounded(*row) is None for row in changed[:, _ENERGY]]
+            valid &= np.array([unbounded(*row) is None for row in changed[:, _ENERGY]], dtype=bool)
         return cls(np.where(valid[:, None], changed, rows), np.where(valid, by, 0.0))
 
 
