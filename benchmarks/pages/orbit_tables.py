@@ -49,6 +49,31 @@ def orbit_times(found: Results) -> Rows:
     return [("what", "value"), *rows.items()]
 
 
+def derivatives(many: Results, found: Results) -> Rows:
+    """Return what one call saves, and how right derivatives are."""
+    error = found["relative_error"]
+    rows = {
+        f"{many['points']} points in one call, and one by one": (
+            f"{seconds(many['together'])} and {seconds(many['singly'])}, "
+            f"{'the same bits' if many['same'] else 'OTHER NUMBERS'}"
+        ),
+        f"derivatives at {found['points']} points by {found['parameters']} parameters": seconds(
+            found["seconds"]
+        ),
+        "error, of the largest derivative of the point: median, 95 %, largest": ", ".join(
+            f"{error[name]:.1e}" for name in ("median", "95 %", "max")
+        ),
+        "above 1e-4": f"{found['beyond_tolerated']} of {found['derivatives']}",
+        "the stated error bounds the error of; too large, median": (
+            f"{found['held']:.1%}; {found['over_median']:.2g} times"
+        ),
+        "jumps within the step, by a scan; of these not NaN; NaN without a jump": (
+            f"{found['jumps']}; {found['jumps_missed']}; {found['missing_without_jump']}"
+        ),
+    }
+    return [("what", "value"), *rows.items()]
+
+
 def prices(found: Results) -> Rows:
     """Return what sixth order and a relaxing strain cost a point."""
     models = list(found["fluids"][0]["microseconds"])

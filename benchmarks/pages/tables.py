@@ -83,6 +83,7 @@ TABLES: dict[str, Table] = {
     ),
     "engine": Table("engine", ("grids", "huge"), sweep_tables.engine),
     "accuracy": Table("orbits", ("accuracy",), orbit_tables.accuracy),
+    "derivatives": Table("derivatives", ("together", "derivatives"), orbit_tables.derivatives),
     "orbit_times": Table("orbits", ("time",), orbit_tables.orbit_times),
     "against_peers": Table("work_precision", ("fluids",), solver_tables.against_peers),
     "random_fluids": Table("work_precision", ("random",), solver_tables.random_fluids),
@@ -100,7 +101,17 @@ TABLES: dict[str, Table] = {
     "stability_verdicts": Table("stability", VERDICTS, stability_tables.verdicts),
     "faults": Table(
         "faults",
-        ("damage", "results", "operations", "kills", "together", "workers", "outputs", "page"),
+        (
+            "damage",
+            "results",
+            "operations",
+            "kills",
+            "together",
+            "workers",
+            "outputs",
+            "page",
+            "planted",
+        ),  # fmt: skip
         sweep_tables.attacks,
     ),
 }
