@@ -193,7 +193,7 @@ def point_of(ds: xr.Dataset, at: Iterable[str] = (), **where: Any) -> Point:
         far off its axis.
     """
     if "config" not in ds.attrs or "status" not in ds.variables:
-        raise PointError("this is no result of a sweep: it has neither a config nor a status")
+        raise PointError("this is no result of a sweep: it lacks a config, or a status")
     texts = [*at, *(f"{name}={value}" for name, value in where.items())]
     try:
         place = places_at(ds, texts)
