@@ -111,7 +111,7 @@ TABLES: dict[str, Table] = {
             "outputs",
             "page",
             "planted",
-        ),  # fmt: skip
+        ),
         sweep_tables.attacks,
     ),
 }
