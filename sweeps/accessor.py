@@ -56,20 +56,21 @@ class StickslipAccessor:
         at: dict[str, Any] | None = None,
         log: str = "",
         figure: str | None = None,
+        boundaries: xr.Dataset | None = None,
     ) -> Figure:
         """Return the picture that `stickslip plot` draws, with the same options.
 
         Without `variable` both amplitudes are drawn. `at` cuts axes, such as `{"temperature":
-        228}`; `log` names logarithmic scales, such as 'x,z'; `figure` names a figure instead.
+        228}`; `log` names logarithmic scales, such as 'x,z'; `figure` names a figure instead;
+        `boundaries` are what the method of this name returns, drawn on maps.
         Raises ValueError for a choice that the data do not have.
         """
         from sweeps.figures import PlotOptions, draw
         from sweeps.figures.save import displayed
 
         cuts = tuple(f"{name}={value}" for name, value in (at or {}).items())
-        return displayed(
-            draw(self._ds, figure, PlotOptions(variable, x, y, hue, row, col, cuts, log))
-        )
+        options = PlotOptions(variable, x, y, hue, row, col, cuts, log, boundaries=boundaries)
+        return displayed(draw(self._ds, figure, options))
 
     def map(self, variable: str, x: str | None = None, y: str | None = None, **at: Any) -> Figure:
         """Return a map of a variable over two axes, others cut by keyword: `map("regime", K=500)`.

@@ -47,6 +47,14 @@ def test_the_command_writes_what_the_function_returns(
     again = command("boundary", str(tmp_path / "map.nc"))
     assert again.code == 2
     assert "--overwrite" in again.err
+    plotted = command(
+        "plot", "map.nc", "--variable", "regime", "--boundaries", "map-boundaries.nc", "-o", "a.svg"
+    )
+    assert plotted.code == 0, plotted.err
+    assert Path("a.svg").is_file()
+    refused = command("plot", "map.nc", "--boundaries", "map.nc")
+    assert refused.code == 2
+    assert "no file of borders" in refused.err
     table = command("boundary", "map.nc", "--accuracy", "1e-4", "-o", "lines.csv")
     assert table.code == 0, table.err
     rows = pd.read_csv("lines.csv")

@@ -24,6 +24,7 @@ from sweeps.engine.executors.worker import Task, compute_block
 from sweeps.engine.settings import options_of
 from sweeps.exits import ExpectedError
 from sweeps.figures.layout import is_geometric
+from sweeps.files.columns import STATUS
 from sweeps.grid import DIRECTION
 from sweeps.human import clock
 from sweeps.views.boundaries.bisection import LATE, Axis, Floats, Kinds
@@ -105,7 +106,8 @@ class Map:
         parallel = joblib.Parallel(self.workers, require="sharedmem")
         for block in parallel(joblib.delayed(compute_block)(task) for task in tasks):
             results[block.indices] = block.results
-            self.progress.done += len(block.indices)
+            finished = block.results[:, STATUS] != Status.PENDING
+            self.progress.done += int(finished.sum())
         return results
 
 
