@@ -147,6 +147,6 @@ def _about(ds: xr.Dataset, own: Map) -> dict[str, object]:
             "title": f"Borders between kinds of motion: {title}",
             "summary": "Where the kind of motion of a block on a boundary lubricant film changes",
             "boundary_kind": own.kind,
-            "computed_points": own.progress.done,
+            "computed_points": str(own.progress.done),
         }
     )
