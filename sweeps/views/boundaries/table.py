@@ -20,11 +20,12 @@ POINT = "boundary_point"
 
 SIDES = ("left", "right")
 
-FOLD = 0.8
-"""The multiplier at an end of the last bracket from which on a border counts as a fold.
+NEAR = 0.2
+"""How near to 1 a multiplier at an end of the last bracket makes a border a fold.
 
 Of the five borders over omega at T = 200 K, in brackets of 1e-6 of the axis, that at 18.108 rad/s
-has 0.94 and the others at most 0.54; of wide brackets it is too far from the fold.
+has 0.94 and the others at most 0.54; in wide brackets it is too far from the fold. Far above 1 is
+no multiplier of a stable orbit: the differences that it is made of reach across the border.
 """
 
 
@@ -61,7 +62,7 @@ def table_of(
     turned = _per_point(found.kinds.astype(float), points)[:, 0] != sides[:, 0]
     multipliers[turned] = multipliers[turned, ::-1]
     data = _kinds(own, sides) | _multipliers(multipliers)
-    data["type"] = (POINT, _types(multipliers, is_crossing), _TYPE)
+    data["type"] = (POINT, types_of(multipliers, is_crossing), _TYPE)
     data |= {
         f"{name}_bracket": (POINT, width, _bracket(name))
         for name, width in zip(own.names, brackets.T, strict=True)
@@ -76,8 +77,9 @@ def _per_point(values: Floats, points: NDArray[np.int64]) -> Floats:
     return padded[np.minimum(points, len(values))]
 
 
-def _types(multipliers: Floats, is_crossing: NDArray[np.bool_]) -> NDArray[np.int8]:
-    fold = np.fmax(multipliers[:, 0], multipliers[:, 1]) >= FOLD
+def types_of(multipliers: Floats, is_crossing: NDArray[np.bool_]) -> NDArray[np.int8]:
+    """Return the types (n,) of points with these multipliers (n, 2) on their sides."""
+    fold = (np.abs(multipliers - 1.0) <= NEAR).any(axis=1)
     codes = np.where(fold, Type.FOLD, Type.GRAZING)
     return np.where(is_crossing, codes, Type.MEETING).astype(np.int8)
 
@@ -129,7 +131,7 @@ _LINE = {
 _TYPE: dict[str, object] = {
     "long_name": "how motions end at the border",
     "units": "1",
-    "comment": f"fold: a multiplier of {FOLD} or more on either side; grazing: none; meeting: the "
+    "comment": f"fold: a multiplier within {NEAR} of 1 on either side; grazing: none; meeting: the "
     "middle of crossings at which three or more kinds meet, which was not computed",
     "flag_values": np.array([int(code) for code in Type], dtype=np.int8),
     "flag_meanings": " ".join(code.name.lower() for code in Type),

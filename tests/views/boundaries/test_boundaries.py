@@ -14,6 +14,7 @@ from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
 from sweeps.views.boundaries import BoundaryError
+from sweeps.views.boundaries.table import types_of
 
 MEETING = 2
 LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
@@ -90,6 +91,14 @@ def test_a_border_of_a_map_parts_its_kinds(borders: xr.Dataset) -> None:
     results, _ = compute_orbits(np.array(points), Options(rtol=1e-4, stationary_rtol=1e-4))
     assert len(told) > 30
     assert results[:, RESULT_COLUMNS.index("regime")].tolist() == told
+
+
+def test_a_fold_has_a_multiplier_near_one() -> None:
+    nan = np.nan
+    multipliers = [[0.9, 0.1], [nan, 1.1], [0.5, 0.1], [nan, nan], [1e4, 0.2], [nan, nan]]
+    is_crossing = np.array([True] * 5 + [False])
+    types = types_of(np.array(multipliers), is_crossing)
+    assert types.tolist() == [1, 1, 0, 0, 0, MEETING]
 
 
 def test_it_is_described_as_cf_wants(small: xr.Dataset, borders: xr.Dataset) -> None:
