@@ -49,6 +49,7 @@ def boundary(
     Each edge between neighbouring points of unlike kinds is bisected. The lines are written as
     NetCDF, which `stickslip plot MAP --boundaries FILE` draws, or as a table.
     """
+    from sweeps.engine.existing import seal_note
     from sweeps.engine.signals import interruptible
     from sweeps.files.datasets import open_result, require_writable
     from sweeps.files.export import files_of
@@ -60,6 +61,8 @@ def boundary(
         refuse_table(path, file, overwrite=overwrite)
     ds = _at(open_result(file), at or [])
     require_writable(target)
+    if note := seal_note(file):
+        say(f"warning: {note}")
     for note in version_differences(ds.attrs):
         say(f"note: {note}")
     borders = interruptible(
