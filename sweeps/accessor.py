@@ -13,6 +13,7 @@ from stickslip.variables import RESULT_COLUMNS, canonical_name
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from sweeps.views.boundaries import Kind
     from sweeps.views.points import Point
 
 
@@ -55,20 +56,21 @@ class StickslipAccessor:
         at: dict[str, Any] | None = None,
         log: str = "",
         figure: str | None = None,
+        boundaries: xr.Dataset | None = None,
     ) -> Figure:
         """Return the picture that `stickslip plot` draws, with the same options.
 
         Without `variable` both amplitudes are drawn. `at` cuts axes, such as `{"temperature":
-        228}`; `log` names logarithmic scales, such as 'x,z'; `figure` names a figure instead.
+        228}`; `log` names logarithmic scales, such as 'x,z'; `figure` names a figure instead;
+        `boundaries` are what the method of this name returns, drawn on maps.
         Raises ValueError for a choice that the data do not have.
         """
         from sweeps.figures import PlotOptions, draw
         from sweeps.figures.save import displayed
 
         cuts = tuple(f"{name}={value}" for name, value in (at or {}).items())
-        return displayed(
-            draw(self._ds, figure, PlotOptions(variable, x, y, hue, row, col, cuts, log))
-        )
+        options = PlotOptions(variable, x, y, hue, row, col, cuts, log, boundaries=boundaries)
+        return displayed(draw(self._ds, figure, options))
 
     def map(self, variable: str, x: str | None = None, y: str | None = None, **at: Any) -> Figure:
         """Return a map of a variable over two axes, others cut by keyword: `map("regime", K=500)`.
@@ -85,6 +87,55 @@ class StickslipAccessor:
         x = x or free.pop(0)
         y = y or free.pop(0)
         return self.plot(variable, x=x, y=y, at=at)
+
+    def boundaries(
+        self,
+        accuracy: float = 1e-6,
+        kind: Kind = "regime",
+        *,
+        workers: int | None = None,
+    ) -> xr.Dataset:
+        """Return the borders between kinds of motion, as lines on a map or points on an axis.
+
+        Each edge between neighbouring points of unlike kinds is bisected, with the parameters and
+        options of the sweep; where the crossings of a cell belong together they are joined.
+
+        Parameters
+        ----------
+        accuracy
+            Width of the last bracket, as a part of the length of its axis: of the difference of its
+            ends, or of their logarithms where the values have a common ratio.
+        kind
+            What must change at a border: the 'regime', or with 'orbit' also `melting_count` or
+            `orbit_periods`, which of aperiodic motions mean nothing.
+        workers
+            Threads; 2 by default.
+
+        Returns
+        -------
+        Dataset
+            Along `boundary_point`, line by line: the coordinates `line`, a number, and the axes, in
+            SI units; `kind_left`, `kind_right` (with 'orbit' `melting_count_left` and so on);
+            `multiplier_left`, `multiplier_right`, the Floquet multipliers at the ends of the last
+            bracket, NaN where a motion has none; `type`, 0 grazing, 1 fold, 2 the meeting of three
+            kinds or more in the middle of their crossings; and for each axis `<axis>_bracket`, the
+            width of the last bracket. Left and right are those of a walk along the line, with the
+            first axis pointing right and the second up; on a single axis left is below. A border
+            is a fold if a multiplier within 0.2 of 1 says that an orbit ends by losing its
+            stability; tell it apart with an accuracy of 1e-4 or better, and `rtol` 1e-6.
+
+            Points without a result make no borders. A bisection ends early, with a wide bracket, at
+            a point without a result.
+
+        Raises
+        ------
+        BoundaryError
+            A ValueError: there is no such border, since the result has not one or two axes of
+            single parameters, follows an axis, or is stochastic; or an argument is wrong.
+        """
+        from sweeps.views.boundaries import boundaries
+
+        return boundaries(self._ds, accuracy, kind, workers=workers)
 
     def report(self, path: str | Path) -> Path:
         """Write the page of `stickslip report`, which needs no network, and return its path.

@@ -81,6 +81,7 @@ TABLES: dict[str, Table] = {
     "errors_of_sweeps": Table(
         "sweeps", ("figures", "regimes", "cube"), sweep_tables.errors_of_sweeps
     ),
+    "borders": Table("sweeps", ("borders",), sweep_tables.borders),
     "engine": Table("engine", ("grids", "huge"), sweep_tables.engine),
     "accuracy": Table("orbits", ("accuracy",), orbit_tables.accuracy),
     "derivatives": Table("derivatives", ("together", "derivatives"), orbit_tables.derivatives),

@@ -16,6 +16,7 @@ import typer
 import typer.main
 from typer.core import TyperGroup
 
+from sweeps.cli.boundary import boundary
 from sweeps.cli.exchange import export, merge
 from sweeps.cli.explore import explore
 from sweeps.cli.inspect import check, info, schema
@@ -28,7 +29,7 @@ from sweeps.cli.sweeps import plan, status, sweep
 from sweeps.exits import Exit, ExpectedError
 
 _SWEEPS = (sweep, plan, status, check)
-_MOTIONS = (simulate, replay, explore)
+_MOTIONS = (simulate, replay, boundary, explore)
 _FILES = (figure, plot, report, export, merge, schema, info)
 _VERBS = {verb.__name__: verb for verb in (*_SWEEPS, *_MOTIONS, *_FILES)}
 

@@ -34,7 +34,7 @@ def export(
 
     target = output or file.with_suffix(".csv")
     for path in files_of(target):
-        _refuse_table(path, file, overwrite=overwrite)
+        refuse_table(path, file, overwrite=overwrite)
     with open_result(file, whole=False) as ds:
         refuse_other_data(ds, file)
         if note := seal_note(file):
@@ -44,7 +44,7 @@ def export(
                 print(path)
 
 
-def _refuse_table(path: Path, file: Path, *, overwrite: bool) -> None:
+def refuse_table(path: Path, file: Path, *, overwrite: bool) -> None:
     """End the command if a table would replace a file that it must not."""
     from sweeps.files.atomic import refuse_odd_output
     from sweeps.files.export import is_left_over

@@ -123,6 +123,10 @@ def plot(
     log: Annotated[
         str, typer.Option(metavar="x,y,z", help="Logarithmic scales; z is the variable.")
     ] = "",
+    boundaries: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Borders of `stickslip boundary`, drawn on the map."),
+    ] = None,
     style: Annotated[
         Path | None, typer.Option(metavar="FILE", help="A matplotlib style file.")
     ] = None,
@@ -132,7 +136,8 @@ def plot(
     from sweeps.figures import PlotOptions
     from sweeps.files.datasets import open_result
 
-    options = PlotOptions(variable, x, y, hue, row, col, tuple(at or ()), log, style)
+    borders = None if boundaries is None else open_result(boundaries)
+    options = PlotOptions(variable, x, y, hue, row, col, tuple(at or ()), log, style, borders)
     if options.asks and figure is not None:
         stop_with(
             "--figure names a whole picture: leave out options for variables and axes", Exit.USAGE

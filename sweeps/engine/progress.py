@@ -10,7 +10,7 @@ import os
 import sys
 import threading
 import time
-from typing import TYPE_CHECKING, ClassVar, Self, TextIO, TypeAlias, cast
+from typing import TYPE_CHECKING, ClassVar, Protocol, Self, TextIO, cast
 
 from sweeps.human import Messages, clock
 
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from IPython.display import HTML
     from rich.progress import Progress
-
-    from sweeps.engine.counts import Counts
 
 _FRAMES_PER_SECOND = 4.0  # so that elapsed seconds are not skipped
 
@@ -33,8 +31,18 @@ _MOMENT = 1.5  # seconds
 
 _GONE_SECONDS = 1.0  # a terminal that blocks is not waited for
 
-Scene: TypeAlias = "Counts | Compiling"
-"""What is shown: `done` of a `goal` that may be None, a `headline` and an `outlook`."""
+
+class Scene(Protocol):
+    """What is shown: `done` of a `goal` that may be None, a `headline` and an `outlook`."""
+
+    @property
+    def done(self) -> int: ...  # noqa: D102 - a protocol
+    @property
+    def goal(self) -> int | None: ...  # noqa: D102
+    @property
+    def headline(self) -> str: ...  # noqa: D102
+    @property
+    def outlook(self) -> str: ...  # noqa: D102
 
 
 class Display:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import xarray as xr
 from matplotlib.figure import Figure
 
+from sweeps.figures.borders import require_borders
 from sweeps.figures.colours import is_discrete
 from sweeps.figures.curves import draw_curves
 from sweeps.figures.layout import layout_of
@@ -41,7 +42,13 @@ def draw_results(ds: xr.Dataset, options: PlotOptions) -> Figure:
         left = [str(dim) for dim in ds.sizes if dim not in layout.dims]
         ds, middle = slice_in_the_middle(ds, left)
         is_map = layout.y is not None or discrete
-        draw = draw_maps if is_map else draw_curves
-        figure = draw(ds, layout, variables, options.scales)
+        if options.boundaries is not None:
+            require_borders(options.boundaries)
+        if is_map:
+            figure = draw_maps(ds, layout, variables, options.scales, options.boundaries)
+        elif options.boundaries is None:
+            figure = draw_curves(ds, layout, variables, options.scales)
+        else:
+            raise ValueError("borders are drawn on maps: name the axis -y as well")
     put_note(figure, [at, middle])
     return figure

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from sweeps.figures.borders import draw_borders
 from sweeps.figures.colours import Colours, colours_of
 from sweeps.figures.labels import Array
 from sweeps.figures.layout import Axis, Layout, axis_of
@@ -22,11 +23,16 @@ STRIP = "strip"
 
 
 def draw_maps(
-    ds: xr.Dataset, layout: Layout, variables: Sequence[str], scales: frozenset[str] = frozenset()
+    ds: xr.Dataset,
+    layout: Layout,
+    variables: Sequence[str],
+    scales: frozenset[str] = frozenset(),
+    borders: xr.Dataset | None = None,
 ) -> Figure:
     """A map of each variable on the same axes, a column of them for each facet, with one scale.
 
-    A missing point is grey; a line parts cells of different kinds or counts.
+    A missing point is grey; a line parts cells of different kinds or counts, unless there are
+    computed `borders`. Raises ValueError if these are of another map.
     """
     if layout.y is None:
         ds = ds.expand_dims(STRIP)
@@ -37,17 +43,19 @@ def draw_maps(
     for name in variables:
         colours = colours_of(drawn.dataset, name, log="z" in scales)
         for panel in drawn.of(name):
-            _draw_map(panel, colours, across, up)
+            _draw_map(panel, colours, across, up, parted=borders is None)
         colours.draw_scale(drawn.figure, [panel.axes for panel in drawn.of(name)])
         if colours.legend:
             put_legend(drawn.figure, colours.legend)
+    if borders is not None:
+        draw_borders(drawn.panels, borders, across, up)
     label_axes(drawn, across.label, [up.label if layout.y else ""])
     missing = missing_notes(drawn.dataset, variables, "Grey: ", log="z" in scales)
     put_note(drawn.figure, [*missing, *drawn.notes])
     return drawn.figure
 
 
-def _draw_map(panel: Panel, colours: Colours, across: Axis, up: Axis) -> None:
+def _draw_map(panel: Panel, colours: Colours, across: Axis, up: Axis, *, parted: bool) -> None:
     cells = colours.placed(panel.dataset.transpose(up.dim, across.dim, ...))
     edges = cell_edges(across), cell_edges(up)
     panel.axes.pcolormesh(
@@ -57,7 +65,7 @@ def _draw_map(panel: Panel, colours: Colours, across: Axis, up: Axis) -> None:
         norm=colours.norm,
         rasterized=True,  # thousands of cells as vectors make a slow file with hairlines
     )
-    if colours.codes:
+    if colours.codes and parted:
         panel.axes.add_collection(_borders(np.ma.filled(cells, -1.0), *edges), autolim=False)
     panel.axes.tick_params(direction="out", which="both", top=False, right=False)
     make_logarithmic(panel.axes, ["x"] * across.geometric + ["y"] * up.geometric)

@@ -26,7 +26,8 @@ class PlotOptions:
     """A result variable and the roles of axes, by full name or symbol; what is left out is chosen.
 
     `at` has texts such as `temperature=228`: the nearest point of that axis. `log` names
-    logarithmic scales, such as `x,z`; z is the scale of the variable. `style` is a style file.
+    logarithmic scales, such as `x,z`; z is the scale of the variable. `style` is a style file;
+    `boundaries` are borders to draw on a map.
     """
 
     variable: str | None = None
@@ -38,12 +39,13 @@ class PlotOptions:
     at: tuple[str, ...] = ()
     log: str = ""
     style: Path | None = None
+    boundaries: xr.Dataset | None = None
 
     @property
     def asks(self) -> bool:
         """True if any option of the picture of a sweep is chosen."""
         named = (self.variable, *(getattr(self, role) for role in ROLES))
-        return any(named) or bool(self.at) or bool(self.log)
+        return any(named) or bool(self.at) or bool(self.log) or self.boundaries is not None
 
     @property
     def scales(self) -> frozenset[str]:

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 ENDINGS = (".csv", ".parquet")
 
+# Variables with a value for each row: of a sweep, of a trajectory, of borders.
+_TEMPLATES = ("status", "lower_displacement", "line")
+
 _DESCRIPTION = ["name", "units", "meaning", "fixed_value"]  # the columns of the second table
 
 
@@ -58,9 +61,11 @@ def is_left_over(path: Path) -> bool:
 
 
 def refuse_other_data(ds: xr.Dataset, name: Path) -> None:
-    """Raise TableError if a Dataset is neither the result of a sweep nor a trajectory, or empty."""
-    if not {"status", "lower_displacement"} & ds.variables.keys():
-        raise TableError(f"{name} holds neither the result of a sweep nor a trajectory")
+    """Raise TableError if a Dataset is no result, no trajectory and no borders, or empty."""
+    if not set(_TEMPLATES) & ds.variables.keys():
+        raise TableError(
+            f"{name} holds neither the result of a sweep nor a trajectory, nor borders"
+        )
     if empty := [str(dim) for dim, size in ds.sizes.items() if size == 0]:
         raise TableError(f"{name} is empty: no value along {', '.join(empty)}")
 
@@ -68,11 +73,11 @@ def refuse_other_data(ds: xr.Dataset, name: Path) -> None:
 def export(ds: xr.Dataset, path: Path, source: Path | None = None) -> list[Path]:
     """Write the table of a Dataset, read chunk by chunk, to `path`; return the files.
 
-    `ds` is the result of a sweep, or a trajectory, whose samples are the rows. Floats have all
-    their digits. For points without a result, NaN and the -1 of counts become empty cells. Older
-    files are replaced completely or not at all; new ones are readable by those who may read the
-    `source` of the Dataset. In a CSV file, texts that a spreadsheet would run as a formula begin
-    with an apostrophe.
+    `ds` is the result of a sweep, or a trajectory, whose samples are the rows, or borders. Floats
+    have all their digits. For points without a result, NaN and the -1 of counts become empty cells.
+    Older files are replaced completely or not at all; new ones are readable by those who may read
+    the `source` of the Dataset. In a CSV file, texts that a spreadsheet would run as a formula
+    begin with an apostrophe.
 
     Raises TableError as `files_of` does, StorageError if a file cannot be written.
     """
@@ -156,7 +161,7 @@ def _frames(ds: xr.Dataset) -> Iterator[pd.DataFrame]:
 
 def _template(ds: xr.Dataset) -> xr.DataArray:
     """Return a variable with a value for each row."""
-    return ds["status"] if "status" in ds.variables else ds["lower_displacement"]
+    return next(ds[name] for name in _TEMPLATES if name in ds.variables)
 
 
 def _columns(ds: xr.Dataset) -> list[str]:

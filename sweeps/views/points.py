@@ -213,27 +213,27 @@ def _refuse_open_axes(ds: xr.Dataset, place: Mapping[str, int]) -> None:
 def _point(chosen: xr.Dataset) -> Point:
     """The point that is left of a result."""
     try:
-        written = _config_without_axes(str(chosen.attrs["config"]))
+        written = config_without_axes(str(chosen.attrs["config"]))
         values = {name: chosen[name].item() for name in PARAMETERS if name in chosen.variables}
-        config = _config_of(written, values)
+        config = config_of(written, values)
         return Point(
             config=config,
             where=_in_words(chosen, written.get("model", ())),
             stored={n: chosen[n].item() for n in RESULT_COLUMNS if n in chosen.variables},
             before=_line_before(chosen, config.parameters(), written.get("follow")),
-            versions=_versions(chosen.attrs),
+            versions=version_differences(chosen.attrs),
         )
     except ConfigError as error:
         raise PointError(f"the config of this result cannot be read:\n{error}") from None
 
 
 @lru_cache(maxsize=1)
-def _config_without_axes(text: str) -> Mapping[str, Any]:
+def config_without_axes(text: str) -> Mapping[str, Any]:
     """Return what a result was asked for; a report asks for many points of one result."""
     return read_mapping(_AXES.sub("", text), _SOURCE)
 
 
-def _config_of(written: Mapping[str, Any], values: Mapping[str, float]) -> Config:
+def config_of(written: Mapping[str, Any], values: Mapping[str, float]) -> Config:
     """The config of a point alone; `written` is that of the result without its axes."""
     kept = {key: value for key, value in written.items() if key not in ("follow", "refine")}
     return from_mapping(kept | {"model": values}, _SOURCE)
@@ -256,7 +256,7 @@ def _line_before(
     return grid.rows(np.array(line[: line.index(number)], dtype=np.int64))
 
 
-def _versions(attributes: Mapping[str, Any]) -> tuple[str, ...]:
+def version_differences(attributes: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the differences between the file's versions and ours, a sentence each."""
     from stickslip.compiled.cache import processor
 

@@ -100,6 +100,18 @@ def test_orbits_of_a_table(run_page: Page) -> None:
     assert abs(gamma + 0.55) < 4 * errors[1]
 
 
+@pytest.mark.slow
+def test_a_phase_diagram(run_page: Page) -> None:
+    names = run_page("phase-diagram")
+    page = (FOLDER / "phase-diagram.md").read_text("utf-8")
+    jumps = [float(number) for number in re.findall(r"\b\d\d\.\d{4}\b", page)]
+    assert names["jumps"].angular_frequency.values == pytest.approx(jumps, abs=2e-4)
+    assert names["jumps"].type.values.tolist() == [0, 1, 0, 0, 0]
+    table = Path("borders.csv").read_text().splitlines()
+    assert len(table) == 1 + names["borders"].sizes["boundary_point"]
+    assert {"regimes.pdf", "lines.png", "borders.columns.csv"} <= {p.name for p in Path().iterdir()}
+
+
 @pytest.mark.stress
 def test_from_pixel_to_orbit(run_page: Page, capsys: pytest.CaptureFixture[str]) -> None:
     names = run_page("from-pixel-to-orbit")

@@ -266,6 +266,15 @@ def test_a_followed_sweep_follows_the_cf_conventions(tmp_path: Path) -> None:
 
 
 @checked
+@pytest.mark.parametrize("kind", ["regime", "orbit"])
+def test_borders_follow_the_cf_conventions(tmp_path: Path, kind: str) -> None:
+    axes = {"omega": [14.0, 15.0], "T": [200.0, 201.0]}
+    ds = run({"sweep": axes, "integrator": {"rtol": 1e-4}})
+    write_dataset(ds.stickslip.boundaries(1e-2, kind), tmp_path / "a.nc")
+    assert cf_findings(tmp_path / "a.nc") == []
+
+
+@checked
 def test_the_checker_would_find_something(tmp_path: Path) -> None:
     ds = made(SWEEPS["one axis"])
     ds.temperature.attrs["units"] = "furlongs per what"

@@ -1,0 +1,122 @@
+"""The verb that computes the borders between kinds of motion: boundary."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from sweeps.cli.exchange import refuse_table
+from sweeps.cli.shared import NoProgressOption, WorkersOption, say, stop_with
+from sweeps.exits import Exit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def boundary(
+    file: Annotated[Path, typer.Argument(help="Result file of a sweep over one axis or two.")],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="File, .nc, .csv or .parquet. [default: FILE with -boundaries, .nc]",
+        ),
+    ] = None,
+    accuracy: Annotated[
+        float, typer.Option(help="Width of the last bracket, as a part of the axis.")
+    ] = 1e-6,
+    kind: Annotated[
+        str,
+        typer.Option(
+            metavar="regime|orbit", help="What changes: the regime, or the counts as well."
+        ),
+    ] = "regime",
+    at: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=VALUE", help="The nearest point of a further axis; SI units."),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace an existing output.")
+    ] = False,
+    workers: WorkersOption = None,
+    no_progress: NoProgressOption = False,
+) -> None:
+    """Compute the borders between kinds of motion, as lines or points.
+
+    Each edge between neighbouring points of unlike kinds is bisected. The lines are written as
+    NetCDF, which `stickslip plot MAP --boundaries FILE` draws, or as a table.
+    """
+    from sweeps.engine.existing import seal_note
+    from sweeps.engine.signals import interruptible
+    from sweeps.files.datasets import open_result, require_writable
+    from sweeps.files.export import files_of
+    from sweeps.views.boundaries import BoundaryError, boundaries
+    from sweeps.views.points import version_differences
+
+    target = output or file.with_name(f"{file.stem}-boundaries.nc")
+    for path in [target] if target.suffix == ".nc" else files_of(target):
+        refuse_table(path, file, overwrite=overwrite)
+    ds = _at(open_result(file), at or [])
+    require_writable(target)
+    if note := seal_note(file):
+        say(f"warning: {note}")
+    for note in version_differences(ds.attrs):
+        say(f"note: {note}")
+    borders = interruptible(
+        lambda: boundaries(ds, accuracy, kind, workers=workers, progress=not no_progress),  # type: ignore[arg-type] # it is checked there
+        "Interrupted; nothing was kept.",
+    )
+    if not borders.sizes["boundary_point"]:
+        raise BoundaryError(f"{file} has no borders: all points with a result are of one kind")
+    _write(borders, target, file)
+    _summarise(borders)
+
+
+def _at(ds: xr.Dataset, at: list[str]) -> xr.Dataset:
+    """Return the part of a result that some texts choose, such as `K=1000`."""
+    from sweeps.figures.plot_options import places_at
+
+    try:
+        return ds.isel(places_at(ds, at))
+    except ValueError as error:
+        stop_with(str(error), Exit.USAGE)
+
+
+def _write(borders: xr.Dataset, target: Path, source: Path) -> None:
+    from sweeps.files.datasets import write_dataset
+    from sweeps.files.export import export
+
+    if target.suffix == ".nc":
+        write_dataset(borders, target)
+        print(target)
+        return
+    for path in export(borders, target, source):
+        print(path)
+
+
+def _summarise(borders: xr.Dataset) -> None:
+    """Print the borders of one axis; of a map how many lines there are between each two kinds."""
+    from stickslip.variables import PARAMETERS
+
+    axes = [name for name in PARAMETERS if f"{name}_bracket" in borders.variables]
+    sides = list(zip(borders.kind_left.values, borders.kind_right.values, strict=True))
+    is_fold = borders.type.values == 1
+    if len(axes) == 1:
+        for place, pair, fold in zip(borders[axes[0]].values, sides, is_fold, strict=True):
+            value = f"{place:.8g} {PARAMETERS[axes[0]].units}"
+            print(f"{axes[0]} {value}: {_between(*pair)}, {'fold' if fold else 'grazing'}")
+        return
+    for pair in dict.fromkeys(sides):
+        own = [other == pair for other in sides]
+        lines = len(set(borders.line.values[own]))
+        folds = int(is_fold[own].sum())
+        print(f"{_between(*pair)}: {lines} lines, {sum(own)} points, {folds} of them folds")
+
+
+def _between(left: int, right: int) -> str:
+    from stickslip.regime import Regime
+
+    return f"{Regime(left).name.lower()} | {Regime(right).name.lower()}"

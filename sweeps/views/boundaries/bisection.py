@@ -1,0 +1,167 @@
+"""Edges between unlike points of a map, bisected all together; of what kind they are is unknown.
+
+A map has one axis or two. Its edges join neighbours along an axis; a border crosses an edge where
+the kind changes along it. Kinds are whole numbers, `NO_KIND` where there is none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Kinds = NDArray[np.int64]
+
+NO_KIND, LATE = -1, -2
+
+# Points (n, axes) to their kinds (n,) and to a number of each (n,), which is handed on. The second
+# argument says whether to be patient; otherwise points that take long may be `LATE`, and are looked
+# at later, together with those of other edges.
+Looks = Callable[[Floats, bool], tuple[Kinds, Floats]]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The values of an axis, increasing; bisected geometrically where it is `geometric`."""
+
+    values: Floats
+    geometric: bool = False
+
+    def middles(self, low: Floats, high: Floats) -> Floats:
+        """Return the middles between values, on the axis's own scale."""
+        return np.asarray(np.sqrt(low * high) if self.geometric else low + 0.5 * (high - low))
+
+    def parts(self, low: Floats, high: Floats) -> Floats:
+        """Return the distances between values as parts of the axis's length, on its own scale."""
+        first, last = self.values[0], self.values[-1]
+        if self.geometric:
+            return np.asarray(np.log(high / low) / np.log(last / first))
+        return np.asarray((high - low) / (last - first))
+
+
+@dataclass(frozen=True)
+class Crossings:
+    """Where borders cross the edges of a map: a bracket for each, (n,) of them.
+
+    Attributes
+    ----------
+    axis
+        The axis (n,) along which the edge lies.
+    corner
+        The indices (n, axes) of the edge's lower end.
+    low, high
+        The ends (n, axes) of the bracket.
+    kinds, numbers
+        The kinds (n, 2) of the two ends, and what `Looks` says of them besides.
+    """
+
+    axis: NDArray[np.int64]
+    corner: NDArray[np.int64]
+    low: Floats
+    high: Floats
+    kinds: Kinds
+    numbers: Floats
+
+    def __len__(self) -> int:
+        return len(self.axis)
+
+    def part(self, which: NDArray[np.bool_] | slice) -> Crossings:
+        """Return some of them."""
+        return Crossings(*(getattr(self, field.name)[which] for field in fields(self)))
+
+    @staticmethod
+    def joined(parts: Sequence[Crossings]) -> Crossings:
+        """Return several as one."""
+        names = [field.name for field in fields(Crossings)]
+        return Crossings(*(np.concatenate([getattr(p, name) for p in parts]) for name in names))
+
+    def places(self, axes: Sequence[Axis]) -> Floats:
+        """Return the middles (n, axes) of the brackets."""
+        columns = zip(axes, self.low.T, self.high.T, strict=True)
+        middles = [axis.middles(low, high) for axis, low, high in columns]
+        # The root of a square may miss the value of a grid line by its last bit.
+        return np.where(self.low == self.high, self.low, np.column_stack(middles))
+
+    def widths(self, axes: Sequence[Axis]) -> Floats:
+        """Return the widths (n,) of the brackets as parts of the length of their axis."""
+        columns = zip(axes, self.low.T, self.high.T, strict=True)
+        return np.asarray(np.max([a.parts(low, high) for a, low, high in columns], axis=0))
+
+    def are_narrow(self, axes: Sequence[Axis], accuracy: float) -> NDArray[np.bool_]:
+        """Return which brackets (n,) are as narrow as is asked for, or as floats allow."""
+        middles = self.places(axes)
+        between = ((middles != self.low) & (middles != self.high)).any(axis=1)
+        return np.asarray((self.widths(axes) <= accuracy) | ~between)
+
+
+def crossings(
+    axes: Sequence[Axis], kinds: Kinds, numbers: Floats, looks: Looks, accuracy: float
+) -> Crossings:
+    """Return the crossings of borders and edges of a map, in brackets of at most `accuracy`.
+
+    `kinds` and `numbers` have the shape of the map, `accuracy` is a part of the length of an axis.
+    All edges are bisected together, one call of `looks` a round. A middle of a third kind splits
+    an edge in two. A middle without a kind ends the bisection of its edge: its bracket stays wide.
+    """
+    left = _unlike_edges(axes, kinds, numbers)
+    found, late = [left.part(slice(0))], [left.part(slice(0))]
+    while len(left) or sum(map(len, late)):
+        patient = not len(left)
+        if patient:
+            left, late = Crossings.joined(late), late[:1]
+        narrow = left.are_narrow(axes, accuracy)
+        found.append(left.part(narrow))
+        left = left.part(~narrow)
+        middles = left.places(axes)
+        seen, values = looks(middles, patient) if len(left) else (left.axis, left.numbers[:, 0])
+        late.append(left.part(seen == LATE))
+        found.append(left.part(seen == NO_KIND))
+        known = (seen != LATE) & (seen != NO_KIND)
+        left = _halved(left.part(known), middles[known], seen[known], values[known])
+    return Crossings.joined(found)
+
+
+def _unlike_edges(axes: Sequence[Axis], kinds: Kinds, numbers: Floats) -> Crossings:
+    """Return every edge between neighbours of two kinds as a bracket."""
+    edges = []
+    for axis in range(kinds.ndim):
+        length = kinds.shape[axis]
+        low, high = np.arange(length - 1), np.arange(1, length)
+        ends = np.stack([kinds.take(low, axis), kinds.take(high, axis)], axis=-1)
+        values = np.stack([numbers.take(low, axis), numbers.take(high, axis)], axis=-1)
+        unlike = (ends[..., 0] != ends[..., 1]) & (ends != NO_KIND).all(axis=-1)
+        corner = np.argwhere(unlike)
+        other = corner + np.eye(kinds.ndim, dtype=np.int64)[axis]
+        bracket = [
+            np.column_stack([a.values[i] for a, i in zip(axes, end.T, strict=True)])
+            for end in (corner, other)
+        ]
+        along = np.full(len(corner), axis)
+        edges.append(Crossings(along, corner, bracket[0], bracket[1], ends[unlike], values[unlike]))
+    return Crossings.joined(edges)
+
+
+def _halved(brackets: Crossings, middles: Floats, kinds: Kinds, numbers: Floats) -> Crossings:
+    """Return the halves of brackets in which the kind changes: one of each, or both."""
+    seen, values = kinds[:, None], numbers[:, None]
+    lower = Crossings(
+        brackets.axis,
+        brackets.corner,
+        brackets.low,
+        middles,
+        np.hstack([brackets.kinds[:, :1], seen]),
+        np.hstack([brackets.numbers[:, :1], values]),
+    )
+    upper = Crossings(
+        brackets.axis,
+        brackets.corner,
+        middles,
+        brackets.high,
+        np.hstack([seen, brackets.kinds[:, 1:]]),
+        np.hstack([values, brackets.numbers[:, 1:]]),
+    )
+    both = Crossings.joined([lower, upper])
+    return both.part(both.kinds[:, 0] != both.kinds[:, 1])

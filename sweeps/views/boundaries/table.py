@@ -1,0 +1,154 @@
+"""The Dataset of borders: a row for each point of a line, with both its sides."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stickslip.variables import PARAMETERS, RESULTS
+from sweeps.files.attributes import global_attributes, variable_attributes
+from sweeps.views.boundaries.bisection import Crossings, Floats
+from sweeps.views.boundaries.computation import Map
+from sweeps.views.boundaries.joining import Line
+from sweeps.views.boundaries.kinds import PARTS, part_of
+
+POINT = "boundary_point"
+
+SIDES = ("left", "right")
+
+NEAR = 0.2
+"""How near to 1 a multiplier at an end of the last bracket makes a border a fold.
+
+Of the five borders over omega at T = 200 K, in brackets of 1e-6 of the axis, that at 18.108 rad/s
+has 0.94 and the others at most 0.54; in wide brackets it is too far from the fold. Far above 1 is
+no multiplier of a stable orbit: the differences that it is made of reach across the border.
+"""
+
+
+class Type(IntEnum):
+    """The ways in which a motion can end at a border; the values are those of `type`."""
+
+    GRAZING = 0
+    FOLD = 1
+    MEETING = 2
+
+
+def table_of(
+    ds: xr.Dataset, own: Map, found: Crossings, lines: list[Line], meetings: list[list[int]]
+) -> xr.Dataset:
+    """Return the borders of a map along `boundary_point`.
+
+    `found` are its crossings, `lines` what they were joined to, and `meetings` the crossings that
+    meet in each meeting point.
+    """
+    points = np.array([point for line in lines for point in line.points], dtype=np.int64)
+    numbers = [number for number, line in enumerate(lines) for _ in line.points]
+    sides = np.array([line.kinds for line in lines for _ in line.points], dtype=np.int64)
+    sides, is_crossing = sides.reshape(-1, 2), points < len(found)
+    places = found.places(own.axes)
+    middles = np.reshape(
+        [places[meeting].mean(axis=0) for meeting in meetings], (-1, len(own.axes))
+    )
+    brackets = _per_point(found.high - found.low, points)
+    coordinates = {"line": (POINT, np.array(numbers, dtype=np.int32), _LINE)} | {
+        name: (POINT, place, _attributes(name))
+        for name, place in zip(own.names, np.concatenate([places, middles])[points].T, strict=True)
+    }
+    multipliers = _per_point(found.numbers, points)
+    turned = _per_point(found.kinds.astype(float), points)[:, 0] != sides[:, 0]
+    multipliers[turned] = multipliers[turned, ::-1]
+    data = _kinds(own, sides) | _multipliers(multipliers)
+    data["type"] = (POINT, types_of(multipliers, is_crossing), _TYPE)
+    data |= {
+        f"{name}_bracket": (POINT, width, _bracket(name))
+        for name, width in zip(own.names, brackets.T, strict=True)
+    }
+    fixed = {name: ds[name].squeeze() for name in PARAMETERS if name in ds and ds[name].size == 1}
+    return xr.Dataset(data, coordinates | fixed, _about(ds, own))
+
+
+def _per_point(values: Floats, points: NDArray[np.int64]) -> Floats:
+    """Return values (n, k) of crossings at points of lines; NaN where lines meet."""
+    padded = np.vstack([values, np.full(values.shape[1:], np.nan)])
+    return padded[np.minimum(points, len(values))]
+
+
+def types_of(multipliers: Floats, is_crossing: NDArray[np.bool_]) -> NDArray[np.int8]:
+    """Return the types (n,) of points with these multipliers (n, 2) on their sides."""
+    fold = (np.abs(multipliers - 1.0) <= NEAR).any(axis=1)
+    codes = np.where(fold, Type.FOLD, Type.GRAZING)
+    return np.where(is_crossing, codes, Type.MEETING).astype(np.int8)
+
+
+def _kinds(own: Map, sides: NDArray[np.int64]) -> dict[str, Any]:
+    """Return the parts of the kinds (n, 2) on either side, each as a result variable."""
+    data: dict[str, Any] = {}
+    for part in PARTS[own.kind]:
+        for side, numbers in zip(SIDES, sides.T, strict=True):
+            values = part_of(numbers, part).astype(RESULTS[part].dtype)
+            name = f"{'kind' if part == 'regime' else part}_{side}"
+            data[name] = (POINT, values, _on_side(variable_attributes(part), side))
+    return data
+
+
+def _multipliers(multipliers: Floats) -> dict[str, Any]:
+    attributes = variable_attributes("floquet_multiplier")
+    return {
+        f"multiplier_{side}": (POINT, values, _on_side(attributes, side))
+        for side, values in zip(SIDES, multipliers.T, strict=True)
+    }
+
+
+def _on_side(attributes: dict[str, object], side: str) -> dict[str, object]:
+    """Return the attributes of a result variable at the end of the bracket on one side."""
+    name = f"{attributes['long_name']}, on the {side}"
+    return attributes | {"long_name": name}
+
+
+def _attributes(name: str) -> dict[str, str]:
+    return dict(PARAMETERS[name].attributes)
+
+
+def _bracket(name: str) -> dict[str, str]:
+    return {
+        "long_name": f"width of the last bracket along {name}",
+        "units": PARAMETERS[name].units,
+        "comment": "0 where the point lies on a line of the grid, exactly",
+    }
+
+
+_LINE = {
+    "long_name": "number of the line",
+    "units": "1",
+    "comment": "points follow each other along a line, with the first axis pointing right and the "
+    "second up; of a line of a single point, left is toward smaller values",
+}
+
+_TYPE: dict[str, object] = {
+    "long_name": "how motions end at the border",
+    "units": "1",
+    "comment": f"fold: a multiplier within {NEAR} of 1 on either side; grazing: none; meeting: the "
+    "middle of crossings at which three or more kinds meet, which was not computed",
+    "flag_values": np.array([int(code) for code in Type], dtype=np.int8),
+    "flag_meanings": " ".join(code.name.lower() for code in Type),
+}
+
+
+def _about(ds: xr.Dataset, own: Map) -> dict[str, object]:
+    """Return the global attributes: provenance of this computation, and the config of the map."""
+    of_map = {name: ds.attrs[name] for name in ("config", "config_sha256") if name in ds.attrs}
+    title = ds.attrs.get("title", "a sweep")
+    return (
+        global_attributes(own.config)
+        | of_map
+        | {
+            "title": f"Borders between kinds of motion: {title}",
+            "summary": "Where the kind of motion of a block on a boundary lubricant film changes",
+            "boundary_kind": own.kind,
+            "computed_points": str(own.progress.done),
+        }
+    )

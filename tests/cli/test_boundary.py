@@ -1,0 +1,83 @@
+"""`stickslip boundary`: borders of a file, as another file or a table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from support.sweeps.commands import Command
+
+from sweeps import run
+from sweeps.files.datasets import open_result, write_dataset
+
+LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
+AXES = {
+    "T": {"linspace": [230, 300], "num": 8},
+    "omega": {"linspace": [20, 60], "num": 7},
+}
+
+
+@pytest.fixture(scope="module")
+def line() -> xr.Dataset:
+    return run(LOOSE | {"sweep": {"omega": {"linspace": [12, 60], "num": 17}}})
+
+
+@pytest.fixture(scope="module")
+def small() -> xr.Dataset:
+    return run(LOOSE | {"sweep": AXES})
+
+
+@pytest.fixture(scope="module")
+def borders(small: xr.Dataset) -> xr.Dataset:
+    return small.stickslip.boundaries(1e-4)
+
+
+def test_the_command_writes_what_the_function_returns(
+    command: Command, small: xr.Dataset, borders: xr.Dataset, tmp_path: Path
+) -> None:
+    write_dataset(small, tmp_path / "map.nc")
+    done = command("boundary", str(tmp_path / "map.nc"), "--accuracy", "1e-4")
+    assert done.code == 0, done.err
+    written = open_result(tmp_path / "map-boundaries.nc")
+    xr.testing.assert_equal(written, borders)
+    assert "stick_slip_symmetric" in done.out
+    again = command("boundary", str(tmp_path / "map.nc"))
+    assert again.code == 2
+    assert "--overwrite" in again.err
+    plotted = command(
+        "plot", "map.nc", "--variable", "regime", "--boundaries", "map-boundaries.nc", "-o", "a.svg"
+    )
+    assert plotted.code == 0, plotted.err
+    assert Path("a.svg").is_file()
+    refused = command("plot", "map.nc", "--boundaries", "map.nc")
+    assert refused.code == 2
+    assert "no file of borders" in refused.err
+    table = command("boundary", "map.nc", "--accuracy", "1e-4", "-o", "lines.csv")
+    assert table.code == 0, table.err
+    rows = pd.read_csv("lines.csv")
+    assert list(rows.columns[:3]) == ["line", "temperature", "angular_frequency"]
+    np.testing.assert_array_equal(rows.temperature, borders.temperature)
+    assert set(rows.type) <= {"grazing", "fold", "meeting"}
+    exported = command("export", "map-boundaries.nc")
+    assert exported.code == 0, exported.err
+    pd.testing.assert_frame_equal(pd.read_csv("map-boundaries.csv"), rows)
+
+
+def test_the_command_prints_the_borders_of_an_axis(
+    command: Command, line: xr.Dataset, tmp_path: Path
+) -> None:
+    write_dataset(line.expand_dims(spring_stiffness=[3000.0]), tmp_path / "line.nc")
+    done = command("boundary", "line.nc", "--at", "omega=20", "-o", "a.nc")
+    assert done.code == 2  # a single point is left
+    done = command("boundary", "line.nc", "--accuracy", "1e-4", "-o", "a.csv")
+    assert done.code == 0, done.err
+    assert "rad s-1: stick_slip_asymmetric | stick_slip_symmetric, fold" in done.out
+    part = line.sel(angular_frequency=slice(50, 60))
+    write_dataset(part, tmp_path / "part.nc")
+    done = command("boundary", "part.nc")
+    assert done.code == 2
+    assert "of one kind" in done.err
+    assert not (tmp_path / "part-boundaries.nc").exists()

@@ -1,0 +1,186 @@
+"""The borders of sweeps: where they lie, what is on either side, and what has none."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from stickslip import Parameters, Status, stationary_orbit
+from stickslip.options import Options
+from stickslip.orbit import compute_orbits
+from stickslip.variables import RESULT_COLUMNS
+from sweeps import run
+from sweeps.views.boundaries import BoundaryError
+from sweeps.views.boundaries.table import types_of
+
+MEETING = 2
+LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
+LINE = {"sweep": {"omega": {"linspace": [5, 60], "num": 56}}}
+# The film melts for good above some temperature, at each frequency at another one.
+SMALL = LOOSE | {
+    "sweep": {
+        "T": {"linspace": [230, 300], "num": 8},
+        "omega": {"linspace": [20, 60], "num": 7},
+    }
+}
+
+
+@pytest.fixture(scope="module")
+def line() -> xr.Dataset:
+    return run(LINE)
+
+
+@pytest.fixture(scope="module")
+def small() -> xr.Dataset:
+    return run(SMALL)
+
+
+@pytest.fixture(scope="module")
+def borders(small: xr.Dataset) -> xr.Dataset:
+    return small.stickslip.boundaries(1e-4)
+
+
+@pytest.mark.parametrize("kind", ["regime", "orbit"])
+def test_the_five_borders_over_the_frequency(line: xr.Dataset, kind: Any) -> None:
+    found = line.stickslip.boundaries(kind=kind)
+    np.testing.assert_allclose(
+        found.angular_frequency, [14.9181, 18.1079, 37.8709, 46.5025, 48.9315], atol=2e-4
+    )
+    assert found.line.values.tolist() == [0, 1, 2, 3, 4]
+    kinds = np.stack([found.kind_left, found.kind_right], axis=1).tolist()
+    assert kinds == [[2, 3], [3, 2], [2, 3], [3, 4], [4, 0]]
+    assert found.type.values.tolist() == [0, 1, 0, 0, 0]
+    assert (found.angular_frequency_bracket < 55e-6).all()
+    if kind == "orbit":
+        counts = np.stack([found.melting_count_left, found.melting_count_right], axis=1)
+        assert counts.tolist() == [[4, 2], [2, 2], [2, 1], [1, 2], [2, 0]]
+        assert found.orbit_periods_right.values.tolist() == [1, 1, 1, 3, 1]
+
+
+def test_both_ends_of_a_bracket_are_orbits_of_their_kinds(line: xr.Dataset) -> None:
+    found = line.stickslip.boundaries(1e-4)
+    for point in range(2):
+        row = found.isel(boundary_point=point)
+        for side, sign in (("left", -1), ("right", 1)):
+            omega = row.angular_frequency + sign * row.angular_frequency_bracket / 2
+            orbit = stationary_orbit(Parameters(angular_frequency=omega.item()))
+            assert orbit.regime == row[f"kind_{side}"]
+            assert orbit.floquet_multiplier == pytest.approx(row[f"multiplier_{side}"].item())
+
+
+def test_a_border_of_a_map_parts_its_kinds(borders: xr.Dataset) -> None:
+    """A small step across a line, to its left or right, finds the kind of that side."""
+    cell = {"temperature": 10.0, "angular_frequency": 40 / 6}
+    scaled = np.stack([borders[name] / step for name, step in cell.items()], axis=1)
+    points, told = [], []
+    for number in range(1, borders.sizes["boundary_point"]):
+        row = borders.isel(boundary_point=number)
+        if row.line != borders.line[number - 1] or row.type == MEETING:
+            continue
+        along = scaled[number] - scaled[number - 1]
+        axis = int(row.temperature_bracket == 0)  # along which its edge lies
+        across = np.eye(2)[axis] * np.sign(np.array([-along[1], along[0]])[axis])
+        for side, sign in (("left", 1), ("right", -1)):
+            place = (scaled[number] + sign * 1e-3 * across) * list(cell.values())
+            point = Parameters(temperature=place[0], angular_frequency=place[1])
+            points.append(point)
+            told.append(row[f"kind_{side}"].item())
+    results, _ = compute_orbits(np.array(points), Options(rtol=1e-4, stationary_rtol=1e-4))
+    assert len(told) > 30
+    assert results[:, RESULT_COLUMNS.index("regime")].tolist() == told
+
+
+def test_a_fold_has_a_multiplier_near_one() -> None:
+    nan = np.nan
+    multipliers = [[0.9, 0.1], [nan, 1.1], [0.5, 0.1], [nan, nan], [1e4, 0.2], [nan, nan]]
+    is_crossing = np.array([True] * 5 + [False])
+    types = types_of(np.array(multipliers), is_crossing)
+    assert types.tolist() == [1, 1, 0, 0, 0, MEETING]
+
+
+def test_it_is_described_as_cf_wants(small: xr.Dataset, borders: xr.Dataset) -> None:
+    assert borders.attrs["config"] == small.attrs["config"]
+    assert borders.attrs["Conventions"] == "CF-1.8"
+    for name, variable in borders.variables.items():
+        assert "long_name" in variable.attrs, name
+        assert "units" in variable.attrs, name
+    assert borders.kind_left.attrs["flag_meanings"] == small.regime.attrs["flag_meanings"]
+    assert borders.type.attrs["flag_meanings"] == "grazing fold meeting"
+    assert borders.spring_stiffness.item() == 3000.0
+
+
+def test_the_order_of_axes_and_the_number_of_workers_change_no_border(
+    small: xr.Dataset, borders: xr.Dataset
+) -> None:
+    turned = small.isel(temperature=slice(None, None, -1))
+    xr.testing.assert_equal(turned.stickslip.boundaries(1e-4, workers=1), borders)
+
+
+def test_points_without_a_result_make_no_borders(line: xr.Dataset) -> None:
+    part = line.sel(angular_frequency=slice(10, 20)).copy(deep=True)
+    part.status[{"angular_frequency": 5}] = Status.NOT_STATIONARY  # at 15 rad/s
+    found = part.stickslip.boundaries(1e-3)
+    assert found.angular_frequency.values == pytest.approx([18.11], abs=0.02)
+    part.status[:] = Status.INTERPOLATED
+    assert part.stickslip.boundaries(1e-3).sizes["boundary_point"] == 2
+
+
+def test_one_kind_has_no_borders(line: xr.Dataset) -> None:
+    part = line.sel(angular_frequency=slice(50, 60))
+    assert part.stickslip.boundaries().sizes["boundary_point"] == 0
+
+
+def test_a_logarithmic_axis_is_bisected_by_ratios() -> None:
+    ds = run(LOOSE | {"sweep": {"omega": {"geomspace": [5, 60], "num": 20}}})
+    found = ds.stickslip.boundaries(1e-4)
+    assert found.angular_frequency.values[0] == pytest.approx(14.918, abs=0.01)
+    part = found.angular_frequency_bracket / found.angular_frequency
+    assert (part <= 1e-4 * np.log(12) * 1.01).all()
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"sweep": {"omega": [14.0, 15.0], "T": [200, 210], "K": [2e3, 3e3]}}, "select a point"),
+        ({"sweep": {}}, "varies along nothing"),
+        ({"sweep": {"omega": [14.0, 15.0]}, "follow": "omega"}, "sweep without `follow`"),
+        ({"sweep": {}, "cases": {"T": [200, 210], "K": [2e3, 3e3]}}, "select a case"),
+        (
+            {
+                "sweep": {"omega": [50.0, 51.0]},
+                "model": {"rheological_index": 0},
+                "noise": {"treatment": "stochastic", "realizations": 2},
+                "stationary": {"rtol": 1e-4, "window": 20},
+            },
+            "a stochastic film has no border",
+        ),
+    ],
+)
+def test_what_has_no_borders_says_so(changes: dict[str, Any], told: str) -> None:
+    with pytest.raises(BoundaryError, match=told):
+        run(LOOSE | changes).stickslip.boundaries()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ({"accuracy": 0.0}, "accuracy is a part"),
+        ({"accuracy": float("nan")}, "accuracy is a part"),
+        ({"kind": "amplitude"}, "kind is regime or orbit"),
+    ],
+)
+def test_wrong_arguments_are_refused(
+    line: xr.Dataset, arguments: dict[str, Any], told: str
+) -> None:
+    with pytest.raises(BoundaryError, match=told):
+        line.stickslip.boundaries(**arguments)
+
+
+def test_another_dataset_is_no_map(borders: xr.Dataset) -> None:
+    with pytest.raises(BoundaryError, match="no result of a sweep: it lacks status"):
+        borders.stickslip.boundaries()
+    with pytest.raises(BoundaryError, match="no result of a sweep: it has no config"):
+        xr.Dataset().stickslip.boundaries()
