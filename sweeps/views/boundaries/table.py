@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.variables import PARAMETERS, RESULTS
-from sweeps.files.attributes import global_attributes, variable_attributes
+from sweeps.files.attributes import global_attributes, result_attributes
 from sweeps.views.boundaries.bisection import Crossings, Floats
 from sweeps.views.boundaries.computation import Map
 from sweeps.views.boundaries.joining import Line
@@ -91,12 +91,12 @@ def _kinds(own: Map, sides: NDArray[np.int64]) -> dict[str, Any]:
         for side, numbers in zip(SIDES, sides.T, strict=True):
             values = part_of(numbers, part).astype(RESULTS[part].dtype)
             name = f"{'kind' if part == 'regime' else part}_{side}"
-            data[name] = (POINT, values, _on_side(variable_attributes(part), side))
+            data[name] = (POINT, values, _on_side(result_attributes(part), side))
     return data
 
 
 def _multipliers(multipliers: Floats) -> dict[str, Any]:
-    attributes = variable_attributes("floquet_multiplier")
+    attributes = result_attributes("floquet_multiplier")
     return {
         f"multiplier_{side}": (POINT, values, _on_side(attributes, side))
         for side, values in zip(SIDES, multipliers.T, strict=True)
