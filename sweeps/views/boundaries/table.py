@@ -9,8 +9,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from stickslip.datasets import result_attributes
 from stickslip.variables import PARAMETERS, RESULTS
-from sweeps.files.attributes import global_attributes, result_attributes
+from sweeps.files.attributes import global_attributes
 from sweeps.views.boundaries.bisection import Crossings, Floats
 from sweeps.views.boundaries.computation import Map
 from sweeps.views.boundaries.joining import Line
