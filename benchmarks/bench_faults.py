@@ -6,6 +6,7 @@ alone (`bench_faults.py operations workers`) leaves the others as they are in th
 
 from __future__ import annotations
 
+import signal
 import sys
 import tempfile
 from collections.abc import Callable
@@ -41,6 +42,10 @@ ATTACKS = {
 }
 
 if __name__ == "__main__":
+    # In the background of a shell, or under nohup, some are ignored, and a process hands that down:
+    # what is attacked would rightly not hear them.
+    for number in together.SIGNALS:
+        signal.signal(number, signal.SIG_DFL)
     parts = {kind: partial(_attack, run) for kind, run in ATTACKS.items()}
     record = measure("faults", __doc__, parts, processes=2)
     tallies = [tally for part in record.values() for tally in part["results"].values()]

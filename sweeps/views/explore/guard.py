@@ -11,10 +11,10 @@ from tornado.httputil import HTTPMessageDelegate, HTTPServerRequest
 from tornado.routing import Router
 from tornado.web import Application, RequestHandler
 
-_REFUSED = (
-    "403: this page opens with the whole address that `stickslip explore` has printed, "
-    "with its token.\n"
+_STRANGE = (
+    "this page opens with the whole address that `stickslip explore` has printed, with its token"
 )
+_TOO_MANY = "as many tabs are open as may be: close some, and reload this one half a minute later"
 
 
 def new_token() -> str:
@@ -24,6 +24,8 @@ def new_token() -> str:
 
 class Guard(Router):
     """Hands requests to an application; what lacks the token or comes from elsewhere gets 403.
+
+    What has the token gets 503 where it is `full`.
 
     The name in `Host` and the `Origin` must be those of this page: a foreign page whose name was
     made to lead to this machine (DNS rebinding) has others.
@@ -35,18 +37,21 @@ class Guard(Router):
         token: str,
         port: int,
         admitted: Callable[[HTTPServerRequest], None] = lambda _: None,
+        full: Callable[[HTTPServerRequest], bool] = lambda _: False,
     ) -> None:
         self._application, self._token = application, token.encode()
-        self._admitted = admitted
+        self._admitted, self._full = admitted, full
         self._hosts = {f"{name}:{port}" for name in ("127.0.0.1", "localhost")}
         self._origins = {f"http://{host}" for host in self._hosts}
-        self._refusal = Application(default_handler_class=_Refusal, log_function=lambda _: None)
+        self._strange, self._too_many = _refusing(403, _STRANGE), _refusing(503, _TOO_MANY)
 
     def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> HTTPMessageDelegate | None:
         """Return the handler of a request."""
         if not self.admits(request):
-            return self._refusal.find_handler(request, **kwargs)
+            return self._strange.find_handler(request, **kwargs)
         self._admitted(request)
+        if self._full(request):
+            return self._too_many.find_handler(request, **kwargs)
         return self._application.find_handler(request, **kwargs)
 
     def admits(self, request: HTTPServerRequest) -> bool:
@@ -64,8 +69,20 @@ class Guard(Router):
         return len(tokens) == 1 and secrets.compare_digest(tokens[0].encode(), self._token)
 
 
+def _refusing(status: int, sentence: str) -> Application:
+    """Return what answers every request with this sentence."""
+    answer = {"status": status, "sentence": sentence}
+    return Application(
+        default_handler_class=_Refusal, default_handler_args=answer, log_function=lambda _: None
+    )
+
+
 class _Refusal(RequestHandler):
+    def initialize(self, status: int, sentence: str) -> None:
+        self._answer = status, sentence
+
     def prepare(self) -> None:
-        self.set_status(403)
+        status, sentence = self._answer
+        self.set_status(status)
         self.set_header("Content-Type", "text/plain; charset=utf-8")
-        self.finish(_REFUSED)
+        self.finish(f"{status}: {sentence}.\n")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import html
 import logging
 import os
@@ -13,10 +14,12 @@ from typing import Any
 
 from bokeh.application import Application
 from bokeh.application.handlers import FunctionHandler
+from bokeh.core.types import ID
 from bokeh.document import Document
 from bokeh.models import Div
 from bokeh.server.server import BaseServer
 from bokeh.server.tornado import BokehTornado
+from bokeh.util.token import get_session_id
 from tornado.http1connection import HTTP1Connection
 from tornado.httpserver import HTTPServer
 from tornado.httputil import HTTPServerRequest
@@ -66,7 +69,6 @@ class PageServer:
         self.port: int = listening.getsockname()[1]
         token = new_token()
         self.address = f"http://{_LOOPBACK}:{self.port}/?token={token}"
-        self._tabs = 0
         asyncio.set_event_loop(asyncio.new_event_loop())
         self._loop = IOLoop.current()
         tornado = BokehTornado(
@@ -77,7 +79,13 @@ class PageServer:
             log_function=lambda _: None,  # addresses hold the token
         )
         http = _Server(
-            Guard(tornado, token, self.port, admitted=lambda request: http.admit(request)),
+            Guard(
+                tornado,
+                token,
+                self.port,
+                admitted=lambda request: http.admit(request),
+                full=lambda request: _one_tab_too_many(tornado, request),
+            ),
             idle_connection_timeout=_REQUEST_SECONDS,
             body_timeout=_REQUEST_SECONDS,
             max_body_size=_REQUEST_BYTES,
@@ -113,28 +121,21 @@ class PageServer:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             if signal.getsignal(number) is not signal.SIG_IGN:
                 signal.signal(number, end)
+        # Bokeh collects garbage twice for every tab that it gives up. What has been imported is
+        # no garbage, and most of what there is: without it a collection is short.
+        gc.freeze()
         self.run()
 
     def _fill(self, document: Document, open_page: Callable[[Document], None]) -> None:
-        """Open the page in a document; an error becomes a line on it, not a trace with the token.
-
-        So does one tab too many.
-        """
-        if self._tabs >= TABS:
-            _say(document, f"{TABS} tabs are open already: close some, and reload this one.")
-            return
-        self._tabs += 1
-        document.on_session_destroyed(self._forget_tab)
+        """Open the page in a document; an error is a line on it, not a trace with the token."""
         try:
             open_page(document)
         except Exception as error:
             log.debug("unexpected", exc_info=True)
             document.clear()
             what = f"unexpected {type(error).__name__}: {error}"
-            _say(document, f"This page cannot be shown: {what}")
-
-    def _forget_tab(self, _: object) -> None:
-        self._tabs -= 1
+            sentence = html.escape(f"This page cannot be shown: {what}")
+            document.add_root(Div(text=sentence, disable_math=True))
 
 
 class _Server(HTTPServer):
@@ -164,5 +165,18 @@ class _Server(HTTPServer):
             self._strangers.pop(connection.stream, None)
 
 
-def _say(document: Document, sentence: str) -> None:
-    document.add_root(Div(text=html.escape(sentence), disable_math=True))
+def _one_tab_too_many(tornado: BokehTornado, request: HTTPServerRequest) -> bool:
+    """Tell whether a request would open a tab where no further one may be."""
+    sessions = {session.id for session in tornado.get_sessions("/")}
+    return len(sessions) >= TABS and _opens_tab(request, sessions)
+
+
+def _opens_tab(request: HTTPServerRequest, sessions: set[ID]) -> bool:
+    """Tell whether a session will be made for a request, which is none of these."""
+    if request.path != "/ws":
+        return request.path in ("/", "/autoload.js")
+    try:
+        _, token = request.headers["Sec-WebSocket-Protocol"].split(",")
+        return get_session_id(token.strip()) not in sessions
+    except (KeyError, TypeError, ValueError):
+        return False  # Bokeh closes it

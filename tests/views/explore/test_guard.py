@@ -148,20 +148,26 @@ def test_requests_that_are_malformed_do_not_log_the_token(
     assert query.removeprefix("token=") not in caplog.text
 
 
-def test_one_tab_too_many_says_so(serving: Any):
+def test_one_tab_too_many_is_refused_and_the_open_ones_are_served(serving: Any):
     from bokeh.client import pull_session
 
     from sweeps.views.explore.serving import TABS
 
     with serving(lambda document: document.add_root(Div(text="hello"))) as server, ExitStack() as s:
-        texts = []
-        for _ in range(TABS + 1):
-            url = f"http://127.0.0.1:{server.port}"
-            session = pull_session(url=url, arguments={"token": server.address.split("=")[1]})
+        url, token = server.address.split("/?token=")
+        for _ in range(TABS):
+            session = pull_session(url=url, arguments={"token": token})
             s.callback(session.close)
-            texts.append(session.document.roots[0].text)
-    assert texts[:-1] == ["hello"] * TABS
-    assert "tabs are open already" in texts[-1]
+        assert session.document.roots[0].text == "hello"
+        status, text = answer(server, f"/?token={token}")
+        assert status == 503
+        assert "close some, and reload" in text
+        with pytest.raises(OSError, match="503"):
+            pull_session(url=url, arguments={"token": token})
+        session.close()
+        again = pull_session(url=url, arguments={"token": token}, session_id=session.id)
+        s.callback(again.close)
+        assert again.document.roots[0].text == "hello"
 
 
 def test_it_listens_on_the_loopback_alone(server: Any):
