@@ -137,16 +137,17 @@ class StickslipAccessor:
 
         return boundaries(self._ds, accuracy, kind, workers=workers)
 
-    def report(self, path: str | Path) -> Path:
+    def report(self, path: str | Path, *, boundaries: xr.Dataset | None = None) -> Path:
         """Write the page of `stickslip report`, which needs no network, and return its path.
 
+        `boundaries` are what the method of this name returns, drawn on the map.
         Raises ReportError if no page can be made, StorageError if it cannot be written.
         """
         from sweeps.views.report import write_report
 
         # The page shows commands with this name; a result in memory has no file yet.
         source = self._ds.encoding.get("source", "FILE")
-        write_report(self._ds, Path(path), name=Path(source).name)
+        write_report(self._ds, Path(path), name=Path(source).name, borders=boundaries)
         return Path(path)
 
 
