@@ -121,8 +121,9 @@ class StickslipAccessor:
             kinds or more in the middle of their crossings; and for each axis `<axis>_bracket`, the
             width of the last bracket. Left and right are those of a walk along the line, with the
             first axis pointing right and the second up; on a single axis left is below. A border
-            is a fold if a multiplier within 0.2 of 1 says that an orbit ends by losing its
-            stability; tell it apart with an accuracy of 1e-4 or better, and `rtol` 1e-6.
+            is a fold if a multiplier within 0.2 of 1 says that an orbit is about to lose its
+            stability, which need not be how it ends; tell it apart with an accuracy of 1e-4 or
+            better, and `rtol` 1e-6.
 
             Points without a result make no borders. A bisection ends early, with a wide bracket, at
             a point without a result.
