@@ -121,8 +121,9 @@ class StickslipAccessor:
             kinds or more in the middle of their crossings; and for each axis `<axis>_bracket`, the
             width of the last bracket. Left and right are those of a walk along the line, with the
             first axis pointing right and the second up; on a single axis left is below. A border
-            is a fold if a multiplier within 0.2 of 1 says that an orbit ends by losing its
-            stability; tell it apart with an accuracy of 1e-4 or better, and `rtol` 1e-6.
+            is a fold if a multiplier within 0.2 of 1 says that an orbit is about to lose its
+            stability, which need not be how it ends; tell it apart with an accuracy of 1e-4 or
+            better, and `rtol` 1e-6.
 
             Points without a result make no borders. A bisection ends early, with a wide bracket, at
             a point without a result.
@@ -137,16 +138,17 @@ class StickslipAccessor:
 
         return boundaries(self._ds, accuracy, kind, workers=workers)
 
-    def report(self, path: str | Path) -> Path:
+    def report(self, path: str | Path, *, boundaries: xr.Dataset | None = None) -> Path:
         """Write the page of `stickslip report`, which needs no network, and return its path.
 
+        `boundaries` are what the method of this name returns, drawn on the map.
         Raises ReportError if no page can be made, StorageError if it cannot be written.
         """
         from sweeps.views.report import write_report
 
         # The page shows commands with this name; a result in memory has no file yet.
         source = self._ds.encoding.get("source", "FILE")
-        write_report(self._ds, Path(path), name=Path(source).name)
+        write_report(self._ds, Path(path), name=Path(source).name, borders=boundaries)
         return Path(path)
 
 

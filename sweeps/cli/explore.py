@@ -7,12 +7,13 @@ import shutil
 import sys
 import tempfile
 import threading
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweeps.cli.shared import checked_config, say, stop_with
+from sweeps.cli.shared import BoundariesOption, checked_config, say, stop_with
 from sweeps.exits import Exit
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ def explore(
             help="Result file, whose points open on a click, or config. [default: the paper's]",
         ),
     ] = None,
+    boundaries: BoundariesOption = None,
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="Port on this machine; 0 for a free one.")
     ] = 0,
@@ -43,6 +45,8 @@ def explore(
     from sweeps.views.explore.serving import PageServer
 
     beginning = _beginning(target)
+    if boundaries is not None:
+        beginning = _with_borders(beginning, boundaries)
     server = PageServer(lambda document: Page(beginning).open_in(document), port)
     print(server.address)
     sys.stdout.flush()
@@ -75,6 +79,22 @@ def _beginning(target: Path | None) -> Beginning:
         return beginning.of_result(result, target.name, (note,) if note else ())
     except PointError as error:
         raise PointError(f"{target}: {error}") from None
+
+
+def _with_borders(beginning: Beginning, file: Path) -> Beginning:
+    """Return the beginning with the borders of a file; ends if they are not of its result."""
+    from sweeps.figures.borders import require_borders_of
+    from sweeps.files.datasets import open_result
+    from sweeps.views.symbols import plain
+
+    if beginning.result is None:
+        stop_with("--boundaries are drawn on the map of a result file: name one", Exit.USAGE)
+    borders = open_result(file)
+    try:
+        require_borders_of(beginning.result, borders)
+    except ValueError as error:
+        stop_with(f"{file}: {plain(str(error))}", Exit.USAGE)
+    return replace(beginning, borders=borders)
 
 
 def has_display() -> bool:

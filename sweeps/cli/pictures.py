@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from sweeps.cli.shared import (
+    BoundariesOption,
     NoProgressOption,
     SetOption,
     WorkersOption,
@@ -123,10 +124,7 @@ def plot(
     log: Annotated[
         str, typer.Option(metavar="x,y,z", help="Logarithmic scales; z is the variable.")
     ] = "",
-    boundaries: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Borders of `stickslip boundary`, drawn on the map."),
-    ] = None,
+    boundaries: BoundariesOption = None,
     style: Annotated[
         Path | None, typer.Option(metavar="FILE", help="A matplotlib style file.")
     ] = None,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweeps.cli.shared import NoProgressOption, WorkersOption, say, stop_with
+from sweeps.cli.shared import BoundariesOption, NoProgressOption, WorkersOption, say, stop_with
 from sweeps.exits import Exit
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ def report(
     orbits: Annotated[
         int, typer.Option(min=0, max=200, help="Points whose orbits are computed for the page.")
     ] = 200,
+    boundaries: BoundariesOption = None,
     workers: WorkersOption = None,
     no_progress: NoProgressOption = False,
 ) -> None:
@@ -51,6 +52,7 @@ def report(
     page = output or file.with_name(file.name.removesuffix(".nc") + ".html")
     if page.suffix.lower() not in (".html", ".htm"):
         stop_with(f"{page}: a page ends in .html", Exit.USAGE)
+    borders = None if boundaries is None else open_result(boundaries)
     ds = open_result(file)
     if note := seal_note(file):
         say(f"warning: {note}")
@@ -68,6 +70,7 @@ def report(
                 orbits=orbits,
                 workers=workers,
                 warning=note,
+                borders=borders,
                 on_orbit=on_orbit,
             ),
             "Interrupted; no page was written.",

@@ -26,6 +26,10 @@ SetOption = Annotated[
     ),
 ]
 WorkersOption = Annotated[int | None, typer.Option(min=1, help="Number of threads or processes.")]
+BoundariesOption = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Borders of `stickslip boundary`, drawn on the map."),
+]
 NoProgressOption = Annotated[bool, typer.Option("--no-progress", help="Show no progress.")]
 
 

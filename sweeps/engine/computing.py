@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sweeps.config.load import Config
 from sweeps.engine.counts import Counts
 from sweeps.engine.dispatch import finished_blocks
-from sweeps.engine.executors.base import Executor
+from sweeps.engine.executors.base import Workers
 from sweeps.engine.executors.kernels import compile_kernels
 from sweeps.engine.executors.worker import Block
 from sweeps.engine.order.refine import refinement_of
@@ -39,7 +39,7 @@ def missing_blocks(
     grid: Grid,
     needed: NDArray[np.bool_],
     store: Store,
-    executor: Executor,
+    executor: Workers,
     counts: Counts,
     stop: Stop,
 ) -> Iterator[Block]:

@@ -16,7 +16,7 @@ from stickslip.options import Options
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.schema import Execution
 from sweeps.engine.counts import InFlight
-from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError
+from sweeps.engine.executors.base import Executor, ExecutorError, Workers, WorkersLostError
 from sweeps.engine.executors.worker import Block, Task, failed_block, is_answer, task_of
 from sweeps.engine.order.follow import Lines
 from sweeps.engine.order.product import Blocks
@@ -63,7 +63,7 @@ def finished_blocks(
     grid: Grid,
     options: Options,
     done: NDArray[np.bool_],
-    executor: Executor,
+    executor: Workers,
     stop: Stop,
     in_flight: InFlight,
     *,
@@ -101,7 +101,7 @@ class _Tasks:
         options: Options,
         blocks: Blocks | Lines,
         stragglers: Stragglers,
-        executor: Executor,
+        executor: Workers,
         stop: Stop,
         in_flight: InFlight,
     ) -> None:
@@ -167,7 +167,7 @@ class _Tasks:
         return task.indices
 
 
-def _require_workers(nothing: Task, executor: Executor, stop: Stop) -> None:
+def _require_workers(nothing: Task, executor: Workers, stop: Stop) -> None:
     """Raise ExecutorError if workers do not even survive a task without points.
 
     Then the deaths are no point's fault: a worker that cannot begin never worked.
@@ -182,7 +182,7 @@ def _require_workers(nothing: Task, executor: Executor, stop: Stop) -> None:
         ) from error
 
 
-def _suspect(task: Task, executor: Executor, stop: Stop, in_flight: InFlight) -> Iterator[Block]:
+def _suspect(task: Task, executor: Workers, stop: Stop, in_flight: InFlight) -> Iterator[Block]:
     """Compute a task that may have killed its worker, and nothing beside it."""
     deaths, reason = 0, ""
     while deaths < _DEATHS_OF_A_POINT:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from typing import TYPE_CHECKING
 
@@ -17,9 +16,9 @@ from sweeps.config.schema import Execution
 from sweeps.engine.computing import compiled, missing_blocks
 from sweeps.engine.counts import Counts
 from sweeps.engine.dispatch import make_executor
-from sweeps.engine.executors.base import Executor, Tasks, WorkersLostError, first_line
+from sweeps.engine.executors.base import Tasks, Workers, WorkersLostError, first_line
 from sweeps.engine.executors.children import children_started
-from sweeps.engine.executors.worker import Block, Task, compute_block
+from sweeps.engine.executors.worker import Block, compute_block
 from sweeps.engine.progress import display_of
 from sweeps.engine.signals import Stop
 from sweeps.engine.store import Memory
@@ -81,12 +80,12 @@ def compute(
     return memory.rows()
 
 
-def _executor_of(execution: Execution, workers: int | None) -> Executor:
+def _executor_of(execution: Execution, workers: int | None) -> Workers:
     """Make the executor that `joblib.parallel_config` names, else that of the config."""
     wanted = (workers, get_active_backend()[1], execution.workers)
     jobs = next(number for number in wanted if number is not None)
     if _joblib_has_a_backend():
-        return JoblibExecutor(jobs)
+        return JoblibWorkers(jobs)
     return make_executor(execution.model_copy(update={"workers": joblib.effective_n_jobs(jobs)}))
 
 
@@ -96,8 +95,8 @@ def _joblib_has_a_backend() -> bool:
     return threads is processes
 
 
-class JoblibExecutor(Executor):
-    """Computes tasks on the backend that `joblib.parallel_config` names, whichever it is.
+class JoblibWorkers(Workers):
+    """Compute tasks on the backend that `joblib.parallel_config` names, whichever it is.
 
     joblib hands out the next tasks before the block that has come is taken in. That loses nothing
     in memory; a journal would lose more in a kill than what is in flight.
@@ -109,10 +108,6 @@ class JoblibExecutor(Executor):
 
     def __exit__(self, *exception: object) -> None:
         pass  # joblib ends its workers, or keeps them for the next call
-
-    def submit(self, task: Task) -> Future[Block]:
-        """Refuse: tasks are handed over by the one call in `blocks`."""
-        raise NotImplementedError
 
     def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:  # noqa: ARG002 - its shape
         """Yield the finished blocks of the tasks; raises WorkersLostError."""

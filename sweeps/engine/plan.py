@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from stickslip.options import Options
 from sweeps.config.load import Config
 from sweeps.engine.dispatch import blocks_of, make_executor
-from sweeps.engine.executors.base import Executor
+from sweeps.engine.executors.base import Workers
 from sweeps.engine.executors.kernels import compile_kernels
 from sweeps.engine.executors.worker import task_of
 from sweeps.engine.existing import Target, found_beside
@@ -92,7 +92,7 @@ def _add_what_is_there(done: NDArray[np.bool_], target: Target, output: Path) ->
                 done[numbers] = True
 
 
-def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Executor) -> Costs:
+def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Workers) -> Costs:
     """Return the costs of few points or, where that takes a moment only, of blocks of a sweep.
 
     Few points do not keep the lanes of a kernel busy, and seem to cost more.

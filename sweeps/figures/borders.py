@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.collections import LineCollection
 
 from stickslip.variables import PARAMETERS
-from sweeps.figures.labels import shown
+from sweeps.figures.labels import parameters_along, shown
 from sweeps.figures.layout import Axis
 from sweeps.figures.panels import Panel
 
@@ -18,10 +18,20 @@ _WIDTH = 1.0  # points: well above the 0.4 between pixels
 
 def require_borders(ds: xr.Dataset) -> None:
     """Raise ValueError if a dataset holds no borders over two axes."""
-    if not {"line", "kind_left"} <= set(ds.variables):
+    if not {"line", "kind_left", "kind_right", "type"} <= set(ds.variables):
         raise ValueError("this is no file of borders, which `stickslip boundary` writes")
-    if len(_axes(ds)) != 2:
-        raise ValueError(f"borders are drawn on maps; these are points along {_axes(ds)[0]}")
+    if len(axes_of(ds)) != 2:
+        raise ValueError(f"borders are drawn on maps; these are points along {axes_of(ds)[0]}")
+
+
+def require_borders_of(ds: xr.Dataset, borders: xr.Dataset) -> None:
+    """Raise ValueError if a dataset holds no borders over two axes of a result, or at no slice."""
+    require_borders(borders)
+    names = axes_of(borders)
+    if any(parameters_along(ds, name) != [name] for name in names):
+        raise ValueError(f"these are borders over {' and '.join(names)}, which are no axes here")
+    if elsewhere := elsewhere_than(ds, borders):
+        raise ValueError(elsewhere)
 
 
 def draw_borders(panels: Iterable[Panel], borders: xr.Dataset, across: Axis, up: Axis) -> None:
@@ -29,39 +39,51 @@ def draw_borders(panels: Iterable[Panel], borders: xr.Dataset, across: Axis, up:
 
     Raises ValueError if they are borders over other axes, or of no panel.
     """
-    if {across.dim, up.dim} != set(_axes(borders)) or across.names or up.names:
+    if not are_over(borders, across, up):
         raise ValueError(
-            f"these are borders over {' and '.join(_axes(borders))}: choose these axes"
+            f"these are borders over {' and '.join(axes_of(borders))}: choose these axes"
         )
-    lines = _lines(borders, across.dim, up.dim)
-    own = [panel for panel in panels if not _other_value(panel.dataset, borders)]
-    for panel in own:
+    lines = [places for places, _ in lines_of(borders, across.dim, up.dim)]
+    elsewhere = ""
+    drawn = 0
+    for panel in panels:
+        if elsewhere := elsewhere_than(panel.dataset, borders):
+            continue
         panel.axes.add_collection(
             LineCollection(lines, colors="black", linewidths=_WIDTH, capstyle="round"),
             autolim=False,
         )
-    if not own:
-        name = next(_other_value(panel.dataset, borders) for panel in panels)
-        raise ValueError(f"these are the borders at {shown(borders[name]).equation}, not here")
+        drawn += 1
+    if not drawn:
+        raise ValueError(elsewhere)
 
 
-def _axes(borders: xr.Dataset) -> list[str]:
+def are_over(borders: xr.Dataset, across: Axis, up: Axis) -> bool:
+    """Return whether borders lie over two axes, in either order."""
+    return {across.dim, up.dim} == set(axes_of(borders)) and not (across.names or up.names)
+
+
+def axes_of(borders: xr.Dataset) -> list[str]:
+    """Return the parameters over which borders lie."""
     return [name for name in PARAMETERS if f"{name}_bracket" in borders.variables]
 
 
-def _lines(borders: xr.Dataset, across: str, up: str) -> list[np.ndarray]:
-    """Return the points (n, 2) of each line, in shown units; a point alone is no line."""
-    points = np.column_stack([shown(borders[name]).values for name in (across, up)])
+def lines_of(borders: xr.Dataset, across: str, up: str) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return each line: its places (n, 2) in shown units, and its points (n,) in the file.
+
+    A point alone is no line.
+    """
+    places = np.column_stack([shown(borders[name]).values for name in (across, up)])
     ends = np.flatnonzero(np.diff(borders["line"].values)) + 1
-    return [line for line in np.split(points, ends) if len(line) > 1]
+    lines = np.split(np.arange(len(places)), ends)
+    return [(places[line], line) for line in lines if len(line) > 1]
 
 
-def _other_value(ds: xr.Dataset, borders: xr.Dataset) -> str:
-    """Return the first parameter with another value than the borders have; empty if none has."""
+def elsewhere_than(ds: xr.Dataset, borders: xr.Dataset) -> str:
+    """Return where borders are if a dataset has other values of a parameter; else nothing."""
     for name in PARAMETERS:
-        both = name in ds.variables and name in borders.variables
-        if both and ds[name].size == 1 and borders[name].size == 1:
-            here, there = float(ds[name].values.item()), float(borders[name].values.item())
-            if not np.isclose(here, there, rtol=1e-9, atol=0.0):
-                return name
+        if name in ds.variables and name in borders.variables and borders[name].size == 1:
+            there = float(borders[name].values.item())
+            if not np.isclose(ds[name].values, there, rtol=1e-9, atol=0.0).any():
+                return f"these are the borders at {shown(borders[name]).equation}, not here"
     return ""

@@ -81,3 +81,43 @@ def test_the_command_prints_the_borders_of_an_axis(
     assert done.code == 2
     assert "of one kind" in done.err
     assert not (tmp_path / "part-boundaries.nc").exists()
+
+
+def test_a_report_has_them_on_its_map(
+    command: Command, small: xr.Dataset, borders: xr.Dataset, tmp_path: Path
+) -> None:
+    pytest.importorskip("bokeh", reason="bokeh is not installed")
+    write_dataset(small, tmp_path / "map.nc")
+    write_dataset(borders, tmp_path / "lines.nc")
+    for name, options in (("without", []), ("with", ["--boundaries", "lines.nc"])):
+        done = command("report", "map.nc", "--orbits", "0", "-o", f"{name}.html", *options)
+        assert done.code == 0, done.err
+    drawn = [
+        Path(f"{name}.html").read_text("utf-8").count('"border: ') for name in ("without", "with")
+    ]
+    assert drawn == [0, np.isin([0, 1], borders.type).sum()]
+    write_dataset(borders.assign_coords(spring_stiffness=1000.0), tmp_path / "other.nc")
+    for options, told in (
+        (["report", "map.nc", "--boundaries", "map.nc"], "no file of borders"),
+        (["report", "map.nc", "--boundaries", "other.nc"], "borders at K = 1000 N/m, not here"),
+        (["report", "map.nc", "--boundaries", "lines.nc", "--at", "T=230"], "no axes here"),
+        (["explore", "map.nc", "--boundaries", "other.nc"], "borders at K = 1000 N/m, not here"),
+        (["explore", "--boundaries", "lines.nc"], "the map of a result file: name one"),
+    ):
+        refused = command(*options)
+        assert refused.code == 2
+        assert told in refused.err
+
+
+def test_a_report_of_several_maps_asks_for_one(
+    small: xr.Dataset, borders: xr.Dataset, tmp_path: Path
+) -> None:
+    pytest.importorskip("bokeh", reason="bokeh is not installed")
+    stiffnesses = [2000.0, 3000.0]
+    several = xr.concat(
+        [small.assign_coords(spring_stiffness=k) for k in stiffnesses],
+        "spring_stiffness",
+        combine_attrs="override",
+    )
+    with pytest.raises(ValueError, match=r"has 2 values here: .* --at spring_stiffness=2000"):
+        several.stickslip.report(tmp_path / "a.html", boundaries=borders)

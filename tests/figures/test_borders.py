@@ -20,7 +20,8 @@ LINES = [0, 0, 0, 1, 1, 2]  # the last is a point
 def borders_of(**coordinates: float) -> xr.Dataset:
     along = dict(zip(("temperature", "angular_frequency"), POINTS.T, strict=True))
     data = {f"{name}_bracket": ("boundary_point", np.zeros(len(LINES))) for name in along}
-    data |= {"kind_left": ("boundary_point", np.zeros(len(LINES), dtype="i1"))}
+    sides = ("kind_left", "kind_right", "type")
+    data |= {name: ("boundary_point", np.zeros(len(LINES), dtype="i1")) for name in sides}
     coords = {"line": LINES} | along
     return described(
         xr.Dataset(data, {n: ("boundary_point", v) for n, v in coords.items()} | coordinates)

@@ -42,8 +42,8 @@ class WorkersLostError(RuntimeError):
         self.deaths = deaths
 
 
-class Executor(ABC):
-    """Computes tasks on workers; a context manager, from which blocks come in any order.
+class Workers(ABC):
+    """Compute tasks; a context manager, from which blocks come in any order.
 
     `slots` tasks are computed at the same time; it may change while workers come and go. A block
     should last `block_seconds`, so that handing it over costs next to nothing.
@@ -59,6 +59,27 @@ class Executor(ABC):
 
     @abstractmethod
     def __exit__(self, *exception: object) -> None: ...
+
+    @abstractmethod
+    def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:
+        """Yield the finished blocks of the tasks; a task is taken when it can be begun soon.
+
+        After a request to stop, blocks that no worker is there for do not come.
+
+        Raises WorkersLostError when nothing else can come: the tasks whose blocks have not come
+        are to be given again.
+        """
+
+    def kill(self) -> None:
+        """Leave no process behind, at once."""
+        # Called by a signal handler, which must not wait for a lock.
+        for child in multiprocessing.active_children():
+            with contextlib.suppress(OSError):
+                os.kill(child.pid or 0, signal.SIGKILL)
+
+
+class Executor(Workers):
+    """Workers that are handed one task after the other."""
 
     @abstractmethod
     def submit(self, task: Task) -> Future[Block]:
@@ -77,13 +98,7 @@ class Executor(ABC):
         return False
 
     def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:
-        """Yield the finished blocks of the tasks; a task is taken when it can be begun soon.
-
-        After a request to stop, blocks that no worker is there for do not come.
-
-        Raises WorkersLostError when nothing else can come: the tasks whose blocks have not come
-        are to be given again.
-        """
+        """Yield the finished blocks, with `most_in_flight` tasks handed out."""
         finished: Finished = queue.SimpleQueue()
         in_flight: set[Future[Block]] = set()
         lost = None
@@ -105,13 +120,6 @@ class Executor(ABC):
                 yield block
         if lost is not None:
             raise lost
-
-    def kill(self) -> None:
-        """Leave no process behind, at once."""
-        # Called by a signal handler, which must not wait for a lock.
-        for child in multiprocessing.active_children():
-            with contextlib.suppress(OSError):
-                os.kill(child.pid or 0, signal.SIGKILL)
 
     def _hand_out(self, tasks: Tasks, in_flight: set[Future[Block]], finished: Finished) -> None:
         for task in islice(tasks, max(self.most_in_flight() - len(in_flight), 0)):

@@ -25,8 +25,11 @@ NEAR = 0.2
 """How near to 1 a multiplier at an end of the last bracket makes a border a fold.
 
 Of the five borders over omega at T = 200 K, in brackets of 1e-6 of the axis, that at 18.108 rad/s
-has 0.94 and the others at most 0.54; in wide brackets it is too far from the fold. Far above 1 is
-no multiplier of a stable orbit: the differences that it is made of reach across the border.
+has 0.94 and the others at most 0.54; wide brackets are too far from it. The 0.94 is the error of
+one-sided differences: the eigenvalue tends to -0.920, and the orbit goes on beyond the border to
+18.1087 rad/s, while the start leads to another. So this says how near to the loss of stability an
+orbit is, not that it ends there. Far above 1 is no multiplier of a stable orbit: the differences
+that it is made of reach across the border.
 """
 
 

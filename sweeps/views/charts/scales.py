@@ -12,6 +12,7 @@ from bokeh.models import (
     ColorMapper,
     DataRange1d,
     FixedTicker,
+    Legend,
     LinearColorMapper,
     LogAxis,
     LogColorMapper,
@@ -118,7 +119,11 @@ def add_legend(drawn: figure, colours: Colours, palette: list[str]) -> None:
 
 def put_legend_above(drawn: figure, columns: int, spacing: int = 0) -> None:
     """Move the legend of a figure out of its frame, where it hides nothing."""
-    legend = drawn.legend[0]
+    put_above(drawn, drawn.legend[0], columns, spacing)
+
+
+def put_above(drawn: figure, legend: Legend, columns: int, spacing: int = 0) -> None:
+    """Put a legend above the frame of a figure."""
     legend.update(label_text_font_size="11px", border_line_alpha=0, padding=2, spacing=spacing)
     legend.update(ncols=columns, location="left", glyph_height=16, label_height=16)
     drawn.add_layout(legend, "above")

@@ -37,13 +37,17 @@ class Opened:
 
 @dataclass(frozen=True)
 class Beginning:
-    """The first point, the sliders and, of a file, the result to choose points from."""
+    """The first point, the sliders and, of a file, the result to choose points from.
+
+    `borders` are drawn on the map of the result.
+    """
 
     name: str
     first: Opened
     scales: Mapping[str, Scale]
     result: xr.Dataset | None = None
     notes: tuple[str, ...] = ()
+    borders: xr.Dataset | None = None
 
 
 def of_nothing() -> Beginning:

@@ -16,13 +16,15 @@ from bokeh.plotting import figure
 from stickslip.orbit import Orbit
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.figure_table import AMPLITUDES
+from sweeps.figures.borders import are_over, axes_of, elsewhere_than
 from sweeps.figures.colours import is_discrete
 from sweeps.figures.labels import slice_label
 from sweeps.figures.layout import MANY
 from sweeps.grid import DIRECTION
+from sweeps.views.charts.borders import add_borders
 from sweeps.views.charts.choice import Choice, axes_to_choose, chart_of, further_axes, is_cloud
 from sweeps.views.charts.drawing import draw
-from sweeps.views.charts.kinds import Chart, Place
+from sweeps.views.charts.kinds import Cells, Chart, Place
 from sweeps.views.explore.beginning import Opened
 from sweeps.views.explore.spot import spot_of
 from sweeps.views.symbols import plain
@@ -32,10 +34,15 @@ _NARROW = 130  # pixels
 
 
 class ChartView:
-    """The chart of a result; `clicked` is told the place of a point."""
+    """The chart of a result, with its borders; `clicked` is told the place of a point."""
 
-    def __init__(self, result: xr.Dataset, clicked: Callable[[Place], None]) -> None:
-        self._result, self._clicked = result, clicked
+    def __init__(
+        self,
+        result: xr.Dataset,
+        clicked: Callable[[Place], None],
+        borders: xr.Dataset | None = None,
+    ) -> None:
+        self._result, self._clicked, self._borders = result, clicked, borders
         self._opened: tuple[Opened, Orbit | None] | None = None
         self._drawn: tuple[Chart, str, figure] | None = None
         self._quiet = False
@@ -135,10 +142,21 @@ class ChartView:
             self._labels[dim].visible = slider.visible
         self.log.visible = not is_discrete(self._result, choice.variable)
         drawn = draw(chart)
+        if self._borders is not None:
+            self.message.text = html.escape(self._add_borders(drawn, chart, self._borders))
         drawn.on_event(Tap, self._tap)
         self._drawn = chart, choice.variable, drawn
         self._place.children = [drawn]
         self._ring()
+
+    def _add_borders(self, drawn: figure, chart: Chart, borders: xr.Dataset) -> str:
+        """Draw the borders where they belong; returns why there are none, in a sentence."""
+        if not (isinstance(chart, Cells) and are_over(borders, chart.across, chart.up)):
+            return f"The borders lie over {' and '.join(axes_of(borders))}."
+        if elsewhere := elsewhere_than(self._result.isel(chart.places), borders):
+            return f"No borders: {plain(elsewhere)}."
+        add_borders(drawn, chart, borders)
+        return ""
 
     def _choice(self) -> Choice:
         across, up = (

@@ -50,7 +50,7 @@ class Page:
         }
         self._texts["refusals"].visible = False
         result = beginning.result
-        self._chart = None if result is None else ChartView(result, self._open)
+        self._chart = None if result is None else ChartView(result, self._open, beginning.borders)
 
     def open_in(self, document: Document) -> None:
         """Fill the document of a tab, and begin to compute."""

@@ -35,6 +35,7 @@ def write_report(
     orbits: int = MOST_ORBITS,
     workers: int | None = None,
     warning: str = "",
+    borders: xr.Dataset | None = None,
     on_orbit: Callable[[int, int], None] = lambda *_: None,
 ) -> None:
     """Write a page to look around in a result.
@@ -55,6 +56,8 @@ def write_report(
         Threads that compute the orbits; 2 where it is left out.
     warning
         A sentence about the result that a reader of the page must know.
+    borders
+        What `StickslipAccessor.boundaries` returns, drawn on the map over their axes.
     on_orbit
         Called with the number of finished orbits, and of all, in any thread: with 0 before the
         first, which needs its kernels compiled.
@@ -63,7 +66,7 @@ def write_report(
     ------
     ReportError
         bokeh is not installed; `ds` is no result of a sweep, or has too many points for a page;
-        `at` names no points.
+        `at` names no points; the borders are of another map.
     StorageError
         The file cannot be written.
     """
@@ -72,7 +75,14 @@ def write_report(
     from sweeps.views.report.build import built
 
     text = built(
-        ds, name, at=at, orbits=orbits, workers=workers, warning=warning, on_orbit=on_orbit
+        ds,
+        name,
+        at=at,
+        orbits=orbits,
+        workers=workers,
+        warning=warning,
+        borders=borders,
+        on_orbit=on_orbit,
     )
     with storage_errors(f"cannot write {path}", path.parent):
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -15,6 +15,7 @@ from bokeh.models import Model
 
 from stickslip.variables import PARAMETERS
 from sweeps.figures import data_of
+from sweeps.figures.borders import axes_of, require_borders_of
 from sweeps.figures.colours import Colours
 from sweeps.figures.plot_options import slice_at
 from sweeps.figures.style import styled
@@ -62,10 +63,13 @@ def built(
     orbits: int,
     workers: int | None,
     warning: str,
+    borders: xr.Dataset | None,
     on_orbit: Callable[[int, int], None],
 ) -> str:
     """Return the HTML of the page of a result; the arguments are those of `write_report`."""
     part, where = _part(ds, name, at)
+    if borders is not None:
+        _refuse_other_borders(part, borders)
     with styled():
         part = ordered(part)
         chosen = chosen_points(part, orbits)
@@ -78,7 +82,7 @@ def built(
         views, variables = views_of(part), variables_of(part)
         others = [*sources(part, variables), *(orbit.courses for orbit in found if orbit.courses)]
         others += [nearest_source(part, chosen)] if found else []
-        data, hosts = _charts(part, views, variables, others)
+        data, hosts = _charts(part, views, variables, others, borders)
         data |= _numbers(part, variables, name, at) | _orbits(chosen, found)
         hosts |= _motion_hosts() if found else {}
         warnings = [warning, *_versions(part, chosen)]
@@ -105,6 +109,19 @@ def _part(ds: xr.Dataset, name: str, at: Sequence[str]) -> tuple[xr.Dataset, str
     return part, where
 
 
+def _refuse_other_borders(part: xr.Dataset, borders: xr.Dataset) -> None:
+    """Raise ReportError if borders are not those of the map that the page is of."""
+    try:
+        require_borders_of(part, borders)
+    except ValueError as error:
+        raise ReportError(plain(str(error))) from None
+    if further := sorted(set(map(str, part.sizes)) - set(axes_of(borders))):
+        raise ReportError(
+            f"borders are those of one map, and {further[0]} has {part.sizes[further[0]]} values "
+            f"here: choose one, for example with --at {further[0]}={part[further[0]].values[0]}"
+        )
+
+
 def _versions(ds: xr.Dataset, chosen: Numbers) -> list[str]:
     """Return what may make the orbits of the page differ from the numbers of the file."""
     if not chosen.size:
@@ -119,13 +136,14 @@ def _charts(
     views: Sequence[View],
     variables: Mapping[str, Colours],
     sources: Sequence[Model],
+    borders: xr.Dataset | None,
 ) -> tuple[dict[str, Any], dict[str, Model]]:
     """Return what the script knows of the charts, and the places for one figure at a time.
 
     All figures, and the sources that fill them, are the tags of a place: they come along with it.
     """
     mappers = mappers_of(variables)
-    of_views = [dict(sheets_of(ds, view, variables, mappers)) for view in views]
+    of_views = [dict(sheets_of(ds, view, variables, mappers, borders)) for view in views]
     dims = dict.fromkeys(d for v in views if v.kind == "map" for d in (v.across, v.up) if d)
     along = {dim: dict(sheets_along(ds, dim, variables, mappers)) for dim in dims}
     sheets = [sheet for scales in (*of_views, *along.values()) for sheet in scales.values()]

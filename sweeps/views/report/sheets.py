@@ -30,6 +30,7 @@ from sweeps.figures.layout import Axis, axis_of, is_scattered, layout_of
 from sweeps.figures.maps import STRIP, cell_edges
 from sweeps.figures.style import GREY
 from sweeps.grid import CASE, DIRECTION
+from sweeps.views.charts.borders import add_borders
 from sweeps.views.charts.choice import Choice, chart_of, further_axes, is_cloud
 from sweeps.views.charts.drawing import draw
 from sweeps.views.charts.kinds import Cells, Chart, Cloud, Curves, cells_of_pixels
@@ -116,9 +117,13 @@ def mappers_of(variables: Mapping[str, Colours]) -> dict[str, ColorMapper]:
 
 
 def sheets_of(
-    ds: xr.Dataset, view: View, variables: Mapping[str, Colours], mappers: Mapping[str, ColorMapper]
+    ds: xr.Dataset,
+    view: View,
+    variables: Mapping[str, Colours],
+    mappers: Mapping[str, ColorMapper],
+    borders: xr.Dataset | None = None,
 ) -> Iterator[tuple[str, Sheet]]:
-    """Yield the sheet of a view for each scale."""
+    """Yield the sheet of a view for each scale; maps have the borders, which are theirs."""
     for scale, variable in _examples(variables):
         choice = view.choice(variable, scale)
         chart = chart_of(ds, choice)
@@ -128,6 +133,8 @@ def sheets_of(
         if view.kind == "map":
             if scale == "linear":
                 _add_logarithms(sheet.figure, mappers["log"])
+            if borders is not None and isinstance(chart, Cells):
+                add_borders(sheet.figure, chart, borders)
             yield from dict.fromkeys(SCALES, sheet).items()
             return
         yield scale, sheet
