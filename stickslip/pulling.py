@@ -8,117 +8,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from stickslip.course import Course, PullError
 from stickslip.kernels.adaptive.pulled_trajectory import CYCLE, pulled_trajectory
 from stickslip.options import Options
 from stickslip.parameters import Parameters
 from stickslip.status import IntegrationError, Status
-from stickslip.variables import PARAMETERS, TRAJECTORY, Variable
+from stickslip.variables import PARAMETERS, PULL, TRAJECTORY
 
 if TYPE_CHECKING:
-    import pandas as pd
     import xarray as xr
-
-    Pull: TypeAlias = float | Mapping[str, ArrayLike] | pd.DataFrame
-
-COLUMNS = ("elapsed_time", "velocity")
-"""The columns of a pull that is given as a table."""
-
-PULL_SAMPLES = 12_000
-"""Samples of a pull, as many as six periods have."""
 
 MELTING = "melting"
 """The dimension of meltings, each the end of a slip cycle."""
 
-SLIPS: Mapping[str, Variable] = {
-    variable.name: variable
-    for variable in (
-        Variable("melting_time", "t_m", r"t_\mathrm{m}", "s", "time at which the film melts"),
-        Variable("slip_period", "t_s", r"t_\mathrm{s}", "s", "time since the melting before"),
-        Variable("spring_force_max", "max 2Kx", r"\max 2Kx", "N", "largest spring force"),
-        Variable("spring_force_min", "min 2Kx", r"\min 2Kx", "N", "least spring force"),
-        Variable("slip_force_max", "max F", r"\max F", "N", "largest friction force"),
-        Variable("slip_force_min", "min F", r"\min F", "N", "least friction force"),
-        Variable("slip_force_mean", "mean F", r"\overline{F}", "N", "mean friction force"),
-    )
-}
-"""What is told of each slip cycle, from one melting to the next."""
-
 _MOST_MELTINGS = 100_000
-# Of a motion that begins anywhere, the cycles of the last half count.
+# The cycles of the last half count, of the time for which the last velocity is held: a motion
+# begins anywhere.
 _SETTLED = 0.5
 # The part of a run at its end in which a steady force is looked for.
 _LATE = 0.1
-
-
-SPRING_FORCE = Variable("spring_force", "2Kx", "2Kx", "N", "force of the springs of the block")
-"""What a machine records of a pull, along `elapsed_time`."""
-
-
-class PullError(ValueError):
-    """A pull that is none; the message says what is wrong with it."""
-
-
-class Course(NamedTuple):
-    """The velocity [m/s] of the upper block at some times [s], (n,) each; linear in between.
-
-    Before and after, it has the first and the last value.
-    """
-
-    time: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-
-
-def course_of(pull: Pull) -> Course:
-    """Return the course of a pull: a velocity, or a table with the columns of `COLUMNS`.
-
-    Raises PullError, which names the row (from 0) of what is wrong.
-    """
-    if isinstance(pull, (int, float)) and not isinstance(pull, bool):
-        time, velocity = np.zeros(1), np.array([float(pull)])
-    else:
-        time, velocity = _columns(pull)
-    if len(time) != len(velocity) or not len(time):
-        raise PullError(
-            f"a pull needs as many velocities as times, and at least one: there are "
-            f"{len(velocity)} and {len(time)}"
-        )
-    for name, values in zip(COLUMNS, (time, velocity), strict=True):
-        if len(bad := np.flatnonzero(~np.isfinite(values))):
-            raise PullError(f"row {bad[0]}: {name} is {values[bad[0]]}, and must be finite")
-    if time[0] < 0.0:
-        raise PullError(f"row 0: elapsed_time is {time[0]:g} s, and must not be negative")
-    if len(late := np.flatnonzero(np.diff(time) <= 0.0)):
-        row = int(late[0]) + 1
-        raise PullError(
-            f"row {row}: elapsed_time is {time[row]:g} s after {time[row - 1]:g} s; "
-            "times must increase"
-        )
-    if not velocity.any():
-        raise PullError("the velocity is 0 throughout: nothing would be pulled")
-    return Course(time, velocity)
-
-
-def _columns(pull: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    wanted = " and ".join(COLUMNS)
-    try:
-        missing = [name for name in COLUMNS if name not in pull]
-        if missing:
-            raise PullError(f"a pull needs the columns {wanted}; {', '.join(missing)} is missing")
-        time, velocity = (np.asarray(pull[name], dtype=float) for name in COLUMNS)
-    except (TypeError, ValueError) as error:
-        if isinstance(error, PullError):
-            raise
-        raise PullError(
-            f"a pull is a velocity in m/s, or a table of the columns {wanted}, not {pull!r}"
-        ) from None
-    if time.ndim != 1 or velocity.ndim != 1:
-        raise PullError(f"the columns {wanted} must be lists of numbers")
-    return time, velocity
 
 
 def pulled(
@@ -151,7 +64,7 @@ def pulled(
     if counts[1] == _MOST_MELTINGS:
         raise PullError(f"the film melts more than {_MOST_MELTINGS} times: shorten the run")
     times = np.append(np.arange(samples) * spacing, end)
-    return _dataset(parameters, times, table, cycles[: counts[1]])
+    return _dataset(parameters, course, times, table, cycles[: counts[1]])
 
 
 def _duration(course: Course, duration: float | None) -> float:
@@ -199,7 +112,11 @@ _SAMPLED = (
 
 
 def _dataset(
-    parameters: Parameters, times: np.ndarray, table: np.ndarray, cycles: np.ndarray
+    parameters: Parameters,
+    course: Course,
+    times: np.ndarray,
+    table: np.ndarray,
+    cycles: np.ndarray,
 ) -> xr.Dataset:
     import xarray as xr
 
@@ -209,8 +126,8 @@ def _dataset(
     }
     slips = _slips(parameters, cycles)
     spring = 2.0 * parameters.spring_stiffness * table[:, 0]
-    data["spring_force"] = ("elapsed_time", spring, SPRING_FORCE.attributes)
-    data |= {name: (MELTING, values, SLIPS[name].attributes) for name, values in slips.items()}
+    data["spring_force"] = ("elapsed_time", spring, PULL["spring_force"].attributes)
+    data |= {name: (MELTING, values, PULL[name].attributes) for name, values in slips.items()}
     unused = ("drive_amplitude", "angular_frequency")
     coords: dict[str, Any] = {
         "elapsed_time": ("elapsed_time", times, TRAJECTORY["elapsed_time"].attributes)
@@ -220,12 +137,12 @@ def _dataset(
         for name, value in parameters._asdict().items()
         if name not in unused
     }
-    about = _summary(times, table[:, -1], slips)
+    about = _summary(course, times, table[:, -1], slips)
     return xr.Dataset(data, coords, about)
 
 
 def _slips(parameters: Parameters, cycles: np.ndarray) -> dict[str, NDArray[np.float64]]:
-    """Return the values (m,) of `SLIPS`."""
+    """Return the values (m,) of `variables.PULL` for each cycle."""
     end, least_x, largest_x, least_force, largest_force, force_time = cycles.T
     spring = 2.0 * parameters.spring_stiffness
     lasted = np.diff(end, prepend=0.0)
@@ -243,17 +160,18 @@ def _slips(parameters: Parameters, cycles: np.ndarray) -> dict[str, NDArray[np.f
 
 
 def _summary(
-    times: np.ndarray, force: np.ndarray, slips: Mapping[str, NDArray[np.float64]]
+    course: Course, times: np.ndarray, force: np.ndarray, slips: Mapping[str, NDArray[np.float64]]
 ) -> dict[str, Any]:
     """Return what the motion comes to at the end of a run."""
-    begin, end = _SETTLED * times[-1], times[-1]
+    end = times[-1]
+    begin = end - _SETTLED * (end - _held_since(course, end))
     settled = (slips["melting_time"] > begin) & np.isfinite(slips["slip_period"])
     periods = slips["slip_period"][settled]
     # A film that has not melted for two periods no longer slips.
     if len(periods) and end - slips["melting_time"][-1] <= 2.0 * periods.max():
         means = {
             name: float(np.average(slips[name][settled], weights=periods))
-            for name in SLIPS
+            for name in slips
             if name not in ("melting_time", "slip_period")
         }
         means["slip_period"] = float(periods.mean())
@@ -264,3 +182,12 @@ def _summary(
         "steady_force": float(force[-1]),
         "steady_force_change": float(np.ptp(late)),
     }
+
+
+def _held_since(course: Course, end: float) -> float:
+    """Return the time since which the velocity at the end of a run is held; 0 if it is not."""
+    time, velocity = course
+    last = np.interp(end, time, velocity)
+    others = np.flatnonzero((velocity != last) & (time < end))
+    since = time[others[-1] + 1] if len(others) and others[-1] + 1 < len(time) else 0.0
+    return float(since) if since < end else 0.0

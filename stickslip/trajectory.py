@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 import numpy as np
 
 from stickslip.accessors import register_accessors
+from stickslip.course import PULL_SAMPLES, course_of
 from stickslip.kernels.streams import streams_of
 from stickslip.kernels.trajectories import (
     OBSERVABLES,
@@ -23,7 +24,7 @@ from stickslip.model.state import FILM, Component
 from stickslip.options import DEFAULTS, METHODS, Options
 from stickslip.orbit import compute_orbits, prepared_points, typical_options
 from stickslip.parameters import Parameters, given_or_default
-from stickslip.pulling import PULL_SAMPLES, course_of, pulled
+from stickslip.pulling import pulled
 from stickslip.stability import step_as_text
 from stickslip.status import IntegrationError, Status
 from stickslip.variables import PARAMETERS, STARTING, TRAJECTORY
@@ -31,7 +32,7 @@ from stickslip.variables import PARAMETERS, STARTING, TRAJECTORY
 if TYPE_CHECKING:
     import xarray as xr
 
-    from stickslip.pulling import Pull
+    from stickslip.course import Pull
 
 StartName = Literal["initial", "stationary"]
 
@@ -100,7 +101,7 @@ def simulate(
         scalar coordinates, scheduled ones along time; interpolation between the steps of the
         adaptive method is of order 3. The sample at which two sections meet has the parameters of
         the first. A stochastic film adds the dimension `realization`, a pulled block the dimension
-        `melting` with the `pulling.SLIPS`: its attribute `motion` is 'stick-slip' or 'steady', and
+        `melting` with `variables.PULL`: its attribute `motion` is 'stick-slip' or 'steady', and
         others say with which period and forces.
 
     Raises
