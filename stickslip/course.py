@@ -72,7 +72,7 @@ def course_of(pull: Pull) -> Course:
 def _columns(pull: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     wanted = " and ".join(COLUMNS)
     try:
-        missing = [name for name in COLUMNS if name not in pull]
+        missing = [] if isinstance(pull, str) else [n for n in COLUMNS if n not in pull]
         if missing:
             raise PullError(f"a pull needs the columns {wanted}; {', '.join(missing)} is missing")
         time, velocity = (np.asarray(pull[name], dtype=float) for name in COLUMNS)
