@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from stickslip.parameters import ParameterError, Parameters
     from stickslip.phases import phase_diagram
     from stickslip.points import stationary_orbits
-    from stickslip.status import Status
-    from stickslip.trajectory import IntegrationError, simulate
+    from stickslip.status import IntegrationError, Status
+    from stickslip.trajectory import simulate
 
 _HOMES = {
-    "IntegrationError": "stickslip.trajectory",
+    "IntegrationError": "stickslip.status",
     "NoiseError": "stickslip.options",
     "OptionError": "stickslip.options",
     "Options": "stickslip.options",

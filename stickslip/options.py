@@ -120,6 +120,8 @@ class Physics(NamedTuple):
     strain: str = ADIABATIC
     chance: bool = False
     """True where every step draws a random number; False for the typical path of the noise."""
+    pulled: bool = False
+    """True where the upper block is pulled; False where it oscillates."""
 
     @property
     def typical(self) -> Physics:
@@ -128,7 +130,8 @@ class Physics(NamedTuple):
 
     def __str__(self) -> str:
         strain = "" if self.strain == ADIABATIC else f",strain={self.strain}"
-        return f"{self.friction}{strain}{',stochastic' if self.chance else ''}"
+        pulled = ",pulled" if self.pulled else ""
+        return f"{self.friction}{strain}{',stochastic' if self.chance else ''}{pulled}"
 
 
 class Range(NamedTuple):

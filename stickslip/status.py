@@ -66,3 +66,11 @@ _SENTENCES = {
     ),
     Status.PENDING: "The point has not been computed yet.",
 }
+
+
+class IntegrationError(RuntimeError):
+    """A trajectory or orbit that could not be computed; `status` tells how it ended."""
+
+    def __init__(self, status: Status, context: str = "") -> None:
+        super().__init__(f"{context}{status.sentence}")
+        self.status = status

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 import numpy as np
 
 from stickslip.accessors import register_accessors
+from stickslip.course import PULL_SAMPLES, course_of
 from stickslip.kernels.streams import streams_of
 from stickslip.kernels.trajectories import (
     OBSERVABLES,
@@ -23,12 +24,15 @@ from stickslip.model.state import FILM, Component
 from stickslip.options import DEFAULTS, METHODS, Options
 from stickslip.orbit import compute_orbits, prepared_points, typical_options
 from stickslip.parameters import Parameters, given_or_default
+from stickslip.pulling import pulled
 from stickslip.stability import step_as_text
-from stickslip.status import Status
+from stickslip.status import IntegrationError, Status
 from stickslip.variables import PARAMETERS, STARTING, TRAJECTORY
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from stickslip.course import Pull
 
 StartName = Literal["initial", "stationary"]
 
@@ -42,14 +46,6 @@ REALIZATION = "realization"
 _SAMPLED = ("lower_displacement", "lower_velocity", "order_parameter")
 
 
-class IntegrationError(RuntimeError):
-    """A trajectory or orbit that could not be computed; `status` tells how it ended."""
-
-    def __init__(self, status: Status, context: str = "") -> None:
-        super().__init__(f"{context}{status.sentence}")
-        self.status = status
-
-
 def simulate(
     parameters: Parameters | None = None,
     *,
@@ -57,6 +53,9 @@ def simulate(
     start: StartName | Sequence[float] = "initial",
     samples_per_period: int = 2000,
     schedule: Mapping[str, Sequence[float]] | None = None,
+    drive: Pull | None = None,
+    duration: float | None = None,
+    samples: int = PULL_SAMPLES,
     method: str = DEFAULTS.method,
     rtol: float = DEFAULTS.rtol,
     dt: float = DEFAULTS.dt,
@@ -84,6 +83,12 @@ def simulate(
         Parameters that change along the run, with the same number of values for each: `periods` at
         the first values, as many at the second, and so on (Fig. 6 of the paper). Each section
         begins in the state (x, v, phi) in which the one before ended, at phase 0 of the drive.
+    drive, duration, samples
+        Another motion of the upper block: a constant velocity [m/s], or a table, such as a
+        DataFrame, with the columns `elapsed_time` [s] and `velocity` [m/s], which is linear in
+        between, and held before and after. It lasts `duration` [s], by default to the last time of
+        the table, and is sampled at samples + 1 equidistant times; X(0) = 0. X_m, omega, `periods`,
+        `samples_per_period` are not used. By the adaptive method, without stochastic noise.
     realizations, seed
         The number of paths of a stochastic film, and the seed of their random numbers.
     method, rtol, dt, noise, friction, strain, max_steps, max_periods
@@ -95,7 +100,9 @@ def simulate(
         Variables of `variables.TRAJECTORY` over the dimension `elapsed_time` [s], the parameters as
         scalar coordinates, scheduled ones along time; interpolation between the steps of the
         adaptive method is of order 3. The sample at which two sections meet has the parameters of
-        the first. A stochastic film adds the dimension `realization`.
+        the first. A stochastic film adds the dimension `realization`, a pulled block the dimension
+        `melting` with `variables.PULL`: its attribute `motion` is 'stick-slip' or 'steady', and
+        others say with which period and forces.
 
     Raises
     ------
@@ -109,7 +116,8 @@ def simulate(
         something else.
     ValueError
         Fewer than one period or one sample per period; a start that is neither a name nor a state;
-        a schedule with no values, or with different numbers of them.
+        a schedule with no values, or with different numbers of them; a drive that is none
+        (PullError), or together with what it excludes.
     """
     if periods < 1 or samples_per_period < 1:
         raise ValueError("periods and samples_per_period must be at least 1")
@@ -129,14 +137,40 @@ def simulate(
     )
     _refuse_unknown_start(start, model_of(options.physics).components)
     points = prepared_points(np.array(sections), noise)
-    _refuse_unstable(points, options)
+    if drive is not None or duration is not None:
+        _refuse_with_a_pull(drive, start, schedule, options)
+    else:
+        _refuse_unstable(points, options)
     state = _start_state(points[0], options, start)
+    if drive is not None:
+        register_accessors()
+        prepared = Parameters(*points[0])
+        return pulled(prepared, course_of(drive), duration, samples, state, options)
     run = _Run(sections, points, options, periods, samples_per_period, tuple(schedule or ()))
     register_accessors()
     if not options.physics.chance:
         return run.path(state, new_stream())
     # The streams of the first section serve the whole run.
     return _together([run.path(state, new_stream(own)) for own in streams_of(points[:1], options)])
+
+
+def _refuse_with_a_pull(
+    drive: Pull | None,
+    start: StartName | Sequence[float],
+    schedule: Mapping[str, Sequence[float]] | None,
+    options: Options,
+) -> None:
+    """Raise ValueError for what a pulled block cannot have."""
+    complaints = {
+        "duration belongs to a drive: give one, or give periods": drive is None,
+        "start 'stationary' belongs to a periodic drive: there is no stationary orbit of another; "
+        "leave it out, or give a state": isinstance(start, str) and start == "stationary",
+        "schedule belongs to a periodic drive: leave it out": bool(schedule),
+        "a drive is computed by the method 'adaptive' alone": options.method != "adaptive",
+        "a drive is computed without stochastic noise": options.physics.chance,
+    }
+    if found := [complaint for complaint, holds in complaints.items() if holds]:
+        raise ValueError("; ".join(found))
 
 
 class _Run(NamedTuple):

@@ -177,6 +177,19 @@ TRAJECTORY: Mapping[str, Variable] = _by_name(
     Variable("friction_force", "F", "F", "N", "friction force between the blocks"),
 )
 
+PULL: Mapping[str, Variable] = _by_name(
+    Variable("spring_force", "2Kx", "2Kx", "N", "force of the springs of the lower block"),
+    Variable("melting_time", "t_m", r"t_\mathrm{m}", "s", "time at which the film melts"),
+    Variable("slip_period", "t_s", r"t_\mathrm{s}", "s", "time since the melting before"),
+    Variable("spring_force_max", "max 2Kx", r"\max 2Kx", "N",
+        "largest spring force of a cycle, from one melting to the next"),
+    Variable("spring_force_min", "min 2Kx", r"\min 2Kx", "N", "least spring force of a cycle"),
+    Variable("slip_force_max", "max F", r"\max F", "N", "largest friction force of a cycle"),
+    Variable("slip_force_min", "min F", r"\min F", "N", "least friction force of a cycle"),
+    Variable("slip_force_mean", "mean F", r"\overline{F}", "N", "mean friction force of a cycle"),
+)
+"""What the trajectory of a pulled block has besides: a force in time, and its slip cycles."""
+
 STROBOSCOPIC: Mapping[str, Variable] = _by_name(
     Variable("period", "n", "n", "1", "drive periods since the start"),
     Variable("stroboscopic_displacement", "x_n", "x_n", "m",

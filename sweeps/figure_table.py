@@ -52,6 +52,11 @@ FIGURES: Mapping[str, FigureEntry] = MappingProxyType(
             "trajectory",
             ("lower_displacement", "lower_velocity"),
         ),
+        "pull": FigureEntry(
+            "motion.traces.pull",
+            "trajectory",
+            ("upper_velocity", "spring_force", "friction_force", "order_parameter"),
+        ),
         "orbit": FigureEntry(
             "motion.orbit.orbit", "trajectory", (*_POSITIONS, *_VELOCITIES, *_FORCES)
         ),

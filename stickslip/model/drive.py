@@ -1,15 +1,19 @@
-"""The drive of the upper block (Eqs. 1, 2): a sum of tones, of which the paper has one."""
+"""The drive of the upper block (Eqs. 1, 2): a sum of tones, of which the paper has one.
+
+A trajectory may have another one: pulled at a velocity that is linear in pieces.
+"""
 
 from __future__ import annotations
 
 import math
+from collections import namedtuple
 from collections.abc import Callable, Iterable
 from functools import reduce
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.elementary import sine_and_cosine
-from stickslip.parameters import Parameters
+from stickslip.parameters import Parameters, ParameterValues
 
 
 class Tone(NamedTuple):
@@ -122,6 +126,26 @@ upper_acceleration = _sum(t.acceleration for t in TONES)
 upper_jerk = _sum(_jerk(t) for t in TONES)
 """(p, t): second derivative of the velocity V of the upper block [m/s3], from Eq. 2."""
 
+
+class Drive(NamedTuple):
+    """A motion of the upper block: inline functions of (p, t)."""
+
+    displacement: Callable[..., float]
+    """X [m]."""
+
+    velocity: Callable[..., float]
+    """V [m/s]."""
+
+    acceleration: Callable[..., float]
+    """dV/dt [m/s2]."""
+
+    jerk: Callable[..., float]
+    """The second derivative of V [m/s3]."""
+
+
+OSCILLATION = Drive(upper_displacement, upper_velocity, upper_acceleration, upper_jerk)
+"""The periodic drive of the paper, which orbits have."""
+
 largest_displacement, largest_speed, largest_acceleration = (
     _sum(_size(t, order) for t in TONES) for order in range(3)
 )
@@ -132,3 +156,45 @@ largest_displacement, largest_speed, largest_acceleration = (
 def period(p: Parameters) -> float:
     """Drive period 2 pi/omega [s]."""
     return 2.0 * math.pi / p.angular_frequency
+
+
+_SECTION = ("section_begin", "begin_displacement", "begin_velocity", "pull_acceleration")
+
+if TYPE_CHECKING:
+
+    class PulledParameters(ParameterValues):
+        """Parameters, followed by those of a section of a pull.
+
+        The time [s] at which it begins, X [m] and V [m/s] there, and dV/dt [m/s2]. The largest
+        speed is that of the whole pull: |X_m| omega.
+        """
+
+else:
+    PulledParameters = namedtuple(
+        "PulledParameters", (*ParameterValues._fields, *_SECTION), module=__name__
+    )
+
+
+@inline
+def _pull_displacement(p: PulledParameters, t: float) -> float:
+    since = t - p.section_begin
+    return p.begin_displacement + (p.begin_velocity + 0.5 * p.pull_acceleration * since) * since
+
+
+@inline
+def _pull_velocity(p: PulledParameters, t: float) -> float:
+    return p.begin_velocity + p.pull_acceleration * (t - p.section_begin)
+
+
+@inline
+def _pull_acceleration(p: PulledParameters, t: float) -> float:
+    return p.pull_acceleration
+
+
+@inline
+def _pull_jerk(p: PulledParameters, t: float) -> float:
+    return 0.0
+
+
+PULL = Drive(_pull_displacement, _pull_velocity, _pull_acceleration, _pull_jerk)
+"""A section of a pull, at a velocity that is linear in time; of `PulledParameters`."""

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip.model import noise, relaxing, scaling
+from stickslip.model.drive import PULL
 from stickslip.model.laws import friction_law
 from stickslip.model.rhs import FOLLOWING, Equations, StrainModel
 from stickslip.model.scaling import Scaling, Units
@@ -66,10 +67,11 @@ def model_of(physics: Physics) -> Model:
     """Return the model composed of these choices."""
     law, strain = friction_law(physics.friction), _STRAINS[physics.strain]
     path = noise.no_path if physics.chance else noise.typical_path
+    make = strain.make_equations
     return Model(
         physics=physics,
         components=strain.components,
-        equations=strain.make_equations(law, path),
+        equations=make(law, path, PULL) if physics.pulled else make(law, path),
         scaling=strain.scaling,
         write_reduced=_reduction(physics.friction, physics.strain),
         start=strain.start,

@@ -11,11 +11,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cache
 from typing import Any, NamedTuple
 
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.elementary import exponentials
 from stickslip.model import block, drive, film, friction, noise, scaling
+from stickslip.model.drive import OSCILLATION, Drive
 from stickslip.model.laws import FrictionLaw
 from stickslip.model.scaling import Scaling, Units
 from stickslip.model.state import STATE, Component, State
@@ -23,28 +25,48 @@ from stickslip.model.weights import LARGEST_AT_CUSP, film_weight, force_weight
 from stickslip.parameters import Parameters
 
 
-@inline
-def relative_velocity(p: Parameters, t: float, v: float) -> float:
-    """Relative velocity u = V - v of the blocks [m/s]."""
-    return drive.upper_velocity(p, t) - v
+class RelativeMotion(NamedTuple):
+    """The motion of the blocks relative to each other under a drive: inline functions."""
+
+    velocity: Callable[..., float]
+    """(p, t, v): relative velocity u = V - v [m/s]."""
+
+    acceleration: Callable[..., float]
+    """(p, t, x, u, F): rate of the relative velocity [m/s2], V' minus Eq. 3."""
+
+    slopes: Callable[..., tuple[float, float, float]]
+    """(p, t, x, u, F_u): derivatives of `acceleration` with respect to x, u and t; `F_u` is
+    dF/du."""
 
 
-@inline
-def relative_acceleration(p: Parameters, t: float, x: float, u: float, F: float) -> float:
-    """Rate of the relative velocity [m/s2]: V' minus Eq. 3."""
-    v = drive.upper_velocity(p, t) - u
-    return drive.upper_acceleration(p, t) - block.acceleration(p, x, v, F)
+@cache
+def relative_motion(motion: Drive) -> RelativeMotion:
+    """Return the relative motion under a drive."""
+    upper_velocity, upper_acceleration = motion.velocity, motion.acceleration
+    upper_jerk = motion.jerk
+
+    @inline
+    def velocity(p: Parameters, t: float, v: float) -> float:
+        return upper_velocity(p, t) - v
+
+    @inline
+    def acceleration(p: Parameters, t: float, x: float, u: float, F: float) -> float:
+        v = upper_velocity(p, t) - u
+        return upper_acceleration(p, t) - block.acceleration(p, x, v, F)
+
+    @inline
+    def slopes(
+        p: Parameters, t: float, x: float, u: float, F_u: float
+    ) -> tuple[float, float, float]:
+        x_slope, v_slope = block.own_slopes(p, x, upper_velocity(p, t) - u)
+        M = p.block_mass
+        jerk = upper_jerk(p, t) - v_slope / M * upper_acceleration(p, t)
+        return -x_slope / M, -(F_u - v_slope) / M, jerk
+
+    return RelativeMotion(velocity, acceleration, slopes)
 
 
-@inline
-def relative_acceleration_slopes(
-    p: Parameters, t: float, x: float, u: float, F_u: float
-) -> tuple[float, float, float]:
-    """Derivatives of `relative_acceleration` with respect to x, u and t; `F_u` is dF/du."""
-    x_slope, v_slope = block.own_slopes(p, x, drive.upper_velocity(p, t) - u)
-    M = p.block_mass
-    jerk = drive.upper_jerk(p, t) - v_slope / M * drive.upper_acceleration(p, t)
-    return -x_slope / M, -(F_u - v_slope) / M, jerk
+relative_velocity = relative_motion(OSCILLATION).velocity
 
 
 @inline
@@ -136,7 +158,8 @@ class StrainModel(NamedTuple):
     """The state variables, in their order."""
 
     make_equations: Callable[..., Equations]
-    """(law, path): the equations of motion under a law; `path` is the noise term of psi'."""
+    """(law, path, motion): the equations of motion under a law and a drive, by default the
+    oscillation; `path` is the noise term of psi'. A model without the last one cannot be pulled."""
 
     scaling: Scaling
     """The nondimensional form."""
@@ -148,10 +171,20 @@ class StrainModel(NamedTuple):
     """(units), inline: the unit of each component."""
 
 
-@inline
-def relative_state(p: Parameters, t: float, y: State) -> State:
-    """(x, V - v, psi) of (x, v, psi) at phase time `t` [s]; its own inverse."""
-    return y[0], relative_velocity(p, t, y[1]), y[2]
+@cache
+def relative_state_under(motion: Drive) -> Callable[..., State]:
+    """Return `Equations.relative_state` of (x, v, psi) under a drive."""
+    relative = relative_motion(motion).velocity
+
+    @inline
+    def relative_state(p: Parameters, t: float, y: State) -> State:
+        return y[0], relative(p, t, y[1]), y[2]
+
+    return relative_state
+
+
+relative_state = relative_state_under(OSCILLATION)
+"""(p, t, y): (x, V - v, psi) of (x, v, psi) at phase time t [s]; its own inverse."""
 
 
 @inline
@@ -185,9 +218,13 @@ def make_error_weight(law: FrictionLaw) -> Any:
     return error_weight
 
 
-def adiabatic_equations(law: FrictionLaw, path: Callable[..., float]) -> Equations:
+def adiabatic_equations(
+    law: FrictionLaw, path: Callable[..., float], motion: Drive = OSCILLATION
+) -> Equations:
     """Return the equations of motion of (x, u, psi); `path` is the noise term of psi'."""
-    rounded = law.rounded
+    rounded, relative = law.rounded, relative_motion(motion)
+    upper_velocity, upper_acceleration = motion.velocity, motion.acceleration
+    acceleration_of, slopes_of = relative.acceleration, relative.slopes
 
     @inline
     def observables(p: Parameters, y: State, phi: float, u_s: float) -> tuple[float, float]:
@@ -198,10 +235,10 @@ def adiabatic_equations(law: FrictionLaw, path: Callable[..., float]) -> Equatio
         x, u, psi = y
         phi, inverse_phi = exponentials(psi)
         _, F = observables(p, y, phi, u_s)
-        u_rate = relative_acceleration(p, t, x, u, F)
+        u_rate = acceleration_of(p, t, x, u, F)
         force = film.log_force(p, phi, film_melting_function(p, u))
         psi_rate = path(p, inverse_phi) - p.kinetic_coefficient * force
-        return drive.upper_velocity(p, t) - u, u_rate, psi_rate
+        return upper_velocity(p, t) - u, u_rate, psi_rate
 
     @inline
     def jacobian(p: Parameters, t: float, y: State, u_s: float) -> tuple[State, ...]:
@@ -215,12 +252,12 @@ def adiabatic_equations(law: FrictionLaw, path: Callable[..., float]) -> Equatio
         psi_u = -p.kinetic_coefficient * (2.0 * p.elastic_coefficient * (eps_u * eps_u)) * u
         psi_psi = -p.kinetic_coefficient * film.log_force_slope(p, phi)
         psi_psi -= 2.0 * path(p, inverse_phi)
-        u_x, u_u, u_t = relative_acceleration_slopes(p, t, x, u, F_u)
+        u_x, u_u, u_t = slopes_of(p, t, x, u, F_u)
         return (
             (0.0, -1.0, 0.0),
             (u_x, u_u, -F_psi / p.block_mass),
             (0.0, psi_u, psi_psi),
-            (drive.upper_acceleration(p, t), u_t, 0.0),
+            (upper_acceleration(p, t), u_t, 0.0),
         )
 
     @inline
@@ -239,7 +276,7 @@ def adiabatic_equations(law: FrictionLaw, path: Callable[..., float]) -> Equatio
     return Equations(
         law=law,
         exact=make_exact(law),
-        relative_state=relative_state,
+        relative_state=relative_state_under(motion),
         strain=_strain,
         rhs=rhs,
         jacobian=jacobian,

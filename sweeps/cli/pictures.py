@@ -217,7 +217,7 @@ def _write_trajectories(config: Config, path: Path, *, progress: bool) -> None:
     from stickslip import IntegrationError, NoiseError
     from sweeps.engine.progress import Compiling
     from sweeps.engine.signals import interruptible
-    from sweeps.engine.trajectories import trajectories, trajectory
+    from sweeps.engine.trajectories import pull_summary, trajectories, trajectory
     from sweeps.files.datasets import write_dataset
 
     compute, compiling = trajectories if config.sweep else trajectory, Compiling(wanted=progress)
@@ -232,6 +232,8 @@ def _write_trajectories(config: Config, path: Path, *, progress: bool) -> None:
     except IntegrationError as error:
         stop_with(str(error), Exit.FAILED_POINTS)
     write_dataset(ds, path)
+    for line in pull_summary(ds):
+        say(line)
     print(path)
 
 

@@ -51,6 +51,7 @@ def judged(
     for case in picked.values():
         config = _one_case(document, config, case)
     _judge_schedule(document, config)
+    _judge_drive(document, config)
     _judge_order(document, config, unsound)
     _refuse_unbounded_films(document, config)
     _refuse_unfit(document, config, unsound)
@@ -221,6 +222,18 @@ def _judge_schedule(document: Document, config: Config) -> None:
         known.add(name)
     if unequal := _unequal("scheduled", schedule):
         document.refuse(unequal, *path)
+
+
+def _judge_drive(document: Document, config: Config) -> None:
+    """Refuse a pull by what computes periodic drives alone."""
+    if config.simulation.drive is None:
+        return
+    if config.integrator.method != "adaptive":
+        method = f"`integrator: {{method: {config.integrator.method}}}`"
+        document.refuse(f"does not go together with {method}; leave it out", "simulation", "drive")
+    if config.noise.treatment == STOCHASTIC:
+        noise = f"`noise: {{treatment: {STOCHASTIC}}}`"
+        document.refuse(f"does not go together with {noise}; leave it out", "simulation", "drive")
 
 
 def _unequal(kind: str, values: Mapping[str, tuple[float, ...]]) -> str:

@@ -14,6 +14,7 @@ from sweeps.config.checks import judged
 from sweeps.config.diagnostics import ConfigError, Document, Problem, document_of, quoted
 from sweeps.config.group import sound_parts
 from sweeps.config.overrides import apply_overrides
+from sweeps.config.pull import read_table
 from sweeps.config.schema import KEYS, Config, Noise, Section, Stationary
 from sweeps.config.yaml_reader import read_file, read_text
 
@@ -34,7 +35,7 @@ def load(
     Raises ConfigError if the file cannot be used; all problems are reported at once.
     """
     path = Path(path)
-    return _config(read_file(path), overrides, checks, f"results/{path.stem}.nc")
+    return _config(read_file(path), overrides, checks, f"results/{path.stem}.nc", path.parent)
 
 
 def from_mapping(
@@ -61,6 +62,7 @@ def _config(
     overrides: Sequence[str],
     checks: Sequence[Check] = (),
     output: str | None = None,
+    folder: Path = Path(),
 ) -> Config:
     readable = isinstance(document.data, dict)
     if not readable:
@@ -70,6 +72,7 @@ def _config(
     picked = apply_overrides(document, overrides)
     if not readable:
         document.raise_problems()
+    read_table(document, folder)
     config = judged(document, *sound_parts(Config, document), picked)
     document.raise_problems()
     settled: dict[str, Any] = with_noise(config.stationary, config.noise)

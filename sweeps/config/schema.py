@@ -23,6 +23,7 @@ from pydantic import (
 )
 from pydantic_core.core_schema import ValidationInfo, literal_schema
 
+from stickslip.course import PULL_SAMPLES
 from stickslip.options import (
     DEFAULTS,
     FRICTION_LAWS,
@@ -37,6 +38,7 @@ from stickslip.variables import PARAMETERS, canonical_name
 from sweeps.config.axes import Axis
 from sweeps.config.group import Group
 from sweeps.config.numbers import ParameterName, Text, finite, number, whole
+from sweeps.config.pull import Drive
 from sweeps.config.refinement import AxisName, Refine
 from sweeps.config.sample import Sample
 from sweeps.config.yaml_writer import block_yaml
@@ -140,6 +142,7 @@ Realizations = Annotated[int, _range("realizations"), BeforeValidator(whole)]
 Workers = Annotated[int, Field(ge=1, le=4096), BeforeValidator(whole)]
 Periods = Annotated[int, Field(ge=1, le=_MAX_SAMPLES), BeforeValidator(whole)]
 Samples = Annotated[int, Field(ge=2, le=_MAX_SAMPLES), BeforeValidator(whole)]
+Duration = Annotated[float, Field(gt=0), BeforeValidator(finite)]
 Fixed = Annotated[float, BeforeValidator(_fixed)]
 Switch = Annotated[bool, Strict()]
 Line = Annotated[Text, AfterValidator(_not_blank)]
@@ -262,6 +265,30 @@ class Simulation(Section):
         description="parameters that change together along the run: "
         "`periods` at the first values, as many at the second, and so on",
     )
+    drive: Drive | None = Field(
+        None, description="pull the upper block instead of moving it periodically (adaptive)"
+    )
+    duration: Duration | None = Field(
+        None, description="seconds of a `drive`; by default to the last time of its table"
+    )
+    samples: Samples = Field(PULL_SAMPLES, description="samples of a `drive`, evenly spaced")
+
+    @model_validator(mode="after")
+    def _fits_the_drive(self) -> Self:
+        if self.drive is None:
+            if self.duration is not None:
+                raise ValueError("`duration` belongs to a `drive`; give one, or give `periods`")
+            return self
+        if self.schedule:
+            raise ValueError("`schedule` belongs to the periodic drive; leave it or `drive` out")
+        if self.start == "stationary":
+            raise ValueError(
+                "`start: stationary` belongs to the periodic drive, no other one has a stationary "
+                "orbit; leave it or `drive` out"
+            )
+        if self.drive.velocity is not None and self.duration is None:
+            raise ValueError("`drive: {velocity: ...}` needs a `duration` in s")
+        return self
 
     @model_validator(mode="after")
     def _fits_the_memory(self) -> Self:
@@ -272,6 +299,14 @@ class Simulation(Section):
                 f"{_MAX_SAMPLES}"
             )
         return self
+
+    def arguments(self) -> dict[str, Any]:
+        """Return what `stickslip.simulate` is asked for."""
+        own = ("drive", "duration", "samples")
+        if self.drive is None:
+            return self.model_dump(exclude={*own})
+        pull = {"drive": self.drive.pull, "duration": self.duration, "samples": self.samples}
+        return pull | {"start": self.start}
 
 
 class Config(Group):

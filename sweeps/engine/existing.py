@@ -19,6 +19,7 @@ from stickslip.parameters import Parameters
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.load import Config, ConfigError, from_mapping
+from sweeps.config.pull import refuse_pull
 from sweeps.config.yaml_reader import read_mapping
 from sweeps.engine.order.follow import lines_of, unchanged
 from sweeps.engine.order.part import Part
@@ -70,7 +71,11 @@ class Target:
 
     @classmethod
     def of(cls, config: Config, part: Part | None = None) -> Target:
-        """Return what this config asks for; raises RefusalError for parts of a refined grid."""
+        """Return what this config asks for.
+
+        Raises RefusalError for parts of a refined grid, PulledError for a block that is pulled.
+        """
+        refuse_pull(config.simulation.drive)
         if part is not None and config.refine is not None:
             raise RefusalError(
                 "a refined grid has no parts: which points are computed depends on all of the "

@@ -12,6 +12,7 @@ import numpy as np
 from joblib.parallel import get_active_backend
 
 from sweeps.config.load import Config
+from sweeps.config.pull import refuse_pull
 from sweeps.config.schema import Execution
 from sweeps.engine.computing import compiled, missing_blocks
 from sweeps.engine.counts import Counts
@@ -59,6 +60,7 @@ def compute(
     `workers` are counted as joblib's `n_jobs`. Where points are lost on the way, it raises
     RuntimeError.
     """
+    refuse_pull(config.simulation.drive)
     grid = Grid.from_config(config)
     memory, stop = Memory(grid.size), Stop()
     counts = Counts(grid.size, memory)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -20,6 +20,8 @@ from stickslip.orbit import typical_options
 from stickslip.parameters import Parameters
 from stickslip.trajectory import TIME, simulate
 from sweeps.config.load import Config
+from sweeps.config.pull import Drive
+from sweeps.config.schema import Simulation
 from sweeps.engine.executors.kernels import compile_kernels
 from sweeps.engine.progress import SILENT, Compiling
 from sweeps.engine.settings import options_of
@@ -32,6 +34,10 @@ if TYPE_CHECKING:
 
 
 _SUMMARY = "Time courses of a block that is driven through a boundary lubricant film"
+
+
+# A pull that is over at once, by the same kernels.
+_MOMENT = Simulation(drive=Drive(velocity=1e-9), duration=1e-12, samples=2)
 
 
 class AxisLeftError(ExpectedError, ValueError):
@@ -90,8 +96,32 @@ def trajectories(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
     return add_provenance(together, config, config.title or "Trajectories", _SUMMARY)
 
 
+# Of a force that changes by more than this part within the last tenth of a run, more is to come.
+_STEADY = 1e-3
+
+
+def pull_summary(ds: xr.Dataset) -> Iterator[str]:
+    """Yield what the motion of a pulled block comes to; nothing for other trajectories."""
+    about = ds.attrs
+    if about.get("motion") == "stick-slip":
+        yield f"stick-slip: a melting every {about['slip_period']:.6g} s"
+        for name, what in (("spring_force", "spring force 2Kx"), ("slip_force", "friction force")):
+            low, high = (about[f"{name}_{end}"] for end in ("min", "max"))
+            yield f"{what}: {low:.6g} to {high:.6g} N"
+        yield f"mean friction force: {about['slip_force_mean']:.6g} N"
+        yield f"(means over the last {about['settled_slips']} of {ds.sizes['melting']} meltings)"
+    elif about.get("motion") == "steady":
+        force, change = about["steady_force"], about["steady_force_change"]
+        yield f"no stick-slip at the end: friction force {force:.6g} N"
+        if change > _STEADY * abs(force):
+            yield f"it still changes, by {change:.2g} N in the last tenth: take a longer duration"
+
+
 def _compile_kernels(config: Config) -> None:
     """Compile or load what `simulate` needs: a trajectory of no steps calls the same kernels."""
+    if config.simulation.drive:
+        _simulated(config.model_copy(update={"simulation": _MOMENT}), config.parameters())
+        return
     options, grid = options_of(config), Grid.from_config(config)
     width = model_of(options.physics).width
     point, start, states = grid.points(0, 1)[0], np.empty(width), np.empty((1, width))
@@ -110,5 +140,5 @@ def _simulated(
     options = asdict(options_of(config))
     for option in ("stationary_rtol", "window", "max_error", "accelerate"):
         del options[option]
-    run = config.simulation.model_dump() | ({} if start is None else {"start": start})
+    run = config.simulation.arguments() | ({} if start is None else {"start": start})
     return simulate(parameters, **run, **options)

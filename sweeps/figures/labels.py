@@ -15,6 +15,7 @@ import xarray as xr
 from stickslip.variables import (
     PARAMETERS,
     PHASES,
+    PULL,
     RESULTS,
     STROBOSCOPIC,
     TRAJECTORY,
@@ -29,6 +30,7 @@ VARIABLES: dict[str, Variable] = {
     **TRAJECTORY,
     **STROBOSCOPIC,
     **PHASES,
+    **PULL,
     **RESULTS,
 }
 

@@ -48,6 +48,16 @@ def names_left_by(name: str, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 
 
 @pytest.mark.slow
+def test_critical_velocity(run_page: Page, capsys: pytest.CaptureFixture[str]) -> None:
+    critical = run_page("critical-velocity")["critical"]
+    assert "a melting every 0.31283" in capsys.readouterr().err
+    assert (critical[:5] > 5.9e-6).all()
+    assert (critical[:5] < 7.4e-6).all()
+    assert critical[4] > 2 * critical[5]
+    assert np.isnan(critical[6])
+
+
+@pytest.mark.slow
 def test_my_own_lubricant(run_page: Page, capsys: pytest.CaptureFixture[str]) -> None:
     names = run_page("my-own-lubricant")
     printed = re.findall(r"^(\w+_coefficient): (\S+)$", capsys.readouterr().out, re.MULTILINE)

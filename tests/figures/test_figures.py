@@ -125,6 +125,15 @@ def test_points_at_zero_lie_inside_the_panel():
 # --- trajectories -------------------------------------------------------------------------------
 
 
+def test_a_pull_shows_the_spring_force_and_the_friction_force_together():
+    ds = trajectory()
+    axes = panels(draw(ds, "pull"))
+    assert [panel.get_ylabel() for panel in axes] == ["$V$ (µm/s)", "$F$, $2Kx$ (mN)", r"$\varphi$"]
+    spring, friction = curves(axes[1])
+    np.testing.assert_allclose(spring.get_ydata(), 1e3 * ds.spring_force)
+    np.testing.assert_allclose(friction.get_ydata(), 1e3 * ds.friction_force)
+
+
 def test_time_courses_are_four_panels_with_the_upper_block_dashed():
     ds = trajectory()
     axes = panels(draw(ds))

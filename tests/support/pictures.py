@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS, RESULTS, TRAJECTORY
+from stickslip.variables import PARAMETERS, PULL, RESULTS, TRAJECTORY
 
-VARIABLES = {**PARAMETERS, **TRAJECTORY, **RESULTS}
+VARIABLES = {**PARAMETERS, **TRAJECTORY, **PULL, **RESULTS}
 GAMMAS = (-2 / 3, 0.0, 2 / 3)
 TEMPERATURES = np.linspace(150.0, 320.0, 35)
 
@@ -85,6 +85,7 @@ def motion(omega: float = 10.0, start: float = 0.0, samples: int = 400) -> dict[
 def trajectory() -> xr.Dataset:
     columns = motion()
     time = columns.pop("elapsed_time")
+    columns["spring_force"] = 6000.0 * columns["lower_displacement"]
     data = {name: ("elapsed_time", values) for name, values in columns.items()}
     return described(xr.Dataset(data, {"elapsed_time": time, "temperature": 200.0}))
 

@@ -61,6 +61,11 @@ TIME_COURSES = (
     (Trace("elastic_stress"),),
     (Trace("friction_force"),),
 )
+PULL = (
+    (Trace("upper_velocity"),),
+    (Trace("spring_force", style=LOWER), Trace("friction_force", style=UPPER)),
+    (Trace("order_parameter"),),
+)
 RELATIVE_MOTION = (
     (Trace("upper_displacement", minus="lower_displacement"),),
     (Trace("upper_velocity", minus="lower_velocity"),),
@@ -81,6 +86,17 @@ def time_courses(ds: xr.Dataset) -> Figure:
 def relative_motion(ds: xr.Dataset) -> Figure:
     """Relative displacement and relative velocity of the blocks against time (Fig. 4)."""
     return _stack(ds, RELATIVE_MOTION, height=3.4)
+
+
+def pull(ds: xr.Dataset) -> Figure:
+    """Velocity of the pull, spring force and friction force, and order parameter against time."""
+    figure = _stack(ds, PULL, height=4.4)
+    lines = [
+        Line2D([], [], **UPPER.line(), label="friction force $F$"),
+        Line2D([], [], **LOWER.line(), label="spring force $2Kx$"),
+    ]
+    put_legend(figure, lines)
+    return figure
 
 
 def _stack(ds: xr.Dataset, rows: tuple[tuple[Trace, ...], ...], height: float) -> Figure:

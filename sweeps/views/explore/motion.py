@@ -14,7 +14,8 @@ from stickslip.kernels.families import KIND
 from stickslip.options import NoiseError
 from stickslip.orbit import Orbit, prepare_kernels
 from stickslip.parameters import Parameters
-from stickslip.trajectory import IntegrationError, simulate
+from stickslip.status import IntegrationError
+from stickslip.trajectory import simulate
 from sweeps.engine.settings import options_of
 from sweeps.views.explore.beginning import Opened
 from sweeps.views.points import periods_of

@@ -1,0 +1,87 @@
+"""The course of a pull: velocities of the upper block at given times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    Pull: TypeAlias = float | Mapping[str, ArrayLike] | pd.DataFrame
+
+COLUMNS = ("elapsed_time", "velocity")
+"""The columns of a pull that is given as a table."""
+
+PULL_SAMPLES = 12_000
+"""Samples of a pull, as many as six periods have."""
+
+
+class PullError(ValueError):
+    """A pull that is none.
+
+    `what` is wrong with it, and in which `row` of its table, counted from 0, where it is one row.
+    """
+
+    def __init__(self, what: str, row: int | None = None) -> None:
+        super().__init__(what if row is None else f"row {row}: {what}")
+        self.what, self.row = what, row
+
+
+class Course(NamedTuple):
+    """The velocity [m/s] of the upper block at some times [s], (n,) each; linear in between.
+
+    Before and after, it has the first and the last value.
+    """
+
+    time: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+
+
+def course_of(pull: Pull) -> Course:
+    """Return the course of a pull: a velocity, or a table with the columns of `COLUMNS`.
+
+    Raises PullError, which names the row (from 0) of what is wrong.
+    """
+    if isinstance(pull, (int, float)) and not isinstance(pull, bool):
+        time, velocity = np.zeros(1), np.array([float(pull)])
+    else:
+        time, velocity = _columns(pull)
+    if len(time) != len(velocity) or not len(time):
+        raise PullError(
+            f"a pull needs as many velocities as times, and at least one: there are "
+            f"{len(velocity)} and {len(time)}"
+        )
+    for name, values in zip(COLUMNS, (time, velocity), strict=True):
+        if len(bad := np.flatnonzero(~np.isfinite(values))):
+            raise PullError(f"{name} is {values[bad[0]]}, and must be finite", int(bad[0]))
+    if time[0] < 0.0:
+        raise PullError(f"elapsed_time is {time[0]:g} s, and must not be negative", 0)
+    if len(late := np.flatnonzero(np.diff(time) <= 0.0)):
+        row = int(late[0]) + 1
+        message = f"elapsed_time is {time[row]:g} s after {time[row - 1]:g} s; times must increase"
+        raise PullError(message, row)
+    if not velocity.any():
+        raise PullError("the velocity is 0 throughout: nothing would be pulled")
+    return Course(time, velocity)
+
+
+def _columns(pull: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    wanted = " and ".join(COLUMNS)
+    try:
+        missing = [] if isinstance(pull, str) else [n for n in COLUMNS if n not in pull]
+        if missing:
+            raise PullError(f"a pull needs the columns {wanted}; {', '.join(missing)} is missing")
+        time, velocity = (np.asarray(pull[name], dtype=float) for name in COLUMNS)
+    except (TypeError, ValueError) as error:
+        if isinstance(error, PullError):
+            raise
+        raise PullError(
+            f"a pull is a velocity in m/s, or a table of the columns {wanted}, not {pull!r}"
+        ) from None
+    if time.ndim != 1 or velocity.ndim != 1:
+        raise PullError(f"the columns {wanted} must be lists of numbers")
+    return time, velocity

@@ -1,0 +1,193 @@
+"""A block that is pulled: at a constant velocity, or one that is linear between given times.
+
+Nothing is periodic then: a run has a duration, and shows slips, which a machine records as a spring
+force that rises and falls, or a steady force.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.course import Course, PullError
+from stickslip.kernels.adaptive.pulled_trajectory import CYCLE, pulled_trajectory
+from stickslip.options import Options
+from stickslip.parameters import Parameters
+from stickslip.status import IntegrationError, Status
+from stickslip.variables import PARAMETERS, PULL, TRAJECTORY
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MELTING = "melting"
+"""The dimension of meltings, each the end of a slip cycle."""
+
+_MOST_MELTINGS = 100_000
+# The cycles of the last half count, of the time for which the last velocity is held: a motion
+# begins anywhere.
+_SETTLED = 0.5
+# The part of a run at its end in which a steady force is looked for.
+_LATE = 0.1
+
+
+def pulled(
+    parameters: Parameters,
+    course: Course,
+    duration: float | None,
+    samples: int,
+    state: np.ndarray,
+    options: Options,
+) -> xr.Dataset:
+    """Return the time courses of a block that is pulled, from a state (width,).
+
+    Over `duration` [s], by default to the last time of the course, at `samples` + 1 equidistant
+    times. The slips are on the dimension `melting`, and `motion` and others in the attributes say
+    what the motion comes to.
+
+    Raises PullError for a duration that is missing or no positive number.
+    """
+    end = _duration(course, duration)
+    sections, ends = _sections(parameters, course, end)
+    table = np.empty((samples + 1, 9))
+    cycles, counts = np.empty((_MOST_MELTINGS + 1, len(CYCLE))), np.zeros(3, np.int64)
+    kernel = pulled_trajectory(options.physics._replace(pulled=True))
+    spacing = end / samples
+    status = Status(
+        kernel(sections, ends, options.settings(), state, spacing, table, cycles, counts)
+    )
+    if status is not Status.OK:
+        raise IntegrationError(status)
+    if counts[1] == _MOST_MELTINGS:
+        raise PullError(f"the film melts more than {_MOST_MELTINGS} times: shorten the run")
+    times = np.append(np.arange(samples) * spacing, end)
+    return _dataset(parameters, course, times, table, cycles[: counts[1]])
+
+
+def _duration(course: Course, duration: float | None) -> float:
+    if duration is None:
+        if course.time[-1] <= 0.0:
+            raise PullError("a constant velocity needs a duration, in s")
+        return float(course.time[-1])
+    if not (math.isfinite(duration) and duration > 0.0):
+        raise PullError(f"duration must be a time in s greater than 0, not {duration!r}")
+    return float(duration)
+
+
+def _sections(
+    parameters: Parameters, course: Course, end: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the sections (m, columns) in the order of `drive.PulledParameters`, and their ends."""
+    time, velocity = course
+    # The velocity is held before the first time and after the last one.
+    begins = np.concatenate([[0.0], time[(time > 0.0) & (time < end)]])
+    ends = np.append(begins[1:], end)
+    at_begin, at_end = (np.interp(times, time, velocity) for times in (begins, ends))
+    durations = ends - begins
+    moved = np.concatenate([[0.0], np.cumsum(0.5 * (at_begin + at_end) * durations)[:-1]])
+    rates = (at_end - at_begin) / durations
+    own = np.column_stack([begins, moved, at_begin, rates])
+    scaled = np.tile(np.array(_scaled(parameters, course)), (len(begins), 1))
+    return np.hstack([scaled, own]), ends
+
+
+def _scaled(parameters: Parameters, course: Course) -> Parameters:
+    """Return the parameters with an amplitude and a frequency that stand for the scales of a pull.
+
+    The speed X_m omega is the largest one; the time is that of the free oscillation of the block.
+    """
+    fastest = float(np.abs(course.velocity).max())
+    stiffness = 2.0 * parameters.spring_stiffness
+    omega = math.sqrt(stiffness / parameters.block_mass) if stiffness > 0.0 else 1.0
+    return parameters._replace(angular_frequency=omega, drive_amplitude=fastest / omega)
+
+
+_SAMPLED = (
+    "lower_displacement", "lower_velocity", "order_parameter", "upper_displacement",
+    "upper_velocity", "elastic_strain", "elastic_stress", "viscous_stress", "friction_force",
+)  # fmt: skip
+
+
+def _dataset(
+    parameters: Parameters,
+    course: Course,
+    times: np.ndarray,
+    table: np.ndarray,
+    cycles: np.ndarray,
+) -> xr.Dataset:
+    import xarray as xr
+
+    data: dict[str, Any] = {
+        name: ("elapsed_time", column, TRAJECTORY[name].attributes)
+        for name, column in zip(_SAMPLED, table.T, strict=True)
+    }
+    slips = _slips(parameters, cycles)
+    spring = 2.0 * parameters.spring_stiffness * table[:, 0]
+    data["spring_force"] = ("elapsed_time", spring, PULL["spring_force"].attributes)
+    data |= {name: (MELTING, values, PULL[name].attributes) for name, values in slips.items()}
+    unused = ("drive_amplitude", "angular_frequency")
+    coords: dict[str, Any] = {
+        "elapsed_time": ("elapsed_time", times, TRAJECTORY["elapsed_time"].attributes)
+    }
+    coords |= {
+        name: ((), value, PARAMETERS[name].attributes)
+        for name, value in parameters._asdict().items()
+        if name not in unused
+    }
+    about = _summary(course, times, table[:, -1], slips)
+    return xr.Dataset(data, coords, about)
+
+
+def _slips(parameters: Parameters, cycles: np.ndarray) -> dict[str, NDArray[np.float64]]:
+    """Return the values (m,) of `variables.PULL` for each cycle."""
+    end, least_x, largest_x, least_force, largest_force, force_time = cycles.T
+    spring = 2.0 * parameters.spring_stiffness
+    lasted = np.diff(end, prepend=0.0)
+    period = lasted.copy()
+    period[:1] = np.nan  # the first cycle begins with the run, not with a melting
+    return {
+        "melting_time": end,
+        "slip_period": period,
+        "spring_force_max": spring * largest_x,
+        "spring_force_min": spring * least_x,
+        "slip_force_max": largest_force,
+        "slip_force_min": least_force,
+        "slip_force_mean": force_time / lasted,
+    }
+
+
+def _summary(
+    course: Course, times: np.ndarray, force: np.ndarray, slips: Mapping[str, NDArray[np.float64]]
+) -> dict[str, Any]:
+    """Return what the motion comes to at the end of a run."""
+    end = times[-1]
+    begin = end - _SETTLED * (end - _held_since(course, end))
+    settled = (slips["melting_time"] > begin) & np.isfinite(slips["slip_period"])
+    periods = slips["slip_period"][settled]
+    # A film that has not melted for two periods no longer slips.
+    if len(periods) and end - slips["melting_time"][-1] <= 2.0 * periods.max():
+        means = {
+            name: float(np.average(slips[name][settled], weights=periods))
+            for name in slips
+            if name not in ("melting_time", "slip_period")
+        }
+        means["slip_period"] = float(periods.mean())
+        return {"motion": "stick-slip", "settled_slips": int(settled.sum())} | means
+    late = force[times >= (1.0 - _LATE) * end]
+    return {
+        "motion": "steady",
+        "steady_force": float(force[-1]),
+        "steady_force_change": float(np.ptp(late)),
+    }
+
+
+def _held_since(course: Course, end: float) -> float:
+    """Return the time since which the velocity at the end of a run is held; 0 if it is not."""
+    time, velocity = course
+    last = np.interp(end, time, velocity)
+    others = np.flatnonzero((velocity != last) & (time < end))
+    since = time[others[-1] + 1] if len(others) and others[-1] + 1 < len(time) else 0.0
+    return float(since) if since < end else 0.0

@@ -1,0 +1,87 @@
+"""`simulation.drive`: velocities, tables, and what is wrong with them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from sweeps.config.load import ConfigError, from_mapping, from_yaml, load
+from sweeps.config.pull import PulledError
+from sweeps.engine.in_memory import run_in_memory
+
+GOOD = "elapsed_time,velocity\n0,2e-6\n1,0\n"
+
+
+def written(folder: Path, table: str) -> Path:
+    (folder / "pull.csv").write_text(table)
+    config = folder / "pull.yaml"
+    config.write_text("simulation:\n  drive: {table: pull.csv}\n")
+    return config
+
+
+def test_a_table_is_read_from_the_folder_of_the_config(tmp_path: Path) -> None:
+    config = load(written(tmp_path, GOOD))
+    assert config.simulation.drive.nodes == ((0.0, 2e-6), (1.0, 0.0))
+    assert from_yaml(config.resolved_yaml()).simulation == config.simulation  # needs no table
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("", r"pull.csv:1: needs the columns elapsed_time and velocity"),
+        ("elapsed_time;velocity\n0;1\n", "cells are separated by commas"),
+        ("time,velocity\n0,1\n", "elapsed_time missing"),
+        ("elapsed_time,velocity\n", "at least one"),
+        (GOOD + "2\n", "pull.csv:4: 1 cells below 2 names"),
+        (GOOD + "2,fast\n", "pull.csv:4: velocity must be a finite number, not 'fast'"),
+        (GOOD + "2,nan\n", "pull.csv:4: velocity must be a finite number, not 'nan'"),
+        (GOOD + "\n1,0\n", "pull.csv:5: elapsed_time is 1 s after 1 s; times must increase"),
+        ("elapsed_time,velocity\n0,0\n1,0\n", "nothing would be pulled"),
+    ],
+)
+def test_a_wrong_table_is_told_by_line(tmp_path: Path, table: str, message: str) -> None:
+    with pytest.raises(ConfigError, match=message) as told:
+        load(written(tmp_path, table))
+    assert "pull.yaml:2: simulation.drive" in str(told.value)
+
+
+def test_a_table_that_is_not_there(tmp_path: Path) -> None:
+    config = written(tmp_path, GOOD)
+    (tmp_path / "pull.csv").unlink()
+    with pytest.raises(ConfigError, match=r"pull.csv cannot be read: No such file"):
+        load(config)
+
+
+@pytest.mark.parametrize(
+    ("simulation", "more", "message"),
+    [
+        ({"drive": {}}, {}, "must be one of velocity, table, nodes"),
+        ({"drive": {"velocity": 1e-6, "nodes": [[0, 1e-6]]}}, {}, "must be one of"),
+        ({"drive": {"speed": 1e-6}}, {}, "unknown key"),
+        ({"drive": {"velocity": 1e-6}}, {}, "needs a `duration`"),
+        ({"duration": 1}, {}, "belongs to a `drive`"),
+        ({"drive": {"nodes": [[0, 1e-6], [0, 1e-6]]}}, {}, "row 1: elapsed_time"),
+        ({"drive": {"nodes": [[0, 1], [1, 1]]}, "start": "stationary"}, {}, "start: stationary"),
+        ({"drive": {"nodes": [[0, 1], [1, 1]]}, "schedule": {"T": [200]}}, {}, "`schedule` bel"),
+        (
+            {"drive": {"nodes": [[0, 1], [1, 1]]}},
+            {"integrator": {"method": "euler-cromer"}},
+            "does not go together with `integrator: {method: euler-cromer}`",
+        ),
+        (
+            {"drive": {"nodes": [[0, 1], [1, 1]]}},
+            {"noise": {"treatment": "stochastic"}},
+            "does not go together with `noise: {treatment: stochastic}`",
+        ),
+    ],
+)
+def test_a_wrong_drive_is_refused(simulation: dict, more: dict, message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        from_mapping({"simulation": simulation} | more)
+
+
+def test_a_sweep_of_a_pull_is_refused() -> None:
+    pulled = {"simulation": {"drive": {"velocity": 1e-6}, "duration": 1}}
+    with pytest.raises(PulledError, match="use `stickslip simulate`, or leave the drive out"):
+        run_in_memory(from_mapping(pulled | {"sweep": {"T": [200, 250]}}))

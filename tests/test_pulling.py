@@ -1,0 +1,150 @@
+"""A block that is pulled: its slips, its course, and what it cannot be combined with."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.integrate import solve_ivp
+from support import reference
+
+from stickslip import Parameters, simulate
+from stickslip.course import PullError, course_of
+
+# By LSODA, from rest: (T, V), duration, seconds between meltings, peak of F.
+SLIPS = [(200.0, 2e-6, 2.0, 0.31283, 2.80508e-3), (250.0, 2e-6, 1.0, 0.14479, 1.31533e-3)]
+
+
+@pytest.mark.parametrize(("T", "V", "duration", "period", "peak"), SLIPS)
+def test_slips_are_those_of_an_independent_solver(
+    T: float, V: float, duration: float, period: float, peak: float
+) -> None:
+    ds = simulate(Parameters(temperature=T), drive=V, duration=duration, rtol=1e-10)
+    assert ds.attrs["motion"] == "stick-slip"
+    assert ds.attrs["slip_period"] == pytest.approx(period, abs=5e-6)
+    assert ds.attrs["slip_force_max"] == pytest.approx(peak, abs=5e-9)
+    # What samples show is no more, and nearly as much.
+    late = ds.elapsed_time > ds.melting_time[1]
+    force, spring = ds.friction_force[late], ds.spring_force[late]
+    assert 0.99 * peak < force.max() <= ds.slip_force_max.max()
+    least = float(ds.spring_force_min[1:].min())
+    assert least <= spring.min() <= least + 0.01 * abs(least)
+    np.testing.assert_allclose(ds.spring_force, 2 * 3000.0 * ds.lower_displacement)
+    mean = force[ds.elapsed_time[late] <= ds.melting_time[-1]].mean()
+    assert ds.attrs["slip_force_mean"] == pytest.approx(float(mean), rel=0.01)
+
+
+def test_a_fast_pull_slides_steadily() -> None:
+    ds = simulate(drive=1e-5, duration=1.0, rtol=1e-10)
+    assert (ds.attrs["motion"], ds.sizes["melting"]) == ("steady", 0)
+    assert ds.attrs["steady_force"] == pytest.approx(6.46330e-4, abs=5e-10)
+    assert ds.attrs["steady_force_change"] < 1e-12
+
+
+TABLE = {"elapsed_time": [0.05, 0.1, 0.15, 0.2], "velocity": [2e-6, -1e-6, 0.0, 4e-6]}
+
+
+def test_a_table_is_followed_node_by_node(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Against LSODA, started anew at each node, on equations that are written out again."""
+    ds = simulate(drive=pd.DataFrame(TABLE), duration=0.25, samples=50, rtol=1e-9)
+    time, velocity = (np.array(column) for column in TABLE.values())
+    np.testing.assert_allclose(ds.upper_velocity, np.interp(ds.elapsed_time, time, velocity))
+    moved = 2e-6 * 0.05 + 0.5 * 0.05 * (1e-6 - 1e-6 + 4e-6) + 4e-6 * 0.05
+    assert float(ds.upper_displacement[-1]) == pytest.approx(moved, rel=1e-12)
+    p = Parameters()
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        # The twin's drive is V = -X_m omega sin(omega t): at t = -1, omega = pi/2 it is X_m omega.
+        V, omega = float(np.interp(t, time, velocity)), math.pi / 2
+        own = _Plain(p, drive_amplitude=V / omega, angular_frequency=omega)
+        return reference.right_hand_side(-1.0, y, own)
+
+    y, nodes = np.array(reference.starting_state(p)), [0.0, *TABLE["elapsed_time"], 0.25]
+    for begin, end in itertools.pairwise(nodes):
+        times = ds.elapsed_time.values
+        times = times[(times > begin + 1e-12) & (times <= end + 1e-12)].clip(max=end)
+        run = solve_ivp(
+            rates, (begin, end), y, "LSODA", times, rtol=1e-10, atol=[1e-18, 1e-16, 1e-9]
+        )
+        found = ds.sel(elapsed_time=times, method="nearest")
+        np.testing.assert_allclose(found.lower_displacement, run.y[0], atol=1e-13)
+        np.testing.assert_allclose(found.lower_velocity, run.y[1], atol=1e-11)
+        y = run.y[:, -1]
+
+
+class _Plain:
+    """Parameters of which some are replaced, unchecked."""
+
+    def __init__(self, p: Parameters, **changes: float) -> None:
+        self.__dict__.update(p._asdict() | changes)
+
+
+def test_the_error_falls_with_the_tolerance() -> None:
+    runs = [simulate(drive=TABLE, samples=40, rtol=10.0**-n) for n in (5, 7, 11)]
+    errors = [float(np.abs(run.friction_force - runs[-1].friction_force).max()) for run in runs]
+    assert errors[1] < 0.1 * errors[0]
+    assert errors[1] < 1e-8
+
+
+@pytest.mark.parametrize("strain", ["adiabatic", "relaxing"])
+def test_the_mirror_image_of_a_pull(strain: str) -> None:
+    way = {"duration": 0.35, "samples": 20, "strain": strain, "rtol": 1e-8}
+    there, back = (simulate(drive=V, **way) for V in (2e-6, -2e-6))
+    np.testing.assert_array_equal(there.friction_force, -back.friction_force)
+    np.testing.assert_array_equal(there.melting_time, back.melting_time)
+    assert (
+        there.attrs["slip_force_max"] == -back.attrs["slip_force_min"]
+        if (there.attrs["motion"] == "stick-slip")
+        else there.attrs["steady_force"] == -back.attrs["steady_force"]
+    )
+
+
+def test_only_the_last_velocity_counts_for_the_summary() -> None:
+    fast = {"elapsed_time": [0, 0.5, 0.51, 1.6], "velocity": [2e-6, 2e-6, 4e-5, 4e-5]}
+    ds = simulate(drive=fast)
+    assert ds.sizes["melting"] > 1
+    assert ds.attrs["motion"] == "steady"
+    held = {
+        "elapsed_time": [0, 0.4, 0.41, 0.9, 0.91, 2.5],
+        "velocity": [2e-6, 2e-6, 0, 0, 2e-6, 2e-6],
+    }
+    assert simulate(drive=held).attrs["slip_period"] == pytest.approx(0.31283, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("pull", "message"),
+    [
+        ("fast", "a velocity in m/s, or a table"),
+        (True, "a velocity in m/s, or a table"),
+        (0.0, "nothing would be pulled"),
+        (math.nan, "velocity is nan"),
+        ({"velocity": [1e-6]}, "elapsed_time is missing"),
+        ({"elapsed_time": [0, 1], "velocity": [1e-6]}, "there are 1 and 2"),
+        ({"elapsed_time": [0, 1, 1], "velocity": [1, 1, 1]}, "row 2: elapsed_time is 1 s after 1"),
+        ({"elapsed_time": [-1, 1], "velocity": [1, 1]}, "row 0: elapsed_time is -1 s"),
+        ({"elapsed_time": [0, 1], "velocity": [1, math.inf]}, "row 1: velocity is inf"),
+    ],
+)
+def test_what_is_no_pull_is_refused(pull: object, message: str) -> None:
+    with pytest.raises(PullError, match=message):
+        course_of(pull)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"drive": 2e-6}, "needs a duration"),
+        ({"drive": 2e-6, "duration": -1.0}, "duration must be a time"),
+        ({"duration": 1.0}, "duration belongs to a drive"),
+        ({"drive": TABLE, "start": "stationary"}, "no stationary orbit|there is no stationary"),
+        ({"drive": TABLE, "schedule": {"temperature": [200.0]}}, "schedule belongs"),
+        ({"drive": TABLE, "method": "euler-cromer", "dt": 1e-7}, "'adaptive' alone"),
+        ({"drive": TABLE, "noise": "stochastic"}, "without stochastic noise"),
+    ],
+)
+def test_what_a_pull_excludes_is_refused(arguments: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        simulate(**arguments)
