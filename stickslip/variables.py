@@ -234,6 +234,10 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
         f"maximum of the friction force {_ORBIT}", _ALL),
     ResultVariable("friction_force_min", "min F", r"\min F", "N",
         f"minimum of the friction force {_ORBIT}", _ALL),
+    ResultVariable("dissipated_energy", "W", "W", "J",
+        "work of the drive per drive period, over the stationary orbit",
+        "the integral of F V; what film and block dissipate in a period, as the orbit closes; of "
+        "aperiodic orbits and stochastic films the mean over the measured periods"),
     ResultVariable("amplitude_error", "error", r"\mathrm{error}", "1",
         "estimated relative error of the worse of the two amplitudes",
         "relative to max(amplitude, 1 % of max(2K, M omega^2)|X_m|), divided by A for the stress; "

@@ -29,7 +29,7 @@ _AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
 _HIGHEST = ("elastic_stress_max", "friction_force_max", "power_balance_error")
 _LOWEST = ("elastic_stress_min", "friction_force_min")
 _SUMS = ("melting_count", "solid_transition_count")
-_MEANS = ("solid_fraction", "asymmetry")
+_MEANS = ("solid_fraction", "asymmetry", "dissipated_energy")
 
 
 def write_ensembles(

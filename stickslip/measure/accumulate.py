@@ -61,6 +61,11 @@ def _power(m: Moment) -> float:
 
 
 @inline
+def _drive_power(m: Moment) -> float:
+    return m.F * m.V
+
+
+@inline
 def _absolute_power(m: Moment) -> float:
     return abs(m.F * m.V)
 
@@ -71,6 +76,7 @@ RECORD_TABLE = (
     Slot("largest friction force", HIGHEST, FORCE),
     Slot("least friction force", LOWEST, FORCE),
     Slot("work done on the block", SUM, WORK, _power),
+    Slot("work of the drive", SUM, WORK, _drive_power),
     Slot("integral of |F V|", SUM, WORK, _absolute_power),
     Slot("largest order parameter", LARGEST, NUMBER),
     Slot("meltings", SUM, NUMBER),
@@ -94,6 +100,7 @@ RECORD = len(RECORD_TABLE)
     FORCE_MAX,
     FORCE_MIN,
     BLOCK_WORK,
+    DRIVE_WORK,
     ABSOLUTE_WORK,
     PHI_MAX,
     MELTINGS,

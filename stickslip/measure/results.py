@@ -17,6 +17,7 @@ from stickslip.compiled.decorators import inline, jit
 from stickslip.measure.accumulate import (
     ABSOLUTE_WORK,
     BLOCK_WORK,
+    DRIVE_WORK,
     FIRST_PHASE,
     FIRST_SOLID,
     FORCE_MAX,
@@ -216,6 +217,12 @@ def relative_difference(p: Parameters, record: np.ndarray, better: np.ndarray) -
     return worst
 
 
+@inline
+def _halves(m: Measured, i: int) -> int:
+    """Half periods of the whole orbit, or of the window of an aperiodic one."""
+    return m.cycles[i] * _passes(m.cycles[i])
+
+
 @jit
 def _power_balance(p: Parameters, m: Measured, i: int) -> tuple[float, bool]:
     """Power balance error, and whether it is small enough to accept the orbit.
@@ -227,7 +234,7 @@ def _power_balance(p: Parameters, m: Measured, i: int) -> tuple[float, bool]:
     end = block.energy(p, m.ends[i, 0], m.ends[i, 1])
     gained = _passes(m.cycles[i]) * (end - begin)
     miss, absolute = abs(m.records[i, BLOCK_WORK] - gained), m.records[i, ABSOLUTE_WORK]
-    way = 2.0 * abs(p.drive_amplitude) * (m.cycles[i] * _passes(m.cycles[i]))
+    way = 2.0 * abs(p.drive_amplitude) * _halves(m, i)
     least = _SMALL_PART * full_force(p) * way
     kept = miss <= _POWER_BALANCE_LIMIT * max(absolute, least)
     return miss / absolute if absolute > 0.0 else 0.0, kept
@@ -255,13 +262,13 @@ def _solid_fraction(p: Parameters, m: Measured, i: int) -> float:
     """
     if solids.solid_threshold(p) == 0.0 and p.temperature >= p.critical_temperature:
         return 0.0
-    return min(m.records[i, SOLID_TIME] / (m.cycles[i] * _passes(m.cycles[i])), 1.0)
+    return min(m.records[i, SOLID_TIME] / _halves(m, i), 1.0)
 
 
 @inline
 def _periods(m: Measured, i: int) -> int:
     """Drive periods after which the orbit closes, 0 for never."""
-    return 0 if m.statuses[i] == APERIODIC else m.cycles[i] * _passes(m.cycles[i]) // 2
+    return 0 if m.statuses[i] == APERIODIC else _halves(m, i) // 2
 
 
 @jit
@@ -290,6 +297,7 @@ def _result_row(p: Parameters, m: Measured, i: int) -> tuple[ResultRow, bool]:
         elastic_stress_min=low,
         friction_force_max=force_high,
         friction_force_min=force_low,
+        dissipated_energy=m.records[i, DRIVE_WORK] / (0.5 * _halves(m, i)),
         amplitude_error=m.errors[i],
         power_balance_error=balance,
         orbit_periods=float(_periods(m, i)),

@@ -291,7 +291,10 @@ def _refuse_other_file(
             f"numbers are not the same; {WAYS_OUT}"
         )
     if missing := [name for name in RESULT_COLUMNS if name not in variables]:
-        raise RefusalError(f"{path} lacks the variables {', '.join(missing)}; {WAYS_OUT}")
+        raise RefusalError(
+            f"{path} lacks {', '.join(missing)}, which this version computes of every point; it "
+            f"can still be drawn and replayed; {WAYS_OUT}"
+        )
     if "data_sha256" not in attributes:
         raise RefusalError(
             f"{path} carries no seal (the attribute data_sha256), so nothing tells whether its "

@@ -10,6 +10,7 @@ import pytest
 from stickslip.measure.accumulate import (
     ABSOLUTE_WORK,
     BLOCK_WORK,
+    DRIVE_WORK,
     FIRST_PHASE,
     FIRST_SOLID,
     FORCE_MAX,
@@ -122,6 +123,7 @@ def test_a_step_adds_to_every_integral_what_its_quadrature_says() -> None:
     for seen in (True, False):
         see(record, 0, moments, 2.0, seen)
     assert record[BLOCK_WORK] == 2.0 * (0.25 * 4.0 + 0.75 * 8.0)
+    assert record[DRIVE_WORK] == 2.0 * (0.25 * -6.0 + 0.75 * 1.0)
     assert record[ABSOLUTE_WORK] == 2.0 * (0.25 * 6.0 + 0.75 * 1.0)
     make_see_integrals(ALONE, (1.0,))(record, 0, moments[:1], 1.0, True)
     assert record[ABSOLUTE_WORK] == 2.0 * (0.25 * 6.0 + 0.75 * 1.0) + 6.0

@@ -77,6 +77,7 @@ def test_a_row_holds_what_was_measured_under_its_name() -> None:
         "elastic_stress_min": -1e6,
         "friction_force_max": 2e-3,
         "friction_force_min": -1e-3,
+        "dissipated_energy": 6e-9,
         "amplitude_error": 1e-7,
         "power_balance_error": 0.0,
         "orbit_periods": 1,
@@ -95,6 +96,11 @@ def test_a_row_holds_what_was_measured_under_its_name() -> None:
     assert set(found) == set(expected)
     for name, value in expected.items():
         assert found[name] == pytest.approx(value, rel=1e-15, nan_ok=True), name
+
+
+@pytest.mark.parametrize(("cycle", "energy"), [(1, 12e-9), (2, 6e-9), (3, 4e-9), (4, 3e-9)])
+def test_the_dissipated_energy_is_that_of_one_drive_period(cycle: int, energy: float) -> None:
+    assert result_of(cycle=cycle)["dissipated_energy"] == pytest.approx(energy, rel=1e-15)
 
 
 @pytest.mark.parametrize(
