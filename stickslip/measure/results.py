@@ -22,11 +22,14 @@ from stickslip.measure.accumulate import (
     FIRST_SOLID,
     FORCE_MAX,
     FORCE_MIN,
+    FORCE_SIZE,
     HIGHEST,
+    IN_PHASE,
     LAST_PHASE,
     LAST_SOLID,
     MELTED,
     MELTINGS,
+    OUT_OF_PHASE,
     PHI_MAX,
     RECORD,
     RECORD_TABLE,
@@ -34,6 +37,7 @@ from stickslip.measure.accumulate import (
     SOLID,
     SOLID_CHANGES,
     SOLID_TIME,
+    SQUARED_FORCE,
     STRESS_MAX,
     STRESS_MIN,
     SUM,
@@ -103,8 +107,11 @@ def record_units(p: Parameters, units: Units) -> RecordUnits:
 @inline
 def slot_units(units: RecordUnits) -> tuple[float, ...]:
     """The unit of each kind of slot in SI units, in the order of `accumulate.STRESS`..."""
-    work = units.force * units.length
-    return units.stress, units.force, work, units.time, 1.0
+    work, impulse = units.force * units.length, units.force * units.time
+    square = units.force * impulse
+    return (
+        units.stress, units.force, work, units.time, 1.0, impulse, abs(impulse), square
+    )  # fmt: skip
 
 
 class Measured(NamedTuple):
@@ -283,12 +290,23 @@ def _regime(p: Parameters, m: Measured, i: int) -> int:
     return _SYMMETRIC if m.symmetric[i] else _ASYMMETRIC
 
 
+@inline
+def _mean(m: Measured, i: int, slot: int) -> float:
+    """Mean over the orbit of what an optional slot is the integral of; 0 if it was not asked for.
+
+    Times are in half periods.
+    """
+    return m.records[i, slot] / _halves(m, i)
+
+
 @jit
 def _result_row(p: Parameters, m: Measured, i: int) -> tuple[ResultRow, bool]:
     """Result row of an orbit, and whether its invariants hold."""
     high, low = m.records[i, STRESS_MAX], m.records[i, STRESS_MIN]
     force_high, force_low = m.records[i, FORCE_MAX], m.records[i, FORCE_MIN]
     balance, balance_kept = _power_balance(p, m, i)
+    # The first Fourier coefficients are twice the means; the drive is a cosine, or its negative.
+    twice = math.copysign(2.0, p.drive_amplitude)
     # Numba allows no conditional among more than fifteen keywords: functions take its place.
     row = ResultRow(
         elastic_stress_amplitude=m.amplitudes[i, 0],
@@ -311,6 +329,10 @@ def _result_row(p: Parameters, m: Measured, i: int) -> tuple[ResultRow, bool]:
         lyapunov_exponent=m.exponents[i],
         elastic_stress_amplitude_spread=m.spreads[i, 0],
         friction_force_amplitude_spread=m.spreads[i, 1],
+        friction_force_in_phase=twice * _mean(m, i, IN_PHASE),
+        friction_force_out_of_phase=twice * _mean(m, i, OUT_OF_PHASE),
+        friction_force_rms=math.sqrt(_mean(m, i, SQUARED_FORCE)),
+        friction_force_mean_abs=_mean(m, i, FORCE_SIZE),
         status=float(m.statuses[i]),
     )
     return row, balance_kept and _bounds_kept(p, m, i)

@@ -92,6 +92,7 @@ def trajectories(config: Config, compiling: Compiling = SILENT) -> xr.Dataset:
 
 def _compile_kernels(config: Config) -> None:
     """Compile or load what `simulate` needs: a trajectory of no steps calls the same kernels."""
+    config = config.model_copy(update={"observables": ()})  # a trajectory has none of them
     options, grid = options_of(config), Grid.from_config(config)
     width = model_of(options.physics).width
     point, start, states = grid.points(0, 1)[0], np.empty(width), np.empty((1, width))
@@ -108,7 +109,7 @@ def _simulated(
     config: Config, parameters: Parameters, start: Sequence[float] | None = None
 ) -> xr.Dataset:
     options = asdict(options_of(config))
-    for option in ("stationary_rtol", "window", "max_error", "accelerate"):
+    for option in ("stationary_rtol", "window", "max_error", "accelerate", "observables"):
         del options[option]
     run = config.simulation.model_dump() | ({} if start is None else {"start": start})
     return simulate(parameters, **run, **options)
