@@ -231,7 +231,10 @@ _ALL = "for a stochastic film over all periods of all realizations"
 _TYPICAL = "for a stochastic film that of its typical path"
 _FIRST = "F = F' X/|X_m| + F'' (dX/dt)/(|X_m| omega) at the frequency of the drive"
 _MACHINE = "|X_m| is of the machine, springs and block included: no modulus of the film"
-_WINDOW = "of aperiodic orbits and stochastic films over all measured periods"
+_WINDOW = (
+    "of aperiodic orbits and stochastic films over all measured periods, with a standard error of "
+    "at most about amplitude_error/3 times friction_force_rms"
+)
 
 RESULTS: Mapping[str, ResultVariable] = _by_name(
     ResultVariable("elastic_stress_amplitude", "sigma_el,max", r"\sigma_\mathrm{el,max}", "Pa",
@@ -249,7 +252,8 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
     ResultVariable("dissipated_energy", "W", "W", "J",
         "work of the drive per drive period, over the stationary orbit",
         "the integral of F V; what film and block dissipate in a period, as the orbit closes; of "
-        "aperiodic orbits and stochastic films the mean over the measured periods"),
+        "aperiodic orbits and stochastic films the mean over the measured periods, with a standard "
+        "error of at most about amplitude_error/3 times it"),
     ResultVariable("amplitude_error", "error", r"\mathrm{error}", "1",
         "estimated relative error of the worse of the two amplitudes",
         "relative to max(amplitude, 1 % of max(2K, M omega^2)|X_m|), divided by A for the stress; "

@@ -129,6 +129,21 @@ def test_asking_for_them_changes_no_other_number(way: str) -> None:
     assert (asked.friction_force_rms < force).all()
 
 
+@pytest.mark.stress
+def test_means_over_a_window_scatter_by_no_more_than_their_comments_say() -> None:
+    chaotic = {
+        "temperature": 205.9, "viscosity_coefficient": 22802.0, "spring_stiffness": 2349.9,
+        "angular_frequency": 35.874,
+    }  # fmt: skip
+    points = np.array([row(**chaotic, initial_displacement=1e-9 * i) for i in range(16)])
+    found = orbits(points, observables=BOTH)
+    assert (found.status == Status.APERIODIC).all()
+    allowed = 1.5 * np.mean(found.amplitude_error) / 3.0
+    scatter = found.row[:, ASKED].std(axis=0, ddof=1) / found.friction_force_rms.mean()
+    assert (scatter < allowed).all()
+    assert found.dissipated_energy.std(ddof=1) < allowed * found.dissipated_energy.mean()
+
+
 @pytest.mark.slow
 def test_both_methods_agree_on_them() -> None:
     exact, errors = orbits(POINTS[-1:], rtol=1e-9, observables=BOTH), []
