@@ -12,7 +12,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from stickslip.variables import PARAMETERS, canonical_name
+from stickslip.variables import OBSERVABLES, PARAMETERS, RESULTS, canonical_name
 from sweeps.config.json_schema import json_schema
 from sweeps.config.load import KEYS, from_yaml
 
@@ -39,6 +39,7 @@ def with_tables(page: str) -> str:
         "parameters": _parameters,
         "axes": _axes,
         "sample_keys": _sample_keys,
+        "observables": _observables,
     }
 
     def made(match: re.Match[str]) -> str:
@@ -115,10 +116,24 @@ def _sample_keys() -> str:
     return table("| key | default | valid | meaning |", rows)
 
 
+def _observables() -> str:
+    rows = (
+        (f"`{group}`", ", ".join(f"`{v.name}`" for v in RESULTS.values() if v.observable == group),
+         meaning)
+        for group, meaning in OBSERVABLES.items()
+    )  # fmt: skip
+    return table("| group | variables | hold |", rows)
+
+
 def _valid(schema: Mapping[str, Any]) -> str:
     """Return the valid values of a key in words, from its JSON Schema."""
     kinds = [kind for kind in schema.get("anyOf", [schema]) if kind.get("type") != "null"]
     kind = kinds[0]
+    if "$ref" in kind:
+        keys = json_schema()["$defs"][kind["$ref"].rpartition("/")[2]]["properties"]
+        return "a mapping: " + "; ".join(
+            f"`{key}`, {own['description']}" for key, own in keys.items()
+        )
     if kind.get("type") == "object":
         return "parameters, each with an axis"
     names = kind.get("enum") or [kind[k] for k in ("const",) if k in kind]

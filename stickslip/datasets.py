@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stickslip.regime import Regime
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS, asked_columns
 
 _FLAGS = {"status": Status, "regime": Regime}
 
@@ -33,15 +33,20 @@ def result_attributes(name: str) -> dict[str, Any]:
 
 
 def result_variables(
-    rows: NDArray[np.float64], dims: tuple[str, ...], shape: tuple[int, ...]
+    rows: NDArray[np.float64],
+    dims: tuple[str, ...],
+    shape: tuple[int, ...],
+    observables: Collection[str] = (),
 ) -> dict[str, tuple[tuple[str, ...], NDArray[np.generic], dict[str, Any]]]:
     """Return the result variables of points in C order: dimensions, values, attributes.
 
-    `rows` (points, columns) are in the order of `RESULT_COLUMNS`.
+    `rows` (points, columns) are in the order of `RESULT_COLUMNS`; of the `observables` those that
+    were asked for.
     """
+    columns = dict(zip(RESULT_COLUMNS, rows.T, strict=True))
     return {
-        name: (dims, result_values(name, column).reshape(shape), result_attributes(name))
-        for name, column in zip(RESULT_COLUMNS, rows.T, strict=True)
+        name: (dims, result_values(name, columns[name]).reshape(shape), result_attributes(name))
+        for name in asked_columns(observables)
     }
 
 

@@ -6,12 +6,14 @@ Their names, defaults and ranges, declared once. Quick to import: nothing here i
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from importlib import import_module
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, NamedTuple
+
+from stickslip.variables import OBSERVABLES
 
 ADIABATIC, RELAXING = "adiabatic", "relaxing"
 
@@ -120,18 +122,26 @@ class Physics(NamedTuple):
     strain: str = ADIABATIC
     chance: bool = False
     """True where every step draws a random number; False for the typical path of the noise."""
+    observed: bool = False
+    """True where a measurement integrates what the optional observables are made of."""
     pulled: bool = False
     """True where the upper block is pulled; False where it oscillates."""
 
     @property
     def typical(self) -> Physics:
-        """The same equations with the typical path of the noise."""
-        return self._replace(chance=False)
+        """The same equations with the typical path of the noise, without observables."""
+        return self._replace(chance=False, observed=False)
+
+    @property
+    def unobserved(self) -> Physics:
+        """The same equations without observables."""
+        return self._replace(observed=False)
 
     def __str__(self) -> str:
         strain = "" if self.strain == ADIABATIC else f",strain={self.strain}"
-        pulled = ",pulled" if self.pulled else ""
-        return f"{self.friction}{strain}{',stochastic' if self.chance else ''}{pulled}"
+        flags = {"stochastic": self.chance, "observed": self.observed, "pulled": self.pulled}
+        chosen = "".join(f",{name}" for name, holds in flags.items() if holds)
+        return f"{self.friction}{strain}{chosen}"
 
 
 class Range(NamedTuple):
@@ -244,7 +254,8 @@ class Options:
     method's own budget. A point whose error estimate exceeds `max_error` is computed again with
     finer tolerances, and is not ok if those do not help. `realizations` and `seed` belong to the
     noise 'stochastic'. `stationary_rtol` is the remaining distance to the limit in
-    (x/X_m, v/(X_m omega)); `accelerate` extrapolates clearly contracting sequences.
+    (x/X_m, v/(X_m omega)); `accelerate` extrapolates clearly contracting sequences. `observables`
+    names groups of result variables to compute as well.
 
     Raises OptionError for a value outside its valid range.
     """
@@ -263,6 +274,7 @@ class Options:
     seed: int = OPTIONS["seed"].default
     friction: str = "power-law"
     strain: str = ADIABATIC
+    observables: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Raise OptionError for invalid values and combinations."""
@@ -281,6 +293,9 @@ class Options:
             value = getattr(self, name)
             if value not in known:
                 yield f"{name} must be one of {', '.join(known)}, not {value!r}"
+        for name in self.observables:
+            if name not in OBSERVABLES:
+                yield f"observables must be of {', '.join(OBSERVABLES)}, not {name!r}"
         for name, field in (("strain", "strains"), ("noise", "noises")):
             value = getattr(self, name)
             able = methods_for(field, value)
@@ -294,7 +309,8 @@ class Options:
     @property
     def physics(self) -> Physics:
         """The equations to integrate."""
-        return Physics(self.friction, self.strain, self.noise == STOCHASTIC)
+        chance, observed = self.noise == STOCHASTIC, bool(self.observables)
+        return Physics(self.friction, self.strain, chance, observed)
 
     def settings(self) -> Settings:
         """The options in the form that kernels take."""
@@ -318,6 +334,7 @@ def options_for_orbits(
     rtol: float = DEFAULTS.rtol,
     noise: str = DEFAULTS.noise,
     window: int | None = None,
+    observables: str | Iterable[str] = (),
     **others: Any,
 ) -> Options:
     """Return the options that the keywords of `stationary_orbit` mean.
@@ -333,5 +350,6 @@ def options_for_orbits(
         stationary_rtol=rtol,
         noise=noise,
         window=default_window(noise) if window is None else window,
+        observables=(observables,) if isinstance(observables, str) else tuple(observables),
         **others,
     )

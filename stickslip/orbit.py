@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections import namedtuple
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +26,7 @@ from stickslip.parameters import Parameters, given_or_default
 from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.tables import value_table
-from stickslip.variables import RESULT_COLUMNS, RESULTS
+from stickslip.variables import RESULT_COLUMNS, RESULTS, asked_columns
 
 _NOISE = Parameters._fields.index("noise_intensity")
 _PERIODS = RESULT_COLUMNS.index("periods_integrated")
@@ -53,14 +54,18 @@ else:
     def _orbit_as_html(orbit: Any) -> str:
         """Return the display of a notebook: the status in words, and the observables."""
         values = {name: getattr(orbit, name) for name in RESULT_COLUMNS}
+        for name in set(RESULT_COLUMNS) - set(asked_columns()):
+            if math.isnan(values[name]):  # not asked for
+                del values[name]
         return f"<p>{orbit.status.sentence}</p>{value_table(values, RESULTS)}"
 
     Orbit = namedtuple("Orbit", (*RESULT_COLUMNS, "state"), module=__name__)
     Orbit.__doc__ = """The observables of one stationary orbit, in SI units.
 
     `variables.RESULTS` gives their meanings. Unless `status` is ok, the amplitudes are NaN and the
-    counts -1. `state` is (x, v, ln phi), followed by the strain if that relaxes, at the start of a
-    drive period on the orbit, or where the search ended.
+    counts -1; observables are NaN if they were not asked for. `state` is (x, v, ln phi), followed
+    by the strain if that relaxes, at the start of a drive period on the orbit, or where the search
+    ended.
     """
     Orbit._repr_html_ = _orbit_as_html
 
@@ -79,8 +84,10 @@ def prepared_points(points: np.ndarray, noise: str) -> np.ndarray:
 
 
 def typical_options(options: Options) -> Options:
-    """The options with the typical path in place of stochastic noise."""
-    return replace(options, noise=TYPICAL_PATH) if options.physics.chance else options
+    """The options with the typical path in place of stochastic noise, without its observables."""
+    if not options.physics.chance:
+        return options
+    return replace(options, noise=TYPICAL_PATH, observables=())
 
 
 def prepare_kernels(options: Options, kinds: np.ndarray) -> None:
@@ -138,7 +145,8 @@ def compute_orbits(
     Returns
     -------
     results
-        (n, columns) in the order of `variables.RESULT_COLUMNS`.
+        (n, columns) in the order of `variables.RESULT_COLUMNS`; NaN in those of observables that
+        were not asked for.
     finals
         (n, columns) in the order of `kernels.points.final_columns`.
 
@@ -147,8 +155,17 @@ def compute_orbits(
     NoiseError
         phi_0 = 0 without noise.
     """
-    if options.physics.chance:
-        return _compute_ensembles(points, options, starts, patience)
+    compute = _compute_ensembles if options.physics.chance else _compute_paths
+    results, finals = compute(points, options, starts, patience)
+    asked = asked_columns(options.observables)
+    results[:, [name not in asked for name in RESULT_COLUMNS]] = np.nan
+    return results, finals
+
+
+def _compute_paths(
+    points: np.ndarray, options: Options, starts: np.ndarray | None, patience: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Compute films without random numbers as `compute_orbits` does."""
     points, method = prepared_points(points, options.noise), METHODS[options.method]
     results = np.tile(failed_row(Status.REFUSED), (len(points), 1))
     finals = np.full((len(points), len(final_columns(options.physics))), np.nan)
@@ -248,6 +265,7 @@ def stationary_orbit(
     max_steps: int | None = DEFAULTS.max_steps,
     max_error: float = DEFAULTS.max_error,
     accelerate: bool = DEFAULTS.accelerate,
+    observables: str | Iterable[str] = (),
 ) -> Orbit:
     """Return the stationary orbit that the start of `parameters` leads to, and its amplitudes.
 
@@ -279,6 +297,8 @@ def stationary_orbit(
         Largest error estimate of an ok orbit; 1 for any.
     accelerate
         Extrapolate a clearly contracting sequence instead of iterating it to the end.
+    observables
+        Groups of further result variables, of `variables.OBSERVABLES`: "harmonics", "moments".
 
     Returns
     -------
@@ -290,7 +310,7 @@ def stationary_orbit(
     NoiseError
         phi_0 = 0 without noise.
     OptionError
-        An unknown method, treatment or law; a tolerance, step or budget out of range.
+        An unknown method, treatment, law or observable; a tolerance, step or budget out of range.
     TypeError
         `parameters` are something else.
     """
@@ -308,6 +328,7 @@ def stationary_orbit(
         window=window,
         friction=friction,
         strain=strain,
+        observables=observables,
     )
     results, finals = compute_orbits(np.array(given_or_default(parameters)), options)
     return orbit_of_row(results[0], finals[0])

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -79,7 +79,7 @@ class ResultVariable(Variable):
 
     `dtype` is the type in files; `missing` is the value of points without a result. That of a point
     with a result is finite and within `lower` and `upper`; an orbit may lack it where it is not one
-    that each has `always`.
+    that each has `always`. One of an `observable` is computed only if that is asked for.
     """
 
     dtype: str = "f8"
@@ -87,6 +87,7 @@ class ResultVariable(Variable):
     lower: float = -sys.float_info.max
     upper: float = sys.float_info.max
     always: bool = True
+    observable: str | None = None
 
 
 def _positive(
@@ -222,6 +223,14 @@ PHASES: Mapping[str, Variable] = _by_name(
         "order parameter of a film that follows this strain"),
 )
 
+OBSERVABLES: Mapping[str, str] = MappingProxyType(
+    {
+        "harmonics": "the first harmonic of the friction force, in and out of phase with the drive",
+        "moments": "the root mean square of the friction force and the mean of its absolute value",
+    }
+)
+"""Groups of result variables that are computed only on request."""
+
 _ORBIT = "over the stationary orbit"
 _HALF = (
     f"half of maximum minus minimum {_ORBIT}; of aperiodic orbits and stochastic films the mean "
@@ -233,6 +242,12 @@ _SPREAD = (
 )
 _ALL = "for a stochastic film over all periods of all realizations"
 _TYPICAL = "for a stochastic film that of its typical path"
+_FIRST = "F = F' X/|X_m| + F'' (dX/dt)/(|X_m| omega) at the frequency of the drive"
+_MACHINE = "|X_m| is of the machine, springs and block included: no modulus of the film"
+_WINDOW = (
+    "of aperiodic orbits and stochastic films over all measured periods, with a standard error of "
+    "at most about amplitude_error/3 times friction_force_rms"
+)
 
 RESULTS: Mapping[str, ResultVariable] = _by_name(
     ResultVariable("elastic_stress_amplitude", "sigma_el,max", r"\sigma_\mathrm{el,max}", "Pa",
@@ -247,6 +262,11 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
         f"maximum of the friction force {_ORBIT}", _ALL),
     ResultVariable("friction_force_min", "min F", r"\min F", "N",
         f"minimum of the friction force {_ORBIT}", _ALL),
+    ResultVariable("dissipated_energy", "W", "W", "J",
+        "work of the drive per drive period, over the stationary orbit",
+        "the integral of F V; what film and block dissipate in a period, as the orbit closes; of "
+        "aperiodic orbits and stochastic films the mean over the measured periods, with a standard "
+        "error of at most about amplitude_error/3 times it"),
     ResultVariable("amplitude_error", "error", r"\mathrm{error}", "1",
         "estimated relative error of the worse of the two amplitudes",
         "relative to max(amplitude, 1 % of max(2K, M omega^2)|X_m|), divided by A for the stress; "
@@ -292,6 +312,18 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
         r"\mathrm{sd}\,F_\mathrm{max}", "N",
         "standard deviation of the friction force amplitudes of single drive periods", _SPREAD,
         lower=0.0),
+    ResultVariable("friction_force_in_phase", "F'", "F'", "N",
+        "first harmonic of the friction force, in phase with the drive",
+        f"{_FIRST}, {_WINDOW}; F'/{_MACHINE}", always=False, observable="harmonics"),
+    ResultVariable("friction_force_out_of_phase", "F''", "F''", "N",
+        "first harmonic of the friction force, in phase with the velocity of the drive",
+        f"{_FIRST}, {_WINDOW}; F''/{_MACHINE}", always=False, observable="harmonics"),
+    ResultVariable("friction_force_rms", "F_rms", r"F_\mathrm{rms}", "N",
+        f"root mean square of the friction force {_ORBIT}", _WINDOW, lower=0.0, always=False,
+        observable="moments"),
+    ResultVariable("friction_force_mean_abs", "mean |F|", r"\mathrm{mean}\,|F|", "N",
+        f"mean absolute value of the friction force {_ORBIT}", _WINDOW, lower=0.0, always=False,
+        observable="moments"),
     ResultVariable("status", "status", r"\mathrm{status}", "1",
         "how the computation of the point ended", dtype="i1", missing=127, lower=0.0, upper=127.0),
 )
@@ -320,7 +352,17 @@ def unbounded(*coefficients: float) -> str | None:
 
 
 RESULT_COLUMNS: tuple[str, ...] = tuple(RESULTS)
-"""Columns of a result row, in the order of the registry."""
+"""Columns of a result row, in the order of the registry; NaN where one was not asked for."""
+
+
+def asked_columns(observables: Collection[str] = ()) -> tuple[str, ...]:
+    """Return the columns that are computed with these observables, in order."""
+    return tuple(
+        name
+        for name, variable in RESULTS.items()
+        if variable.observable is None or variable.observable in observables
+    )
+
 
 STARTING = ("initial_displacement", "initial_velocity", "initial_order_parameter")
 """The parameters that only set how a motion begins."""

@@ -52,6 +52,9 @@ FIGURES: Mapping[str, FigureEntry] = MappingProxyType(
             "trajectory",
             ("lower_displacement", "lower_velocity"),
         ),
+        "force_loops": FigureEntry(
+            "motion.traces.force_loops", "trajectory", ("upper_displacement", "friction_force")
+        ),
         "pull": FigureEntry(
             "motion.traces.pull",
             "trajectory",

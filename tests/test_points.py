@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Any
 
@@ -19,7 +20,7 @@ from stickslip import (
     stationary_orbit,
     stationary_orbits,
 )
-from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
+from stickslip.variables import PARAMETERS, RESULTS, asked_columns
 from sweeps import run
 
 TEMPERATURES = [200.0, 228.0, 250.0]
@@ -28,7 +29,7 @@ TEMPERATURES = [200.0, 228.0, 250.0]
 def assert_single(ds: xr.Dataset, **changes: float) -> None:
     """Assert that a point is what `stationary_orbit` finds."""
     orbit = stationary_orbit(Parameters(**changes))
-    for name in RESULT_COLUMNS:
+    for name in asked_columns():
         np.testing.assert_equal(ds[name].item(), getattr(orbit, name), err_msg=name)
 
 
@@ -66,9 +67,17 @@ def test_no_points_are_no_orbits() -> None:
 def test_parameters_and_results_have_their_units() -> None:
     ds = stationary_orbits({"T": 250.0})
     assert set(ds.coords) == set(PARAMETERS)
-    assert set(ds.data_vars) == set(RESULTS)
-    for name in (*PARAMETERS, *RESULT_COLUMNS):
+    assert set(ds.data_vars) == set(asked_columns())
+    for name in (*PARAMETERS, *asked_columns()):
         assert ds[name].attrs["units"] == {**PARAMETERS, **RESULTS}[name].units
+
+
+def test_observables_come_on_request() -> None:
+    ds = stationary_orbits({"T": [250.0]}, observables="harmonics")
+    assert set(ds.data_vars) == set(asked_columns(["harmonics"]))
+    single = stationary_orbit(Parameters(temperature=250.0), observables=["harmonics"])
+    assert ds.friction_force_out_of_phase.item() == single.friction_force_out_of_phase
+    assert math.isnan(single.friction_force_rms)
 
 
 @pytest.mark.parametrize("jobs", [1, 2, 3])

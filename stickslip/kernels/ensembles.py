@@ -29,7 +29,11 @@ _AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
 _HIGHEST = ("elastic_stress_max", "friction_force_max", "power_balance_error")
 _LOWEST = ("elastic_stress_min", "friction_force_min")
 _SUMS = ("melting_count", "solid_transition_count")
-_MEANS = ("solid_fraction", "asymmetry")
+_MEANS = (
+    "solid_fraction", "asymmetry", "dissipated_energy",
+    "friction_force_in_phase", "friction_force_out_of_phase", "friction_force_mean_abs",
+)  # fmt: skip
+_RMS = ("friction_force_rms",)
 
 
 def write_ensembles(
@@ -103,6 +107,10 @@ def _measured(points: np.ndarray, walk: Walk, length: int) -> tuple[np.ndarray, 
     return rows, singles
 
 
+def _root_mean_square(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values * values)))
+
+
 def _combine(rows: np.ndarray, singles: np.ndarray, result: np.ndarray) -> None:
     """Combine the rows (paths, columns) of realizations into the result row of their point.
 
@@ -120,6 +128,7 @@ def _combine(rows: np.ndarray, singles: np.ndarray, result: np.ndarray) -> None:
         result[_COLUMN[name]], result[_COLUMN[f"{name}_spread"]] = values.mean(), values.std()
     for names, together in (
         (_HIGHEST, np.max), (_LOWEST, np.min), (_SUMS, np.sum), (_MEANS, np.mean),
+        (_RMS, _root_mean_square),
     ):  # fmt: skip
         for name in names:
             result[_COLUMN[name]] = together(np.ascontiguousarray(rows[:, _COLUMN[name]]))

@@ -114,7 +114,7 @@ def write_trajectory(
     Arguments as of the kernels, described in `adaptive/adaptive_trajectory.py`; `stream` belongs to
     stochastic noise.
     """
-    kernel = METHODS[options.method].kernels.trajectory_kernel(options.physics)
+    kernel = METHODS[options.method].kernels.trajectory_kernel(options.physics.unobserved)
     numbers = new_stream() if stream is None else stream
     return int(kernel(point, options.settings(), start, per_period, numbers, samples))
 

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stickslip.compiled.decorators import inline
+from stickslip.compiled.elementary import sine_and_cosine
 from stickslip.compiled.fields import make_function
 from stickslip.numerics.lane_array import lane_array
 
@@ -36,23 +37,27 @@ class Moment(NamedTuple):
     power: float
     """The power of the drive minus the dissipation in film and block."""
 
+    phase: float
+    """The phase of the drive [rad]."""
+
 
 class Slot(NamedTuple):
     """A slot of a record: its meaning, how it is reduced, and its unit.
 
     `unit` is an index into the units of `results.slot_units`. If a sum is an integral over time,
     `integrand` is an inline function of a Moment, which must be the same in the mirror image of the
-    motion.
+    motion. An integral is `optional` if kernels leave it 0 unless they are made for observables.
     """
 
     meaning: str
     reducer: int
     unit: int
     integrand: Callable[..., float] | None = None
+    optional: bool = False
 
 
-STRESS, FORCE, WORK, TIME, NUMBER = range(5)
-"""Units of slots."""
+STRESS, FORCE, WORK, TIME, NUMBER, IMPULSE, SIZE, SQUARE = range(8)
+"""Units of slots; the last three are force times time, the same of |F|, and of F squared."""
 
 
 @inline
@@ -61,8 +66,38 @@ def _power(m: Moment) -> float:
 
 
 @inline
+def _drive_power(m: Moment) -> float:
+    return m.F * m.V
+
+
+@inline
 def _absolute_power(m: Moment) -> float:
     return abs(m.F * m.V)
+
+
+@inline
+def _one(m: Moment) -> float:  # noqa: ARG001 - an integrand, as the others
+    return 1.0
+
+
+@inline
+def _in_phase(m: Moment) -> float:
+    return m.F * sine_and_cosine(m.phase)[1]
+
+
+@inline
+def _out_of_phase(m: Moment) -> float:
+    return -m.F * sine_and_cosine(m.phase)[0]
+
+
+@inline
+def _square(m: Moment) -> float:
+    return m.F * m.F
+
+
+@inline
+def _size(m: Moment) -> float:
+    return abs(m.F)
 
 
 RECORD_TABLE = (
@@ -71,6 +106,7 @@ RECORD_TABLE = (
     Slot("largest friction force", HIGHEST, FORCE),
     Slot("least friction force", LOWEST, FORCE),
     Slot("work done on the block", SUM, WORK, _power),
+    Slot("work of the drive", SUM, WORK, _drive_power),
     Slot("integral of |F V|", SUM, WORK, _absolute_power),
     Slot("largest order parameter", LARGEST, NUMBER),
     Slot("meltings", SUM, NUMBER),
@@ -81,6 +117,11 @@ RECORD_TABLE = (
     Slot("changes from a soft solid to a hard one, and back", SUM, NUMBER),
     Slot("first known one of these", PHASE, NUMBER),
     Slot("last known one of these", PHASE, NUMBER),
+    Slot("elapsed time", SUM, TIME, _one, optional=True),
+    Slot("integral of F cos(omega t)", SUM, IMPULSE, _in_phase, optional=True),
+    Slot("integral of -F sin(omega t)", SUM, IMPULSE, _out_of_phase, optional=True),
+    Slot("integral of F^2", SUM, SQUARE, _square, optional=True),
+    Slot("integral of |F|", SUM, SIZE, _size, optional=True),
 )
 """The slots of a record, in order: the only list of them."""
 
@@ -94,6 +135,7 @@ RECORD = len(RECORD_TABLE)
     FORCE_MAX,
     FORCE_MIN,
     BLOCK_WORK,
+    DRIVE_WORK,
     ABSOLUTE_WORK,
     PHI_MAX,
     MELTINGS,
@@ -104,6 +146,11 @@ RECORD = len(RECORD_TABLE)
     SOLID_CHANGES,
     FIRST_SOLID,
     LAST_SOLID,
+    ELAPSED,
+    IN_PHASE,
+    OUT_OF_PHASE,
+    SQUARED_FORCE,
+    FORCE_SIZE,
 ) = range(RECORD)
 
 
@@ -233,21 +280,24 @@ def accumulator(lanes: int, first: int) -> Accumulator:
     return Accumulator(clear, see_extremum, see_phase, see_solid, add, mirror)
 
 
-def make_see_integrals(record: Accumulator, weights: tuple[float, ...]) -> Callable[..., None]:
+def make_see_integrals(
+    record: Accumulator, weights: tuple[float, ...], *, observed: bool = False
+) -> Callable[..., None]:
     """Return the function that adds a step to the integrals of a record, with quadrature weights.
 
+    To the optional ones only if it is made for `observed` motions.
     Its arguments are (lanes, lane, moments, duration, accepted), with `moments` at the nodes. It is
     written out: indexing the moments by a variable would prevent vectorisation.
     """
     lines, names = [], dict[str, Any](add=record.add)
-    for slot, (_, _, _, integrand) in enumerate(RECORD_TABLE):
-        if integrand is not None:
+    for slot, (_, _, _, integrand, optional) in enumerate(RECORD_TABLE):
+        if integrand is not None and (observed or not optional):
             names[f"integrand{slot}"] = integrand
             values = [f"integrand{slot}(moments[{node}])" for node in range(len(weights))]
             terms = (f" + {w!r} * {value}" for w, value in zip(weights, values, strict=True))
             # The 0 leaves only one way to fuse.
             mean = values[0] if weights == (1.0,) else f"0.0{''.join(terms)}"
             lines.append(f"add(lanes, lane, {slot}, duration * ({mean}), accepted)")
-    name = f"see_integrals[{len(weights)}]"
+    name = f"see_integrals[{len(weights)}{',observed' if observed else ''}]"
     see: Any = make_function(name, "lanes, lane, moments, duration, accepted", lines, names)
     return see

@@ -17,15 +17,19 @@ from stickslip.compiled.decorators import inline, jit
 from stickslip.measure.accumulate import (
     ABSOLUTE_WORK,
     BLOCK_WORK,
+    DRIVE_WORK,
     FIRST_PHASE,
     FIRST_SOLID,
     FORCE_MAX,
     FORCE_MIN,
+    FORCE_SIZE,
     HIGHEST,
+    IN_PHASE,
     LAST_PHASE,
     LAST_SOLID,
     MELTED,
     MELTINGS,
+    OUT_OF_PHASE,
     PHI_MAX,
     RECORD,
     RECORD_TABLE,
@@ -33,6 +37,7 @@ from stickslip.measure.accumulate import (
     SOLID,
     SOLID_CHANGES,
     SOLID_TIME,
+    SQUARED_FORCE,
     STRESS_MAX,
     STRESS_MIN,
     SUM,
@@ -102,8 +107,11 @@ def record_units(p: Parameters, units: Units) -> RecordUnits:
 @inline
 def slot_units(units: RecordUnits) -> tuple[float, ...]:
     """The unit of each kind of slot in SI units, in the order of `accumulate.STRESS`..."""
-    work = units.force * units.length
-    return units.stress, units.force, work, units.time, 1.0
+    work, impulse = units.force * units.length, units.force * units.time
+    square = units.force * impulse
+    return (
+        units.stress, units.force, work, units.time, 1.0, impulse, abs(impulse), square
+    )  # fmt: skip
 
 
 class Measured(NamedTuple):
@@ -216,6 +224,12 @@ def relative_difference(p: Parameters, record: np.ndarray, better: np.ndarray) -
     return worst
 
 
+@inline
+def _halves(m: Measured, i: int) -> int:
+    """Half periods of the whole orbit, or of the window of an aperiodic one."""
+    return m.cycles[i] * _passes(m.cycles[i])
+
+
 @jit
 def _power_balance(p: Parameters, m: Measured, i: int) -> tuple[float, bool]:
     """Power balance error, and whether it is small enough to accept the orbit.
@@ -227,7 +241,7 @@ def _power_balance(p: Parameters, m: Measured, i: int) -> tuple[float, bool]:
     end = block.energy(p, m.ends[i, 0], m.ends[i, 1])
     gained = _passes(m.cycles[i]) * (end - begin)
     miss, absolute = abs(m.records[i, BLOCK_WORK] - gained), m.records[i, ABSOLUTE_WORK]
-    way = 2.0 * abs(p.drive_amplitude) * (m.cycles[i] * _passes(m.cycles[i]))
+    way = 2.0 * abs(p.drive_amplitude) * _halves(m, i)
     least = _SMALL_PART * full_force(p) * way
     kept = miss <= _POWER_BALANCE_LIMIT * max(absolute, least)
     return miss / absolute if absolute > 0.0 else 0.0, kept
@@ -255,13 +269,13 @@ def _solid_fraction(p: Parameters, m: Measured, i: int) -> float:
     """
     if solids.solid_threshold(p) == 0.0 and p.temperature >= p.critical_temperature:
         return 0.0
-    return min(m.records[i, SOLID_TIME] / (m.cycles[i] * _passes(m.cycles[i])), 1.0)
+    return min(m.records[i, SOLID_TIME] / _halves(m, i), 1.0)
 
 
 @inline
 def _periods(m: Measured, i: int) -> int:
     """Drive periods after which the orbit closes, 0 for never."""
-    return 0 if m.statuses[i] == APERIODIC else m.cycles[i] * _passes(m.cycles[i]) // 2
+    return 0 if m.statuses[i] == APERIODIC else _halves(m, i) // 2
 
 
 @jit
@@ -276,12 +290,23 @@ def _regime(p: Parameters, m: Measured, i: int) -> int:
     return _SYMMETRIC if m.symmetric[i] else _ASYMMETRIC
 
 
+@inline
+def _mean(m: Measured, i: int, slot: int) -> float:
+    """Mean over the orbit of what an optional slot is the integral of; 0 if it was not asked for.
+
+    Times are in half periods.
+    """
+    return m.records[i, slot] / _halves(m, i)
+
+
 @jit
 def _result_row(p: Parameters, m: Measured, i: int) -> tuple[ResultRow, bool]:
     """Result row of an orbit, and whether its invariants hold."""
     high, low = m.records[i, STRESS_MAX], m.records[i, STRESS_MIN]
     force_high, force_low = m.records[i, FORCE_MAX], m.records[i, FORCE_MIN]
     balance, balance_kept = _power_balance(p, m, i)
+    # The first Fourier coefficients are twice the means; the drive is a cosine, or its negative.
+    twice = math.copysign(2.0, p.drive_amplitude)
     # Numba allows no conditional among more than fifteen keywords: functions take its place.
     row = ResultRow(
         elastic_stress_amplitude=m.amplitudes[i, 0],
@@ -290,6 +315,7 @@ def _result_row(p: Parameters, m: Measured, i: int) -> tuple[ResultRow, bool]:
         elastic_stress_min=low,
         friction_force_max=force_high,
         friction_force_min=force_low,
+        dissipated_energy=m.records[i, DRIVE_WORK] / (0.5 * _halves(m, i)),
         amplitude_error=m.errors[i],
         power_balance_error=balance,
         orbit_periods=float(_periods(m, i)),
@@ -303,6 +329,10 @@ def _result_row(p: Parameters, m: Measured, i: int) -> tuple[ResultRow, bool]:
         lyapunov_exponent=m.exponents[i],
         elastic_stress_amplitude_spread=m.spreads[i, 0],
         friction_force_amplitude_spread=m.spreads[i, 1],
+        friction_force_in_phase=twice * _mean(m, i, IN_PHASE),
+        friction_force_out_of_phase=twice * _mean(m, i, OUT_OF_PHASE),
+        friction_force_rms=math.sqrt(_mean(m, i, SQUARED_FORCE)),
+        friction_force_mean_abs=_mean(m, i, FORCE_SIZE),
         status=float(m.statuses[i]),
     )
     return row, balance_kept and _bounds_kept(p, m, i)

@@ -34,8 +34,9 @@ from stickslip.options import (
     STRAINS,
 )
 from stickslip.parameters import Parameters
-from stickslip.variables import PARAMETERS, canonical_name
+from stickslip.variables import OBSERVABLES, PARAMETERS, canonical_name
 from sweeps.config.axes import Axis
+from sweeps.config.diagnostics import quoted
 from sweeps.config.group import Group
 from sweeps.config.numbers import ParameterName, Text, finite, number, whole
 from sweeps.config.pull import Drive
@@ -124,6 +125,14 @@ def _not_blank(value: str) -> str:
     return value
 
 
+def _observables(value: object) -> object:
+    """Return the groups of a list in the order of the registry: another order is the same."""
+    if not isinstance(value, (list, tuple)):
+        raise ValueError(f"must be a list of {' and '.join(OBSERVABLES)}, not {quoted(value)}")
+    known = [name for name in OBSERVABLES if name in value]
+    return [*known, *(name for name in value if name not in OBSERVABLES)]
+
+
 def _fixed(value: object) -> float:
     if isinstance(value, (list, dict)):
         raise ValueError("must be a single number; an axis belongs under `sweep`")
@@ -145,6 +154,9 @@ Samples = Annotated[int, Field(ge=2, le=_MAX_SAMPLES), BeforeValidator(whole)]
 Duration = Annotated[float, Field(gt=0), BeforeValidator(finite)]
 Fixed = Annotated[float, BeforeValidator(_fixed)]
 Switch = Annotated[bool, Strict()]
+Observables = Annotated[
+    tuple[Annotated[str, _one_of(OBSERVABLES)], ...], BeforeValidator(_observables)
+]
 Line = Annotated[Text, AfterValidator(_not_blank)]
 
 
@@ -337,6 +349,9 @@ class Config(Group):
     stationary: Stationary = Stationary()
     noise: Noise = Noise()
     film: Film = Film()
+    observables: Observables = Field(
+        (), description="Further result variables; they take a little more time."
+    )
     execution: Execution = Execution()
     plot: Plot = Plot()
     simulation: Simulation = Simulation()
@@ -386,6 +401,7 @@ class Config(Group):
             "cases": {name: list(values) for name, values in self.cases.items()},
             **self.order(),
             **{name: section.used() for name, section in self.defining().items()},
+            **self.asked(),
             "plot": self.plot.model_dump(exclude_none=True),
             "simulation": self.simulation.model_dump(mode="json", exclude_none=True),
         }
@@ -395,6 +411,10 @@ class Config(Group):
         follow = {} if self.follow is None else {"follow": self.follow}
         return follow | ({} if self.refine is None else {"refine": self.refine.resolved()})
 
+    def asked(self) -> dict[str, Any]:
+        """Return the key that asks for further result variables, if there are any."""
+        return {"observables": list(self.observables)} if self.observables else {}
+
     def resolved_yaml(self) -> str:
         """Return `resolved` as YAML; it is an equal config but for `execution` and `output`."""
         return block_yaml(self.resolved())
@@ -403,7 +423,7 @@ class Config(Group):
         """Return the hash of what defines the numbers: title, plot and simulation do not enter."""
         resolved = self.resolved()
         parts: dict[str, Any] = {key: resolved[key] for key in (*PARAMETER_SECTIONS, *DEFINING)}
-        parts |= self.order()
+        parts |= self.order() | self.asked()
         # As pairs, because the order of the axes is the order of the dimensions.
         parts["sweep"] = list(parts["sweep"].items())
         canonical = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)

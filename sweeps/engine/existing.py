@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.parameters import Parameters
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS, RESULT_COLUMNS
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS, asked_columns
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.pull import refuse_pull
 from sweeps.config.yaml_reader import read_mapping
@@ -32,6 +32,7 @@ from sweeps.files.datasets import DAMAGE
 from sweeps.files.journal import Journal, readable_manifest
 from sweeps.files.results import (
     Digests,
+    columns_in,
     coordinates_in,
     digests_of,
     open_file,
@@ -295,8 +296,11 @@ def _refuse_other_file(
             f"{path} was computed by numerics version {version}, this is {NUMERICS_VERSION}, whose "
             f"numbers are not the same; {WAYS_OUT}"
         )
-    if missing := [name for name in RESULT_COLUMNS if name not in variables]:
-        raise RefusalError(f"{path} lacks the variables {', '.join(missing)}; {WAYS_OUT}")
+    if missing := [name for name in asked_columns() if name not in variables]:
+        raise RefusalError(
+            f"{path} lacks {', '.join(missing)}, which this version computes of every point; it "
+            f"can still be drawn and replayed; {WAYS_OUT}"
+        )
     if "data_sha256" not in attributes:
         raise RefusalError(
             f"{path} carries no seal (the attribute data_sha256), so nothing tells whether its "
@@ -355,7 +359,7 @@ def _points_of_file(path: Path, chunks: Chunks, seal: str, key: bytes) -> Points
     try:
         with open_file(path) as file:
             whole_chunks(file)
-            digests = Digests(RESULT_COLUMNS)
+            digests = Digests(columns_in(file).values())
             for number in range(len(chunks)):
                 rows = read_rows(file, chunks, number, digests)
                 status = rows[:, STATUS]

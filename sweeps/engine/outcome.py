@@ -77,8 +77,13 @@ class JournaledResult:
 
     def try_writing(self) -> None:
         """Write it without its numbers, and take it away: better to fail before the sweep."""
-        grid, chunks = self.target.grid, self.target.chunks
-        try_writing(grid, chunks, self.attributes(), self.folder.result)
+        try_writing(
+            self.target.grid,
+            self.target.chunks,
+            self.attributes(),
+            self.folder.result,
+            self.target.config.observables,
+        )
 
     def write(self) -> Written:
         """Write it with what the journal holds, the rest `pending`."""
@@ -99,6 +104,7 @@ class JournaledResult:
             self.attributes(),
             self.folder.result,
             output,
+            self.target.config.observables,
         )
 
     def attributes(self) -> dict[str, str]:

@@ -119,6 +119,7 @@ def pull_summary(ds: xr.Dataset) -> Iterator[str]:
 
 def _compile_kernels(config: Config) -> None:
     """Compile or load what `simulate` needs: a trajectory of no steps calls the same kernels."""
+    config = config.model_copy(update={"observables": ()})  # a trajectory has none of them
     if config.simulation.drive:
         _simulated(config.model_copy(update={"simulation": _MOMENT}), config.parameters())
         return
@@ -138,7 +139,7 @@ def _simulated(
     config: Config, parameters: Parameters, start: Sequence[float] | None = None
 ) -> xr.Dataset:
     options = asdict(options_of(config))
-    for option in ("stationary_rtol", "window", "max_error", "accelerate"):
+    for option in ("stationary_rtol", "window", "max_error", "accelerate", "observables"):
         del options[option]
     run = config.simulation.arguments() | ({} if start is None else {"start": start})
     return simulate(parameters, **run, **options)

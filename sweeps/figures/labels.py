@@ -45,6 +45,7 @@ class Scale(NamedTuple):
 SCALES = {
     "Pa": Scale(1e-6, "MPa"),
     "N": Scale(1e3, "mN"),
+    "J": Scale(1e9, "nJ"),
     "m": Scale(1e6, "µm"),
     "m s-1": Scale(1e6, "µm s-1"),
     "m2": Scale(1e12, "µm2"),

@@ -66,7 +66,10 @@ def variables_of(ds: xr.Dataset, options: PlotOptions) -> tuple[str, ...]:
         hint = did_you_mean(name, RESULTS) or f"; there are {', '.join(RESULTS)}"
         raise ValueError(f"unknown variable '{name}'{hint}")
     if name not in ds.variables:
-        raise ValueError(f"this file lacks {name}: it is of an older version; sweep it again")
+        group = RESULTS[name].observable
+        asking = f" with `observables: [{group}]`" if group else ""
+        why = "was not asked for" if group else "is of an older version"
+        raise ValueError(f"this file lacks {name}: it {why}; sweep it again{asking}")
     return (name,)
 
 

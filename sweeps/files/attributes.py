@@ -45,7 +45,7 @@ def result_dataset(config: Config, grid: Grid, results: NDArray[np.float64]) -> 
     """
     import xarray as xr
 
-    data = result_variables(results, grid.dims, grid.shape)
+    data = result_variables(results, grid.dims, grid.shape, config.observables)
     digests = [hashlib.sha256(values.tobytes()).hexdigest() for _, values, _ in data.values()]
     along = {name: xr.Variable(*described) for name, described in coordinates(grid).items()}
     seal = {"data_sha256": data_sha256(seal_key(config.resolved_yaml(), places(grid)), digests)}
@@ -65,8 +65,8 @@ def seal_key(config: str, coordinates: Mapping[str, Place]) -> bytes:
 def data_sha256(key: bytes, digests: Sequence[str]) -> str:
     """Return the seal of a file, which reveals changes made after it was written.
 
-    `key` is the `seal_key` of the file, `digests` the SHA-256 of each result variable, in the order
-    of `RESULT_COLUMNS`.
+    `key` is the `seal_key` of the file, `digests` the SHA-256 of each of its result variables, in
+    the order of `RESULT_COLUMNS`.
     """
     return hashlib.sha256(key + "".join(digests).encode()).hexdigest()
 

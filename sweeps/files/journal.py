@@ -232,9 +232,11 @@ def readable_manifest(path: Path) -> Manifest | None:
     manifest = cast(Manifest, json.loads(payloads[-1]))
     version, columns = manifest.get("numerics_version"), manifest.get("columns")
     if version != NUMERICS_VERSION or columns != list(RESULT_COLUMNS):
+        what = "with other result variables"
+        if version != NUMERICS_VERSION:
+            what = f"numerics version {version}, this is {NUMERICS_VERSION}"
         raise StorageError(
-            f"{path} was begun by another version of stickslip (numerics version {version}, this "
-            f"is {NUMERICS_VERSION}) and cannot be continued; finish it with that version, or use "
-            "--overwrite to start afresh"
+            f"{path} was begun by another version of stickslip ({what}) and cannot be continued; "
+            "finish it with that version, or use --overwrite to start afresh"
         )
     return manifest

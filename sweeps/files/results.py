@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from stickslip.datasets import result_attributes, result_values
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS, asked_columns
 from sweeps.files.atomic import begin, remove, replacing, storage_errors
 from sweeps.files.attributes import (
     Place,
@@ -55,19 +55,20 @@ def write_result(
     attributes: Mapping[str, str],
     temporary: Path,
     path: Path,
+    observables: Collection[str] = (),
 ) -> Written:
     """Write a result to `temporary`, read it back, and let it replace an older one.
 
     `rows` gives the result rows (n, columns) of a chunk, of which NaN rows become `pending`;
     `statuses` (128,) says how many points of each status that makes. The seal is added to the
-    `attributes`, which hold the config.
+    `attributes`, which hold the config. Of the `observables` those are written that were asked for.
 
     Raises StorageError if the file cannot be written or does not read back as it should; an
     older one is as it was.
     """
     with storage_errors(f"cannot write {path}", path.parent), replacing(path, temporary):
         with _new_file(temporary, grid) as file:
-            _define(file, grid, chunks, attributes)
+            _define(file, grid, chunks, attributes, observables)
             digests = _fill(file, chunks, rows)
             key = seal_key(attributes["config"], places(grid))
             file.data_sha256 = data_sha256(key, digests)
@@ -79,7 +80,13 @@ def write_result(
         return written
 
 
-def try_writing(grid: Grid, chunks: Chunks, attributes: Mapping[str, str], temporary: Path) -> None:
+def try_writing(
+    grid: Grid,
+    chunks: Chunks,
+    attributes: Mapping[str, str],
+    temporary: Path,
+    observables: Collection[str] = (),
+) -> None:
     """Write a result without its numbers, and remove it again: errors are better before the sweep.
 
     Raises StorageError.
@@ -88,7 +95,7 @@ def try_writing(grid: Grid, chunks: Chunks, attributes: Mapping[str, str], tempo
         try:
             begin(temporary)
             with _new_file(temporary, grid) as file:
-                _define(file, grid, chunks, attributes)
+                _define(file, grid, chunks, attributes, observables)
         finally:
             remove(temporary)
 
@@ -106,14 +113,18 @@ def _new_file(path: Path, grid: Grid) -> Iterator[netCDF4.Dataset]:
 
 
 def _define(
-    file: netCDF4.Dataset, grid: Grid, chunks: Chunks, attributes: Mapping[str, str]
+    file: netCDF4.Dataset,
+    grid: Grid,
+    chunks: Chunks,
+    attributes: Mapping[str, str],
+    observables: Collection[str],
 ) -> None:
     file.setncatts(attributes)
     for dim, length in zip(grid.dims, grid.shape, strict=True):
         file.createDimension(dim, length)
     along = coordinates(grid)
     attached = " ".join(name for name in along if name not in grid.dims)
-    for name in RESULT_COLUMNS:
+    for name in asked_columns(observables):
         dtype = RESULTS[name].dtype
         fill = np.nan if dtype.startswith("f") else False
         packed = {"chunksizes": chunks.extent, **_COMPRESSION} if grid.dims else {}
@@ -127,6 +138,12 @@ def _define(
         variable.setncatts(attrs)
         variable[...] = values.astype(object) if values.dtype.kind == "U" else values
     whole_chunks(file)
+
+
+def columns_in(file: netCDF4.Dataset) -> dict[int, str]:
+    """Return the result variables that a file has, by their columns in result rows."""
+    names = enumerate(RESULT_COLUMNS)
+    return {column: name for column, name in names if name in file.variables}
 
 
 class Digests:
@@ -146,10 +163,11 @@ class Digests:
 
 def _fill(file: netCDF4.Dataset, chunks: Chunks, rows: Callable[[int], Rows]) -> list[str]:
     """Fill the variables and return the SHA-256 of each."""
-    digests = Digests(RESULT_COLUMNS)
+    columns = columns_in(file)
+    digests = Digests(columns.values())
     for number in range(len(chunks)):
         found = rows(number)
-        for column, name in enumerate(RESULT_COLUMNS):
+        for column, name in columns.items():
             values = result_values(name, found[:, column])
             file[name][chunks.box(number)] = values.reshape(chunks.shape(number))
             digests.add(name, values)
@@ -195,11 +213,13 @@ def read_rows(
 ) -> Rows:
     """Return the result rows (n, columns) of a chunk of a result file; NaN for pending points.
 
+    NaN is also in the columns of variables that the file does not have.
+
     `digests` take in what was read.
     """
     begin, end = chunks.range(number)
-    rows = np.empty((end - begin, len(RESULT_COLUMNS)))
-    for place, name in enumerate(RESULT_COLUMNS):
+    rows = np.full((end - begin, len(RESULT_COLUMNS)), np.nan)
+    for place, name in columns_in(file).items():
         values = np.asarray(file[name][chunks.box(number)])
         if digests is not None:
             digests.add(name, values)
@@ -224,8 +244,9 @@ def digests_of(path: Path, chunks: Chunks) -> list[str]:
     """Return the SHA-256 of each result variable in a file; raises OSError and RuntimeError."""
     with open_file(path) as file:
         whole_chunks(file)
-        digests = Digests(RESULT_COLUMNS)
-        for name in RESULT_COLUMNS:
+        names = columns_in(file).values()
+        digests = Digests(names)
+        for name in names:
             for number in range(len(chunks)):
                 digests.add(name, file[name][chunks.box(number)])
         return digests.hexadecimal()

@@ -80,3 +80,29 @@ def test_what_a_stochastic_film_is_made_of_is_resolved_and_part_of_its_identity(
     others = [{"seed": 2}, {"realizations": 32}]
     assert all(settings_of(from_mapping({"noise": STOCHASTIC | o})) != settings for o in others)
     assert "noise.seed" not in settings_of(from_mapping({}))
+
+
+def test_observables_are_a_set_that_is_resolved_and_part_of_the_identity_if_there_are_any() -> None:
+    config = from_mapping({"observables": ["moments", "harmonics"]})
+    assert config.observables == ("harmonics", "moments")
+    assert config == from_mapping({"observables": ["harmonics", "moments", "harmonics"]})
+    assert config.resolved()["observables"] == ["harmonics", "moments"]
+    assert from_yaml(config.resolved_yaml()) == config
+    assert settings_of(config)["observables"] == ["harmonics", "moments"]
+    plain = from_mapping({"observables": []})
+    assert plain.sha256() == from_mapping({}).sha256() != config.sha256()
+    assert "observables" not in {**settings_of(plain), **plain.resolved()}
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ("harmonics", "must be a list of harmonics and moments, not 'harmonics'"),
+        (["harmonic"], "observables[0]: must be 'harmonics' or 'moments', not 'harmonic' (did"),
+        ([3], "observables[0]: must be 'harmonics' or 'moments', not 3"),
+    ],
+)
+def test_other_observables_are_refused(given: object, words: str) -> None:
+    with pytest.raises(ConfigError) as refused:
+        from_mapping({"observables": given})
+    assert words in str(refused.value)

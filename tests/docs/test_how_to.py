@@ -111,6 +111,22 @@ def test_orbits_of_a_table(run_page: Page) -> None:
 
 
 @pytest.mark.slow
+def test_loss_and_storage(run_page: Page) -> None:
+    names = run_page("loss-and-storage")
+    assert (names["ds"].status == 0).all()
+    assert (names["loss"] > 0).all()
+    np.testing.assert_allclose(names["ds"].dissipated_energy, names["cosine"], rtol=1e-12)
+    p, locked = names["p"], names["locked"]
+    springs = 2 * p.spring_stiffness - p.block_mass * p.angular_frequency**2
+    found = locked.friction_force_in_phase / p.drive_amplitude
+    assert found == pytest.approx(springs, rel=1e-4)
+    assert {"loss.png", "loss.csv", "loss-and-storage.png"} <= {
+        path.name for path in Path().iterdir()
+    }
+    assert Path("results/loop.png").is_file()
+
+
+@pytest.mark.slow
 def test_a_phase_diagram(run_page: Page) -> None:
     names = run_page("phase-diagram")
     page = (FOLDER / "phase-diagram.md").read_text("utf-8")

@@ -83,7 +83,8 @@ UNFIT: dict[str, tuple[Callable[[], object], int, str]] = {
     "without a variable": (
         lambda: write_dataset(open_result(A).drop_vars("asymmetry"), A),
         2,
-        "a.nc lacks the variables asymmetry",
+        "a.nc lacks asymmetry, which this version computes of every point; it can still be "
+        "drawn and replayed; --overwrite",
     ),
     "without its seal": (
         lambda: edited(lambda file: file.delncattr("data_sha256")),

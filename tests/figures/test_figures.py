@@ -187,6 +187,16 @@ def test_phase_portraits_are_lettered_panels_with_their_frequency():
     assert rows == {0, 1}
 
 
+def test_force_loops_show_the_force_over_the_way_of_the_drive():
+    ds = portraits()
+    for i, panel in enumerate(panels(draw(ds, "force_loops"))):
+        (line,) = curves(panel)
+        one = ds.isel(angular_frequency=i)
+        np.testing.assert_allclose(line.get_xdata(), one.upper_displacement * 1e6)
+        np.testing.assert_allclose(line.get_ydata(), one.friction_force * 1e3)
+        assert (panel.get_xlabel(), panel.get_ylabel()) == ("$X$ (µm)", "$F$ (mN)")
+
+
 def test_a_single_portrait_needs_no_letter():
     (axes,) = panels(draw(trajectory(), "phase_portraits"))
     assert axes.get_title(loc="left") == ""

@@ -1,8 +1,10 @@
 """The numbers of NUMERICS_VERSION: a change of any of them, in the last bit even, is a new version.
 
 On the processor and the versions that the table was made with every bit counts, elsewhere nine
-digits. At a loose tolerance every change of a method shows: in steps, weights, judgement or order
-of operations that matter. Both methods go the way of a sweep.
+digits. Result variables younger than the table are no part of its hashes, which may come from a
+machine that is not at hand: nine digits of theirs are compared. At a loose tolerance every change
+of a method shows: in steps, weights, judgement or order of operations that matter. Both methods go
+the way of a sweep.
 """
 
 from __future__ import annotations
@@ -81,6 +83,15 @@ TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
       ("angular_frequency", 34.96)), Options(rtol=1e-4),
      (5864947.078134672, 0.003589296706812653, 44), "793ea33aa613fc3f"),
 ]  # fmt: skip
+# The table's rows of result variables that it is older than; to be emptied when it is renewed.
+YOUNGER: dict[str, tuple[float, ...]] = {
+    "dissipated_energy": (
+        3.343236447e-09, 2.981432257e-09, 1.850675086e-10, 3.350012756e-11, 5.514526411e-09,
+        4.653744533e-11, 1.673066845e-09, 5.37340727e-09, 8.723200403e-10, 5.991515515e-09,
+        4.727033429e-09, 1.561794358e-17, 5.338202724e-18, 1.408786641e-17, 1.75332387e-09,
+    ),
+}  # fmt: skip
+HASHED = [i for i, name in enumerate(RESULT_COLUMNS) if name not in YOUNGER]
 ADVICE = "the numbers have changed: raise NUMERICS_VERSION and renew this table"
 COLUMNS = [
     RESULT_COLUMNS.index(name)
@@ -93,12 +104,18 @@ ROWS = [i for i in range(len(TABLE)) if i not in SPECIAL] + marked("stress", SPE
 
 
 @cache
-def computed(i: int) -> tuple[tuple[float, ...], str]:
-    """What the table has of its row `i`."""
+def results_of(i: int) -> tuple[np.ndarray, np.ndarray]:
+    """The result row (columns,) and the final row (columns,) of row `i` of the table."""
     changes, options, _, _ = TABLE[i]
     results, finals = compute_orbits(np.array(Parameters(**dict(changes))), options)
-    digest = hashlib.sha256(results.tobytes() + finals.tobytes()).hexdigest()
-    return tuple(results[0, COLUMNS].tolist()), digest[:16]
+    return results[0], finals[0]
+
+
+def computed(i: int) -> tuple[tuple[float, ...], str]:
+    """What the table has of its row `i`."""
+    result, final = results_of(i)
+    digest = hashlib.sha256(result[HASHED].tobytes() + final.tobytes()).hexdigest()
+    return tuple(result[COLUMNS].tolist()), digest[:16]
 
 
 def this_machine() -> tuple[str, str, str]:
@@ -113,6 +130,13 @@ def test_the_version_is_the_one_of_these_numbers() -> None:
 def test_the_numbers_are_those_of_the_version(i: int) -> None:
     numbers = TABLE[i][2]
     assert computed(i)[0] == pytest.approx(numbers, rel=1e-9, abs=1e-12), (ADVICE, computed(i))
+
+
+@pytest.mark.parametrize("name", YOUNGER)
+@pytest.mark.parametrize("i", ROWS)
+def test_the_numbers_of_younger_variables_are_those_of_the_version(i: int, name: str) -> None:
+    found = results_of(i)[0][RESULT_COLUMNS.index(name)]
+    assert found == pytest.approx(YOUNGER[name][i], rel=1e-9), (ADVICE, found)
 
 
 @pytest.mark.parametrize("i", ROWS)

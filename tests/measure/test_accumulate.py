@@ -10,22 +10,29 @@ import pytest
 from stickslip.measure.accumulate import (
     ABSOLUTE_WORK,
     BLOCK_WORK,
+    DRIVE_WORK,
+    ELAPSED,
     FIRST_PHASE,
     FIRST_SOLID,
     FORCE_MAX,
     FORCE_MIN,
+    FORCE_SIZE,
     HARD,
+    IN_PHASE,
     LAST_PHASE,
     LAST_SOLID,
     LIQUID,
     MELTED,
     MELTINGS,
+    OUT_OF_PHASE,
     PHI_MAX,
     RECORD,
+    RECORD_TABLE,
     SOFT,
     SOLID,
     SOLID_CHANGES,
     SOLID_TIME,
+    SQUARED_FORCE,
     STRESS_MAX,
     STRESS_MIN,
     UNSEEN,
@@ -113,7 +120,7 @@ def test_a_rejected_step_that_is_not_finite_leaves_no_trace(value: float) -> Non
 
 
 def moment(V: float, F: float, power: float) -> Moment:
-    return Moment(x=0.1, V=V, u=0.3, phi=0.5, sigma_el=1.0, F=F, power=power)
+    return Moment(x=0.1, V=V, u=0.3, phi=0.5, sigma_el=1.0, F=F, power=power, phase=math.pi / 6)
 
 
 def test_a_step_adds_to_every_integral_what_its_quadrature_says() -> None:
@@ -122,9 +129,21 @@ def test_a_step_adds_to_every_integral_what_its_quadrature_says() -> None:
     for seen in (True, False):
         see(record, 0, moments, 2.0, seen)
     assert record[BLOCK_WORK] == 2.0 * (0.25 * 4.0 + 0.75 * 8.0)
+    assert record[DRIVE_WORK] == 2.0 * (0.25 * -6.0 + 0.75 * 1.0)
     assert record[ABSOLUTE_WORK] == 2.0 * (0.25 * 6.0 + 0.75 * 1.0)
     make_see_integrals(ALONE, (1.0,))(record, 0, moments[:1], 1.0, True)
     assert record[ABSOLUTE_WORK] == 2.0 * (0.25 * 6.0 + 0.75 * 1.0) + 6.0
+
+
+def test_optional_integrals_are_left_out_unless_they_are_asked_for() -> None:
+    record, moments = fresh(), (moment(2.0, -3.0, 4.0),)
+    optional = [slot for slot, entry in enumerate(RECORD_TABLE) if entry.optional]
+    make_see_integrals(ALONE, (1.0,))(record, 0, moments, 2.0, True)
+    assert record[optional].tolist() == [0.0] * len(optional)
+    make_see_integrals(ALONE, (1.0,), observed=True)(record, 0, moments, 2.0, True)
+    assert record[ELAPSED] == 2.0
+    assert record[[IN_PHASE, OUT_OF_PHASE]] == pytest.approx([-math.sqrt(27.0), 3.0], rel=1e-15)
+    assert record[[SQUARED_FORCE, FORCE_SIZE]].tolist() == [18.0, 6.0]
 
 
 def test_the_mirror_image_exchanges_maxima_and_minima_and_keeps_the_rest() -> None:

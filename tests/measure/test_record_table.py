@@ -9,12 +9,15 @@ from stickslip.measure import accumulate
 from stickslip.measure.accumulate import (
     FORCE,
     HIGHEST,
+    IMPULSE,
     LARGEST,
     LOWEST,
     NUMBER,
     PHASE,
     RECORD,
     RECORD_TABLE,
+    SIZE,
+    SQUARE,
     STRESS,
     SUM,
     TIME,
@@ -28,12 +31,15 @@ from stickslip.measure.results import RecordUnits, write_stretch
 from stickslip.measure.window import Window
 
 UNITS = RecordUnits(length=2.0, stress=3.0, force=5.0, time=11.0)
-FACTORS = {STRESS: 3.0, FORCE: 5.0, WORK: 10.0, TIME: 11.0, NUMBER: 1.0}
+FACTORS = {
+    STRESS: 3.0, FORCE: 5.0, WORK: 10.0, TIME: 11.0, NUMBER: 1.0, IMPULSE: 55.0, SIZE: 55.0,
+    SQUARE: 275.0,
+}  # fmt: skip
 
 
 def test_every_slot_has_one_name_and_a_meaning() -> None:
     assert len({slot.meaning for slot in RECORD_TABLE}) == RECORD
-    assert accumulate.LAST_SOLID == RECORD - 1
+    assert accumulate.FORCE_SIZE == RECORD - 1
 
 
 def test_the_least_value_lies_behind_the_largest_of_the_same_unit() -> None:
@@ -48,10 +54,12 @@ def test_the_least_value_lies_behind_the_largest_of_the_same_unit() -> None:
 )
 def test_an_integrand_is_the_same_in_the_mirror_image_of_a_motion(slot: Slot) -> None:
     """Lanes integrate every other half period in it."""
-    seen = Moment(x=0.7, V=0.3, u=-0.2, phi=0.4, sigma_el=-1.5, F=-2.5, power=0.6)
-    mirrored = Moment(x=-0.7, V=-0.3, u=0.2, phi=0.4, sigma_el=1.5, F=2.5, power=0.6)
+    seen = Moment(x=0.7, V=0.3, u=-0.2, phi=0.4, sigma_el=-1.5, F=-2.5, power=0.6, phase=0.4)
+    turned = seen.phase + np.pi
+    mirrored = Moment(x=-0.7, V=-0.3, u=0.2, phi=0.4, sigma_el=1.5, F=2.5, power=0.6, phase=turned)
     assert slot.reducer == SUM
-    assert slot.integrand(mirrored) == slot.integrand(seen) != 0.0
+    assert slot.integrand(mirrored) == pytest.approx(slot.integrand(seen), rel=1e-15)
+    assert slot.integrand(seen) != 0.0
 
 
 @pytest.mark.parametrize("slot", range(RECORD))
@@ -65,6 +73,15 @@ def test_every_slot_is_written_in_its_unit(slot: int, passes: int) -> None:
         expected *= passes
     assert target[slot] == expected
     assert not np.isnan(target).any()
+
+
+def test_units_that_turn_with_the_drive_leave_sizes_positive() -> None:
+    turned, target = UNITS._replace(length=-2.0, stress=-3.0, force=-5.0), np.empty(RECORD)
+    write_stretch(np.ones(RECORD), turned, 1, target)
+    signs = {IMPULSE: -1.0, SIZE: 1.0, SQUARE: 1.0, WORK: 1.0}
+    for slot in range(RECORD):
+        if (unit := RECORD_TABLE[slot].unit) in signs:
+            assert np.sign(target[slot]) == signs[unit]
 
 
 def test_a_window_reduces_every_slot_as_the_table_says() -> None:

@@ -77,6 +77,7 @@ def test_a_row_holds_what_was_measured_under_its_name() -> None:
         "elastic_stress_min": -1e6,
         "friction_force_max": 2e-3,
         "friction_force_min": -1e-3,
+        "dissipated_energy": 6e-9,
         "amplitude_error": 1e-7,
         "power_balance_error": 0.0,
         "orbit_periods": 1,
@@ -90,11 +91,35 @@ def test_a_row_holds_what_was_measured_under_its_name() -> None:
         "lyapunov_exponent": math.nan,
         "elastic_stress_amplitude_spread": 3e4,
         "friction_force_amplitude_spread": 2e-5,
+        "friction_force_in_phase": 2e-4,
+        "friction_force_out_of_phase": 1e-3,
+        "friction_force_rms": 1e-3,
+        "friction_force_mean_abs": 8e-4,
         "status": Status.OK,
     }
     assert set(found) == set(expected)
     for name, value in expected.items():
         assert found[name] == pytest.approx(value, rel=1e-15, nan_ok=True), name
+
+
+@pytest.mark.parametrize("cycle", [1, 2, 3, 4])
+def test_observables_are_means_over_the_whole_orbit(cycle: int) -> None:
+    sums = {"IN_PHASE": 2e-4, "OUT_OF_PHASE": 1e-3, "SQUARED_FORCE": 2e-6, "FORCE_SIZE": 1.6e-3}
+    found = result_of(cycle=cycle, **{name: 0.5 * cycle * value for name, value in sums.items()})
+    means = [value for name, value in found.items() if RESULTS[name].observable]
+    assert means == pytest.approx([2e-4, 1e-3, 1e-3, 8e-4], rel=1e-15)
+
+
+def test_harmonics_turn_with_a_drive_that_begins_at_its_lowest_point() -> None:
+    found = result_of(Parameters(drive_amplitude=-0.8e-6))
+    assert found["friction_force_in_phase"] == pytest.approx(-2e-4, rel=1e-15)
+    assert found["friction_force_out_of_phase"] == pytest.approx(-1e-3, rel=1e-15)
+    assert found["friction_force_mean_abs"] == pytest.approx(8e-4, rel=1e-15)
+
+
+@pytest.mark.parametrize(("cycle", "energy"), [(1, 12e-9), (2, 6e-9), (3, 4e-9), (4, 3e-9)])
+def test_the_dissipated_energy_is_that_of_one_drive_period(cycle: int, energy: float) -> None:
+    assert result_of(cycle=cycle)["dissipated_energy"] == pytest.approx(energy, rel=1e-15)
 
 
 @pytest.mark.parametrize(

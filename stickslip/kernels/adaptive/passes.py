@@ -358,7 +358,7 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
     attempt = make_attempt(rhs, jacobian, weight, problems, RODAS4P2, operations, ROOM)
     step = make_step(rhs, RODAS4P2, operations)
     see, begin_record = (
-        recording.make_see(problems, functions, two_solids=two_solids),
+        recording.make_see(problems, functions, two_solids=two_solids, observed=physics.observed),
         recording.make_begin(problems, functions),
     )
     refine = recording.make_refine(problems, functions, step)

@@ -67,7 +67,6 @@ get, put = _array.get, _array.put
 record = accumulator(LANES, RECORD_BEGIN)
 _see_extremum, _see_phase = record.see_extremum, record.see_phase
 _see_solid, _add = record.see_solid, record.add
-_see_integrals = make_see_integrals(record, WEIGHTS)
 
 
 class Step(NamedTuple):
@@ -124,18 +123,20 @@ Node = tuple[State, float, float, float]
 """A step at a node: the state, phi, stress and force."""
 
 
-def _make_see_work(equations: Equations) -> Any:
-    """Return the function that adds a step to the integrals of a record.
+def _make_see_work(equations: Equations, *, observed: bool) -> Any:
+    """Return the function that adds a step to the integrals of a record, optional if `observed`.
 
     Its arguments are (lanes, lane, problem, step, nodes, accepted).
     """
     power, stored_energy = equations.power, equations.stored_energy
+    see_integrals = make_see_integrals(record, WEIGHTS, observed=observed)
 
     @inline
     def moment(problem: Problem, step: Step, theta: float, node: Node) -> Moment:
         y, phi, sigma_el, F = node
-        V = drive.upper_velocity(problem.p, step.t + theta * step.used)
-        return Moment(y[0], V, y[1], phi, sigma_el, F, power(problem.p, V, y, F))
+        t = step.t + theta * step.used
+        V, phase = drive.upper_velocity(problem.p, t), problem.p.angular_frequency * t
+        return Moment(y[0], V, y[1], phi, sigma_el, F, power(problem.p, V, y, F), phase)
 
     @inline
     def see_work(
@@ -147,7 +148,7 @@ def _make_see_work(equations: Equations) -> Any:
             moment(problem, step, NODES[2], nodes[2]),
             moment(problem, step, NODES[3], nodes[3]),
         )
-        _see_integrals(lanes, lane, moments, step.used, accepted)
+        see_integrals(lanes, lane, moments, step.used, accepted)
 
     @inline
     def see_work_and_energy(
@@ -219,16 +220,20 @@ def make_node(functions: ProblemFunctions) -> Any:
 
 
 def make_see(
-    problems: Callable[..., Problem], functions: ProblemFunctions, *, two_solids: bool
+    problems: Callable[..., Problem],
+    functions: ProblemFunctions,
+    *,
+    two_solids: bool,
+    observed: bool,
 ) -> Any:
     """Return the function (lanes) that records the last step of every lane where it was accepted.
 
-    `problems(lanes, lane)` is the problem of a lane.
+    `problems(lanes, lane)` is the problem of a lane; `observed` adds the optional integrals.
     """
     see_solid = _see_either_solid if two_solids else _see_one_solid
     node, observables_and_rates = make_node(functions), functions.equations.observables_and_rates
     step_of, strain = step_reader(functions.width), functions.equations.strain
-    see_work = _make_see_work(functions.equations)
+    see_work = _make_see_work(functions.equations, observed=observed)
 
     @inline
     def lane_see(lane: int, lanes: np.ndarray) -> None:

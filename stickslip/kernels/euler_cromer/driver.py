@@ -27,8 +27,9 @@ def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel
     no_points, nothing = np.empty((0, len(Parameters._fields))), np.empty(0, np.int64)
     tasks = March(no_points, nothing, np.empty((0, WIDTH)), options.physics).tasks
     noisy = options.noise != NO_NOISE
-    for family, _ in families(options.physics, kinds):
-        for measured in (False, True):
+    for measured in (False, True):
+        physics = options.physics if measured else options.physics.unobserved
+        for family, _ in families(physics, kinds):
             kernel = march_kernel(family, noisy, measured)
             yield FamilyKernel(kernel, partial(kernel, tasks, nothing, 0))
 

@@ -23,6 +23,7 @@ from stickslip.kernels.euler_cromer.layout import (
 from stickslip.kernels.euler_cromer.step_units import StepParameters, step_values
 from stickslip.kernels.families import Family
 from stickslip.measure.accumulate import (
+    ELAPSED,
     FORCE_MAX,
     STRESS_MAX,
     Moment,
@@ -48,7 +49,6 @@ from stickslip.parameters import ParameterValues
 _record = accumulator(WIDTH, RECORD_BEGIN)
 _see_extremum, _see_phase = _record.see_extremum, _record.see_phase
 _see_solid = _record.see_solid
-_see_integrals = make_see_integrals(_record, (1.0,))
 _own_parameters = make_lane_reader(StepParameters, PARAMETERS_BEGIN, get)
 
 
@@ -124,8 +124,14 @@ def _make_increments(stress_and_force: Any, *, noisy: bool, chance: bool) -> Any
     return noisy_increments if noisy else increments
 
 
-def _make_observe(stress_and_force: Any, *, measured: bool, two_solids: bool) -> Any:
-    """Return the function (p, V, y, lanes, lane) that records a step, represented by its start."""
+def _make_observe(
+    stress_and_force: Any, *, measured: bool, two_solids: bool, observed: bool
+) -> Any:
+    """Return the function (p, V, y, lanes, lane) that records a step, represented by its start.
+
+    `observed` adds the optional integrals.
+    """
+    see_integrals = make_see_integrals(_record, (1.0,), observed=observed)
 
     @inline
     def ignore(p: _Lane, V: float, y: State, lanes: np.ndarray, lane: int) -> None:
@@ -139,7 +145,10 @@ def _make_observe(stress_and_force: Any, *, measured: bool, two_solids: bool) ->
         _see_extremum(lanes, lane, STRESS_MAX, sigma_el, True)
         _see_extremum(lanes, lane, FORCE_MAX, F, True)
         power = F * v - block.own_loss(p.values, x, v)
-        _see_integrals(lanes, lane, (Moment(x, V, u, phi, sigma_el, F, power),), 1.0, True)
+        # A record begins at phase 0.
+        phase = p.values.angular_frequency * get(lanes, RECORD_BEGIN + ELAPSED, lane)
+        moment = Moment(x, V, u, phi, sigma_el, F, power, phase)
+        see_integrals(lanes, lane, (moment,), 1.0, True)
         _see_phase(lanes, lane, phi, p.own.solid, p.own.melted, 1.0, True)
 
     @inline
@@ -179,7 +188,12 @@ def march_kernel(family: Family, noisy: bool, measured: bool) -> Any:
     march = make_euler_cromer_lanes(
         _make_parameters(family),
         _make_increments(stress_and_force, noisy=noisy, chance=chance is not NO_RANDOM_NUMBERS),
-        _make_observe(stress_and_force, measured=measured, two_solids=family.higher),
+        _make_observe(
+            stress_and_force,
+            measured=measured,
+            two_solids=family.higher,
+            observed=family.physics.observed,
+        ),
         [_make_sine(tone) for tone in drive.TONES],
         row_length(family.physics),
         chance,

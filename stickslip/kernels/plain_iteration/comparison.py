@@ -46,7 +46,7 @@ def settle_from(
     `points` (n, parameters); `finals` (n, columns). Where it finds none, the status in `statuses`
     (n,) is changed to the reason.
     """
-    physics, halves = options.physics, 2 * options.max_periods
+    physics, halves = options.physics.unobserved, 2 * options.max_periods
     conversion = conversion_of(physics)
     queue = reduced_queue(points, physics)
     queue.states[:] = finals

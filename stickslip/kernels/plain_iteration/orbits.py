@@ -6,6 +6,7 @@ For every march, tangents and reference orbits are computed by the adaptive meth
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -37,7 +38,7 @@ def reference_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKer
     There are none if the noise is stochastic.
     """
     if not options.physics.chance:
-        yield from adaptive.family_kernels(kinds, options)
+        yield from adaptive.family_kernels(kinds, replace(options, observables=()))
 
 
 def write_orbits(

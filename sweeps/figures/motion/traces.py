@@ -1,4 +1,7 @@
-"""Pictures of trajectories: time courses (Figs. 3, 6), relative motion (4), phase portraits (5)."""
+"""Pictures of trajectories: time courses (Figs. 3, 6), relative motion (4), phase portraits (5).
+
+And loops of the friction force.
+"""
 
 from __future__ import annotations
 
@@ -167,16 +170,28 @@ def _name_sections(axes: Axes, stack: list[Selection]) -> None:
 
 def phase_portraits(ds: xr.Dataset) -> Figure:
     """Velocity of the lower block against its displacement, a panel per trajectory (Fig. 5)."""
+    return _portraits(ds, "lower_displacement", "lower_velocity")
+
+
+def force_loops(ds: xr.Dataset) -> Figure:
+    """Friction force against the displacement of the upper block, a panel per trajectory.
+
+    The area of a closed loop is the work of the drive.
+    """
+    return _portraits(ds, "upper_displacement", "friction_force")
+
+
+def _portraits(ds: xr.Dataset, across: str, upward: str) -> Figure:
     portraits, note = _runs(ds, _MOST_PORTRAITS)
     figure, panels = _portrait_panels(len(portraits))
     for index, (axes, portrait) in enumerate(zip(panels, portraits, strict=True)):
-        x, v = (shown(portrait.dataset[f"lower_{name}"]) for name in ("displacement", "velocity"))
+        x, y = shown(portrait.dataset[across]), shown(portrait.dataset[upward])
         axes.axhline(0.0, color="0.8", linewidth=0.5, gid="origin")
         axes.axvline(0.0, color="0.8", linewidth=0.5, gid="origin")
-        axes.plot(x.values, v.values, **ALONE.line())
-        put_inset(axes, x.values, v.values, ALONE, "A")
+        axes.plot(x.values, y.values, **ALONE.line())
+        put_inset(axes, x.values, y.values, ALONE, "A")
         axes.set_xlabel(x.label, fontsize=TEXT)
-        axes.set_ylabel(v.label, fontsize=TEXT)
+        axes.set_ylabel(y.label, fontsize=TEXT)
         if len(portraits) > 1:
             name = f"({ascii_lowercase[index]}) {portrait.label}"
             axes.set_title(name, fontsize=TEXT, loc="left")

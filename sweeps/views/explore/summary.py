@@ -31,6 +31,11 @@ _FURTHER = {
     "floquet_multiplier": "Floquet multiplier |μ|",
     "lyapunov_exponent": "Lyapunov exponent",
     "melting_count": "meltings over the orbit",
+    "dissipated_energy": "energy dissipated per period",
+    "friction_force_in_phase": "force in phase with the drive F′",
+    "friction_force_out_of_phase": "force in phase with its velocity F″",
+    "friction_force_rms": "root mean square of the force",
+    "friction_force_mean_abs": "mean of |F|",
     "solid_fraction": "solid fraction",
     "asymmetry": "asymmetry",
     "power_balance_error": "power balance error",
@@ -122,7 +127,8 @@ def _says_something(name: str, value: float) -> bool:
 def _value(name: str, value: float) -> str:
     if RESULTS[name].dtype == "i4":
         return code_name(name, int(value))
-    return _number(value, _DIGITS)
+    quantity = shown_number(name, value)
+    return f"{_number(float(quantity.values), _DIGITS)} {as_html(quantity.units)}".rstrip()
 
 
 def _number(value: float, digits: int) -> str:

@@ -11,7 +11,13 @@ from support.scalar_twins import cyclic_meltings, euler_cromer_period
 from stickslip import Parameters, Status, stability
 from stickslip.kernels.euler_cromer import driver
 from stickslip.kernels.plain_iteration import orbits as plain
-from stickslip.measure.accumulate import ABSOLUTE_WORK, BLOCK_WORK, FORCE_MAX, STRESS_MAX
+from stickslip.measure.accumulate import (
+    ABSOLUTE_WORK,
+    BLOCK_WORK,
+    DRIVE_WORK,
+    FORCE_MAX,
+    STRESS_MAX,
+)
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
@@ -110,6 +116,8 @@ def test_orbits_are_those_of_plain_iteration_by_the_scalar_drive() -> None:
         ]
         miss = abs(record[BLOCK_WORK] - (energy[1] - energy[0])) / record[ABSOLUTE_WORK]
         assert found.power_balance_error[i] == pytest.approx(miss, abs=1e-8)
+        work = record[DRIVE_WORK] / cycle
+        assert found.dissipated_energy[i] == pytest.approx(work, rel=1e-8)
         assert found.melting_count[i] == cyclic_meltings(record)
 
 

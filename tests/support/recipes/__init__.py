@@ -251,7 +251,7 @@ RECIPES = {
         Edit(
             "stickslip/variables.py",
             STATUS_COLUMN,
-            '    ResultVariable("friction_work", "W", "W", "J", "work of the friction force"),\n',
+            '    ResultVariable("friction_work", "W_f", "W_f", "J", "work of friction"),\n',
         ),
         Edit(
             "stickslip/measure/results.py",

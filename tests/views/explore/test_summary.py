@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import xarray as xr
 from support.points import error_scales, row
@@ -58,6 +59,15 @@ def test_a_point_is_told_with_regime_and_status():
     assert f"Floquet multiplier |μ| {orbit.floquet_multiplier:#.3g}" in told
     assert motion.courses is not None
     assert motion.courses.sizes["elapsed_time"] == 2001
+
+
+def test_energy_and_observables_are_told_with_their_units():
+    told = words(summary_html(compute(opened({"observables": ["harmonics"]}), silent)))
+    orbit = compute(opened(), silent).orbit
+    assert f"energy dissipated per period {1e9 * orbit.dissipated_energy:#.3g} nJ" in told
+    out_of_phase = orbit.dissipated_energy / (np.pi * 0.8e-6)
+    assert f"force in phase with its velocity F″ {1e3 * out_of_phase:#.3g} mN" in told
+    assert "mean of |F|" not in told
 
 
 def test_what_fails_is_told_in_its_sentence_and_the_start_is_drawn():

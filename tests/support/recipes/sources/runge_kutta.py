@@ -44,7 +44,7 @@ _STABLE_PART = 0.5
 
 _record = accumulator(1, 0)
 _clear, _see_extremum, _see_phase = _record.clear, _record.see_extremum, _record.see_phase
-_see_solid, _see_integrals = _record.see_solid, make_see_integrals(_record, (1.0,))
+_see_solid = _record.see_solid
 
 
 def _make_see(model: Model) -> Any:
@@ -54,6 +54,7 @@ def _make_see(model: Model) -> Any:
         model.equations.power,
         model.equations.strain,
     )
+    see_integrals = make_see_integrals(_record, (1.0,), observed=model.physics.observed)
 
     @jit
     def see(
@@ -64,8 +65,9 @@ def _make_see(model: Model) -> Any:
         B, melted = film.melting_function(p, strain(p, y)), solids.MELTED_PART * phases.solid
         _see_extremum(record, 0, STRESS_MAX, sigma, True)
         _see_extremum(record, 0, FORCE_MAX, F, True)
-        moment = Moment(y[0], V, y[1], phi, sigma, F, power(p, V, y, F))
-        _see_integrals(record, 0, (moment,), h, True)
+        phase = p.angular_frequency * t
+        moment = Moment(y[0], V, y[1], phi, sigma, F, power(p, V, y, F), phase)
+        see_integrals(record, 0, (moment,), h, True)
         _see_phase(record, 0, phi, phases.solid, melted, h, True)
         is_soft = solids.is_soft(phases, phi, B)
         _see_solid(record, 0, phi <= melted, is_soft, phi >= phases.hard, True)

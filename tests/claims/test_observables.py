@@ -1,0 +1,155 @@
+"""What experiments report of an orbit, against independent integrators and in closed form."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from support.marks import marked
+from support.points import orbits, row
+
+from stickslip import Parameters, Status, simulate, stationary_orbit
+from stickslip.variables import OBSERVABLES, RESULT_COLUMNS, RESULTS
+
+BOTH = tuple(OBSERVABLES)
+ASKED = [i for i, name in enumerate(RESULT_COLUMNS) if RESULTS[name].observable]
+OTHERS = [i for i, name in enumerate(RESULT_COLUMNS) if not RESULTS[name].observable]
+
+# LSODA on the same equations, settled to 1e-9 of X_m; good to the digits that stand here.
+MEASURED: dict[float, dict[str, tuple[float, float]]] = {
+    200.0: {
+        "dissipated_energy": (3.343224e-9, 1e-15),
+        "friction_force_in_phase": (-6.865e-6, 1e-9),
+        "friction_force_out_of_phase": (1.330227e-3, 1e-9),
+        "friction_force_rms": (1.2120125e-3, 1e-10),
+        "friction_force_mean_abs": (9.200383e-4, 1e-10),
+    },
+    250.0: {
+        "dissipated_energy": (1.828701e-9, 1e-15),
+        "friction_force_in_phase": (8.018315e-5, 1e-11),
+        "friction_force_out_of_phase": (7.276171e-4, 1e-10),
+        "friction_force_mean_abs": (5.131182e-4, 1e-10),
+    },
+}
+
+
+@pytest.mark.parametrize("temperature", MEASURED)
+def test_they_are_those_of_independent_integrators(temperature: float) -> None:
+    p = Parameters(temperature=temperature)
+    orbit = stationary_orbit(p, rtol=1e-10, observables=BOTH)
+    for name, (value, last_digit) in MEASURED[temperature].items():
+        assert getattr(orbit, name) == pytest.approx(value, abs=0.51 * last_digit), name
+
+
+def sums_over(p: Parameters, periods: int) -> dict[str, float]:
+    """The observables of an orbit from its time courses, by sums over even samples."""
+    course = simulate(p, periods=periods, start="stationary", samples_per_period=20_000)
+    F, t = course.friction_force.values[:-1], course.elapsed_time.values[:-1]
+    phase, sign = p.angular_frequency * t, math.copysign(1.0, p.drive_amplitude)
+    return {
+        "friction_force_in_phase": 2.0 * sign * np.mean(F * np.cos(phase)),
+        "friction_force_out_of_phase": -2.0 * sign * np.mean(F * np.sin(phase)),
+        "friction_force_rms": np.sqrt(np.mean(F * F)),
+        "friction_force_mean_abs": np.mean(np.abs(F)),
+    }
+
+
+CASES: dict[str, dict[str, Any]] = {
+    "mirror image": {"temperature": 250.0, "drive_amplitude": -0.8e-6},
+    "asymmetric": {"temperature": 228.0},
+    "several periods": {
+        "temperature": 172.2, "viscosity_coefficient": 14781.0, "spring_stiffness": 1839.0,
+        "angular_frequency": 34.96,
+    },
+    "no film": {"elastic_coefficient": 0.0},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("changes", CASES.values(), ids=CASES)
+def test_they_are_integrals_over_the_time_courses(changes: dict[str, float]) -> None:
+    p = Parameters(**changes)
+    orbit = stationary_orbit(p, observables=BOTH)
+    assert orbit.status == Status.OK
+    for name, value in sums_over(p, orbit.orbit_periods).items():
+        tolerance = 1e-4 * orbit.friction_force_rms
+        assert getattr(orbit, name) == pytest.approx(value, abs=tolerance), name
+
+
+@pytest.mark.parametrize("changes", CASES.values(), ids=CASES)
+def test_a_cosine_dissipates_by_the_part_of_the_force_along_its_velocity(
+    changes: dict[str, float],
+) -> None:
+    p = Parameters(**changes)
+    orbit = stationary_orbit(p, observables="harmonics")
+    work = math.pi * abs(p.drive_amplitude) * orbit.friction_force_out_of_phase
+    # The integral of |F V| is at most the largest force over the way of the drive.
+    flow = orbit.friction_force_amplitude * 4.0 * abs(p.drive_amplitude)
+    allowed = max(orbit.power_balance_error * flow, 1e-12 * work)
+    assert orbit.dissipated_energy == pytest.approx(work, abs=allowed)
+
+
+# --- with and without them ------------------------------------------------------------------------
+
+POINTS = np.array([row(**changes) for changes in CASES.values()])
+STOCHASTIC = {"noise": "stochastic", "realizations": 3, "window": 20, "rtol": 1e-4}
+FIXED = {"method": "euler-cromer", "dt": 2e-5, "stationary_rtol": 1e-4}
+WAYS: dict[str, tuple[np.ndarray, dict[str, Any]]] = {
+    "adaptive": (POINTS, {}),
+    "euler-cromer": (POINTS[-1:], FIXED),
+    "stochastic": (
+        row(
+            angular_frequency=200.0, drive_amplitude=4e-8, spring_stiffness=6e4, block_mass=0.02,
+            rheological_index=0.0, viscosity_coefficient=1000.0, noise_intensity=1e-8,
+            initial_order_parameter=0.6,
+        )[None],
+        STOCHASTIC,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "way",
+    ["adaptive", *marked("slow", ["euler-cromer", "stochastic"])],  # kernels of their own
+)
+def test_asking_for_them_changes_no_other_number(way: str) -> None:
+    points, options = WAYS[way]
+    asked = orbits(points, **options, observables=BOTH)
+    plain = orbits(points, **options)
+    np.testing.assert_array_equal(asked.row[:, OTHERS], plain.row[:, OTHERS])
+    assert np.isfinite(asked.row[:, ASKED]).all()
+    assert np.isnan(plain.row[:, ASKED]).all()
+    half = orbits(points, **options, observables=("moments",))
+    assert np.isnan(half.friction_force_in_phase).all()
+    np.testing.assert_array_equal(half.friction_force_rms, asked.friction_force_rms)
+    # The largest force is not below its root mean square, nor that below the mean.
+    force = np.maximum(asked.friction_force_max, -asked.friction_force_min)
+    assert (asked.friction_force_mean_abs < asked.friction_force_rms).all()
+    assert (asked.friction_force_rms < force).all()
+
+
+@pytest.mark.stress
+def test_means_over_a_window_scatter_by_no_more_than_their_comments_say() -> None:
+    chaotic = {
+        "temperature": 205.9, "viscosity_coefficient": 22802.0, "spring_stiffness": 2349.9,
+        "angular_frequency": 35.874,
+    }  # fmt: skip
+    points = np.array([row(**chaotic, initial_displacement=1e-9 * i) for i in range(16)])
+    found = orbits(points, observables=BOTH)
+    assert (found.status == Status.APERIODIC).all()
+    allowed = 1.5 * np.mean(found.amplitude_error) / 3.0
+    scatter = found.row[:, ASKED].std(axis=0, ddof=1) / found.friction_force_rms.mean()
+    assert (scatter < allowed).all()
+    assert found.dissipated_energy.std(ddof=1) < allowed * found.dissipated_energy.mean()
+
+
+@pytest.mark.slow
+def test_both_methods_agree_on_them() -> None:
+    exact, errors = orbits(POINTS[-1:], rtol=1e-9, observables=BOTH), []
+    for dt in (4e-5, 2e-5):
+        fixed = orbits(POINTS[-1:], **FIXED | {"dt": dt}, observables=BOTH)
+        misses = abs(fixed.row[0, ASKED] - exact.row[0, ASKED]) / exact.friction_force_rms
+        errors.append(misses.max())
+    assert errors[1] < 2e-4
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.1)
