@@ -161,6 +161,8 @@ def _fitted(number: int, own: Set) -> dict[str, Any]:
     if odd:
         print("   ", own.free, list(own.varied), own.noise, ds.attrs["chi2"], true_chi2, flush=True)
         print("   ", own.true, own.start, ds.parameter_value.values, plain.parameter_value.values)
+        print("   ", ds.parameter_standard_error.values, ds.parameter_interval_lower.values)
+        print("   ", ds.parameter_interval_upper.values, ds.datum_regime.values, flush=True)
     return row
 
 

@@ -22,6 +22,11 @@ if TYPE_CHECKING:
 
     from sweeps.fitting.data import Table
     from sweeps.fitting.parameters import Free
+    from sweeps.fitting.refinement import Fit, Search
+    from sweeps.fitting.statistics import Statistics
+
+# How often a better minimum is looked for; by what part of chi2 it must be better.
+_AGAIN, BETTER = 3, 1e-4
 
 
 class FitError(ExpectedError, ValueError):
@@ -85,18 +90,30 @@ def fit(
     _require_lmfit()
     from sweeps.fitting.output import fit_dataset
     from sweeps.fitting.refinement import Search
-    from sweeps.fitting.statistics import profile_intervals, statistics_of
+    from sweeps.fitting.statistics import profile_intervals
 
     if not isinstance(config, Config):
         config = read_config({} if config is None else config)
     jobs = workers or get_active_backend()[1] or -1
     search = Search(model_of(read_data(data), free, config, jobs))
-    found = search.run()
-    known = statistics_of(found)
+    found, known = _best(search)
     intervals = profile_intervals(search, found, known) if profile else None
-    result = fit_dataset(found, known, config, intervals)
+    result = fit_dataset(found, known, config, intervals, search.computed)
     register_accessors()
     return result
+
+
+def _best(search: Search) -> tuple[Fit, Statistics]:
+    """Return the best minimum and its statistics, whose intervals may lead to a better one."""
+    from sweeps.fitting.statistics import statistics_of, widened
+
+    found = search.run()
+    for _ in range(_AGAIN):
+        known, best = widened(search, found, statistics_of(found))
+        if best.chi2 >= found.trial.chi2 * (1.0 - BETTER):
+            break
+        found = search.run([best])
+    return found, known
 
 
 def model_of(data: Measurements, free: Free, config: Config, jobs: int = -1) -> Model:

@@ -34,7 +34,9 @@ RELATIVE = (
 GIVEN = "those of the data; standard errors grow with the root of chi2/dof where that is above 1"
 
 
-def fit_dataset(fit: Fit, known: Statistics, config: Config, profile: Floats | None) -> xr.Dataset:
+def fit_dataset(
+    fit: Fit, known: Statistics, config: Config, profile: Floats | None, trials: int
+) -> xr.Dataset:
     """Return the file of a fit: the sweep of the fitted curve, with the fit beside it.
 
     Along `datum`: `measured_value`, `measured_error`, `fitted_value`, `residual`, and so on; along
@@ -46,7 +48,7 @@ def fit_dataset(fit: Fit, known: Statistics, config: Config, profile: Floats | N
         "degrees_of_freedom": fit.dof,
         "reduced_chi2": fit.reduced,
         "measurement_errors": RELATIVE if fit.model.data.relative else GIVEN,
-        "trials": fit.computed,
+        "trials": trials,
     }
     data = _of_data(fit) | _of_parameters(fit, known, profile)
     names = (FREE, [each.name for each in fit.model.free])

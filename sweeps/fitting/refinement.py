@@ -45,14 +45,12 @@ class Fit:
     """A minimum: the trial there, the derivatives (n, p), data next to a jump (n,).
 
     `scale` is the variance of residuals: chi2/dof, or 1 where that is less and errors are known.
-    `computed` counts trials.
     """
 
     model: Model
     trial: Trial
     slopes: Floats
     at_jump: NDArray[np.bool_]
-    computed: int = 0
 
     @property
     def dof(self) -> int:
@@ -80,9 +78,9 @@ class Search:
     computed: int = 0
     _random: np.random.Generator = field(default_factory=lambda: np.random.default_rng(_SEED))
 
-    def run(self) -> Fit:
-        """Return the best minimum that was found."""
-        best = self._refined(_distinct(self._sweep(), _STARTS))
+    def run(self, starts: Sequence[Trial] = ()) -> Fit:
+        """Return the best minimum that was found, from the best of a sweep or from `starts`."""
+        best = self._refined(starts or _distinct(self._sweep(), _STARTS))
         scale, looks = _SCALE, 0
         while looks < _ROUNDS and scale > _SMALLEST and not self._is_exact(best):
             around = self._glance(self._cloud(best, scale))
@@ -96,9 +94,7 @@ class Search:
             else:
                 best = min(best, better, key=lambda fit: fit.trial.chi2)
                 scale /= 2.0
-        best = self._settled(best)
-        best.computed = self.computed
-        return best
+        return self._settled(best)
 
     def _settled(self, fit: Fit) -> Fit:
         """Return a minimum after some steps of Gauss and Newton, where they lead within it.
@@ -181,8 +177,7 @@ class Question(NamedTuple):
 def minimum(model: Model, start: Floats, ask: Any) -> Fit:
     """Return the minimum that lmfit finds from a place (p,), a valley or the edge of a jump."""
     minimizer = Minimizer(model, ask)
-    result = minimizer.fit(start)
-    u = np.array([result.params[free.name].value for free in model.free])
+    u = minimizer.fit(start)
     trial = minimizer.trial(u)
     slopes, at_jump = ask(Question(u, trial))
     return Fit(model, trial, slopes, at_jump)
@@ -196,12 +191,13 @@ class Minimizer:
         self._ask = ask
         self._trial: Trial | None = None
 
-    def fit(self, start: Floats) -> Any:
-        """Return the result of lmfit from a place (p,)."""
+    def fit(self, start: Floats, fixed: int | None = None) -> Floats:
+        """Return the place (p,) of the minimum that lmfit finds from another; one may be fixed."""
+        parameters = self._parameters(start, fixed)
         minimizer = lmfit.Minimizer(
-            self._residuals, self._parameters(start), calc_covar=False, max_nfev=_EVALUATIONS
+            self._residuals, parameters, calc_covar=False, max_nfev=_EVALUATIONS
         )
-        return minimizer.least_squares(jac=self._slopes, **_TOLERANCES)
+        return self._place(minimizer.least_squares(jac=self._slopes, **_TOLERANCES).params)
 
     def at(self, u: Floats, errors: Floats) -> tuple[Any, Any]:
         """Return lmfit's Minimizer and result for a minimum (p,) with these standard errors."""
@@ -221,10 +217,11 @@ class Minimizer:
         result._calculate_statistics()
         return minimizer, result
 
-    def _parameters(self, start: Floats) -> Any:
+    def _parameters(self, start: Floats, fixed: int | None = None) -> Any:
         parameters = lmfit.Parameters()
-        for free, u in zip(self._model.free, start, strict=True):
-            parameters.add(free.name, value=float(u), min=free.lower, max=free.upper)
+        for number, (free, u) in enumerate(zip(self._model.free, start, strict=True)):
+            limits = {"min": free.lower, "max": free.upper}
+            parameters.add(free.name, value=float(u), vary=number != fixed, **limits)
         return parameters
 
     def trial(self, u: Floats) -> Trial:

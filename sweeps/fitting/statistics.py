@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import dataclass
+from collections.abc import Sequence
 from enum import IntEnum
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,10 @@ from scipy.stats import chi2, f, t
 
 from sweeps.exits import ExpectedError
 from sweeps.fitting.data import Floats
+from sweeps.fitting.parameters import FreeParameter
 from sweeps.fitting.refinement import Fit, Minimizer, Search
-from sweeps.fitting.trials import STEP
+from sweeps.fitting.together import Together
+from sweeps.fitting.trials import STEP, Trial
 
 LEVEL = 0.95
 """Probability of an interval."""
@@ -24,6 +26,9 @@ LEVEL = 0.95
 _ROUGHNESS = 1e-8
 # Of a parameter's natural unit, or of its logarithm: one with a larger standard error is not known.
 _LARGE = 1.0
+# Where all standard errors are smaller, valleys are straight.
+_SMALL = 0.05
+_NEARLY, _MOVES = 0.8, 6  # part of a rise that is enough; how often an end is moved
 _PART = 0.1  # of a direction that changes nothing: what a parameter must have to be in it
 _AT_BOUND = 1e-3  # of the distance of the bounds
 
@@ -36,8 +41,7 @@ class Determination(IntEnum):
     AT_BOUND = 2
 
 
-@dataclass(frozen=True)
-class Statistics:
+class Statistics(NamedTuple):
     """Standard errors (p,) and correlations (p, p) on the scales of the parameters.
 
     NaN where `determination` (p,) says that there are none; `intervals` (p, 2) hold the true value
@@ -80,6 +84,74 @@ def statistics_of(fit: Fit) -> Statistics:
     return Statistics(errors, correlations, codes, intervals)
 
 
+def widened(search: Search, fit: Fit, known: Statistics) -> tuple[Statistics, Trial]:
+    """Return the statistics with intervals as long as the data let them be, and the best trial.
+
+    Standard errors hold only if chi2 is a parabola. For each parameter the others are fitted anew
+    at the ends of its interval, and it is moved on where chi2 has not risen as it should. The
+    standard error becomes that of the longer side. A trial that is better than the minimum is
+    another minimum.
+    """
+    goal = t.ppf(0.5 + LEVEL / 2.0, fit.dof) if fit.dof > 0 else math.nan
+    loose = [
+        number
+        for number, error in enumerate(known.errors)
+        if 0.0 < error <= _LARGE and math.isfinite(goal)
+    ]
+    sides = [(number, sign) for number in loose for sign in (-1.0, 1.0)]
+    together = Together(search.answers)
+    ends = together.run(lambda side: _end(fit, known, side, float(goal), together.ask), sides)
+    errors, intervals, codes = known.errors.copy(), known.intervals.copy(), known.determination
+    for (number, sign), (distance, _) in zip(sides, ends, strict=True):
+        intervals[number, int(sign > 0)] = fit.trial.u[number] + sign * distance
+        errors[number] = max(errors[number], distance / goal)
+    codes = np.where(errors > _LARGE, Determination.UNDETERMINED, codes).astype(np.int8)
+    best = min([fit.trial, *(trial for _, trial in ends)], key=lambda trial: trial.chi2)
+    return known._replace(errors=errors, intervals=intervals, determination=codes), best
+
+
+def _end(
+    fit: Fit, known: Statistics, side: tuple[int, float], goal: float, ask: Any
+) -> tuple[float, Trial]:
+    """Return how far an interval reaches to a side, and the best trial on the way.
+
+    `goal` is the root of the rise of chi2 that ends it, in units of its scale.
+    """
+    (number, sign), free = side, fit.model.free[side[0]]
+    minimizer, curved = Minimizer(fit.model, ask), bool(np.any(known.errors > _SMALL))
+    ahead = sign * known.correlations[:, number] * known.errors / known.errors[number]
+    ahead = np.nan_to_num(ahead)
+    ahead[number] = sign
+    room = free.upper - fit.trial.u[number] if sign > 0 else fit.trial.u[number] - free.lower
+    distance, best, place, before = goal * known.errors[number], fit.trial, fit.trial.u, 0.0
+    for _ in range(_MOVES):
+        if distance >= room:
+            return math.inf, best
+        place = _within(fit.model.free, place + (distance - before) * ahead)
+        place[number] = fit.trial.u[number] + sign * distance
+        trial = minimizer.trial(place)
+        if curved or _rise(fit, trial) < _NEARLY * goal:
+            trial = minimizer.trial(minimizer.fit(place, number))
+        best = min(best, trial, key=lambda each: each.chi2)
+        rise = _rise(fit, trial)
+        if rise >= _NEARLY * goal:
+            return distance * max(1.0, goal / rise), best
+        place, before = trial.u.copy(), distance
+        distance *= min(2.0, goal / max(rise, 1e-3))
+    return math.inf, best
+
+
+def _rise(fit: Fit, trial: Trial) -> float:
+    """Return how far a trial is above the minimum, in standard errors."""
+    return math.sqrt(max(0.0, trial.chi2 - fit.trial.chi2) / fit.scale)
+
+
+def _within(free: Sequence[FreeParameter], place: Floats) -> Floats:
+    low, high = np.array([(each.lower, each.upper) for each in free]).T
+    inside: Floats = np.clip(place, low, high)
+    return inside
+
+
 def _at_bound(fit: Fit) -> NDArray[np.bool_]:
     low, high = np.array([(each.lower, each.upper) for each in fit.model.free]).T
     near = _AT_BOUND * (high - low)
@@ -118,15 +190,17 @@ def profile_intervals(search: Search, fit: Fit, known: Statistics) -> Floats:
         return found
     import lmfit
 
-    minimizer = Minimizer(fit.model, lambda question: search.answers([question])[0])
-    around, result = minimizer.at(fit.trial.u, known.errors)
+    together = Together(search.answers)
+
+    def ends(name: str) -> list[float]:
+        around, result = Minimizer(fit.model, together.ask).at(fit.trial.u, known.errors)
+        found = lmfit.conf_interval(around, result, [name], [LEVEL], prob_func=_probability_of(fit))
+        return [value for _, value in found[name]]
+
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # of bounds: an end is NaN then
-        ends = lmfit.conf_interval(around, result, names, [LEVEL], prob_func=_probability_of(fit))
-    for number, each in enumerate(free):
-        if each.name in ends:
-            values = [value for _, value in ends[each.name]]
-            found[number] = [values[0], values[-1]]
+        for name, values in zip(names, together.run(ends, names), strict=True):
+            found[[each.name for each in free].index(name)] = [values[0], values[-1]]
     found[~np.isfinite(found)] = np.nan
     return found
 
