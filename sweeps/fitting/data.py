@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.variables import PARAMETERS, RESULTS, canonical_name
+from stickslip.variables import BY_SYMBOL, PARAMETERS, RESULTS, canonical_name
 from sweeps.exits import Exit, ExpectedError
 from sweeps.human import did_you_mean
 
@@ -185,7 +185,12 @@ def _role(name: str) -> str | None:
 def _unknown(name: str, header: Sequence[str]) -> str:
     if len(header) == 1 and (";" in name or "\t" in name):
         return "cells are separated by commas, and decimals have a point"
-    known = [*PARAMETERS, *MEASURABLE, *(f"{measured}{_ERROR}" for measured in MEASURABLE)]
+    known = [
+        *PARAMETERS,
+        *BY_SYMBOL,
+        *MEASURABLE,
+        *(f"{measured}{_ERROR}" for measured in MEASURABLE),
+    ]
     what = "is neither a parameter nor a measured variable nor the error of one"
     return what + (did_you_mean(name, known) or "; rename it or leave it out")
 

@@ -70,7 +70,7 @@ def curve_config(fit: Fit, config: Config) -> Config:
     axes = dict(sorted(varied.items(), key=lambda item: -len(np.unique(item[1]))))
     model = {name: value for name, value in fixed.items() if name not in varied}
     written: dict[str, Any] = config.resolved() | {"model": model, "sweep": {}, "cases": {}}
-    written["stationary"]["max_periods"] = min(config.stationary.max_periods, PATIENCE)
+    written["stationary"]["max_periods"] = min(config.stationary.max_periods, PATIENCE.periods)
     names = ", ".join(each.name for each in fit.model.free)
     written["title"] = config.title or f"Fit of {names} to {len(data.value)} values"
     others = [*axes][1:]

@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from stickslip.parameters import Parameters
-from stickslip.variables import PARAMETERS, ParameterVariable, canonical_name
+from stickslip.variables import BY_SYMBOL, PARAMETERS, ParameterVariable, canonical_name
 from sweeps.exits import ExpectedError
 from sweeps.fitting.data import Floats
 from sweeps.human import did_you_mean
@@ -81,7 +81,10 @@ def free_parameters(free: Free, fixed: Parameters, columns: Iterable[str]) -> li
     for given, limits in ranges.items():
         name = canonical_name(given)
         if name is None:
-            hint = did_you_mean(given, PARAMETERS) or "; see `stickslip schema` for their names"
+            hint = (
+                did_you_mean(given, [*PARAMETERS, *BY_SYMBOL])
+                or "; see `stickslip schema` for their names"
+            )
             raise FreeError(f"there is no parameter {given!r}{hint}")
         if name in columns:
             raise FreeError(f"{name} is free, and a column of the data: leave one of them out")

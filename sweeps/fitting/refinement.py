@@ -14,20 +14,20 @@ from scipy.stats import qmc
 
 from sweeps.fitting.data import Floats
 from sweeps.fitting.together import Together
-from sweeps.fitting.trials import Model, Trial
+from sweeps.fitting.trials import Budget, Model, Trial
 
-# Drive periods: of trials that only show where to begin, of those that lead to the minimum. Nearly
+# Budgets of trials that only show where to begin, of those that lead to the minimum. Nearly
 # all orbits are found within the first; one that goes on is mostly chaotic and costs hundreds.
-GLANCE, PATIENCE = 64, 256
+GLANCE, PATIENCE = Budget(64, 30_000), Budget(256, 300_000)
 
 _TRIALS = 64  # of the first sweep, for one or two free parameters; twice as many for each further
 _MOST = 1024
-_STARTS = 4
+_STARTS, _APART = 4, 0.2  # starts of fits beside the one given; distance as a part of the box
 
 # Of a fit in lmfit and scipy: relative changes of chi2 and of parameters. The gradient is no
 # measure, since residuals have no scale. Below, the roughness of the amplitudes would decide.
 _TOLERANCES: dict[str, Any] = {"ftol": 1e-6, "xtol": 1e-7, "gtol": None, "x_scale": "jac"}
-_EVALUATIONS = 40
+_EVALUATIONS, _FEW_EVALUATIONS = 40, 12
 
 # Looks around a minimum: trials each, scales in standard errors, and how often at most.
 _AROUND, _ROUNDS = 32, 8
@@ -72,28 +72,33 @@ class Fit:
 
 @dataclass
 class Search:
-    """The search for the best minimum of a model; deterministic, whatever the start."""
+    """The search for the best minimum of a model; deterministic, whatever the start.
+
+    `computed` counts trials; `seen` are those on the way, without those for derivatives.
+    """
 
     model: Model
     computed: int = 0
+    seen: list[Trial] = field(default_factory=list)
     _random: np.random.Generator = field(default_factory=lambda: np.random.default_rng(_SEED))
 
     def run(self, starts: Sequence[Trial] = ()) -> Fit:
         """Return the best minimum that was found, from the best of a sweep or from `starts`."""
-        best = self._refined(starts or _distinct(self._sweep(), _STARTS))
+        best = self._refined(starts or self._spread(self._sweep()), _FEW_EVALUATIONS)
+        best = self._refined([best.trial])
         scale, looks = _SCALE, 0
         while looks < _ROUNDS and scale > _SMALLEST and not self._is_exact(best):
             around = self._glance(self._cloud(best, scale))
             starts = _promising(best.trial, around)
             looks += 1
-            better = self._refined(starts) if starts else best
+            better = self._refined(starts, _FEW_EVALUATIONS) if starts else best
             if better.trial.chi2 < best.trial.chi2 * (1.0 - _IMPROVED):
                 best = better
             elif all(trial.signature == best.trial.signature for trial in around):
                 break  # no jump is near: it is a minimum
             else:
                 best = min(best, better, key=lambda fit: fit.trial.chi2)
-                scale /= 2.0
+                scale /= 4.0
         return self._settled(best)
 
     def _settled(self, fit: Fit) -> Fit:
@@ -126,20 +131,40 @@ class Search:
         places[0] = [each.start for each in free]
         return self._glance(places)
 
+    def _spread(self, swept: Sequence[Trial]) -> list[Trial]:
+        """Return the start and the best other trials, apart from each other or of other kinds."""
+        low, high = np.array([each.box for each in self.model.free]).T
+        chosen = [swept[0]]
+        for trial in sorted(swept[1:], key=lambda trial: trial.chi2):
+            near = [
+                bool(np.all(np.abs(trial.u - other.u) < _APART * (high - low)))
+                and trial.signature == other.signature
+                for other in chosen
+            ]
+            if not any(near) and len(chosen) <= _STARTS:
+                chosen.append(trial)
+        return chosen
+
     def _glance(self, places: Floats) -> list[Trial]:
         self.computed += len(places)
-        return self.model.trials(places, GLANCE)
+        trials = self.model.trials(places, GLANCE)
+        self.seen += trials
+        return trials
 
-    def _refined(self, starts: Sequence[Trial]) -> Fit:
+    def _refined(self, starts: Sequence[Trial], evaluations: int = _EVALUATIONS) -> Fit:
         """Return the best minimum that fits from these starts, side by side, lead to."""
         together = Together(self.answers)
-        fits = together.run(lambda start: minimum(self.model, start.u, together.ask), starts)
+        fits = together.run(
+            lambda start: minimum(self.model, start.u, together.ask, evaluations), starts
+        )
         return min(fits, key=lambda fit: fit.trial.chi2)
 
     def answers(self, questions: list[Question]) -> list[Any]:
         """Return a trial for each question or, where it has one already, its derivatives."""
         fresh = [question.u for question in questions if question.trial is None]
-        trials = iter(self.model.trials(np.array(fresh), PATIENCE) if fresh else [])
+        found = self.model.trials(np.array(fresh), PATIENCE) if fresh else []
+        self.seen += found
+        trials = iter(found)
         given = [question.trial for question in questions if question.trial is not None]
         slopes = iter(self.model.all_slopes(given, PATIENCE))
         self.computed += len(fresh) + 2 * len(self.model.free) * len(given)
@@ -174,9 +199,9 @@ class Question(NamedTuple):
     trial: Trial | None = None
 
 
-def minimum(model: Model, start: Floats, ask: Any) -> Fit:
+def minimum(model: Model, start: Floats, ask: Any, evaluations: int) -> Fit:
     """Return the minimum that lmfit finds from a place (p,), a valley or the edge of a jump."""
-    minimizer = Minimizer(model, ask)
+    minimizer = Minimizer(model, ask, evaluations)
     u = minimizer.fit(start)
     trial = minimizer.trial(u)
     slopes, at_jump = ask(Question(u, trial))
@@ -186,16 +211,19 @@ def minimum(model: Model, start: Floats, ask: Any) -> Fit:
 class Minimizer:
     """lmfit's view of a model: residuals and derivatives as functions of its Parameters."""
 
-    def __init__(self, model: Model, ask: Any) -> None:
+    def __init__(self, model: Model, ask: Any, evaluations: int = _EVALUATIONS) -> None:
         self._model = model
+        self._evaluations = evaluations
         self._ask = ask
         self._trial: Trial | None = None
 
     def fit(self, start: Floats, fixed: int | None = None) -> Floats:
         """Return the place (p,) of the minimum that lmfit finds from another; one may be fixed."""
         parameters = self._parameters(start, fixed)
+        if not any(parameter.vary for parameter in parameters.values()):
+            return start
         minimizer = lmfit.Minimizer(
-            self._residuals, parameters, calc_covar=False, max_nfev=_EVALUATIONS
+            self._residuals, parameters, calc_covar=False, max_nfev=self._evaluations
         )
         return self._place(minimizer.least_squares(jac=self._slopes, **_TOLERANCES).params)
 

@@ -88,9 +88,9 @@ def widened(search: Search, fit: Fit, known: Statistics) -> tuple[Statistics, Tr
     """Return the statistics with intervals as long as the data let them be, and the best trial.
 
     Standard errors hold only if chi2 is a parabola. For each parameter the others are fitted anew
-    at the ends of its interval, and it is moved on where chi2 has not risen as it should. The
-    standard error becomes that of the longer side. A trial that is better than the minimum is
-    another minimum.
+    at the ends of its interval, and it is moved on where chi2 has not risen as it should. Intervals
+    reach over all other trials that fit about as well. The standard error becomes that of the
+    longer side. A trial that is better than the minimum is another minimum.
     """
     goal = t.ppf(0.5 + LEVEL / 2.0, fit.dof) if fit.dof > 0 else math.nan
     loose = [
@@ -101,13 +101,19 @@ def widened(search: Search, fit: Fit, known: Statistics) -> tuple[Statistics, Tr
     sides = [(number, sign) for number in loose for sign in (-1.0, 1.0)]
     together = Together(search.answers)
     ends = together.run(lambda side: _end(fit, known, side, float(goal), together.ask), sides)
-    errors, intervals, codes = known.errors.copy(), known.intervals.copy(), known.determination
+    intervals = known.intervals.copy()
     for (number, sign), (distance, _) in zip(sides, ends, strict=True):
         intervals[number, int(sign > 0)] = fit.trial.u[number] + sign * distance
-        errors[number] = max(errors[number], distance / goal)
-    codes = np.where(errors > _LARGE, Determination.UNDETERMINED, codes).astype(np.int8)
+    for seen in search.seen:
+        if _rise(fit, seen) < goal:
+            intervals[:, 0] = np.minimum(intervals[:, 0], seen.u)
+            intervals[:, 1] = np.maximum(intervals[:, 1], seen.u)
+    longest = np.abs(intervals - fit.trial.u[:, None]).max(axis=1)
+    errors = np.where(known.errors > 0.0, np.fmax(known.errors, longest / goal), known.errors)
+    codes = np.where(errors > _LARGE, Determination.UNDETERMINED, known.determination)
     best = min([fit.trial, *(trial for _, trial in ends)], key=lambda trial: trial.chi2)
-    return known._replace(errors=errors, intervals=intervals, determination=codes), best
+    found = known._replace(errors=errors, intervals=intervals, determination=codes.astype(np.int8))
+    return found, best
 
 
 def _end(

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import joblib
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.options import Options
+from stickslip.options import METHODS, Options
 from stickslip.orbit import failed_row
 from stickslip.parameters import Parameters
 from stickslip.points import orbit_rows
@@ -27,6 +28,21 @@ STEP = 1e-3
 """Step of derivatives on the scale of a free parameter: 1e5 times the roughness of amplitudes."""
 
 _STANDARD_ERRORS = 3.0  # that an amplitude_error of a mean holds
+
+
+class Budget(NamedTuple):
+    """Drive periods, and steps, that an orbit may take; a typical one takes 10 and 3000."""
+
+    periods: int
+    steps: int
+
+    def of(self, options: Options) -> Options:
+        """Return options within the budget."""
+        steps = self.steps if options.max_steps is None else min(self.steps, options.max_steps)
+        if METHODS[options.method].own_option == "dt":
+            steps = options.settings().max_steps  # it knows in advance how many it takes
+        periods = min(self.periods, options.max_periods)
+        return replace(options, max_periods=periods, max_steps=steps)
 
 
 @dataclass(frozen=True)
@@ -76,16 +92,16 @@ class Model:
     options: Options
     jobs: int = -1
 
-    def trials(self, places: Floats, max_periods: int) -> list[Trial]:
+    def trials(self, places: Floats, budget: Budget) -> list[Trial]:
         """Return the trials at places (m, p), computed together.
 
-        Orbits are searched for `max_periods` drive periods and no longer.
+        Orbits are searched for within a budget and no longer.
         """
-        results = self._results(places, max_periods)
+        results = self._results(places, budget)
         return [self._trial(u, rows) for u, rows in zip(places, results, strict=True)]
 
     def all_slopes(
-        self, trials: Sequence[Trial], max_periods: int
+        self, trials: Sequence[Trial], budget: Budget
     ) -> list[tuple[Floats, NDArray[np.bool_]]]:
         """Return derivatives (n, p) of the residuals, and which data (n,) are next to a jump.
 
@@ -97,7 +113,7 @@ class Model:
             return []
         steps = STEP * np.concatenate([np.eye(len(self.free)), -np.eye(len(self.free))])
         moved = np.concatenate([trial.u + steps for trial in trials])
-        beside = self.trials(moved, max_periods)
+        beside = self.trials(moved, budget)
         size = len(steps)
         return [
             self._slopes(trial, beside[size * number : size * (number + 1)])
@@ -129,11 +145,11 @@ class Model:
             points[:, :, column] = free.value(places[:, number])[:, None]
         return points
 
-    def _results(self, places: Floats, max_periods: int) -> Floats:
+    def _results(self, places: Floats, budget: Budget) -> Floats:
         """Return the result rows (m, rows, columns) at places."""
         points = self.points(places)
         flat = points.reshape(-1, points.shape[-1])
-        options = replace(self.options, max_periods=min(max_periods, self.options.max_periods))
+        options = budget.of(self.options)
         results = np.tile(failed_row(Status.FAILED), (len(flat), 1))
         valid = np.repeat([self._is_valid(u) for u in places], self.data.rows)
         valid &= np.array([unbounded(*row) is None for row in flat[:, _ENERGY]], dtype=bool)
