@@ -107,6 +107,8 @@ def _draw_data(above: Axes, below: Axes, data: xr.Dataset, part: _Curve, *, cros
     at_jump = data.datum_at_jump.values == 1
     for hollow, fill in ((False, part.style.colour), (True, "white")):
         own = at_jump == hollow
+        if not own.any():
+            continue
         dots: dict[str, Any] = {"marker": "o", "markerfacecolor": fill, "zorder": 4}
         above.errorbar(part.x[own], measured[own], error[own], elinewidth=0.8, **look, **dots)
         below.plot(part.x[own], data.residual.values[own], **look, **dots)

@@ -85,17 +85,19 @@ def fit(
     FitError
         lmfit is missing; the config has axes or a stochastic film.
     ProfileError
-        There is a single free parameter, or no scatter.
+        There is a single free parameter, or there are no more data than those.
     """
     _require_lmfit()
     from sweeps.fitting.output import fit_dataset
     from sweeps.fitting.refinement import Search
-    from sweeps.fitting.statistics import profile_intervals
+    from sweeps.fitting.statistics import profile_intervals, refuse_profile
 
     if not isinstance(config, Config):
         config = read_config({} if config is None else config)
     jobs = workers or get_active_backend()[1] or -1
     search = Search(model_of(read_data(data), free, config, jobs))
+    if profile:
+        refuse_profile(search.model)
     found, known = _best(search)
     intervals = profile_intervals(search, found, known) if profile else None
     result = fit_dataset(found, known, config, intervals, search.computed)

@@ -26,7 +26,8 @@ _STARTS, _APART = 4, 0.2  # starts of fits beside the one given; distance as a p
 
 # Of a fit in lmfit and scipy: relative changes of chi2 and of parameters. The gradient is no
 # measure, since residuals have no scale. Below, the roughness of the amplitudes would decide.
-_TOLERANCES: dict[str, Any] = {"ftol": 1e-6, "xtol": 1e-7, "gtol": None, "x_scale": "jac"}
+_TOLERANCES: dict[str, Any] = {"ftol": 1e-6, "xtol": 1e-7, "gtol": None}
+_PULL = 1e-6  # of a natural unit by which a parameter is off, relative to the amplitudes
 _EVALUATIONS, _FEW_EVALUATIONS = 40, 12
 
 # Looks around a minimum: trials each, scales in standard errors, and how often at most.
@@ -209,17 +210,23 @@ def minimum(model: Model, start: Floats, ask: Any, evaluations: int) -> Fit:
 
 
 class Minimizer:
-    """lmfit's view of a model: residuals and derivatives as functions of its Parameters."""
+    """lmfit's view of a model: residuals and derivatives as functions of its Parameters.
+
+    Parameters are held to the start by a spring so weak that it moves only those that change
+    nothing: solvers cannot do with derivatives that are all 0.
+    """
 
     def __init__(self, model: Model, ask: Any, evaluations: int = _EVALUATIONS) -> None:
         self._model = model
         self._evaluations = evaluations
         self._ask = ask
+        self._pull = _PULL * float(np.linalg.norm(model.data.value / model.data.error))
+        self._start = np.array([free.start for free in model.free])
         self._trial: Trial | None = None
 
     def fit(self, start: Floats, fixed: int | None = None) -> Floats:
         """Return the place (p,) of the minimum that lmfit finds from another; one may be fixed."""
-        parameters = self._parameters(start, fixed)
+        parameters, self._start = self._parameters(start, fixed), start
         if not any(parameter.vary for parameter in parameters.values()):
             return start
         minimizer = lmfit.Minimizer(
@@ -229,6 +236,7 @@ class Minimizer:
 
     def at(self, u: Floats, errors: Floats) -> tuple[Any, Any]:
         """Return lmfit's Minimizer and result for a minimum (p,) with these standard errors."""
+        self._start = u
         # lmfit makes profiles with another solver, which has other options.
         minimizer = lmfit.Minimizer(
             self._residuals,
@@ -259,15 +267,23 @@ class Minimizer:
         return self._trial
 
     def _residuals(self, parameters: Any) -> Floats:
-        return self.trial(self._place(parameters)).residuals
+        u = self._place(parameters)
+        pulled = self._pull * (u - self._start)[self._varied(parameters)]
+        return np.append(self.trial(u).residuals, pulled)
 
     def _slopes(self, parameters: Any) -> Floats:
         u = self._place(parameters)
         slopes: Floats = self._ask(Question(u, self.trial(u)))[0]
-        varied = [
+        pulled = self._pull * np.eye(len(u))
+        return np.concatenate([slopes, pulled[self._varied(parameters)]])[
+            :, self._varied(parameters)
+        ]
+
+    def _varied(self, parameters: Any) -> list[int]:
+        """Return the numbers of the parameters that are not fixed."""
+        return [
             number for number, free in enumerate(self._model.free) if parameters[free.name].vary
         ]
-        return np.take(slopes, varied, axis=1)
 
     def _place(self, parameters: Any) -> Floats:
         return np.array([parameters[free.name].value for free in self._model.free])

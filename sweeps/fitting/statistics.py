@@ -17,7 +17,7 @@ from sweeps.fitting.data import Floats
 from sweeps.fitting.parameters import FreeParameter
 from sweeps.fitting.refinement import Fit, Minimizer, Search
 from sweeps.fitting.together import Together
-from sweeps.fitting.trials import STEP, Trial
+from sweeps.fitting.trials import STEP, Model, Trial
 
 LEVEL = 0.95
 """Probability of an interval."""
@@ -176,6 +176,14 @@ class ProfileError(ExpectedError, ValueError):
     """No profile can be computed; the message says why."""
 
 
+def refuse_profile(model: Model) -> None:
+    """Raise ProfileError if a fit of a model can have no profile."""
+    if len(model.free) < 2:
+        raise ProfileError("a profile needs two free parameters or more: others are fitted anew")
+    if len(model.data.value) <= len(model.free):
+        raise ProfileError("a profile needs more data than free parameters")
+
+
 def profile_intervals(search: Search, fit: Fit, known: Statistics) -> Floats:
     """Return intervals (p, 2) of the profile likelihood, on the scales of the parameters.
 
@@ -185,14 +193,8 @@ def profile_intervals(search: Search, fit: Fit, known: Statistics) -> Floats:
     """
     found = np.full((len(fit.trial.u), 2), np.nan)
     free = fit.model.free
-    if len(free) < 2:
-        raise ProfileError("a profile needs two free parameters or more: others are fitted anew")
-    if fit.dof < 1:
-        raise ProfileError("a profile needs more data than free parameters")
-    if fit.scale == 0.0:
-        raise ProfileError("data without any scatter have no profile")
     names = [each.name for each, error in zip(free, known.errors, strict=True) if error > 0.0]
-    if not names:
+    if not names:  # or all are exact
         return found
     import lmfit
 
