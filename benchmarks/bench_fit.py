@@ -37,8 +37,8 @@ PAIRS = (
 VARIED = ("temperature", "angular_frequency", "spring_stiffness")
 FORCE, STRESS = "friction_force_amplitude", "elastic_stress_amplitude"
 NOISES = (0.01, 0.05)
-MOST_PERIODS = 60
-"""A set is cheap if the orbits of its data are found within so many periods."""
+MOST_PERIODS, MOST_STEPS = 60, 30_000
+"""A set is cheap if the orbits of its data are found within so many periods and steps."""
 
 STARTS = ((5e4, -2 / 3), (1e5, -0.8), (5e4, 0.0), (2e4, -0.2))
 EXACT = 1e-4
@@ -84,7 +84,7 @@ def _candidate(rng: np.random.Generator, noise: float) -> Set | None:
     }
     width = rng.uniform(1.2, 1.6)
     varied = {str(name): values.pop(name) * np.linspace(1 / width, width, rng.integers(8, 15))}
-    ds = stationary_orbits(values | varied, max_periods=MOST_PERIODS)
+    ds = stationary_orbits(values | varied, max_periods=MOST_PERIODS, max_steps=MOST_STEPS)
     force = ds[FORCE].values
     if (ds.status != 0).any() or np.ptp(force) < 0.02 * force.max():
         return None

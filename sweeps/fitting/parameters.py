@@ -22,10 +22,10 @@ LOGARITHMIC, PLAIN = "logarithmic", "plain"
 
 # How far from the start trials of a sweep, and all trials, may lie, as factors. Temperatures do not
 # span decades.
-_NEAR, _FAR = math.log(30.0), math.log(1e4)
+_NEAR, _FAR = math.log(30.0), math.log(300.0)
 _NEAR_K, _FAR_K = math.log(1.5), math.log(5.0)
 # The same for parameters that may be 0 or negative, in their natural unit.
-_NEAR_PLAIN, _FAR_PLAIN = 1.0, 3.0
+_NEAR_PLAIN, _FAR_PLAIN = 1.0, 2.0
 # Distance of trials from a bound that is no valid value, in the natural unit.
 _MARGIN = 0.01
 

@@ -212,8 +212,9 @@ def minimum(model: Model, start: Floats, ask: Any, evaluations: int) -> Fit:
 class Minimizer:
     """lmfit's view of a model: residuals and derivatives as functions of its Parameters.
 
-    Parameters are held to the start by a spring so weak that it moves only those that change
-    nothing: solvers cannot do with derivatives that are all 0.
+    Its parameters are distances from an origin. That of a fit is its start, so that the first step
+    is one of a unit, not of the size of a logarithm. A spring holds them there, so weak that it
+    moves only those that change nothing: solvers cannot do with derivatives that are all 0.
     """
 
     def __init__(self, model: Model, ask: Any, evaluations: int = _EVALUATIONS) -> None:
@@ -221,12 +222,13 @@ class Minimizer:
         self._evaluations = evaluations
         self._ask = ask
         self._pull = _PULL * float(np.linalg.norm(model.data.value / model.data.error))
-        self._start = np.array([free.start for free in model.free])
+        self._origin = np.zeros(len(model.free))
         self._trial: Trial | None = None
 
     def fit(self, start: Floats, fixed: int | None = None) -> Floats:
         """Return the place (p,) of the minimum that lmfit finds from another; one may be fixed."""
-        parameters, self._start = self._parameters(start, fixed), start
+        self._origin = start
+        parameters = self._parameters(start, fixed)
         if not any(parameter.vary for parameter in parameters.values()):
             return start
         minimizer = lmfit.Minimizer(
@@ -236,7 +238,7 @@ class Minimizer:
 
     def at(self, u: Floats, errors: Floats) -> tuple[Any, Any]:
         """Return lmfit's Minimizer and result for a minimum (p,) with these standard errors."""
-        self._start = u
+        self._origin = np.zeros(len(u))  # the first step of a profile is a part of the value
         # lmfit makes profiles with another solver, which has other options.
         minimizer = lmfit.Minimizer(
             self._residuals,
@@ -256,8 +258,9 @@ class Minimizer:
     def _parameters(self, start: Floats, fixed: int | None = None) -> Any:
         parameters = lmfit.Parameters()
         for number, (free, u) in enumerate(zip(self._model.free, start, strict=True)):
-            limits = {"min": free.lower, "max": free.upper}
-            parameters.add(free.name, value=float(u), vary=number != fixed, **limits)
+            origin = self._origin[number]
+            limits = {"min": free.lower - origin, "max": free.upper - origin}
+            parameters.add(free.name, value=float(u - origin), vary=number != fixed, **limits)
         return parameters
 
     def trial(self, u: Floats) -> Trial:
@@ -268,7 +271,7 @@ class Minimizer:
 
     def _residuals(self, parameters: Any) -> Floats:
         u = self._place(parameters)
-        pulled = self._pull * (u - self._start)[self._varied(parameters)]
+        pulled = self._pull * (u - self._origin)[self._varied(parameters)]
         return np.append(self.trial(u).residuals, pulled)
 
     def _slopes(self, parameters: Any) -> Floats:
@@ -286,7 +289,10 @@ class Minimizer:
         ]
 
     def _place(self, parameters: Any) -> Floats:
-        return np.array([parameters[free.name].value for free in self._model.free])
+        distances = [parameters[free.name].value for free in self._model.free]
+        low, high = np.array([(free.lower, free.upper) for free in self._model.free]).T
+        place: Floats = np.clip(self._origin + distances, low, high)
+        return place
 
 
 def _distinct(trials: Sequence[Trial], count: int) -> list[Trial]:
