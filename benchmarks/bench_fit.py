@@ -231,10 +231,7 @@ def all_sets(quick: bool) -> dict[str, Any]:
     return random(quick, SETS)
 
 
+PARTS = {"some": random, "starts": starts, "three": three, "random": all_sets}
+
 if __name__ == "__main__":
-    measure(
-        "fit",
-        __doc__,
-        {"some": random, "starts": starts, "three": three, "random": all_sets},
-        long=("random",),
-    )
+    measure("fit", __doc__, PARTS, long=("random",))

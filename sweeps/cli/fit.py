@@ -60,7 +60,6 @@ def fit(
     NetCDF file the picture is written, and the config that computes the fitted curve.
     """
     from sweeps import fit as fitted
-    from sweeps.engine.progress import Compiling
     from sweeps.engine.signals import interruptible
     from sweeps.files.datasets import require_writable
     from sweeps.fitting.output import table_of
@@ -69,14 +68,11 @@ def fit(
     _refuse_files(target, [data, config], overwrite=overwrite)
     settled = checked_config(config, set_)
     require_writable(target)
-    compiling = Compiling(wanted=not no_progress)
-    ranges = _ranges(free)
-
-    def work() -> xr.Dataset:
-        with compiling:
-            return fitted(data, ranges, settled, profile=profile, workers=workers)
-
-    ds = interruptible(work, "Interrupted; nothing was kept.", at_once=compiling.stop)
+    ranges, show = _ranges(free), not no_progress
+    ds = interruptible(
+        lambda: fitted(data, ranges, settled, profile=profile, workers=workers, progress=show),
+        "Interrupted; nothing was kept.",
+    )
     print("\n".join(table_of(ds)))
     _write(ds, target)
 

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import importlib.util
+import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from joblib.parallel import get_active_backend
 
 from stickslip.accessors import register_accessors
 from sweeps.config.load import Config
+from sweeps.engine.progress import display_of
 from sweeps.engine.settings import options_of, read_config
 from sweeps.exits import ExpectedError
 from sweeps.fitting.data import Measurements, read_data
 from sweeps.fitting.parameters import free_parameters
 from sweeps.fitting.trials import Model
+from sweeps.human import clock
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,6 +36,27 @@ class FitError(ExpectedError, ValueError):
     """A fit that cannot be made; the message says why, and what would help."""
 
 
+class _Fitting:
+    """Says how many trials have been computed; how many it will be, nobody knows."""
+
+    goal: ClassVar[None] = None
+    outlook: ClassVar[str] = ""
+
+    def __init__(self, search: Search) -> None:
+        self._search = search
+        self._begun = time.monotonic()
+
+    @property
+    def done(self) -> int:
+        """The number of trials so far."""
+        return self._search.computed
+
+    @property
+    def headline(self) -> str:
+        """The number of trials so far, and the time."""
+        return f"fitting: {self.done} trials ({clock(time.monotonic() - self._begun)})"
+
+
 def fit(
     data: Table,
     free: Free,
@@ -40,6 +64,7 @@ def fit(
     *,
     profile: bool = False,
     workers: int | None = None,
+    progress: bool = False,
 ) -> xr.Dataset:
     """Return the parameters that fit measurements best, with their errors, and the fitted curve.
 
@@ -64,6 +89,8 @@ def fit(
         Compute intervals by the profile likelihood as well, which takes several times as long.
     workers
         Threads; by default what `joblib.parallel_config` says, else one for each core.
+    progress
+        Show how many trials have been computed.
 
     Returns
     -------
@@ -83,23 +110,23 @@ def fit(
     ConfigError, DataError, FreeError
         The config, the data or the free parameters have mistakes; all of them are named.
     FitError
-        lmfit is missing; the config has axes or a stochastic film.
-    ProfileError
-        There is a single free parameter, or there are no more data than those.
+        lmfit is missing; the config has axes or a stochastic film; a profile with a single free
+        parameter, or with no more data than parameters.
     """
     _require_lmfit()
     from sweeps.fitting.output import fit_dataset
     from sweeps.fitting.refinement import Search
-    from sweeps.fitting.statistics import profile_intervals, refuse_profile
+    from sweeps.fitting.statistics import profile_intervals
 
     if not isinstance(config, Config):
         config = read_config({} if config is None else config)
     jobs = workers or get_active_backend()[1] or -1
     search = Search(model_of(read_data(data), free, config, jobs))
     if profile:
-        refuse_profile(search.model)
-    found, known = _best(search)
-    intervals = profile_intervals(search, found, known) if profile else None
+        _refuse_profile(search.model)
+    with display_of(_Fitting(search), wanted=progress):
+        found, known = _best(search)
+        intervals = profile_intervals(search, found, known) if profile else None
     result = fit_dataset(found, known, config, intervals, search.computed)
     register_accessors()
     return result
@@ -130,6 +157,13 @@ def model_of(data: Measurements, free: Free, config: Config, jobs: int = -1) -> 
         raise FitError("noise: a mean of random paths cannot be fitted; leave out 'stochastic'")
     fixed = config.parameters()
     return Model(data, free_parameters(free, fixed, data.parameters), fixed, options, jobs)
+
+
+def _refuse_profile(model: Model) -> None:
+    if len(model.free) < 2:
+        raise FitError("a profile needs two free parameters or more: others are fitted anew")
+    if len(model.data.value) <= len(model.free):
+        raise FitError("a profile needs more data than free parameters")
 
 
 def _require_lmfit() -> None:

@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2, f, t
 
-from sweeps.exits import ExpectedError
 from sweeps.fitting.data import Floats
 from sweeps.fitting.parameters import FreeParameter
 from sweeps.fitting.refinement import Fit, Minimizer, Search
 from sweeps.fitting.together import Together
-from sweeps.fitting.trials import STEP, Model, Trial
+from sweeps.fitting.trials import STEP, Trial
 
 LEVEL = 0.95
 """Probability of an interval."""
@@ -170,18 +169,6 @@ def _least_slope(fit: Fit) -> float:
     sizes = np.nan_to_num(fit.trial.fitted) / fit.model.data.error
     roughness = _ROUGHNESS * max(1.0, fit.model.options.rtol / 1e-6)
     return float(roughness / STEP * np.linalg.norm(sizes))
-
-
-class ProfileError(ExpectedError, ValueError):
-    """No profile can be computed; the message says why."""
-
-
-def refuse_profile(model: Model) -> None:
-    """Raise ProfileError if a fit of a model can have no profile."""
-    if len(model.free) < 2:
-        raise ProfileError("a profile needs two free parameters or more: others are fitted anew")
-    if len(model.data.value) <= len(model.free):
-        raise ProfileError("a profile needs more data than free parameters")
 
 
 def profile_intervals(search: Search, fit: Fit, known: Statistics) -> Floats:
