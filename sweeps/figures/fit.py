@@ -128,7 +128,7 @@ def _fitted(ds: xr.Dataset) -> str:
     words = []
     for name in map(str, ds.free_parameter.values):
         own = ds.sel(free_parameter=name)
-        error = shown_number(name, float(own.parameter_standard_error))
+        error = shown_number(name, float(f"{float(own.parameter_standard_error):.2g}"))
         known = np.isfinite(error.values)
         words.append(f"{error.symbol} ± {error.value}" if known else f"{error.symbol} unknown")
     reduced = float(ds.attrs["reduced_chi2"])
