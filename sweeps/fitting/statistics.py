@@ -148,7 +148,8 @@ def _end(
 
 def _rise(fit: Fit, trial: Trial) -> float:
     """Return how far a trial is above the minimum, in standard errors."""
-    return math.sqrt(max(0.0, trial.chi2 - fit.trial.chi2) / fit.scale)
+    above = max(0.0, trial.chi2 - fit.trial.chi2)
+    return math.sqrt(above / fit.scale) if fit.scale != 0.0 else math.inf
 
 
 def _within(free: Sequence[FreeParameter], place: Floats) -> Floats:

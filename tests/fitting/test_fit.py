@@ -146,6 +146,15 @@ def test_a_derivative_stays_on_its_side_of_a_jump(made: None) -> None:
     assert slopes[0, 0] == pytest.approx(slopes[1, 0], rel=0.5)  # a jump: 1000 times
 
 
+@pytest.mark.parametrize(("rows", "relative"), [(1, True), (2, True), (2, False)])
+def test_as_few_data_as_parameters_have_no_intervals(made: None, rows: int, relative: bool) -> None:
+    table = {"T": T[:rows], "F_max": forces(**TRUE)[:rows]}
+    table |= {} if relative else {"F_max_error": np.full(rows, 1e-5)}
+    found, known = searched(table)
+    assert found.trial.chi2 < 1e-12
+    assert np.isnan(known.intervals).all()
+
+
 @pytest.mark.parametrize(
     ("config", "said"),
     [
