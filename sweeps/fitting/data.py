@@ -78,19 +78,20 @@ class _Reading:
     header: list[str]
     cells: list[list[Any]]
     lines: list[int]
-    problems: list[str] = field(default_factory=list)
+    problems: list[tuple[int, str]] = field(default_factory=list)
 
     def refuse(self, what: str, line: int | None = None, column: str = "") -> None:
         """Note a mistake."""
         place = f"{self.source}:{line}" if line is not None else self.source
-        self.problems.append(f"{place}{f', column {column}' if column else ''}: {what}")
+        where = f"{place}, column {column}" if column else place
+        self.problems.append((line or 0, f"{where}: {what}"))
 
     def raise_problems(self) -> None:
         """Raise DataError if there were mistakes."""
         if self.problems:
-            left = len(self.problems) - _SHOWN
-            more = [f"... and {left} more"] if left > 0 else []
-            raise DataError("\n".join([*self.problems[:_SHOWN], *more]))
+            said = [what for _, what in sorted(self.problems, key=lambda problem: problem[0])]
+            more = [f"... and {len(said) - _SHOWN} more"] if len(said) > _SHOWN else []
+            raise DataError("\n".join([*said[:_SHOWN], *more]))
 
 
 def read_data(source: Table) -> Measurements:

@@ -21,9 +21,9 @@ T,K,F_max,F_max_error
 FIVE_SAID = [
     "five.csv:2: 3 cells below 4 names; cells that were not measured stay empty",
     "five.csv:3, column T: must be at least 0, not -5.0",
-    "five.csv:6, column K: is empty; each row needs its parameters",
     "five.csv:4, column F_max: must be a number in SI units, not '0,0028' (decimals have a point)",
     "five.csv:5, column F_max_error: must be greater than 0, not 0.0",
+    "five.csv:6, column K: is empty; each row needs its parameters",
 ]
 
 

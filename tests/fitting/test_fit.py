@@ -35,7 +35,8 @@ JUMP = 235.0
 def made_rows(rows: Floats, _: Options) -> Floats:
     """Result rows of a model of few operations: F is a sum of powers, with a jump of a third.
 
-    Beyond k = 2e5 the motion is chaotic at 160 K, and below k = 1e3 there is none.
+    T_c changes it by 2 % on the whole, near 290 K. Beyond k = 2e5 the motion is chaotic at 160 K,
+    and below k = 1e3 there is none.
     """
     column = dict(zip(Parameters._fields, rows.T, strict=True))
     k, gamma, temperature = (
@@ -45,6 +46,7 @@ def made_rows(rows: Floats, _: Options) -> Floats:
     jumped = temperature > JUMP * (k / 7e4) ** 0.02
     force = 1e-3 * (k / 7e4) ** 0.5 * (temperature / 200.0) ** (2.0 * gamma)
     force = force + 1e-3 * (1.0 + gamma)
+    force = force * (1.0 + 0.02 * np.tanh((column["critical_temperature"] - 290.0) / 3.0))
     values: dict[str, Any] = {
         "friction_force_amplitude": np.where(jumped, force / 1.5, force),
         "elastic_stress_amplitude": column["spring_stiffness"] * 1e3,
@@ -109,6 +111,20 @@ def test_a_parameter_that_changes_nothing_is_named(made: None) -> None:
     assert known.determination.tolist() == [Determination.DETERMINED, Determination.UNDETERMINED]
     assert math.isnan(known.errors[1])
     assert found.trial.u[0] == pytest.approx(math.log(7e4), abs=1e-6)
+
+
+def test_an_interval_reaches_over_all_that_fits(made: None) -> None:
+    """The slope of 2 % within 6 K tells T_c to 1 %; but a step of 2 % says nothing against 5 %."""
+    exact = forces(**TRUE)
+    table = {"T": T, "F_max": exact, "F_max_error": 0.05 * exact}
+    model = model_of(read_data(table), "T_c", from_mapping({"model": TRUE | {"T_c": 290}}))
+    search = Search(model)
+    found = search.run()
+    by_slope = statistics_of(found)
+    assert by_slope.determination.tolist() == [Determination.DETERMINED]
+    known, best = widened(search, found, by_slope)
+    assert known.determination.tolist() == [Determination.UNDETERMINED]
+    assert best.chi2 == found.trial.chi2
 
 
 def test_a_parameter_at_its_bound_is_named(made: None) -> None:
