@@ -27,14 +27,14 @@ _STARTS, _APART = 4, 0.2  # starts of fits beside the one given; distance as a p
 # Of a fit in lmfit and scipy: relative changes of chi2 and of parameters. The gradient is no
 # measure, since residuals have no scale. Below, the roughness of the amplitudes would decide.
 _TOLERANCES: dict[str, Any] = {"ftol": 1e-6, "xtol": 1e-7, "gtol": None}
-_PULL = 1e-6  # of a natural unit by which a parameter is off, relative to the amplitudes
+_PULL = 1e-9  # of a natural unit by which a parameter is off, relative to the amplitudes
 _EVALUATIONS, _FEW_EVALUATIONS = 40, 12
 
 # Looks around a minimum: trials each, scales in standard errors, and how often at most.
 _AROUND, _ROUNDS = 32, 8
 _SCALE, _SMALLEST = 2.0, 0.05
 _IMPROVED = 1e-6  # part of chi2
-_EXACT = 1e-12  # of the squares of the data: nothing is left to improve
+_EXACT = 1e-15  # of the squares of the data: the rest is roughness
 _SEED = 1
 
 _LAST_STEPS, _SMALL_STEP = 2, 0.1
@@ -234,7 +234,9 @@ class Minimizer:
         minimizer = lmfit.Minimizer(
             self._residuals, parameters, calc_covar=False, max_nfev=self._evaluations
         )
-        return self._place(minimizer.least_squares(jac=self._slopes, **_TOLERANCES).params)
+        with np.errstate(all="ignore"):  # of lmfit's covariance, which is not used
+            result = minimizer.least_squares(jac=self._slopes, **_TOLERANCES)
+        return self._place(result.params)
 
     def at(self, u: Floats, errors: Floats) -> tuple[Any, Any]:
         """Return lmfit's Minimizer and result for a minimum (p,) with these standard errors."""

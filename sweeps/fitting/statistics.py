@@ -21,8 +21,9 @@ from sweeps.fitting.trials import STEP, Trial
 LEVEL = 0.95
 """Probability of an interval."""
 
-# Relative to the amplitudes; below, a change is roughness and no derivative.
-_ROUGHNESS = 1e-8
+# Relative to the amplitudes: ten times what they are rough by. A derivative that could be made of
+# less is not known to a tenth.
+_ROUGHNESS = 1e-7
 # Of a parameter's natural unit, or of its logarithm: one with a larger standard error is not known.
 _LARGE = 1.0
 # Where all standard errors are smaller, valleys are straight.
