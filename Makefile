@@ -100,7 +100,7 @@ $(VENV)/.docs: pyproject.toml | $(VENV)/.created
 
 # Each peer by itself: one that cannot be built here must not take the others away.
 $(VENV)/.bench: pyproject.toml | $(VENV)/.created
-	$(PIP) --editable .
+	$(PIP) --editable ".[fit]"
 	@touch $(VENV)/.core
 	$(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["bench"], sep="\n")' > $(VENV)/peers.txt
 	while read -r peer; do $(PIP) "$$peer" || echo "$$peer cannot be installed here; the benchmarks leave it out"; done < $(VENV)/peers.txt

@@ -129,11 +129,8 @@ def _valid(schema: Mapping[str, Any]) -> str:
     """Return the valid values of a key in words, from its JSON Schema."""
     kinds = [kind for kind in schema.get("anyOf", [schema]) if kind.get("type") != "null"]
     kind = kinds[0]
-    if "$ref" in kind:
-        keys = json_schema()["$defs"][kind["$ref"].rpartition("/")[2]]["properties"]
-        return "a mapping: " + "; ".join(
-            f"`{key}`, {own['description']}" for key, own in keys.items()
-        )
+    if keys := json_schema()["$defs"].get(kind.get("$ref", "")[8:], {}).get("properties"):
+        return f"a mapping with {' or '.join(f'`{key}`' for key in keys)}"
     if kind.get("type") == "object":
         return "parameters, each with an axis"
     names = kind.get("enum") or [kind[k] for k in ("const",) if k in kind]

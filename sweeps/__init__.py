@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from sweeps.engine.run import run
+    from sweeps.fitting.fitting import fit
 
-__all__ = ["run"]
+__all__ = ["fit", "run"]
+
+_HOMES = {"fit": "sweeps.fitting.fitting", "run": "sweeps.engine.run"}
 
 
 def __getattr__(name: str) -> Any:
-    if name != "run":
+    if name not in _HOMES:
         raise AttributeError(f"module 'sweeps' has no attribute {name!r}")
-    from sweeps.engine.run import run
-
-    globals()["run"] = run
-    return run
+    found = globals()[name] = getattr(importlib.import_module(_HOMES[name]), name)
+    return found

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
 
-Data = Literal["sweep", "trajectory", "phases"]
+Data = Literal["sweep", "trajectory", "phases", "fit"]
 
 
 @dataclass(frozen=True)
@@ -69,5 +69,6 @@ FIGURES: Mapping[str, FigureEntry] = MappingProxyType(
         "landscape": FigureEntry(
             "free_energy.landscape", "phases", ("equilibrium_strain", "ramped_order_parameter")
         ),
+        "fit": FigureEntry("fit.fit", "fit", ("measured_value", "fitted_value")),
     }
 )

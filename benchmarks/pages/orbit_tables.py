@@ -74,6 +74,35 @@ def derivatives(many: Results, found: Results) -> Rows:
     return [("what", "value"), *rows.items()]
 
 
+def fits(random: Results, starts: Results, three: Results) -> Rows:
+    """Return how often fits of synthetic measurements are right, and what they take."""
+    rows = {
+        "random sets; across a jump": f"{random['sets']}; {random['across_jumps']}",
+        "exceptions; chi2 above that of the true parameters": (
+            f"{random['exceptions']}; {random['false_minima']}"
+        ),
+        "true value within Student's t standard errors, for 95 %": (
+            f"{random['covered']:.1%} of {random['parameters']}"
+        ),
+        "parameters named as not determined": str(random["undetermined"]),
+        "without noise: largest error; above 1e-4": (
+            f"{random['exact_worst']:.1e}; {random['exact_beyond']} of {random['exact_parameters']}"
+        ),
+        "time of a fit: median, largest": _times(random),
+        "k, γ of ten forces from four starts: largest difference; time": _agreement(starts),
+        "k, γ, K of 42 values from four starts: largest difference; time": _agreement(three),
+    }
+    return [("what", "value"), *rows.items()]
+
+
+def _times(found: Results) -> str:
+    return ", ".join(seconds(found["seconds"][name]) for name in ("median", "max"))
+
+
+def _agreement(found: Results) -> str:
+    return f"{found['differ']:.1e} standard errors; {seconds(found['seconds']['median'])}"
+
+
 def prices(found: Results) -> Rows:
     """Return what sixth order and a relaxing strain cost a point."""
     models = list(found["fluids"][0]["microseconds"])

@@ -58,7 +58,9 @@ def _chosen(ds: xr.Dataset, options: PlotOptions) -> Figure:
 
 
 def data_of(ds: xr.Dataset) -> Data:
-    """Return the kind of a dataset: a trajectory, phases, or otherwise a sweep."""
+    """Return the kind of a dataset: a trajectory, phases, a fit, or otherwise a sweep."""
+    if "fitted_value" in ds.variables:
+        return "fit"
     if "free_energy" in ds.variables or "melting_temperature" in ds.variables:
         return "phases"
     return "trajectory" if "elapsed_time" in ds.variables else "sweep"

@@ -204,7 +204,8 @@ def point_of(ds: xr.Dataset, at: Iterable[str] = (), **where: Any) -> Point:
 
 
 def _refuse_open_axes(ds: xr.Dataset, place: Mapping[str, int]) -> None:
-    left = [str(dim) for dim, size in ds.sizes.items() if size > 1 and dim not in place]
+    sizes = ds["status"].sizes  # a fit has other dimensions beside
+    left = [str(dim) for dim, size in sizes.items() if size > 1 and dim not in place]
     if left:
         examples = ", ".join(f"{dim}={_plain(ds[dim].values[0])}" for dim in left)
         raise PointError(f"several points are left; choose one, for example by {examples}")

@@ -18,7 +18,7 @@ from sweeps.cli.app import main
 FOLDER = Path(__file__).parents[2] / "docs" / "how-to"
 
 CONFIG = re.compile(
-    r"^```\{code-block\} yaml\n:caption: (\S+)\n\n(.*?)^```", re.MULTILINE | re.DOTALL
+    r"^```\{code-block\} (?:yaml|text)\n:caption: (\S+)\n\n(.*?)^```", re.MULTILINE | re.DOTALL
 )
 COMMANDS = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
 Page = Callable[[str], dict[str, Any]]
@@ -124,6 +124,22 @@ def test_loss_and_storage(run_page: Page) -> None:
         path.name for path in Path().iterdir()
     }
     assert Path("results/loop.png").is_file()
+
+
+@pytest.mark.slow
+def test_a_fit(run_page: Page) -> None:
+    names = run_page("fit")
+    k, gamma = names["ds"].parameter_value.values
+    assert (k, gamma) == (pytest.approx(7e4, rel=0.15), pytest.approx(-0.55, abs=0.02))
+    assert names["ds"].parameter_correlation[0, 1] == pytest.approx(-0.998, abs=0.001)
+    assert names["profile"].parameter_profile_lower[0] == pytest.approx(62500, rel=0.01)
+    assert names["locked"].parameter_determination.values.tolist() == [1]
+    assert names["locked"].datum_regime.values.tolist() == [1, 1, 1, 1]
+    jump, truth = names["jump"], names["truth"]
+    assert jump.datum_regime.values.tolist() == truth.regime.values.tolist()
+    assert float(jump.parameter_value[0]) == pytest.approx(5e4, rel=0.05)
+    assert Path("forces-fit.png").is_file()
+    assert Path("forces-fit.yaml").is_file()
 
 
 @pytest.mark.slow

@@ -13,6 +13,7 @@ from support.pictures import (
     TEMPERATURES,
     curves,
     described,
+    fitted,
     legend_of,
     panels,
     portraits,
@@ -289,3 +290,14 @@ def test_units_are_typeset(units, typeset):
 )
 def test_a_value_is_named_with_symbol_and_unit(name, value, equation):
     assert shown(xr.DataArray(value, name=name)).equation == equation
+
+
+def test_a_fit_has_curves_data_with_error_bars_and_residuals_below():
+    figure = draw(fitted(5.0, 10.0))
+    above, below = panels(figure)
+    assert [len(bars.get_segments()) for bars in above.collections] == [3, 1, 4]
+    assert len(below.lines) == 1 + 3  # zero, and the second datum, which is hollow, by itself
+    hollow = next(line for line in below.lines if line.get_markerfacecolor() == "white")
+    assert hollow.get_xdata().tolist() == [200.0]
+    assert "residual" in below.get_ylabel()
+    assert "Standard errors: $k$ ± $2000$" in figure.get_supxlabel()

@@ -16,6 +16,7 @@ from support.marks import one_then
 from support.pictures import (
     GAMMAS,
     TEMPERATURES,
+    fitted,
     panels,
     sweep,
     trajectory,
@@ -168,6 +169,7 @@ def test_every_figure_of_the_table_is_drawn_by_a_function_that_has_its_data():
             "trajectory": trajectory,
             "sweep": lambda: sweep(temperature=TEMPERATURES),
             "phases": phase_diagram,
+            "fit": fitted,
         }[entry.data]()
         assert obstacle(ds, name) == ""
         assert panels(draw(ds, name))

@@ -37,6 +37,29 @@ def sweep(**axes) -> xr.Dataset:
     return described(xr.Dataset(data, coords, attrs={"title": "Three lubricants, γ ≠ 1"}))
 
 
+def fitted(*hues: float) -> xr.Dataset:
+    """A fit of four temperatures, at each of some frequencies; the second is next to a jump."""
+    axes = {"temperature": TEMPERATURES} | ({"angular_frequency": list(hues)} if hues else {})
+    count = 4 * max(len(hues), 1)
+    temperature = np.tile([160.0, 200.0, 240.0, 280.0], max(len(hues), 1))
+    data = {
+        "datum_temperature": temperature,
+        "measured_value": np.full(count, 4.8e-3),
+        "measured_error": np.full(count, 5e-5),
+        "fitted_value": np.full(count, 4.768e-3),
+        "residual": np.linspace(-1.0, 1.0, count),
+        "datum_at_jump": np.arange(count) == 1,
+    } | ({"datum_angular_frequency": np.repeat(hues, 4)} if hues else {})
+    of_parameters = {"parameter_value": [7e4], "parameter_standard_error": [2e3]}
+    ds = sweep(**axes).assign({name: ("datum", values) for name, values in data.items()})
+    ds = ds.assign({name: ("free_parameter", values) for name, values in of_parameters.items()})
+    coords = {
+        "datum_variable": ("datum", ["friction_force_amplitude"] * count),
+        "free_parameter": ["viscosity_coefficient"],
+    }
+    return ds.assign_coords(coords).assign_attrs(reduced_chi2=1.2)
+
+
 def failed(ds: xr.Dataset, status: Status, **index) -> xr.Dataset:
     """The same sweep with some points ended otherwise, as a result file holds them."""
     ds = ds.copy(deep=True)

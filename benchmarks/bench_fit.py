@@ -1,0 +1,237 @@
+"""Fits of synthetic measurements: the best minima, and how honest their errors are.
+
+`random` fits two free parameters of random sets of data, with noise of 1 and 5 % and without.
+`starts` fits ten forces from four starts, `three` three parameters at three frequencies.
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from shared.measuring import measure
+from shared.points import log_uniform
+from shared.timing import timed
+
+from stickslip import stationary_orbits
+from stickslip.variables import PARAMETERS
+from sweeps import fit
+from sweeps.config.load import from_mapping
+from sweeps.fitting.data import read_data
+from sweeps.fitting.fitting import model_of
+from sweeps.fitting.refinement import PATIENCE
+
+SEED, SETS, SOME, FEW = 2026, 200, 24, 2
+
+PAIRS = (
+    ("viscosity_coefficient", "rheological_index"),
+    ("viscosity_coefficient", "spring_stiffness"),
+    ("rheological_index", "spring_stiffness"),
+    ("viscosity_coefficient", "critical_temperature"),
+    ("rheological_index", "film_thickness"),
+)
+VARIED = ("temperature", "angular_frequency", "spring_stiffness")
+FORCE, STRESS = "friction_force_amplitude", "elastic_stress_amplitude"
+NOISES = (0.01, 0.05)
+MOST_PERIODS, MOST_STEPS = 60, 30_000
+"""A set is cheap if the orbits of its data are found within so many periods and steps."""
+
+STARTS = ((5e4, -2 / 3), (1e5, -0.8), (5e4, 0.0), (2e4, -0.2))
+EXACT = 1e-4
+WORSE = 1e-6
+"""By what part chi2 may be above that of the true parameters: the roughness of the amplitudes."""
+
+Floats = NDArray[np.float64]
+
+
+class Set(NamedTuple):
+    """Synthetic measurements: truth and start by name, the columns, the true forces."""
+
+    free: tuple[str, str]
+    true: dict[str, float]
+    start: dict[str, float]
+    varied: dict[str, Floats]
+    force: Floats
+    noise: float
+    crosses: bool
+
+
+def sets(count: int, seed: int) -> Iterator[Set]:
+    """Yield cheap random sets; the data of every fourth have motions of different kinds."""
+    rng, found = np.random.default_rng(seed), 0
+    while found < count:
+        candidate = _candidate(rng, NOISES[found % 2])
+        if candidate is not None and candidate.crosses == (found % 4 == 3):
+            found += 1
+            yield candidate
+
+
+def _candidate(rng: np.random.Generator, noise: float) -> Set | None:
+    free = PAIRS[rng.integers(len(PAIRS))]
+    name = rng.choice([name for name in VARIED if name not in free])
+    values = {
+        "temperature": rng.uniform(160.0, 310.0),
+        "viscosity_coefficient": log_uniform(rng, 1e4, 3e5),
+        "spring_stiffness": log_uniform(rng, 1e3, 1e4),
+        "rheological_index": rng.uniform(-0.75, 0.5),
+        "angular_frequency": log_uniform(rng, 5.0, 30.0),
+        "critical_temperature": rng.uniform(280.0, 300.0),
+        "film_thickness": log_uniform(rng, 0.7e-9, 1.5e-9),
+    }
+    width = rng.uniform(1.2, 1.6)
+    varied = {str(name): values.pop(name) * np.linspace(1 / width, width, rng.integers(8, 15))}
+    ds = stationary_orbits(values | varied, max_periods=MOST_PERIODS, max_steps=MOST_STEPS)
+    force = ds[FORCE].values
+    if (ds.status != 0).any() or np.ptp(force) < 0.02 * force.max():
+        return None
+    kinds = np.stack([ds[kind].values for kind in ("regime", "melting_count", "orbit_periods")])
+    start = values | {each: _moved(rng, each, values[each]) for each in free}
+    return Set(free, values, start, varied, force, noise, bool((np.ptp(kinds, axis=1) > 0).any()))
+
+
+def _moved(rng: np.random.Generator, name: str, value: float) -> float:
+    """Return a start for a parameter: off by a factor of up to 3, or by 0.3."""
+    if PARAMETERS[name].measured_in is not None:
+        return float(max(value + rng.uniform(-0.3, 0.3), -0.9))
+    wide = 1.05 if PARAMETERS[name].units == "K" else 3.0
+    return value * log_uniform(rng, 1 / wide, wide)
+
+
+def random(quick: bool, count: int = SOME) -> dict[str, Any]:
+    """Fit random sets; count what is wrong."""
+    fit({"T": [200, 250, 300], "F_max": [3e-3, 2.5e-3, 2.4e-3]}, "k")  # compiled
+    rows = [
+        _fitted(number, each) for number, each in enumerate(sets(FEW if quick else count, SEED))
+    ]
+    known = [error for row in rows for error in row["within"].values()]
+    exact = [error for row in rows for error in row["exact"].values()]
+    seconds = [row["seconds"] for row in rows]
+    summary = {
+        "sets": len(rows),
+        "across_jumps": sum(row["crosses"] for row in rows),
+        "exceptions": sum(row["exception"] for row in rows),
+        "false_minima": sum(row["false"] for row in rows),
+        "parameters": len(known),
+        "covered": float(np.mean(known)),
+        "undetermined": sum(row["undetermined"] for row in rows),
+        "exact_parameters": len(exact),
+        "exact_worst": max(exact, default=0.0),
+        "exact_beyond": sum(error > EXACT for error in exact),
+        "seconds": {"median": statistics.median(seconds), "max": max(seconds)},
+    }
+    print(summary)
+    return summary
+
+
+def _fitted(number: int, own: Set) -> dict[str, Any]:
+    """Return how a set is fitted, with noise and without."""
+    noise = own.noise * np.random.default_rng([SEED, number]).standard_normal(len(own.force))
+    noisy = own.varied | {FORCE: own.force * (1.0 + noise)}
+    if number % 2:  # errors are given in half of the sets of either noise
+        noisy[f"{FORCE}_error"] = own.noise * own.force
+    row: dict[str, Any] = {"exception": 0, "false": 0, "within": {}, "exact": {}}
+    row |= {"crosses": own.crosses, "undetermined": 0, "seconds": 0.0}
+    config = from_mapping({"model": own.start})
+    try:
+        ds, row["seconds"] = timed(lambda: fit(noisy, own.free, config))
+        plain = fit(own.varied | {FORCE: own.force}, own.free, config)
+    except Exception as error:  # noqa: BLE001 - they are counted
+        print(number, own, repr(error), flush=True)
+        return row | {"exception": 1}
+    true_chi2 = _true_chi2(noisy, own)
+    row["false"] = int(ds.attrs["chi2"] > true_chi2 * (1.0 + WORSE))
+    for name in own.free:
+        found = ds.sel(free_parameter=name)
+        row["undetermined"] += int(found.parameter_determination != 0)
+        if found.parameter_determination == 0:
+            low, high = found.parameter_interval_lower, found.parameter_interval_upper
+            row["within"][name] = bool(low <= own.true[name] <= high)
+        known = plain.sel(free_parameter=name)
+        if known.parameter_determination == 0:
+            off = float(known.parameter_value) - own.true[name]
+            plainly = PARAMETERS[name].measured_in is not None
+            row["exact"][name] = abs(off) / (1.0 if plainly else own.true[name])
+    odd = row["false"] or max(row["exact"].values(), default=0.0) > EXACT
+    odd = odd or not all(row["within"].values())
+    print(number, f"{row['seconds']:.1f} s", "odd" if odd else "", row if odd else "", flush=True)
+    if odd:
+        print("   ", own.free, list(own.varied), own.noise, ds.attrs["chi2"], true_chi2, flush=True)
+        print("   ", own.true, own.start, ds.parameter_value.values, plain.parameter_value.values)
+        print("   ", ds.parameter_standard_error.values, ds.parameter_interval_lower.values)
+        print("   ", ds.parameter_interval_upper.values, ds.datum_regime.values, flush=True)
+    return row
+
+
+def _true_chi2(data: Any, own: Set) -> float:
+    """Return chi2 at the true parameters."""
+    model = model_of(read_data(data), own.free, from_mapping({"model": own.true}))
+    start = np.array([[each.start for each in model.free]])
+    return model.trials(start, PATIENCE)[0].chi2
+
+
+def starts(quick: bool) -> dict[str, Any]:
+    """Fit k and gamma to ten forces from each of four starts."""
+    temperature = np.linspace(160.0, 310.0, 10)
+    data = _noisy({"T": temperature}, {"k": 7e4, "gamma": -0.55}, [FORCE])
+    fits = [
+        timed(lambda k=k, gamma=gamma: fit(data, ["k", "gamma"], _start(k=k, gamma=gamma)))
+        for k, gamma in (STARTS[:1] if quick else STARTS)
+    ]
+    return _agreement(fits)
+
+
+def three(quick: bool) -> dict[str, Any]:
+    """Fit k, gamma and K to forces and stresses at three frequencies, from each of four starts."""
+    places = {
+        "T": np.tile(np.linspace(160.0, 280.0, 7), 3),
+        "omega": np.repeat([7.0, 10.0, 20.0], 7),
+    }
+    data = _noisy(places, {"k": 7e4, "gamma": -0.55, "K": 4e3}, [FORCE, STRESS])
+    fits = [
+        timed(lambda k=k, gamma=gamma: fit(data, ["k", "gamma", "K"], _start(k=k, gamma=gamma)))
+        for k, gamma in (STARTS[:1] if quick else STARTS)
+    ]
+    return _agreement(fits)
+
+
+def _start(**values: float) -> dict[str, Any]:
+    return {"model": values}
+
+
+def _noisy(places: dict[str, Floats], true: dict[str, float], of: list[str]) -> dict[str, Any]:
+    ds = stationary_orbits(places | true)
+    rng = np.random.default_rng(1)
+    return places | {
+        name: ds[name].values * (1.0 + 0.01 * rng.standard_normal(ds[name].size)) for name in of
+    }
+
+
+def _agreement(fits: list[tuple[xr.Dataset, float]]) -> dict[str, Any]:
+    """Return by what part of a standard error fits from all starts differ, and their seconds."""
+    values = np.array([ds.parameter_value.values for ds, _ in fits])
+    errors = fits[0][0].parameter_standard_error.values
+    seconds = [taken for _, taken in fits]
+    row = {
+        "starts": len(fits),
+        "differ": float((np.ptp(values, axis=0) / errors).max()),
+        "values": values[0].tolist(),
+        "errors": errors.tolist(),
+        "seconds": {"median": statistics.median(seconds), "max": max(seconds)},
+    }
+    print(row)
+    return row
+
+
+def all_sets(quick: bool) -> dict[str, Any]:
+    """Fit all random sets."""
+    return random(quick, SETS)
+
+
+PARTS = {"some": random, "starts": starts, "three": three, "random": all_sets}
+
+if __name__ == "__main__":
+    measure("fit", __doc__, PARTS, long=("random",))

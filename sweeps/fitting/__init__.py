@@ -1,0 +1,1 @@
+"""From measurements to parameters: data, starts, refinement, and what is told about a fit."""

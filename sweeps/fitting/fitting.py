@@ -1,0 +1,171 @@
+"""The fit of parameters to measurements, from data and a config to a Dataset."""
+
+from __future__ import annotations
+
+import importlib.util
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from joblib.parallel import get_active_backend
+
+from stickslip.accessors import register_accessors
+from sweeps.config.load import Config
+from sweeps.engine.progress import display_of
+from sweeps.engine.settings import options_of, read_config
+from sweeps.exits import ExpectedError
+from sweeps.fitting.data import Measurements, read_data
+from sweeps.fitting.parameters import free_parameters
+from sweeps.fitting.trials import Model
+from sweeps.human import clock
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from sweeps.fitting.data import Table
+    from sweeps.fitting.parameters import Free
+    from sweeps.fitting.refinement import Fit, Search
+    from sweeps.fitting.statistics import Statistics
+
+# How often a better minimum is looked for; by what part of chi2 it must be better.
+_AGAIN, BETTER = 3, 1e-4
+
+
+class FitError(ExpectedError, ValueError):
+    """A fit that cannot be made; the message says why, and what would help."""
+
+
+class _Fitting:
+    """Says how many trials have been computed; how many it will be, nobody knows."""
+
+    goal: ClassVar[None] = None
+    outlook: ClassVar[str] = ""
+
+    def __init__(self, search: Search) -> None:
+        self._search = search
+        self._begun = time.monotonic()
+
+    @property
+    def done(self) -> int:
+        """The number of trials so far."""
+        return self._search.computed
+
+    @property
+    def headline(self) -> str:
+        """The number of trials so far, and the time."""
+        return f"fitting: {self.done} trials ({clock(time.monotonic() - self._begun)})"
+
+
+def fit(
+    data: Table,
+    free: Free,
+    config: str | Path | Mapping[str, Any] | Config | None = None,
+    *,
+    profile: bool = False,
+    workers: int | None = None,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Return the parameters that fit measurements best, with their errors, and the fitted curve.
+
+    Least squares, from the best of a sweep of trials, of which `config` gives one, and with a look
+    around where a jump is near: the minimum does not depend on the start. Parameters are varied on
+    logarithmic scales, those that may be 0 or negative on plain ones.
+
+    Parameters
+    ----------
+    data
+        A CSV file, a DataFrame or a dict of columns: parameters, measured variables (such as
+        `friction_force_amplitude`) and, with `_error` behind the name of one, their standard
+        errors; by names or symbols, in SI units. Without errors residuals are relative to the
+        values, with a common unknown factor that chi2/dof estimates.
+    free
+        The parameters to fit, by name or symbol, or a dict with the range (lowest, highest) of each
+        that trials keep to, or None for a wide one around the start.
+    config
+        All other parameters, the start, and options, as of `sweeps.run`, without axes; by default
+        those of the paper's Fig. 3.
+    profile
+        Compute intervals by the profile likelihood as well, which takes several times as long.
+    workers
+        Threads; by default what `joblib.parallel_config` says, else one for each core.
+    progress
+        Show how many trials have been computed.
+
+    Returns
+    -------
+    Dataset
+        The sweep of the fitted curve, whose config is in its attributes. Beside it, along
+        `free_parameter`: `parameter_value`, `parameter_standard_error`, the ends of the 95 %
+        interval `parameter_interval_lower` and `_upper` (by Student's t; `parameter_profile_lower`
+        and `_upper` by the profile), `parameter_correlation`, and `parameter_determination`: 0, or
+        1 where the data do not determine a parameter (its standard error is a factor of e or a
+        whole unit, or no change of it shows), 2 at a bound, where it counts as fixed. Along
+        `datum`: `measured_value`, `measured_error`, `fitted_value`, `residual`, `datum_regime`,
+        `datum_status`, and `datum_at_jump`, 1 where the step of a derivative crosses a jump. The
+        attributes have `chi2`, `degrees_of_freedom` and `reduced_chi2`.
+
+    Raises
+    ------
+    ConfigError, DataError, FreeError
+        The config, the data or the free parameters have mistakes; all of them are named.
+    FitError
+        lmfit is missing; the config has axes or a stochastic film; a profile with a single free
+        parameter, or with no more data than parameters.
+    """
+    _require_lmfit()
+    from sweeps.fitting.output import fit_dataset
+    from sweeps.fitting.refinement import Search
+    from sweeps.fitting.statistics import profile_intervals
+
+    if not isinstance(config, Config):
+        config = read_config({} if config is None else config)
+    jobs = workers or get_active_backend()[1] or -1
+    search = Search(model_of(read_data(data), free, config, jobs))
+    if profile:
+        _refuse_profile(search.model)
+    with display_of(_Fitting(search), wanted=progress):
+        found, known = _best(search)
+        intervals = profile_intervals(search, found, known) if profile else None
+    result = fit_dataset(found, known, config, intervals, search.computed)
+    register_accessors()
+    return result
+
+
+def _best(search: Search) -> tuple[Fit, Statistics]:
+    """Return the best minimum and its statistics, whose intervals may lead to a better one."""
+    from sweeps.fitting.statistics import statistics_of, widened
+
+    found = search.run()
+    for _ in range(_AGAIN):
+        known, best = widened(search, found, statistics_of(found))
+        if best.chi2 >= found.trial.chi2 * (1.0 - BETTER):
+            break
+        found = search.run([best])
+    return found, known
+
+
+def model_of(data: Measurements, free: Free, config: Config, jobs: int = -1) -> Model:
+    """Return the model of measurements with some parameters free; raises FreeError, FitError."""
+    options = options_of(config)
+    if varied := [*config.sweep, *config.cases]:
+        raise FitError(
+            f"the config has axes, {', '.join(varied)}: what varies stands in the data; "
+            "leave `sweep` and `cases` out"
+        )
+    if options.physics.chance:
+        raise FitError("noise: a mean of random paths cannot be fitted; leave out 'stochastic'")
+    fixed = config.parameters()
+    return Model(data, free_parameters(free, fixed, data.parameters), fixed, options, jobs)
+
+
+def _refuse_profile(model: Model) -> None:
+    if len(model.free) < 2:
+        raise FitError("a profile needs two free parameters or more: others are fitted anew")
+    if len(model.data.value) <= len(model.free):
+        raise FitError("a profile needs more data than free parameters")
+
+
+def _require_lmfit() -> None:
+    if importlib.util.find_spec("lmfit") is None:
+        raise FitError("a fit needs lmfit, which is not installed: pip install 'stickslip[fit]'")

@@ -1,0 +1,144 @@
+"""Free parameters on the scales on which they are varied, and their bounds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from stickslip.parameters import Parameters
+from stickslip.variables import BY_SYMBOL, PARAMETERS, ParameterVariable, canonical_name
+from sweeps.exits import ExpectedError
+from sweeps.fitting.data import Floats
+from sweeps.human import did_you_mean
+
+Range: TypeAlias = tuple[float, float] | None
+Free: TypeAlias = str | Iterable[str] | Mapping[str, Range]
+
+LOGARITHMIC, PLAIN = "logarithmic", "plain"
+
+# How far from the start trials of a sweep, and all trials, may lie, as factors. Temperatures do not
+# span decades.
+_NEAR, _FAR = math.log(30.0), math.log(300.0)
+_NEAR_K, _FAR_K = math.log(1.5), math.log(5.0)
+# The same for parameters that may be 0 or negative, in their natural unit.
+_NEAR_PLAIN, _FAR_PLAIN = 1.0, 2.0
+# Distance of trials from a bound that is no valid value, in the natural unit.
+_MARGIN = 0.01
+
+
+class FreeError(ExpectedError, ValueError):
+    """A parameter that cannot be free; the message says why."""
+
+
+@dataclass(frozen=True)
+class FreeParameter:
+    """A parameter that is fitted, on a scale u: its logarithm, or itself in its natural unit.
+
+    All trials lie between `lower` and `upper`, those of the first sweep in the `box`; both, and the
+    `start`, are values of u. `sign` is that of the parameter, `unit` its natural unit, in SI.
+    """
+
+    name: str
+    form: str
+    sign: float
+    unit: float
+    start: float
+    lower: float
+    upper: float
+    box: tuple[float, float]
+
+    def value(self, u: Floats | float) -> Floats:
+        """Return values of the parameter, in SI units."""
+        if self.form == LOGARITHMIC:
+            return np.asarray(self.sign * np.exp(u))
+        return np.asarray(self.unit * np.asarray(u))
+
+    def slope(self, u: float) -> float:
+        """Return |d value/du|, in SI units."""
+        return abs(float(self.value(u))) if self.form == LOGARITHMIC else self.unit
+
+    def is_valid(self, u: float) -> bool:
+        """Tell whether the model takes the value."""
+        return PARAMETERS[self.name].complaint(float(self.value(u))) is None
+
+
+def free_parameters(free: Free, fixed: Parameters, columns: Iterable[str]) -> list[FreeParameter]:
+    """Return the parameters to fit, which start from the values in `fixed`.
+
+    `free` are names or symbols, maybe with the range (lowest, highest) in SI units that trials keep
+    to. `columns` are the parameters that the data have.
+
+    Raises FreeError for one that is unknown, is given by the data, or has no valid range.
+    """
+    ranges = {free: None} if isinstance(free, str) else free
+    if not isinstance(ranges, Mapping):
+        ranges = dict.fromkeys(ranges)
+    found: dict[str, FreeParameter] = {}
+    for given, limits in ranges.items():
+        name = canonical_name(given)
+        if name is None:
+            hint = (
+                did_you_mean(given, [*PARAMETERS, *BY_SYMBOL])
+                or "; see `stickslip schema` for their names"
+            )
+            raise FreeError(f"there is no parameter {given!r}{hint}")
+        if name in columns:
+            raise FreeError(f"{name} is free, and a column of the data: leave one of them out")
+        if name in found:
+            raise FreeError(f"{name} is free twice, by name and by symbol")
+        found[name] = _free(PARAMETERS[name], fixed, limits)
+    if not found:
+        raise FreeError("no parameter is free: name some, such as k,gamma")
+    return list(found.values())
+
+
+def _free(variable: ParameterVariable, fixed: Parameters, limits: Range) -> FreeParameter:
+    start = getattr(fixed, variable.name)
+    if limits is not None:
+        _refuse_range(variable, limits)
+        start = start if limits[0] <= start <= limits[1] else None
+    if variable.measured_in is None:
+        return _logarithmic(variable, start, limits)
+    unit = abs(math.prod(getattr(fixed, other) for other in variable.measured_in))
+    lower, upper = limits or (variable.lower, variable.upper)
+    lower, upper = lower / unit, upper / unit
+    margin = _MARGIN if limits is None and variable.lower_open else 0.0
+    middle = (lower + upper) / 2.0 if start is None else start / unit
+    low = max(lower + margin, middle - _FAR_PLAIN)
+    high = min(upper, middle + _FAR_PLAIN)
+    near = (low, high) if limits else (max(low, middle - _NEAR_PLAIN), middle + _NEAR_PLAIN)
+    box = (near[0], min(near[1], high))
+    middle = min(max(middle, low), high)
+    return FreeParameter(variable.name, PLAIN, 1.0, unit, middle, low, high, box)
+
+
+def _logarithmic(variable: ParameterVariable, start: float | None, limits: Range) -> FreeParameter:
+    name = variable.name
+    if limits is not None:
+        sign = math.copysign(1.0, limits[1])
+        low, high = sorted(math.log(abs(limit)) for limit in limits)
+        middle = (low + high) / 2.0 if start is None else math.log(abs(start))
+        return FreeParameter(name, LOGARITHMIC, sign, 1.0, middle, low, high, (low, high))
+    if not start:
+        raise FreeError(f"{name} starts at 0: give it a start above 0, or a range, {name}=LOW:HIGH")
+    middle, sign = math.log(abs(start)), math.copysign(1.0, start)
+    near, far = (_NEAR_K, _FAR_K) if variable.units == "K" else (_NEAR, _FAR)
+    box = (middle - near, middle + near)
+    return FreeParameter(name, LOGARITHMIC, sign, 1.0, middle, middle - far, middle + far, box)
+
+
+def _refuse_range(variable: ParameterVariable, limits: tuple[float, float]) -> None:
+    low, high = limits
+    for limit in limits:
+        if complaint := variable.complaint(limit):
+            raise FreeError(f"the range of {variable.name}: {complaint}")
+    if not low < high:
+        raise FreeError(f"the range of {variable.name} must rise, not go from {low!r} to {high!r}")
+    if variable.measured_in is None and low * high <= 0:
+        raise FreeError(
+            f"the range of {variable.name} must not contain 0, since its logarithm is fitted"
+        )

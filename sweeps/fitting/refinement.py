@@ -1,0 +1,313 @@
+"""From starts to the best minimum: a sweep of trials, fits from the best, and a look around."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import lmfit
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from sweeps.fitting.data import Floats
+from sweeps.fitting.together import Together
+from sweeps.fitting.trials import Budget, Model, Trial
+
+# Budgets of trials that only show where to begin, of those that lead to the minimum. Nearly
+# all orbits are found within the first; one that goes on is mostly chaotic and costs hundreds.
+GLANCE, PATIENCE = Budget(64, 30_000), Budget(256, 300_000)
+
+_TRIALS = 64  # of the first sweep, for one or two free parameters; twice as many for each further
+_MOST = 1024
+_STARTS, _APART = 4, 0.2  # starts of fits beside the one given; distance as a part of the box
+
+# Of a fit in lmfit and scipy: relative changes of chi2 and of parameters. The gradient is no
+# measure, since residuals have no scale. Below, the roughness of the amplitudes would decide.
+_TOLERANCES: dict[str, Any] = {"ftol": 1e-6, "xtol": 1e-7, "gtol": None}
+_PULL = 1e-9  # of a natural unit by which a parameter is off, relative to the amplitudes
+_EVALUATIONS, _FEW_EVALUATIONS = 40, 12
+
+# Looks around a minimum: trials each, scales in standard errors, and how often at most.
+_AROUND, _ROUNDS = 32, 8
+_SCALE, _SMALLEST = 2.0, 0.05
+_IMPROVED = 1e-6  # part of chi2
+_EXACT = 1e-15  # of the squares of the data: the rest is roughness
+_SEED = 1
+
+_LAST_STEPS, _SMALL_STEP = 2, 0.1
+_RANK = 1e-6  # a singular value below this part of the largest is none
+
+
+@dataclass
+class Fit:
+    """A minimum: the trial there, the derivatives (n, p), data next to a jump (n,).
+
+    `scale` is the variance of residuals: chi2/dof, or 1 where that is less and errors are known.
+    """
+
+    model: Model
+    trial: Trial
+    slopes: Floats
+    at_jump: NDArray[np.bool_]
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom: data minus parameters."""
+        return len(self.trial.residuals) - len(self.trial.u)
+
+    @property
+    def reduced(self) -> float:
+        """chi2/dof; NaN without degrees of freedom."""
+        return self.trial.chi2 / self.dof if self.dof > 0 else math.nan
+
+    @property
+    def scale(self) -> float:
+        """The variance of a residual, as far as it is known."""
+        if self.model.data.relative:
+            return self.reduced
+        return max(1.0, self.reduced) if self.dof > 0 else 1.0
+
+
+@dataclass
+class Search:
+    """The search for the best minimum of a model; deterministic, whatever the start.
+
+    `computed` counts trials; `seen` are those on the way, without those for derivatives.
+    """
+
+    model: Model
+    computed: int = 0
+    seen: list[Trial] = field(default_factory=list)
+    _random: np.random.Generator = field(default_factory=lambda: np.random.default_rng(_SEED))
+
+    def run(self, starts: Sequence[Trial] = ()) -> Fit:
+        """Return the best minimum that was found, from the best of a sweep or from `starts`."""
+        best = self._refined(starts or self._spread(self._sweep()), _FEW_EVALUATIONS)
+        best = self._refined([best.trial])
+        scale, looks = _SCALE, 0
+        while looks < _ROUNDS and scale > _SMALLEST and not self._is_exact(best):
+            around = self._glance(self._cloud(best, scale))
+            starts = _promising(best.trial, around)
+            looks += 1
+            better = self._refined(starts, _FEW_EVALUATIONS) if starts else best
+            if better.trial.chi2 < best.trial.chi2 * (1.0 - _IMPROVED):
+                best = better
+            elif all(trial.signature == best.trial.signature for trial in around):
+                break  # no jump is near: it is a minimum
+            else:
+                best = min(best, better, key=lambda fit: fit.trial.chi2)
+                scale /= 4.0
+        return self._settled(best)
+
+    def _settled(self, fit: Fit) -> Fit:
+        """Return a minimum after some steps of Gauss and Newton, where they lead within it.
+
+        The roughness of chi2 ends a fit some 1e-3 standard errors from its minimum, elsewhere from
+        each start; its derivative is smooth.
+        """
+        low, high = np.array([(each.lower, each.upper) for each in self.model.free]).T
+        for _ in range(_LAST_STEPS):
+            step = -np.linalg.pinv(fit.slopes, rcond=_RANK) @ fit.trial.residuals
+            u = fit.trial.u + step
+            if not (np.all(np.abs(step) < _SMALL_STEP) and np.all((low < u) & (u < high))):
+                break
+            (trial,) = self.answers([Question(u)])
+            allowed = fit.trial.chi2 * (1.0 + _IMPROVED) + self._least()
+            if trial.signature != fit.trial.signature or trial.chi2 > allowed:
+                break
+            ((slopes, at_jump),) = self.answers([Question(u, trial)])
+            fit = Fit(self.model, trial, slopes, at_jump)
+        return fit
+
+    def _sweep(self) -> list[Trial]:
+        """Return the trials of the first sweep: the start, and a Sobol sequence over the box."""
+        free = self.model.free
+        count = min(_MOST, _TRIALS * 2 ** max(0, len(free) - 2))
+        sobol = qmc.Sobol(len(free), rng=np.random.default_rng(_SEED)).random(count)
+        low, high = np.array([each.box for each in free]).T
+        places = low + (high - low) * sobol
+        places[0] = [each.start for each in free]
+        return self._glance(places)
+
+    def _spread(self, swept: Sequence[Trial]) -> list[Trial]:
+        """Return the start and the best other trials, apart from each other or of other kinds."""
+        low, high = np.array([each.box for each in self.model.free]).T
+        chosen = [swept[0]]
+        for trial in sorted(swept[1:], key=lambda trial: trial.chi2):
+            near = [
+                bool(np.all(np.abs(trial.u - other.u) < _APART * (high - low)))
+                and trial.signature == other.signature
+                for other in chosen
+            ]
+            if not any(near) and len(chosen) <= _STARTS:
+                chosen.append(trial)
+        return chosen
+
+    def _glance(self, places: Floats) -> list[Trial]:
+        self.computed += len(places)
+        trials = self.model.trials(places, GLANCE)
+        self.seen += trials
+        return trials
+
+    def _refined(self, starts: Sequence[Trial], evaluations: int = _EVALUATIONS) -> Fit:
+        """Return the best minimum that fits from these starts, side by side, lead to."""
+        together = Together(self.answers)
+        fits = together.run(
+            lambda start: minimum(self.model, start.u, together.ask, evaluations), starts
+        )
+        return min(fits, key=lambda fit: fit.trial.chi2)
+
+    def answers(self, questions: list[Question]) -> list[Any]:
+        """Return a trial for each question or, where it has one already, its derivatives."""
+        fresh = [question.u for question in questions if question.trial is None]
+        found = self.model.trials(np.array(fresh), PATIENCE) if fresh else []
+        self.seen += found
+        trials = iter(found)
+        given = [question.trial for question in questions if question.trial is not None]
+        slopes = iter(self.model.all_slopes(given, PATIENCE))
+        self.computed += len(fresh) + 2 * len(self.model.free) * len(given)
+        return [next(trials) if q.trial is None else next(slopes) for q in questions]
+
+    def _cloud(self, fit: Fit, scale: float) -> Floats:
+        """Return places (m, p) around a minimum, as far as `scale` times its standard errors."""
+        low, high = np.array([(each.lower, each.upper) for each in self.model.free]).T
+        near, far = np.array([each.box for each in self.model.free]).T
+        _, sizes, axes = np.linalg.svd(fit.slopes)
+        spread = math.sqrt(fit.scale) if math.isfinite(fit.scale) else 1.0
+        widest = float((far - near).max()) / 4.0
+        reach = np.full(len(low), widest)
+        reach[: len(sizes)] = np.minimum(scale * spread / np.maximum(sizes, 1e-300), widest)
+        steps = self._random.standard_normal((_AROUND, len(low))) * reach
+        cloud: Floats = np.clip(fit.trial.u + steps @ axes, low, high)
+        return cloud
+
+    def _is_exact(self, fit: Fit) -> bool:
+        return fit.trial.chi2 <= self._least()
+
+    def _least(self) -> float:
+        """Return what chi2 cannot tell from 0."""
+        data = self.model.data
+        return _EXACT * float(np.sum((data.value / data.error) ** 2))
+
+
+class Question(NamedTuple):
+    """A place to try or, with a trial, a question for the derivatives there."""
+
+    u: Floats
+    trial: Trial | None = None
+
+
+def minimum(model: Model, start: Floats, ask: Any, evaluations: int) -> Fit:
+    """Return the minimum that lmfit finds from a place (p,), a valley or the edge of a jump."""
+    minimizer = Minimizer(model, ask, evaluations)
+    u = minimizer.fit(start)
+    trial = minimizer.trial(u)
+    slopes, at_jump = ask(Question(u, trial))
+    return Fit(model, trial, slopes, at_jump)
+
+
+class Minimizer:
+    """lmfit's view of a model: residuals and derivatives as functions of its Parameters.
+
+    Its parameters are distances from an origin. That of a fit is its start, so that the first step
+    is one of a unit, not of the size of a logarithm. A spring holds them there, so weak that it
+    moves only those that change nothing: solvers cannot do with derivatives that are all 0.
+    """
+
+    def __init__(self, model: Model, ask: Any, evaluations: int = _EVALUATIONS) -> None:
+        self._model = model
+        self._evaluations = evaluations
+        self._ask = ask
+        self._pull = _PULL * float(np.linalg.norm(model.data.value / model.data.error))
+        self._origin = np.zeros(len(model.free))
+        self._trial: Trial | None = None
+
+    def fit(self, start: Floats, fixed: int | None = None) -> Floats:
+        """Return the place (p,) of the minimum that lmfit finds from another; one may be fixed."""
+        self._origin = start
+        parameters = self._parameters(start, fixed)
+        if not any(parameter.vary for parameter in parameters.values()):
+            return start
+        minimizer = lmfit.Minimizer(
+            self._residuals, parameters, calc_covar=False, max_nfev=self._evaluations
+        )
+        with np.errstate(all="ignore"):  # of lmfit's covariance, which is not used
+            result = minimizer.least_squares(jac=self._slopes, **_TOLERANCES)
+        return self._place(result.params)
+
+    def at(self, u: Floats, errors: Floats) -> tuple[Any, Any]:
+        """Return lmfit's Minimizer and result for a minimum (p,) with these standard errors."""
+        self._origin = np.zeros(len(u))  # the first step of a profile is a part of the value
+        # lmfit makes profiles with another solver, which has other options.
+        minimizer = lmfit.Minimizer(
+            self._residuals,
+            self._parameters(u),
+            scale_covar=False,
+            Dfun=self._slopes,
+            ftol=_TOLERANCES["ftol"],
+            xtol=_TOLERANCES["ftol"],
+        )
+        result = minimizer.prepare_fit()
+        for free, error in zip(self._model.free, errors, strict=True):
+            result.params[free.name].stderr = error
+        result.residual = self.trial(u).residuals
+        result._calculate_statistics()
+        return minimizer, result
+
+    def _parameters(self, start: Floats, fixed: int | None = None) -> Any:
+        parameters = lmfit.Parameters()
+        for number, (free, u) in enumerate(zip(self._model.free, start, strict=True)):
+            origin = self._origin[number]
+            limits = {"min": free.lower - origin, "max": free.upper - origin}
+            parameters.add(free.name, value=float(u - origin), vary=number != fixed, **limits)
+        return parameters
+
+    def trial(self, u: Floats) -> Trial:
+        """Return the trial at a place (p,); the last one is kept."""
+        if self._trial is None or not np.array_equal(self._trial.u, u):
+            self._trial = self._ask(Question(u))
+        return self._trial
+
+    def _residuals(self, parameters: Any) -> Floats:
+        u = self._place(parameters)
+        pulled = self._pull * (u - self._origin)[self._varied(parameters)]
+        return np.append(self.trial(u).residuals, pulled)
+
+    def _slopes(self, parameters: Any) -> Floats:
+        u = self._place(parameters)
+        slopes: Floats = self._ask(Question(u, self.trial(u)))[0]
+        pulled = self._pull * np.eye(len(u))
+        return np.concatenate([slopes, pulled[self._varied(parameters)]])[
+            :, self._varied(parameters)
+        ]
+
+    def _varied(self, parameters: Any) -> list[int]:
+        """Return the numbers of the parameters that are not fixed."""
+        return [
+            number for number, free in enumerate(self._model.free) if parameters[free.name].vary
+        ]
+
+    def _place(self, parameters: Any) -> Floats:
+        distances = [parameters[free.name].value for free in self._model.free]
+        low, high = np.array([(free.lower, free.upper) for free in self._model.free]).T
+        place: Floats = np.clip(self._origin + distances, low, high)
+        return place
+
+
+def _distinct(trials: Sequence[Trial], count: int) -> list[Trial]:
+    """Return the best trials, of which no two have motions of the same kinds, or but the best."""
+    ranked = sorted(trials, key=lambda trial: trial.chi2)
+    first = {trial.signature: trial for trial in reversed(ranked)}
+    of_kinds = sorted(first.values(), key=lambda trial: trial.chi2)[:count]
+    rest = [trial for trial in ranked if all(trial is not other for other in of_kinds)]
+    return [*of_kinds, *rest[: count - len(of_kinds)]]
+
+
+def _promising(best: Trial, around: Sequence[Trial]) -> list[Trial]:
+    """Return trials from which a lower minimum may be reached: better ones, and of other kinds."""
+    better = [trial for trial in around if trial.chi2 < best.chi2 * (1.0 - _IMPROVED)]
+    other = [trial for trial in around if trial.signature != best.signature]
+    return _distinct(better, 2) + _distinct(other, 2) if better else _distinct(other, 2)

@@ -1,0 +1,182 @@
+"""Trials: what the model gives for the data, for many sets of free parameters in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import joblib
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.options import METHODS, Options
+from stickslip.orbit import failed_row
+from stickslip.parameters import Parameters
+from stickslip.points import orbit_rows
+from stickslip.status import Status
+from stickslip.variables import ENERGY_COEFFICIENTS, RESULT_COLUMNS, unbounded
+from sweeps.fitting.data import Floats, Measurements
+from sweeps.fitting.parameters import FreeParameter
+
+_STATUS = RESULT_COLUMNS.index("status")
+_ERROR = RESULT_COLUMNS.index("amplitude_error")
+_KIND = [RESULT_COLUMNS.index(n) for n in ("regime", "melting_count", "orbit_periods", "status")]
+_ENERGY = [Parameters._fields.index(name) for name in ENERGY_COEFFICIENTS]
+
+STEP = 1e-3
+"""Step of derivatives on the scale of a free parameter: 1e5 times the roughness of amplitudes."""
+
+_STANDARD_ERRORS = 3.0  # that an amplitude_error of a mean holds
+
+
+class Budget(NamedTuple):
+    """Drive periods, and steps, that an orbit may take; a typical one takes 10 and 3000."""
+
+    periods: int
+    steps: int
+
+    def of(self, options: Options) -> Options:
+        """Return options within the budget."""
+        steps = self.steps if options.max_steps is None else min(self.steps, options.max_steps)
+        if METHODS[options.method].own_option == "dt":
+            steps = options.settings().max_steps  # it knows in advance how many it takes
+        periods = min(self.periods, options.max_periods)
+        return replace(options, max_periods=periods, max_steps=steps)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What the model gives with one set of free parameters.
+
+    `residuals` (n,) are those of the data, in standard errors, all finite; `fitted` (n,) the values
+    of the model, NaN where it has none; `results` (rows, columns) those of the rows.
+    """
+
+    u: Floats
+    fitted: Floats
+    residuals: Floats
+    results: Floats
+
+    @property
+    def chi2(self) -> float:
+        """The sum of squared residuals."""
+        return float(self.residuals @ self.residuals)
+
+    @property
+    def kinds(self) -> NDArray[np.float64]:
+        """Regime, counts and status (rows, 4), which differ beyond a jump."""
+        return self.results[:, _KIND]
+
+    def is_like(self, other: Trial) -> NDArray[np.bool_]:
+        """Tell which rows (rows,) have the kind of motion that they have in another trial."""
+        alike: NDArray[np.bool_] = (self.kinds == other.kinds).all(axis=1)
+        return alike
+
+    @property
+    def signature(self) -> bytes:
+        """The kinds of all rows in a form that can be compared."""
+        return self.kinds.tobytes()
+
+
+@dataclass(frozen=True)
+class Model:
+    """The model at the rows of measurements, with some parameters free.
+
+    `jobs` are threads, counted as by joblib.
+    """
+
+    data: Measurements
+    free: Sequence[FreeParameter]
+    fixed: Parameters
+    options: Options
+    jobs: int = -1
+
+    def trials(self, places: Floats, budget: Budget) -> list[Trial]:
+        """Return the trials at places (m, p), computed together.
+
+        Orbits are searched for within a budget and no longer.
+        """
+        results = self._results(places, budget)
+        return [self._trial(u, rows) for u, rows in zip(places, results, strict=True)]
+
+    def all_slopes(
+        self, trials: Sequence[Trial], budget: Budget
+    ) -> list[tuple[Floats, NDArray[np.bool_]]]:
+        """Return derivatives (n, p) of the residuals, and which data (n,) are next to a jump.
+
+        By differences over steps to both sides, or to the one on which the motion stays of its
+        kind: a derivative across a jump is none. Where both are beyond a jump, it is 0. Those of
+        all trials are computed together.
+        """
+        if not trials:
+            return []
+        steps = STEP * np.concatenate([np.eye(len(self.free)), -np.eye(len(self.free))])
+        moved = np.concatenate([trial.u + steps for trial in trials])
+        beside = self.trials(moved, budget)
+        size = len(steps)
+        return [
+            self._slopes(trial, beside[size * number : size * (number + 1)])
+            for number, trial in enumerate(trials)
+        ]
+
+    def _slopes(self, trial: Trial, beside: Sequence[Trial]) -> tuple[Floats, NDArray[np.bool_]]:
+        """Return derivatives and jumps from trials a step above, then a step below."""
+        count, row = len(self.free), self.data.row
+        ok = (trial.results[:, _STATUS] == Status.OK)[row]
+        slopes, at_jump = np.zeros((len(ok), count)), np.zeros(len(ok), dtype=bool)
+        for number, (above, below) in enumerate(zip(beside[:count], beside[count:], strict=True)):
+            same = [trial.is_like(side)[row] & ok for side in (above, below)]
+            high = np.where(same[0], above.fitted, trial.fitted)
+            low = np.where(same[1], below.fitted, trial.fitted)
+            width = STEP * np.sum(same, axis=0)
+            known = width > 0.0
+            slopes[known, number] = (high - low)[known] / (width * self.data.error)[known]
+            at_jump |= ~(same[0] & same[1])
+        return slopes, at_jump
+
+    def points(self, places: Floats) -> Floats:
+        """Return the points (m, rows, parameters) of places (m, p)."""
+        points = np.tile(np.array(self.fixed), (len(places), self.data.rows, 1))
+        for name, values in self.data.parameters.items():
+            points[:, :, Parameters._fields.index(name)] = values
+        for number, free in enumerate(self.free):
+            column = Parameters._fields.index(free.name)
+            points[:, :, column] = free.value(places[:, number])[:, None]
+        return points
+
+    def _results(self, places: Floats, budget: Budget) -> Floats:
+        """Return the result rows (m, rows, columns) at places."""
+        points = self.points(places)
+        flat = points.reshape(-1, points.shape[-1])
+        options = budget.of(self.options)
+        results = np.tile(failed_row(Status.FAILED), (len(flat), 1))
+        valid = np.repeat([self._is_valid(u) for u in places], self.data.rows)
+        valid &= np.array([unbounded(*row) is None for row in flat[:, _ENERGY]], dtype=bool)
+        if valid.any():
+            # Of rows that differ in nothing one is computed.
+            different, places_of = np.unique(flat[valid], axis=0, return_inverse=True)
+            with joblib.parallel_config(n_jobs=self.jobs):  # counts in the thread that sets it
+                results[valid] = orbit_rows(different, options)[places_of.ravel()]
+        return results.reshape(*points.shape[:2], -1)
+
+    def _is_valid(self, u: Floats) -> bool:
+        return all(free.is_valid(float(each)) for free, each in zip(self.free, u, strict=True))
+
+    def _trial(self, u: Floats, results: Floats) -> Trial:
+        data, columns = self.data, [RESULT_COLUMNS.index(name) for name in self.data.variable]
+        fitted = results[data.row, columns]
+        residuals = (fitted - data.value) / data.error
+        means = results[data.row, _STATUS] == Status.APERIODIC
+        # A mean with an error fits no better than that lets it: its mean square is what counts.
+        error = results[data.row, _ERROR] / _STANDARD_ERRORS * np.abs(fitted) / data.error
+        residuals[means] = np.copysign(np.hypot(residuals, error), residuals)[means]
+        known = np.isfinite(residuals)
+        # One without a value is as far off as the worst of the others: no exception, no cliff.
+        worst = np.abs(residuals[known]).max(initial=0.0) if known.any() else self._nothing()
+        residuals[~known] = worst
+        return Trial(u, fitted, residuals, results)
+
+    def _nothing(self) -> float:
+        """Return the largest residual of a model that gives 0."""
+        return float(np.abs(self.data.value / self.data.error).max())

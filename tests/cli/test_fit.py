@@ -1,0 +1,77 @@
+"""`stickslip fit`: a table in, parameters, a file, a config and a picture out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from support.sweeps.commands import Command
+
+from stickslip import stationary_orbits
+from sweeps.files.datasets import open_result
+
+T = [170.0, 200.0, 240.0, 280.0]
+
+
+@pytest.fixture(scope="module")
+def table() -> str:
+    force = stationary_orbits({"T": T, "k": 7e4}).friction_force_amplitude.values
+    noise = np.array([1.01, 0.99, 0.995, 1.004])
+    rows = zip(T, (force * noise).tolist(), (0.01 * force).tolist(), strict=True)
+    return "T,F_max,F_max_error\n" + "".join(f"{t},{f!r},{e!r}\n" for t, f, e in rows)
+
+
+def test_the_command_fits_and_its_files_can_be_used(
+    command: Command, table: str, tmp_path: Path
+) -> None:
+    Path("d.csv").write_text(table)
+    done = command("fit", "d.csv", "--free", "k=1e4:2e5", "-o", "fit.nc", "--workers", "1")
+    assert done.code == 0, done.err
+    assert done.out.splitlines()[-4:] == ["fit.nc", "fit.yaml", "fit.png", "fit.pdf"]
+    assert "viscosity_coefficient: " in done.out
+    assert "stick_slip_symmetric" in done.out
+    ds = open_result(Path("fit.nc"))
+    low, high = (float(ds[f"parameter_interval_{side}"][0]) for side in ("lower", "upper"))
+    assert low < 7e4 < high
+    swept = command("sweep", "fit.yaml", "-o", "curve.nc")
+    assert swept.code == 0, swept.err
+    curve = open_result(Path("curve.nc"))
+    for name, values in curve.data_vars.items():
+        xr.testing.assert_equal(ds[name].drop_vars("datum_variable", errors="ignore"), values)
+    at = curve.friction_force_amplitude.interp(temperature=T)
+    np.testing.assert_allclose(ds.fitted_value, at, rtol=2e-3)
+    replayed = command("replay", "fit.nc", "--at", "T=240")
+    assert replayed.code == 0, replayed.err
+    assert "agree with the file bit for bit" in replayed.out
+    drawn = command("plot", "fit.nc", "-o", "again.svg")
+    assert drawn.code == 0, drawn.err
+    again = command("fit", "d.csv", "--free", "k", "-o", "fit.nc")
+    assert again.code == 2
+    assert "--overwrite" in again.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ("d.csv --free k=1", "a range is k=LOW:HIGH, not k=1"),
+        ("d.csv --free k,k", "k is there twice"),
+        ("d.csv --free T", "a column of the data"),
+        ("d.csv --free k -o d.csv", "ends in .nc"),
+        ("bad.csv --free k", "bad.csv:1, column Fmax: is neither a parameter"),
+        ("d.csv --free k --profile", "needs two free parameters"),
+    ],
+)
+def test_mistakes(command: Command, table: str, tmp_path: Path, arguments: str, said: str) -> None:
+    Path("d.csv").write_text(table)
+    Path("bad.csv").write_text(table.replace("F_max,", "Fmax,"))
+    done = command("fit", *arguments.split())
+    assert done.code == 2, done.err
+    assert said in done.err
+
+
+def test_a_missing_file_is_one_of_storage(command: Command, tmp_path: Path) -> None:
+    done = command("fit", "none.csv", "--free", "k")
+    assert done.code == 5
+    assert "No such file" in done.err

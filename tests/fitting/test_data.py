@@ -1,0 +1,99 @@
+"""Tables of measurements: what is read, and what is said of mistakes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sweeps.fitting.data import DataError, UnreadableError, read_data
+
+FIVE = """\
+T,K,F_max,F_max_error
+200,3000,0.003
+-5,3000,0.003,1e-5
+210,3000,"0,0028",1e-5
+220,3000,0.0027,0
+230,,0.0026,1e-5
+"""
+FIVE_SAID = [
+    "five.csv:2: 3 cells below 4 names; cells that were not measured stay empty",
+    "five.csv:3, column T: must be at least 0, not -5.0",
+    "five.csv:4, column F_max: must be a number in SI units, not '0,0028' (decimals have a point)",
+    "five.csv:5, column F_max_error: must be greater than 0, not 0.0",
+    "five.csv:6, column K: is empty; each row needs its parameters",
+]
+
+
+def test_a_file_is_read_with_its_errors(tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    path.write_text(
+        "\ufeffT, sigma_el, F_max ,friction_force_amplitude_error\n".replace("sigma_el, ", "")
+        + "# a comment\n\n200, 3e-3, 1e-5\n250,,\n300, 2e-3, 2e-5\n"
+    )
+    data = read_data(path)
+    np.testing.assert_array_equal(data.parameters["temperature"], [200, 250, 300])
+    assert data.variable == ("friction_force_amplitude",) * 2
+    np.testing.assert_array_equal(data.row, [0, 2])
+    np.testing.assert_array_equal(data.value, [3e-3, 2e-3])
+    np.testing.assert_array_equal(data.error, [1e-5, 2e-5])
+    assert not data.relative
+
+
+def test_without_errors_they_are_relative() -> None:
+    table = {"omega": [10, 20], "F_max": [3e-3, 2e-3], "elastic_stress_amplitude": [1e6, np.nan]}
+    data = read_data(pd.DataFrame(table))
+    assert data.relative
+    np.testing.assert_array_equal(data.error, data.value)
+    np.testing.assert_array_equal(data.row, [0, 1, 0])
+
+
+def test_five_mistakes_are_told_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("five.csv").write_text(FIVE)
+    with pytest.raises(DataError) as raised:
+        read_data("five.csv")
+    assert str(raised.value).splitlines() == FIVE_SAID
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ({"temprature": [1], "F_max": [1]}, "did you mean 'temperature'?"),
+        ({"T": [1], "amplitude_error": [1], "F_max": [1]}, "nor the error of one"),
+        ({"T": [200], "temperature": [200], "F_max": [1]}, "temperature is given twice"),
+        ({"T": [200]}, "no column is a measured variable"),
+        ({"T": [200], "F_max_error": [1e-5]}, "there is no column friction_force_amplitude"),
+        (
+            {"F_max": [1], "F_max_error": [1], "elastic_stress_amplitude": [1]},
+            "there are none of elastic_stress_amplitude",
+        ),
+        ({"T": [200], "F_max": [0.0]}, "fill the column friction_force_amplitude_error"),
+        ({"F_max": [1.0], "F_max_error": [np.nan]}, "a value needs its error"),
+        ({"T": [200], "F_max": [np.inf]}, "must be a finite number"),
+        ({"T": [200], "F_max": [np.nan]}, "no value was measured"),
+        ({"T": []}, "holds no data"),
+        ({"T": [1, 2], "F_max": [1]}, "make no table"),
+        (3, "data are a CSV file, a DataFrame or a dict"),
+    ],
+)
+def test_mistakes_of_tables(table: object, said: str) -> None:
+    with pytest.raises(DataError) as raised:
+        read_data(table)
+    assert said in str(raised.value)
+
+
+def test_files_that_are_no_table(tmp_path: Path) -> None:
+    with pytest.raises(UnreadableError, match="cannot be read: No such file"):
+        read_data(tmp_path / "none.csv")
+    (tmp_path / "a.csv").write_text("T;F_max\n200;0,003\n")
+    with pytest.raises(DataError, match="cells are separated by commas"):
+        read_data(tmp_path / "a.csv")
+    (tmp_path / "a.csv").write_bytes(b"T,F_max\n\xff\xfe,1\n")
+    with pytest.raises(DataError, match="no CSV file in UTF-8"):
+        read_data(tmp_path / "a.csv")
+    (tmp_path / "a.csv").write_text("T,F_max\n" + "x,1\n" * 30)
+    with pytest.raises(DataError, match="and 10 more"):
+        read_data(tmp_path / "a.csv")

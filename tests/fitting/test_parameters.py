@@ -1,0 +1,65 @@
+"""Free parameters: their scales and bounds, and which cannot be free."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from stickslip.parameters import Parameters
+from sweeps.fitting.parameters import FreeError, free_parameters
+
+START = Parameters()
+
+
+def test_scales_and_bounds() -> None:
+    k, gamma, x_0, amplitude = free_parameters(
+        ["k", "gamma", "x_0", "X_m"], START._replace(drive_amplitude=-1e-6), []
+    )
+    assert k.form == amplitude.form == "logarithmic"
+    assert float(k.value(k.start)) == pytest.approx(5e4)
+    assert float(amplitude.value(amplitude.start)) == pytest.approx(-1e-6)
+    assert k.slope(k.start) == pytest.approx(5e4)
+    assert gamma.form == "plain"
+    assert gamma.lower > -1.0  # which is no valid value
+    assert x_0.unit == 1e-6
+    for free in (k, gamma, x_0, amplitude):
+        assert free.lower <= free.box[0] < free.start < free.box[1] <= free.upper
+        assert free.is_valid(free.lower)
+        assert free.is_valid(free.upper)
+    assert not gamma.is_valid(-1.0)
+
+
+def test_a_range_is_kept_to() -> None:
+    k, phi = free_parameters({"k": (1e5, 1e6), "phi_0": (0.0, 2.0)}, START, [])
+    assert k.box == pytest.approx((math.log(1e5), math.log(1e6)))
+    assert (k.lower, k.upper) == k.box
+    assert k.lower < k.start < k.upper  # 5e4 is out of it
+    assert phi.start == 0.0
+
+
+@pytest.mark.parametrize(
+    ("free", "columns", "said"),
+    [
+        ("gama", [], "did you mean 'gamma'?"),
+        ("T", ["temperature"], "temperature is free, and a column of the data"),
+        (["k", "viscosity_coefficient"], [], "is free twice"),
+        ([], [], "no parameter is free"),
+        ("d", [], None),
+        ({"k": (1e5, 1e4)}, [], "must rise"),
+        ({"T": (0.0, 300.0)}, [], "must not contain 0"),
+        ({"gamma": (-1.0, 0.0)}, [], "the range of rheological_index: must be greater than -1"),
+    ],
+)
+def test_what_cannot_be_free(free: object, columns: list[str], said: str | None) -> None:
+    if said is None:
+        assert free_parameters(free, START, columns)
+        return
+    with pytest.raises(FreeError) as raised:
+        free_parameters(free, START, columns)
+    assert said in str(raised.value)
+
+
+def test_a_logarithm_needs_a_start() -> None:
+    with pytest.raises(FreeError, match="starts at 0"):
+        free_parameters("D", START._replace(noise_intensity=0.0), [])
