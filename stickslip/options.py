@@ -113,6 +113,10 @@ FRICTION_LAWS: Mapping[str, str] = MappingProxyType(
 """Laws of the viscous stress, each with the module that declares it."""
 
 
+COSINE, HARMONICS = "cosine", "harmonics"
+"""The motions of the upper block that orbits are computed for: one tone, or all of them."""
+
+
 class Physics(NamedTuple):
     """The choice of equations to integrate; a kernel is made for one choice."""
 
@@ -120,6 +124,8 @@ class Physics(NamedTuple):
     strain: str = ADIABATIC
     chance: bool = False
     """True where every step draws a random number; False for the typical path of the noise."""
+    drive: str = COSINE
+    """The motion of the upper block, a name of `model.drive.UPPER`; it follows from the point."""
 
     @property
     def typical(self) -> Physics:
@@ -128,7 +134,8 @@ class Physics(NamedTuple):
 
     def __str__(self) -> str:
         strain = "" if self.strain == ADIABATIC else f",strain={self.strain}"
-        return f"{self.friction}{strain}{',stochastic' if self.chance else ''}"
+        drive = "" if self.drive == COSINE else f",{self.drive}"
+        return f"{self.friction}{strain}{drive}{',stochastic' if self.chance else ''}"
 
 
 class Range(NamedTuple):

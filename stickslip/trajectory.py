@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 import numpy as np
 
 from stickslip.accessors import register_accessors
+from stickslip.kernels.families import physics_at
 from stickslip.kernels.streams import streams_of
 from stickslip.kernels.trajectories import (
     OBSERVABLES,
@@ -268,8 +269,9 @@ def _section(
 
     observables = np.empty((len(own), len(OBSERVABLES)))
     u_s = METHODS[options.method].kernels.rounding(parameters, options)
-    observables_kernel(options.physics.typical)(
-        np.array(parameters), own, samples, u_s, observables
+    point = np.array(parameters)
+    observables_kernel(physics_at(point, options.physics.typical))(
+        point, own, samples, u_s, observables
     )
     states = dict(zip(_SAMPLED, samples.T, strict=False))  # a strain is an observable
     columns = states | dict(zip(OBSERVABLES, observables.T, strict=True))
