@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip.model.drive import full_forces
 from stickslip.options import options_for_orbits
 from stickslip.parameters import Parameters
 from stickslip.points import full_name, orbit_rows, places_of, results_at, rows_of
@@ -44,9 +45,7 @@ _ROUGHNESS = 0.01
 _KIND = [RESULT_COLUMNS.index(name) for name in ("regime", "melting_count", "orbit_periods")]
 _STATUS = RESULT_COLUMNS.index("status")
 _SMALL_PART = 0.01
-_YARDSTICK = (
-    "spring_stiffness", "block_mass", "angular_frequency", "drive_amplitude", "contact_area"
-)  # fmt: skip
+_AREA = Parameters._fields.index("contact_area")
 _ENERGY = [Parameters._fields.index(name) for name in ENERGY_COEFFICIENTS]
 
 
@@ -227,10 +226,9 @@ def _largeness(
 
     As for `amplitude_error`, at least 1 % of max(2K, M omega^2)|X_m|, over A for the stress.
     """
-    K, M, omega, X_m, A = (rows[:, Parameters._fields.index(each)] for each in _YARDSTICK)
-    least = _SMALL_PART * np.maximum(2.0 * K, M * omega**2) * np.abs(X_m)
+    least = _SMALL_PART * full_forces(rows)
     if name == "elastic_stress_amplitude":
-        least /= A
+        least /= rows[:, _AREA]
     return np.maximum(least / results[:, RESULT_COLUMNS.index(name)], 1.0)
 
 

@@ -115,6 +115,10 @@ FRICTION_LAWS: Mapping[str, str] = MappingProxyType(
 """Laws of the viscous stress, each with the module that declares it."""
 
 
+COSINE, HARMONICS, PULL = "cosine", "harmonics", "pull"
+"""The motions of the upper block that orbits are computed for: one tone, or all of them."""
+
+
 class Physics(NamedTuple):
     """The choice of equations to integrate; a kernel is made for one choice."""
 
@@ -124,8 +128,8 @@ class Physics(NamedTuple):
     """True where every step draws a random number; False for the typical path of the noise."""
     observed: bool = False
     """True where a measurement integrates what the optional observables are made of."""
-    pulled: bool = False
-    """True where the upper block is pulled; False where it oscillates."""
+    drive: str = COSINE
+    """The motion of the upper block, a name of `model.drive.UPPER`; it follows from the point."""
 
     @property
     def typical(self) -> Physics:
@@ -139,9 +143,10 @@ class Physics(NamedTuple):
 
     def __str__(self) -> str:
         strain = "" if self.strain == ADIABATIC else f",strain={self.strain}"
-        flags = {"stochastic": self.chance, "observed": self.observed, "pulled": self.pulled}
+        drive = "" if self.drive == COSINE else f",{self.drive}"
+        flags = {"stochastic": self.chance, "observed": self.observed}
         chosen = "".join(f",{name}" for name, holds in flags.items() if holds)
-        return f"{self.friction}{strain}{chosen}"
+        return f"{self.friction}{strain}{drive}{chosen}"
 
 
 class Range(NamedTuple):

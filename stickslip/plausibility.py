@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.model import drive
 from stickslip.parameters import ParameterValues
 from stickslip.stability import static_strength
 from stickslip.status import Status
@@ -119,7 +120,8 @@ def suspicious_stress(
     """Tell which points (n, parameters) exceed the static stress by 10 %; `results`."""
     p = ParameterValues(*points.T)
     stress = np.maximum(np.abs(results[:, _MAX]), np.abs(results[:, _MIN]))
-    small = _SMALL * 2.0 * p.spring_stiffness * np.abs(p.drive_amplitude) / p.contact_area
+    displacement = np.abs(drive.amplitudes_of(points)[1]).sum(axis=1)
+    small = _SMALL * 2.0 * p.spring_stiffness * displacement / p.contact_area
     # A few strains already clear most points; the others get a closer look.
     suspicious = stress > SUSPICIOUS_STRESS * np.maximum(static_strength(points, _SOME), small)
     few = np.flatnonzero(suspicious)

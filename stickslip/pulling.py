@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from stickslip.course import Course, PullError
 from stickslip.kernels.adaptive.pulled_trajectory import CYCLE, pulled_trajectory
-from stickslip.options import Options
+from stickslip.model.drive import HARMONIC_AMPLITUDES
+from stickslip.options import PULL, Options
 from stickslip.parameters import Parameters
 from stickslip.status import IntegrationError, Status
-from stickslip.variables import PARAMETERS, PULL, TRAJECTORY
+from stickslip.variables import PARAMETERS, PULLED, TRAJECTORY
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,7 +55,7 @@ def pulled(
     sections, ends = _sections(parameters, course, end)
     table = np.empty((samples + 1, 9))
     cycles, counts = np.empty((_MOST_MELTINGS + 1, len(CYCLE))), np.zeros(3, np.int64)
-    kernel = pulled_trajectory(options.physics._replace(pulled=True))
+    kernel = pulled_trajectory(options.physics.unobserved._replace(drive=PULL))
     spacing = end / samples
     status = Status(
         kernel(sections, ends, options.settings(), state, spacing, table, cycles, counts)
@@ -102,7 +103,10 @@ def _scaled(parameters: Parameters, course: Course) -> Parameters:
     fastest = float(np.abs(course.velocity).max())
     stiffness = 2.0 * parameters.spring_stiffness
     omega = math.sqrt(stiffness / parameters.block_mass) if stiffness > 0.0 else 1.0
-    return parameters._replace(angular_frequency=omega, drive_amplitude=fastest / omega)
+    harmonics = dict.fromkeys(HARMONIC_AMPLITUDES, 0.0)
+    return parameters._replace(
+        angular_frequency=omega, drive_amplitude=fastest / omega, **harmonics
+    )
 
 
 _SAMPLED = (
@@ -126,9 +130,9 @@ def _dataset(
     }
     slips = _slips(parameters, cycles)
     spring = 2.0 * parameters.spring_stiffness * table[:, 0]
-    data["spring_force"] = ("elapsed_time", spring, PULL["spring_force"].attributes)
-    data |= {name: (MELTING, values, PULL[name].attributes) for name, values in slips.items()}
-    unused = ("drive_amplitude", "angular_frequency")
+    data["spring_force"] = ("elapsed_time", spring, PULLED["spring_force"].attributes)
+    data |= {name: (MELTING, values, PULLED[name].attributes) for name, values in slips.items()}
+    unused = ("drive_amplitude", "angular_frequency", *HARMONIC_AMPLITUDES)
     coords: dict[str, Any] = {
         "elapsed_time": ("elapsed_time", times, TRAJECTORY["elapsed_time"].attributes)
     }
@@ -142,7 +146,7 @@ def _dataset(
 
 
 def _slips(parameters: Parameters, cycles: np.ndarray) -> dict[str, NDArray[np.float64]]:
-    """Return the values (m,) of `variables.PULL` for each cycle."""
+    """Return the values (m,) of `variables.PULLED` for each cycle."""
     end, least_x, largest_x, least_force, largest_force, force_time = cycles.T
     spring = 2.0 * parameters.spring_stiffness
     lasted = np.diff(end, prepend=0.0)

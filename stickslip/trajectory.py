@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.accessors import register_accessors
 from stickslip.course import PULL_SAMPLES, course_of
+from stickslip.kernels.families import physics_at
 from stickslip.kernels.streams import streams_of
 from stickslip.kernels.trajectories import (
     OBSERVABLES,
@@ -101,7 +102,7 @@ def simulate(
         scalar coordinates, scheduled ones along time; interpolation between the steps of the
         adaptive method is of order 3. The sample at which two sections meet has the parameters of
         the first. A stochastic film adds the dimension `realization`, a pulled block the dimension
-        `melting` with `variables.PULL`: its attribute `motion` is 'stick-slip' or 'steady', and
+        `melting` with `variables.PULLED`: its attribute `motion` is 'stick-slip' or 'steady', and
         others say with which period and forces.
 
     Raises
@@ -302,8 +303,9 @@ def _section(
 
     observables = np.empty((len(own), len(OBSERVABLES)))
     u_s = METHODS[options.method].kernels.rounding(parameters, options)
-    observables_kernel(options.physics.typical)(
-        np.array(parameters), own, samples, u_s, observables
+    point = np.array(parameters)
+    observables_kernel(physics_at(point, options.physics.typical))(
+        point, own, samples, u_s, observables
     )
     states = dict(zip(_SAMPLED, samples.T, strict=False))  # a strain is an observable
     columns = states | dict(zip(OBSERVABLES, observables.T, strict=True))

@@ -158,6 +158,13 @@ PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
     _not_negative("sextic_coefficient", "e", "e", "J m-3", "sextic coefficient of the free energy",
         "with d it lets a soft solid exist beside a hard one", default=0.0, in_paper=False,
         phi_power=4, measured_in=("quartic_coefficient",)),
+    ParameterVariable("third_harmonic", "a_3", "a_3", "1",
+        "amplitude of the drive's third harmonic, over X_m",
+        "X = X_m (cos(omega t) + a_3 cos(3 omega t) + a_5 cos(5 omega t))", default=0.0,
+        in_paper=False, measured_in=()),
+    ParameterVariable("fifth_harmonic", "a_5", "a_5", "1",
+        "amplitude of the drive's fifth harmonic, over X_m", default=0.0, in_paper=False,
+        measured_in=()),
 )
 
 _ORDER_PARAMETER = Variable(
@@ -178,7 +185,7 @@ TRAJECTORY: Mapping[str, Variable] = _by_name(
     Variable("friction_force", "F", "F", "N", "friction force between the blocks"),
 )
 
-PULL: Mapping[str, Variable] = _by_name(
+PULLED: Mapping[str, Variable] = _by_name(
     Variable("spring_force", "2Kx", "2Kx", "N", "force of the springs of the lower block"),
     Variable("melting_time", "t_m", r"t_\mathrm{m}", "s", "time at which the film melts"),
     Variable("slip_period", "t_s", r"t_\mathrm{s}", "s", "time since the melting before"),
@@ -269,7 +276,8 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
         "error of at most about amplitude_error/3 times it"),
     ResultVariable("amplitude_error", "error", r"\mathrm{error}", "1",
         "estimated relative error of the worse of the two amplitudes",
-        "relative to max(amplitude, 1 % of max(2K, M omega^2)|X_m|), divided by A for the stress; "
+        "relative to max(amplitude, 1 % of max(2K, M omega^2)|X_m|, summed over the harmonics), "
+        "divided by A for the stress; "
         "of aperiodic orbits and stochastic films three standard errors of the mean, plus the "
         "error of the typical path", lower=0.0, upper=100.0),
     ResultVariable("power_balance_error", "power balance", r"\mathrm{power\ balance}", "1",

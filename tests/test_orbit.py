@@ -94,7 +94,7 @@ def test_one_compiled_version_serves_all() -> None:
     compute_orbits(rows("temperature", [200, 210]), Options())
     law = DEFAULTS.physics
     own = conversion_of(law)
-    kernels = pass_kernel(Family(law, -2 / 3)), own.reduce_points, own.restore_states
+    kernels = pass_kernel(Family(law, -2 / 3)), own.reduce_points.kernel, own.restore_states.kernel
     for kernel in (*kernels, *row_kernels(law), spectral_radii):
         assert len(kernel.signatures) == 1
 

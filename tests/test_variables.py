@@ -21,7 +21,7 @@ EVERY = [*PARAMETERS.values(), *TRAJECTORY.values(), *PHASES.values(), *RESULTS.
 
 SYMBOLS = [
     "T", "k", "K", "gamma", "omega", "X_m", "M", "x_0", "v_0", "phi_0", "h", "tau", "A", "delta",
-    "alpha", "T_c", "a", "b", "c", "D", "d", "e",
+    "alpha", "T_c", "a", "b", "c", "D", "d", "e", "a_3", "a_5",
 ]  # fmt: skip
 
 
@@ -79,9 +79,11 @@ def test_anything_else_is_no_parameter(name: str):
 # --- what a parameter declares --------------------------------------------------------------------
 
 
-def test_all_parameters_but_those_of_a_soft_solid_are_the_papers():
+def test_all_parameters_but_those_of_a_soft_solid_and_the_harmonics_are_the_papers():
     others = [name for name, variable in PARAMETERS.items() if not variable.in_paper]
-    assert others == ["quintic_coefficient", "sextic_coefficient"]
+    assert others == [
+        "quintic_coefficient", "sextic_coefficient", "third_harmonic", "fifth_harmonic"
+    ]  # fmt: skip
 
 
 def test_powers_of_the_order_parameter_are_those_of_the_free_energy():

@@ -8,22 +8,28 @@ physics and the index when it is first needed.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from stickslip.model.drive import HARMONIC_AMPLITUDES
 from stickslip.model.film import HIGHER_COEFFICIENTS
 from stickslip.model.laws import friction_law
-from stickslip.options import Physics
+from stickslip.options import COSINE, HARMONICS, Physics
+from stickslip.parameters import Parameters
 
-KIND = ("rheological_index", *HIGHER_COEFFICIENTS)
+KIND = ("rheological_index", *HIGHER_COEFFICIENTS, *HARMONIC_AMPLITUDES)
 """The parameters that determine the family of a point."""
+
+_HIGHER = slice(1, 1 + len(HIGHER_COEFFICIENTS))
+_HARMONICS = slice(1 + len(HIGHER_COEFFICIENTS), None)
 
 
 class Family(NamedTuple):
     """Points that share a kernel: those with the same rheological index or, for None, all others.
 
-    `higher` if their free energy has higher terms than the paper's.
+    `higher` if their free energy has higher terms than the paper's; `physics` has their drive.
     """
 
     physics: Physics
@@ -48,10 +54,17 @@ def families(physics: Physics, kinds: np.ndarray) -> Iterator[tuple[Family, np.n
     Each comes with the positions (m,) of its members.
     """
     special = friction_law(physics.friction).special_indices
-    indices, has_higher = kinds[:, 0], np.any(kinds[:, 1:] != 0.0, axis=1)
-    for higher in (False, True):
-        for index in (*special, None):
-            same = indices == index if index is not None else ~np.isin(indices, list(special))
-            members = np.flatnonzero(same & (has_higher == higher))
-            if len(members):
-                yield Family(physics, index, higher), members
+    indices, has_higher = kinds[:, 0], np.any(kinds[:, _HIGHER] != 0.0, axis=1)
+    has_harmonics = np.any(kinds[:, _HARMONICS] != 0.0, axis=1)
+    for drive, index, higher in product((COSINE, HARMONICS), (*special, None), (False, True)):
+        same = indices == index if index is not None else ~np.isin(indices, list(special))
+        same = same & (has_harmonics == (drive == HARMONICS)) & (has_higher == higher)
+        members = np.flatnonzero(same)
+        if len(members):
+            yield Family(physics._replace(drive=drive), index, higher), members
+
+
+def physics_at(point: np.ndarray, physics: Physics) -> Physics:
+    """Return these physics with the drive of a point (parameters,)."""
+    harmonics = point[[Parameters._fields.index(name) for name in HARMONIC_AMPLITUDES]]
+    return physics._replace(drive=HARMONICS if np.any(harmonics != 0.0) else COSINE)

@@ -20,8 +20,6 @@ REFUSE_ABOVE = 2.0
 # An explicit scheme follows the drive with an error of omega dt: this many steps per radian.
 _STEPS_PER_RADIAN = 20.0
 
-_HIGHEST = float(drive.HIGHEST_HARMONIC)
-
 # Bisections for the speed at which friction balances the drive: to 1e-18 of the fastest.
 _BISECTIONS = 60
 
@@ -121,7 +119,8 @@ def rates_kernel(law_name: str) -> Any:
             stiffness, damping = block.own_slopes(p, 0.0, 0.0)
             of_velocity = (slope * p.contact_area - damping) / p.block_mass
             springs = math.sqrt(-stiffness / p.block_mass)
-            of_drive = REFUSE_ABOVE * _STEPS_PER_RADIAN * _HIGHEST * p.angular_frequency
+            highest = drive.highest_harmonic(p) * p.angular_frequency
+            of_drive = REFUSE_ABOVE * _STEPS_PER_RADIAN * highest
             rates[i] = max(of_velocity, _film_rate(p, phi, slip), springs, of_drive)
 
     return named_kernel(f"fastest_rates[{law_name}]", fastest_rates)

@@ -8,6 +8,7 @@ import numpy as np
 
 from stickslip.compiled.decorators import jit, kernel_factory, named_kernel
 from stickslip.compiled.fields import make_map
+from stickslip.kernels.families import physics_at
 from stickslip.kernels.points import FIRST_STEP, parameters_of
 from stickslip.kernels.streams import PERIOD, STREAM
 from stickslip.model import drive
@@ -114,7 +115,8 @@ def write_trajectory(
     Arguments as of the kernels, described in `adaptive/adaptive_trajectory.py`; `stream` belongs to
     stochastic noise.
     """
-    kernel = METHODS[options.method].kernels.trajectory_kernel(options.physics.unobserved)
+    physics = physics_at(point, options.physics.unobserved)
+    kernel = METHODS[options.method].kernels.trajectory_kernel(physics)
     numbers = new_stream() if stream is None else stream
     return int(kernel(point, options.settings(), start, per_period, numbers, samples))
 
@@ -137,7 +139,8 @@ def observables_kernel(physics: Physics) -> Any:
     model = model_of(physics)
     bound, width = model.equations, model.width
     observables_at, rounded, strain = bound.observables, bound.law.rounded, bound.strain
-    relative_state = bound.relative_state
+    relative_state, upper = bound.relative_state, bound.upper
+    upper_displacement, upper_velocity = upper.displacement, upper.velocity
     sample = make_map(f"sample[{width}]", "row", (f"row[{i}]" for i in range(width)), {})
 
     def observables_of(
@@ -152,7 +155,7 @@ def observables_kernel(physics: Physics) -> Any:
             t, row = times[i], observables[i]
             # With phi in place of its logarithm, which these functions do not use.
             y = relative_state(p, t, sample(samples[i]))
-            row[0], row[1] = drive.upper_displacement(p, t), drive.upper_velocity(p, t)
+            row[0], row[1] = upper_displacement(p, t), upper_velocity(p, t)
             row[2] = strain(p, y)
             row[3], row[5] = observables_at(p, y, samples[i, FILM], u_s)
             row[4] = rounded(p, y[1], samples[i, FILM], u_s)[0]

@@ -44,7 +44,7 @@ from stickslip.measure.accumulate import (
     UNSEEN_TIME,
     slots_of,
 )
-from stickslip.model import block, noise, solids
+from stickslip.model import block, drive, noise, solids
 from stickslip.model.rhs import starting_state
 from stickslip.model.scaling import Units
 from stickslip.parameters import Parameters
@@ -73,6 +73,9 @@ _SMALL_PART = 0.01
 
 # The order parameter may exceed its bound by rounding and integration errors.
 _BOUND_MARGIN = 1.001
+
+full_force = drive.full_force
+"""(p): the scale for small forces [N]."""
 
 _UNIT = tuple(slot.unit for slot in RECORD_TABLE)
 _IS_SUM = tuple(slot.reducer == SUM for slot in RECORD_TABLE)
@@ -197,16 +200,6 @@ def _solid_changes(record: np.ndarray) -> float:
     return record[SOLID_CHANGES] + (1.0 if wrapped else 0.0)
 
 
-@inline
-def full_force(p: Parameters) -> float:
-    """Force that moves springs or inertia with the drive [N]: the scale for small forces.
-
-    max(2K, M omega^2) |X_m|; a locked block needs the difference of the two.
-    """
-    inertia = p.block_mass * (p.angular_frequency * p.angular_frequency)
-    return max(2.0 * p.spring_stiffness, inertia) * abs(p.drive_amplitude)
-
-
 @jit
 def relative_difference(p: Parameters, record: np.ndarray, better: np.ndarray) -> float:
     """Difference of the extrema of two orbits, of stress or force, whichever is larger.
@@ -241,7 +234,7 @@ def _power_balance(p: Parameters, m: Measured, i: int) -> tuple[float, bool]:
     end = block.energy(p, m.ends[i, 0], m.ends[i, 1])
     gained = _passes(m.cycles[i]) * (end - begin)
     miss, absolute = abs(m.records[i, BLOCK_WORK] - gained), m.records[i, ABSOLUTE_WORK]
-    way = 2.0 * abs(p.drive_amplitude) * _halves(m, i)
+    way = 2.0 * drive.half_way(p) * _halves(m, i)
     least = _SMALL_PART * full_force(p) * way
     kept = miss <= _POWER_BALANCE_LIMIT * max(absolute, least)
     return miss / absolute if absolute > 0.0 else 0.0, kept

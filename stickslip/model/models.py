@@ -13,13 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.model import noise, relaxing, scaling
-from stickslip.model.drive import PULL
+from stickslip.model import drive, noise, relaxing, scaling
 from stickslip.model.laws import friction_law
 from stickslip.model.rhs import FOLLOWING, Equations, StrainModel
 from stickslip.model.scaling import Scaling, Units
 from stickslip.model.state import Component, State
-from stickslip.options import ADIABATIC, RELAXING, Physics
+from stickslip.options import ADIABATIC, COSINE, RELAXING, Physics
 from stickslip.parameters import Parameters, ParameterValues
 
 _STRAINS: Mapping[str, StrainModel] = {
@@ -59,19 +58,20 @@ class Model(NamedTuple):
 
     def values(self, index: float | None, *, higher: bool) -> Callable[..., ParameterValues]:
         """Return the inline function that turns reduced parameters into those of the equations."""
-        return scaling.model_values(index, higher=higher, scaling=self.scaling)
+        one_tone = self.physics.drive == COSINE
+        return scaling.model_values(index, higher=higher, one_tone=one_tone, scaling=self.scaling)
 
 
 @cache
 def model_of(physics: Physics) -> Model:
     """Return the model composed of these choices."""
     law, strain = friction_law(physics.friction), _STRAINS[physics.strain]
+    upper = drive.UPPER[physics.drive]
     path = noise.no_path if physics.chance else noise.typical_path
-    make = strain.make_equations
     return Model(
         physics=physics,
         components=strain.components,
-        equations=make(law, path, PULL) if physics.pulled else make(law, path),
+        equations=strain.make_equations(law, path, upper),
         scaling=strain.scaling,
         write_reduced=_reduction(physics.friction, physics.strain),
         start=strain.start,

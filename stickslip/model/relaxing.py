@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.elementary import exponentials
 from stickslip.model import block, drive, film, friction
-from stickslip.model.drive import OSCILLATION, Drive
+from stickslip.model.drive import Upper
 from stickslip.model.laws import FrictionLaw
 from stickslip.model.rhs import (
     Equations,
@@ -63,13 +62,12 @@ def starting_state_with_strain(p: Parameters) -> State:
     return x, v, psi, friction.elastic_strain(p, relative_velocity(p, 0.0, v))
 
 
-@cache
-def _relative_state_under(motion: Drive) -> Callable[..., State]:
-    relative = relative_motion(motion).velocity
+def _make_relative_state(upper: Upper) -> Callable[..., State]:
+    relative_velocity = relative_motion(upper).velocity
 
     @inline
     def relative_state(p: Parameters, t: float, y: State) -> State:
-        return y[0], relative(p, t, y[1]), y[2], y[3]
+        return y[0], relative_velocity(p, t, y[1]), y[2], y[3]
 
     return relative_state
 
@@ -80,7 +78,7 @@ def _strain(p: Parameters, y: State) -> float:
 
 
 def _make_psi_rate(path: Callable[..., float]) -> Any:
-    """Return the rate of ln(phi) [1/s] of (p, psi, eps); `path` as in `relaxing_equations`."""
+    """Return the rate of ln(phi) [1/s] of (p, psi, eps); `path` as of `StrainModel`."""
 
     @inline
     def psi_rate(p: Parameters, psi: float, eps: float) -> float:
@@ -99,14 +97,12 @@ def stored_energy(p: Parameters, y: State) -> float:
     return 0.5 * film.elastic_stress(p, phi, y[3]) * y[3] * volume
 
 
-def relaxing_equations(
-    law: FrictionLaw, path: Callable[..., float], motion: Drive = OSCILLATION
-) -> Equations:
-    """Return the equations of motion of (x, u, psi, eps); `path` is the noise term of psi'."""
+def relaxing_equations(law: FrictionLaw, path: Callable[..., float], upper: Upper) -> Equations:
+    """Return the equations of motion of (x, u, psi, eps); arguments as of `StrainModel`."""
     rounded, rate_of_psi = law.rounded, _make_psi_rate(path)
-    weight_of_others, relative = make_error_weight(law), relative_motion(motion)
-    upper_velocity, upper_acceleration = motion.velocity, motion.acceleration
-    acceleration_of, slopes_of = relative.acceleration, relative.slopes
+    weight_of_others, relative = make_error_weight(law), relative_motion(upper)
+    upper_velocity, upper_acceleration = upper.velocity, upper.acceleration
+    relative_acceleration, acceleration_slopes = relative.acceleration, relative.acceleration_slopes
 
     @inline
     def power(p: Parameters, V: float, y: State, F: float) -> float:
@@ -125,7 +121,7 @@ def relaxing_equations(
     def rhs(p: Parameters, t: float, y: State, u_s: float) -> State:
         x, u, psi, eps = y
         _, F = observables(p, y, exponentials(psi)[0], u_s)
-        u_rate = acceleration_of(p, t, x, u, F)
+        u_rate = relative_acceleration(p, t, x, u, F)
         x_rate = upper_velocity(p, t) - u
         return x_rate, u_rate, rate_of_psi(p, psi, eps), strain_relaxation(p, u, eps)
 
@@ -141,7 +137,7 @@ def relaxing_equations(
         psi_psi = -p.kinetic_coefficient * film.log_force_slope(p, phi)
         psi_psi -= 2.0 * path(p, inverse_phi)
         relaxing = 1.0 / p.strain_relaxation_time
-        u_x, u_u, u_t = slopes_of(p, t, x, u, F_u)
+        u_x, u_u, u_t = acceleration_slopes(p, t, x, u, F_u)
         return (
             (0.0, -1.0, 0.0, 0.0),
             (u_x, u_u, -F_psi / M, -F_eps / M),
@@ -173,8 +169,9 @@ def relaxing_equations(
 
     return Equations(
         law=law,
+        upper=upper,
         exact=make_exact(law),
-        relative_state=_relative_state_under(motion),
+        relative_state=_make_relative_state(upper),
         strain=_strain,
         rhs=rhs,
         jacobian=jacobian,

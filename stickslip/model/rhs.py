@@ -17,33 +17,33 @@ from typing import Any, NamedTuple
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.elementary import exponentials
 from stickslip.model import block, drive, film, friction, noise, scaling
-from stickslip.model.drive import OSCILLATION, Drive
+from stickslip.model.drive import Upper
 from stickslip.model.laws import FrictionLaw
 from stickslip.model.scaling import Scaling, Units
 from stickslip.model.state import STATE, Component, State
 from stickslip.model.weights import LARGEST_AT_CUSP, film_weight, force_weight
+from stickslip.options import HARMONICS
 from stickslip.parameters import Parameters
 
 
 class RelativeMotion(NamedTuple):
-    """The motion of the blocks relative to each other under a drive: inline functions."""
+    """The relative motion of the blocks under a motion of the upper one, as inline functions."""
 
     velocity: Callable[..., float]
     """(p, t, v): relative velocity u = V - v [m/s]."""
 
     acceleration: Callable[..., float]
-    """(p, t, x, u, F): rate of the relative velocity [m/s2], V' minus Eq. 3."""
+    """(p, t, x, u, F): rate of the relative velocity [m/s2]: V' minus Eq. 3."""
 
-    slopes: Callable[..., tuple[float, float, float]]
-    """(p, t, x, u, F_u): derivatives of `acceleration` with respect to x, u and t; `F_u` is
+    acceleration_slopes: Callable[..., tuple[float, float, float]]
+    """(p, t, x, u, F_u): derivatives of the acceleration with respect to x, u and t; `F_u` is
     dF/du."""
 
 
 @cache
-def relative_motion(motion: Drive) -> RelativeMotion:
-    """Return the relative motion under a drive."""
-    upper_velocity, upper_acceleration = motion.velocity, motion.acceleration
-    upper_jerk = motion.jerk
+def relative_motion(upper: Upper) -> RelativeMotion:
+    """Return the relative motion under this motion of the upper block."""
+    upper_velocity, upper_acceleration, upper_jerk = upper.velocity, upper.acceleration, upper.jerk
 
     @inline
     def velocity(p: Parameters, t: float, v: float) -> float:
@@ -55,7 +55,7 @@ def relative_motion(motion: Drive) -> RelativeMotion:
         return upper_acceleration(p, t) - block.acceleration(p, x, v, F)
 
     @inline
-    def slopes(
+    def acceleration_slopes(
         p: Parameters, t: float, x: float, u: float, F_u: float
     ) -> tuple[float, float, float]:
         x_slope, v_slope = block.own_slopes(p, x, upper_velocity(p, t) - u)
@@ -63,10 +63,11 @@ def relative_motion(motion: Drive) -> RelativeMotion:
         jerk = upper_jerk(p, t) - v_slope / M * upper_acceleration(p, t)
         return -x_slope / M, -(F_u - v_slope) / M, jerk
 
-    return RelativeMotion(velocity, acceleration, slopes)
+    return RelativeMotion(velocity, acceleration, acceleration_slopes)
 
 
-relative_velocity = relative_motion(OSCILLATION).velocity
+relative_velocity = relative_motion(drive.UPPER[HARMONICS]).velocity
+"""(p, t, v): relative velocity u = V - v of the blocks [m/s] at any point."""
 
 
 @inline
@@ -115,6 +116,9 @@ class Equations(NamedTuple):
 
     law: FrictionLaw
 
+    upper: Upper
+    """The motion of the upper block."""
+
     exact: Callable[..., tuple[float, float]]
     """(p, u, phi): elastic stress [Pa] and friction force [N] in the adiabatic limit, without
     rounding of a cusp of the law."""
@@ -158,8 +162,8 @@ class StrainModel(NamedTuple):
     """The state variables, in their order."""
 
     make_equations: Callable[..., Equations]
-    """(law, path, motion): the equations of motion under a law and a drive, by default the
-    oscillation; `path` is the noise term of psi'. A model without the last one cannot be pulled."""
+    """(law, path, upper): the equations of motion under a law; `path` is the noise term of psi',
+    `upper` the motion of the upper block."""
 
     scaling: Scaling
     """The nondimensional form."""
@@ -172,19 +176,19 @@ class StrainModel(NamedTuple):
 
 
 @cache
-def relative_state_under(motion: Drive) -> Callable[..., State]:
-    """Return `Equations.relative_state` of (x, v, psi) under a drive."""
-    relative = relative_motion(motion).velocity
+def make_relative_state(upper: Upper) -> Callable[..., State]:
+    """Return `Equations.relative_state` of (x, v, psi)."""
+    relative_velocity = relative_motion(upper).velocity
 
     @inline
     def relative_state(p: Parameters, t: float, y: State) -> State:
-        return y[0], relative(p, t, y[1]), y[2]
+        return y[0], relative_velocity(p, t, y[1]), y[2]
 
     return relative_state
 
 
-relative_state = relative_state_under(OSCILLATION)
-"""(p, t, y): (x, V - v, psi) of (x, v, psi) at phase time t [s]; its own inverse."""
+relative_state = make_relative_state(drive.UPPER[HARMONICS])
+"""(p, t, y): (x, V - v, psi) of (x, v, psi) at phase time t [s] at any point; its own inverse."""
 
 
 @inline
@@ -213,18 +217,16 @@ def make_error_weight(law: FrictionLaw) -> Any:
         force = force_weight(p, V_m * (-J[1][1] * p.block_mass))
         if has_cusp(p):  # the slope of the rounded cusp grows with the tolerance
             force = LARGEST_AT_CUSP if force > LARGEST_AT_CUSP else force
-        return 1.0 / abs(p.drive_amplitude), (1.0 + force) / V_m, film_weight(p, y[2])
+        return 1.0 / drive.largest_displacement(p), (1.0 + force) / V_m, film_weight(p, y[2])
 
     return error_weight
 
 
-def adiabatic_equations(
-    law: FrictionLaw, path: Callable[..., float], motion: Drive = OSCILLATION
-) -> Equations:
-    """Return the equations of motion of (x, u, psi); `path` is the noise term of psi'."""
-    rounded, relative = law.rounded, relative_motion(motion)
-    upper_velocity, upper_acceleration = motion.velocity, motion.acceleration
-    acceleration_of, slopes_of = relative.acceleration, relative.slopes
+def adiabatic_equations(law: FrictionLaw, path: Callable[..., float], upper: Upper) -> Equations:
+    """Return the equations of motion of (x, u, psi); arguments as of `StrainModel`."""
+    rounded, relative = law.rounded, relative_motion(upper)
+    upper_velocity, upper_acceleration = upper.velocity, upper.acceleration
+    relative_acceleration, acceleration_slopes = relative.acceleration, relative.acceleration_slopes
 
     @inline
     def observables(p: Parameters, y: State, phi: float, u_s: float) -> tuple[float, float]:
@@ -235,7 +237,7 @@ def adiabatic_equations(
         x, u, psi = y
         phi, inverse_phi = exponentials(psi)
         _, F = observables(p, y, phi, u_s)
-        u_rate = acceleration_of(p, t, x, u, F)
+        u_rate = relative_acceleration(p, t, x, u, F)
         force = film.log_force(p, phi, film_melting_function(p, u))
         psi_rate = path(p, inverse_phi) - p.kinetic_coefficient * force
         return upper_velocity(p, t) - u, u_rate, psi_rate
@@ -252,7 +254,7 @@ def adiabatic_equations(
         psi_u = -p.kinetic_coefficient * (2.0 * p.elastic_coefficient * (eps_u * eps_u)) * u
         psi_psi = -p.kinetic_coefficient * film.log_force_slope(p, phi)
         psi_psi -= 2.0 * path(p, inverse_phi)
-        u_x, u_u, u_t = slopes_of(p, t, x, u, F_u)
+        u_x, u_u, u_t = acceleration_slopes(p, t, x, u, F_u)
         return (
             (0.0, -1.0, 0.0),
             (u_x, u_u, -F_psi / p.block_mass),
@@ -275,8 +277,9 @@ def adiabatic_equations(
 
     return Equations(
         law=law,
+        upper=upper,
         exact=make_exact(law),
-        relative_state=relative_state_under(motion),
+        relative_state=make_relative_state(upper),
         strain=_strain,
         rhs=rhs,
         jacobian=jacobian,

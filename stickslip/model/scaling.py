@@ -5,6 +5,9 @@ omega, M, delta and, with an adiabatic strain, h into 1. That leaves few paramet
 a parameter, and a state whose components are those that tolerances refer to. A drive with X_m < 0
 is the mirror image of its positive twin.
 
+With harmonics the length is longer than |X_m| (`drive.lengthened`), so that the drive is no faster
+than the unit of speed, to which errors and distances refer.
+
 A parameter is scaled by its unit in the registry. A method that needs other units, as Euler-Cromer
 in lanes does, makes `Units` of its own and uses everything else here as well.
 """
@@ -21,7 +24,7 @@ import numpy as np
 
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.fields import make_tuple_maker
-from stickslip.model import film, solids
+from stickslip.model import drive, film, solids
 from stickslip.model.laws import FrictionLaw
 from stickslip.parameters import Parameters, ParameterValues
 from stickslip.variables import PARAMETERS
@@ -32,7 +35,6 @@ literals, so that the compiler removes operations that they make superfluous."""
 
 LITERALS: Literals = {
     "angular_frequency": 1.0,
-    "drive_amplitude": 1.0,
     "block_mass": 1.0,
     "kinetic_coefficient": 1.0,
     "initial_displacement": 0.0,
@@ -45,7 +47,10 @@ LITERALS: Literals = {
 HIGHEST = film.HIGHER_COEFFICIENTS
 """The coefficients of the free energy that are 0 for most films."""
 
-KEPT = tuple(name for name in PARAMETERS if name not in LITERALS)
+OF_HARMONICS = ("drive_amplitude", *drive.HARMONIC_AMPLITUDES)
+"""Those that only a drive with harmonics has: 1 and 0 for all others."""
+
+KEPT = tuple(name for name in PARAMETERS if name not in LITERALS and name not in OF_HARMONICS)
 """The remaining parameters."""
 
 DERIVED = solids.Thresholds._fields
@@ -54,10 +59,10 @@ DERIVED = solids.Thresholds._fields
 if TYPE_CHECKING:
 
     class Reduced(ParameterValues):
-        """The remaining parameters in the point's own units, followed by `DERIVED`."""
+        """The remaining parameters in the point's own units, then `DERIVED` and `OF_HARMONICS`."""
 
 else:
-    Reduced = namedtuple("Reduced", (*KEPT, *DERIVED), module=__name__)
+    Reduced = namedtuple("Reduced", (*KEPT, *DERIVED, *OF_HARMONICS), module=__name__)
 
 
 class Units(NamedTuple):
@@ -252,6 +257,7 @@ def reduction(law: FrictionLaw, scaling: Scaling) -> Callable[[Parameters, np.nd
     """Return the inline function (p, row) that writes `Reduced` parameters into a row."""
     write, units_of = make_reduction(law, KEPT), scaling.units_of
     first = len(KEPT)
+    harmonics = tuple(map(Parameters._fields.index, drive.HARMONIC_AMPLITUDES))
 
     @inline
     def write_reduced(p: Parameters, row: np.ndarray) -> None:
@@ -260,14 +266,20 @@ def reduction(law: FrictionLaw, scaling: Scaling) -> Callable[[Parameters, np.nd
         t = thresholds_in(units, solids.thresholds(p))
         for i in range(len(t)):
             row[first + i] = t[i]
+        # The amplitude is the unit of length, or a part of it, which only the caller knows. (In the
+        # loop above these would change how the compiler groups divisions, and the last bits.)
+        row[first + len(DERIVED)] = 1.0
+        for i in range(len(harmonics)):
+            row[first + len(DERIVED) + 1 + i] = p[harmonics[i]]
 
     return write_reduced
 
 
-def literals_of(index: float | None, *, higher: bool) -> dict[str, float]:
+def literals_of(index: float | None, *, higher: bool, one_tone: bool) -> dict[str, float]:
     """Return the parameters that are compiled as literals for a family of fluids."""
     known = {} if index is None else {"rheological_index": index}
-    return known if higher else known | dict.fromkeys(HIGHEST, 0.0)
+    absent = (() if higher else HIGHEST) + (drive.HARMONIC_AMPLITUDES if one_tone else ())
+    return known | dict.fromkeys(absent, 0.0)
 
 
 def make_values(literals: Literals) -> Callable[..., ParameterValues]:
@@ -281,12 +293,18 @@ def make_values(literals: Literals) -> Callable[..., ParameterValues]:
 
 @cache
 def model_values(
-    index: float | None, *, higher: bool = True, scaling: Scaling = FOLLOWING
+    index: float | None,
+    *,
+    higher: bool = True,
+    one_tone: bool = False,
+    scaling: Scaling = FOLLOWING,
 ) -> Callable[..., ParameterValues]:
     """Return the inline function that turns `Reduced` parameters into those of the model.
 
     The rheological index is a literal, or for None that of the parameters; the coefficients beyond
-    the paper's free energy are 0 unless there are `higher` terms.
+    the paper's free energy are 0 unless there are `higher` terms, and the harmonics of the drive if
+    it has `one_tone`.
     """
-    literals = {**LITERALS, **dict(scaling.literals), **literals_of(index, higher=higher)}
-    return make_values(literals)
+    known = literals_of(index, higher=higher, one_tone=one_tone)
+    own = {"drive_amplitude": 1.0} if one_tone else {}
+    return make_values({**LITERALS, **dict(scaling.literals), **known, **own})

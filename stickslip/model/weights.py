@@ -22,7 +22,7 @@ _SLOWEST_FILM = 100.0  # rates omega
 @inline
 def force_weight(p: Parameters, change: float) -> float:
     """Weight of an error that changes the friction force by `change` [N]."""
-    X_m, V_m = abs(p.drive_amplitude), drive.largest_speed(p)
+    X_m, V_m = drive.largest_displacement(p), drive.acceleration_speed(p)
     # The sum of the forces of springs and inertia of a locked block.
     locking = 2.0 * p.spring_stiffness * X_m + p.block_mass * p.angular_frequency * V_m
     return change / (_FORCE_WEIGHT * locking)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.kernels.families import physics_at
 from stickslip.kernels.trajectories import (
     OBSERVABLES,
     observables_kernel,
@@ -130,7 +131,8 @@ def _compile_kernels(config: Config) -> None:
     start_kernel(options.physics.typical)(point, start)
     write_trajectory(point, options, start, 1, states)
     observables = np.empty((0, len(OBSERVABLES)))
-    observables_kernel(options.physics.typical)(point, np.empty(0), states[:0], 0.0, observables)
+    physics = physics_at(point, options.physics.typical)
+    observables_kernel(physics)(point, np.empty(0), states[:0], 0.0, observables)
     if config.simulation.start == "stationary":
         compile_kernels(typical_options(options), grid)
 

@@ -15,7 +15,7 @@ import xarray as xr
 from stickslip.variables import (
     PARAMETERS,
     PHASES,
-    PULL,
+    PULLED,
     RESULTS,
     STROBOSCOPIC,
     TRAJECTORY,
@@ -30,7 +30,7 @@ VARIABLES: dict[str, Variable] = {
     **TRAJECTORY,
     **STROBOSCOPIC,
     **PHASES,
-    **PULL,
+    **PULLED,
     **RESULTS,
 }
 

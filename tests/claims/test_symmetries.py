@@ -35,6 +35,7 @@ SCENES: dict[str, dict[str, float]] = {
         "quintic_coefficient": 3258.33,
         "sextic_coefficient": 2395.83,
     },
+    "harmonics": {"temperature": 250.0, "third_harmonic": -0.4, "fifth_harmonic": 0.3},
     "subharmonic": {
         "temperature": 172.92,
         "viscosity_coefficient": 22891.7,
@@ -76,11 +77,12 @@ COARSE: dict[str, tuple[dict[str, float], float]] = {
     ),
     "viscous": ({"elastic_coefficient": 0.0}, 2e-5),
     "general power": ({"elastic_coefficient": 0.0, "rheological_index": -0.5}, 2e-5),
+    "harmonics": ({"elastic_coefficient": 0.0, "third_harmonic": -0.4}, 1e-5),
 }
 
 
 # A fluid of its own costs two kernels to compile.
-COARSE_SCENES = ["viscous", "general power", *marked("stress", ["liquid"])]
+COARSE_SCENES = ["viscous", "general power", *marked("stress", ["liquid", "harmonics"])]
 
 
 @pytest.mark.parametrize("scene", COARSE_SCENES)

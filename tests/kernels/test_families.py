@@ -12,7 +12,7 @@ from stickslip import Options, Status
 from stickslip.kernels.families import KIND, Family, families
 from stickslip.measure.results import STATUS
 from stickslip.model.laws import friction_law
-from stickslip.options import FRICTION_LAWS, Physics
+from stickslip.options import COSINE, FRICTION_LAWS, HARMONICS, Physics
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 
@@ -36,12 +36,16 @@ def test_every_point_goes_to_the_kernel_of_its_fluid() -> None:
 
 
 def test_any_coefficient_that_the_paper_does_without_makes_another_family() -> None:
-    rows = np.eye(len(KIND))  # the index alone, then each coefficient alone
-    found = {family.higher: positions.tolist() for family, positions in families(PHYSICS, rows[:1])}
-    assert found == {False: [0]}
+    rows = np.eye(len(KIND))  # the index alone, then each coefficient alone, then each harmonic
     rows[:, 0] = 0.0
-    found = {family.higher: positions.tolist() for family, positions in families(PHYSICS, rows)}
-    assert found == {False: [0], True: list(range(1, len(KIND)))}
+    found = {
+        (family.higher, family.physics.drive): positions.tolist()
+        for family, positions in families(PHYSICS, rows)
+    }
+    energy, harmonics = list(range(1, len(KIND) - 2)), [len(KIND) - 2, len(KIND) - 1]
+    assert found == {
+        (False, COSINE): [0], (True, COSINE): energy, (False, HARMONICS): harmonics
+    }  # fmt: skip
 
 
 def test_only_the_very_index_is_special() -> None:

@@ -1,16 +1,20 @@
-"""The drive of Eqs. 1 and 2: a cosine, its velocity and its acceleration."""
+"""The drive of Eqs. 1 and 2: a sum of cosines, their velocity and their acceleration."""
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.differences import slope_of
 
 from stickslip.model import drive
+from stickslip.options import COSINE, HARMONICS
 from stickslip.parameters import Parameters
 
 PAPER = Parameters()
+WITH_HARMONICS = Parameters(third_harmonic=-0.3, fifth_harmonic=0.2)
+POINTS = pytest.mark.parametrize("p", [PAPER, WITH_HARMONICS], ids=["paper", "harmonics"])
 phases = st.floats(0.0, 20.0)
 
 
@@ -29,17 +33,34 @@ def test_the_drive_is_a_cosine(phase: float, amplitude: float) -> None:
     ],
     ids=["velocity", "acceleration"],
 )
+@POINTS
 @given(phase=phases)
-def test_velocity_and_acceleration_are_derivatives(function, derivative, phase: float) -> None:
+def test_velocity_and_acceleration_are_derivatives(
+    function, derivative, p: Parameters, phase: float
+) -> None:
     t, step = phase / 10.0, 1e-4
-    difference = slope_of(lambda t: function(PAPER, t), t, step)
+    difference = slope_of(lambda t: function(p, t), t, step)
     largest = derivative(PAPER, 0.0) or derivative(PAPER, 0.25 * drive.period(PAPER))
-    assert derivative(PAPER, t) == pytest.approx(difference, abs=1e-10 * abs(largest))
+    assert derivative(p, t) == pytest.approx(difference, abs=1e-7 * abs(largest))
+
+
+@given(phase=phases)
+def test_harmonics_are_cosines_of_three_and_five_times_the_phase(phase: float) -> None:
+    p = WITH_HARMONICS
+    X = math.cos(phase) - 0.3 * math.cos(3 * phase) + 0.2 * math.cos(5 * phase)
+    found = drive.upper_displacement(p, phase / 10.0)
+    assert found == pytest.approx(p.drive_amplitude * X, abs=1e-13 * p.drive_amplitude)
+
+
+def test_a_drive_of_one_tone_is_that_of_all_tones_without_harmonics() -> None:
+    for one, every in zip(drive.UPPER[COSINE], drive.UPPER[HARMONICS], strict=True):
+        assert one(PAPER, 0.03) == every(PAPER, 0.03)
+        assert one(WITH_HARMONICS, 0.03) != every(WITH_HARMONICS, 0.03)
 
 
 def test_an_even_harmonic_is_refused() -> None:
     with pytest.raises(ValueError, match="tone 2 of the drive: an even harmonic breaks"):
-        drive.tone(2, drive.TONES[0].amplitude)
+        drive.tone(2, "third_harmonic")
 
 
 def test_the_drive_does_not_exceed_its_largest_values() -> None:
@@ -52,6 +73,24 @@ def test_the_drive_does_not_exceed_its_largest_values() -> None:
         sizes = [abs(function(PAPER, t)) for t in times]
         assert max(sizes) == pytest.approx(largest(PAPER), rel=1e-4)
         assert max(sizes) <= largest(PAPER) * (1 + 1e-15)
+
+
+def test_bounds_are_sums_over_the_tones() -> None:
+    p, unit = WITH_HARMONICS, PAPER.drive_amplitude
+    assert drive.largest_displacement(p) == pytest.approx(1.5 * unit)
+    assert drive.half_way(p) == pytest.approx(2.9 * unit)
+    assert drive.largest_speed(p) == pytest.approx(2.9 * 10 * unit)
+    assert drive.acceleration_speed(p) == pytest.approx((1 + 2.7 + 5) * 10 * unit)
+    assert drive.largest_acceleration(p) == pytest.approx((1 + 2.7 + 5) * 100 * unit)
+    assert drive.relative_speed_bound(p) == pytest.approx(2.9)
+    assert [drive.highest_harmonic(q) for q in (PAPER, p, p._replace(fifth_harmonic=0))] == [
+        1.0, 5.0, 3.0
+    ]  # fmt: skip
+    heavy = p._replace(spring_stiffness=100.0)  # inertia counts from the third harmonic on
+    assert drive.full_force(heavy) == pytest.approx((200 + 0.3 * 360 + 0.2 * 1000) * unit)
+    points = np.array([PAPER, p, heavy])
+    each = [drive.full_force(q) for q in (PAPER, p, heavy)]
+    assert drive.full_forces(points) == pytest.approx(each, rel=1e-15)
 
 
 def test_a_period_later_the_drive_is_where_it_was() -> None:

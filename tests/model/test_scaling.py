@@ -10,7 +10,8 @@ from support.parameters import random_parameters
 from support.reduced import reduced_of
 from support.symmetries import SYMMETRIES, Symmetry, transformed
 
-from stickslip.model import film, scaling
+from stickslip.kernels.adaptive.queues import reduced_queue
+from stickslip.model import drive, film, scaling
 from stickslip.model.models import model_of
 from stickslip.model.rhs import Equations
 from stickslip.options import FRICTION_LAWS, Physics
@@ -118,8 +119,9 @@ def test_scalings_by_two_leave_the_reduced_parameters_bit_for_bit(
 
 
 def test_every_parameter_is_kept_or_has_one_value() -> None:
-    assert {*scaling.KEPT, *scaling.LITERALS} == set(PARAMETERS)
-    assert scaling.Reduced._fields == (*scaling.KEPT, *scaling.DERIVED)
+    assert {*scaling.KEPT, *scaling.LITERALS, *scaling.OF_HARMONICS} == set(PARAMETERS)
+    every = (*scaling.KEPT, *scaling.DERIVED, *scaling.OF_HARMONICS)
+    assert scaling.Reduced._fields == every
     assert not set(scaling.KEPT) & set(scaling.LITERALS)
 
 
@@ -143,6 +145,17 @@ def test_the_highest_coefficients_are_literals_where_they_are_not_needed(law: st
     assert (low.quintic_coefficient, low.sextic_coefficient) == (0.0, 0.0)
     assert high.quintic_coefficient == 30.0  # delta/omega
     assert high.sextic_coefficient == 50.0
+
+
+def test_a_drive_of_one_tone_is_the_unit_of_length_and_another_is_no_faster(law: str) -> None:
+    p = Parameters(third_harmonic=0.5, fifth_harmonic=-0.1)
+    q = reduced_of(p, Physics(law))
+    one, every = (scaling.model_values(None, one_tone=known)(q) for known in (True, False))
+    assert (one.drive_amplitude, one.third_harmonic, one.fifth_harmonic) == (1.0, 0.0, 0.0)
+    assert (every.third_harmonic, every.fifth_harmonic) == (0.5, -0.1)
+    reduced = reduced_queue(np.array([p]), Physics(law)).points[0]
+    own = scaling.model_values(None)(scaling.Reduced(*reduced.tolist()))
+    assert drive.largest_speed(own) == pytest.approx(1.0, rel=1e-15)
 
 
 def test_temperatures_are_scaled_so_that_they_make_energies(law: str) -> None:

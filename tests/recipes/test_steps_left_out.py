@@ -163,16 +163,3 @@ def test_a_law_without_its_derivative_over_phi_fails_a_test_of_laws(tmp_path: Pa
     )
     said = said_by_tests(copy, "model/laws/test_laws.py", "-k", "derivative_over_the_log and solid")
     assert re.search(r"\d+ failed, \d+ deselected", said), said
-
-
-@pytest.mark.slow
-def test_a_tone_that_is_not_directed_fails_a_test_of_the_registry(tmp_path: Path) -> None:
-    copy = copied(tmp_path)
-    carried_out(RECIPES["drive tone"], copy)
-    registry = copy / "stickslip/variables.py"
-    text = registry.read_text()
-    registry.write_text(
-        text.replace("in_paper=False, directed=True),\n    _not", "in_paper=False),\n    _not")
-    )
-    said = said_by_tests(copy, "test_variables.py", "-k", "direction")
-    assert "1 failed" in said, said

@@ -38,6 +38,8 @@ def random_parameters(rng: np.random.Generator, gamma: float) -> Parameters:
         "cubic_coefficient": around(230.0),
         "quartic_coefficient": around(850.0),
         "noise_intensity": 10.0 ** rng.uniform(-24, -12),
+        "third_harmonic": rng.uniform(-0.5, 0.5),
+        "fifth_harmonic": rng.uniform(-0.5, 0.5),
     }
     others = [name for name in PARAMETERS if name not in _KEPT | drawn.keys()]
     unnamed = {name: around(PARAMETERS[name].default or 1.0) for name in others}

@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS, PULL, RESULTS, TRAJECTORY
+from stickslip.variables import PARAMETERS, PULLED, RESULTS, TRAJECTORY
 
-VARIABLES = {**PARAMETERS, **TRAJECTORY, **PULL, **RESULTS}
+VARIABLES = {**PARAMETERS, **TRAJECTORY, **PULLED, **RESULTS}
 GAMMAS = (-2 / 3, 0.0, 2 / 3)
 TEMPERATURES = np.linspace(150.0, 320.0, 35)
 

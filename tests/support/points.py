@@ -57,11 +57,16 @@ def curve(figure: tuple[str, tuple[float, ...]], gamma: float) -> SimpleNamespac
 
 
 def error_scales(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The least yardsticks of stress (over A) and force: 1 % of max(2K, M omega^2)|X_m|."""
+    """The least yardsticks of stress (over A) and force: 1 % of max(2K, M omega^2)|X_m|.
+
+    Of each harmonic of the drive, and their sum.
+    """
     named = dict(zip(Parameters._fields, np.atleast_2d(points).T, strict=True))
-    inertia = named["block_mass"] * named["angular_frequency"] ** 2
-    stiffness = np.maximum(2 * named["spring_stiffness"], inertia)
-    force = 0.01 * stiffness * np.abs(named["drive_amplitude"])
+    force = np.zeros(len(np.atleast_2d(points)))
+    for n, part in ((1, 1.0), (3, named["third_harmonic"]), (5, named["fifth_harmonic"])):
+        inertia = named["block_mass"] * (n * named["angular_frequency"]) ** 2
+        stiffness = np.maximum(2 * named["spring_stiffness"], inertia)
+        force += 0.01 * stiffness * np.abs(part * named["drive_amplitude"])
     return force / named["contact_area"], force
 
 

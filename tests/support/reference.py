@@ -22,7 +22,7 @@ def right_hand_side(t: float, y: np.ndarray, p: Parameters) -> list[float]:
     """
     x, v, psi, *own_strain = y
     phi = math.exp(psi)
-    V = -p.drive_amplitude * p.angular_frequency * math.sin(p.angular_frequency * t)
+    V = upper_velocity(t, p)
     adiabatic = (V - v) * p.strain_relaxation_time / p.film_thickness
     strain = own_strain[0] if own_strain else adiabatic
     force = friction_force(V - v, phi, p, strain)
@@ -34,6 +34,14 @@ def right_hand_side(t: float, y: np.ndarray, p: Parameters) -> list[float]:
     acceleration = (force - 2 * p.spring_stiffness * x) / p.block_mass
     relaxing = [(adiabatic - strain) / p.strain_relaxation_time] * len(own_strain)
     return [v, acceleration, noise - p.kinetic_coefficient * growth, *relaxing]
+
+
+def upper_velocity(t: float, p: Parameters) -> float:
+    """Velocity of the upper block [m/s], Eq. 2 with harmonics."""
+    omega, V = p.angular_frequency, 0.0
+    for n, part in ((1, 1.0), (3, p.third_harmonic), (5, p.fifth_harmonic)):
+        V -= part * p.drive_amplitude * n * omega * math.sin(n * omega * t)
+    return V
 
 
 def elastic_stress(u: float, phi: float, p: Parameters, strain: float | None = None) -> float:

@@ -42,7 +42,7 @@ from stickslip.numerics.adaptive import make_adaptive
 from stickslip.numerics.euler_cromer import make_euler_cromer
 from stickslip.numerics.linear import algebra
 from stickslip.numerics.tableaus import RODAS4P2
-from stickslip.options import DEFAULTS
+from stickslip.options import DEFAULTS, HARMONICS
 
 _record = accumulator(1, 0)
 _clear = _record.clear
@@ -136,7 +136,7 @@ def _see_inside(problem, t, h, y0, y1, d1, d2, record):
 
 @cache
 def _adaptive() -> Any:
-    functions = problem_functions(DEFAULTS.physics)
+    functions = problem_functions(DEFAULTS.physics._replace(drive=HARMONICS))
     travel = make_adaptive(
         functions.rhs, functions.jacobian, functions.error_weight, _see_inside, RODAS4P2, algebra(3)
     )

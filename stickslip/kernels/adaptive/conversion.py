@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import wraps
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,9 +17,14 @@ from stickslip.measure.results import (
     write_stretch,
     write_whole_orbit,
 )
+from stickslip.model.drive import lengthened
 from stickslip.model.models import Model, model_of
+from stickslip.model.scaling import Reduced
 from stickslip.options import Physics
 from stickslip.parameters import Parameters
+
+_AMPLITUDE = Parameters._fields.index("drive_amplitude")
+_REDUCED_AMPLITUDE = Reduced._fields.index("drive_amplitude")
 
 
 def make_record_units(model: Model) -> Any:
@@ -33,7 +39,10 @@ def make_record_units(model: Model) -> Any:
 
 
 class Conversion(NamedTuple):
-    """The kernels of a model; `points` (n, parameters) in SI units, `states` (n, width + 1)."""
+    """The conversions of a model; `points` (n, parameters) in SI units, `states` (n, width + 1).
+
+    Functions with a kernel each, which takes the unit of length in the place of X_m.
+    """
 
     reduce_points: Any
     """(points, reduced, states): write the parameters (n, reduced parameters) and the starts in the
@@ -57,7 +66,31 @@ class Conversion(NamedTuple):
 def conversion_of(physics: Physics) -> Conversion:
     """Return the kernels of these physics, the same for typical and stochastic noise."""
     typical = physics.typical
-    return Conversion(_reduction(typical), *_state_kernels(typical), *_record_kernels(typical))
+    kernels = (*_state_kernels(typical), *_record_kernels(typical))
+    return Conversion(_with_amplitude(_reduction(typical)), *map(_with_length, kernels))
+
+
+def _with_length(kernel: Any) -> Any:
+    """Return the function of a kernel that is given the points with their units of length."""
+
+    @wraps(kernel.py_func)
+    def convert(points: np.ndarray, *columns: np.ndarray) -> None:
+        kernel(lengthened(points), *columns)
+
+    convert.kernel = kernel  # type: ignore[attr-defined]
+    return convert
+
+
+def _with_amplitude(kernel: Any) -> Any:
+    """Return the same for `reduce_points`: with harmonics the amplitude is no unit any more."""
+    convert = _with_length(kernel)
+
+    @wraps(convert)
+    def reduce_points(points: np.ndarray, reduced: np.ndarray, states: np.ndarray) -> None:
+        convert(points, reduced, states)
+        reduced[:, _REDUCED_AMPLITUDE] = points[:, _AMPLITUDE] / lengthened(points)[:, _AMPLITUDE]
+
+    return reduce_points
 
 
 @kernel_factory

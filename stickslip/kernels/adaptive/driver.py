@@ -38,6 +38,7 @@ from stickslip.kernels.families import FamilyKernel, families
 from stickslip.kernels.observation import Watched, aperiodic_rows, spreads_of, watch
 from stickslip.kernels.points import write_results
 from stickslip.kernels.problem import rounding_speed
+from stickslip.model.drive import lengthened
 from stickslip.model.models import model_of
 from stickslip.model.scaling import Reduced
 from stickslip.numerics.adaptive import OK
@@ -238,7 +239,8 @@ def _off_the_orbit(
     cycle, and small displacements do not reveal it.
     """
     off, rtol = np.zeros(len(points), dtype=bool), options.settings().rtol
-    row_kernels(options.physics).write_off_the_orbit(points, queue, orbits, rtol, off)
+    write = row_kernels(options.physics).write_off_the_orbit
+    write(points, lengthened(points), queue, orbits, rtol, off)
     off |= _moved(orbits)
     return np.flatnonzero(off & ~np.isnan(orbits.offsets[:, 0]))
 

@@ -70,7 +70,7 @@ def _make_sample(physics: Physics, functions: ProblemFunctions) -> Any:
     """
     bound = model_of(physics).equations
     observables, rounded, strain = bound.observables, bound.law.rounded, bound.strain
-    relative_state, upper = functions.equations.relative_state, drive.PULL
+    relative_state, upper = bound.relative_state, bound.upper
 
     @jit
     def sample(problem: Problem, t: float, y: State, row: np.ndarray) -> None:

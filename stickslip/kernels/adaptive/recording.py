@@ -26,7 +26,7 @@ from stickslip.measure.accumulate import (
     accumulator,
     make_see_integrals,
 )
-from stickslip.model import drive, film, solids
+from stickslip.model import film, solids
 from stickslip.model.rhs import Equations
 from stickslip.model.scaling import Reduced
 from stickslip.model.state import FILM, State
@@ -130,12 +130,13 @@ def _make_see_work(equations: Equations, *, observed: bool) -> Any:
     """
     power, stored_energy = equations.power, equations.stored_energy
     see_integrals = make_see_integrals(record, WEIGHTS, observed=observed)
+    upper_velocity = equations.upper.velocity
 
     @inline
     def moment(problem: Problem, step: Step, theta: float, node: Node) -> Moment:
         y, phi, sigma_el, F = node
         t = step.t + theta * step.used
-        V, phase = drive.upper_velocity(problem.p, t), problem.p.angular_frequency * t
+        V, phase = upper_velocity(problem.p, t), problem.p.angular_frequency * t
         return Moment(y[0], V, y[1], phi, sigma_el, F, power(problem.p, V, y, F), phase)
 
     @inline

@@ -27,6 +27,7 @@ from stickslip.measure.results import (
 )
 from stickslip.measure.window import amplitudes_of
 from stickslip.model import film, solids
+from stickslip.model.drive import lengthened
 from stickslip.model.models import model_of
 from stickslip.numerics.adaptive import OK
 from stickslip.options import Physics
@@ -130,17 +131,18 @@ def _parts_of_error(p: Parameters, record: np.ndarray, cusped: bool) -> tuple[fl
 class RowKernels(NamedTuple):
     """The kernels of a model; `points` (n, parameters) in SI units.
 
-    The `queue` is that after the finer measurement of the `orbits`, `rtol` the coarser tolerance.
+    `longer` are the points `lengthened`. The `queue` is that after the finer measurement of the
+    `orbits`, `rtol` the coarser tolerance.
     """
 
     write_off_the_orbit: Any
-    """(points, queue, orbits, rtol, off): write which measurements (n,) began too far off the
-    orbit: by the change of the extrema with the offset or, if no melting blurs them, by the
+    """(points, longer, queue, orbits, rtol, off): write which measurements (n,) began too far off
+    the orbit: by the change of the extrema with the offset or, if no melting blurs them, by the
     difference of the two measurements."""
 
     write_errors: Any
-    """(points, queue, orbits, rtol, records, errors): write the records (n, RECORD) of whole orbits
-    in SI units, and the errors (n,) of their amplitudes."""
+    """(points, longer, queue, orbits, rtol, records, errors): write the records (n, RECORD) of
+    whole orbits in SI units, and the errors (n,) of their amplitudes."""
 
 
 def row_kernels(physics: Physics) -> RowKernels:
@@ -155,13 +157,18 @@ def _row_kernels(physics: Physics) -> RowKernels:
     has_cusp = model.equations.law.has_cusp
 
     def write_off_the_orbit(
-        points: np.ndarray, queue: Queue, orbits: Orbits, rtol: float, off: np.ndarray
+        points: np.ndarray,
+        longer: np.ndarray,
+        queue: Queue,
+        orbits: Orbits,
+        rtol: float,
+        off: np.ndarray,
     ) -> None:
         record, other = np.empty(RECORD), np.empty(RECORD)
         for i in range(points.shape[0]):
             if queue.counts[i, OUTCOME] == OK:
                 p, cycle, fine = parameters_of(points[i]), queue.counts[i, CYCLE], queue.measured[i]
-                own = own_units(p)
+                own = own_units(parameters_of(longer[i]))
                 write_whole_orbit(fine, own, cycle, record)
                 write_whole_orbit(orbits.coarse[i], own, cycle, other)
                 slopes, offset = orbits.slopes[i], orbits.offsets[i]
@@ -173,6 +180,7 @@ def _row_kernels(physics: Physics) -> RowKernels:
 
     def write_errors(
         points: np.ndarray,
+        longer: np.ndarray,
         queue: Queue,
         orbits: Orbits,
         rtol: float,
@@ -184,7 +192,7 @@ def _row_kernels(physics: Physics) -> RowKernels:
             if queue.counts[i, OUTCOME] != OK:
                 continue
             p, cycle, record = parameters_of(points[i]), queue.counts[i, CYCLE], records[i]
-            own = own_units(p)
+            own = own_units(parameters_of(longer[i]))
             write_whole_orbit(queue.measured[i], own, cycle, record)
             write_whole_orbit(orbits.coarse[i], own, cycle, other)
             shift_part, least = _parts_of_error(p, record, has_cusp(p))
@@ -222,7 +230,9 @@ def measured_of(
     """
     n, halves, cycles = len(points), queue.counts[:, HALVES], queue.counts[:, CYCLE]
     statuses, records, errors = queue.counts[:, OUTCOME], np.zeros((n, RECORD)), np.zeros(n)
-    row_kernels(physics).write_errors(points, queue, orbits, rtol, records, errors)
+    row_kernels(physics).write_errors(
+        points, lengthened(points), queue, orbits, rtol, records, errors
+    )
     return Measured(
         records=records,
         cycles=cycles,

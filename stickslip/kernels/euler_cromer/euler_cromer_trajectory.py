@@ -10,7 +10,7 @@ from stickslip.kernels.streams import KEY_HIGH, KEY_LOW, PATH, PERIOD, SIGNS, fi
 from stickslip.kernels.trajectories import BITS, DRAWN, Samples, make_sample_step, make_trajectory
 from stickslip.model import block, drive, film, noise
 from stickslip.model.models import model_of
-from stickslip.model.rhs import film_melting_function, relative_velocity
+from stickslip.model.rhs import film_melting_function, relative_motion
 from stickslip.model.state import STATE, State
 from stickslip.numerics.euler_cromer import make_euler_cromer
 from stickslip.options import Physics, Settings
@@ -45,7 +45,9 @@ def euler_cromer_trajectory(physics: Physics) -> Any:
 
     The drive period is divided evenly, so the step may be slightly shorter than dt.
     """
-    stress_and_force = model_of(physics).equations.exact
+    equations = model_of(physics).equations
+    stress_and_force = equations.exact
+    relative_velocity = relative_motion(equations.upper).velocity
     sample_step = make_sample_step(len(STATE))
 
     chance = physics.chance

@@ -44,6 +44,7 @@ from stickslip.numerics.euler_cromer_lanes import (
     get,
     make_euler_cromer_lanes,
 )
+from stickslip.options import COSINE
 from stickslip.parameters import ParameterValues
 
 _record = accumulator(WIDTH, RECORD_BEGIN)
@@ -85,7 +86,8 @@ def _kick(phi: float, own: StepParameters) -> float:
 
 def _make_parameters(family: Family) -> Any:
     """Return the function that reads the parameters of a lane, for one family of fluids."""
-    values_of = step_values(family.gamma, higher=family.higher)
+    one_tone = family.physics.drive == COSINE
+    values_of = step_values(family.gamma, higher=family.higher, one_tone=one_tone)
 
     @inline
     def parameters(lanes: np.ndarray, lane: int) -> _Lane:
@@ -194,7 +196,7 @@ def march_kernel(family: Family, noisy: bool, measured: bool) -> Any:
             two_solids=family.higher,
             observed=family.physics.observed,
         ),
-        [_make_sine(tone) for tone in drive.TONES],
+        [_make_sine(tone) for tone in drive.TONES_OF[family.physics.drive]],
         row_length(family.physics),
         chance,
     )

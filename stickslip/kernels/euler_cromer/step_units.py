@@ -16,6 +16,7 @@ import numpy as np
 
 from stickslip.compiled.decorators import inline
 from stickslip.model import film, noise, solids
+from stickslip.model.drive import HARMONIC_AMPLITUDES
 from stickslip.model.laws import friction_law
 from stickslip.model.scaling import (
     KEPT,
@@ -67,7 +68,9 @@ if TYPE_CHECKING:
         strongest: float
 
 else:
-    StepParameters = namedtuple("StepParameters", (*_KEPT, *_DERIVED), module=__name__)
+    StepParameters = namedtuple(
+        "StepParameters", (*_KEPT, *_DERIVED, *HARMONIC_AMPLITUDES), module=__name__
+    )
 
 
 @inline
@@ -94,6 +97,7 @@ def step_reduction(law: str) -> Callable[[Parameters, int, np.ndarray], None]:
     write, first = make_reduction(friction_law(law), _KEPT), len(_KEPT)
     behind = first + len(solids.Thresholds._fields)
     relaxation = _KEPT.index("strain_relaxation_time")
+    harmonics = tuple(map(Parameters._fields.index, HARMONIC_AMPLITUDES))
 
     @inline
     def write_step_parameters(p: Parameters, steps: int, row: np.ndarray) -> None:
@@ -108,17 +112,22 @@ def step_reduction(law: str) -> Callable[[Parameters, int, np.ndarray], None]:
         for i in range(len(t)):
             row[first + i] = t[i]
         row[behind], row[behind + 1], row[behind + 2] = D_eff, math.sqrt(D_eff), melted
+        for i in range(len(harmonics)):
+            row[behind + 3 + i] = p[harmonics[i]]
 
     return write_step_parameters
 
 
 @cache
-def step_values(index: float | None, *, higher: bool = True) -> Callable[..., ParameterValues]:
+def step_values(
+    index: float | None, *, higher: bool = True, one_tone: bool = False
+) -> Callable[..., ParameterValues]:
     """Return the inline function that turns `StepParameters` into the parameters of the model.
 
     Arguments as in `model_values`.
     """
-    return make_values({**_OWN_LITERALS, **literals_of(index, higher=higher)})
+    known = literals_of(index, higher=higher, one_tone=one_tone)
+    return make_values({**_OWN_LITERALS, **known})
 
 
 @inline

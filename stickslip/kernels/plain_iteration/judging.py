@@ -10,6 +10,7 @@ from stickslip.compiled.decorators import inline, kernel
 from stickslip.kernels.adaptive.states import state_functions
 from stickslip.kernels.points import parameters_of
 from stickslip.measure.results import relative_difference
+from stickslip.model.drive import relative_speed_bound
 from stickslip.model.scaling import units_of
 from stickslip.model.state import STATE, State
 from stickslip.numerics.periodic import search
@@ -25,8 +26,10 @@ judged = state_functions(STATE).judged
 @inline
 def _judged(point: np.ndarray, state: np.ndarray) -> State:
     """The state (x, v, phi) in the weighted form in which its repetition is tested."""
-    units = units_of(parameters_of(point))
-    return judged((state[0] / units.length, state[1] / units.speed, math.log(state[2])))
+    p = parameters_of(point)
+    units, bound = units_of(p), relative_speed_bound(p)
+    x, v = state[0] / units.length / bound, state[1] / units.speed / bound
+    return judged((x, v, math.log(state[2])))
 
 
 @kernel

@@ -17,7 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.parameters import ParameterValues
+from stickslip.model.drive import full_forces
+from stickslip.parameters import Parameters
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS, RESULTS
 from sweeps.config.refinement import Refine
@@ -31,6 +32,7 @@ _KINDS = {
     RESULT_COLUMNS.index(name): bits
     for name, bits in (("status", 8), ("regime", 8), ("orbit_periods", 16), ("melting_count", 31))
 }
+_AREA = Parameters._fields.index("contact_area")
 _AMPLITUDES = [
     RESULT_COLUMNS.index(n) for n in ("elastic_stress_amplitude", "friction_force_amplitude")
 ]
@@ -215,13 +217,9 @@ def _new_level(shape: tuple[int, ...], stride: int) -> _Level:
 
 def _floors(grid: Grid) -> NDArray[np.float64]:
     """Below which amplitudes (size, 2) of stress and force count as this large."""
-    p = ParameterValues(*grid.points(0, grid.size).T)
-    stiffness = np.maximum(
-        2.0 * np.asarray(p.spring_stiffness),
-        np.asarray(p.block_mass) * np.asarray(p.angular_frequency) ** 2,
-    )
-    force = _FLOOR * stiffness * np.abs(p.drive_amplitude)
-    return np.column_stack([force / np.asarray(p.contact_area), force])
+    points = grid.points(0, grid.size)
+    force = _FLOOR * full_forces(points)
+    return np.column_stack([force / points[:, _AREA], force])
 
 
 def _blend(

@@ -235,17 +235,14 @@ RECIPES = {
         Edit(
             "stickslip/variables.py",
             LAST_PARAMETER,
-            '    ParameterVariable("third_amplitude", "X_3", "X_3", "m", "third_amplitude",\n'
-            "        default=0.0, in_paper=False, directed=True),\n",
+            '    ParameterVariable("seventh_harmonic", "a_7", "a_7", "1", "seventh harmonic",\n'
+            "        default=0.0, in_paper=False, measured_in=()),\n",
         ),
         Edit(
             "stickslip/model/drive.py",
-            "TONES: tuple[Tone, ...] = (",
-            "@inline\n"
-            "def _third_amplitude(p: Parameters) -> float:\n"
-            "    return p.third_amplitude\n\n\n",
+            '    tone(5, "fifth_harmonic"),\n',
+            '    tone(7, "seventh_harmonic"),\n',
         ),
-        Edit("stickslip/model/drive.py", "    tone(1, ", "    tone(3, _third_amplitude),\n"),
     ],
     "result variable": [
         Edit(

@@ -20,9 +20,9 @@ CASES = {
     "octic": ({"octic_coefficient": 400.0}, {}),
     "plateau": ({"plateau_viscosity": 5e4}, {}),
     "damped": ({"block_damping": 100.0}, {}),
-    "two tones": ({"third_amplitude": 0.2e-6}, {}),
+    "two tones": ({"seventh_harmonic": 0.25}, {}),
     "two tones of a mirrored drive": (
-        {"third_amplitude": -0.2e-6, "X_m": -0.8e-6, "x_0": -0.8e-6},
+        {"seventh_harmonic": 0.25, "X_m": -0.8e-6, "x_0": -0.8e-6},
         {},
     ),
     "thickened": ({"viscosity_growth": 3.0}, {"friction": "of-the-solid"}),

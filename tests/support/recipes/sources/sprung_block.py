@@ -12,6 +12,7 @@ from collections.abc import Callable
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.elementary import exponentials
 from stickslip.model import block, drive, film, friction
+from stickslip.model.drive import Upper
 from stickslip.model.laws import FrictionLaw
 from stickslip.model.rhs import (
     FOLLOWING,
@@ -60,8 +61,9 @@ def _power(p: Parameters, V: float, y: State, F: float) -> float:
     return F * v - block.own_loss(p, y[0], v)
 
 
-def sprung_equations(law: FrictionLaw, path: Callable[..., float]) -> Equations:
+def sprung_equations(law: FrictionLaw, path: Callable[..., float], upper: Upper) -> Equations:
     rounded, weight_of_others = law.rounded, make_error_weight(law)
+    upper_velocity, upper_acceleration = upper.velocity, upper.acceleration
 
     @inline
     def observables(p: Parameters, y: State, phi: float, u_s: float) -> tuple[float, float]:
@@ -76,7 +78,7 @@ def sprung_equations(law: FrictionLaw, path: Callable[..., float]) -> Equations:
         u_rate = w_rate - block.acceleration(p, x, w - u, F)
         force = film.log_force(p, phi, film_melting_function(p, u))
         psi_rate = path(p, inverse_phi) - p.kinetic_coefficient * force
-        return w - u, u_rate, psi_rate, drive.upper_velocity(p, t) - w, w_rate
+        return w - u, u_rate, psi_rate, upper_velocity(p, t) - w, w_rate
 
     @inline
     def jacobian(p: Parameters, t: float, y: State, u_s: float) -> tuple[State, ...]:
@@ -98,7 +100,7 @@ def sprung_equations(law: FrictionLaw, path: Callable[..., float]) -> Equations:
             (0.0, psi_u, psi_psi, 0.0, 0.0),
             (0.0, 0.0, 0.0, 0.0, -1.0),
             (0.0, -F_u / M_2, -F_psi / M_2, K_2 / M_2, 0.0),
-            (0.0, 0.0, 0.0, drive.upper_acceleration(p, t), 0.0),
+            (0.0, 0.0, 0.0, upper_acceleration(p, t), 0.0),
         )
 
     @inline
@@ -120,6 +122,7 @@ def sprung_equations(law: FrictionLaw, path: Callable[..., float]) -> Equations:
 
     return Equations(
         law=law,
+        upper=upper,
         exact=make_exact(law),
         relative_state=_relative_state,
         strain=_strain,
