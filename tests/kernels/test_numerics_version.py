@@ -135,8 +135,11 @@ def test_the_numbers_are_those_of_the_version(i: int) -> None:
 @pytest.mark.parametrize("name", YOUNGER)
 @pytest.mark.parametrize("i", ROWS)
 def test_the_numbers_of_younger_variables_are_those_of_the_version(i: int, name: str) -> None:
-    found = results_of(i)[0][RESULT_COLUMNS.index(name)]
-    assert found == pytest.approx(YOUNGER[name][i], rel=1e-9), (ADVICE, found)
+    found, p = results_of(i)[0], Parameters(**dict(TABLE[i][0]))
+    value = found[RESULT_COLUMNS.index(name)]
+    # Of a locked film it is a small difference of large numbers: the digits are those of F V.
+    largest = found[RESULT_COLUMNS.index("friction_force_max")] * 4.0 * abs(p.drive_amplitude)
+    assert value == pytest.approx(YOUNGER[name][i], rel=1e-9, abs=1e-9 * largest), (ADVICE, value)
 
 
 @pytest.mark.parametrize("i", ROWS)
