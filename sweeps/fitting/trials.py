@@ -92,12 +92,14 @@ class Model:
     options: Options
     jobs: int = -1
 
-    def trials(self, places: Floats, budget: Budget) -> list[Trial]:
+    def trials(
+        self, places: Floats, budget: Budget, wanted: NDArray[np.bool_] | None = None
+    ) -> list[Trial]:
         """Return the trials at places (m, p), computed together.
 
-        Orbits are searched for within a budget and no longer.
+        Orbits are searched for within a budget and no longer; if `wanted` (m, rows), only there.
         """
-        results = self._results(places, budget)
+        results = self._results(places, budget, wanted)
         return [self._trial(u, rows) for u, rows in zip(places, results, strict=True)]
 
     def all_slopes(
@@ -113,7 +115,9 @@ class Model:
             return []
         steps = STEP * np.concatenate([np.eye(len(self.free)), -np.eye(len(self.free))])
         moved = np.concatenate([trial.u + steps for trial in trials])
-        beside = self.trials(moved, budget)
+        # Elsewhere there is no derivative: mostly chaos, which costs more than all others.
+        ok = np.array([trial.results[:, _STATUS] == Status.OK for trial in trials])
+        beside = self.trials(moved, budget, np.repeat(ok, len(steps), axis=0))
         size = len(steps)
         return [
             self._slopes(trial, beside[size * number : size * (number + 1)])
@@ -145,7 +149,7 @@ class Model:
             points[:, :, column] = free.value(places[:, number])[:, None]
         return points
 
-    def _results(self, places: Floats, budget: Budget) -> Floats:
+    def _results(self, places: Floats, budget: Budget, wanted: NDArray[np.bool_] | None) -> Floats:
         """Return the result rows (m, rows, columns) at places."""
         points = self.points(places)
         flat = points.reshape(-1, points.shape[-1])
@@ -153,6 +157,8 @@ class Model:
         results = np.tile(failed_row(Status.FAILED), (len(flat), 1))
         valid = np.repeat([self._is_valid(u) for u in places], self.data.rows)
         valid &= np.array([unbounded(*row) is None for row in flat[:, _ENERGY]], dtype=bool)
+        if wanted is not None:
+            valid &= wanted.ravel()
         if valid.any():
             # Of rows that differ in nothing one is computed.
             different, places_of = np.unique(flat[valid], axis=0, return_inverse=True)
