@@ -17,6 +17,7 @@ import numpy as np
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.variables import PARAMETERS
 from sweeps.config.load import Config
+from sweeps.config.schema import without_newer
 from sweeps.grid import Grid
 
 Settings = Mapping[str, Any]
@@ -44,7 +45,7 @@ def differences(old: Settings, new: Settings) -> list[str]:
 
 def key_of(settings: Settings, grid: Grid) -> bytes:
     """Return the key of a computation: under one key, a point's number has one meaning."""
-    parts = [dict(settings), dict(grid.fixed), NUMERICS_VERSION]
+    parts = [dict(settings), without_newer(grid.fixed), NUMERICS_VERSION]
     digest = hashlib.blake2b(json.dumps(parts, sort_keys=True).encode(), digest_size=KEY_BYTES)
     for name, (dims, values) in sorted(grid.coords.items()):
         place = [grid.dims.index(dim) for dim in dims]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from itertools import groupby
 from typing import Annotated, Any, Literal, Self
 from urllib.parse import urlsplit
@@ -423,6 +423,7 @@ class Config(Group):
         """Return the hash of what defines the numbers: title, plot and simulation do not enter."""
         resolved = self.resolved()
         parts: dict[str, Any] = {key: resolved[key] for key in (*PARAMETER_SECTIONS, *DEFINING)}
+        parts["model"] = without_newer(parts["model"])
         parts |= self.order() | self.asked()
         # As pairs, because the order of the axes is the order of the dimensions.
         parts["sweep"] = list(parts["sweep"].items())
@@ -460,5 +461,17 @@ SECTIONS: dict[str, type[Section]] = {
 }
 PARAMETER_SECTIONS = ("model", "sweep", "cases")
 """The sections in which parameters stand."""
+_NEWER = ("third_harmonic", "fifth_harmonic")
+
+
+def without_newer(fixed: Mapping[str, float]) -> dict[str, float]:
+    """Return fixed parameters without newer ones at their defaults, which older results lack."""
+    return {
+        name: value
+        for name, value in fixed.items()
+        if name not in _NEWER or value != PARAMETERS[name].default
+    }
+
+
 DEFINING = ("integrator", "stationary", "noise", "film")
 """The sections that, besides the parameters, make the numbers of a point."""
