@@ -62,7 +62,6 @@ def fit(
     from sweeps import fit as fitted
     from sweeps.engine.signals import interruptible
     from sweeps.files.datasets import require_writable
-    from sweeps.fitting.output import table_of
 
     target = output or Path("results") / f"{data.stem}-fit.nc"
     _refuse_files(target, [data, config], overwrite=overwrite)
@@ -73,6 +72,8 @@ def fit(
         lambda: fitted(data, ranges, settled, profile=profile, workers=workers, progress=show),
         "Interrupted; nothing was kept.",
     )
+    from sweeps.fitting.output import table_of  # needs lmfit, which `fit` asks for
+
     print("\n".join(table_of(ds)))
     _write(ds, target)
 

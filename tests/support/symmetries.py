@@ -77,4 +77,5 @@ def expected(row: np.ndarray, symmetry: Symmetry) -> np.ndarray:
         named[f"{name}_max"], named[f"{name}_min"] = (high, low) if factor > 0 else (low, high)
         for amplitude in (f"{name}_amplitude", f"{name}_amplitude_spread"):
             named[amplitude] *= abs(factor)
+    named["dissipated_energy"] *= symmetry.force * symmetry.motion
     return np.array(list(named.values()))
