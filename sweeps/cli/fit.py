@@ -128,3 +128,6 @@ def _write(ds: xr.Dataset, target: Path) -> None:
             print(picture)
     if int((ds.parameter_determination != 0).sum()):
         say("warning: not all parameters are determined by these data")
+    if lost := int(ds.fitted_value.isnull().sum()):
+        say(f"warning: {lost} of {ds.sizes['datum']} data have no fitted value: no orbit was found")
+        raise typer.Exit(Exit.FAILED_POINTS)

@@ -34,7 +34,7 @@ from stickslip.options import (
     STRAINS,
 )
 from stickslip.parameters import Parameters
-from stickslip.variables import OBSERVABLES, PARAMETERS, canonical_name
+from stickslip.variables import BY_SYMBOL, OBSERVABLES, PARAMETERS, canonical_name
 from sweeps.config.axes import Axis
 from sweeps.config.diagnostics import quoted
 from sweeps.config.group import Group
@@ -449,7 +449,7 @@ class Config(Group):
         homes = [f"`{name}`" for name, section in SECTIONS.items() if key in section.model_fields]
         if homes:
             return f"unknown key; it stands under {' or '.join(homes)}"
-        hint = did_you_mean(key, [*KEYS, *PARAMETERS])
+        hint = did_you_mean(key, [*KEYS, *BY_SYMBOL, *PARAMETERS])
         return "unknown key" + (hint or f"; known are {', '.join(KEYS)}")
 
 

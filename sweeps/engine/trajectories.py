@@ -113,7 +113,8 @@ def pull_summary(ds: xr.Dataset) -> Iterator[str]:
         yield f"(means over the last {about['settled_slips']} of {ds.sizes['melting']} meltings)"
     elif about.get("motion") == "steady":
         force, change = about["steady_force"], about["steady_force_change"]
-        yield f"no stick-slip at the end: friction force {force:.6g} N"
+        before = f" ({count} meltings before)" if (count := ds.sizes["melting"]) else ""
+        yield f"no stick-slip at the end{before}: friction force {force:.6g} N"
         if change > _STEADY * abs(force):
             yield f"it still changes, by {change:.2g} N in the last tenth: take a longer duration"
 

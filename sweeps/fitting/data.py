@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -33,6 +34,11 @@ MEASURABLE: Mapping[str, str] = {
 
 _ERROR = "_error"
 _SHOWN = 20  # mistakes that are told in one go
+_TABLE = "table"  # the source of mistakes of a table in Python
+
+# A unit behind a name, and parts of the names that errors have in a laboratory.
+_UNIT = re.compile(r"\s*[(\[/].*$")
+_ERRORS = ("err", "std", "sd", "uncert", "sigma", "df", "±")
 
 
 class DataError(ExpectedError, ValueError):
@@ -82,7 +88,10 @@ class _Reading:
 
     def refuse(self, what: str, line: int | None = None, column: str = "") -> None:
         """Note a mistake."""
-        place = f"{self.source}:{line}" if line is not None else self.source
+        if self.source != _TABLE:
+            place = self.source if line is None else f"{self.source}:{line}"
+        else:  # rows in Python have no lines; they are counted from 0
+            place = _TABLE if line is None else f"row {line}"
         where = f"{place}, column {column}" if column else place
         self.problems.append((line or 0, f"{where}: {what}"))
 
@@ -107,7 +116,7 @@ def read_data(source: Table) -> Measurements:
     reading.raise_problems()
     columns = {role: _numbers(reading, place, role) for role, place in roles.items()}
     reading.raise_problems()
-    return _measurements(columns, {name for name in roles if name in PARAMETERS})
+    return _measurements(reading, columns, {name for name in roles if name in PARAMETERS})
 
 
 def _read_csv(path: Path) -> _Reading:
@@ -141,7 +150,7 @@ def _read_table(source: Any) -> _Reading:
     if frame.empty:
         raise DataError("the table holds no data")
     cells = frame.astype(object).where(frame.notna(), "").to_numpy().tolist()
-    return _Reading("row", [str(name) for name in frame], cells, list(range(len(frame))))
+    return _Reading(_TABLE, [str(name) for name in frame], cells, list(range(len(frame))))
 
 
 def _roles(reading: _Reading) -> dict[str, int]:
@@ -161,7 +170,9 @@ def _roles(reading: _Reading) -> dict[str, int]:
             what = f"there is no column {role.removesuffix(_ERROR)} that these are the errors of"
             reading.refuse(what, _first(reading), role)
     if not measured:
-        known = ", ".join(name for name in RESULTS if name in MEASURABLE)
+        known = ", ".join(
+            f"{name} ({RESULTS[name].symbol})" for name in RESULTS if name in MEASURABLE
+        )
         reading.refuse(f"no column is a measured variable; there are {known}", _first(reading))
     lacking = [name for name in measured if name + _ERROR not in roles]
     if lacking and len(lacking) < len(measured):
@@ -171,7 +182,7 @@ def _roles(reading: _Reading) -> dict[str, int]:
 
 
 def _first(reading: _Reading) -> int | None:
-    return None if reading.source == "row" else 1
+    return None if reading.source == _TABLE else 1
 
 
 def _role(name: str) -> str | None:
@@ -193,7 +204,21 @@ def _unknown(name: str, header: Sequence[str]) -> str:
         *(f"{measured}{_ERROR}" for measured in MEASURABLE),
     ]
     what = "is neither a parameter nor a measured variable nor the error of one"
-    return what + (did_you_mean(name, known) or "; rename it or leave it out")
+    bare = _UNIT.sub("", name)
+    units = "" if bare == name else "; a name has no unit, since all values are in SI units"
+    meant = _meant(bare.lower())
+    hint = f" (did you mean {meant!r}?)" if meant else did_you_mean(bare, known)
+    return what + (hint + units or "; rename it or leave it out")
+
+
+def _meant(word: str) -> str:
+    """Return the column that a word of a laboratory stands for; empty for other words."""
+    stress = "stress" in word
+    measured = "elastic_stress_amplitude" if stress else "F_max"
+    if any(part in word for part in _ERRORS):
+        return measured + _ERROR
+    is_force = stress or "force" in word or "friction" in word or word == "f"
+    return measured if is_force else ""
 
 
 def _numbers(reading: _Reading, place: int, role: str) -> Floats:
@@ -235,7 +260,9 @@ def _number(cell: Any, role: str) -> float:
     return value
 
 
-def _measurements(columns: Mapping[str, Floats], parameters: set[str]) -> Measurements:
+def _measurements(
+    reading: _Reading, columns: Mapping[str, Floats], parameters: set[str]
+) -> Measurements:
     measured = [name for name in columns if name in RESULTS]
     relative = not any(name.endswith(_ERROR) for name in columns)
     data = [
@@ -247,10 +274,10 @@ def _measurements(columns: Mapping[str, Floats], parameters: set[str]) -> Measur
     for name, row, _, error in data:
         if not error > 0:
             remedy = "errors are relative to the values" if relative else "a value needs its error"
-            raise DataError(
-                f"{name} in row {row + 1} of the data has no error ({remedy}); "
-                f"fill the column {name}{_ERROR}"
-            )
+            column = next(c for c in reading.header if MEASURABLE.get(c) == name)
+            what = f"a value without an error ({remedy}); fill the column {column}{_ERROR}"
+            reading.refuse(what, reading.lines[row], column)
+    reading.raise_problems()
     if not data:
         raise DataError("no value was measured: all their cells are empty")
     names, rows, values, errors = zip(*data, strict=True)

@@ -153,6 +153,10 @@ def model_of(data: Measurements, free: Free, config: Config, jobs: int = -1) -> 
             f"the config has axes, {', '.join(varied)}: what varies stands in the data; "
             "leave `sweep` and `cases` out"
         )
+    if both := [name for name in config.model if name in data.parameters]:
+        raise FitError(
+            f"{', '.join(both)}: a column of the data, and given beside it: leave one of them out"
+        )
     if options.physics.chance:
         raise FitError("noise: a mean of random paths cannot be fitted; leave out 'stochastic'")
     fixed = config.parameters()

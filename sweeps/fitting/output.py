@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from uncertainties import ufloat
 
 from stickslip.datasets import result_attributes, result_values
 from stickslip.regime import Regime
@@ -25,6 +26,11 @@ DATUM, FREE, OTHER = "datum", "free_parameter", "other_parameter"
 
 _CURVE = 101  # points of a fitted curve
 _FEW = 8  # values that are worth a curve each
+# What the data of a machine rarely say, and differs from the paper's.
+_MACHINE = (
+    "temperature", "angular_frequency", "drive_amplitude", "spring_stiffness", "block_mass",
+    "film_thickness", "contact_area",
+)  # fmt: skip
 _DECADE = 10.0  # an axis that spans more is logarithmic
 
 RELATIVE = (
@@ -186,7 +192,7 @@ def _of_parameters(fit: Fit, known: Statistics, profile: Floats | None) -> dict[
 
 def table_of(ds: xr.Dataset) -> list[str]:
     """Return a fit in words: parameters, chi2, what is not known, and a line for each datum."""
-    lines = [*_parameter_lines(ds), *_statistic_lines(ds), ""]
+    lines = [*_parameter_lines(ds), _machine_line(ds), *_statistic_lines(ds), ""]
     columns = [str(name) for name in ds.data_vars if _is_column(ds, str(name))]
     head = [name.removeprefix("datum_") for name in columns]
     rows = [[*head, "variable", "measured", "error", "fitted", "residual", "regime", ""]]
@@ -217,6 +223,17 @@ def _is_column(ds: xr.Dataset, name: str) -> bool:
     return name.removeprefix("datum_") in PARAMETERS and float(np.ptp(ds[name].values)) > 0
 
 
+def _machine_line(ds: xr.Dataset) -> str:
+    """Return the parameters of the machine that the fit took as given."""
+    given = [name for name in _MACHINE if name in ds.coords and ds[name].ndim == 0]
+    listed = (
+        f"{PARAMETERS[name].symbol} = {float(ds[name]):g} {PARAMETERS[name].units}"
+        for name in given
+        if name not in ds[FREE].values and f"datum_{name}" not in ds
+    )
+    return f"computed with {', '.join(listed)} (--set or a config gives others)"
+
+
 def _parameter_lines(ds: xr.Dataset) -> list[str]:
     lines = []
     for each in ds[FREE].values:
@@ -224,9 +241,11 @@ def _parameter_lines(ds: xr.Dataset) -> list[str]:
         name, code = str(each), Determination(int(own.parameter_determination))
         units = "" if PARAMETERS[name].units == "1" else f" {PARAMETERS[name].units}"
         ends = [float(own[f"parameter_interval_{side}"]) for side in ("lower", "upper")]
-        line = f"{name}: {float(own.parameter_value):.7g}"
+        value, error = float(own.parameter_value), float(own.parameter_standard_error)
+        line = f"{name}: {value:.7g}"
         if code is not Determination.AT_BOUND and np.isfinite(ends).all():
-            line += f" ± {float(own.parameter_standard_error):.2g}{units}"
+            # As many digits as the error has meaning; the file holds all.
+            line = f"{name}: {ufloat(value, error):.2uP}{units}"
             line += f", {100 * LEVEL:g} %: {ends[0]:.6g} to {ends[1]:.6g}"
         else:
             line += units

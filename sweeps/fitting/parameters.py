@@ -74,7 +74,7 @@ def free_parameters(free: Free, fixed: Parameters, columns: Iterable[str]) -> li
 
     Raises FreeError for one that is unknown, is given by the data, or has no valid range.
     """
-    ranges = {free: None} if isinstance(free, str) else free
+    ranges = [name.strip() for name in free.split(",")] if isinstance(free, str) else free
     if not isinstance(ranges, Mapping):
         ranges = dict.fromkeys(ranges)
     found: dict[str, FreeParameter] = {}

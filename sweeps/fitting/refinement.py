@@ -14,7 +14,7 @@ from scipy.stats import qmc
 
 from sweeps.fitting.data import Floats
 from sweeps.fitting.together import Together
-from sweeps.fitting.trials import Budget, Model, Trial
+from sweeps.fitting.trials import Budget, Model, Trial, refuse_other_units
 
 # Budgets of trials that only show where to begin, of those that lead to the minimum. Nearly
 # all orbits are found within the first; one that goes on is mostly chaotic and costs hundreds.
@@ -130,7 +130,9 @@ class Search:
         low, high = np.array([each.box for each in free]).T
         places = low + (high - low) * sobol
         places[0] = [each.start for each in free]
-        return self._glance(places)
+        swept = self._glance(places)
+        refuse_other_units(self.model.data, swept)
+        return swept
 
     def _spread(self, swept: Sequence[Trial]) -> list[Trial]:
         """Return the start and the best other trials, apart from each other or of other kinds."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -15,7 +16,8 @@ from stickslip.orbit import failed_row
 from stickslip.parameters import Parameters
 from stickslip.points import orbit_rows
 from stickslip.status import Status
-from stickslip.variables import ENERGY_COEFFICIENTS, RESULT_COLUMNS, unbounded
+from stickslip.variables import ENERGY_COEFFICIENTS, RESULT_COLUMNS, RESULTS, unbounded
+from sweeps.exits import ExpectedError
 from sweeps.fitting.data import Floats, Measurements
 from sweeps.fitting.parameters import FreeParameter
 
@@ -27,6 +29,7 @@ _ENERGY = [Parameters._fields.index(name) for name in ENERGY_COEFFICIENTS]
 STEP = 1e-3
 """Step of derivatives on the scale of a free parameter: 1e5 times the roughness of amplitudes."""
 
+_FAR = 30.0  # measured values so many times those of all trials are in another unit
 _STANDARD_ERRORS = 3.0  # that an amplitude_error of a mean holds
 
 
@@ -77,6 +80,41 @@ class Trial:
     def signature(self) -> bytes:
         """The kinds of all rows in a form that can be compared."""
         return self.kinds.tobytes()
+
+
+class OtherUnitError(ExpectedError, ValueError):
+    """Measurements that no trial comes near: most likely in another unit, or of another sign."""
+
+
+def refuse_other_units(data: Measurements, trials: Sequence[Trial]) -> None:
+    """Raise OtherUnitError if a variable has values far from those of the model in all trials."""
+    fitted = np.array([trial.fitted for trial in trials])
+    for name in dict.fromkeys(data.variable):
+        own = np.array([each == name for each in data.variable])
+        ratios = _ratios(data.value[own], fitted[:, own])
+        if not len(ratios):
+            continue
+        if (ratios < 0.0).all():
+            raise OtherUnitError(
+                f"{name}: the measured values have the other sign than the model's in all trials; "
+                "the amplitude of a force, which is positive, is F_max"
+            )
+        nearest = min(ratios[ratios > 0.0], key=lambda ratio: abs(math.log(ratio)))
+        if not 1.0 / _FAR <= nearest <= _FAR:
+            raise OtherUnitError(
+                f"{name}: the measured values are some {nearest:.2g} times the model's even in "
+                f"the nearest of {len(trials)} trials: are they in {RESULTS[name].units}? are "
+                "frequency, stiffness, area those of your machine (--set, or a config)?"
+            )
+
+
+def _ratios(measured: Floats, fitted: Floats) -> Floats:
+    """Return a typical ratio of measured values (n,) to those of each trial (m, n) that has any."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = measured / fitted
+    each = [np.median(row[np.isfinite(row)]) for row in ratios if np.isfinite(row).any()]
+    found = np.array(each, dtype=float)
+    return np.asarray(found[found != 0.0])
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from support.sweeps.commands import Command
@@ -61,11 +62,17 @@ def test_the_command_fits_and_its_files_can_be_used(
         ("d.csv --free k -o d.csv", "ends in .nc"),
         ("bad.csv --free k", "bad.csv:1, column Fmax: is neither a parameter"),
         ("d.csv --free k --profile", "needs two free parameters"),
+        ("d.csv --free k --set T=200", "temperature: a column of the data, and given beside it"),
+        ("milli.csv --free k", "times the model's even in the nearest of 64 trials: are they in N"),
+        ("least.csv --free k", "have the other sign than the model's in all trials"),
     ],
 )
 def test_mistakes(command: Command, table: str, tmp_path: Path, arguments: str, said: str) -> None:
     Path("d.csv").write_text(table)
     Path("bad.csv").write_text(table.replace("F_max,", "Fmax,"))
+    frame = pd.read_csv("d.csv")
+    frame.assign(F_max=1e3 * frame.F_max).to_csv("milli.csv", index=False)
+    Path("least.csv").write_text(table.replace("F_max", "friction_force_min"))
     done = command("fit", *arguments.split())
     assert done.code == 2, done.err
     assert said in done.err
