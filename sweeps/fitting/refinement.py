@@ -22,7 +22,7 @@ GLANCE, PATIENCE = Budget(64, 30_000), Budget(256, 300_000)
 
 _TRIALS = 64  # of the first sweep, for one or two free parameters; twice as many for each further
 _MOST = 1024
-_STARTS, _APART = 4, 0.2  # starts of fits beside the one given; distance as a part of the box
+_STARTS, _APART = 8, 0.1  # starts of fits beside the one given; distance as a part of the box
 
 # Of a fit in lmfit and scipy: relative changes of chi2 and of parameters. The gradient is no
 # measure, since residuals have no scale. Below, the roughness of the amplitudes would decide.
