@@ -1,4 +1,4 @@
-"""From starts to the best minimum: a sweep of trials, fits from the best, and a look around."""
+"""From a start to the best minimum: an evolution of trials, and fits from its best."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import lmfit
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
+from scipy.optimize import OptimizeResult, differential_evolution
 
 from sweeps.fitting.data import Floats
 from sweeps.fitting.together import Together
@@ -20,9 +20,15 @@ from sweeps.fitting.trials import Budget, Model, Trial, refuse_other_units
 # all orbits are found within the first; one that goes on is mostly chaotic and costs hundreds.
 GLANCE, PATIENCE = Budget(64, 30_000), Budget(256, 300_000)
 
-_TRIALS = 64  # of the first sweep, for one or two free parameters; twice as many for each further
-_MOST = 1024
-_STARTS, _APART = 8, 0.1  # starts of fits beside the one given; distance as a part of the box
+# Differential evolution: trials for each free parameter, to the next power of 2, and generations.
+_TRIALS, _GENERATIONS = 16, 40
+# It ends before where chi2 varies by no more than these parts of itself, or of the squares of the
+# data, and trials by no more than this part of the box: a plateau alone is no minimum.
+_ALIKE, _ALIKE_EXACT, _NEAR = 0.1, 1e-7, 0.1
+# A vector between two others is taken whole: valleys lie askew to the axes.
+_RECOMBINATION = 1.0
+
+_STARTS, _APART = 4, 0.1  # fits from the best trials; their distance as a part of the box
 
 # Of a fit in lmfit and scipy: relative changes of chi2 and of parameters. The gradient is no
 # measure, since residuals have no scale. Below, the roughness of the amplitudes would decide.
@@ -30,9 +36,6 @@ _TOLERANCES: dict[str, Any] = {"ftol": 1e-6, "xtol": 1e-7, "gtol": None}
 _PULL = 1e-9  # of a natural unit by which a parameter is off, relative to the amplitudes
 _EVALUATIONS, _FEW_EVALUATIONS = 40, 12
 
-# Looks around a minimum: trials each, scales in standard errors, and how often at most.
-_AROUND, _ROUNDS = 32, 8
-_SCALE, _SMALLEST = 2.0, 0.05
 _IMPROVED = 1e-6  # part of chi2
 _EXACT = 1e-15  # of the squares of the data: the rest is roughness
 _SEED = 1
@@ -75,32 +78,22 @@ class Fit:
 class Search:
     """The search for the best minimum of a model; deterministic, whatever the start.
 
-    `computed` counts trials; `seen` are those on the way, without those for derivatives.
+    `computed` counts trials; `seen` are those on the way, without those for derivatives; `sweep`
+    are the first, evenly spread over the box.
     """
 
     model: Model
     computed: int = 0
     seen: list[Trial] = field(default_factory=list)
-    _random: np.random.Generator = field(default_factory=lambda: np.random.default_rng(_SEED))
+    sweep: list[Trial] = field(default_factory=list)
 
     def run(self, starts: Sequence[Trial] = ()) -> Fit:
-        """Return the best minimum that was found, from the best of a sweep or from `starts`."""
-        best = self._refined(starts or self._spread(self._sweep()), _FEW_EVALUATIONS)
-        best = self._refined([best.trial])
-        scale, looks = _SCALE, 0
-        while looks < _ROUNDS and scale > _SMALLEST and not self._is_exact(best):
-            around = self._glance(self._cloud(best, scale))
-            starts = _promising(best.trial, around)
-            looks += 1
-            better = self._refined(starts, _FEW_EVALUATIONS) if starts else best
-            if better.trial.chi2 < best.trial.chi2 * (1.0 - _IMPROVED):
-                best = better
-            elif all(trial.signature == best.trial.signature for trial in around):
-                break  # no jump is near: it is a minimum
-            else:
-                best = min(best, better, key=lambda fit: fit.trial.chi2)
-                scale /= 4.0
-        return self._settled(best)
+        """Return the best minimum that was found, by an evolution of trials or from `starts`."""
+        if not starts:
+            self._evolve()
+            starts = self._distinct(self.seen)
+        best = self._refined(starts, _FEW_EVALUATIONS)
+        return self._settled(self._refined([best.trial]))
 
     def _settled(self, fit: Fit) -> Fit:
         """Return a minimum after some steps of Gauss and Newton, where they lead within it.
@@ -122,29 +115,50 @@ class Search:
             fit = Fit(self.model, trial, slopes, at_jump)
         return fit
 
-    def _sweep(self) -> list[Trial]:
-        """Return the trials of the first sweep: the start, and a Sobol sequence over the box."""
-        free = self.model.free
-        count = min(_MOST, _TRIALS * 2 ** max(0, len(free) - 2))
-        sobol = qmc.Sobol(len(free), rng=np.random.default_rng(_SEED)).random(count)
-        low, high = np.array([each.box for each in free]).T
-        places = low + (high - low) * sobol
-        places[0] = [each.start for each in free]
-        swept = self._glance(places)
-        refuse_other_units(self.model.data, swept)
-        return swept
-
-    def _spread(self, swept: Sequence[Trial]) -> list[Trial]:
-        """Return the start and the best other trials, apart from each other or of other kinds."""
+    def _evolve(self) -> None:
+        """See the trials of a differential evolution in the box; the first is the start."""
         low, high = np.array([each.box for each in self.model.free]).T
-        chosen = [swept[0]]
-        for trial in sorted(swept[1:], key=lambda trial: trial.chi2):
+        exact = _ALIKE_EXACT * self._squares()
+
+        def chi2(places: Floats) -> Floats:
+            generation = self._glance(places.T)
+            if not self.sweep:
+                self.sweep = generation
+                refuse_other_units(self.model.data, generation)
+            return np.array([trial.chi2 for trial in generation])
+
+        def is_found(intermediate_result: OptimizeResult) -> bool:
+            near = np.ptp(intermediate_result.population, axis=0) < _NEAR * (high - low)
+            found = intermediate_result.population_energies
+            return bool(near.all() and np.std(found) <= _ALIKE * np.mean(found) + exact)
+
+        differential_evolution(
+            chi2,
+            list(zip(low, high, strict=True)),
+            x0=[each.start for each in self.model.free],
+            init="sobol",
+            popsize=_TRIALS,
+            maxiter=_GENERATIONS,
+            recombination=_RECOMBINATION,
+            callback=is_found,
+            tol=0.0,
+            rng=np.random.default_rng(_SEED),
+            vectorized=True,
+            updating="deferred",
+            polish=False,
+        )
+
+    def _distinct(self, trials: Sequence[Trial]) -> list[Trial]:
+        """Return the best trials, apart from each other or of other kinds of motion."""
+        low, high = np.array([each.box for each in self.model.free]).T
+        chosen: list[Trial] = []
+        for trial in sorted(trials, key=lambda trial: trial.chi2):
             near = [
                 bool(np.all(np.abs(trial.u - other.u) < _APART * (high - low)))
                 and trial.signature == other.signature
                 for other in chosen
             ]
-            if not any(near) and len(chosen) <= _STARTS:
+            if not any(near) and len(chosen) < _STARTS:
                 chosen.append(trial)
         return chosen
 
@@ -173,26 +187,14 @@ class Search:
         self.computed += len(fresh) + 2 * len(self.model.free) * len(given)
         return [next(trials) if q.trial is None else next(slopes) for q in questions]
 
-    def _cloud(self, fit: Fit, scale: float) -> Floats:
-        """Return places (m, p) around a minimum, as far as `scale` times its standard errors."""
-        low, high = np.array([(each.lower, each.upper) for each in self.model.free]).T
-        near, far = np.array([each.box for each in self.model.free]).T
-        _, sizes, axes = np.linalg.svd(fit.slopes)
-        spread = math.sqrt(fit.scale) if math.isfinite(fit.scale) else 1.0
-        widest = float((far - near).max()) / 4.0
-        reach = np.full(len(low), widest)
-        reach[: len(sizes)] = np.minimum(scale * spread / np.maximum(sizes, 1e-300), widest)
-        steps = self._random.standard_normal((_AROUND, len(low))) * reach
-        cloud: Floats = np.clip(fit.trial.u + steps @ axes, low, high)
-        return cloud
-
-    def _is_exact(self, fit: Fit) -> bool:
-        return fit.trial.chi2 <= self._least()
-
     def _least(self) -> float:
         """Return what chi2 cannot tell from 0."""
+        return _EXACT * self._squares()
+
+    def _squares(self) -> float:
+        """Return chi2 of a model that gives 0."""
         data = self.model.data
-        return _EXACT * float(np.sum((data.value / data.error) ** 2))
+        return float(np.sum((data.value / data.error) ** 2))
 
 
 class Question(NamedTuple):
@@ -204,10 +206,8 @@ class Question(NamedTuple):
 
 def minimum(model: Model, start: Floats, ask: Any, evaluations: int) -> Fit:
     """Return the minimum that lmfit finds from a place (p,), a valley or the edge of a jump."""
-    minimizer = Minimizer(model, ask, evaluations)
-    u = minimizer.fit(start)
-    trial = minimizer.trial(u)
-    slopes, at_jump = ask(Question(u, trial))
+    trial = Minimizer(model, ask, evaluations).fit(start)
+    slopes, at_jump = ask(Question(trial.u, trial))
     return Fit(model, trial, slopes, at_jump)
 
 
@@ -225,20 +225,23 @@ class Minimizer:
         self._ask = ask
         self._pull = _PULL * float(np.linalg.norm(model.data.value / model.data.error))
         self._origin = np.zeros(len(model.free))
-        self._trial: Trial | None = None
+        self._tried: list[Trial] = []
 
-    def fit(self, start: Floats, fixed: int | None = None) -> Floats:
-        """Return the place (p,) of the minimum that lmfit finds from another; one may be fixed."""
+    def fit(self, start: Floats, fixed: int | None = None) -> Trial:
+        """Return the minimum that lmfit finds from a place (p,); one parameter may be fixed.
+
+        It is the best trial on the way: lmfit's result is the last one where evaluations run out.
+        """
         self._origin = start
+        self._tried = [self.trial(start)]
         parameters = self._parameters(start, fixed)
-        if not any(parameter.vary for parameter in parameters.values()):
-            return start
-        minimizer = lmfit.Minimizer(
-            self._residuals, parameters, calc_covar=False, max_nfev=self._evaluations
-        )
-        with np.errstate(all="ignore"):  # of lmfit's covariance, which is not used
-            result = minimizer.least_squares(jac=self._slopes, **_TOLERANCES)
-        return self._place(result.params)
+        if any(parameter.vary for parameter in parameters.values()):
+            minimizer = lmfit.Minimizer(
+                self._residuals, parameters, calc_covar=False, max_nfev=self._evaluations
+            )
+            with np.errstate(all="ignore"):  # of lmfit's covariance, which is not used
+                minimizer.least_squares(jac=self._slopes, **_TOLERANCES)
+        return min(self._tried, key=lambda trial: trial.chi2)
 
     def at(self, u: Floats, errors: Floats) -> tuple[Any, Any]:
         """Return lmfit's Minimizer and result for a minimum (p,) with these standard errors."""
@@ -268,10 +271,10 @@ class Minimizer:
         return parameters
 
     def trial(self, u: Floats) -> Trial:
-        """Return the trial at a place (p,); the last one is kept."""
-        if self._trial is None or not np.array_equal(self._trial.u, u):
-            self._trial = self._ask(Question(u))
-        return self._trial
+        """Return the trial at a place (p,); the last one is not computed again."""
+        if not self._tried or not np.array_equal(self._tried[-1].u, u):
+            self._tried.append(self._ask(Question(u)))
+        return self._tried[-1]
 
     def _residuals(self, parameters: Any) -> Floats:
         u = self._place(parameters)
@@ -297,19 +300,3 @@ class Minimizer:
         low, high = np.array([(free.lower, free.upper) for free in self._model.free]).T
         place: Floats = np.clip(self._origin + distances, low, high)
         return place
-
-
-def _distinct(trials: Sequence[Trial], count: int) -> list[Trial]:
-    """Return the best trials, of which no two have motions of the same kinds, or but the best."""
-    ranked = sorted(trials, key=lambda trial: trial.chi2)
-    first = {trial.signature: trial for trial in reversed(ranked)}
-    of_kinds = sorted(first.values(), key=lambda trial: trial.chi2)[:count]
-    rest = [trial for trial in ranked if all(trial is not other for other in of_kinds)]
-    return [*of_kinds, *rest[: count - len(of_kinds)]]
-
-
-def _promising(best: Trial, around: Sequence[Trial]) -> list[Trial]:
-    """Return trials from which a lower minimum may be reached: better ones, and of other kinds."""
-    better = [trial for trial in around if trial.chi2 < best.chi2 * (1.0 - _IMPROVED)]
-    other = [trial for trial in around if trial.signature != best.signature]
-    return _distinct(better, 2) + _distinct(other, 2) if better else _distinct(other, 2)

@@ -89,8 +89,9 @@ def widened(search: Search, fit: Fit, known: Statistics) -> tuple[Statistics, Tr
 
     Standard errors hold only if chi2 is a parabola. For each parameter the others are fitted anew
     at the ends of its interval, and it is moved on where chi2 has not risen as it should. Intervals
-    reach over all other trials that fit about as well. The standard error becomes that of the
-    longer side. A trial that is better than the minimum is another minimum.
+    reach over all other trials that fit about as well, or that are so many that the truth may lie
+    among them. The standard error becomes that of the longer side. A trial that is better than the
+    minimum is another minimum.
     """
     goal = t.ppf(0.5 + LEVEL / 2.0, fit.dof) if fit.dof > 0 else math.nan
     loose = [
@@ -104,10 +105,11 @@ def widened(search: Search, fit: Fit, known: Statistics) -> tuple[Statistics, Tr
     intervals = known.intervals.copy()
     for (number, sign), (distance, _) in zip(sides, ends, strict=True):
         intervals[number, int(sign > 0)] = fit.trial.u[number] + sign * distance
-    for seen in search.seen:
-        if _rise(fit, seen) < goal:
-            intervals[:, 0] = np.minimum(intervals[:, 0], seen.u)
-            intervals[:, 1] = np.maximum(intervals[:, 1], seen.u)
+    as_good = [seen for seen in search.seen if _rise(fit, seen) < goal]
+    worse = [seen for seen in search.sweep if _rise(fit, seen) >= goal]
+    for seen in [*as_good, *as_probable(fit, known, worse, len(search.sweep))]:
+        intervals[:, 0] = np.minimum(intervals[:, 0], seen.u)
+        intervals[:, 1] = np.maximum(intervals[:, 1], seen.u)
     longest = np.abs(intervals - fit.trial.u[:, None]).max(axis=1)
     errors = np.where(known.errors > 0.0, np.fmax(known.errors, longest / goal), known.errors)
     codes = np.where(errors > _LARGE, Determination.UNDETERMINED, known.determination)
@@ -137,7 +139,7 @@ def _end(
         place[number] = fit.trial.u[number] + sign * distance
         trial = minimizer.trial(place)
         if curved or _rise(fit, trial) < _NEARLY * goal:
-            trial = minimizer.trial(minimizer.fit(place, number))
+            trial = minimizer.fit(place, number)
         best = min(best, trial, key=lambda each: each.chi2)
         rise = _rise(fit, trial)
         if rise >= _NEARLY * goal:
@@ -145,6 +147,36 @@ def _end(
         place, before = trial.u.copy(), distance
         distance *= min(2.0, goal / max(rise, 1e-3))
     return math.inf, best
+
+
+def as_probable(fit: Fit, known: Statistics, worse: Sequence[Trial], count: int) -> list[Trial]:
+    """Return trials of an even sweep of `count` among which the truth may lie: none, or most.
+
+    A narrow minimum may fit the noise better than a wide plateau with the truth in it. Each trial
+    stands for its share of the box, and a minimum for its ellipsoid, both weighted by likelihood;
+    what is left out has together a probability of no more than 1 - `LEVEL`.
+    """
+    if not worse or not 0.0 < fit.scale < math.inf:
+        return []
+    wide = np.array([each.box[1] - each.box[0] for each in fit.model.free])
+    inner = known.errors > 0.0
+    shape = known.correlations[np.ix_(inner, inner)]
+    ellipsoid = math.sqrt(max(0.0, float(np.linalg.det(2.0 * math.pi * shape))))
+    ellipsoid *= float(np.prod(known.errors[inner] / wide[inner]))
+    likelihood = np.array([_likelihood(fit, trial) for trial in worse]) / count
+    order = np.argsort(likelihood)
+    left = np.cumsum(likelihood[order]) <= (1.0 - LEVEL) * (ellipsoid + likelihood.sum())
+    return [worse[number] for number in order[~left]]
+
+
+def _likelihood(fit: Fit, trial: Trial) -> float:
+    """Return the likelihood of a trial, relative to that of the minimum.
+
+    Where errors are only known from the residuals, for any common factor of theirs.
+    """
+    if fit.model.data.relative:
+        return float((fit.trial.chi2 / trial.chi2) ** (len(trial.residuals) / 2.0))
+    return math.exp((fit.trial.chi2 - trial.chi2) / (2.0 * fit.scale))
 
 
 def _rise(fit: Fit, trial: Trial) -> float:

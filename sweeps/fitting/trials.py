@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import joblib
@@ -216,10 +217,22 @@ class Model:
         error = results[data.row, _ERROR] / _STANDARD_ERRORS * np.abs(fitted) / data.error
         residuals[means] = np.copysign(np.hypot(residuals, error), residuals)[means]
         known = np.isfinite(residuals)
-        # One without a value is as far off as the worst of the others: no exception, no cliff.
+        # One without a value is as far off as the worst of the others: no exception, no cliff; and
+        # no nearer than the mean of all values would be: no reward for motions that do not settle.
         worst = np.abs(residuals[known]).max(initial=0.0) if known.any() else self._nothing()
-        residuals[~known] = worst
+        residuals[~known] = np.maximum(worst, self._spread)[~known]
         return Trial(u, fitted, residuals, results)
+
+    @cached_property
+    def _spread(self) -> Floats:
+        """Return how far off (n,) the mean of a variable's values is from them, in mean squares."""
+        data, variables = self.data, np.array(self.data.variable)
+        spread = np.empty(len(variables))
+        for name in set(data.variable):
+            own = variables == name
+            off = (data.value[own] - data.value[own].mean()) / data.error[own]
+            spread[own] = math.sqrt(np.mean(off**2))
+        return spread
 
     def _nothing(self) -> float:
         """Return the largest residual of a model that gives 0."""

@@ -24,8 +24,15 @@ from sweeps.fitting import trials
 from sweeps.fitting.data import read_data
 from sweeps.fitting.fitting import model_of
 from sweeps.fitting.output import table_of
-from sweeps.fitting.refinement import PATIENCE, Search
-from sweeps.fitting.statistics import Determination, statistics_of, widened
+from sweeps.fitting.refinement import PATIENCE, Fit, Question, Search, minimum
+from sweeps.fitting.statistics import (
+    Determination,
+    Statistics,
+    as_probable,
+    statistics_of,
+    widened,
+)
+from sweeps.fitting.trials import Trial
 
 Floats = NDArray[np.float64]
 T = np.linspace(160.0, 310.0, 10)
@@ -106,6 +113,20 @@ def test_intervals_hold_the_truth_as_often_as_they_say(made: None) -> None:
     assert 0.90 <= np.mean(held) <= 0.99
 
 
+def test_a_fit_that_runs_out_of_evaluations_keeps_its_best_trial(made: None) -> None:
+    """A slope leads over the edge of a jump, and lmfit returns the last trial, which is there."""
+    model = model_of(read_data({"T": T, "F_max": forces(**TRUE)}), "k", from_mapping({}))
+    start = np.array([math.log(7e4)])
+
+    def ask(asked: Question) -> Any:
+        if asked.trial is not None:
+            return np.full((10, 1), -1.0), np.zeros(10, dtype=bool)
+        off = float(asked.u[0] - start[0])
+        return _trial(asked.u, 10.0 * (1.0 - off) ** 2 if off < 1e-3 else 1e3)
+
+    assert minimum(model, start, ask, 8).trial.chi2 <= 10.0
+
+
 def test_a_parameter_that_changes_nothing_is_named(made: None) -> None:
     found, known = searched({"T": T, "F_max": forces(**TRUE)}, ["k", "K"], gamma=-0.55)
     assert known.determination.tolist() == [Determination.DETERMINED, Determination.UNDETERMINED]
@@ -151,6 +172,56 @@ def test_trials_without_an_orbit_are_finite_and_chaos_has_its_error(made: None) 
     slopes, at_jump = model.all_slopes([chaotic], PATIENCE)[0]
     assert at_jump[0]
     assert slopes[0] == 0.0
+
+
+def test_no_value_is_no_better_than_their_mean(made: None) -> None:
+    """Else a trial could gain by motions that do not settle: all others fit here."""
+    exact = forces(**TRUE)
+    model = model_of(read_data({"T": T, "F_max": exact}), "k", from_mapping({"model": TRUE}))
+    (trial,) = model.trials(np.array([[math.log(7e4)]]), PATIENCE)
+    assert trial.chi2 < 1e-20
+    results = trial.results.copy()
+    results[3] = failed_row(Status.NOT_STATIONARY)
+    spread = math.sqrt(np.mean(((exact - exact.mean()) / exact) ** 2))
+    assert model._trial(trial.u, results).residuals[3] == pytest.approx(spread)
+
+
+def test_a_plateau_may_hold_the_truth_that_a_narrow_minimum_misses(made: None) -> None:
+    """Ten forces without a trend: a jump by chance between two of them fits them better."""
+    table = {"T": T, "F_max": np.where(T < JUMP, 1.02, 0.99) * 2e-3}
+    table["F_max_error"] = 0.02 * table["F_max"]
+    model = model_of(read_data(table), "k", from_mapping({"model": TRUE}))
+
+    def shares(fits: float) -> int:
+        """Return how many trials are as probable as a minimum 0.01 wide in a box of 6.8."""
+        at, errors = np.array([math.log(7e4)]), np.array([0.01])
+        none = np.zeros((10, 1))
+        best = Fit(model, _trial(at, 5.0), none, none[:, 0] > 0)
+        known = Statistics(errors, np.eye(1), np.zeros(1, np.int8), np.full((1, 2), np.nan))
+        sweep = [_trial(at + off, fits) for off in np.linspace(-3.4, 3.4, 32)]
+        return len(as_probable(best, known, sweep, len(sweep)))
+
+    assert shares(5.0 + 2.0) >= 30
+    assert shares(5.0 + 10.0) > 0  # 1/150 as likely, but 270 times as wide
+    assert shares(5.0 + 25.0) == 0
+
+
+def _trial(u: Floats, chi2: float) -> Trial:
+    residuals = np.full(10, math.sqrt(chi2 / 10.0))
+    return Trial(u, residuals, residuals, failed_row(Status.OK)[None])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("gamma", "h"), [(-0.5412, 2.356e-9), (-0.4, 5e-10)])
+def test_the_best_minimum_lies_in_a_narrow_band_between_jumps(gamma: float, h: float) -> None:
+    """The jumps are jagged, and minima in other bands fit the 14 forces to 0.6 %."""
+    machine = {"T": 230.15427, "k": 27601.393, "omega": 14.081479, "T_c": 290.35513}
+    truth = {"gamma": -0.2506332, "h": 9.367029e-10}
+    stiffness = np.linspace(1446.2244, 2191.9357, 14)
+    force = stationary_orbits(machine | truth | {"K": stiffness}).friction_force_amplitude.values
+    start = {"model": machine | {"gamma": gamma, "h": h}}
+    fitted = sweeps.fit({"K": stiffness, "F_max": force}, ["gamma", "h"], start)
+    assert fitted.parameter_value.values == pytest.approx(list(truth.values()), rel=1e-4)
 
 
 def test_a_derivative_stays_on_its_side_of_a_jump(made: None) -> None:
