@@ -68,9 +68,9 @@ def fit(
 ) -> xr.Dataset:
     """Return the parameters that fit measurements best, with their errors, and the fitted curve.
 
-    Least squares, from the best of a sweep of trials, of which `config` gives one, and with a look
-    around where a jump is near: the minimum does not depend on the start. Parameters are varied on
-    logarithmic scales, those that may be 0 or negative on plain ones.
+    Least squares from the best trials of a differential evolution over a wide box around the start,
+    which `config` gives: the minimum does not depend on it. Parameters are varied on logarithmic
+    scales, those that may be 0 or negative on plain ones.
 
     Parameters
     ----------

@@ -165,7 +165,8 @@ def as_probable(fit: Fit, known: Statistics, worse: Sequence[Trial], count: int)
     ellipsoid *= float(np.prod(known.errors[inner] / wide[inner]))
     likelihood = np.array([_likelihood(fit, trial) for trial in worse]) / count
     order = np.argsort(likelihood)
-    left = np.cumsum(likelihood[order]) <= (1.0 - LEVEL) * (ellipsoid + likelihood.sum())
+    whole = min(1.0, ellipsoid) + likelihood.sum()
+    left = np.cumsum(likelihood[order]) <= (1.0 - LEVEL) * whole
     return [worse[number] for number in order[~left]]
 
 
