@@ -28,7 +28,7 @@ _ALIKE, _ALIKE_EXACT, _NEAR = 0.1, 1e-7, 0.1
 # A vector between two others is taken whole: valleys lie askew to the axes.
 _RECOMBINATION = 1.0
 
-_STARTS, _APART = 4, 0.1  # fits from the best trials; their distance as a part of the box
+_STARTS, _APART = 3, 0.1  # fits of other kinds, and apart from each other by a part of the box
 
 # Of a fit in lmfit and scipy: relative changes of chi2 and of parameters. The gradient is no
 # measure, since residuals have no scale. Below, the roughness of the amplitudes would decide.
@@ -149,18 +149,20 @@ class Search:
         )
 
     def _distinct(self, trials: Sequence[Trial]) -> list[Trial]:
-        """Return the best trials, apart from each other or of other kinds of motion."""
+        """Return the best trials of different kinds of motion, and the best apart from each other.
+
+        A kind of its own may have the best minimum in a place too narrow for the evolution.
+        """
         low, high = np.array([each.box for each in self.model.free]).T
-        chosen: list[Trial] = []
-        for trial in sorted(trials, key=lambda trial: trial.chi2):
-            near = [
-                bool(np.all(np.abs(trial.u - other.u) < _APART * (high - low)))
-                and trial.signature == other.signature
-                for other in chosen
-            ]
-            if not any(near) and len(chosen) < _STARTS:
-                chosen.append(trial)
-        return chosen
+        ranked = sorted(trials, key=lambda trial: trial.chi2)
+        of_kinds = {trial.signature: trial for trial in reversed(ranked)}
+        chosen = sorted(of_kinds.values(), key=lambda trial: trial.chi2)[:_STARTS]
+        apart: list[Trial] = []
+        for trial in ranked:
+            near = (np.all(np.abs(trial.u - one.u) < _APART * (high - low)) for one in apart)
+            if len(apart) < _STARTS and not any(near):
+                apart.append(trial)
+        return [*chosen, *(trial for trial in apart if all(trial is not one for one in chosen))]
 
     def _glance(self, places: Floats) -> list[Trial]:
         self.computed += len(places)
