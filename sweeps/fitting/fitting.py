@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
 from joblib.parallel import get_active_backend
 
 from stickslip.accessors import register_accessors
@@ -134,12 +135,14 @@ def fit(
 
 def _best(search: Search) -> tuple[Fit, Statistics]:
     """Return the best minimum and its statistics, whose intervals may lead to a better one."""
-    from sweeps.fitting.statistics import statistics_of, widened
+    from sweeps.fitting.statistics import Determination, statistics_of, widened
 
     found = search.run()
+    codes = statistics_of(found).determination
+    found = search.along(found, np.flatnonzero(codes != Determination.DETERMINED).tolist())
     for _ in range(_AGAIN):
         known, best = widened(search, found, statistics_of(found))
-        if best.chi2 >= found.trial.chi2 * (1.0 - BETTER):
+        if search.is_exact(found) or best.chi2 >= found.trial.chi2 * (1.0 - BETTER):
             break
         found = search.run([best])
     return found, known

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -28,6 +28,7 @@ _ALIKE, _ALIKE_EXACT, _NEAR = 0.1, 1e-7, 0.1
 # A vector between two others is taken whole: valleys lie askew to the axes.
 _RECOMBINATION = 1.0
 
+_PARTS = 16  # of the box along a parameter that is not determined
 _STARTS, _APART = 3, 0.1  # fits of other kinds, and apart from each other by a part of the box
 
 # Of a fit in lmfit and scipy: relative changes of chi2 and of parameters. The gradient is no
@@ -94,6 +95,26 @@ class Search:
             starts = self._distinct(self.seen)
         best = self._refined(starts, _FEW_EVALUATIONS)
         return self._settled(self._refined([best.trial]))
+
+    def along(self, fit: Fit, numbers: Iterable[int]) -> Fit:
+        """Return the best minimum along parameters (numbers) that a minimum does not determine.
+
+        They lie along a valley, whose floor may have several minima: fits begin at the best trial
+        in each part of the box along each of them.
+        """
+        starts: dict[int, Trial] = {}
+        for number in numbers:
+            low, high = self.model.free[number].box
+            parts: dict[int, Trial] = {}
+            for trial in sorted(self.seen, key=lambda trial: -trial.chi2):
+                parts[math.floor(_PARTS * (trial.u[number] - low) / (high - low))] = trial
+            starts |= {id(trial): trial for trial in parts.values()}
+        if not starts or self.is_exact(fit):
+            return fit
+        better = self._refined([*starts.values()], _FEW_EVALUATIONS)
+        if better.trial.chi2 >= fit.trial.chi2 * (1.0 - _IMPROVED):
+            return fit
+        return self._settled(self._refined([better.trial]))
 
     def _settled(self, fit: Fit) -> Fit:
         """Return a minimum after some steps of Gauss and Newton, where they lead within it.
@@ -188,6 +209,10 @@ class Search:
         slopes = iter(self.model.all_slopes(given, PATIENCE))
         self.computed += len(fresh) + 2 * len(self.model.free) * len(given)
         return [next(trials) if q.trial is None else next(slopes) for q in questions]
+
+    def is_exact(self, fit: Fit) -> bool:
+        """Tell whether the data are met to all digits that count."""
+        return fit.trial.chi2 <= self._least()
 
     def _least(self) -> float:
         """Return what chi2 cannot tell from 0."""
