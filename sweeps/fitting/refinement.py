@@ -145,10 +145,11 @@ class Search:
             generation = self._glance(places.T)
             if not self.sweep:
                 self.sweep = generation
-                refuse_other_units(self.model.data, generation)
             return np.array([trial.chi2 for trial in generation])
 
         def is_found(intermediate_result: OptimizeResult) -> bool:
+            if intermediate_result.nit == 1:  # errors of chi2 itself scipy would take for its own
+                refuse_other_units(self.model.data, self.sweep)
             near = np.ptp(intermediate_result.population, axis=0) < _NEAR * (high - low)
             found = intermediate_result.population_energies
             return bool(near.all() and np.std(found) <= _ALIKE * np.mean(found) + exact)
