@@ -6,16 +6,17 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 WORKERS ?= 2
 
-.PHONY: help demo test test-fast stress faults lint generated docs bench bench-quick tables clean
+.PHONY: help demo extras test test-fast stress faults lint generated docs bench bench-quick tables clean
 
 help:
 	@echo "make demo       Fig. 7 of the paper: results/fig7.nc and its picture"
+	@echo "make extras     what report, explore, fit, .parquet and clusters need"
 	@echo "make test       the test suite, except stress and faults"
 	@echo "make test-fast  the tests that are not marked slow"
 	@echo "make stress     the long tests of the numerics, with every fluid and method"
 	@echo "make faults     the long tests of kills, failing disks and damage, and their table; an hour"
 	@echo "make lint       ruff, mypy and the import contracts"
-	@echo "make generated  the schema of configs and docs/configuration.md"
+	@echo "make generated  the schema of configs, docs/configuration.md and the types of parameters"
 	@echo "make docs       the documentation as a site, with computed tutorial and gallery"
 	@echo "make bench      the benchmarks with pictures and tables; an hour or two, on an idle machine"
 	@echo "make tables     the pictures and tables of the benchmarks from their records"
@@ -28,6 +29,10 @@ demo: $(VENV)/.core
 	@echo
 	@echo "data:    $(CURDIR)/results/fig7.nc"
 	@echo "picture: $(CURDIR)/results/fig7.png"
+
+extras: $(VENV)/.created
+	$(PIP) --editable ".[report,explore,table,fit,dask]"
+	@touch $(VENV)/.core
 
 test: $(VENV)/.dev
 	$(BIN)/python -m pytest -n $(WORKERS)
@@ -64,6 +69,7 @@ tables: $(VENV)/.core
 generated: $(VENV)/.core
 	$(BIN)/stickslip schema > configs/stickslip.schema.json
 	$(BIN)/python docs/configuration.py
+	$(BIN)/python docs/declared.py
 
 SITE := docs/_build
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from stickslip.parameters import ParameterError, Parameters
     from stickslip.phases import phase_diagram
     from stickslip.points import stationary_orbits
+    from stickslip.regime import Regime
     from stickslip.status import IntegrationError, Status
     from stickslip.trajectory import simulate
 
@@ -27,6 +28,7 @@ _HOMES = {
     "Orbit": "stickslip.orbit",
     "ParameterError": "stickslip.parameters",
     "Parameters": "stickslip.parameters",
+    "Regime": "stickslip.regime",
     "Status": "stickslip.status",
     "phase_diagram": "stickslip.phases",
     "propagated": "stickslip.derivatives",
@@ -44,6 +46,7 @@ __all__ = [
     "Orbit",
     "ParameterError",
     "Parameters",
+    "Regime",
     "Status",
     "phase_diagram",
     "propagated",
@@ -60,3 +63,7 @@ def __getattr__(name: str) -> Any:
     value = getattr(import_module(_HOMES[name]), name)
     globals()[name] = value
     return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -12,13 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip.model.drive import full_forces
 from stickslip.options import options_for_orbits
 from stickslip.parameters import Parameters
-from stickslip.points import full_name, orbit_rows, places_of, results_at, rows_of
+from stickslip.points import orbit_rows, places_of, results_at, rows_of
 from stickslip.status import Status
 from stickslip.variables import (
     ENERGY_COEFFICIENTS,
     PARAMETERS,
     RESULT_COLUMNS,
     RESULTS,
+    full_name,
     unbounded,
 )
 
@@ -63,6 +64,10 @@ def sensitivities(
     may be 0 or negative (rheological index, start, coefficients beyond the paper), by the parameter
     itself. A derivative is NaN where the amplitude is 0, where no orbit closes, and where regime,
     meltings or periods of the orbit change within the step: a jump has no derivative.
+
+    >>> ds = sensitivities({"T": [200, 250]}, by=["k", "T"])
+    >>> ds.friction_force_amplitude_sensitivity.sel(parameter="temperature").round(2).values
+    array([-2.31, -5.08])
 
     Parameters
     ----------
@@ -119,6 +124,10 @@ def sensitivities(
 
 def propagated(ds: xr.Dataset, errors: Mapping[str, ArrayLike]) -> xr.Dataset:
     """Return the standard errors of amplitudes that independent errors of parameters cause.
+
+    >>> ds = propagated(sensitivities({"T": 250}, by="T"), {"T": 0.5})
+    >>> round(float(ds.friction_force_amplitude_standard_error), 7)
+    1.34e-05
 
     Parameters
     ----------

@@ -225,7 +225,12 @@ def default_window(noise: str) -> int:
 
 
 class NoiseError(ValueError):
-    """A start at phi = 0 without noise, which would stay liquid forever."""
+    """A start at phi = 0 without noise, which would stay liquid forever.
+
+    >>> stationary_orbit(noise="none")
+    Traceback (most recent call last):
+    stickslip.options.NoiseError: initial_order_parameter (phi_0) = 0 without noise: ...
+    """
 
     def __init__(self) -> None:
         super().__init__(
@@ -236,7 +241,12 @@ class NoiseError(ValueError):
 
 
 class OptionError(ValueError):
-    """An option has a value outside its valid range; the message names each one."""
+    """An option has a value outside its valid range; the message names each one.
+
+    >>> stationary_orbit(rtol=2)
+    Traceback (most recent call last):
+    stickslip.options.OptionError: rtol must be ..., not 2
+    """
 
 
 class Settings(NamedTuple):
@@ -261,6 +271,9 @@ class Options:
     noise 'stochastic'. `stationary_rtol` is the remaining distance to the limit in
     (x/X_m, v/(X_m omega)); `accelerate` extrapolates clearly contracting sequences. `observables`
     names groups of result variables to compute as well.
+
+    >>> Options(rtol=1e-8).method
+    'adaptive'
 
     Raises OptionError for a value outside its valid range.
     """

@@ -39,35 +39,47 @@ _TIGHTEST = 1e-12
 _PHI_0 = Parameters._fields.index("initial_order_parameter")
 
 if TYPE_CHECKING:
-
-    class Orbit(tuple[Any, ...]):
-        """The observables of one stationary orbit, in SI units."""
-
-        _fields: tuple[str, ...]
-
-        def __new__(cls, *args: Any, **kwargs: Any) -> Orbit: ...  # noqa: D102 - a stub
-        def __getattr__(self, name: str) -> Any: ...
-        def _asdict(self) -> dict[str, Any]: ...
-
+    from stickslip.declared import TypedOrbit
 else:
+    TypedOrbit = namedtuple("TypedOrbit", (*RESULT_COLUMNS, "state"), module=__name__)
 
-    def _orbit_as_html(orbit: Any) -> str:
-        """Return the display of a notebook: the status in words, and the observables."""
-        values = {name: getattr(orbit, name) for name in RESULT_COLUMNS}
-        for name in set(RESULT_COLUMNS) - set(asked_columns()):
-            if math.isnan(values[name]):  # not asked for
-                del values[name]
-        return f"<p>{orbit.status.sentence}</p>{value_table(values, RESULTS)}"
 
-    Orbit = namedtuple("Orbit", (*RESULT_COLUMNS, "state"), module=__name__)
-    Orbit.__doc__ = """The observables of one stationary orbit, in SI units.
+class Orbit(TypedOrbit):
+    """The observables of one stationary orbit, in SI units.
 
     `variables.RESULTS` gives their meanings. Unless `status` is ok, the amplitudes are NaN and the
     counts -1; observables are NaN if they were not asked for. `state` is (x, v, ln phi), followed
     by the strain if that relaxes, at the start of a drive period on the orbit, or where the search
-    ended.
+    ended. Two orbits are equal if all of it is, of which NaN equals NaN.
+
+    >>> orbit = stationary_orbit()
+    >>> orbit.status.name, orbit.melting_count, round(orbit.friction_force_amplitude, 6)
+    ('OK', 4, 0.002812)
     """
-    Orbit._repr_html_ = _orbit_as_html
+
+    __slots__ = ()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Orbit) and _comparable(self) == _comparable(other)
+
+    def __hash__(self) -> int:
+        return hash(_comparable(self))
+
+    def _repr_html_(self) -> str:
+        """Return the display of a notebook: the status in words, and the observables."""
+        values = {name: getattr(self, name) for name in RESULT_COLUMNS}
+        for name in set(RESULT_COLUMNS) - set(asked_columns()):
+            if math.isnan(values[name]):  # not asked for
+                del values[name]
+        return f"<p>{self.status.sentence}</p>{value_table(values, RESULTS)}"
+
+
+def _comparable(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return values with None for NaN, which is not equal to itself."""
+    return tuple(
+        _comparable(value) if isinstance(value, tuple) else None if value != value else value
+        for value in values
+    )
 
 
 def prepared_points(points: np.ndarray, noise: str) -> np.ndarray:
@@ -268,6 +280,12 @@ def stationary_orbit(
     observables: str | Iterable[str] = (),
 ) -> Orbit:
     """Return the stationary orbit that the start of `parameters` leads to, and its amplitudes.
+
+    >>> orbit = stationary_orbit(Parameters(temperature=250))
+    >>> orbit.status.name, orbit.regime.name
+    ('OK', 'STICK_SLIP_SYMMETRIC')
+    >>> round(orbit.friction_force_amplitude, 6)
+    0.001322
 
     Parameters
     ----------

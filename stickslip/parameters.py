@@ -5,66 +5,62 @@ Names, units, defaults and valid ranges are declared in `variables.PARAMETERS`.
 
 from __future__ import annotations
 
+import inspect
 from collections import namedtuple
 from collections.abc import Iterable
-from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from stickslip.tables import value_table
-from stickslip.variables import ENERGY_COEFFICIENTS, PARAMETERS, unbounded
+from stickslip.variables import ENERGY_COEFFICIENTS, PARAMETERS, full_names, unbounded
 
 if TYPE_CHECKING:
-
-    class ParameterValues(tuple[float, ...]):
-        """The bare values, unchecked, as compiled code makes them from a row of numbers."""
-
-        _fields: ClassVar[tuple[str, ...]]
-
-        def __new__(cls, *args: Any, **kwargs: Any) -> Self: ...  # noqa: D102 - a stub
-        def __getattr__(self, name: str) -> float: ...
-        def _asdict(self) -> dict[str, float]: ...
-
+    from stickslip.declared import ParameterValues as ParameterValues
+    from stickslip.declared import TypedParameters
 else:
     # No defaults: compiled code that forgets a parameter does not compile.
     ParameterValues = namedtuple("ParameterValues", PARAMETERS, module=__name__)
+    TypedParameters = ParameterValues
 
 
 class ParameterError(ValueError):
-    """A parameter has a value outside its valid range; the message names each one."""
+    """A parameter has a value outside its valid range; the message names each one.
+
+    >>> Parameters(temperature=-1)
+    Traceback (most recent call last):
+    stickslip.parameters.ParameterError: temperature must be at least 0, not -1.0
+    """
 
 
-class Parameters(ParameterValues):
+class Parameters(TypedParameters):
     """The parameters of the model in SI units; the defaults are the paper's Fig. 3.
 
-    Every value is converted to a float (one compiled specialisation) and checked against the
-    ranges of `variables.PARAMETERS`, also by `_replace`.
+    They are given by name or by the paper's symbol. Every value is converted to a float (one
+    compiled specialisation) and checked against its valid range, also by `_replace`.
+
+    >>> film = Parameters(temperature=250, k=1e5)
+    >>> film.viscosity_coefficient
+    100000.0
+    >>> film._replace(γ=-0.5).rheological_index
+    -0.5
 
     Raises
     ------
     ParameterError
         A value is not a number or lies outside its valid range.
     TypeError
-        No parameter has this name.
+        No parameter has this name, or one is given twice.
     """
 
     __slots__ = ()
 
-    def __new__(cls, *args: float, **kwargs: float) -> Self:  # noqa: D102 - see the class
-        refuse_unknown(kwargs)
-        defaults = {name: PARAMETERS[name].default for name in cls._fields[len(args) :]}
-        arguments = ParameterValues(*args, **(defaults | kwargs))
-        values = [_as_float(*item) for item in zip(cls._fields, arguments, strict=True)]
-        complaints = [
-            f"{name} {complaint}"
-            for (name, variable), value in zip(PARAMETERS.items(), values, strict=True)
-            if (complaint := variable.complaint(value))
-        ]
-        by_name = dict(zip(cls._fields, values, strict=True))
-        if not complaints and (growth := unbounded(*(by_name[n] for n in ENERGY_COEFFICIENTS))):
-            complaints.append(f"{growth}: the order parameter would grow without bound")
-        if complaints:
-            raise ParameterError("; ".join(complaints))
-        return super().__new__(cls, *values)
+    if not TYPE_CHECKING:  # there, the names are those of `declared.pyi`
+
+        def __new__(cls, *args: float, **kwargs: float) -> Self:
+            """Check and convert the values."""
+            return super().__new__(cls, *_checked(args, kwargs))
+
+        def _replace(self, **changes: float) -> Self:
+            return type(self)(**(self._asdict() | full_names(changes)))
 
     @classmethod
     def _make(cls, iterable: Iterable[Any]) -> Self:
@@ -73,13 +69,32 @@ class Parameters(ParameterValues):
             raise TypeError(f"expected {len(cls._fields)} values, not {len(values)}")
         return cls(*values)
 
-    def _replace(self, **changes: float) -> Self:
-        return type(self)(**{**self._asdict(), **changes})
-
     def _repr_html_(self) -> str:
         values = self._asdict()
         changed = [name for name, value in values.items() if value != PARAMETERS[name].default]
         return value_table(values, PARAMETERS, bold=changed)
+
+
+def _describe() -> None:
+    """Give `Parameters` the signature and the description that its registry declares."""
+    one = inspect.Parameter.POSITIONAL_OR_KEYWORD
+    signature = inspect.Signature(
+        [
+            inspect.Parameter(name, one, default=variable.default, annotation="float")
+            for name, variable in PARAMETERS.items()
+        ]
+    )
+    described = "".join(
+        f"    {name} : {variable.symbol}, {variable.units}, default {variable.default:g}\n"
+        f"        {variable.meaning}\n"
+        for name, variable in PARAMETERS.items()
+    )
+    Parameters.__signature__ = signature  # type: ignore[attr-defined]
+    section = f"Parameters\n    ----------\n{described}\n    Raises\n"
+    Parameters.__doc__ = str(Parameters.__doc__).replace("Raises\n", section, 1)
+
+
+_describe()
 
 
 def given_or_default(parameters: Parameters | None) -> Parameters:
@@ -94,14 +109,30 @@ def given_or_default(parameters: Parameters | None) -> Parameters:
     return parameters
 
 
-def refuse_unknown(names: Iterable[str]) -> None:
-    """Raise TypeError where a name is not that of a parameter, with the one that may be meant."""
-    for name in names:
-        if name not in PARAMETERS:
-            by_symbol = [full for full, known in PARAMETERS.items() if known.symbol == name]
-            near = by_symbol or get_close_matches(name, PARAMETERS, n=1)
-            hint = f"; did you mean {near[0]!r}?" if near else ""
-            raise TypeError(f"Parameters has no parameter {name!r}{hint}")
+def _checked(args: tuple[Any, ...], kwargs: dict[str, Any]) -> list[float]:
+    """Return the values of all parameters; raises TypeError, ParameterError."""
+    names = ParameterValues._fields
+    if len(args) > len(names):
+        raise TypeError(f"there are {len(names)} parameters, not {len(args)}")
+    given = dict(zip(names, args, strict=False))
+    named = full_names(kwargs)
+    if twice := [name for name in named if name in given]:
+        raise TypeError(f"{', '.join(twice)} is given twice, by position and by name")
+    given |= named
+    values = {
+        name: _as_float(name, given.get(name, known.default)) for name, known in PARAMETERS.items()
+    }
+    complaints = [
+        f"{name} {complaint}"
+        for name, variable in PARAMETERS.items()
+        if (complaint := variable.complaint(values[name]))
+    ]
+    growth = None if complaints else unbounded(*(values[n] for n in ENERGY_COEFFICIENTS))
+    if growth:
+        complaints.append(f"{growth}: the order parameter would grow without bound")
+    if complaints:
+        raise ParameterError("; ".join(complaints))
+    return list(values.values())
 
 
 def _as_float(name: str, value: Any) -> float:

@@ -41,6 +41,10 @@ def phase_diagram(
 ) -> xr.Dataset:
     """Return the free energy of a film at some temperatures, and where it melts and solidifies.
 
+    >>> ds = phase_diagram(temperatures=[265, 310])
+    >>> ds.melting_strain.values  # a film above T_c0 melts by itself
+    array([3.9704793e-06, 0.0000000e+00])
+
     Parameters
     ----------
     parameters

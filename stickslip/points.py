@@ -15,12 +15,13 @@ from stickslip.datasets import parameter_scalars, result_variables
 from stickslip.kernels.families import KIND
 from stickslip.options import Options, options_for_orbits
 from stickslip.orbit import compute_orbits, prepare_kernels
-from stickslip.parameters import ParameterError, Parameters, refuse_unknown
+from stickslip.parameters import ParameterError, Parameters
 from stickslip.variables import (
     ENERGY_COEFFICIENTS,
     PARAMETERS,
     RESULT_COLUMNS,
     canonical_name,
+    full_names,
     unbounded,
 )
 
@@ -45,6 +46,10 @@ def stationary_orbits(points: Points, **options: Any) -> xr.Dataset:
 
     Each is that of `stationary_orbit`, bit for bit that of a sweep, at a fraction of the time. The
     threads are those of `joblib.parallel_config(n_jobs=...)`, by default one for each core.
+
+    >>> ds = stationary_orbits({"temperature": [200, 250, 300], "k": 1e5})
+    >>> ds.friction_force_amplitude.round(5).values.tolist()
+    [0.00304, 0.00153, 0.0012]
 
     Parameters
     ----------
@@ -96,7 +101,7 @@ def places_of(points: Points) -> xr.Dataset:
     """
     import xarray as xr
 
-    given = _by_full_name(_columns(points))
+    given = full_names(_columns(points))
     plain = {name: np.asarray(v, dtype=float) for name, v in given.items() if not _is_labelled(v)}
     shape = np.broadcast_shapes(*(values.shape for values in plain.values()))
     dims = [POINT] if len(shape) == 1 else [f"dim_{number}" for number in range(len(shape))]
@@ -160,23 +165,6 @@ def _columns(points: Points) -> Mapping[Any, Any]:
         name: column.to_xarray()
         for name, column in points.rename_axis(points.index.name or POINT).items()
     }
-
-
-def full_name(name: str) -> str:
-    """Return the name of a parameter for its name or symbol; raises TypeError for any other."""
-    known = canonical_name(name)
-    refuse_unknown([known or name])
-    return str(known)
-
-
-def _by_full_name(given: Mapping[Any, Any]) -> dict[str, Any]:
-    values: dict[str, Any] = {}
-    for key, value in given.items():
-        name = full_name(str(key))
-        if name in values:
-            raise TypeError(f"{name} is given twice, by name and by symbol")
-        values[name] = value
-    return values
 
 
 def _is_labelled(values: Any) -> bool:

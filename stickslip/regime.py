@@ -9,6 +9,9 @@ class Regime(IntEnum):
     """The kinds of motion; the values are those of `regime` in a result file.
 
     The first that applies counts: aperiodic, subharmonic, liquid, locked, stick-slip.
+
+    >>> stationary_orbit().regime.name
+    'STICK_SLIP_SYMMETRIC'
     """
 
     LIQUID = 0

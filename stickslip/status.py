@@ -6,7 +6,11 @@ from enum import IntEnum
 
 
 class Status(IntEnum):
-    """The ways in which a point can end; the values are those of `status` in a result file."""
+    """The ways in which a point can end; the values are those of `status` in a result file.
+
+    >>> Status(0).name, Status.OK.is_result
+    ('OK', True)
+    """
 
     OK = 0
     NOT_STATIONARY = 1
@@ -69,7 +73,14 @@ _SENTENCES = {
 
 
 class IntegrationError(RuntimeError):
-    """A trajectory or orbit that could not be computed; `status` tells how it ended."""
+    """A trajectory or orbit that could not be computed; `status` tells how it ended.
+
+    >>> try:
+    ...     simulate(start="stationary", max_periods=1)
+    ... except IntegrationError as error:
+    ...     print(error.status.name)
+    NOT_STATIONARY
+    """
 
     def __init__(self, status: Status, context: str = "") -> None:
         super().__init__(f"{context}{status.sentence}")

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from stickslip.symbols import as_html
 from stickslip.variables import Variable
 
+_POWER = re.compile(r"(-?\d+)")
 _CELL = "text-align: left; padding: 0 1em 0 0"
 
 
@@ -24,9 +27,10 @@ def value_table(
 
 
 def _row(variable: Variable, value: Any, bold: bool) -> str:
-    units = "" if variable.units == "1" else variable.units
-    cells = [variable.name, variable.symbol, _text(value), units]
-    inner = "".join(f'<td style="{_CELL}">{html.escape(cell)}</td>' for cell in cells)
+    units = "" if variable.units == "1" else _POWER.sub(r"<sup>\1</sup>", variable.units)
+    symbol = as_html(f"${variable.tex}$")
+    cells = [html.escape(variable.name), symbol, html.escape(_text(value)), units.replace("-", "−")]
+    inner = "".join(f'<td style="{_CELL}">{cell}</td>' for cell in cells)
     weight = ' style="font-weight: bold"' if bold else ""
     return f'<tr title="{html.escape(variable.meaning)}"{weight}>{inner}</tr>'
 

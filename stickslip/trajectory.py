@@ -28,7 +28,7 @@ from stickslip.parameters import Parameters, given_or_default
 from stickslip.pulling import pulled
 from stickslip.stability import step_as_text
 from stickslip.status import IntegrationError, Status
-from stickslip.variables import PARAMETERS, STARTING, TRAJECTORY
+from stickslip.variables import PARAMETERS, STARTING, TRAJECTORY, full_names
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,6 +69,13 @@ def simulate(
     max_periods: int = DEFAULTS.max_periods,
 ) -> xr.Dataset:
     """Return the time courses of one trajectory over a number of drive periods.
+
+    >>> path = simulate(Parameters(temperature=250), periods=2, samples_per_period=100)
+    >>> path.sizes["elapsed_time"]
+    201
+    >>> pulled = simulate(drive=2e-6, duration=1)
+    >>> pulled.attrs["motion"]
+    'stick-slip'
 
     Parameters
     ----------
@@ -122,7 +129,8 @@ def simulate(
     """
     if periods < 1 or samples_per_period < 1:
         raise ValueError("periods and samples_per_period must be at least 1")
-    sections = _sections(given_or_default(parameters), schedule or {})
+    scheduled = _scheduled(schedule or {})
+    sections = _sections(given_or_default(parameters), scheduled)
     options = Options(
         method=method,
         rtol=rtol,
@@ -147,7 +155,7 @@ def simulate(
         register_accessors()
         prepared = Parameters(*points[0])
         return pulled(prepared, course_of(drive), duration, samples, state, options)
-    run = _Run(sections, points, options, periods, samples_per_period, tuple(schedule or ()))
+    run = _Run(sections, points, options, periods, samples_per_period, tuple(scheduled))
     register_accessors()
     if not options.physics.chance:
         return run.path(state, new_stream())
@@ -206,21 +214,29 @@ def _together(paths: list[xr.Dataset]) -> xr.Dataset:
     return together.assign_coords({REALIZATION: (REALIZATION, np.arange(len(paths)), attrs)})
 
 
-def _sections(parameters: Parameters, schedule: Mapping[str, Sequence[float]]) -> list[Parameters]:
-    """The parameters of each section of a run."""
+def _scheduled(schedule: Mapping[str, Sequence[float]]) -> dict[str, Sequence[float]]:
+    """Return the values of a schedule by the full names of its parameters, or say what is wrong."""
     # Whoever calls without a type checker may give anything.
     is_mapping: bool = isinstance(schedule, Mapping)
     if not is_mapping or any(np.ndim(values) != 1 for values in schedule.values()):
         raise TypeError(f"schedule must map parameters to lists of values, not {schedule!r}")
-    if starting := [name for name in schedule if name in STARTING]:
+    scheduled = full_names(schedule)
+    if starting := [name for name in scheduled if name in STARTING]:
         raise ValueError(f"{', '.join(starting)} cannot be scheduled: a run begins once")
-    if len({len(values) for values in schedule.values()} or {1}) > 1 or not all(
-        len(values) for values in schedule.values()
+    if len({len(values) for values in scheduled.values()} or {1}) > 1 or not all(
+        len(values) for values in scheduled.values()
     ):
-        listed = ", ".join(f"{name} {len(values)}" for name, values in schedule.items())
+        listed = ", ".join(f"{name} {len(values)}" for name, values in scheduled.items())
         raise ValueError(f"scheduled parameters need equally many values, but have: {listed}")
-    steps: Iterable[tuple[float, ...]] = zip(*schedule.values(), strict=True) if schedule else [()]
-    return [parameters._replace(**dict(zip(schedule, step, strict=True))) for step in steps]
+    return scheduled
+
+
+def _sections(parameters: Parameters, scheduled: Mapping[str, Sequence[float]]) -> list[Parameters]:
+    """Return the parameters of each section."""
+    steps: Iterable[tuple[float, ...]] = (
+        zip(*scheduled.values(), strict=True) if scheduled else [()]
+    )
+    return [parameters._replace(**dict(zip(scheduled, step, strict=True))) for step in steps]
 
 
 def _refuse_unstable(points: np.ndarray, options: Options) -> None:

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import math
 import sys
+import unicodedata
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -103,6 +105,7 @@ def _not_negative(
 
 
 _V = TypeVar("_V", bound=Variable)
+_Value = TypeVar("_Value")
 
 
 def _by_name(*variables: _V) -> Mapping[str, _V]:
@@ -379,7 +382,57 @@ BY_SYMBOL: Mapping[str, str] = MappingProxyType(
     {variable.symbol: name for name, variable in PARAMETERS.items()}
 )
 
+_RESULT_BY_SYMBOL = {variable.symbol: name for name, variable in RESULTS.items()}
+
+GREEK = {
+    letter: unicodedata.lookup(f"GREEK SMALL LETTER {letter}")
+    for letter in ("alpha", "gamma", "delta", "sigma", "tau", "phi", "omega")
+}
+"""Greek letters by the names that symbols have for them."""
+
+# How a symbol may be spelled besides: as pictures and pages print it. U+03D5 is another phi.
+_SPELLINGS = str.maketrans(
+    {greek: name for name, greek in GREEK.items()}
+    | {"\u03d5": "phi", "\u2098": "_m"}
+    | {chr(0x2080 + digit): f"_{digit}" for digit in range(10)}
+)
+
 
 def canonical_name(name: str) -> str | None:
-    """Return the full name of a parameter for its name or the paper's symbol; None if unknown."""
-    return name if name in PARAMETERS else BY_SYMBOL.get(name)
+    """Return the full name of a parameter for its name or the paper's symbol; None if unknown.
+
+    Symbols may have Greek letters and subscripts: `gamma`, `γ`; `phi_0`, `φ_0`, `φ₀`.
+    """
+    return name if name in PARAMETERS else BY_SYMBOL.get(name.translate(_SPELLINGS))
+
+
+def canonical_result(name: str) -> str | None:
+    """Return the full name of a result variable for its name or symbol; None if unknown."""
+    return name if name in RESULTS else _RESULT_BY_SYMBOL.get(name.translate(_SPELLINGS))
+
+
+def full_name(name: str) -> str:
+    """Return the full name of a parameter for its name or symbol; raises TypeError for any other.
+
+    The message has the one that may be meant.
+    """
+    known = canonical_name(name)
+    if known is None:
+        near = get_close_matches(name, [*PARAMETERS, *BY_SYMBOL], n=1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise TypeError(f"there is no parameter {name!r}{hint}")
+    return known
+
+
+def full_names(given: Mapping[Any, _Value]) -> dict[str, _Value]:
+    """Return values by the full names of parameters, which are given by name or symbol.
+
+    Raises TypeError for what is no parameter, and for one that is given twice.
+    """
+    values: dict[str, _Value] = {}
+    for key, value in given.items():
+        name = full_name(str(key))
+        if name in values:
+            raise TypeError(f"{name} is given twice, by name and by symbol")
+        values[name] = value
+    return values

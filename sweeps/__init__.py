@@ -6,12 +6,17 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from sweeps.accessor import StickslipAccessor
     from sweeps.engine.run import run
     from sweeps.fitting.fitting import fit
 
-__all__ = ["fit", "run"]
+__all__ = ["StickslipAccessor", "fit", "run"]
 
-_HOMES = {"fit": "sweeps.fitting.fitting", "run": "sweeps.engine.run"}
+_HOMES = {
+    "StickslipAccessor": "sweeps.accessor",
+    "fit": "sweeps.fitting.fitting",
+    "run": "sweeps.engine.run",
+}
 
 
 def __getattr__(name: str) -> Any:
@@ -19,3 +24,7 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'sweeps' has no attribute {name!r}")
     found = globals()[name] = getattr(importlib.import_module(_HOMES[name]), name)
     return found
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import fields
 
 import numpy as np
@@ -45,6 +46,16 @@ def test_counts_are_integers_and_the_status_is_a_status() -> None:
         assert type(getattr(orbit, name)) is (int if name in COUNTS else float)
     assert orbit.status is Status.OK
     assert orbit.regime is Regime.STICK_SLIP_SYMMETRIC
+
+
+def test_an_orbit_is_equal_to_its_pickle() -> None:
+    """Those of its numbers that are NaN as well."""
+    for orbit in (stationary_orbit(), stationary_orbit(max_periods=1)):
+        again = pickle.loads(pickle.dumps(orbit))
+        assert again == orbit
+        assert hash(again) == hash(orbit)
+        assert again != orbit._replace(asymmetry=0.5)
+        assert again != tuple(orbit)
 
 
 def test_the_paper_is_the_default() -> None:

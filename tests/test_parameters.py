@@ -1,6 +1,7 @@
 """Parameters: defaults, bounds from both sides, coercion to float, one compiled signature."""
 
 import copy
+import inspect
 import math
 import pickle
 from collections.abc import Callable
@@ -15,9 +16,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip import phase_diagram, simulate, stationary_orbit
+from stickslip import phase_diagram, simulate, stationary_orbit, stationary_orbits
 from stickslip.parameters import ParameterError, Parameters, ParameterValues
 from stickslip.variables import PARAMETERS, ParameterVariable
+from sweeps.config.load import from_mapping
 
 TINY = 5e-324  # the smallest positive float
 
@@ -114,7 +116,7 @@ def test_arguments_of_another_type_are_refused_with_what_is_meant(call: Callable
 
 @pytest.mark.parametrize(
     ("wrong", "meant"),
-    [("temprature", "temperature"), ("T", "temperature"), ("K", "spring_stiffness")],
+    [("temprature", "temperature"), ("gama", "gamma"), ("X_", "X_m")],
 )
 def test_an_unknown_name_is_refused_with_the_one_that_is_meant(wrong: str, meant: str):
     with pytest.raises(TypeError, match=rf"no parameter '{wrong}'; did you mean '{meant}'\?"):
@@ -191,3 +193,31 @@ def test_accepted_exactly_where_the_registry_does_not_complain(name: str, value:
     else:
         bound = {"sextic_coefficient": 1.0} if name in BOUNDED else {}
         assert getattr(Parameters(**{name: value} | bound), name) == value
+
+
+def test_parameters_are_given_by_name_symbol_or_greek_letter() -> None:
+    by_name = Parameters(rheological_index=-0.5, initial_order_parameter=0.1, temperature=250)
+    assert Parameters(gamma=-0.5, phi_0=0.1, T=250) == by_name
+    assert Parameters(γ=-0.5, φ_0=0.1, T=250) == by_name
+    assert Parameters(**{"γ": -0.5, "φ₀": 0.1, "T": 250}) == by_name
+    assert Parameters()._replace(γ=-0.5, φ_0=0.1, T=250) == by_name
+    assert stationary_orbits({"γ": [-0.5], "ω": 12.0}).rheological_index.item() == -0.5
+    assert from_mapping({"sweep": {"ω": [5, 10]}}).sweep.keys() == {"angular_frequency"}
+    path = simulate(periods=1, samples_per_period=4, schedule={"T": [200, 250], "ω": [10, 11]})
+    assert path.temperature.dims == ("elapsed_time",)
+
+
+@pytest.mark.parametrize("twice", [{"T": 1, "temperature": 2}, {"γ": 0.1, "gamma": 0.2}])
+def test_a_parameter_given_twice_is_refused(twice: dict[str, float]) -> None:
+    with pytest.raises(TypeError, match="is given twice, by name and by symbol"):
+        Parameters(**twice)
+    with pytest.raises(TypeError, match="twice, by position and by name"):
+        Parameters(200, T=250)
+
+
+def test_the_signature_shows_all_names_and_defaults() -> None:
+    """As Shift-Tab in a notebook does."""
+    shown = inspect.signature(Parameters).parameters
+    assert {name: each.default for name, each in shown.items()} == Parameters()._asdict()
+    description = inspect.getdoc(Parameters)
+    assert all(f"{name} : {v.symbol}, {v.units}" in description for name, v in PARAMETERS.items())

@@ -24,6 +24,13 @@ def test_an_orbit_says_how_it_ended_and_what_was_measured() -> None:
     assert f"{orbit.friction_force_amplitude:.7g}" in shown
 
 
+def test_symbols_and_units_have_true_indices_and_powers() -> None:
+    assert "σ<sub>el,max</sub>" in stationary_orbit(rtol=1e-4)._repr_html_()
+    shown = Parameters()._repr_html_()
+    assert "m<sup>3</sup> J<sup>−1</sup> s<sup>−1</sup>" in shown
+    assert ">φ<sub>0</sub><" in shown
+
+
 def test_what_a_table_holds_is_escaped() -> None:
     table = value_table({"temperature": "<script>"}, PARAMETERS)
     assert "<script>" not in table

@@ -169,6 +169,8 @@ if TYPE_CHECKING:
         speed is that of the whole pull: |X_m| omega.
         """
 
+        def __getattr__(self, name: str) -> float: ...
+
 else:
     PulledParameters = namedtuple(
         "PulledParameters", (*ParameterValues._fields, *_SECTION), module=__name__

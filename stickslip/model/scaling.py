@@ -61,6 +61,8 @@ if TYPE_CHECKING:
     class Reduced(ParameterValues):
         """The remaining parameters in the point's own units, then `DERIVED` and `OF_HARMONICS`."""
 
+        def __getattr__(self, name: str) -> float: ...
+
 else:
     Reduced = namedtuple("Reduced", (*KEPT, *DERIVED, *OF_HARMONICS), module=__name__)
 

@@ -55,6 +55,10 @@ def run(
     In memory, `joblib.parallel_config(backend=..., n_jobs=...)` decides where it is computed, as
     for other packages that use joblib, then `execution` in the config, by default threads.
 
+    >>> ds = run({"sweep": {"T": [200, 250], "omega": [10, 12]}})
+    >>> ds.friction_force_amplitude.dims
+    ('temperature', 'angular_frequency')
+
     Parameters
     ----------
     source

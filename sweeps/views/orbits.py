@@ -56,7 +56,7 @@ def motions(
 
     points = [point_of(ds.isel(place)) for place in places]
     _remember_lines(points)
-    with ThreadPoolExecutor(workers or Execution().workers) as pool:
+    with ThreadPoolExecutor(workers or Execution().slots) as pool:
         return [*map(computed, points[:1]), *pool.map(computed, points[1:])]
 
 

@@ -200,7 +200,7 @@ def point_of(ds: xr.Dataset, at: Iterable[str] = (), **where: Any) -> Point:
     except ValueError as error:
         raise PointError(str(error)) from None
     _refuse_open_axes(ds, place)
-    return _point(ds.isel(place).squeeze())
+    return _point(ds.isel(place).squeeze().compute())  # of arrays of dask, this point alone
 
 
 def _refuse_open_axes(ds: xr.Dataset, place: Mapping[str, int]) -> None:

@@ -67,6 +67,8 @@ if TYPE_CHECKING:
         weakest: float
         strongest: float
 
+        def __getattr__(self, name: str) -> float: ...
+
 else:
     StepParameters = namedtuple(
         "StepParameters", (*_KEPT, *_DERIVED, *HARMONIC_AMPLITUDES), module=__name__

@@ -129,7 +129,7 @@ def map_of(ds: xr.Dataset, kind: Kind, workers: int | None = None) -> Map:
         multipliers=multipliers.values,
         config=_config_of(ds),
         kind=kind,
-        workers=workers or Execution().workers,
+        workers=workers or Execution().slots,
     )
 
 

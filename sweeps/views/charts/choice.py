@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import xarray as xr
 
+from stickslip.symbols import plain
 from stickslip.variables import RESULTS
 from sweeps.figures.colours import colours_of, is_discrete
 from sweeps.figures.curves import axis_limits, curves_of
@@ -20,7 +21,6 @@ from sweeps.figures.scatter import cases_to_scatter, fits_log
 from sweeps.figures.style import styled
 from sweeps.grid import CASE, DIRECTION
 from sweeps.views.charts.kinds import Cells, Chart, Cloud, Curves, Place
-from sweeps.views.symbols import plain
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import numpy as np
 from bokeh.models import ColumnDataSource, FixedTicker, HoverTool, Range1d
 from bokeh.plotting import figure
 
+from stickslip.symbols import plain
 from sweeps.figures.curves import Curve
 from sweeps.figures.jumps import break_line
 from sweeps.figures.layout import Axis
@@ -29,7 +30,6 @@ from sweeps.views.charts.scales import (
     put_legend_above,
     round_numbers,
 )
-from sweeps.views.symbols import plain
 
 _HEIGHT, _LOW = 460, 200  # pixels; a strip is low
 _DOT, _SMALL_DOT, _FEW = 4.0, 2.0, 40  # pixels: of few points beyond the line, and of more

@@ -9,10 +9,10 @@ import xarray as xr
 from bokeh.models import ColumnDataSource, Legend, LegendItem, Span
 from bokeh.plotting import figure
 
+from stickslip.symbols import plain
 from sweeps.figures.labels import Array, shown
 from sweeps.figures.motion.traces import ALONE, LOWER, UPPER, Trace
 from sweeps.views.charts.scales import line_style, new_figure
-from sweeps.views.symbols import plain
 
 _COURSES = (
     (Trace("lower_displacement", style=LOWER), Trace("upper_displacement", style=UPPER)),

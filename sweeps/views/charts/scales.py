@@ -20,12 +20,12 @@ from bokeh.models import (
 from bokeh.plotting import figure
 from matplotlib.colors import LogNorm, to_hex
 
+from stickslip.symbols import plain
 from sweeps.figures.colours import Colours, code_name
 from sweeps.figures.layout import Axis
 from sweeps.figures.maps import STRIP
 from sweeps.figures.style import GREY, CurveStyle
 from sweeps.views.charts.kinds import ends_of
-from sweeps.views.symbols import plain
 
 _SHADES = 256
 _DECADES = 4  # of an axis on which 2 and 5 are named too

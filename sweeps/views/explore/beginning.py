@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.parameters import Parameters
+from stickslip.symbols import plain
 from stickslip.variables import PARAMETERS
 from sweeps.config.load import Config, from_mapping
 from sweeps.config.schema import Integrator, Simulation
 from sweeps.figures.labels import parameters_along, shown_number, slice_label
 from sweeps.views.explore.ranges import Scale, scales_of
 from sweeps.views.points import Point, point_of
-from sweeps.views.symbols import plain
 
 if TYPE_CHECKING:
     import xarray as xr

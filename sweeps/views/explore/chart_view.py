@@ -14,6 +14,7 @@ from bokeh.models import Checkbox, Column, Div, Select, Slider
 from bokeh.plotting import figure
 
 from stickslip.orbit import Orbit
+from stickslip.symbols import plain
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.borders import are_over, axes_of, elsewhere_than
@@ -27,7 +28,6 @@ from sweeps.views.charts.drawing import draw
 from sweeps.views.charts.kinds import Cells, Chart, Place
 from sweeps.views.explore.beginning import Opened
 from sweeps.views.explore.spot import spot_of
-from sweeps.views.symbols import plain
 
 _AUTOMATIC = "automatic"
 _NARROW = 130  # pixels

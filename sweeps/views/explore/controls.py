@@ -10,11 +10,11 @@ from bokeh.layouts import column, row
 from bokeh.models import Column, Div, Row, Slider, TextInput
 
 from stickslip.parameters import ParameterError, Parameters
+from stickslip.symbols import as_html, plain
 from stickslip.variables import PARAMETERS, ParameterVariable
 from sweeps.config.numbers import number
 from sweeps.figures.labels import typeset_units
 from sweeps.views.explore.ranges import Scale, exact_text, short_text
-from sweeps.views.symbols import as_html, plain
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "main": (

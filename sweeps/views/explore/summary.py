@@ -12,12 +12,12 @@ from stickslip.orbit import Orbit
 from stickslip.parameters import Parameters
 from stickslip.regime import Regime
 from stickslip.status import Status
+from stickslip.symbols import as_html
 from stickslip.variables import RESULTS
 from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.colours import code_name, kind_colour
 from sweeps.figures.labels import shown_number
 from sweeps.views.explore.motion import Motion
-from sweeps.views.symbols import as_html
 
 _SMALL_PART = 0.01  # of the full force: errors of smaller amplitudes are relative to it
 _FEWEST, _MOST = 2, 7  # digits of an amplitude

@@ -13,6 +13,7 @@ import xarray as xr
 from bokeh.layouts import column
 from bokeh.models import Model
 
+from stickslip.symbols import plain
 from stickslip.variables import PARAMETERS
 from sweeps.figures import data_of
 from sweeps.figures.borders import axes_of, require_borders_of
@@ -50,7 +51,6 @@ from sweeps.views.report.sheets import (
     sheets_of,
     views_of,
 )
-from sweeps.views.symbols import plain
 
 _PORTRAIT = 440  # pixels high
 

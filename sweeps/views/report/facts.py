@@ -12,13 +12,13 @@ import numpy as np
 import xarray as xr
 
 from stickslip.regime import Regime
+from stickslip.symbols import as_html, plain
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.figures.colours import code_name, code_sentence
 from sweeps.figures.labels import shown, slice_label
 from sweeps.figures.missing import trusted
 from sweeps.grid import CASE
 from sweeps.views.report.chosen_points import failed_points, places_of
-from sweeps.views.symbols import as_html, plain
 
 _MOST_FAILURES = 500  # rows that a browser lays out at once
 _LONGEST_TEXT = 200_000  # letters; the cases of a config may be megabytes

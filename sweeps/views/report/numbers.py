@@ -11,6 +11,7 @@ import xarray as xr
 from bokeh.models import ColumnDataSource
 from matplotlib.colors import to_hex
 
+from stickslip.symbols import as_html, plain
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.colours import Colours, code_name, code_sentence, colours_of
@@ -23,7 +24,6 @@ from sweeps.figures.style import GREY
 from sweeps.grid import CASE, DIRECTION
 from sweeps.views.charts.scales import palette_of
 from sweeps.views.report.chosen_points import Numbers, nearest_chosen
-from sweeps.views.symbols import as_html, plain
 
 # What a reader looks at first.
 _FIRST = (*AMPLITUDES, "regime", "status", "amplitude_error")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from stickslip.symbols import as_html, plain
 from stickslip.variables import PARAMETERS, PHASES, RESULTS, TRAJECTORY
-from sweeps.views.symbols import as_html, plain
 
 ALL = [*PARAMETERS.values(), *TRAJECTORY.values(), *PHASES.values(), *RESULTS.values()]
 
