@@ -21,9 +21,9 @@ from stickslip import stationary_orbits
 from stickslip.variables import PARAMETERS
 from sweeps import fit
 from sweeps.config.load import from_mapping
-from sweeps.fitting.data import read_data
 from sweeps.fitting.fitting import model_of
 from sweeps.fitting.refinement import PATIENCE
+from sweeps.measurements import read_data
 
 SEED, SETS, SOME, FEW = 2026, 200, 24, 2
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,15 +12,25 @@ from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS, canonical_name
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from sweeps.figures.look import Range
+    from sweeps.measurements import Table
     from sweeps.views.boundaries import Kind
     from sweeps.views.points import Point
 
 
 @xr.register_dataset_accessor("stickslip")  # type: ignore[no-untyped-call]
 class StickslipAccessor:
-    """Methods for the result of a sweep or a part of it; `plot` also works on a trajectory."""
+    """Methods for the result of a sweep or a part of it; `plot` also works on a trajectory.
+
+    It is `ds.stickslip`; as `StickslipAccessor(ds)` editors know its methods.
+
+    >>> ds = run({"sweep": {"T": [200, 250]}})
+    >>> StickslipAccessor(ds).at(T=251).orbit().regime.name
+    'STICK_SLIP_SYMMETRIC'
+    """
 
     def __init__(self, ds: xr.Dataset) -> None:
         self._ds = ds
@@ -29,6 +40,10 @@ class StickslipAccessor:
 
         Its `.orbit()`, `.simulate()` and `.portrait()` compute it again. Raises PointError if the
         values do not single out one point.
+
+        >>> ds = run({"sweep": {"T": [200, 250]}})
+        >>> ds.stickslip.at(T=251).parameters.temperature
+        250.0
         """
         from sweeps.views.points import point_of
 
@@ -38,6 +53,10 @@ class StickslipAccessor:
         """Return the Dataset with NaN in all result variables of failed and pending points.
 
         Counts and flags become floats, since integers have no NaN.
+
+        >>> ds = run({"sweep": {"T": [200, 250]}})
+        >>> ds.stickslip.ok().melting_count.values
+        array([4., 2.])
         """
         results = [status for status in Status if status.is_result]
         valid = self._ds["status"].isin(results)
@@ -46,7 +65,7 @@ class StickslipAccessor:
 
     def plot(
         self,
-        variable: str | None = None,
+        variable: str | Sequence[str] | None = None,
         *,
         x: str | None = None,
         y: str | None = None,
@@ -57,25 +76,56 @@ class StickslipAccessor:
         log: str = "",
         figure: str | None = None,
         boundaries: xr.Dataset | None = None,
-    ) -> Figure:
+        data: Table | None = None,
+        ax: Axes | None = None,
+        size: tuple[float, float] | None = None,
+        xlim: Range = (None, None),
+        ylim: Range = (None, None),
+        vmin: float | None = None,
+        vmax: float | None = None,
+        letters: bool = False,
+        note: bool = True,
+        title: str | None = None,
+        style: str | Path | None = None,
+    ) -> Figure | Axes:
         """Return the picture that `stickslip plot` draws, with the same options.
 
-        Without `variable` both amplitudes are drawn. `at` cuts axes, such as `{"temperature":
-        228}`; `log` names logarithmic scales, such as 'x,z'; `figure` names a figure instead;
-        `boundaries` are what the method of this name returns, drawn on maps.
+        Without `variable`, a name or several, both amplitudes are drawn. `at` cuts axes, such as
+        `{"temperature": 228}`; `log` names logarithmic scales, such as 'x,z'; `figure` names a
+        figure instead; `boundaries` are what the method of this name returns, drawn on maps; `data`
+        are measured points over curves, as of `sweeps.fit`. `size` is in inches; limits are in the
+        units shown, `vmin` and `vmax` those of colours. Into `ax` a picture of one panel is drawn,
+        without small print and with your own settings of matplotlib, and it is returned.
         Raises ValueError for a choice that the data do not have.
+
+        >>> ds = run({"sweep": {"T": [200, 250, 300], "omega": [10, 12]}})
+        >>> figure = ds.stickslip.plot("F_max", x="T", hue="omega")
         """
-        from sweeps.figures import PlotOptions, draw
+        from sweeps.figures import Look, PlotOptions, draw
         from sweeps.figures.save import displayed
+        from sweeps.measurements import read_data
 
-        cuts = tuple(f"{name}={value}" for name, value in (at or {}).items())
-        options = PlotOptions(variable, x, y, hue, row, col, cuts, log, boundaries=boundaries)
-        return displayed(draw(self._ds, figure, options))
+        cuts = tuple(f"{name}={_cut(value)}" for name, value in (at or {}).items())
+        file = None if style is None else Path(style)
+        look = Look(size, xlim, ylim, (vmin, vmax), letters, note, title, file, ax)
+        options = PlotOptions(
+            *(_several(variable), x, y, hue, row, col, cuts, log),
+            boundaries=boundaries,
+            data=None if data is None else read_data(data),
+            look=look,
+        )
+        drawn = draw(self._ds, figure, options)
+        return displayed(drawn, look) if ax is None else ax
 
-    def map(self, variable: str, x: str | None = None, y: str | None = None, **at: Any) -> Figure:
+    def map(
+        self, variable: str, x: str | None = None, y: str | None = None, **at: Any
+    ) -> Figure | Axes:
         """Return a map of a variable over two axes, others cut by keyword: `map("regime", K=500)`.
 
         By default the axes are the two longest. Raises ValueError as `plot` does.
+
+        >>> ds = run({"sweep": {"T": [200, 250, 300], "omega": [10, 12]}})
+        >>> figure = ds.stickslip.map("regime")
         """
         chosen = {canonical_name(name) or name for name in (*at, x, y) if name is not None}
         free = sorted(
@@ -100,6 +150,10 @@ class StickslipAccessor:
         Each edge between neighbouring points of unlike kinds is bisected, with the parameters and
         options of the sweep; where the crossings of a cell belong together they are joined.
 
+        >>> ds = run({"sweep": {"T": [200, 220, 240, 260, 280, 300]}})
+        >>> ds.stickslip.boundaries(1e-3).temperature.round(0).values
+        array([285.])
+
         Parameters
         ----------
         accuracy
@@ -109,7 +163,7 @@ class StickslipAccessor:
             What must change at a border: the 'regime', or with 'orbit' also `melting_count` or
             `orbit_periods`, which of aperiodic motions mean nothing.
         workers
-            Threads; 2 by default.
+            Threads; by default one for each core that the process may use.
 
         Returns
         -------
@@ -142,14 +196,27 @@ class StickslipAccessor:
         """Write the page of `stickslip report`, which needs no network, and return its path.
 
         `boundaries` are what the method of this name returns, drawn on the map.
+
+        >>> ds = run({"sweep": {"T": [200, 250, 300], "omega": [10, 12]}})
+        >>> page = ds.stickslip.report("regimes.html")
+
         Raises ReportError if no page can be made, StorageError if it cannot be written.
         """
         from sweeps.views.report import write_report
 
         # The page shows commands with this name; a result in memory has no file yet.
         source = self._ds.encoding.get("source", "FILE")
-        write_report(self._ds, Path(path), name=Path(source).name, borders=boundaries)
+        write_report(self._ds.compute(), Path(path), name=Path(source).name, borders=boundaries)
         return Path(path)
+
+
+def _several(variable: str | Sequence[str] | None) -> str | tuple[str, ...] | None:
+    return variable if variable is None or isinstance(variable, str) else tuple(variable)
+
+
+def _cut(value: Any) -> str:
+    """Return a value, or several, as `--at` takes them."""
+    return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
 
 
 def _listed(ds: xr.Dataset) -> str:

@@ -41,6 +41,7 @@ AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
 FIGURES: Mapping[str, FigureEntry] = MappingProxyType(
     {
         "amplitudes": FigureEntry("amplitudes.amplitudes", "sweep", AMPLITUDES),
+        "pairs": FigureEntry("scatter.pairs", "sweep", ("regime",)),
         "time_courses": FigureEntry(
             "motion.traces.time_courses", "trajectory", (*_POSITIONS, *_VELOCITIES, *_FORCES)
         ),

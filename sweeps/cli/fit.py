@@ -59,9 +59,9 @@ def fit(
     Without errors of the data residuals are relative, with a common unknown factor. Beside the
     NetCDF file the picture is written, and the config that computes the fitted curve.
     """
-    from sweeps import fit as fitted
     from sweeps.engine.signals import interruptible
     from sweeps.files.datasets import require_writable
+    from sweeps.fitting.fitting import fit as fitted
 
     target = output or Path("results") / f"{data.stem}-fit.nc"
     _refuse_files(target, [data, config], overwrite=overwrite)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
     from sweeps.config.load import Config
     from sweeps.figures import PlotOptions
+    from sweeps.figures.look import Look
 
 
 def simulate(
@@ -98,6 +100,10 @@ def _axis_option(*flags: str, does: str) -> Any:
     return typer.Option(*flags, metavar="AXIS", help=does)
 
 
+def _limits_option(does: str) -> Any:
+    return typer.Option(metavar="LOW:HIGH", help=f"{does}, in the unit shown.")
+
+
 def plot(
     file: Annotated[Path, typer.Argument(help="Result file of a sweep or a trajectory.")],
     output: Annotated[
@@ -109,8 +115,10 @@ def plot(
         typer.Option(metavar="NAME", help="A figure by name. [default: that of the config]"),
     ] = None,
     variable: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="A result variable. [default: both amplitudes]"),
+        list[str] | None,
+        typer.Option(
+            metavar="NAME", help="A result variable; may be repeated. [default: both amplitudes]"
+        ),
     ] = None,
     x: Annotated[str | None, _axis_option("-x", does="Horizontal axis, by name or symbol.")] = None,
     y: Annotated[str | None, _axis_option("-y", does="Vertical axis, for a map.")] = None,
@@ -125,6 +133,19 @@ def plot(
         str, typer.Option(metavar="x,y,z", help="Logarithmic scales; z is the variable.")
     ] = "",
     boundaries: BoundariesOption = None,
+    data: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.csv", help="Measured points over the curves, as of `fit`."),
+    ] = None,
+    size: Annotated[
+        str, typer.Option(metavar="WxH", help="Inches of the picture, as in 3.37x2.5.")
+    ] = "",
+    xlim: Annotated[str, _limits_option("Ends of the horizontal axis")] = "",
+    ylim: Annotated[str, _limits_option("Ends of the vertical axis")] = "",
+    clim: Annotated[str, _limits_option("Ends of the colours of a map")] = "",
+    letters: Annotated[bool, typer.Option("--letters", help="Name panels (a), (b), ...")] = False,
+    title: Annotated[str | None, typer.Option(metavar="TEXT", help="A title above.")] = None,
+    no_note: Annotated[bool, typer.Option("--no-note", help="No small print below.")] = False,
     style: Annotated[
         Path | None, typer.Option(metavar="FILE", help="A matplotlib style file.")
     ] = None,
@@ -133,9 +154,17 @@ def plot(
     from sweeps.engine.existing import seal_note
     from sweeps.figures import PlotOptions
     from sweeps.files.datasets import open_result
+    from sweeps.measurements import read_data
 
     borders = None if boundaries is None else open_result(boundaries)
-    options = PlotOptions(variable, x, y, hue, row, col, tuple(at or ()), log, style, borders)
+    options = PlotOptions(
+        *(tuple(variable or ()) or None, x, y, hue, row, col, tuple(at or ()), log),
+        boundaries=borders,
+        data=read_data(data) if data else None,
+        look=_look(
+            size, (xlim, ylim, clim), letters=letters, note=not no_note, title=title, style=style
+        ),
+    )
     if options.asks and figure is not None:
         stop_with(
             "--figure names a whole picture: leave out options for variables and axes", Exit.USAGE
@@ -145,7 +174,21 @@ def plot(
         say(f"warning: {note}")
     target = output or (file.with_suffix("") if file.suffix == ".nc" else file)
     _refuse_picture_name(target)
-    _draw(ds, target, figure or _figure_of_config(ds), options)
+    if figure is None and not options.asks:
+        figure, variables = _plot_of_config(ds)
+        options = replace(options, variable=variables)
+    _draw(ds, target, figure, options)
+
+
+def _look(size: str, limits: tuple[str, str, str], **others: Any) -> Look:
+    """Return the look that options mean."""
+    from sweeps.figures.look import Look, range_of, size_of
+
+    try:
+        xlim, ylim, clim = (range_of(text or ":") for text in limits)
+        return Look(size_of(size) if size else None, xlim, ylim, clim, **others)
+    except ValueError as error:
+        stop_with(str(error), Exit.USAGE)
 
 
 def _is_config(name: str) -> bool:
@@ -177,6 +220,7 @@ def _computed_figure(plan: _Planned, folder: Path, workers: int | None, *, progr
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop
     from sweeps.figure_table import FIGURES
+    from sweeps.figures import PlotOptions
     from sweeps.files.datasets import open_result
 
     changes = [*plan.changes, *execution_changes(workers, None, None)]
@@ -190,7 +234,9 @@ def _computed_figure(plan: _Planned, folder: Path, workers: int | None, *, progr
         _write_phases(config, path)
     else:
         _write_trajectories(config, path, progress=progress)
-    _draw(open_result(path), folder / plan.stem, figure)
+    ds = open_result(path)
+    options = PlotOptions(None if plan.figure else _plot_of_config(ds)[1])
+    _draw(ds, folder / plan.stem, figure, options)
     return failures
 
 
@@ -246,24 +292,26 @@ def _draw(
 
     try:
         with storage_errors(f"cannot write {target}"):
-            style = options.style if options else None
-            pictures = save(draw(ds, name, options), target, style)
+            look = options.look if options else None
+            pictures = save(draw(ds, name, options), target, look)
     except ValueError as error:
         stop_with(str(error), Exit.USAGE)
     for picture in pictures:
         print(picture)
 
 
-def _figure_of_config(ds: xr.Dataset) -> str | None:
-    """Return the figure named in the config of a file, if the file holds data for it."""
+def _plot_of_config(ds: xr.Dataset) -> tuple[str | None, tuple[str, ...] | None]:
+    """Return the figure and the variables that a file's config names and it has data for."""
     from sweeps.config.load import ConfigError, from_yaml
     from sweeps.figures import obstacle
 
     try:
-        figure = from_yaml(str(ds.attrs.get("config", "{}"))).plot.figure
+        plot = from_yaml(str(ds.attrs.get("config", "{}"))).plot
     except ConfigError:  # a file of another version
-        return None
-    return None if obstacle(ds, figure) else figure
+        return None, None
+    if variables := tuple(name for name in plot.variables or () if name in ds.variables):
+        return None, variables
+    return None if obstacle(ds, plot.figure) else plot.figure, None
 
 
 def _refuse_picture_name(path: Path) -> None:

@@ -9,7 +9,13 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BeforeValidator
 
-from stickslip.variables import BY_SYMBOL, PARAMETERS, canonical_name
+from stickslip.variables import (
+    BY_SYMBOL,
+    PARAMETERS,
+    RESULTS,
+    canonical_name,
+    canonical_result,
+)
 from sweeps.config.diagnostics import quoted
 from sweeps.human import did_you_mean
 
@@ -90,6 +96,18 @@ def full_name(key: str, *other_keys: str) -> str:
 Finite = Annotated[float, BeforeValidator(finite)]
 Text = Annotated[str, BeforeValidator(text)]
 ParameterName = Annotated[str, AfterValidator(full_name)]
+
+
+def result_name(name: str) -> str:
+    """Return the full name of a result variable for its name or symbol; raises ValueError."""
+    known = canonical_result(name)
+    if known is None:
+        hint = did_you_mean(name, RESULTS) or f"; there are {', '.join(RESULTS)}"
+        raise ValueError(f"unknown result variable {name!r}{hint}")
+    return known
+
+
+ResultName = Annotated[str, AfterValidator(result_name)]
 
 
 def _rational(value: str) -> float:

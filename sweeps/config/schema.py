@@ -38,7 +38,7 @@ from stickslip.variables import BY_SYMBOL, OBSERVABLES, PARAMETERS, canonical_na
 from sweeps.config.axes import Axis
 from sweeps.config.diagnostics import quoted
 from sweeps.config.group import Group
-from sweeps.config.numbers import ParameterName, Text, finite, number, whole
+from sweeps.config.numbers import ParameterName, ResultName, Text, finite, number, whole
 from sweeps.config.pull import Drive
 from sweeps.config.refinement import AxisName, Refine
 from sweeps.config.sample import Sample
@@ -235,7 +235,11 @@ class Film(Section):
 class Execution(Section):
     """Distribution of the work; it never affects the result."""
 
-    workers: Workers = Field(2, description="number of threads or processes")
+    workers: Workers | None = Field(
+        None,
+        description="number of threads or processes; by default one for each core that the "
+        "process may use",
+    )
     backend: Annotated[str, _one_of(EXECUTORS)] = Field(
         next(iter(EXECUTORS)),
         description="; ".join(f"{name}: {entry.meaning}" for name, entry in EXECUTORS.items()),
@@ -247,6 +251,13 @@ class Execution(Section):
         None, description="points per block; by default about a second of work"
     )
 
+    @property
+    def slots(self) -> int:
+        """The number of threads or processes."""
+        import joblib
+
+        return self.workers or int(joblib.cpu_count())
+
 
 class Plot(Section):
     """The picture of the result."""
@@ -257,6 +268,9 @@ class Plot(Section):
             f"{', '.join(names)}: of {drawn}"
             for drawn, names in groupby(FIGURES, key=lambda name: FIGURES[name].drawn)
         ),
+    )
+    variables: list[ResultName] | None = Field(
+        None, description="amplitudes: the result variables to draw; by default both amplitudes"
     )
     elastic_strain: Strain | None = Field(
         None, description="free_energy, landscape: the strain; by default that of Fig. 2"

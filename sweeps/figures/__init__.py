@@ -15,12 +15,13 @@ from matplotlib.figure import Figure
 from sweeps.figure_table import FIGURES, Data
 from sweeps.figures.amplitudes import draw_results
 from sweeps.figures.labels import changed_parameters
+from sweeps.figures.look import Look, finish
 from sweeps.figures.plot_options import PlotOptions
 from sweeps.figures.save import ENDINGS, save
 from sweeps.figures.style import put_note, styled
 from sweeps.human import did_you_mean
 
-__all__ = ["ENDINGS", "PlotOptions", "default_figure", "draw", "obstacle", "save"]
+__all__ = ["ENDINGS", "Look", "PlotOptions", "default_figure", "draw", "obstacle", "save"]
 
 
 def draw(ds: xr.Dataset, figure: str | None = None, options: PlotOptions | None = None) -> Figure:
@@ -33,11 +34,14 @@ def draw(ds: xr.Dataset, figure: str | None = None, options: PlotOptions | None 
     Raises ValueError for an unknown name, and for a figure that the dataset has no data for.
     """
     options = options or PlotOptions()
-    with styled(options.style):
+    look = options.look
+    with styled(look.style, look.frame):
         picture = _chosen(ds, options) if options.asks else _named(ds, figure or default_figure(ds))
         if picture.axes:  # the table of a single point has all parameters, and no axes
             put_note(picture, [changed_parameters(ds)])
-    picture.set_label(str(ds.attrs.get("title", "")))
+        finish(picture, look)
+    if look.axes is None:
+        picture.set_label(str(ds.attrs.get("title", "")))
     return picture
 
 

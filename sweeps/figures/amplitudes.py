@@ -47,8 +47,10 @@ def draw_results(ds: xr.Dataset, options: PlotOptions) -> Figure:
         if is_map:
             figure = draw_maps(ds, layout, variables, options.scales, options.boundaries)
         elif options.boundaries is None:
-            figure = draw_curves(ds, layout, variables, options.scales)
+            figure = draw_curves(ds, layout, variables, options.scales, options.data)
         else:
             raise ValueError("borders are drawn on maps: name the axis -y as well")
+        if is_map and options.data is not None:
+            raise ValueError("measured points are drawn over curves, and this is a map")
     put_note(figure, [at, middle])
     return figure

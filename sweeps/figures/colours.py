@@ -124,7 +124,7 @@ def colours_of(ds: xr.Dataset, name: str, *, log: bool = False) -> Colours:
         return Colours(name, label, ListedColormap(_palette(name, codes)), norm, codes)
     cmap = colormaps[mpl.rcParams["image.cmap"]].with_extremes(bad=GREY)
     scale = LogNorm if log else Normalize
-    return Colours(name, label, cmap, scale(*value_range(ds, name, log=log)))
+    return Colours(name, label, cmap, scale(*value_range(ds, name, log=log, with_zero=False)))
 
 
 def code_name(name: str, code: int) -> str:

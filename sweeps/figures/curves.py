@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -14,36 +15,61 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from stickslip.variables import RESULTS
+from sweeps.figures.data import draw_measured
 from sweeps.figures.jumps import break_line, draw_jumps, jumps
 from sweeps.figures.labels import DIRECTIONS, Array, legend_label, shown
-from sweeps.figures.layout import MANY, Axis, Layout, axis_of, thinned
+from sweeps.figures.layout import MANY, Axis, Layout, axis_of, hue_style, thinned
 from sweeps.figures.missing import missing_notes, missing_points, trusted, value_range
 from sweeps.figures.panels import Panel, facet_panels, label_axes
-from sweeps.figures.style import CurveStyle, curve_style, make_logarithmic, put_legend, put_note
+from sweeps.figures.style import (
+    BLUE,
+    SINGLE,
+    VERMILLION,
+    CurveStyle,
+    curve_style,
+    make_logarithmic,
+    put_legend,
+    put_note,
+)
 from sweeps.grid import DIRECTION
+
+if TYPE_CHECKING:
+    from sweeps.measurements import Measurements
 
 _FEW = 20  # points that are worth a marker each
 _ROW = 0.035  # of a panel's height: one row of crosses for missing points
 _DOWNWARD = (0, (3.0, 2.0))  # dashes
+_UP_AT, _HEAD = 0.6, 9.0  # part of a curve at which its arrow stands; the size of that, in points
+_BAND = 0.2  # opacity
 
 
 @dataclass(frozen=True)
 class Curve:
-    """One curve: values over the axis, where they jump, and its place along the other axes."""
+    """One curve: values over the axis, where they jump, and its place along the other axes.
+
+    `way` is the direction in which it is followed, if in both; `spread` that of values at random.
+    """
 
     label: str
     style: CurveStyle
     values: Array
     jumps: Array
     places: dict[str, int]
+    way: str = ""
+    spread: Array | None = None
 
 
 def draw_curves(
-    ds: xr.Dataset, layout: Layout, variables: Sequence[str], scales: frozenset[str] = frozenset()
+    ds: xr.Dataset,
+    layout: Layout,
+    variables: Sequence[str],
+    scales: frozenset[str] = frozenset(),
+    data: Measurements | None = None,
 ) -> Figure:
     """A row of panels for each variable, which share the x axis, and a column for each facet.
 
     A missing point is a gap in its curve and a cross in the curve's colour at the panel's top.
+    Measured points lie over the curve of their parameters.
     """
     ds, note = thinned(ds, layout.hue, MANY)
     axis = axis_of(ds, str(layout.x), log="x" in scales)
@@ -58,11 +84,16 @@ def draw_curves(
         make_logarithmic(panel.axes, ["x"] * axis.geometric + ["y"] * log)
         low, high = value_range(drawn.dataset, panel.variable, log=log)
         panel.axes.set(ylim=axis_limits(low, high, 1.0 / (1.0 - _ROW * crosses[-1]), log=log))
+    elsewhere = 0
+    if data is not None:
+        for panel in drawn.panels:
+            elsewhere += draw_measured(panel, axis, layout, data)
     label_axes(drawn, axis.label, [shown(ds[name]).label for name in variables])
     if handles := _legend(ds, layout):
         put_legend(drawn.figure, handles)
     missing = missing_notes(drawn.dataset, variables, "× ", log=log)
-    put_note(drawn.figure, [*missing, note, *drawn.notes])
+    apart = f"{elsewhere} measured values are of other parameters: not drawn." if elsewhere else ""
+    put_note(drawn.figure, [*missing, note, *drawn.notes, apart])
     return drawn.figure
 
 
@@ -74,6 +105,11 @@ def _draw_panel(
         x, y = break_line(axis, curve.values, curve.jumps)
         axes.plot(x, y, marker="o", markevery=_marked(y), **curve.style.line())
         draw_jumps(axes, axis, curve.values, curve.jumps, curve.style.colour)
+        _draw_arrow(axes, axis.quantity.values, curve)
+        if curve.spread is not None:
+            ends = curve.values - curve.spread, curve.values + curve.spread
+            look: dict[str, Any] = {"color": curve.style.colour, "alpha": _BAND, "linewidth": 0.0}
+            axes.fill_between(axis.quantity.values, *ends, **look)
         missing = missing_points(panel.dataset.isel(curve.places), variables).values
         row = rows[curve.places.get(str(layout.hue), 0)]
         _draw_crosses(axes, axis.quantity.values[missing], row, curve.style)
@@ -89,21 +125,50 @@ def curves_of(ds: xr.Dataset, layout: Layout, axis: Axis, name: str) -> Iterator
     count = ds.sizes[layout.hue] if layout.hue else 1
     for places in itertools.product(*(range(ds.sizes[dim]) for dim in dims)):
         place = dict(zip(dims, places, strict=True))
-        line, style = ds.isel(place), curve_style(place.get(str(layout.hue), 0), count)
+        line, style = ds.isel(place), hue_style(layout.hue, place.get(str(layout.hue), 0), count)
         labels = [legend_label(ds, layout.hue, place[layout.hue])] if layout.hue else []
+        way = ""
         if layout.both_ways:
             way = str(line[DIRECTION].values)
             style = way_style(style, way)
             labels.append(DIRECTIONS.get(way, way))
         values = shown(trusted(line, name)).values
-        yield Curve(", ".join(labels), style, values, jumps(line, axis.steps, values), place)
+        breaks = jumps(line, axis.steps, values)
+        yield Curve(", ".join(labels), style, values, breaks, place, way, _spread(line, name))
+
+
+def _spread(line: xr.Dataset, name: str) -> Array | None:
+    """Return the standard deviation between drive periods, of motions that are not periodic."""
+    own = f"{name}_spread"
+    if own not in line or not (spread := shown(trusted(line, own)).values).any():
+        return None
+    return np.nan_to_num(spread)
 
 
 def way_style(style: CurveStyle, way: str) -> CurveStyle:
-    """The style of a curve that is followed upward, or downward: dashed and thinner."""
+    """The style of a curve that is followed upward, or downward: dashed and thinner.
+
+    A single curve has a colour for each way instead.
+    """
+    if style == SINGLE:
+        colour, width = (VERMILLION, 2.6) if way == "up" else (BLUE, 1.2)
+        return style._replace(colour=colour, width=width)  # where they coincide both show
     if way == "up":
         return style._replace(dashes="solid")
     return style._replace(dashes=_DOWNWARD, width=0.6 * style.width)
+
+
+def _draw_arrow(axes: Axes, x: Array, curve: Curve) -> None:
+    """Draw the head of an arrow along a curve, where no jump is: it tells the way."""
+    steps = np.flatnonzero(np.isfinite(curve.values[:-1] + curve.values[1:]) & ~curve.jumps)
+    if not curve.way or not steps.size:
+        return
+    upward = curve.way == "up"
+    step = steps[int((_UP_AT if upward else 1.0 - _UP_AT) * (steps.size - 1))]
+    ends = [(x[place], curve.values[place]) for place in (step, step + 1)]
+    tail, head = ends if upward else reversed(ends)
+    arrow = {"arrowstyle": "-|>", "color": curve.style.colour, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", head, tail, arrowprops=arrow | {"mutation_scale": _HEAD}, zorder=4)
 
 
 def _marked(values: Array) -> list[int]:
@@ -149,7 +214,7 @@ def _legend(ds: xr.Dataset, layout: Layout) -> list[Line2D]:
     if layout.hue is not None:
         count = ds.sizes[layout.hue]
         for index in range(count):
-            style = curve_style(index, count)
+            style = hue_style(layout.hue, index, count)
             line = (way_style(style, "up") if ways else style).line()
             handles.append(Line2D([], [], **line, label=legend_label(ds, layout.hue, index)))
     for way in ways:

@@ -15,11 +15,10 @@ from stickslip.variables import RESULTS
 from sweeps.figures.curves import curves_of
 from sweeps.figures.jumps import break_line, draw_jumps
 from sweeps.figures.labels import Array, legend_label, shown, shown_number
-from sweeps.figures.layout import Axis, Layout, axis_of
+from sweeps.figures.layout import Axis, Layout, axis_of, hue_style
 from sweeps.figures.style import (
     SINGLE,
     CurveStyle,
-    curve_style,
     make_logarithmic,
     new_panels,
     put_legend,
@@ -87,7 +86,7 @@ def _parts(ds: xr.Dataset, sweep: xr.Dataset, layout: Layout, name: str) -> Iter
         if layout.hue:
             on = own & (ds[f"{_DATUM}_{layout.hue}"].values == sweep[layout.hue].values[place])
         x = ds[f"{_DATUM}_{layout.x}"].rename(layout.x)[on]
-        yield _Curve(shown(x).values, np.flatnonzero(on), curve_style(place, count))
+        yield _Curve(shown(x).values, np.flatnonzero(on), hue_style(layout.hue, place, count))
 
 
 def _draw_curves(axes: Axes, sweep: xr.Dataset, layout: Layout, axis: Axis, name: str) -> None:
@@ -120,7 +119,7 @@ def _legend(sweep: xr.Dataset, hue: str) -> Iterator[Line2D]:
     count = sweep.sizes[hue]
     for place in range(count):
         label = legend_label(sweep, hue, place)
-        yield Line2D([], [], **curve_style(place, count).line(), label=label)
+        yield Line2D([], [], **hue_style(hue, place, count).line(), label=label)
 
 
 def _fitted(ds: xr.Dataset) -> str:

@@ -19,7 +19,7 @@ from sweeps.figures.labels import (
     slice_label,
 )
 from sweeps.figures.plot_options import ROLES, PlotOptions, named_roles
-from sweeps.figures.style import CURVES
+from sweeps.figures.style import CURVES, CurveStyle, curve_style
 from sweeps.grid import CASE, DIRECTION
 
 MANY = len(CURVES)  # an axis is long when its points would need more curves than there are styles
@@ -140,6 +140,12 @@ def _rank(ds: xr.Dataset, dim: str) -> tuple[bool, bool, int]:
     """Long axes first, then parameters before linked cases, then by length."""
     size = ds.sizes[dim]
     return size <= MANY, dim not in PARAMETERS, -size
+
+
+def hue_style(hue: str | None, index: int, count: int) -> CurveStyle:
+    """Return the style of the curve for a value of the hue: fluids and cases are not ordered."""
+    ordered = hue in PARAMETERS and hue != "rheological_index"
+    return curve_style(index, count, ordered=ordered)
 
 
 def is_scattered(ds: xr.Dataset, dim: str) -> bool:

@@ -26,15 +26,22 @@ def trusted(ds: xr.Dataset, name: str) -> xr.DataArray:
     )
 
 
-def value_range(ds: xr.Dataset, name: str, *, log: bool = False) -> tuple[float, float]:
-    """The range of a variable's trusted values as they are shown, with 0 but on a log scale."""
+def value_range(
+    ds: xr.Dataset, name: str, *, log: bool = False, with_zero: bool = True
+) -> tuple[float, float]:
+    """The range of a variable's trusted values as they are shown; 0 is in it, but for a log scale.
+
+    Without `with_zero` only where all values are the same.
+    """
     values = shown(trusted(ds, name)).values
     values = values[np.isfinite(values) & (values > 0 if log else True)]
     if values.size == 0:
         return (0.1, 1.0) if log else (0.0, 1.0)
     if log:
         return float(values.min()), float(values.max())
-    low, high = float(values.min(initial=0.0)), float(values.max(initial=0.0))
+    low, high = float(values.min()), float(values.max())
+    if with_zero or low == high:
+        low, high = min(low, 0.0), max(high, 0.0)
     return (low, high) if low < high else (0.0, 1.0)
 
 

@@ -66,13 +66,19 @@ def facet_panels(
         _name(figure, axes, column.label, across)
     for unused in grid.flat[len(panels) :]:
         unused.remove()
-    for lowest in grid.flat[len(panels) - across : len(panels)]:
+    for lowest in grid.flat[len(panels) - across : len(panels)] if len(panels) > 1 else ():
         lowest.tick_params(labelbottom=True)
     return Panels(figure, panels, ds, [fewer, fewer_rows])
 
 
 def label_axes(panels: Panels, across: str, up: Sequence[str]) -> None:
     """Label the horizontal axis of each column and the vertical one of each row (`up`, in turn)."""
+    if len(panels.panels) == 1:  # maybe in a figure of somebody else
+        (panel,) = panels.panels
+        panel.axes.set_ylabel(up[0])
+        if panel.axes.xaxis.get_tick_params().get("labelbottom", True):
+            panel.axes.set_xlabel(across)
+        return
     for panel in panels.panels:
         place = panel.axes.get_subplotspec()
         if place is None:

@@ -4,33 +4,35 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
-from stickslip.variables import PARAMETERS, RESULTS, canonical_name
+from stickslip.variables import PARAMETERS, RESULTS, canonical_name, canonical_result
 from sweeps.config.numbers import number
 from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.labels import parameters_along, slice_label
+from sweeps.figures.look import Look
 from sweeps.human import did_you_mean
 
-_BY_SYMBOL = {variable.symbol: name for name, variable in RESULTS.items()}
+if TYPE_CHECKING:
+    from sweeps.measurements import Measurements
 
 ROLES = ("x", "y", "hue", "row", "col")
 
 
 @dataclass(frozen=True)
 class PlotOptions:
-    """A result variable and the roles of axes, by full name or symbol; what is left out is chosen.
+    """Result variables and the roles of axes, by full name or symbol; what is left out is chosen.
 
     `at` has texts such as `temperature=228`: the nearest point of that axis. `log` names
-    logarithmic scales, such as `x,z`; z is the scale of the variable. `style` is a style file;
-    `boundaries` are borders to draw on a map.
+    logarithmic scales, such as `x,z`; z is the scale of the variable. `boundaries` are borders to
+    draw on a map, `data` measurements to draw over curves. The `look` changes nothing of that.
     """
 
-    variable: str | None = None
+    variable: str | tuple[str, ...] | None = None
     x: str | None = None
     y: str | None = None
     hue: str | None = None
@@ -38,14 +40,16 @@ class PlotOptions:
     col: str | None = None
     at: tuple[str, ...] = ()
     log: str = ""
-    style: Path | None = None
     boundaries: xr.Dataset | None = None
+    data: Measurements | None = None
+    look: Look = field(default_factory=Look)
 
     @property
     def asks(self) -> bool:
         """True if any option of the picture of a sweep is chosen."""
         named = (self.variable, *(getattr(self, role) for role in ROLES))
-        return any(named) or bool(self.at) or bool(self.log) or self.boundaries is not None
+        over = self.boundaries is not None or self.data is not None
+        return any(named) or bool(self.at) or bool(self.log) or over
 
     @property
     def scales(self) -> frozenset[str]:
@@ -57,20 +61,25 @@ class PlotOptions:
 
 
 def variables_of(ds: xr.Dataset, options: PlotOptions) -> tuple[str, ...]:
-    """The result variables to draw: the one asked for, or both amplitudes."""
-    name = options.variable
-    if name is None:
+    """The result variables to draw: those asked for, or both amplitudes."""
+    if options.variable is None:
         return AMPLITUDES
-    name = _BY_SYMBOL.get(name, name)
+    asked = (options.variable,) if isinstance(options.variable, str) else options.variable
+    return tuple(_variable(ds, name) for name in asked)
+
+
+def _variable(ds: xr.Dataset, name: str) -> str:
+    name = canonical_result(name) or name
     if name not in RESULTS:
-        hint = did_you_mean(name, RESULTS) or f"; there are {', '.join(RESULTS)}"
+        symbols = (variable.symbol for variable in RESULTS.values())
+        hint = did_you_mean(name, [*symbols, *RESULTS]) or f"; there are {', '.join(RESULTS)}"
         raise ValueError(f"unknown variable '{name}'{hint}")
     if name not in ds.variables:
         group = RESULTS[name].observable
         asking = f" with `observables: [{group}]`" if group else ""
         why = "was not asked for" if group else "is of an older version"
         raise ValueError(f"this file lacks {name}: it {why}; sweep it again{asking}")
-    return (name,)
+    return name
 
 
 def named_roles(ds: xr.Dataset, options: PlotOptions) -> dict[str, str]:

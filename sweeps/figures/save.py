@@ -7,6 +7,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from sweeps.figures.look import Look
 from sweeps.figures.style import styled
 from sweeps.files.atomic import replacing
 
@@ -20,16 +21,17 @@ _ANONYMOUS: dict[str, dict[str, str | None]] = {
 }
 
 
-def save(figure: Figure, path: Path, style: Path | None = None) -> list[Path]:
+def save(figure: Figure, path: Path, look: Look | None = None) -> list[Path]:
     """Write a figure and return the files, complete or not written at all; raises OSError.
 
     A path with the ending `.png`, `.pdf` or `.svg` is that file, any other the stem of a PNG and a
-    PDF. `style` is the style file that the figure was drawn with.
+    PDF. `look` is that which the figure was drawn with.
     """
     # Not with_suffix: a stem like T=1.5 has no ending to replace.
     both = [path.with_name(path.name + suffix) for suffix in _USUAL]
     targets = [path] if path.suffix.lower() in ENDINGS else both
-    with styled(style):
+    look = look or Look()
+    with styled(look.style, look.frame):
         figure.draw_without_rendering()  # the layout is made once: it is half of the work
         figure.set_layout_engine("none")
         pictures = [_render(figure, target.suffix.lower()) for target in targets]
@@ -40,12 +42,12 @@ def save(figure: Figure, path: Path, style: Path | None = None) -> list[Path]:
     return targets
 
 
-def displayed(figure: Figure) -> Figure:
+def displayed(figure: Figure, look: Look | None = None) -> Figure:
     """Return the figure so that a notebook shows it, although pyplot does not know it."""
 
     def png() -> bytes:
         stream = io.BytesIO()
-        with styled():
+        with styled(look.style if look else None):
             figure.savefig(stream, format="png", dpi=120)
         return stream.getvalue()
 

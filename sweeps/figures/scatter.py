@@ -17,7 +17,15 @@ from sweeps.figures.labels import Array, parameters_along, shown
 from sweeps.figures.layout import MANY, is_scattered
 from sweeps.figures.missing import missing_notes, trusted
 from sweeps.figures.plot_options import ROLES, PlotOptions, slice_in_the_middle
-from sweeps.figures.style import BLACK, make_logarithmic, new_panels, put_legend, put_note, width_of
+from sweeps.figures.style import (
+    BLACK,
+    PAGE,
+    make_logarithmic,
+    new_panels,
+    put_legend,
+    put_note,
+    width_of,
+)
 from sweeps.grid import CASE
 
 _ROW, _FRAME = 2.0, 0.7  # inches: a row of panels, what is above and below them
@@ -70,6 +78,34 @@ def draw_scatter(
     figure.align_labels()
     put_note(figure, missing_notes(ds, variables, "Not drawn: "))
     return figure, middle
+
+
+def pairs(ds: xr.Dataset) -> Figure:
+    """The varied parameters of a sample against each other: where each kind of motion lies.
+
+    Raises ValueError for a result without cases in no order that vary two parameters or more.
+    """
+    ds = ds.squeeze()
+    names = parameters_along(ds, CASE) if CASE in ds.dims and is_scattered(ds, CASE) else []
+    if len(names) < 2:
+        raise ValueError("pairs need a sample, or cases in no order, of two parameters or more")
+    ds, middle = slice_in_the_middle(ds, [str(dim) for dim in ds.sizes if dim != CASE])
+    count = len(names) - 1
+    figure, grid = new_panels(count, count, (PAGE, PAGE), sharex="col", sharey="row")
+    colours = colours_of(ds, "regime")
+    for row, up in enumerate(names[1:]):
+        for column, across in enumerate(names[:-1]):
+            axes = grid[row, column]
+            if column > row:
+                axes.remove()
+                continue
+            _draw_cloud(axes, ds, _Cloud(across, up, "regime"), colours, frozenset())
+            axes.set_ylabel(shown(ds[up]).label)
+            axes.label_outer()
+    put_legend(figure, colours.legend)
+    figure.align_labels()
+    put_note(figure, [*missing_notes(ds, ["regime"], "Not drawn: "), middle])
+    return figure
 
 
 def _clouds(ds: xr.Dataset, variables: Sequence[str], options: PlotOptions) -> list[list[_Cloud]]:

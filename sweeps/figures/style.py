@@ -11,6 +11,8 @@ import math
 import re
 import threading
 from collections.abc import Iterator, Sequence
+from contextvars import ContextVar
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,10 +22,12 @@ from cycler import cycler
 from matplotlib import style as mpl_style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
+from matplotlib.ticker import LogFormatterSciNotation
 
 from sweeps.human import did_you_mean
 
@@ -70,6 +74,8 @@ CURVES = (
     CurveStyle(YELLOW, 4.4),
 )
 SINGLE = CurveStyle(BLACK, 1.2)
+# Curves of ordered values; the last tenth of the map is too light for a line on white.
+_ORDERED_WIDTH, _LIGHTEST = 1.4, 0.9
 
 HOUSE: dict[str, Any] = {
     "font.size": 8.0,
@@ -113,15 +119,37 @@ _HANDLE, _PAD, _GAP = 2.6, 0.8, 1.2  # of a legend, in font sizes
 _settings = threading.RLock()
 
 
+@dataclass(frozen=True)
+class Frame:
+    """What a picture is drawn into: a figure of its own size, with small print, or given ones."""
+
+    size: tuple[float, float] | None = None
+    note: bool = True
+    axes: Axes | None = None
+
+
+_USUAL = Frame()
+_frame: ContextVar[Frame] = ContextVar("frame", default=_USUAL)
+
+
 @contextlib.contextmanager
-def styled(file: Path | None = None) -> Iterator[None]:
+def styled(file: Path | None = None, frame: Frame | None = None) -> Iterator[None]:
     """Matplotlib's settings are those of the house and of a style file; then what they were.
 
-    Raises ValueError if the file is none that matplotlib understands.
+    Given axes keep the settings that they were made with. Raises ValueError if the file is none
+    that matplotlib understands.
     """
     own = {} if file is None else style_settings(file)
-    with _settings, mpl_style.context([HOUSE, own, OUTPUT], after_reset=True):
-        yield
+    frame = frame or _USUAL
+    if frame.size is None and "figure.figsize" in own:
+        frame = replace(frame, size=tuple(own["figure.figsize"]))
+    settings = [OUTPUT] if frame.axes else [HOUSE, own, OUTPUT]
+    with _settings, mpl_style.context(settings, after_reset=frame.axes is None):
+        before = _frame.set(frame)
+        try:
+            yield
+        finally:
+            _frame.reset(before)
 
 
 def style_settings(file: Path) -> dict[str, Any]:
@@ -146,17 +174,26 @@ def _require_settings(file: Path) -> None:
             raise ValueError(f"line {number} names no setting of matplotlib{hint}")
 
 
-def curve_style(index: int, count: int) -> CurveStyle:
-    """The style of curve `index` out of `count`, in the colours of the settings."""
+def curve_style(index: int, count: int, *, ordered: bool = False) -> CurveStyle:
+    """The style of curve `index` out of `count`, in the colours of the settings.
+
+    Those of `ordered` values, such as temperatures, come from the map of colours, and are alike.
+    """
     if count == 1:
         return SINGLE
+    if ordered:
+        cmap = mpl.colormaps[mpl.rcParams["image.cmap"]]
+        return CurveStyle(to_hex(cmap(_LIGHTEST * index / (count - 1))), _ORDERED_WIDTH)
     colours = mpl.rcParams["axes.prop_cycle"].by_key().get("color", [BLACK])
     return CURVES[index % len(CURVES)]._replace(colour=colours[index % len(colours)])
 
 
 def new_figure(size: tuple[float, float], layout: str | None = None) -> Figure:
-    """An empty figure of `size` inches with a canvas of its own."""
-    figure = Figure(figsize=size, layout=layout)  # type: ignore[arg-type]
+    """An empty figure of `size` inches, unless another is asked, with a canvas of its own."""
+    frame = _frame.get()
+    if frame.axes is not None:
+        raise ValueError("this picture is a figure of its own: leave ax out")
+    figure = Figure(figsize=frame.size or size, layout=layout)  # type: ignore[arg-type]
     FigureCanvasAgg(figure)
     return figure
 
@@ -164,7 +201,18 @@ def new_figure(size: tuple[float, float], layout: str | None = None) -> Figure:
 def new_panels(
     rows: int, columns: int, size: tuple[float, float], **share: Any
 ) -> tuple[Figure, np.ndarray[Any, np.dtype[Any]]]:
-    """An empty figure of `size` inches and its panels as an array (rows, columns)."""
+    """An empty figure of `size` inches and its panels as an array (rows, columns).
+
+    Raises ValueError where axes were given, and one panel is not enough.
+    """
+    axes = _frame.get().axes
+    if axes is not None and rows * columns == 1:
+        return axes.figure, np.array([[axes]])  # type: ignore[return-value] # or a part of a figure
+    if axes is not None:
+        raise ValueError(
+            f"ax takes a picture of one panel, and this has {rows * columns}: choose one variable, "
+            "and cut the other axes with at"
+        )
     figure = new_figure(size, layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, **share)
     for axes in panels.flat:
@@ -178,10 +226,24 @@ def width_of(columns: int) -> float:
     return COLUMN if columns == 1 else min(PAGE, 1.0 + 2.0 * columns)
 
 
+class _LogFormatter(LogFormatterSciNotation):
+    """Plain numbers where an axis spans less than two decades of usual ones: 200, not 2 x 10^2."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """Return the text of a tick; empty where matplotlib would leave it out."""
+        text = super().__call__(x, pos)
+        low, high = sorted(self.axis.get_view_interval())  # type: ignore[union-attr] # it has one
+        usual = low >= 1e-3 and high < min(1e5, 100.0 * low)
+        return f"{x:g}" if text and usual else str(text)
+
+
 def make_logarithmic(axes: Axes, directions: Sequence[str]) -> None:
     """Logarithmic axes in the `directions` x and y."""
     for direction in directions:
         axes.set(**{f"{direction}scale": "log"})
+        axis = axes.xaxis if direction == "x" else axes.yaxis
+        axis.set_major_formatter(_LogFormatter())
+        axis.set_minor_formatter(_LogFormatter(labelOnlyBase=False))
         axes.tick_params(axis=direction, which="minor", labelsize=SMALL)  # type: ignore[arg-type]
 
 
@@ -204,7 +266,13 @@ def width_in_inches(figure: Figure, text: str, size: str = TEXT) -> float:
 
 
 def put_legend(figure: Figure, handles: Sequence[Line2D]) -> None:
-    """A legend above the panels, where it cannot hide a curve; the figure grows by its height."""
+    """A legend above the panels, where it cannot hide a curve; the figure grows by its height.
+
+    Given axes have it inside.
+    """
+    if (axes := _frame.get().axes) is not None:
+        axes.legend(handles=list(handles))
+        return
     labels = [str(handle.get_label()) for handle in handles]
     length = _HANDLE if any(handle.get_linestyle() != "None" for handle in handles) else 0.8
     beside = (length + _PAD + _GAP) * _inches(TEXT)
@@ -223,7 +291,12 @@ def put_legend(figure: Figure, handles: Sequence[Line2D]) -> None:
 
 
 def put_note(figure: Figure, sentences: Sequence[str]) -> None:
-    """Small print below the panels, under what is there already; the figure grows by its height."""
+    """Small print below the panels, under what is there already; the figure grows by its height.
+
+    None in given axes, and where none is wanted.
+    """
+    if _frame.get().axes is not None or not _frame.get().note:
+        return
     inches = figure.get_figwidth() - 2 * _MARGIN
     lines = [wrapped(figure, sentence, inches, SMALL) for sentence in sentences if sentence]
     if lines:
@@ -233,6 +306,8 @@ def put_note(figure: Figure, sentences: Sequence[str]) -> None:
 
 
 def _grow(figure: Figure, lines: int, size: str) -> None:
+    if _frame.get().size is not None:
+        return
     figure.set_figheight(figure.get_figheight() + lines * _LINE * _inches(size))
 
 

@@ -16,18 +16,18 @@ from sweeps.config.load import Config
 from sweeps.engine.progress import display_of
 from sweeps.engine.settings import options_of, read_config
 from sweeps.exits import ExpectedError
-from sweeps.fitting.data import Measurements, read_data
 from sweeps.fitting.parameters import free_parameters
 from sweeps.fitting.trials import Model
 from sweeps.human import clock
+from sweeps.measurements import Measurements, read_data
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from sweeps.fitting.data import Table
     from sweeps.fitting.parameters import Free
     from sweeps.fitting.refinement import Fit, Search
     from sweeps.fitting.statistics import Statistics
+    from sweeps.measurements import Table
 
 # How often a better minimum is looked for; by what part of chi2 it must be better.
 _AGAIN, BETTER = 3, 1e-4
@@ -72,6 +72,11 @@ def fit(
     Least squares from the best trials of a differential evolution over a wide box around the start,
     which `config` gives: the minimum does not depend on it. Parameters are varied on logarithmic
     scales, those that may be 0 or negative on plain ones.
+
+    >>> data = {"T": [160, 200, 240], "F_max": [4.67e-3, 3.25e-3, 2.38e-3]}
+    >>> ds = fit(data, "k", {"model": {"gamma": -0.55}})
+    >>> ds.parameter_value.round(-3).values
+    array([71000.])
 
     Parameters
     ----------

@@ -13,10 +13,10 @@ from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps.config.load import Config, from_mapping
 from sweeps.engine.in_memory import run_in_memory
-from sweeps.fitting.data import Floats, Measurements, columns_of
 from sweeps.fitting.refinement import PATIENCE, Fit
 from sweeps.fitting.statistics import LEVEL, Determination, Statistics
 from sweeps.fitting.trials import Model
+from sweeps.measurements import Floats, Measurements, columns_of
 
 if TYPE_CHECKING:
     import xarray as xr

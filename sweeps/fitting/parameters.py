@@ -12,8 +12,8 @@ import numpy as np
 from stickslip.parameters import Parameters
 from stickslip.variables import BY_SYMBOL, PARAMETERS, ParameterVariable, canonical_name
 from sweeps.exits import ExpectedError
-from sweeps.fitting.data import Floats
 from sweeps.human import did_you_mean
+from sweeps.measurements import Floats
 
 Range: TypeAlias = tuple[float, float] | None
 Free: TypeAlias = str | Iterable[str] | Mapping[str, Range]

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, differential_evolution
 
-from sweeps.fitting.data import Floats
 from sweeps.fitting.together import Together
 from sweeps.fitting.trials import Budget, Model, Trial, refuse_other_units
+from sweeps.measurements import Floats
 
 # Budgets of trials that only show where to begin, of those that lead to the minimum. Nearly
 # all orbits are found within the first; one that goes on is mostly chaotic and costs hundreds.

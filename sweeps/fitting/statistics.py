@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2, f, t
 
-from sweeps.fitting.data import Floats
 from sweeps.fitting.parameters import FreeParameter
 from sweeps.fitting.refinement import Fit, Minimizer, Search
 from sweeps.fitting.together import Together
 from sweeps.fitting.trials import STEP, Trial
+from sweeps.measurements import Floats
 
 LEVEL = 0.95
 """Probability of an interval."""

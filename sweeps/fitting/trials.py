@@ -19,8 +19,8 @@ from stickslip.points import orbit_rows
 from stickslip.status import Status
 from stickslip.variables import ENERGY_COEFFICIENTS, RESULT_COLUMNS, RESULTS, unbounded
 from sweeps.exits import ExpectedError
-from sweeps.fitting.data import Floats, Measurements
 from sweeps.fitting.parameters import FreeParameter
+from sweeps.measurements import Floats, Measurements
 
 _STATUS = RESULT_COLUMNS.index("status")
 _ERROR = RESULT_COLUMNS.index("amplitude_error")

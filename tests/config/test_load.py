@@ -132,7 +132,9 @@ def test_a_check_sees_sound_configs_only() -> None:
 
 
 def round_trip(config: Config) -> Config:
-    overrides = [f"output={config.output}", f"execution.workers={config.execution.workers}"]
+    overrides = [f"output={config.output}"]
+    if config.execution.workers:
+        overrides.append(f"execution.workers={config.execution.workers}")
     return from_yaml(config.resolved_yaml(), overrides=overrides)
 
 

@@ -233,7 +233,7 @@ def test_the_figure_is_chosen_from_the_dataset():
     ("ds", "figure", "words"),
     [
         (trajectory(), "time_course", "did you mean 'time_courses'"),
-        (trajectory(), "pie", "there are amplitudes, time_courses"),
+        (trajectory(), "pie", "there are amplitudes, pairs, time_courses"),
         (trajectory(), "amplitudes", "draws a sweep, and this file holds none"),
         (
             sweep(temperature=TEMPERATURES),

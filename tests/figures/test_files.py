@@ -24,7 +24,7 @@ from support.pictures import (
 
 from stickslip import phase_diagram
 from sweeps.figure_table import FIGURES
-from sweeps.figures import PlotOptions, draw, obstacle, save
+from sweeps.figures import Look, PlotOptions, draw, obstacle, save
 
 # --- files --------------------------------------------------------------------------------------
 
@@ -80,9 +80,10 @@ def test_fonts_are_truetype_and_words_of_an_svg_stay_words(tmp_path, ds):
 def test_no_style_file_brings_other_fonts_back(tmp_path):
     style = tmp_path / "mine.mplstyle"
     style.write_text("pdf.fonttype: 3\nsvg.fonttype: path\n")
-    figure = draw(sweep(temperature=TEMPERATURES), None, PlotOptions(style=style))
-    assert b"/Type3" not in save(figure, tmp_path / "a.pdf", style)[0].read_bytes()
-    assert "<text" in save(figure, tmp_path / "a.svg", style)[0].read_text(encoding="utf-8")
+    look = Look(style=style)
+    figure = draw(sweep(temperature=TEMPERATURES), None, PlotOptions(look=look))
+    assert b"/Type3" not in save(figure, tmp_path / "a.pdf", look)[0].read_bytes()
+    assert "<text" in save(figure, tmp_path / "a.svg", look)[0].read_text(encoding="utf-8")
 
 
 _HASHED = """
@@ -165,6 +166,8 @@ def test_importing_figures_needs_no_compiler_and_no_pyplot():
 
 def test_every_figure_of_the_table_is_drawn_by_a_function_that_has_its_data():
     for name, entry in FIGURES.items():
+        if name == "pairs":
+            continue  # of a sample: tests/figures/test_scatter.py
         ds = {
             "trajectory": trajectory,
             "sweep": lambda: sweep(temperature=TEMPERATURES),

@@ -78,3 +78,14 @@ def test_a_parameter_sampled_over_decades_has_a_logarithmic_axis(spaced, scale):
     figure = draw(described(ds.assign_coords(spring_stiffness=("case", stiffness))))
     scales = {axes.get_xlabel(): axes.get_xscale() for axes in panels(figure)}
     assert scales == {"$T$ (K)": "linear", "$K$ (N/m)": scale}
+
+
+def test_pairs_show_where_each_kind_lies():
+    ds = described(random_cases(**VARIED))
+    figure = draw(ds, "pairs")
+    assert len(panels(figure)) == 3
+    assert [axes.get_xlabel() for axes in panels(figure)] == ["", "$T$ (K)", "$K$ (N/m)"]
+    assert [axes.get_ylabel() for axes in panels(figure)] == ["$K$ (N/m)", "$M$ (kg)", ""]
+    np.testing.assert_allclose(points(panels(figure)[1]), [ds.temperature, ds.block_mass])
+    with pytest.raises(ValueError, match="of two parameters or more"):
+        draw(described(random_cases(temperature=(150.0, 320.0))), "pairs")

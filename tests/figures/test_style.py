@@ -6,18 +6,19 @@ import matplotlib as mpl
 import pytest
 from support.pictures import TEMPERATURES, curves, panels, sweep
 
-from sweeps.figures import PlotOptions, draw, save
+from sweeps.figures import Look, PlotOptions, draw, save
 
 
 def test_settings_are_afterwards_what_they_were(tmp_path):
     style = tmp_path / "large.mplstyle"
     style.write_text("font.size: 12\naxes.grid: True\n")
     before = dict(mpl.rcParams)
-    save(
-        draw(sweep(temperature=TEMPERATURES), None, PlotOptions(style=style)), tmp_path / "a", style
-    )
+    ds, look = sweep(temperature=TEMPERATURES), Look(style=style)
+    save(draw(ds, None, PlotOptions(look=look)), tmp_path / "a", look)
     with pytest.raises(ValueError, match="unknown variable"):
-        draw(sweep(temperature=TEMPERATURES), None, PlotOptions(variable="x", style=style))
+        draw(
+            sweep(temperature=TEMPERATURES), None, PlotOptions(variable="x", look=Look(style=style))
+        )
     assert dict(mpl.rcParams) == before
 
 
@@ -25,7 +26,9 @@ def test_a_style_file_changes_fonts_and_colours(tmp_path):
     style = tmp_path / "large.mplstyle"
     style.write_text("# mine\nfont.size: 12  # points\naxes.prop_cycle: cycler(color=['red'])\n")
     ds = sweep(temperature=TEMPERATURES, rheological_index=[-0.5, 0.0])
-    usual, large = (panels(draw(ds, None, PlotOptions(style=s)))[0] for s in (None, style))
+    usual, large = (
+        panels(draw(ds, None, PlotOptions(look=Look(style=s))))[0] for s in (None, style)
+    )
     assert usual.yaxis.label.get_size() == 8.0
     assert large.yaxis.label.get_size() == 12.0
     assert {line.get_color() for line in curves(large)} == {"red"}
@@ -54,11 +57,11 @@ def test_a_style_file_that_cannot_be_used_is_refused(tmp_path, text, words):
     if text is not None:
         style.write_text(text)
     with pytest.raises(ValueError, match=words):
-        draw(sweep(temperature=TEMPERATURES), None, PlotOptions(style=style))
+        draw(sweep(temperature=TEMPERATURES), None, PlotOptions(look=Look(style=style)))
 
 
 def test_windows_and_toolbars_are_no_matter_of_style(tmp_path):
     style = tmp_path / "mine.mplstyle"
     style.write_text("backend: TkAgg\ninteractive: True\nfont.size: 9\n")
-    draw(sweep(temperature=TEMPERATURES), None, PlotOptions(style=style))
+    draw(sweep(temperature=TEMPERATURES), None, PlotOptions(look=Look(style=style)))
     assert not mpl.rcParams["interactive"]

@@ -22,7 +22,6 @@ from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import from_mapping
 from sweeps.exits import ExpectedError
 from sweeps.fitting import trials
-from sweeps.fitting.data import read_data
 from sweeps.fitting.fitting import model_of
 from sweeps.fitting.output import table_of
 from sweeps.fitting.refinement import PATIENCE, Fit, Question, Search, minimum
@@ -34,6 +33,7 @@ from sweeps.fitting.statistics import (
     widened,
 )
 from sweeps.fitting.trials import Trial
+from sweeps.measurements import read_data
 
 Floats = NDArray[np.float64]
 T = np.linspace(160.0, 310.0, 10)

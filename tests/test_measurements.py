@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sweeps.fitting.data import DataError, UnreadableError, read_data
+from sweeps.measurements import DataError, UnreadableError, read_data
 
 FIVE = """\
 T,K,F_max,F_max_error

@@ -1,0 +1,113 @@
+"""How a picture is to look, beyond what it shows: size, limits, letters, title, small print."""
+
+from __future__ import annotations
+
+import string
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm
+from matplotlib.figure import Figure
+
+from sweeps.figures.style import TEXT, Frame
+
+Range = tuple[float | None, float | None]
+
+
+@dataclass(frozen=True)
+class Look:
+    """The choices for a picture that leave what it shows as it is.
+
+    `size` is in inches, all of the picture; `xlim`, `ylim` and `clim`, of the colours, are in the
+    units shown, with None for an end that is left alone. `letters` names panels (a), (b), ...;
+    `note` is the small print. `style` is a style file. With `axes` a picture of one panel is drawn
+    into them, with the settings of matplotlib that they were made with.
+
+    Raises ValueError for a size that is not positive, and for limits that do not rise.
+    """
+
+    size: tuple[float, float] | None = None
+    xlim: Range = (None, None)
+    ylim: Range = (None, None)
+    clim: Range = (None, None)
+    letters: bool = False
+    note: bool = True
+    title: str | None = None
+    style: Path | None = None
+    axes: Axes | None = field(default=None, compare=False)
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for a size or limits that cannot be."""
+        if self.size is not None and not all(0.0 < inches < 100.0 for inches in self.size):
+            raise ValueError(f"a size is width and height in inches, not {self.size}")
+        for name in ("xlim", "ylim", "clim"):
+            low, high = getattr(self, name)
+            if low is not None and high is not None and not low < high:
+                raise ValueError(f"{name} must rise, not go from {low!r} to {high!r}")
+
+    @property
+    def frame(self) -> Frame:
+        """What drawing must know of it."""
+        return Frame(self.size, self.note, self.axes)
+
+
+def size_of(text: str) -> tuple[float, float]:
+    """Return the size that a text such as `3.37x2.5` means; raises ValueError."""
+    try:
+        width, height = (float(part) for part in text.lower().split("x"))
+    except ValueError:
+        raise ValueError(
+            f"a size is WIDTHxHEIGHT in inches, as in 3.37x2.5, not {text!r}"
+        ) from None
+    return width, height
+
+
+def range_of(text: str) -> Range:
+    """Return the limits that a text such as `0:3`, `:3` or `0:` means; raises ValueError."""
+    try:
+        low, high = (float(part) if part.strip() else None for part in text.split(":"))
+    except ValueError:
+        raise ValueError(f"limits are LOW:HIGH, as in 0:3, 0: or :3, not {text!r}") from None
+    return low, high
+
+
+def finish(figure: Figure, look: Look) -> None:
+    """Give a picture that is drawn its limits, letters and title."""
+    panels = [look.axes] if look.axes else _panels(figure)
+    for axes in panels:
+        axes.set_xlim(*look.xlim)
+        axes.set_ylim(*look.ylim)
+        _limit_colours(axes, *look.clim)
+    if look.letters:
+        _name(panels)
+    if look.title and look.axes:
+        look.axes.set_title(look.title)
+    elif look.title:
+        figure.suptitle(look.title, fontsize=TEXT)
+
+
+def _panels(figure: Figure) -> list[Axes]:
+    return [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
+
+
+def _limit_colours(axes: Axes, low: float | None, high: float | None) -> None:
+    """Set the ends of a scale of colours; those of kinds have none."""
+    for drawn in axes.collections:
+        if drawn.get_array() is not None and not isinstance(drawn.norm, BoundaryNorm):
+            drawn.set_clim(low, high)
+
+
+def _name(panels: Sequence[Axes]) -> None:
+    for letter, axes in zip(string.ascii_lowercase, panels, strict=False):
+        # Left of the panel's upper corner, where no curve is.
+        axes.annotate(
+            f"({letter})",
+            (0.0, 1.0),
+            xycoords="axes fraction",
+            xytext=(-2.0, 2.0),
+            textcoords="offset points",
+            ha="right",
+            va="bottom",
+        )

@@ -1,0 +1,131 @@
+"""How a picture looks: size, limits, letters, title, small print, axes and points of the user."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from support.pictures import GAMMAS, TEMPERATURES, curves, note, panels, sweep
+
+from sweeps.figures import Look, PlotOptions, draw
+from sweeps.figures.look import range_of, size_of
+from sweeps.measurements import read_data
+
+FORCE = "friction_force_amplitude"
+
+
+@pytest.fixture
+def ds():
+    return sweep(temperature=TEMPERATURES, spring_stiffness=[1000.0, 2000.0, 3000.0])
+
+
+def drawn(ds, *variables, look=None, **options):
+    return draw(ds, None, PlotOptions(variables or None, look=look or Look(), **options))
+
+
+@pytest.mark.parametrize("size", [(3.37, 2.5), (7.0, 3.0)])
+def test_the_size_is_that_of_the_whole_picture(ds, size):
+    assert tuple(drawn(ds, look=Look(size=size)).get_size_inches()) == size
+
+
+def test_a_style_file_may_give_the_size(ds, tmp_path):
+    style = tmp_path / "a.mplstyle"
+    style.write_text("figure.figsize: 3.37, 4.2\n")
+    assert tuple(drawn(ds, look=Look(style=style)).get_size_inches()) == (3.37, 4.2)
+    both = Look(style=style, size=(2.0, 2.0))
+    assert tuple(drawn(ds, look=both).get_size_inches()) == (2.0, 2.0)
+
+
+def test_limits_letters_title_and_no_note(ds):
+    look = Look(xlim=(180.0, None), ylim=(0.0, 3.0), letters=True, title="My oil", note=False)
+    figure = drawn(ds, look=look)
+    for axes, letter in zip(panels(figure), "ab", strict=True):
+        assert axes.get_xlim()[0] == 180.0
+        assert axes.get_ylim() == (0.0, 3.0)
+        assert f"({letter})" in [text.get_text() for text in axes.texts]
+    assert figure.get_suptitle() == "My oil"
+    assert note(figure) == ""
+
+
+def test_limits_of_colours_are_those_of_the_bar(ds):
+    figure = drawn(ds, FORCE, y="K", look=Look(clim=(1.0, 2.0)))
+    (axes, bar) = figure.axes
+    assert axes.collections[0].get_clim() == (1.0, 2.0)
+    assert bar.get_ylim() == (1.0, 2.0)
+
+
+def test_colours_begin_where_the_data_do(ds):
+    ds[FORCE] = ds[FORCE] * 0.0 + np.linspace(1.1e-3, 2e-3, ds[FORCE].size).reshape(ds[FORCE].shape)
+    (axes, _) = drawn(ds, FORCE, y="K").axes
+    assert axes.collections[0].get_clim() == pytest.approx((1.1, 2.0))
+
+
+@pytest.mark.parametrize(
+    ("look", "said"),
+    [
+        ({"size": (0.0, 3.0)}, "a size is width and height in inches"),
+        ({"ylim": (2.0, 1.0)}, "ylim must rise, not go from 2.0 to 1.0"),
+    ],
+)
+def test_a_look_that_cannot_be(look, said):
+    with pytest.raises(ValueError, match=said):
+        Look(**look)
+
+
+def test_texts_of_sizes_and_limits():
+    assert size_of("3.37x2.5") == (3.37, 2.5)
+    assert [range_of(text) for text in ("0:3", ":3", "1e-3:")] == [(0, 3), (None, 3), (1e-3, None)]
+    for wrong in ("3", "3x", "axb"):
+        with pytest.raises(ValueError, match=r"as in 3\.37x2\.5"):
+            size_of(wrong)
+    for wrong in ("3", "1:2:3", "a:b"):
+        with pytest.raises(ValueError, match="as in 0:3"):
+            range_of(wrong)
+
+
+def test_axes_of_the_user_are_drawn_into(ds):
+    figure = Figure(figsize=(3.37, 4.2))
+    above, below = figure.subplots(2)
+    for axes, name in ((above, "elastic_stress_amplitude"), (below, FORCE)):
+        drawn(ds, name, x="T", look=Look(axes=axes))
+        assert len(curves(axes)) == 3
+        assert axes.get_legend() is not None
+    assert below.get_ylabel() == r"$F_\mathrm{max}$ (mN)"
+    assert below.get_xlabel() == "$T$ (K)"
+    assert figure.get_supxlabel() == ""
+    assert tuple(figure.get_size_inches()) == (3.37, 4.2)
+    with pytest.raises(ValueError, match="ax takes a picture of one panel, and this has 2"):
+        drawn(ds, look=Look(axes=above))
+
+
+def test_ordered_curves_are_alike_and_fluids_are_not(ds):
+    (axes,) = panels(drawn(ds, FORCE, x="T", hue="K"))
+    assert len({line.get_linewidth() for line in curves(axes)}) == 1
+    assert len({line.get_color() for line in curves(axes)}) == 3
+    (axes,) = panels(drawn(sweep(temperature=TEMPERATURES, rheological_index=list(GAMMAS)), FORCE))
+    assert len({line.get_linewidth() for line in curves(axes)}) == len(GAMMAS)
+
+
+def test_measured_points_lie_over_the_curve_of_their_parameters(ds):
+    table = {
+        "T": [200.0, 250.0, 200.0],
+        "K": [1000.0, 3000.0, 1500.0],
+        "F_max": [1e-3, 2e-3, 3e-3],
+        "F_max_error": [1e-4, 1e-4, 1e-4],
+    }
+    figure = drawn(ds, FORCE, x="T", hue="K", data=read_data(table))
+    (axes,) = panels(figure)
+    points = {
+        (float(x), float(y)): each.lines[0].get_color()
+        for each in axes.containers
+        for x, y in zip(*each.lines[0].get_data(), strict=True)
+    }
+    assert {place: points[place] for place in points} == {
+        (200.0, 1.0): curves(axes)[0].get_color(),
+        (250.0, 2.0): curves(axes)[2].get_color(),
+    }
+    assert "1 measured values are of other parameters: not drawn." in note(figure)
+    with pytest.raises(ValueError, match="measured points are drawn over curves"):
+        drawn(ds, FORCE, x="T", y="K", data=read_data(table))
+    with pytest.raises(ValueError, match="the data have no column temperature"):
+        drawn(ds, FORCE, x="T", hue="K", data=read_data({"K": [1000.0], "F_max": [1e-3]}))
