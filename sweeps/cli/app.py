@@ -21,6 +21,7 @@ from sweeps.cli.exchange import export, merge
 from sweeps.cli.explore import explore
 from sweeps.cli.fit import fit
 from sweeps.cli.inspect import check, info, schema
+from sweeps.cli.new import new
 from sweeps.cli.pictures import figure, plot, simulate
 from sweeps.cli.replay import replay
 from sweeps.cli.report import report
@@ -29,7 +30,7 @@ from sweeps.cli.streams import discard, lasting_streams
 from sweeps.cli.sweeps import plan, status, sweep
 from sweeps.exits import Exit, ExpectedError
 
-_SWEEPS = (sweep, plan, status, check)
+_SWEEPS = (new, sweep, plan, status, check)
 _MOTIONS = (simulate, replay, boundary, fit, explore)
 _FILES = (figure, plot, report, export, merge, schema, info)
 _VERBS = {verb.__name__: verb for verb in (*_SWEEPS, *_MOTIONS, *_FILES)}

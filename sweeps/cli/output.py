@@ -7,6 +7,7 @@ import math
 import platform
 import sys
 from collections.abc import Mapping
+from importlib.metadata import packages_distributions
 from typing import TYPE_CHECKING, Any
 
 from stickslip.compiled.cache import cache_folder, processor, refuse_planted, source_hash
@@ -91,6 +92,10 @@ def print_suspicions(suspicious: tuple[int, int]) -> None:
         )
 
 
+# Of the time that `plan` estimates: how many standard errors, and at least what part, to each side.
+_DEVIATIONS, _LEAST_WIDE = 2.0, 0.15
+
+
 def print_plan(plan: Plan, slots: str) -> None:
     """Print the size and the expected time of a sweep."""
     print(f"points: {plan.points}" + (f", {plan.there} already computed" if plan.there else ""))
@@ -99,8 +104,16 @@ def print_plan(plan: Plan, slots: str) -> None:
         f"bytes: up to {size_text(plan.result_bytes)} for the result, "
         f"{size_text(plan.journal_bytes)} for the journal while it runs"
     )
-    sample = f"from a sample of {plan.pilot_points}" if plan.pilot_points else "nothing to compute"
-    print(f"time: about {duration(plan.seconds)} on {slots}, {sample}")
+    if not plan.pilot_points:
+        print(f"time: about {duration(0.0)} on {slots}, nothing to compute")
+        return
+    wide = 1.0 + max(_LEAST_WIDE, _DEVIATIONS * plan.uncertainty)
+    low, high = duration(plan.seconds / wide), duration(plan.seconds * wide)
+    between = f"about {low}" if low == high else f"{low} to {high}"
+    print(
+        f"time: {between} on {slots}, from a sample of {plan.pilot_points}; "
+        "rare points that take long may exceed it"
+    )
 
 
 def print_state(state: Mapping[str, Any]) -> None:
@@ -126,6 +139,11 @@ def describe_installation() -> None:
     _print(software())
     _print(f"machine: {platform.machine()}, {platform.system()}")
     _print(f"code: {source_hash()}")
+    for other in sorted(set(packages_distributions().get("sweeps", ())) - {"stickslip"}):
+        _print(
+            f"warning: the package `sweeps` is also that of {other}, which is installed here: one "
+            "overwrites the other; install stickslip into an environment of its own"
+        )
     try:
         folder = cache_folder()
         refuse_planted(folder)

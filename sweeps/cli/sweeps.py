@@ -151,7 +151,7 @@ def plan(
         "Interrupted; nothing was kept.",
         at_once=compiling.stop,
     )
-    print_plan(made, f"{config.execution.workers} workers ({config.execution.backend})")
+    print_plan(made, f"{config.execution.slots} workers ({config.execution.backend})")
 
 
 def status(
@@ -213,7 +213,7 @@ def sweep_and_report(
     if outcome.stopped is not None:
         _leave(outcome)
     if outcome.computed and timing:
-        write_timing(outcome, config.execution.workers, config.execution.backend)
+        write_timing(outcome, config.execution.slots, config.execution.backend)
     try:
         print_summary(outcome)
         sys.stdout.flush()

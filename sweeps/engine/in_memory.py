@@ -84,7 +84,7 @@ def compute(
 
 def _executor_of(execution: Execution, workers: int | None) -> Workers:
     """Make the executor that `joblib.parallel_config` names, else that of the config."""
-    wanted = (workers, get_active_backend()[1], execution.workers)
+    wanted = (workers, get_active_backend()[1], execution.slots)
     jobs = next(number for number in wanted if number is not None)
     if _joblib_has_a_backend():
         return JoblibWorkers(jobs)

@@ -37,7 +37,7 @@ class Plan:
     """The estimated size and time of a sweep.
 
     `there` of the `points` are computed already; the rest takes `seconds` on the given workers,
-    compiling left aside.
+    compiling left aside; the relative standard error of that is `uncertainty`.
     """
 
     points: int
@@ -46,6 +46,7 @@ class Plan:
     journal_bytes: int
     result_bytes: int
     seconds: float
+    uncertainty: float
     pilot_points: int
 
 
@@ -80,6 +81,7 @@ def plan(
         journal_bytes=left * BYTES_PER_POINT,
         result_bytes=len(done) * RESULT_BYTES_PER_POINT,
         seconds=seconds,
+        uncertainty=costs.uncertainty,
         pilot_points=costs.points,
     )
 

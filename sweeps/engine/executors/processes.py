@@ -64,4 +64,4 @@ class ProcessExecutor(Executor):
 
 def executor_for(execution: Execution) -> Executor:
     """Make as many processes as the config has workers."""
-    return ProcessExecutor(execution.workers)
+    return ProcessExecutor(execution.slots)

@@ -32,4 +32,4 @@ class ThreadExecutor(Executor):
 
 def executor_for(execution: Execution) -> Executor:
     """Make as many threads as the config has workers."""
-    return ThreadExecutor(execution.workers)
+    return ThreadExecutor(execution.slots)

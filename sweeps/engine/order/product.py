@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -16,6 +17,8 @@ _SMALLEST_BLOCK, _LARGEST_BLOCK = 64, 16_384
 # A large grid is dealt out in runs of neighbours, so that a block touches few slabs of the result.
 _RUNS, _LONGEST_RUN = 16_384, 4096
 _DEALT_AT_ONCE = 8192
+
+_UNKNOWN = 0.25  # uncertainty of a cost that a single block tells
 
 PILOT_BLOCKS = 8
 """Blocks of a pilot: enough to tell how much their costs differ."""
@@ -85,15 +88,25 @@ class Costs:
 
     def __init__(self) -> None:
         self.points, self.seconds = 0, 0.0
+        self._each: list[float] = []  # seconds a point, of each block
 
     def learn(self, points: int, seconds: float) -> None:
         """Take in a finished block, which took its worker so many seconds."""
         self.points += points
         self.seconds += seconds
+        self._each.append(seconds / max(points, 1))
 
     def estimate(self, points: int, slots: int) -> float:
         """Estimate the seconds for so many points on so many workers; 0 while nothing is known."""
         return self.seconds / max(self.points, 1) * points / slots
+
+    @property
+    def uncertainty(self) -> float:
+        """The standard error of the cost of a point, relative to it, by how much blocks differ."""
+        count = len(self._each)
+        if count < 2 or self.seconds == 0.0:
+            return _UNKNOWN
+        return float(np.std(self._each, ddof=1) / math.sqrt(count) / np.mean(self._each))
 
     def points_in(self, seconds: float) -> int:
         """Return how many points one worker computes in this time; 0 while nothing is known."""

@@ -28,7 +28,7 @@ integrator: {method: adaptive, rtol: 1e-6}
 stationary: {rtol: 1e-6, max_periods: 5000}
 noise: {treatment: typical-path}
 output: results/fig7.nc
-execution: {workers: 2, backend: threads}
+execution: {backend: threads}
 plot: {figure: amplitudes}
 simulation: {periods: 6, start: initial, samples_per_period: 2000}
 """

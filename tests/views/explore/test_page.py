@@ -53,6 +53,18 @@ class View(Tab):
             value = amplitude_text(name, getattr(orbit, name), error)
             self.page.locator(f"[data-name={name}]", has_text=value).wait_for()
 
+    def shows_now(self, parameters: Parameters) -> bool:
+        """Tell whether the amplitudes are those of the orbit of some parameters."""
+        orbit = stationary_orbit(parameters)
+        texts = {
+            name: amplitude_text(name, getattr(orbit, name), error)
+            for name, error in absolute_errors(orbit, parameters).items()
+        }
+        return all(
+            self.page.locator(f"[data-name={name}]", has_text=text).count()
+            for name, text in texts.items()
+        )
+
     def heading(self) -> str:
         """The heading of the page."""
         return self.page.locator(".where .bk-clearfix").inner_text()
@@ -119,9 +131,8 @@ def test_a_slider_moves_the_amplitudes(view: View):
     box = view.box("temperature")
     wait_until(lambda: 220 < float(box.input_value()) < 240)  # the mouse has come to its end
     wait_until(lambda: f"T = {box.input_value()} K" in view.heading())
-    temperature = float(box.input_value())
-    parameters = Parameters(temperature=temperature)
-    view.shows(stationary_orbit(parameters), parameters)
+    # Of the value that the box has then: the slider may still be on its last step.
+    wait_until(lambda: view.shows_now(Parameters(temperature=float(box.input_value()))))
 
 
 def test_what_is_not_valid_is_refused_in_a_sentence(view: View):

@@ -1,0 +1,31 @@
+"""`stickslip new` writes configs that are valid, and say what comes next."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from support.sweeps.commands import Command
+
+
+@pytest.mark.parametrize("kind", ["paper", "lubricant", "map", "fit"])
+def test_a_new_config_is_valid(command: Command, kind: str) -> None:
+    code, out, err = command("new", "film.yaml", "--kind", kind)
+    assert (code, err) == (0, "")
+    assert out.startswith("film.yaml\nnext: stickslip ")
+    assert command("check", "film.yaml").code == 0
+    text = Path("film.yaml").read_text()
+    assert "film.yaml" in text
+    assert "FILE" not in text
+    assert "RESULT" not in text
+    if kind != "fit":
+        assert "output: results/film.nc" in text
+
+
+def test_an_existing_file_is_kept(command: Command) -> None:
+    before = Path("a.yaml").read_text()
+    code, _, err = command("new", "a.yaml")
+    assert code == 2
+    assert "a.yaml exists already" in err
+    assert Path("a.yaml").read_text() == before
+    assert "a config ends in .yaml" in command("new", "a.txt").err
