@@ -102,7 +102,7 @@ def _require_pyarrow() -> None:
     except ImportError:
         raise TableError(
             "Parquet needs pyarrow, which is not installed: "
-            'pip install "stickslip[table]"; '
+            "pip install 'pyarrow>=16'; "
             "a table that ends in .csv needs nothing more"
         ) from None
 

@@ -180,4 +180,4 @@ def _refuse_profile(model: Model) -> None:
 
 def _require_lmfit() -> None:
     if importlib.util.find_spec("lmfit") is None:
-        raise FitError("a fit needs lmfit, which is not installed: pip install 'stickslip[fit]'")
+        raise FitError("a fit needs lmfit, which is not installed: pip install 'lmfit>=1.3.2'")

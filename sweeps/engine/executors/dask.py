@@ -205,4 +205,5 @@ def _import_distributed() -> None:
         with dask.config.set({"logging": quiet}):
             import distributed  # noqa: F401
     except ImportError:
-        raise ExecutorError("dask is not installed; try: pip install 'stickslip[dask]'") from None
+        remedy = "pip install 'dask>=2024.7' 'distributed>=2024.7'"
+        raise ExecutorError(f"dask is not installed; try: {remedy}") from None

@@ -112,7 +112,7 @@ def test_every_executor_of_the_table_is_there(name: str) -> None:
 def test_dask_that_is_missing_is_asked_for(missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, missing, None)
     with (
-        pytest.raises(ExecutorError, match=r"try: pip install 'stickslip\[dask\]'"),
+        pytest.raises(ExecutorError, match=r"try: pip install 'dask>=2024\.7'"),
         make_executor(Execution(backend="dask", scheduler=CLUSTER)),
     ):
         pass
