@@ -28,8 +28,11 @@ _COMMANDS = {
 }
 _TOKEN = re.compile(r"\\[A-Za-z]+|\\.|[_^{}]|.")
 
-# Lowered letters exist too, not all of them, and too small to be read at an axis.
-_LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+# Lowered letters exist, but for b, c, d, f, g, q, w, y, z and most Greek ones.
+LOWERED = dict(zip("0123456789aehijklmnoprstuvx", "₀₁₂₃₄₅₆₇₈₉ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥₓ", strict=True))
+"""The characters that have a lowered form, and that form."""
+
+_LOWERED = str.maketrans(LOWERED)
 _RAISED = str.maketrans("0123456789+−γ", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻ᵞ")
 
 _Script = Callable[[str, str], str]
@@ -38,7 +41,7 @@ _Script = Callable[[str, str], str]
 def plain(label: str) -> str:
     """A label in mathtext, such as `$T_c$ (K)`, in plain letters, such as `T_c (K)`.
 
-    Powers are raised and numbers as indices lowered where the letters exist.
+    Powers are raised and indices lowered where there are letters for all of them.
     """
     return "".join(_converted(label, str, _plain_script))
 
@@ -87,7 +90,7 @@ def _symbol(token: str) -> str:
 
 def _plain_script(kind: str, text: str) -> str:
     moved = text.translate(_LOWERED if kind == "_" else _RAISED)
-    if not set(moved) & set(text):
+    if not set(moved) & set(text) - {","}:
         return moved
     return f"_{text}" if kind == "_" else f"^({text})"
 

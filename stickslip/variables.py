@@ -7,6 +7,7 @@ attributes. Symbols are the paper's (Lyashenko & Zaskoka 2013).
 from __future__ import annotations
 
 import math
+import re
 import sys
 import unicodedata
 from collections.abc import Collection, Mapping
@@ -14,6 +15,8 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from types import MappingProxyType
 from typing import Any, TypeVar
+
+from stickslip.symbols import LOWERED
 
 
 @dataclass(frozen=True)
@@ -391,11 +394,17 @@ GREEK = {
 """Greek letters by the names that symbols have for them."""
 
 # How a symbol may be spelled besides: as pictures and pages print it. U+03D5 is another phi.
-_SPELLINGS = str.maketrans(
+_LETTERS = str.maketrans(
     {greek: name for name, greek in GREEK.items()}
-    | {"\u03d5": "phi", "\u2098": "_m"}
-    | {chr(0x2080 + digit): f"_{digit}" for digit in range(10)}
+    | {"\u03d5": "phi"}
+    | {lowered: letter for letter, lowered in LOWERED.items()}
 )
+_INDEX = re.compile(r"[{0}]+(?:,[{0}]+)*".format("".join(LOWERED.values())))
+
+
+def _spelled_out(symbol: str) -> str:
+    """Return a symbol as the registry has it: `σₑₗ,ₘₐₓ` as `sigma_el,max`."""
+    return _INDEX.sub(lambda index: f"_{index[0]}", symbol).translate(_LETTERS)
 
 
 def canonical_name(name: str) -> str | None:
@@ -403,12 +412,12 @@ def canonical_name(name: str) -> str | None:
 
     Symbols may have Greek letters and subscripts: `gamma`, `γ`; `phi_0`, `φ_0`, `φ₀`.
     """
-    return name if name in PARAMETERS else BY_SYMBOL.get(name.translate(_SPELLINGS))
+    return name if name in PARAMETERS else BY_SYMBOL.get(_spelled_out(name))
 
 
 def canonical_result(name: str) -> str | None:
     """Return the full name of a result variable for its name or symbol; None if unknown."""
-    return name if name in RESULTS else _RESULT_BY_SYMBOL.get(name.translate(_SPELLINGS))
+    return name if name in RESULTS else _RESULT_BY_SYMBOL.get(_spelled_out(name))
 
 
 def full_name(name: str) -> str:

@@ -18,7 +18,14 @@ from hypothesis import strategies as st
 
 from stickslip import phase_diagram, simulate, stationary_orbit, stationary_orbits
 from stickslip.parameters import ParameterError, Parameters, ParameterValues
-from stickslip.variables import PARAMETERS, ParameterVariable
+from stickslip.symbols import plain
+from stickslip.variables import (
+    PARAMETERS,
+    RESULTS,
+    ParameterVariable,
+    canonical_name,
+    canonical_result,
+)
 from sweeps.config.load import from_mapping
 
 TINY = 5e-324  # the smallest positive float
@@ -201,6 +208,12 @@ def test_parameters_are_given_by_name_symbol_or_greek_letter() -> None:
     assert Parameters(γ=-0.5, φ_0=0.1, T=250) == by_name
     assert Parameters(**{"γ": -0.5, "φ₀": 0.1, "T": 250}) == by_name
     assert Parameters()._replace(γ=-0.5, φ_0=0.1, T=250) == by_name
+
+
+def test_symbols_are_known_as_pictures_and_pages_print_them() -> None:
+    assert canonical_name("Xₘ") == "drive_amplitude"
+    for name in ("elastic_stress_amplitude", "friction_force_amplitude", "friction_force_rms"):
+        assert canonical_result(plain(f"${RESULTS[name].tex}$")) == name
     assert stationary_orbits({"γ": [-0.5], "ω": 12.0}).rheological_index.item() == -0.5
     assert from_mapping({"sweep": {"ω": [5, 10]}}).sweep.keys() == {"angular_frequency"}
     path = simulate(periods=1, samples_per_period=4, schedule={"T": [200, 250], "ω": [10, 11]})

@@ -13,12 +13,12 @@ ALL = [*PARAMETERS.values(), *TRAJECTORY.values(), *PHASES.values(), *RESULTS.va
 @pytest.mark.parametrize(
     ("label", "letters", "html"),
     [
-        (r"$\sigma_\mathrm{el,max}$ (MPa)", "σ_el,max (MPa)", "σ<sub>el,max</sub> (MPa)"),
+        (r"$\sigma_\mathrm{el,max}$ (MPa)", "σₑₗ,ₘₐₓ (MPa)", "σ<sub>el,max</sub> (MPa)"),
         (r"$x_0 = -2\times10^{-7}$ m", "x₀ = −2×10⁻⁷ m", "x<sub>0</sub> = −2×10<sup>−7</sup> m"),
         (r"$T_c^0$", "T_c⁰", "T<sub>c</sub><sup>0</sup>"),
         (r"Pa$\cdot$s$^{\gamma+1}$", "Pa·sᵞ⁺¹", "Pa·s<sup>γ+1</sup>"),
         (r"Pa$\cdot$s$^{1/3}$", "Pa·s^(1/3)", "Pa·s<sup>1/3</sup>"),
-        (r"$\max\sigma_\mathrm{el}$", "max σ_el", "max σ<sub>el</sub>"),
+        (r"$\max\sigma_\mathrm{el}$", "max σₑₗ", "max σ<sub>el</sub>"),
         ("a <b> & c", "a <b> & c", "a &lt;b&gt; &amp; c"),
     ],
 )

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, FixedTicker, HoverTool, Range1d
+from bokeh.models import ColumnDataSource, HoverTool, Range1d
 from bokeh.plotting import figure
 
 from stickslip.symbols import plain
@@ -22,13 +22,12 @@ from sweeps.figures.style import BLACK
 from sweeps.views.charts.kinds import Cells, Chart, Cloud, Curves, ends_of
 from sweeps.views.charts.scales import (
     add_colour_bar,
-    add_legend,
     line_style,
     mapper_of,
     name_ticks,
     new_figure,
     put_legend_above,
-    round_numbers,
+    put_round_ticks,
 )
 
 _HEIGHT, _LOW = 460, 200  # pixels; a strip is low
@@ -41,7 +40,8 @@ CROSSES = 0.97
 def draw(chart: Chart, *, height: int = _HEIGHT, explained: bool = True) -> figure:
     """Return the figure of a chart.
 
-    Where it is not `explained`, the page around it names what the colours are: it may change.
+    Where it is not `explained`, the page around it names what the colours are: it may change. What
+    kinds there are, the page names in any case (`legends`).
     """
     drawn = _DRAWN_BY[type(chart)](chart, height, explained)
     source = ColumnDataSource({"x": [], "y": []})
@@ -118,19 +118,17 @@ def _draw_cloud(chart: Cloud, height: int, explained: bool) -> figure:
     across_up = ((drawn.xaxis, chart.x), (drawn.yaxis, chart.y))
     for (side, numbers), log in zip(across_up, chart.log, strict=True):
         if log and not (side is drawn.yaxis and chart.ends):
-            side.ticker = FixedTicker(ticks=round_numbers(numbers.min(), numbers.max()))
+            put_round_ticks(side, numbers.min(), numbers.max())
     if mapper:
         _explain(drawn, chart, mapper, explained)
     return drawn
 
 
 def _explain(drawn: figure, chart: Cells | Cloud, mapper: Any, explained: bool) -> None:
-    """Put a scale of values beside a figure, or a legend of kinds above it."""
+    """Put a scale of values beside a figure; kinds are named by the page around it."""
     assert chart.colours is not None
     if not chart.colours.codes:
         add_colour_bar(drawn, plain(chart.colours.label) if explained else None, mapper)
-    elif explained:
-        add_legend(drawn, chart.colours, mapper.palette)
 
 
 _DRAWN_BY: dict[type, Callable[[Any, int, bool], figure]] = {

@@ -44,6 +44,11 @@ class Cells:
                 place[axis.dim] = int(axis.order[index])
         return place
 
+    def neighbour(self, place: Place, right: int, up: int) -> Place:
+        """Return the place so many cells to the right of another one, and up."""
+        steps = ((self.across, right), (self.up, up))
+        return place | {a.dim: _along(a, place, step) for a, step in steps if a.dim != STRIP}
+
     def image(self) -> Array:
         """Return the values (up, across) on pixels of one size on the scales of the axes."""
         rows, columns = (cells_of_pixels(axis) for axis in (self.up, self.across))
@@ -71,6 +76,14 @@ class Curves:
         curve = self.curves[int(np.argmin(distances))]
         return curve.places | {self.across.dim: int(self.across.order[index])}
 
+    def neighbour(self, place: Place, right: int, up: int) -> Place:
+        """Return the place so many points to the right, on the curve that is so many higher."""
+        place = place | {self.across.dim: _along(self.across, place, right)}
+        index = self.across.order.tolist().index(place[self.across.dim])
+        places = [c.places for c in sorted(self.curves, key=lambda c: _height(c.values[index]))]
+        own = next((n for n, p in enumerate(places) if p.items() <= place.items()), 0)
+        return place | places[min(max(own + up, 0), len(places) - 1)]
+
 
 @dataclass(frozen=True)
 class Cloud:
@@ -96,6 +109,12 @@ class Cloud:
         distances = np.nan_to_num(np.hypot(across, up), nan=np.inf)
         return {**self.places, CASE: int(np.argmin(distances))}
 
+    def neighbour(self, place: Place, right: int, up: int) -> Place:
+        """Return the place of the point that comes next to the right, or next higher."""
+        order = np.argsort(self.y if up else self.x, kind="stable").tolist()
+        own = order.index(place[CASE]) + (up or right)
+        return place | {CASE: order[min(max(own, 0), len(order) - 1)]}
+
 
 Chart: TypeAlias = Cells | Curves | Cloud
 
@@ -120,6 +139,16 @@ def cells_of_pixels(axis: Axis) -> Array:
 def _nearest(axis: Axis, value: float) -> int:
     """Return the place on an axis that is nearest to a value, on its own scale."""
     return int(np.clip(np.searchsorted(axis.middles, value), 0, len(axis.order) - 1))
+
+
+def _along(axis: Axis, place: Place, step: int) -> int:
+    """Return the place along an axis that is so many steps on, at most at its end."""
+    order = axis.order.tolist()
+    return int(order[min(max(order.index(place[axis.dim]) + step, 0), len(order) - 1)])
+
+
+def _height(value: float) -> float:
+    return value if math.isfinite(value) else -math.inf
 
 
 def _distances(values: Array, value: float, *, log: bool) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -14,64 +14,66 @@ from sweeps.figures.labels import Array, shown
 from sweeps.figures.motion.traces import ALONE, LOWER, UPPER, Trace
 from sweeps.views.charts.scales import line_style, new_figure
 
-_COURSES = (
+COURSES = (
     (Trace("lower_displacement", style=LOWER), Trace("upper_displacement", style=UPPER)),
     (Trace("elastic_stress"),),
     (Trace("friction_force"),),
 )
-_TIME, _X, _V = "elapsed_time", "lower_displacement", "lower_velocity"
-DRAWN = (_TIME, _V, *(trace.name for traces in _COURSES for trace in traces))
+TIME, X, V = "elapsed_time", "lower_displacement", "lower_velocity"
+DRAWN = (TIME, V, *(trace.name for traces in COURSES for trace in traces))
 """What is drawn of a motion, first the time."""
 
-_NOTHING = {name: np.zeros(2) for name in DRAWN}  # of no extent, but a browser wants a range
+NOTHING = {name: np.zeros(2) for name in DRAWN}
+"""The courses of no motion: of no extent, but a browser wants a range."""
 
 _HEIGHT = 140  # pixels
 _LEAST_STRESS = 2e-6  # MPa: what is less is the noise floor of a liquid film
 _AXIS = 24  # pixels below the lowest panel for the label of its axis
 
 
-def columns_of(courses: xr.Dataset) -> dict[str, Array]:
+def columns_of(courses: xr.Dataset, names: Sequence[str] = DRAWN) -> dict[str, Array]:
     """Return the time courses of a motion as they are drawn."""
-    return {name: shown(courses[name]).values for name in DRAWN}
+    return {name: shown(courses[name]).values for name in names}
 
 
 class MotionPictures:
     """The figures of one motion, filled from `source`; `portrait` is the height of the portrait."""
 
     def __init__(self, portrait: int = 290) -> None:
-        self.source = ColumnDataSource(_NOTHING, name="motion")
+        self.source = ColumnDataSource(NOTHING, name="motion")
         self._labels = {name: plain(shown(xr.DataArray(0.0, name=name)).label) for name in DRAWN}
         self.portrait = self._portrait(portrait)
-        self.courses = [self._panel(traces) for traces in _COURSES]
+        self.courses = [self._panel(traces) for traces in COURSES]
         for panel in self.courses[1:]:
             panel.x_range = self.courses[0].x_range
         for panel in self.courses[:-1]:
             panel.xaxis.major_label_text_font_size = "0pt"
         lowest = self.courses[-1]
         lowest.height = _HEIGHT + _AXIS
-        lowest.xaxis.axis_label = self._labels[_TIME]
-        self.courses[0].yaxis.axis_label = f"X, {self._labels[_X]}"
+        lowest.xaxis.axis_label = self._labels[TIME]
+        self.courses[0].yaxis.axis_label = f"X, {self._labels[X]}"
         self.courses[0].x_range.range_padding = 0.0
         self.courses[1].y_range.min_interval = _LEAST_STRESS
 
     def show(self, columns: Mapping[str, Array] | None) -> None:
         """Draw the courses of another motion; none leaves the pictures empty."""
-        self.source.data = dict(columns or _NOTHING)
+        self.source.data = dict(columns or NOTHING)
 
     def _portrait(self, height: int) -> figure:
         portrait = new_figure(height=height, name="portrait")
         for dimension in ("width", "height"):
             origin = Span(location=0.0, dimension=dimension, line_color="#cccccc", line_width=1)
             portrait.add_layout(origin)
-        portrait.line(_X, _V, source=self.source, **line_style(ALONE))
-        portrait.xaxis.axis_label = f"displacement {self._labels[_X]}"
-        portrait.yaxis.axis_label = f"velocity {self._labels[_V]}"
+        portrait.line(X, V, source=self.source, **line_style(ALONE))
+        portrait.xaxis.ticker.desired_num_ticks = 4  # a narrow picture has no room for more
+        portrait.xaxis.axis_label = f"displacement {self._labels[X]}"
+        portrait.yaxis.axis_label = f"velocity {self._labels[V]}"
         return portrait
 
     def _panel(self, traces: tuple[Trace, ...]) -> figure:
         panel = new_figure(height=_HEIGHT, name=traces[0].name)
         lines = [
-            panel.line(_TIME, trace.name, source=self.source, **line_style(trace.style))
+            panel.line(TIME, trace.name, source=self.source, **line_style(trace.style))
             for trace in traces
         ]
         panel.yaxis.axis_label = self._labels[traces[0].name]

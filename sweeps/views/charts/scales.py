@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from bokeh.models import (
     BasicTickFormatter,
     ColorBar,
@@ -21,7 +22,8 @@ from bokeh.plotting import figure
 from matplotlib.colors import LogNorm, to_hex
 
 from stickslip.symbols import plain
-from sweeps.figures.colours import Colours, code_name
+from sweeps.figures.colours import Colours
+from sweeps.figures.labels import shown
 from sweeps.figures.layout import Axis
 from sweeps.figures.maps import STRIP
 from sweeps.figures.style import GREY, CurveStyle
@@ -29,6 +31,7 @@ from sweeps.views.charts.kinds import ends_of
 
 _SHADES = 256
 _DECADES = 4  # of an axis on which 2 and 5 are named too
+_TEN = 9.9  # powers of ten alone follow one another by no less
 _PIXELS = 96.0 / 72.0  # of a screen, in a point of a printed picture
 
 
@@ -45,7 +48,7 @@ def new_figure(**settings: Any) -> figure:
     empty.toolbar.update(logo=None, autohide=True)
     empty.grid.grid_line_alpha = 0.4
     for axis in empty.axis:
-        axis.update(axis_label_text_font_style="normal", axis_label_text_font_size="13px")
+        axis.update(axis_label_text_font_style="normal", axis_label_text_font_size="14px")
         axis.update(major_label_text_font_size="12px", axis_label_standoff=4)
         axis.update(minor_tick_line_color=None)
         if not isinstance(axis, LogAxis):
@@ -70,12 +73,20 @@ def name_ticks(side: Any, axis: Axis) -> None:
     if axis.dim == STRIP:
         side.ticker = FixedTicker(ticks=[])
     elif axis.geometric:
-        side.ticker = FixedTicker(ticks=round_numbers(*ends_of(axis)))
+        put_round_ticks(side, *ends_of(axis))
     if axis.names:
         places = axis.quantity.values.tolist()
         side.ticker = FixedTicker(ticks=places)
         names = [plain(name).replace(",\n", "\n") for name in axis.names]
         side.major_label_overrides = dict(zip(places, names, strict=True))
+
+
+def put_round_ticks(side: Any, low: float, high: float) -> None:
+    """Put ticks on a logarithmic side of a figure; Bokeh would write 20000 as 2.000e+4."""
+    numbers = round_numbers(low, high)
+    side.ticker = FixedTicker(ticks=numbers)
+    if len(numbers) > 1 and numbers[1] / numbers[0] < _TEN:
+        side.major_label_overrides = {n: plain(shown(xr.DataArray(n)).value) for n in numbers}
 
 
 def round_numbers(low: float, high: float) -> list[float]:
@@ -106,15 +117,6 @@ def add_colour_bar(drawn: figure, title: str | None, mapper: ColorMapper) -> Non
     bar = ColorBar(color_mapper=mapper, title=title, width=12, padding=6)
     bar.update(title_text_font_style="normal", title_text_font_size="11px")
     drawn.add_layout(bar, "right")
-
-
-def add_legend(drawn: figure, colours: Colours, palette: list[str]) -> None:
-    """Name kinds or counts above a figure."""
-    nowhere = [math.nan]
-    for colour, code in zip(palette, colours.codes, strict=True):
-        name = code_name(colours.name, code)
-        drawn.scatter(nowhere, nowhere, marker="square", size=10, color=colour, legend_label=name)
-    put_legend_above(drawn, columns=3)
 
 
 def put_legend_above(drawn: figure, columns: int, spacing: int = 0) -> None:

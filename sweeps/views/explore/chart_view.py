@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from bokeh.events import Tap
 from bokeh.layouts import column, row
-from bokeh.models import Checkbox, Column, Div, Select, Slider
+from bokeh.models import CheckboxGroup, Column, Div, Select, Slider
 from bokeh.plotting import figure
 
 from stickslip.orbit import Orbit
@@ -21,28 +23,37 @@ from sweeps.figures.borders import are_over, axes_of, elsewhere_than
 from sweeps.figures.colours import is_discrete
 from sweeps.figures.labels import slice_label
 from sweeps.figures.layout import MANY
+from sweeps.figures.plot_options import places_at
 from sweeps.grid import DIRECTION
 from sweeps.views.charts.borders import add_borders
 from sweeps.views.charts.choice import Choice, axes_to_choose, chart_of, further_axes, is_cloud
 from sweeps.views.charts.drawing import draw
-from sweeps.views.charts.kinds import Cells, Chart, Place
+from sweeps.views.charts.kinds import Cells, Chart, Curves, Place
+from sweeps.views.charts.legends import kinds_html
+from sweeps.views.explore.address import value_text
 from sweeps.views.explore.beginning import Opened
 from sweeps.views.explore.spot import spot_of
 
 _AUTOMATIC = "automatic"
 _NARROW = 130  # pixels
+_LEGEND = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
 
 
 class ChartView:
-    """The chart of a result, with its borders; `clicked` is told the place of a point."""
+    """The chart of a result, with its borders.
+
+    `clicked` is told the place of a point, `redrawn` that something else is drawn.
+    """
 
     def __init__(
         self,
         result: xr.Dataset,
         clicked: Callable[[Place], None],
         borders: xr.Dataset | None = None,
+        redrawn: Callable[[], None] = lambda: None,
     ) -> None:
         self._result, self._clicked, self._borders = result, clicked, borders
+        self._redrawn = redrawn
         self._opened: tuple[Opened, Orbit | None] | None = None
         self._drawn: tuple[Chart, str, figure] | None = None
         self._quiet = False
@@ -60,7 +71,7 @@ class ChartView:
             Select(title=title, options=choices, value=_AUTOMATIC, width=_NARROW, name=title)
             for title in ("across", "upward")
         )
-        self.log = Checkbox(label="logarithmic values", name="logarithmic")
+        self.log = CheckboxGroup(labels=["logarithmic values"], name="logarithmic")
         self.sliders: dict[str, Slider] = {
             str(dim): self._slider(str(dim)) for dim, size in result.sizes.items() if size > 1
         }
@@ -68,6 +79,7 @@ class ChartView:
             dim: Div(text="", disable_math=True, margin=(4, 5, -4, 5)) for dim in self.sliders
         }
         self.message = Div(text="", styles={"color": "#b03a00"}, name="chart-message")
+        self.legend = Div(text="", name="legend", disable_math=True, stylesheets=[_LEGEND])
         self._place = column(sizing_mode="stretch_width")
         for select in (self.variable, self.across, self.up):
             select.on_change("value", self._moved)
@@ -81,6 +93,7 @@ class ChartView:
         return column(
             self.variable,
             row(*roles, self.log, styles={"align-items": "end"}),
+            self.legend,
             self._place,
             *(part for dim, slider in self.sliders.items() for part in (self._labels[dim], slider)),
             self.message,
@@ -101,6 +114,55 @@ class ChartView:
             self._draw()
         else:
             self._ring()
+
+    def step(self, right: int, up: int) -> None:
+        """Open the point next to the one that is open, in the chart."""
+        if self._drawn is None or self._opened is None:
+            return
+        (chart, variable, _), (opened, orbit) = self._drawn, self._opened
+        place = opened.place
+        if place is None:  # between the points of the file: from the nearest one
+            x, y = spot_of(chart, variable, opened, orbit)
+            place = None if x is None or y is None else chart.place_at(x, y)
+        if place is not None:
+            cuts = {dim: int(s.value) for dim, s in self.sliders.items() if s.visible}
+            self._clicked(chart.neighbour({**place, **cuts}, right, up))
+
+    def parts(self) -> dict[str, str]:
+        """What is chosen, where it is not what the page begins with, and where further axes are."""
+        parts = {
+            name: str(select.value)
+            for name, (select, usual) in self._selects().items()
+            if select.value != usual
+        }
+        if self.log.active:
+            parts["logarithmic"] = "yes"
+        for dim, slider in self.sliders.items():
+            if slider.visible:
+                parts[dim] = value_text(self._result, dim, int(slider.value))
+        return parts
+
+    def restore(self, parts: Mapping[str, str]) -> None:
+        """Choose what `parts` once returned; what is not to be had is as at the beginning."""
+        self._quiet = True
+        for name, (select, usual) in self._selects().items():
+            known = [option[0] for option in select.options]
+            select.value = parts[name] if parts.get(name) in known else usual
+        self.log.active = [0] if parts.get("logarithmic") == "yes" else []
+        for dim, slider in self.sliders.items():
+            if dim in parts:
+                with suppress(ValueError):
+                    slider.value = places_at(self._result, [f"{dim}={parts[dim]}"])[dim]
+        self._quiet = False
+        self._draw()
+
+    def _selects(self) -> dict[str, tuple[Select, str]]:
+        """Return what can be chosen, by its name in an address, with what the page begins with."""
+        return {
+            "variable": (self.variable, _first(self._result)),
+            "across": (self.across, _AUTOMATIC),
+            "upward": (self.up, _AUTOMATIC),
+        }
 
     def _ring(self) -> None:
         """Put a ring around the point that is open, dashed where it is none of the file."""
@@ -141,6 +203,10 @@ class ChartView:
             )
             self._labels[dim].visible = slider.visible
         self.log.visible = not is_discrete(self._result, choice.variable)
+        kinds = None if isinstance(chart, Curves) else chart.colours
+        self.legend.text = (
+            f'<div class="kinds">{kinds_html(kinds)}</div>' if kinds and kinds.codes else ""
+        )
         drawn = draw(chart)
         if self._borders is not None:
             self.message.text = html.escape(self._add_borders(drawn, chart, self._borders))
@@ -148,6 +214,7 @@ class ChartView:
         self._drawn = chart, choice.variable, drawn
         self._place.children = [drawn]
         self._ring()
+        self._redrawn()
 
     def _add_borders(self, drawn: figure, chart: Chart, borders: xr.Dataset) -> str:
         """Draw the borders where they belong; returns why there are none, in a sentence."""
@@ -171,7 +238,7 @@ class ChartView:
         slider = Slider(
             start=0, end=size - 1, step=1, value=size // 2, show_value=False, tooltips=False,
             title=None, visible=False, name=f"axis-{dim}", sizing_mode="stretch_width",
-            bar_color="#0072B2",
+            bar_color="#0072B2", html_attributes={"data-label": dim.replace("_", " ")},
         )  # fmt: skip
         slider.on_change("value", self._moved)
         return slider

@@ -33,7 +33,7 @@ GROUPS["energy"] = tuple(
 )
 """The parameters by group; the last group has all that no other one names."""
 
-_SYMBOL, _SLIDER, _BOX, _UNIT = 34, 170, 92, 68  # pixels
+_SYMBOL, _BOX, _UNIT = 34, 86, 58  # pixels; the slider has the rest
 _STYLE = Path(__file__).with_name("controls.css").read_text(encoding="utf-8")
 
 
@@ -45,13 +45,18 @@ class ParameterControl:
     ) -> None:
         self._name, self._scale, self._changed = name, scale, changed
         self._quiet = False
+        words, unit = name.replace("_", " "), plain(_units(PARAMETERS[name]))
         start, end = scale.ends
         self.slider = Slider(
             css_classes=[f"slider-{name}"], start=start, end=end, step=scale.step,
             value=scale.position(value), show_value=False, title=None, tooltips=False,
-            width=_SLIDER, stylesheets=[_STYLE], bar_color="#0072B2",
+            sizing_mode="stretch_width", stylesheets=[_STYLE], bar_color="#0072B2",
+            html_attributes={"data-label": words},
         )  # fmt: skip
-        self.box = TextInput(value=short_text(value), width=_BOX, stylesheets=[_STYLE])
+        self.box = TextInput(
+            title=f"{words}{unit and ', '}{unit}", value=short_text(value), width=_BOX,
+            stylesheets=[_STYLE],
+        )  # fmt: skip
         self.mark(refused=False)
         self.slider.on_change("value", self._slid)
         self.box.on_change("value", self._typed)
@@ -70,7 +75,8 @@ class ParameterControl:
             for text, width in ((symbol, _SYMBOL), (unit, _UNIT))
         ]
         parts = [texts[0], self.slider, self.box, texts[1]]
-        return row(*parts, spacing=8, styles={"align-items": "center", "height": "31px"})
+        look = {"align-items": "center", "height": "31px"}
+        return row(*parts, spacing=8, styles=look, sizing_mode="stretch_width")
 
     def show(self, value: float) -> None:
         """Stand at a value without telling of it."""
@@ -139,7 +145,7 @@ class Controls:
     def column(self, group: str) -> Column:
         """The controls of a group, one below the other."""
         rows = [self.controls[name].row for name in GROUPS[group]]
-        return column(*rows, name=group, spacing=2)
+        return column(*rows, name=group, spacing=2, sizing_mode="stretch_width")
 
     def show(self, parameters: Parameters) -> None:
         """Stand at these parameters without telling of them."""

@@ -32,7 +32,7 @@ class Copies:
                 "value", CustomJS(args={"button": button}, code="button.label = 'Copy'")
             )
             parts += [box, button]
-        return column(*parts, name="copy")
+        return column(*parts, name="copy", sizing_mode="stretch_width")
 
     def show(self, opened: Opened, periods: int) -> None:
         """Take the texts of a point whose orbit closes after so many periods."""
@@ -42,6 +42,7 @@ class Copies:
     def _box(self, name: str, rows: int) -> TextAreaInput:
         titles = {"config": "a config of this point (YAML)", "command": "the command"}
         return TextAreaInput(
-            css_classes=[name], title=titles[name], rows=rows, width=_WIDTH, max_length=None,
+            css_classes=[name], title=titles[name], rows=rows, max_length=None,
+            sizing_mode="stretch_width", max_width=_WIDTH,
             stylesheets=[_STYLE],
         )  # fmt: skip

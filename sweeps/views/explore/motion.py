@@ -39,6 +39,14 @@ class Motion:
     trouble: str = ""
     seconds: float = 0.0
 
+    @property
+    def drive_periods(self) -> float:
+        """How many periods of the drive the courses last."""
+        if self.courses is None:
+            return 1.0
+        rate = self.opened.point.parameters.angular_frequency
+        return rate * float(self.courses["elapsed_time"].values[-1]) / (2.0 * np.pi)
+
 
 def prepare(opened: Opened) -> None:
     """Compile or load the kernels that a point needs: on the first run of a version, a minute."""

@@ -33,7 +33,8 @@ class Settings:
     @property
     def column(self) -> Column:
         """The controls, one below the other."""
-        return column(self.tolerance, self.noise, self.friction, self.strain, name="settings")
+        parts = self.tolerance, self.noise, self.friction, self.strain
+        return column(*parts, name="settings", sizing_mode="stretch_width")
 
     def show(self, config: Config) -> None:
         """Stand at what a config says, without telling of it."""
@@ -61,7 +62,13 @@ class Settings:
         return config.model_copy(update=update)
 
     def _select(self, title: str, options: list[str]) -> Select:
-        select = Select(title=title, options=options, width=_WIDTH, name=title.split()[0])
+        select = Select(
+            title=title,
+            options=options,
+            max_width=_WIDTH,
+            name=title.split()[0],
+            sizing_mode="stretch_width",
+        )
         select.on_change("value", self._chosen)
         return select
 

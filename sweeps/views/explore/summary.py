@@ -57,6 +57,21 @@ def summary_html(motion: Motion) -> str:
     return "".join([*parts, _table(orbit), _paragraph("note", " ".join(notes))])
 
 
+def kept_html(motion: Motion) -> str:
+    """A motion that is kept for comparison, in a few words."""
+    opened, orbit = motion.opened, motion.orbit
+    parts = [f"Kept: {html.escape(opened.label)}"]
+    if orbit is not None:
+        errors = absolute_errors(orbit, opened.point.parameters)
+        parts += [
+            f"{as_html(shown_number(name, 0.0).symbol)} "
+            f"{amplitude_text(name, getattr(orbit, name), error)}"
+            for name, error in errors.items()
+        ]
+        parts.append(code_name("regime", Regime(orbit.regime)))
+    return f'<p class="kept">{"; ".join(parts)}.</p>'
+
+
 def amplitude_text(name: str, value: float, error: float) -> str:
     """An amplitude in the unit in which it is shown, with no more digits than its error allows.
 

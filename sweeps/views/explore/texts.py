@@ -10,8 +10,8 @@ from sweeps.config.yaml_writer import block_yaml
 from sweeps.views.explore.beginning import Opened, changed_parameters
 from sweeps.views.explore.ranges import exact_text
 
-# A config is changed by these; the others say what is drawn.
-_SECTIONS = ("integrator", "stationary", "noise", "film")
+SECTIONS = ("integrator", "stationary", "noise", "film")
+"""The sections that a point is computed by; the others say what is drawn."""
 
 
 def config_text(opened: Opened, periods: int = 1) -> str:
@@ -28,21 +28,25 @@ def config_text(opened: Opened, periods: int = 1) -> str:
 
 def command_text(opened: Opened, periods: int = 1) -> str:
     """The command that computes the time courses over the orbit of the point."""
-    changes = {
-        n: exact_text(value) for n, value in changed_parameters(opened.point.parameters).items()
-    }
-    for section, keys in changed_settings(opened.config).items():
-        changes |= {f"{section}.{key}": _text(value) for key, value in keys.items()}
-    changes["simulation.start"] = "stationary"
+    changes = changes_text(opened) | {"simulation.start": "stationary"}
     words = [word for key, value in changes.items() for word in ("--set", f"{key}={value}")]
     return shlex.join(["stickslip", "simulate", *words, "--periods", str(periods)])
+
+
+def changes_text(opened: Opened) -> dict[str, str]:
+    """What makes the paper's point this one: keys and values as of `--set`."""
+    changed = changed_parameters(opened.point.parameters)
+    changes = {name: exact_text(value) for name, value in changed.items()}
+    for section, keys in changed_settings(opened.config).items():
+        changes |= {f"{section}.{key}": _text(value) for key, value in keys.items()}
+    return changes
 
 
 def changed_settings(config: Config) -> dict[str, dict[str, Any]]:
     """The keys of the sections that are not at their defaults."""
     default = from_mapping({})
     changed = {}
-    for section in _SECTIONS:
+    for section in SECTIONS:
         usual, values = (getattr(one, section).used() for one in (default, config))
         changed[section] = {k: v for k, v in values.items() if usual.get(k, ...) != v}
     return {section: keys for section, keys in changed.items() if keys}

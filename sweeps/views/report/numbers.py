@@ -9,19 +9,18 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from bokeh.models import ColumnDataSource
-from matplotlib.colors import to_hex
 
 from stickslip.symbols import as_html, plain
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.figure_table import AMPLITUDES
-from sweeps.figures.colours import Colours, code_name, code_sentence, colours_of
+from sweeps.figures.colours import Colours, code_name, colours_of
 from sweeps.figures.curves import axis_limits
 from sweeps.figures.jumps import jumps
 from sweeps.figures.labels import DIRECTIONS, Array, Quantity, shown, slice_label
 from sweeps.figures.layout import axis_of
 from sweeps.figures.missing import trusted, value_range
-from sweeps.figures.style import GREY
 from sweeps.grid import CASE, DIRECTION
+from sweeps.views.charts.legends import kinds_html, missing_html
 from sweeps.views.charts.scales import palette_of
 from sweeps.views.report.chosen_points import Numbers, nearest_chosen
 
@@ -78,20 +77,16 @@ def variable(ds: xr.Dataset, name: str, colours: Colours) -> dict[str, Any]:
     title = f'<strong title="{escape(RESULTS[name].meaning)}">{heading}</strong>'
     none = ""
     if not np.isfinite(quantity.values).all():
-        none = _square(to_hex(GREY), "no value", "No result, or not defined at these points.")
+        none = missing_html()
     if not colours.codes:
         ranges = {"linear": _range(ds, name), "log": _range(ds, name, log=True)}
         return about | {"legend": title + none, "ranges": ranges}
-    palette, names = palette_of(colours), [code_name(name, code) for code in colours.codes]
-    squares = [
-        _square(colour, text, code_sentence(name, code))
-        for colour, text, code in zip(palette, names, colours.codes, strict=True)
-    ]
+    names = [escape(code_name(name, code)) for code in colours.codes]
     ends = -0.5, len(names) - 0.5
     ranges = {"kinds": (*ends, *ends)}
     return about | {
-        "legend": "".join([title, *squares, none]), "ranges": ranges, "palette": palette,
-        "names": [escape(text) for text in names],
+        "legend": title + kinds_html(colours) + none, "ranges": ranges,
+        "palette": palette_of(colours), "names": names,
     }  # fmt: skip
 
 
@@ -114,11 +109,6 @@ def _range(ds: xr.Dataset, name: str, *, log: bool = False) -> tuple[float, ...]
     """Return the range of a variable, for its colours, and the limits of its axis."""
     ends = value_range(ds, name, log=log)
     return (*ends, *axis_limits(*ends, log=log))
-
-
-def _square(colour: str, text: str, meaning: str) -> str:
-    square = f'<i style="background:{colour}"></i>'
-    return f'<span title="{escape(meaning)}">{square}{escape(text)}</span>'
 
 
 def sources(ds: xr.Dataset, variables: Mapping[str, Colours]) -> Iterator[ColumnDataSource]:

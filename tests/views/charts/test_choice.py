@@ -30,7 +30,7 @@ def test_one_long_axis_gives_a_curve_for_each_value_of_the_other():
         "dilatant",
     ]
     np.testing.assert_allclose(chart.curves[1].values, ds[STRESS][:, 1] / 1e6)
-    assert chart.label == "σ_el,max (MPa)"
+    assert chart.label == "σₑₗ,ₘₐₓ (MPa)"
     assert further_axes(ds, Choice(STRESS)) == []
     middle = float(ds[STRESS][10, 1]) / 1e6
     assert chart.place_at(T[10] + 1.0, middle) == {"temperature": 10, "rheological_index": 1}
@@ -151,3 +151,31 @@ def test_random_cases_are_a_cloud():
     assert swapped.names == ("spring_stiffness", "temperature")
     with pytest.raises(ValueError, match="choose another parameter"):
         chart_of(ds, Choice("regime", across="temperature", up="temperature"))
+
+
+def test_the_next_point_of_a_map_is_in_the_next_cell_up_to_its_edge():
+    chart = chart_of(sweep(temperature=T[::-1], spring_stiffness=K), Choice(STRESS))
+    place = {"temperature": 3, "spring_stiffness": 20}
+    assert chart.neighbour(place, 1, 0) == {"temperature": 2, "spring_stiffness": 20}
+    assert chart.neighbour(place, 0, -1) == {"temperature": 3, "spring_stiffness": 19}
+    assert chart.neighbour(place, 0, 1) == place
+
+
+def test_the_next_point_of_curves_is_on_the_same_one_or_on_the_next_higher():
+    ds = sweep(temperature=T, rheological_index=GAMMA)
+    chart = chart_of(ds, Choice(STRESS))
+    place = {"temperature": 10, "rheological_index": 1}
+    assert chart.neighbour(place, -1, 0) == {"temperature": 9, "rheological_index": 1}
+    higher = chart.neighbour(place, 0, 1)["rheological_index"]
+    assert float(ds[STRESS][10, higher]) > float(ds[STRESS][10, 1])
+    assert chart.neighbour(chart.neighbour(place, 0, 1), 0, -1) == place
+
+
+def test_the_next_of_points_in_no_order_is_the_next_to_the_right_or_above():
+    chart = chart_of(
+        random_cases(temperature=(150.0, 320.0), spring_stiffness=(100.0, 1e4)), Choice("regime")
+    )
+    assert isinstance(chart, Cloud)
+    right, above = (chart.neighbour({"case": 5}, *step)["case"] for step in ((1, 0), (0, 1)))
+    assert chart.x[right] == min(chart.x[chart.x > chart.x[5]])
+    assert chart.y[above] == min(chart.y[chart.y > chart.y[5]])

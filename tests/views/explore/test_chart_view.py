@@ -39,3 +39,21 @@ def test_borders_are_drawn_at_their_values_alone(view: ChartView) -> None:
     view.across.value, view.up.value = "spring_stiffness", "temperature"
     assert lines(view) == 0
     assert view.message.text == "The borders lie over temperature and angular_frequency."
+
+
+def test_what_is_chosen_is_chosen_again(view: ChartView) -> None:
+    assert view.parts() == {"spring_stiffness": "3000"}
+    view.sliders["spring_stiffness"].value = 0
+    view.variable.value, view.across.value = "friction_force_amplitude", "angular_frequency"
+    view.log.active = [0]
+    parts = view.parts()
+    assert parts == {
+        "variable": "friction_force_amplitude",
+        "across": "angular_frequency",
+        "logarithmic": "yes",
+        "spring_stiffness": "2000",
+    }
+    view.restore({})
+    assert view.parts() == {"spring_stiffness": "2000"}
+    view.restore(parts | {"upward": "nothing of the kind", "temperature": "odd"})
+    assert view.parts() == parts

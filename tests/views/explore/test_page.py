@@ -13,9 +13,10 @@ from support.sweeps.processes import wait_until
 
 from stickslip import Orbit, Parameters, stationary_orbit
 from sweeps.config.load import from_yaml
-from sweeps.views.explore import motion
+from sweeps.views.explore import address, motion
+from sweeps.views.explore import page as page_module
 from sweeps.views.explore import serving as module
-from sweeps.views.explore.beginning import Beginning, of_nothing, of_result
+from sweeps.views.explore.beginning import Beginning, Opened, of_nothing, of_result
 from sweeps.views.explore.page import Page
 from sweeps.views.explore.summary import absolute_errors, amplitude_text
 from sweeps.views.points import point_of
@@ -244,3 +245,109 @@ def test_the_whole_page_fits_on_narrow_screens(view: View):
         wait_until(lambda: view.page.evaluate("document.documentElement.scrollWidth") <= 700)
     finally:
         view.page.set_viewport_size({"width": 1500, "height": 950})
+
+
+def test_it_fits_a_phone(map_view: View):
+    map_view.page.set_viewport_size({"width": 390, "height": 844})
+    try:
+        wait_until(lambda: map_view.page.evaluate("document.documentElement.scrollWidth") <= 390)
+    finally:
+        map_view.page.set_viewport_size({"width": 1500, "height": 950})
+
+
+def end_of_address(view: View) -> str:
+    return view.page.evaluate("location.hash").removeprefix("#")
+
+
+def test_the_address_tells_what_is_shown_and_opens_it_again(view: View):
+    view.types("temperature", "240")
+    view.types("rheological_index", "1/3")
+    view.says("T = 240 K, γ = 1/3")
+    wait_until(lambda: end_of_address(view) == "temperature=240&rheological_index=1/3")
+    view.page.evaluate("location.hash = 'T=225.5&integrator.rtol=1e-8'")
+    view.says("T = 225.5 K")
+    parameters = Parameters(temperature=225.5)
+    view.shows(stationary_orbit(parameters, rtol=1e-8), parameters)
+    wait_until(lambda: end_of_address(view) == "temperature=225.5&integrator.rtol=1e-8")
+
+
+def test_an_address_that_cannot_be_shown_is_refused_in_a_sentence(view: View):
+    view.page.evaluate("location.hash = 'temprature=240'")
+    view.says("The address asks for what this page does not have: temprature is neither")
+    view.page.evaluate("location.hash = 'at.temperature=240'")
+    view.says("this page has no result file")
+    assert view.box("temperature").input_value() == "200"
+
+
+def test_two_orbits_lie_over_each_other_and_in_the_address(
+    view: View, chromium: Any, monkeypatch: pytest.MonkeyPatch
+):
+    view.page.get_by_text("Keep this orbit").click()
+    view.types("temperature", "250")
+    view.says("Kept: the paper's values")
+    view.shows(stationary_orbit(Parameters(temperature=250)), Parameters(temperature=250))
+    view.types("temperature", "230")
+    view.shows(stationary_orbit(Parameters(temperature=230)), Parameters(temperature=230))
+    view.page.get_by_text("Drop the kept orbit").click()
+    view.page.get_by_text("Keep this orbit").click()
+    view.types("temperature", "240")
+    wait_until(lambda: end_of_address(view) == "temperature=240&kept.temperature=230")
+    asked, opened_by, computed = threading.Event(), address.opened_by, motion.compute
+
+    def opens(parts: dict[str, str], result: None) -> Opened:
+        opened = opened_by(parts, result)
+        if opened.point.parameters.temperature == 230.0:
+            asked.set()
+        return opened
+
+    def compute(opened: Opened, tell: Any) -> motion.Motion:
+        """What a page begins with is computed as soon as the address asks for more."""
+        found = computed(opened, tell)
+        if opened.point.parameters == Parameters():
+            assert asked.wait(60)
+        return found
+
+    monkeypatch.setattr(address, "opened_by", opens)
+    monkeypatch.setattr(page_module, "compute", compute)
+    with opened_tab(chromium) as tab:
+        tab.goto(view.page.evaluate("location.href"))
+        tab.get_by_text("Kept: T = 230 K").wait_for()
+        tab.get_by_text("T = 240 K").wait_for()
+    view.page.get_by_text("Drop the kept orbit").click()
+    wait_until(lambda: "kept" not in end_of_address(view))
+
+
+def test_the_blocks_play_pause_and_step(view: View):
+    clock = view.page.locator("#clock")
+    assert clock.inner_text().startswith("t = 0.0000 s")
+    view.page.get_by_text("Play", exact=True).click()
+    wait_until(lambda: not clock.inner_text().startswith("t = 0.0000 s"))
+    view.page.get_by_text("Pause", exact=True).click()
+    before = clock.inner_text()
+    view.page.get_by_label("one step forward").click()
+    assert clock.inner_text() != before
+    view.page.get_by_label("one step back").click()
+    assert clock.inner_text() == before
+    view.page.locator("#time").fill("0")
+    order = of_nothing().first.point.simulate(samples_per_period=2000).order_parameter
+    assert clock.inner_text() == f"t = 0.0000 s, φ = {float(order[0]):.3f}"
+
+
+def test_every_control_has_a_name(view: View):
+    assert view.page.get_by_role("slider", name="temperature").count() == 1
+    assert view.page.get_by_role("textbox", name="viscosity coefficient, Pa·sᵞ⁺¹").count() == 1
+
+
+def test_arrow_keys_open_the_next_point_of_the_map(map_view: View):
+    map_view.page.locator("#chart").focus()
+    for key, temperature, stiffness in (
+        ("ArrowRight", "260", "2000"),
+        ("ArrowUp", "260", "2828.43"),
+        ("ArrowLeft", "250", "2828.43"),
+    ):
+        map_view.page.keyboard.press(key)
+        wait_until(lambda: map_view.box("temperature").input_value() == temperature)  # noqa: B023
+        wait_until(lambda: map_view.box("spring_stiffness").input_value() == stiffness)  # noqa: B023
+    wait_until(lambda: "at.temperature=250" in end_of_address(map_view))
+    map_view.box("temperature").press("ArrowRight")
+    assert map_view.box("temperature").input_value() == "250"

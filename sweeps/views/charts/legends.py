@@ -1,0 +1,30 @@
+"""What the colours of a chart are, as HTML beside it: it wraps where a page is narrow."""
+
+from __future__ import annotations
+
+from html import escape
+
+from matplotlib.colors import to_hex
+
+from sweeps.figures.colours import Colours, code_name, code_sentence
+from sweeps.figures.style import GREY
+from sweeps.views.charts.scales import palette_of
+
+
+def kinds_html(colours: Colours) -> str:
+    """Return the kinds or counts of a variable, each with its colour and its meaning."""
+    squares = [
+        _square(colour, code_name(colours.name, code), code_sentence(colours.name, code))
+        for colour, code in zip(palette_of(colours), colours.codes, strict=True)
+    ]
+    return "".join(squares)
+
+
+def missing_html() -> str:
+    """Return the colour of points without a value."""
+    return _square(to_hex(GREY), "no value", "No result, or not defined at these points.")
+
+
+def _square(colour: str, text: str, meaning: str) -> str:
+    square = f'<i style="background:{colour}"></i>'
+    return f'<span title="{escape(meaning)}">{square}{escape(text)}</span>'
