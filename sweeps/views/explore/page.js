@@ -35,9 +35,11 @@ function* everything(root) {
   }
 }
 
-// Bokeh's sliders have no name for those who hear the page, nor the value of the box beside them.
-function nameSliders() {
+// Bokeh's sliders have no name for those who hear the page, and its figures stop the tabulator
+// where no key does anything.
+function nameParts() {
   for (const one of everything(document)) {
+    if (one.matches(".bk-events")) one.tabIndex = -1;
     const label = one.matches(".noUi-handle") && one.getRootNode().host.dataset.label;
     if (label) one.setAttribute("aria-label", label);
   }
@@ -177,7 +179,7 @@ function player({ state, motion, portrait, courses }) {
 function begin(models) {
   keepAddress(models.state);
   hearArrows(models.state);
-  nameSliders();
+  nameParts();
   player(models);
   document.body.dataset.ready = "yes";
 }
