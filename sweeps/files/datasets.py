@@ -77,7 +77,7 @@ def readable(path: Path) -> Iterator[None]:
     """Raise the errors of reading a damaged file as a StorageError."""
     try:
         yield
-    except ExpectedError:  # it has its message already
+    except (ExpectedError, BrokenPipeError):  # it has its message, or its reader has gone
         raise
     except FileNotFoundError:
         raise StorageError(f"{path} does not exist") from None

@@ -29,6 +29,7 @@ from sweeps.engine.settings import options_of
 from sweeps.engine.trajectories import trajectory
 from sweeps.exits import ExpectedError
 from sweeps.figures.plot_options import places_at
+from sweeps.files.attributes import software
 from sweeps.grid import CASE, DIRECTION, DIRECTIONS, Grid
 
 if TYPE_CHECKING:
@@ -267,7 +268,15 @@ def version_differences(attributes: Mapping[str, Any]) -> tuple[str, ...]:
         reasons.append(f"it was computed by numerics version {version}, this is {ours}")
     if processor() not in str(attributes.get("processor", processor())):
         reasons.append(f"it was computed on {attributes['processor']}, this is {processor()}")
+    compilers, own = (_compilers(text) for text in (attributes.get("software", ""), software()))
+    if compilers not in ("", own):
+        reasons.append(f"it was compiled by {compilers}, this is {own}")
     return tuple(reasons)
+
+
+def _compilers(text: str) -> str:
+    """Return the versions of the compilers among those of all packages, which `software` names."""
+    return " and ".join(re.findall(r"\b(?:numba|llvmlite) [^,]+", text))
 
 
 def _in_words(chosen: xr.Dataset, fixed: Iterable[str]) -> str:

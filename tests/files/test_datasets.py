@@ -19,6 +19,7 @@ from sweeps.files.atomic import StorageError
 from sweeps.files.datasets import (
     content_hash,
     open_result,
+    readable,
     require_writable,
     write_dataset,
 )
@@ -175,6 +176,11 @@ def test_a_damaged_file_is_refused_by_name(tmp_path: Path, damage: Any) -> None:
     path.write_bytes(damage(path.read_bytes()))
     with pytest.raises(StorageError, match=r"a\.nc is not a readable NetCDF file"):
         open_result(path)
+
+
+def test_a_reader_that_leaves_is_no_damage_of_the_file() -> None:
+    with pytest.raises(BrokenPipeError), readable(Path("a.nc")):
+        raise BrokenPipeError(errno.EPIPE, "Broken pipe")  # of standard output
 
 
 # --- identity ---

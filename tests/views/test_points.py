@@ -179,9 +179,14 @@ def test_a_trajectory_has_no_points_of_a_result(ds: xr.Dataset) -> None:
 
 
 def test_what_may_change_the_bits_is_named(ds: xr.Dataset) -> None:
-    another = ds.assign_attrs(numerics_version="1", processor="8086")
-    versions = point_of(another, T=200, gamma=0).versions
-    assert len(versions) == 2
+    software = "Python 3.1, numpy 9.0, numba 0.1.2, llvmlite 0.3.4, xarray 9.0"
+    another = ds.assign_attrs(numerics_version="1", processor="8086", software=software)
+    version, processor, compiler = point_of(another, T=200, gamma=0).versions
+    assert version.startswith("it was computed by numerics version 1, this is ")
+    assert processor.startswith("it was computed on 8086, this is ")
+    assert compiler.startswith("it was compiled by numba 0.1.2 and llvmlite 0.3.4, this is numba ")
+    other = str(ds.software).replace("xarray", "xarray 1, formerly")
+    assert point_of(ds.assign_attrs(software=other), T=200, gamma=0).versions == ()
     assert point_of(ds, T=200, gamma=0).versions == ()
 
 
