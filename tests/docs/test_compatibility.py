@@ -1,0 +1,154 @@
+"""The promises of docs/compatibility.md, kept with files and names of 1.0.0."""
+
+from __future__ import annotations
+
+import gzip
+from collections.abc import Callable
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from support.public_names import public_names
+from support.sweeps.commands import Command
+from support.sweeps.sweeping import everything
+
+from stickslip.kernels.version import NUMERICS_VERSION
+from stickslip.variables import RESULTS
+from sweeps.files.datasets import open_result
+from sweeps.views.points import version_differences
+
+RELEASED = Path(__file__).parents[1] / "golden" / "1.0.0"
+POINTS = {
+    "followed": ["T=200", "omega=15", "direction=down"],
+    "stochastic": ["case=1"],
+    "unfinished": ["T=225", "gamma=-2/3"],
+}
+Unpacked = Callable[[str], Path]
+
+
+@pytest.fixture
+def command(shell: Command) -> Command:
+    return shell
+
+
+@pytest.fixture
+def unpacked(command: Command) -> Unpacked:
+    """A file of 1.0.0, and its config, by name, in the folder of the test."""
+
+    def unpack(name: str) -> Path:
+        path = Path(f"{name}.nc")
+        path.write_bytes(gzip.decompress((RELEASED / f"{name}.nc.gz").read_bytes()))
+        if name in POINTS:
+            Path(f"{name}.yaml").write_text((RELEASED / f"{name}.yaml").read_text())
+        return path
+
+    return unpack
+
+
+# --- names ---
+
+
+def test_no_name_of_the_release_has_gone_or_means_something_else() -> None:
+    released = (RELEASED / "names.txt").read_text("utf-8").splitlines()
+    assert len(released) > 500
+    assert set(released) - set(public_names()) == set()
+
+
+@pytest.mark.parametrize("name", POINTS)
+def test_variables_of_a_released_file_have_the_names_and_units_of_today(
+    unpacked: Unpacked, name: str
+) -> None:
+    with xr.open_dataset(unpacked(name)) as ds:
+        for variable, data in ds.data_vars.items():
+            declared = RESULTS[str(variable)]
+            assert data.attrs["units"] == declared.units, variable
+            assert data.dtype == np.dtype(declared.dtype), variable
+        assert ds.status.sizes == open_result(Path(f"{name}.nc")).status.sizes
+
+
+# --- files ---
+
+
+@pytest.mark.parametrize("name", [*POINTS, "trajectory"])
+def test_a_released_file_is_described_drawn_and_exported(
+    command: Command, unpacked: Unpacked, name: str
+) -> None:
+    path = unpacked(name)
+    info = command("info", path.name)
+    assert (info.code, info.err) == (0, "")
+    assert "title: A file of 1.0.0" in info.out
+    assert "source: stickslip 1.0.0, " in info.out
+    for arguments, made in [
+        (("plot", path.name, "-o", "a.png"), "a.png"),
+        (("export", path.name, "-o", "a.csv"), "a.csv"),
+    ]:
+        done = command(*arguments)
+        assert done.code == 0, done.err
+        assert Path(made).stat().st_size > 1000
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", POINTS)
+def test_a_page_of_a_released_file_is_made(command: Command, unpacked: Unpacked, name: str) -> None:
+    pytest.importorskip("bokeh")
+    done = command("report", unpacked(name).name, "-o", "a.html")
+    assert done.code == 0, done.err
+    assert "A file of 1.0.0" in Path("a.html").read_text("utf-8")
+
+
+@pytest.mark.parametrize("name", POINTS)
+def test_a_point_of_a_released_file_is_computed_again(
+    command: Command, unpacked: Unpacked, name: str
+) -> None:
+    """With the same bits, or within the error that the file states where bits may differ."""
+    path = unpacked(name)
+    at = [part for text in POINTS[name] for part in ("--at", text)]
+    done = command("replay", path.name, *at)
+    assert done.code == 0, done.err
+    assert Path(f"{name}-replay.nc").exists()
+    ds = open_result(path)
+    if not version_differences(ds.attrs):
+        assert "variables agree with the file bit for bit" in done.out
+    point = ds.stickslip.at(**dict(text.split("=") for text in POINTS[name]))
+    again = point.orbit()
+    for amplitude in ("elastic_stress_amplitude", "friction_force_amplitude"):
+        error = point.stored["amplitude_error"] + 1e-9
+        assert getattr(again, amplitude) == pytest.approx(point.stored[amplitude], rel=error)
+
+
+# --- growing ---
+
+MORE = "temperature=[200, 225, 250, 275, 300]"
+GROW = ("sweep", "unfinished.yaml", "--set", MORE, "-o", "unfinished.nc")
+
+
+def test_a_released_file_is_finished_and_grown_by_the_same_numerics_version(
+    command: Command, unpacked: Unpacked
+) -> None:
+    before = open_result(unpacked("unfinished"))
+    done = command(*GROW)
+    if str(before.numerics_version) != str(NUMERICS_VERSION):
+        assert done.code == 2, done.out
+        return
+    assert done.code == 0, done.err
+    assert "4 in unfinished.nc; 6 to compute\n" in done.err
+    after = open_result(Path("unfinished.nc"))
+    assert np.all(after.status == 0)
+    kept = after.sel(temperature=[200, 225])
+    for name, values in before.sel(temperature=[200, 225]).data_vars.items():
+        np.testing.assert_array_equal(kept[name], values, err_msg=str(name))
+
+
+def test_a_released_file_is_refused_and_kept_by_another_numerics_version(
+    command: Command, unpacked: Unpacked
+) -> None:
+    with netCDF4.Dataset(unpacked("unfinished"), "a") as file:
+        file.numerics_version = str(NUMERICS_VERSION - 1)
+    before = everything()
+    done = command(*GROW)
+    assert (done.code, done.out) == (2, "")
+    assert f"computed by numerics version {NUMERICS_VERSION - 1}, this is" in done.err
+    assert done.err.endswith("--overwrite replaces it, -o writes elsewhere\n")
+    assert everything() == before
