@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import gzip
+import re
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,7 +21,8 @@ from stickslip.variables import RESULTS
 from sweeps.files.datasets import open_result
 from sweeps.views.points import version_differences
 
-RELEASED = Path(__file__).parents[1] / "golden" / "1.0.0"
+ROOT = Path(__file__).parents[2]
+RELEASED = ROOT / "tests" / "golden" / "1.0.0"
 POINTS = {
     "followed": ["T=200", "omega=15", "direction=down"],
     "stochastic": ["case=1"],
@@ -54,6 +57,19 @@ def test_no_name_of_the_release_has_gone_or_means_something_else() -> None:
     released = (RELEASED / "names.txt").read_text("utf-8").splitlines()
     assert len(released) > 500
     assert set(released) - set(public_names()) == set()
+
+
+def test_the_page_lists_what_an_install_brings() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    users = ("report", "explore", "fit", "table", "dask")
+    extras = [name for extra in users for name in project["optional-dependencies"][extra]]
+    page = (ROOT / "docs" / "compatibility.md").read_text("utf-8")
+    listed = re.findall(r"`([\w.]+)`", page.split("| packages |")[1])
+    needed = {re.split(r"[<>=]", name)[0] for name in (*project["dependencies"], *extras)}
+    assert needed | {*users, ".parquet"} == set(listed)
+    for version in re.findall(r"Python :: (3\.\d+)", str(project["classifiers"])):
+        assert version in page
+        assert f'"{version}"' in (ROOT / ".github" / "workflows" / "tests.yml").read_text("utf-8")
 
 
 @pytest.mark.parametrize("name", POINTS)
