@@ -75,9 +75,7 @@ def _parameters() -> str:
         (
             f"`{name}`",
             f"`{variable.symbol}`",
-            re.sub(r"-?\d+", lambda m: m[0].translate(_SUPERSCRIPTS), variable.units)
-            if variable.units != "1"
-            else "",
+            re.sub(r"(?<=[A-Za-z])-?\d+", lambda m: m[0].translate(_SUPERSCRIPTS), variable.unit),
             _value(variable.default),
             _valid(keys[name]),
             variable.meaning + (f"; {variable.comment}" if variable.comment else ""),

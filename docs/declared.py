@@ -78,7 +78,7 @@ def _method(name: str, arguments: list[str]) -> Iterator[str]:
 def _property(variable: Variable, kind: str) -> Iterator[str]:
     yield "    @property"
     yield f"    def {variable.name}(self) -> {kind}:"
-    yield f'        """{variable.meaning}, {variable.symbol} [{variable.units}]"""'
+    yield f'        """{variable.meaning}, {variable.symbol} [{variable.unit or 1}]"""'
 
 
 if __name__ == "__main__":

@@ -55,10 +55,7 @@ def _cell(text: str) -> str:
 
 
 def _variables(registry: Mapping[str, Variable]) -> str:
-    rows = (
-        (f"`{v.name}`", f"${v.tex}$", v.units if v.units != "1" else "", _cell(_meaning(v)))
-        for v in registry.values()
-    )
+    rows = ((f"`{v.name}`", f"${v.tex}$", v.unit, _cell(_meaning(v))) for v in registry.values())
     return table("| name | symbol | unit | meaning |", rows)
 
 

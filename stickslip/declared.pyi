@@ -14,7 +14,7 @@ class ParameterValues(tuple[float, ...]):
         """lubricant temperature, T [K]"""
     @property
     def viscosity_coefficient(self) -> float:
-        """viscosity coefficient, k [Pa s]"""
+        """viscosity coefficient, k [Pa s^(gamma+1)]"""
     @property
     def spring_stiffness(self) -> float:
         """stiffness of each of the two springs, K [N m-1]"""

@@ -85,8 +85,9 @@ def _describe() -> None:
         ]
     )
     described = "".join(
-        f"    {name} : {variable.symbol}, {variable.units}, default {variable.default:g}\n"
-        f"        {variable.meaning}\n"
+        f"    {name} : float\n"
+        f"        {variable.meaning}, {variable.symbol} [{variable.unit or 1}], "
+        f"by default {variable.default:g}\n"
         for name, variable in PARAMETERS.items()
     )
     Parameters.__signature__ = signature  # type: ignore[attr-defined]

@@ -10,7 +10,7 @@ from typing import Any
 from stickslip.symbols import as_html
 from stickslip.variables import Variable
 
-_POWER = re.compile(r"(-?\d+)")
+_POWER = re.compile(r"\^\((.*)\)|(-?\d+)")
 _CELL = "text-align: left; padding: 0 1em 0 0"
 
 
@@ -27,7 +27,7 @@ def value_table(
 
 
 def _row(variable: Variable, value: Any, bold: bool) -> str:
-    units = "" if variable.units == "1" else _POWER.sub(r"<sup>\1</sup>", variable.units)
+    units = _POWER.sub(r"<sup>\1\2</sup>", variable.unit.replace("gamma", "γ"))
     symbol = as_html(f"${variable.tex}$")
     cells = [html.escape(variable.name), symbol, html.escape(_text(value)), units.replace("-", "−")]
     inner = "".join(f'<td style="{_CELL}">{cell}</td>' for cell in cells)

@@ -11,7 +11,7 @@ import re
 import sys
 import unicodedata
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -21,7 +21,10 @@ from stickslip.symbols import LOWERED
 
 @dataclass(frozen=True)
 class Variable:
-    """A named quantity: its symbol in ASCII and in mathtext, its unit (UDUNITS) and its meaning."""
+    """A named quantity: its symbol in ASCII and in mathtext, its unit (UDUNITS) and its meaning.
+
+    A unit that hangs on another quantity, which UDUNITS cannot say, is `written` for people.
+    """
 
     name: str
     symbol: str
@@ -29,6 +32,12 @@ class Variable:
     units: str
     meaning: str
     comment: str = ""
+    written: str = field(default="", kw_only=True)
+
+    @property
+    def unit(self) -> str:
+        """The unit in words; empty for a number."""
+        return self.written or ("" if self.units == "1" else self.units)
 
     @property
     def attributes(self) -> dict[str, str]:
@@ -121,7 +130,7 @@ PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
     _not_negative("temperature", "T", "T", "K", "lubricant temperature", default=200.0),
     _not_negative("viscosity_coefficient", "k", "k", "Pa s", "viscosity coefficient",
         "numerically the effective viscosity at a strain rate of 1 s-1; "
-        "its dimension is Pa s^(gamma+1), Eq. 7", default=5e4),
+        "its dimension is Pa s^(gamma+1), Eq. 7", default=5e4, written="Pa s^(gamma+1)"),
     _not_negative("spring_stiffness", "K", "K", "N m-1", "stiffness of each of the two springs",
         default=3000.0),
     ParameterVariable("rheological_index", "gamma", r"\gamma", "1", "rheological index",

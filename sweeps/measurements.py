@@ -27,7 +27,7 @@ Floats: TypeAlias = NDArray[np.float64]
 MEASURABLE: Mapping[str, str] = {
     spelling: name
     for name, variable in RESULTS.items()
-    if variable.dtype == "f8" and variable.units != "1"
+    if variable.dtype == "f8" and variable.unit
     for spelling in (name, variable.symbol)
 }
 """The variables that can be measured, by name and symbol: those with a unit."""

@@ -28,6 +28,7 @@ def test_symbols_and_units_have_true_indices_and_powers() -> None:
     assert "σ<sub>el,max</sub>" in stationary_orbit(rtol=1e-4)._repr_html_()
     shown = Parameters()._repr_html_()
     assert "m<sup>3</sup> J<sup>−1</sup> s<sup>−1</sup>" in shown
+    assert ">Pa s<sup>γ+1</sup><" in shown
     assert ">φ<sub>0</sub><" in shown
 
 

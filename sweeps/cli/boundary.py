@@ -106,7 +106,7 @@ def _summarise(borders: xr.Dataset) -> None:
     is_fold = borders.type.values == 1
     if len(axes) == 1:
         for place, pair, fold in zip(borders[axes[0]].values, sides, is_fold, strict=True):
-            value = f"{place:.8g} {PARAMETERS[axes[0]].units}"
+            value = f"{place:.8g} {PARAMETERS[axes[0]].unit}".rstrip()
             print(f"{axes[0]} {value}: {_between(*pair)}, {'fold' if fold else 'grazing'}")
         return
     for pair in dict.fromkeys(sides):

@@ -38,11 +38,11 @@ def _described(grid: Grid) -> str:
         values = grid.values(name)
         low, high = values[0], values[-1]
         if low < high:
-            changed.append(f"{variable.symbol} {low:g} to {high:g} {variable.units}")
+            changed.append(f"{variable.symbol} {low:g} to {high:g} {variable.unit}".rstrip())
         elif low != variable.default:
-            changed.append(f"{variable.symbol} {low:g} {variable.units}")
+            changed.append(f"{variable.symbol} {low:g} {variable.unit}".rstrip())
     rest = "the others as in the paper" if changed else "as in the paper"
-    return ", ".join([*changed, rest]).replace(" 1,", ",")
+    return ", ".join([*changed, rest])
 
 
 def schema() -> None:

@@ -72,7 +72,7 @@ def _compare(point: Point) -> bool:
     print(point.where)
     differing = point.differences()
     for name, stored in point.stored.items():
-        units = "" if RESULTS[name].units == "1" else f" {RESULTS[name].units}"
+        units = f" {RESULTS[name].unit}".rstrip()
         change = f", now {differing[name][1]!r}" if name in differing else ""
         words = f" ({Regime(int(stored)).name.lower()})" if name == "regime" else ""
         print(f"  {name}: {stored!r}{units}{words}{change}")

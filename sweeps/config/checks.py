@@ -170,7 +170,7 @@ def _warn_of_exchange(document: Document, config: Config) -> None:
     k, K = config.values("viscosity_coefficient"), config.values("spring_stiffness")
     if max(k) <= _K_BORDER <= min(K) and min(k) < _K_BORDER < max(K):
         document.warn(
-            f"K = {K[0]:g} N/m with k = {k[0]:g} Pa s: both are far from their usual magnitude "
+            f"K = {K[0]:g} N/m with k = {k[0]:g}: both are far from their usual magnitude "
             "(K about 3000, k about 5e4), as if k and K were exchanged",
             *_path_of(document, "spring_stiffness"),
         )
@@ -187,7 +187,7 @@ def _warn_of_magnitudes(document: Document, config: Config) -> None:
             size = f"{far[0]:g} K is {far[0] - 273.15:.0f} degrees Celsius"
         else:
             usual = "in the paper" if variable.in_paper else "by default"
-            size = f"{far[0]:g} {variable.units}, against {variable.default:g} {usual}"
+            size = f"{far[0]:g} {variable.unit}, against {variable.default:g} {usual}"
         message = f"{variable.symbol} = {size}: is it in another unit? all values are in SI units"
         document.warn(message, *_path_of(document, name))
 

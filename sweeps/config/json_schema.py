@@ -70,7 +70,7 @@ def _name_parameters(
     """
     schema, keys = mapping["additionalProperties"], mapping.setdefault("properties", {})
     for name, variable in PARAMETERS.items():
-        meaning = f"{variable.meaning} ({variable.symbol}) [{variable.units}]"
+        meaning = f"{variable.meaning} ({variable.symbol}) [{variable.unit or 1}]"
         meaning += f": {variable.comment}" if variable.comment else ""
         held = within(_bounds(variable))
         key = {"$ref": f"#/$defs/{kind}", **held, "description": meaning}

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
-from stickslip.variables import RESULTS
+from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.exits import ExpectedError
 from sweeps.files.atomic import replacing, storage_errors
 from sweeps.files.chunks import Chunks
@@ -198,6 +198,12 @@ def _counts(values: np.ndarray, name: str) -> Any:
     return pd.arrays.IntegerArray(values, values == RESULTS[name].missing)
 
 
+def _unit(variable: xr.DataArray) -> str:
+    """Return the unit for people, who are not bound to what UDUNITS can say."""
+    units, known = str(variable.attrs.get("units", "")), PARAMETERS.get(str(variable.name))
+    return known.written if known and known.written and known.units == units else units
+
+
 def _described(ds: xr.Dataset) -> pd.DataFrame:
     """Return the second table: units and meanings of columns, and values of fixed parameters."""
     import pandas as pd
@@ -206,7 +212,7 @@ def _described(ds: xr.Dataset) -> pd.DataFrame:
     rows = [
         (
             name,
-            ds[name].attrs.get("units", ""),
+            _unit(ds[name]),
             ds[name].attrs.get("long_name", ""),
             fixed.get(name, ""),
         )

@@ -147,7 +147,8 @@ def _of_data(fit: Fit) -> dict[str, Any]:
 
 def _of_parameters(fit: Fit, known: Statistics, profile: Floats | None) -> dict[str, Any]:
     free, u = fit.model.free, fit.trial.u
-    units = {"comment": f"in {'; '.join(f'{e.name}: {PARAMETERS[e.name].units}' for e in free)}"}
+    named = [f"{each.name}: {PARAMETERS[each.name].unit or 1}" for each in free]
+    units = {"comment": f"in {'; '.join(named)}"}
     values = np.array([float(each.value(at)) for each, at in zip(free, u, strict=True)])
     slopes = np.array([each.slope(at) for each, at in zip(free, u, strict=True)])
     starts = np.array([float(each.value(each.start)) for each in free])
@@ -227,7 +228,7 @@ def _machine_line(ds: xr.Dataset) -> str:
     """Return the parameters of the machine that the fit took as given."""
     given = [name for name in _MACHINE if name in ds.coords and ds[name].ndim == 0]
     listed = (
-        f"{PARAMETERS[name].symbol} = {float(ds[name]):g} {PARAMETERS[name].units}"
+        f"{PARAMETERS[name].symbol} = {float(ds[name]):g} {PARAMETERS[name].unit}".rstrip()
         for name in given
         if name not in ds[FREE].values and f"datum_{name}" not in ds
     )
@@ -239,7 +240,7 @@ def _parameter_lines(ds: xr.Dataset) -> list[str]:
     for each in ds[FREE].values:
         own = ds.sel({FREE: each})
         name, code = str(each), Determination(int(own.parameter_determination))
-        units = "" if PARAMETERS[name].units == "1" else f" {PARAMETERS[name].units}"
+        units = f" {PARAMETERS[name].unit}".rstrip()
         ends = [float(own[f"parameter_interval_{side}"]) for side in ("lower", "upper")]
         value, error = float(own.parameter_value), float(own.parameter_standard_error)
         line = f"{name}: {value:.7g}"

@@ -85,6 +85,7 @@ def test_units_and_what_is_fixed_stand_beside_it(ds: xr.Dataset, tmp_path: Path)
     described = {row["name"]: row for row in rows_of(beside)}
     assert beside.name == "a.columns.csv"
     assert described["friction_force_amplitude"]["units"] == "N"
+    assert described["viscosity_coefficient"]["units"] == "Pa s^(gamma+1)"
     assert described["temperature"]["fixed_value"] == ""
     assert float(described["angular_frequency"]["fixed_value"]) == 10.0
 
