@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -29,6 +30,9 @@ if TYPE_CHECKING:
     from sweeps.figures.look import Look
 
 
+_LONGEST_STEM = 120  # bytes or so: names may have 255, and pictures beside it are called alike
+
+
 def simulate(
     file: Annotated[
         Path | None,
@@ -42,14 +46,17 @@ def simulate(
     ] = False,
     no_progress: NoProgressOption = False,
 ) -> None:
-    """Compute a trajectory; by default into results/<name of the config>-trajectory.nc."""
+    """Compute a trajectory; by default into results/<name of the config>-trajectory.nc.
+
+    What is set is part of that name: results/paper-T=250-trajectory.nc.
+    """
     from sweeps.engine.trajectories import AxisLeftError
     from sweeps.files.atomic import refuse_odd_output
     from sweeps.files.datasets import require_writable
 
     changes = [*(set_ or []), *([f"simulation.periods={periods}"] if periods else [])]
     config = checked_config(file, changes)
-    path = output or Path("results") / f"{file.stem if file else 'paper'}-trajectory.nc"
+    path = output or trajectory_path(file, changes)
     if config.sweep or config.cases:
         raise AxisLeftError(config)
     refuse_odd_output(path)
@@ -59,6 +66,13 @@ def simulate(
         )
     require_writable(path)
     _write_trajectories(config, path, progress=not no_progress)
+
+
+def trajectory_path(file: Path | None, changes: list[str]) -> Path:
+    """Return the default name of a trajectory, which differs where something else is set."""
+    words = [re.sub(r"[^\w.+=-]+", "_", change) for change in changes]
+    name = "-".join([file.stem if file else "paper", *words])[:_LONGEST_STEM]
+    return Path("results") / f"{name}-trajectory.nc"
 
 
 def figure(

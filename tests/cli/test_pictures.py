@@ -13,6 +13,7 @@ from support.sweeps.commands import Command, entries
 
 import stickslip
 from stickslip import Parameters
+from sweeps.cli.pictures import trajectory_path
 from sweeps.exits import Exit
 from sweeps.figures import PlotOptions
 from sweeps.files.datasets import open_result
@@ -20,8 +21,8 @@ from sweeps.files.datasets import open_result
 
 def test_simulate_computes_what_python_computes(command: Command) -> None:
     code, out, err = command("simulate", "a.yaml", "--set", "T=250", "--set", "gamma=0")
-    assert (code, out, err) == (0, "results/a-trajectory.nc\n", "")
-    found = open_result(Path("results/a-trajectory.nc"))
+    assert (code, out, err) == (0, "results/a-T=250-gamma=0-trajectory.nc\n", "")
+    found = open_result(Path("results/a-T=250-gamma=0-trajectory.nc"))
     p = Parameters(temperature=250.0, rheological_index=0.0)
     expected = stickslip.simulate(p, periods=1, samples_per_period=50, rtol=1e-4)
     xr.testing.assert_identical(found.drop_attrs(deep=False), expected)
@@ -42,6 +43,25 @@ def test_simulate_needs_no_config(command: Command) -> None:
     assert command("simulate", *arguments, "--overwrite").code == 0
 
 
+@pytest.mark.parametrize(
+    ("file", "changes", "name"),
+    [
+        (None, [], "paper-trajectory.nc"),
+        (None, ["T=250"], "paper-T=250-trajectory.nc"),
+        (None, ["T=250.5", "gamma=-2/3"], "paper-T=250.5-gamma=-2_3-trajectory.nc"),
+        (
+            Path("a.yaml"),
+            ["simulation.drive={velocity: 2e-6}"],
+            "a-simulation.drive=_velocity_2e-6_-trajectory.nc",
+        ),
+    ],
+)
+def test_a_default_name_tells_what_is_set(file: Path | None, changes: list[str], name: str) -> None:
+    assert trajectory_path(file, changes) == Path("results") / name
+    long = [f"cases.T={list(range(500))}"]
+    assert len(trajectory_path(file, long).name) < 200
+
+
 def test_simulate_of_an_axis_names_what_picks_a_point(command: Command) -> None:
     code, out, err = command("simulate", "a.yaml")
     assert (code, out) == (2, "")
@@ -60,8 +80,8 @@ def test_simulate_tells_why_it_failed(command: Command) -> None:
 @pytest.mark.slow
 def test_plot_draws_a_sweep_and_a_trajectory(command: Command) -> None:
     command("sweep", "a.yaml")
-    command("simulate", "a.yaml", "--set", "T=250", "--set", "gamma=0")
-    for name in ("a", "a-trajectory"):
+    command("simulate", "a.yaml", "--set", "T=250", "--set", "gamma=0", "-o", "results/t.nc")
+    for name in ("a", "t"):
         code, out, err = command("plot", f"results/{name}.nc")
         assert (code, err) == (0, "")
         assert out.splitlines() == [f"results/{name}.png", f"results/{name}.pdf"]
@@ -87,16 +107,16 @@ def test_plot_draws_what_the_config_asks_for(
         return draw(ds, name, options)
 
     monkeypatch.setattr(figures, "draw", observed)
-    pick = ("--set", "T=250", "--set", "gamma=0")
+    pick = ("--set", "T=250", "--set", "gamma=0", "-o", "t.nc")
     command("simulate", "a.yaml", *pick, "--set", "plot.figure=phase_portraits")
-    command("plot", "results/a-trajectory.nc", "-o", "t.png")
+    command("plot", "t.nc", "-o", "t.png")
     command("simulate", "a.yaml", *pick, "--overwrite")
-    command("plot", "results/a-trajectory.nc", "-o", "t.png")
+    command("plot", "t.nc", "-o", "t.png")
     command("sweep", "a.yaml", "--set", "plot.figure=phase_portraits")
     command("plot", "results/a.nc", "-o", "a.png")
     command("sweep", "a.yaml", "--overwrite")
     command("plot", "results/a.nc", "-o", "a.png")
-    command("plot", "results/a-trajectory.nc", "-o", "t.png", "--figure", "phase_portraits")
+    command("plot", "t.nc", "-o", "t.png", "--figure", "phase_portraits")
     # A figure that the file holds no data for gives way to the standard one.
     assert asked == ["phase_portraits", None, None, "amplitudes", "phase_portraits"]
     code, _, err = command("plot", "results/a.nc", "-o", "b.png", "--figure", "phase_portraits")
