@@ -66,12 +66,12 @@ def display_of(scene: Scene, *, wanted: bool = True) -> Display:
     """Make the display that suits where the messages go (the standard error)."""
     if not wanted:
         return Display()
-    if _is_in_notebook():
+    if is_in_notebook():
         return _InNotebook(scene)
     return _OnTerminal(scene) if _is_on_terminal() else _InLog(scene)
 
 
-def _is_in_notebook() -> bool:
+def is_in_notebook() -> bool:
     """Return whether an IPython kernel runs this, whose pages show HTML."""
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython else None
@@ -164,7 +164,7 @@ def _bar_of(scene: Scene) -> Progress:
 
 
 class _InNotebook(Display):
-    """Progress as HTML under the cell of a notebook."""
+    """Progress as HTML under the cell of a notebook; what has no goal leaves nothing behind."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
@@ -183,18 +183,18 @@ class _InNotebook(Display):
         if self._painter is not None:
             self._over.set()
             self._painter.join()
-            self._shown.update(self._picture())
+            self._shown.update(self._picture(over=True))
 
     def _keep_drawing(self) -> None:
         while not self._over.wait(1.0 / _FRAMES_PER_SECOND):
             self._shown.update(self._picture())
 
-    def _picture(self) -> HTML:
+    def _picture(self, *, over: bool = False) -> HTML:
         from IPython.display import HTML
 
         scene = self._scene
         if scene.goal is None:
-            return HTML(scene.headline)
+            return HTML("" if over else scene.headline)
         bar = f'<progress value="{scene.done}" max="{scene.goal}" style="width: 20em"></progress>'
         return HTML(f"{bar} {scene.headline}<br>{scene.outlook}")
 

@@ -16,6 +16,7 @@ from sweeps.config.schema import Execution
 from sweeps.engine.executors.worker import Block
 from sweeps.engine.in_memory import run_in_memory
 from sweeps.engine.outcome import Console, Outcome
+from sweeps.engine.progress import is_in_notebook
 from sweeps.engine.resume import ExistingPolicy
 from sweeps.engine.settings import missing_scheduler, read_config
 from sweeps.engine.signals import Stop
@@ -127,8 +128,11 @@ def _execution(
 
 def _run_into(config: Config, output: Path, policy: ExistingPolicy, progress: bool) -> xr.Dataset:
     def say(line: str) -> None:
-        if progress or line.startswith("warning"):
-            Messages(sys.stderr).write(f"{printable(line)}\n")
+        warns = line.startswith("warning")
+        if progress or warns:
+            # A notebook shows the standard error as if something were wrong.
+            stream = sys.stderr if warns or not is_in_notebook() else sys.stdout
+            Messages(stream).write(f"{printable(line)}\n")
 
     stop = Stop(ends_process=False)
     console = Console(say, progress=progress)

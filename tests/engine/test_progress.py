@@ -350,4 +350,5 @@ def test_a_notebook_gets_a_bar_that_goes_on_and_ends_with_the_last_state(
 def test_a_notebook_is_told_that_kernels_are_compiled(soon: None, cell: Cell) -> None:
     with Compiling():
         wait_until(lambda: bool(cell.shown))
-    assert cell.shown[-1].startswith(WORD)
+    assert cell.shown[0].startswith(WORD)
+    assert cell.shown[-1] == ""  # it is over

@@ -43,6 +43,16 @@ def test_a_file_grows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert content_hash(grown) == content_hash(run(CONFIG))
 
 
+def test_a_notebook_gets_no_message_as_an_error(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.nc"
+    run(CONFIG, output=path)
+    monkeypatch.setattr("sweeps.engine.run.is_in_notebook", lambda: True)
+    run(CONFIG, output=path, progress=True)
+    assert capsys.readouterr() == (f"{path} is complete: 4 points, nothing to do\n", "")
+
+
 def test_existing_results_that_do_not_fit_are_refused_until_it_is_decided(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     run(CONFIG, output=path)
