@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from sweeps.accessor import StickslipAccessor
     from sweeps.engine.run import run
-    from sweeps.fitting.fitting import fit
+    from sweeps.fitting.fitting import FitError, fit
 
-__all__ = ["StickslipAccessor", "fit", "run"]
+__all__ = ["FitError", "StickslipAccessor", "fit", "run"]
 
 _HOMES = {
+    "FitError": "sweeps.fitting.fitting",
     "StickslipAccessor": "sweeps.accessor",
     "fit": "sweeps.fitting.fitting",
     "run": "sweeps.engine.run",

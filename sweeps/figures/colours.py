@@ -32,19 +32,21 @@ from sweeps.figures.style import (
     SMALL,
     VERMILLION,
     YELLOW,
+    name_ticks,
 )
 
 KINDS = ("regime", "status")
 _MOST_COUNTS = 12  # different numbers that colours still tell apart
 
-# One colour each, in every picture.
+# One colour each, in every picture. A print without colours tells them apart as well: a liquid is
+# light, and the farther a motion is from a simple one, the darker it is.
 _REGIMES = {
-    Regime.LIQUID: SKY,
+    Regime.LIQUID: "#9AD3F4",
     Regime.LOCKED: BLUE,
     Regime.STICK_SLIP_SYMMETRIC: ORANGE,
     Regime.STICK_SLIP_ASYMMETRIC: VERMILLION,
-    Regime.SUBHARMONIC: GREEN,
-    Regime.APERIODIC: PURPLE,
+    Regime.SUBHARMONIC: "#00684C",
+    Regime.APERIODIC: "#5A1A50",
     Regime.UNKNOWN: GREY,
 }
 _STATUSES: dict[int, str] = {
@@ -94,6 +96,8 @@ class Colours:
         mappable = ScalarMappable(self.norm, self.cmap)
         bar = figure.colorbar(mappable, ax=list(beside), pad=0.02, aspect=25)
         bar.set_label(self.label)
+        if isinstance(self.norm, LogNorm):
+            name_ticks(bar.ax.yaxis)
         bar.ax.tick_params(direction="in", which="both")
         bar.ax.yaxis.get_offset_text().set_fontsize(SMALL)
         if self.codes:

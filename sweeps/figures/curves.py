@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from stickslip.variables import RESULTS
+from sweeps.figures.colours import is_discrete
 from sweeps.figures.data import draw_measured
 from sweeps.figures.jumps import break_line, draw_jumps, jumps
 from sweeps.figures.labels import DIRECTIONS, Array, legend_label, shown
@@ -41,6 +42,7 @@ _ROW = 0.035  # of a panel's height: one row of crosses for missing points
 _DOWNWARD = (0, (3.0, 2.0))  # dashes
 _UP_AT, _HEAD = 0.6, 9.0  # part of a curve at which its arrow stands; the size of that, in points
 _BAND = 0.2  # opacity
+_MARGIN = 0.02  # beside a curve, in parts of its length; markers need more
 
 
 @dataclass(frozen=True)
@@ -79,10 +81,10 @@ def draw_curves(
     log = bool(scales & {"y", "z"})
     for panel in drawn.panels:
         _draw_panel(panel, axis, layout, variables, crosses)
-        panel.axes.set_xmargin(0.02)
+        panel.axes.set_xmargin(_MARGIN if axis.order.size > _FEW else 2 * _MARGIN)
         panel.axes.update_datalim([(x, 0.0) for x in axis.quantity.values[[0, -1]]], updatey=False)
         make_logarithmic(panel.axes, ["x"] * axis.geometric + ["y"] * log)
-        low, high = value_range(drawn.dataset, panel.variable, log=log)
+        low, high = _range(drawn.dataset, panel.variable, log=log)
         panel.axes.set(ylim=axis_limits(low, high, 1.0 / (1.0 - _ROW * crosses[-1]), log=log))
     elsewhere = 0
     if data is not None:
@@ -122,7 +124,7 @@ def _draw_panel(
 def curves_of(ds: xr.Dataset, layout: Layout, axis: Axis, name: str) -> Iterator[Curve]:
     """Yield the curves of a variable: for each value of the hue, and for each way."""
     dims = [dim for dim in (layout.hue, DIRECTION if layout.both_ways else None) if dim]
-    count = ds.sizes[layout.hue] if layout.hue else 1
+    count, counts = ds.sizes[layout.hue] if layout.hue else 1, is_discrete(ds, name)
     for places in itertools.product(*(range(ds.sizes[dim]) for dim in dims)):
         place = dict(zip(dims, places, strict=True))
         line, style = ds.isel(place), hue_style(layout.hue, place.get(str(layout.hue), 0), count)
@@ -133,16 +135,30 @@ def curves_of(ds: xr.Dataset, layout: Layout, axis: Axis, name: str) -> Iterator
             style = way_style(style, way)
             labels.append(DIRECTIONS.get(way, way))
         values = shown(trusted(line, name)).values
-        breaks = jumps(line, axis.steps, values)
+        # Nothing lies between two counts.
+        breaks = abs(np.diff(values)) > 0 if counts else jumps(line, axis.steps, values)
         yield Curve(", ".join(labels), style, values, breaks, place, way, _spread(line, name))
 
 
 def _spread(line: xr.Dataset, name: str) -> Array | None:
-    """Return the standard deviation between drive periods, of motions that are not periodic."""
+    """Return the standard deviation between drive periods, where the value is a mean over them.
+
+    It is none of orbits of several periods, whose value is the largest: it is no band around that.
+    """
     own = f"{name}_spread"
-    if own not in line or not (spread := shown(trusted(line, own)).values).any():
+    if own not in line or "orbit_periods" not in line:
         return None
-    return np.nan_to_num(spread)
+    spread = np.where(line["orbit_periods"] == 0, shown(trusted(line, own)).values, 0.0)
+    return np.nan_to_num(spread) if np.nansum(spread) else None
+
+
+def _range(ds: xr.Dataset, name: str, *, log: bool) -> tuple[float, float]:
+    """Return the range of the values, and of what lies a standard deviation above them."""
+    low, high = value_range(ds, name, log=log)
+    spread = _spread(ds, name)
+    if spread is not None:
+        high = max(high, float(np.nanmax(shown(trusted(ds, name)).values + spread)))
+    return low, high
 
 
 def way_style(style: CurveStyle, way: str) -> CurveStyle:

@@ -38,8 +38,7 @@ def free_energy(ds: xr.Dataset) -> Figure:
     above, below = panels[:, 0]
     _draw_energies(above, ds)
     _draw_phases(below, ds)
-    strain = shown(ds["applied_strain"].rename("elastic_strain"))
-    above.set_title(f"(a) {strain.equation}", fontsize=TEXT, loc="left")
+    above.set_title(_name_of_energies(ds), fontsize=TEXT, loc="left")
     below.set_title("(b)", fontsize=TEXT, loc="left")
     figure.align_ylabels()
     return figure
@@ -54,8 +53,7 @@ def landscape(ds: xr.Dataset) -> Figure:
     _draw_ramps(below, ds)
     for panel in (middle, below):
         panel.set_xlim(*_strains(ds))
-    strain = shown(ds["applied_strain"].rename("elastic_strain"))
-    above.set_title(f"(a) {strain.equation}", fontsize=TEXT, loc="left")
+    above.set_title(_name_of_energies(ds), fontsize=TEXT, loc="left")
     middle.set_title("(b) equilibria, dashed: unstable", fontsize=TEXT, loc="left")
     below.set_title("(c) the strain slowly rises and falls", fontsize=TEXT, loc="left")
     figure.align_ylabels()
@@ -75,12 +73,20 @@ def _draw_energies(axes: Axes, ds: xr.Dataset, *, enlarged: bool = True) -> None
     axes.set_xlim(0.0, float(phi.values[-1]))
     axes.set_xlabel(phi.label, fontsize=TEXT)
     axes.set_ylabel(energy.label, fontsize=TEXT)
-    axes.legend(fontsize=SMALL, frameon=False, loc="lower left", handlelength=2.6)
+    if len(energy.values) > 1:
+        axes.legend(fontsize=SMALL, frameon=False, loc="lower left", handlelength=2.6)
     barriers = [index for index, values in enumerate(energy.values) if _has_barrier(values)]
     if barriers and enlarged:
         index = barriers[0]
         line = _energies(ds, phi.values, energy.values)[index]
         _put_barrier(axes, line, phi.values, energy.values[index])
+
+
+def _name_of_energies(ds: xr.Dataset) -> str:
+    """Return the strain, and the temperature where there is one only and hence no legend."""
+    strain = shown(ds["applied_strain"].rename("elastic_strain")).equation
+    alone = f"{slice_label(ds, {'temperature': 0})}, " if ds.sizes["temperature"] == 1 else ""
+    return f"(a) {alone}{strain}"
 
 
 def _energies(ds: xr.Dataset, phi: Array, energy: Array) -> list[Line2D]:
@@ -184,7 +190,7 @@ def _draw_phases(axes: Axes, ds: xr.Dataset) -> None:
         colour = curve_style(index, len(states.values)).colour
         axes.plot(temperature, float(ds["applied_strain"]), "o", color=colour, markersize=3.5)
     axes.set_xlim(freezing.min(), max(states.values.max(), melting.max()) + _ROOM)
-    axes.set_ylim(0.0, 1.02 * eps.values[-1])
+    axes.set_ylim(0.0, eps.values[-1])  # the borders do not end within the panel
     axes.set_xlabel(states.label, fontsize=TEXT)
     axes.set_ylabel(eps.label, fontsize=TEXT)
     _name_phases(axes, ds, eps.values, freezing, melting)
@@ -202,5 +208,5 @@ def _name_phases(axes: Axes, ds: xr.Dataset, eps: Array, freezing: Array, meltin
         border = ", ".join(shown(ds[f"{name}_{of}"]).symbol for of in ("temperature", "strain"))
         place = (temperature[third], eps[third])
         axes.text(*place, f" {border} ", fontsize=SMALL, ha=ha, va=va)
-    middle = int(0.4 * len(eps))
-    axes.text((freezing[middle] + melting[middle]) / 2.0, eps[middle], "both", rotation=-62, **text)
+    near = int(0.13 * len(eps))  # where the borders are steep, and a word fits between them
+    axes.text((freezing[near] + melting[near]) / 2.0, eps[near], "both", rotation=90, **text)

@@ -21,6 +21,7 @@ import numpy as np
 from cycler import cycler
 from matplotlib import style as mpl_style
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
@@ -241,10 +242,14 @@ def make_logarithmic(axes: Axes, directions: Sequence[str]) -> None:
     """Logarithmic axes in the `directions` x and y."""
     for direction in directions:
         axes.set(**{f"{direction}scale": "log"})
-        axis = axes.xaxis if direction == "x" else axes.yaxis
-        axis.set_major_formatter(_LogFormatter())
-        axis.set_minor_formatter(_LogFormatter(labelOnlyBase=False))
-        axes.tick_params(axis=direction, which="minor", labelsize=SMALL)  # type: ignore[arg-type]
+        name_ticks(axes.xaxis if direction == "x" else axes.yaxis)
+
+
+def name_ticks(axis: Axis) -> None:
+    """Plain numbers at the ticks of a logarithmic axis, where it is short."""
+    axis.set_major_formatter(_LogFormatter())
+    axis.set_minor_formatter(_LogFormatter(labelOnlyBase=False))
+    axis.set_tick_params(which="minor", labelsize=SMALL)
 
 
 def wrapped(figure: Figure, text: str, inches: float, size: str = TEXT) -> str:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from matplotlib.collections import LineCollection, QuadMesh
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgb
 from support.pictures import GAMMAS, TEMPERATURES, described, failed, legend_of, note, panels, sweep
 
 from stickslip.regime import Regime
 from stickslip.status import Status
 from sweeps.figures import PlotOptions, draw
+from sweeps.figures.colours import kind_colour
 
 K = np.geomspace(1e4, 2e5, 12)
 STIFFNESS = [1e3, 2e3, 3e3, 4e3]
@@ -50,6 +51,11 @@ def test_a_regime_keeps_its_colour_beside_other_regimes():
         codes[0, 0] = Regime.STICK_SLIP_SYMMETRIC
         _, _, mesh = mapped(with_regimes(ds, codes))
         assert (cell_colours(mesh) == ORANGE).sum() == 1
+
+
+def test_regimes_differ_in_a_print_without_colours():
+    greys = sorted(np.dot([0.299, 0.587, 0.114], to_rgb(kind_colour("regime", r))) for r in Regime)
+    assert np.diff(greys).min() > 0.04
 
 
 def test_a_line_parts_regimes():

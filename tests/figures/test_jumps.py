@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.pictures import TEMPERATURES, curves, described, jumps, panels, sweep
 
-from sweeps.figures import draw
+from sweeps.figures import PlotOptions, draw
 
 STEP = 20  # the first point of another regime
 BETWEEN = (TEMPERATURES[STEP - 1] + TEMPERATURES[STEP]) / 2
@@ -59,6 +59,16 @@ def test_a_notch_of_a_single_point_is_two_jumps():
     axes = curve(np.linspace(4e6, 3e6, 35) - 1e6 * notch, notch)
     assert len(jumps(axes)) == 2
     assert curves(axes)[0].get_markevery() == [13]
+
+
+def test_a_count_jumps_wherever_it_changes():
+    ds = sweep(temperature=TEMPERATURES)
+    counts = np.where(np.arange(35) < 17, 0, 4)
+    ds = ds.assign(solid_transition_count=("temperature", counts.astype("i4")))
+    options = PlotOptions(variable=("friction_force_amplitude", "solid_transition_count"))
+    force, transitions = panels(draw(described(ds), None, options))
+    assert not jumps(force)
+    assert jumps(transitions) == [pytest.approx(TEMPERATURES[16:18].mean())]
 
 
 def test_a_jump_on_a_logarithmic_axis_is_in_its_middle():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from support.pictures import GAMMAS, TEMPERATURES, curves, note, panels, sweep
+from support.pictures import GAMMAS, TEMPERATURES, curves, described, note, panels, sweep
 
 from sweeps.figures import Look, PlotOptions, draw
 from sweeps.figures.look import range_of, size_of
@@ -81,6 +81,31 @@ def test_texts_of_sizes_and_limits():
     for wrong in ("3", "1:2:3", "a:b"):
         with pytest.raises(ValueError, match="as in 0:3"):
             range_of(wrong)
+
+
+def test_short_logarithmic_colours_have_plain_numbers(ds):
+    ds[FORCE] = ds[FORCE] * 0.0 + np.geomspace(6e-4, 5e-3, ds[FORCE].size).reshape(ds[FORCE].shape)
+    figure = drawn(ds, FORCE, y="K", log="z")
+    figure.draw_without_rendering()
+    texts = [label.get_text() for label in figure.axes[1].get_yticklabels(which="both")]
+    assert "2" in texts
+    assert not any("times" in text for text in texts)
+
+
+def test_a_band_lies_around_means_and_within_the_panel():
+    ds = sweep(temperature=TEMPERATURES)
+    periods = np.where(np.arange(35) < 20, 0, 3)  # an orbit of three periods has no mean
+    ds = ds.assign(
+        orbit_periods=("temperature", periods.astype("i4")),
+        elastic_stress_amplitude_spread=("temperature", np.full(35, 1e6)),
+    )
+    axes = panels(draw(described(ds)))[0]
+    (band,) = axes.collections
+    x, y = band.get_paths()[0].vertices.T
+    assert x[y > 5.0 - 1e-9].min() == TEMPERATURES[0]
+    assert np.ptp(y[x == TEMPERATURES[19]]) == pytest.approx(2.0)
+    assert np.ptp(y[x == TEMPERATURES[20]]) == pytest.approx(0.0)
+    assert axes.get_ylim()[1] > 5.0
 
 
 def test_axes_of_the_user_are_drawn_into(ds):

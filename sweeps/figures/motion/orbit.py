@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweeps.figures.labels import shown
-from sweeps.figures.motion.traces import ALONE, TIME_COURSES, draw_courses
+from sweeps.figures.motion.traces import ALONE, TIME_COURSES, both_blocks, draw_courses
 from sweeps.figures.style import PAGE, SKY, SMALL, TEXT, VERMILLION, new_figure
 
 _HEIGHT = 5.2  # inches
@@ -23,6 +23,7 @@ def orbit(ds: xr.Dataset) -> Figure:
     left, right = figure.subfigures(1, 2, width_ratios=(1.15, 1.0))  # type: ignore[misc]
     courses = left.subplots(len(TIME_COURSES), 1, sharex=True)
     draw_courses(list(courses), TIME_COURSES, ds)
+    left.legend(handles=both_blocks(), loc="outside upper center", ncols=2)
     left.align_ylabels()
     with_map = "stroboscopic_displacement" in ds.variables
     panels = right.subplots(2 if with_map else 1, 1, squeeze=False).ravel()

@@ -78,12 +78,16 @@ RELATIVE_MOTION = (
 def time_courses(ds: xr.Dataset) -> Figure:
     """Displacements, velocities, elastic stress and friction force against time (Figs. 3, 6)."""
     figure = _stack(ds, TIME_COURSES, height=5.2)
-    lines = [
+    put_legend(figure, both_blocks())
+    return figure
+
+
+def both_blocks() -> list[Line2D]:
+    """The lines of both blocks, for a legend of their time courses."""
+    return [
         Line2D([], [], **UPPER.line(), label="upper block $X$, $V$"),
         Line2D([], [], **LOWER.line(), label="lower block $x$, $v$"),
     ]
-    put_legend(figure, lines)
-    return figure
 
 
 def relative_motion(ds: xr.Dataset) -> Figure:
