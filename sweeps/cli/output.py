@@ -108,10 +108,12 @@ def print_plan(plan: Plan, slots: str) -> None:
         print(f"time: about {duration(0.0)} on {slots}, nothing to compute")
         return
     wide = 1.0 + max(_LEAST_WIDE, _DEVIATIONS * plan.uncertainty)
-    low, high = duration(plan.seconds / wide), duration(plan.seconds * wide)
+    low, high = duration(plan.least_seconds / wide), duration(plan.seconds * wide)
     between = f"about {low}" if low == high else f"{low} to {high}"
+    refined = plan.least_seconds < plan.seconds
+    least = ", less the more of the refined grid is interpolated" if refined else ""
     print(
-        f"time: {between} on {slots}, from a sample of {plan.pilot_points}; "
+        f"time: {between} on {slots}{least}, from a sample of {plan.pilot_points}; "
         "rare points that take long may exceed it"
     )
 

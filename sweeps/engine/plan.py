@@ -20,6 +20,7 @@ from sweeps.engine.executors.worker import task_of
 from sweeps.engine.existing import Target, found_beside
 from sweeps.engine.order.part import Part
 from sweeps.engine.order.product import PILOT_BLOCKS, Costs, pilot_blocks, pilot_points
+from sweeps.engine.order.refine import refinement_of
 from sweeps.engine.outcome import RESULT_BYTES_PER_POINT
 from sweeps.engine.progress import SILENT, Compiling
 from sweeps.engine.settings import options_of
@@ -37,7 +38,8 @@ class Plan:
     """The estimated size and time of a sweep.
 
     `there` of the `points` are computed already; the rest takes `seconds` on the given workers,
-    compiling left aside; the relative standard error of that is `uncertainty`.
+    compiling left aside; the relative standard error of that is `uncertainty`. Of a refined grid
+    that is all of it, and the coarse points alone take `least_seconds`, the same elsewhere.
     """
 
     points: int
@@ -46,6 +48,7 @@ class Plan:
     journal_bytes: int
     result_bytes: int
     seconds: float
+    least_seconds: float
     uncertainty: float
     pilot_points: int
 
@@ -64,26 +67,35 @@ def plan(
     points = len(done) - int(np.count_nonzero(done))
     _add_what_is_there(done, target, output)
     left = len(done) - int(np.count_nonzero(done))
-    costs, seconds, block_seconds = Costs(), 0.0, 1.0
+    costs, slots, blocks = Costs(), 1, 0
     if left:
         options = options_of(config)
         with compiling:
             compile_kernels(options, target.grid)
         with make_executor(execution) as executor:
-            costs = _pilot(target.grid, options, done, executor)
-            seconds = costs.estimate(left, executor.slots)
-            block_seconds = executor.block_seconds
-    block = execution.block_points or max(1, costs.points_in(block_seconds))
+            costs, slots = _pilot(target.grid, options, done, executor), executor.slots
+            block = execution.block_points or max(1, costs.points_in(executor.block_seconds))
+            blocks = math.ceil(left / block)
+    if left and target.grid.followed:
+        blocks = sum(1 for _ in blocks_of(target.grid, done, slots))
+        slots = min(slots, blocks)  # a line is computed by one worker
     return Plan(
         points=points,
         there=points - left,
-        blocks=math.ceil(left / block),
+        blocks=blocks,
         journal_bytes=left * BYTES_PER_POINT,
         result_bytes=len(done) * RESULT_BYTES_PER_POINT,
-        seconds=seconds,
+        seconds=costs.estimate(left, slots),
+        least_seconds=costs.estimate(_least(target, done), slots),
         uncertainty=costs.uncertainty,
         pilot_points=costs.points,
     )
+
+
+def _least(target: Target, done: NDArray[np.bool_]) -> int:
+    """Return how many points are computed at least: of a refined grid the coarse ones."""
+    refinement = refinement_of(target.config.refine, target.grid)
+    return int(np.count_nonzero(~done & refinement.needed() if refinement else ~done))
 
 
 def _add_what_is_there(done: NDArray[np.bool_], target: Target, output: Path) -> None:

@@ -94,15 +94,20 @@ class Refinement:
         needs is there.
         """
         while True:
-            self._choose()
-            needed = np.zeros(self._numbers.size, dtype=bool)
-            needed[self._numbers[self._chosen]] = True
+            needed = self.needed()
             rows = rows_of()
             if np.isnan(rows[needed, _STATUS]).any():
                 yield needed
                 rows = rows_of()
             if np.isnan(rows[needed, _STATUS]).any() or not self._cut(rows):
                 return
+
+    def needed(self) -> Mask:
+        """Return the points (size,) that are known to be needed, at first the coarse ones."""
+        self._choose()
+        needed = np.zeros(self._numbers.size, dtype=bool)
+        needed[self._numbers[self._chosen]] = True
+        return needed
 
     def interpolated(self, rows: Rows) -> tuple[NDArray[np.int64], Rows]:
         """Interpolate what no round has computed: numbers (n,), rows (n, columns)."""

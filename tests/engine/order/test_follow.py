@@ -18,6 +18,8 @@ from sweeps import run
 from sweeps.config.load import from_mapping
 from sweeps.engine.order import follow as following
 from sweeps.engine.order.follow import Lines, follow, lines_of, start_after, unchanged
+from sweeps.engine.order.product import Costs
+from sweeps.engine.plan import plan
 from sweeps.files.datasets import open_result
 from sweeps.grid import Grid
 
@@ -191,3 +193,12 @@ def test_the_plan_knows_lines(shell: Shell) -> None:
     assert code == 0
     assert "points: 24" in out
     assert "from a sample of 24" in out
+    assert "blocks: 2" in out  # of a line each, one for each worker
+
+
+def test_a_line_has_one_worker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Costs, "estimate", lambda _costs, points, slots: float(points // slots))
+    axes = {"T": [200, 210], "omega": [14, 14.5]}
+    config = from_mapping({"sweep": axes, "follow": "omega", "execution": {"workers": 16}})
+    planned = plan(config, tmp_path / "a.nc")
+    assert (planned.blocks, planned.seconds) == (2, 4.0)

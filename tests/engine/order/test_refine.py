@@ -16,6 +16,8 @@ from sweeps import run
 from sweeps.config.load import from_mapping
 from sweeps.config.refinement import Refine
 from sweeps.engine.order.refine import Refinement
+from sweeps.engine.plan import plan
+from sweeps.engine.settings import read_config
 from sweeps.files.datasets import open_result
 from sweeps.grid import Grid
 
@@ -210,6 +212,14 @@ def _without_refine() -> dict:
         "integrator": {"rtol": 1e-4},
         "stationary": {"rtol": 1e-4},
     }
+
+
+def test_a_plan_goes_from_the_coarse_points_to_all(shell: Shell) -> None:
+    write("a.yaml", MAP, LOOSE)
+    planned = plan(read_config("a.yaml"), Path("a.nc"))
+    coarse, middles = 5 * 5, 4 * 4
+    assert planned.least_seconds / planned.seconds == pytest.approx((coarse + middles) / 17**2)
+    assert "less the more of the refined grid is interpolated" in shell("plan", "a.yaml").out
 
 
 def test_another_refinement_computes_only_what_it_needs_more(shell: Shell) -> None:
