@@ -233,4 +233,4 @@ def test_the_signature_shows_all_names_and_defaults() -> None:
     shown = inspect.signature(Parameters).parameters
     assert {name: each.default for name, each in shown.items()} == Parameters()._asdict()
     description = inspect.getdoc(Parameters)
-    assert all(f"{name} : {v.symbol}, {v.units}" in description for name, v in PARAMETERS.items())
+    assert all(f"{v.symbol} [{v.unit or 1}]" in description for v in PARAMETERS.values())

@@ -34,7 +34,12 @@ _AGAIN, BETTER = 3, 1e-4
 
 
 class FitError(ExpectedError, ValueError):
-    """A fit that cannot be made; the message says why, and what would help."""
+    """A fit that cannot be made; the message says why, and what would help.
+
+    >>> fit({"T": [200, 250], "F_max": [2.8e-3, 1.3e-3]}, "k", {"sweep": {"K": [3000, 4000]}})
+    Traceback (most recent call last):
+    sweeps.fitting.fitting.FitError: the config has axes, spring_stiffness: what varies ...
+    """
 
 
 class _Fitting:

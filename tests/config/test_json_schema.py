@@ -80,4 +80,4 @@ def test_the_schema_describes_every_parameter_with_its_unit() -> None:
     properties = json_schema()["properties"]["model"]["anyOf"][0]["properties"]
     for name, variable in PARAMETERS.items():
         for key in (name, variable.symbol):
-            assert f"[{variable.units}]" in properties[key]["description"]
+            assert f"[{variable.unit or 1}]" in properties[key]["description"]
