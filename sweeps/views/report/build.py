@@ -227,23 +227,28 @@ def _controls(
     ds: xr.Dataset, views: Sequence[View], variables: Iterable[str], chosen: Numbers
 ) -> dict[str, str]:
     """Return the controls and tables that the script works with, and which sections there are."""
-    hint = "Point to see the numbers of a point, click to pin it"
+    hint = "Point to see the numbers of a point; click or tap to pin it"
     with_orbit = " and to draw the orbit of the nearest point that has one here"
+    keys = (
+        "Arrow keys move the pinned point, Escape releases it; the address of the page keeps what "
+        "is shown, for a link."
+    )
     return {
         "look": "" if views else "absent" if chosen.size else "single",
         "orbit": "" if chosen.size else "absent",
-        "view_options": _options(view.label for view in views),
-        "variable_options": _options(called(ds, name) for name in variables),
+        "view_options": _options({view.key: view.label for view in views}),
+        "variable_options": _options({name: called(ds, name) for name in variables}),
         "sliders": "".join(_slider(ds, str(dim)) for dim in ds["status"].dims),
         "readout": facts.readout_table(ds, parameters_of(ds), variables),
-        "hint": f"{hint}{with_orbit if chosen.size else ''}.",
+        "hint": f"{hint}{with_orbit if chosen.size else ''}. {keys}",
         "orbits": f"{_counted(chosen.size)} with an orbit in this page: first those without a "
         "result, then both sides of the boundaries between regimes, then an even spread.",
     }
 
 
-def _options(texts: Iterable[str]) -> str:
-    lines = (f'<option value="{at}">{escape(text)}</option>' for at, text in enumerate(texts))
+def _options(texts: Mapping[str, str]) -> str:
+    """Return the options of a menu, by what they are called in the address of the page."""
+    lines = (f'<option value="{key}">{escape(text)}</option>' for key, text in texts.items())
     return "".join(lines)
 
 

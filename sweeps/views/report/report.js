@@ -215,12 +215,16 @@ function look(place) {
 }
 
 function draw() {
+  element("view").selectedIndex = views.indexOf(state.view);
+  element("variable").selectedIndex = variables.indexOf(state.variable);
+  element("log").checked = state.log;
   const sheet = state.view[scaleNow()];
   const inSlice = (place) => sheet.sliders.every((axis) => place[axis] === state.place[axis]);
   const marked = element("marks").checked ? orbits.map(({ point }) => placeOf(point)).filter(inSlice) : [];
   show(sheet, "picture", state.place);
   mark(sheet, "orbits", marked);
   mark(sheet, "mark", state.pinned ? [state.place] : []);
+  element("picture").ariaLabel = ["view", "variable"].map((id) => element(id).selectedOptions[0].text).join(": ");
   element("legend").innerHTML = (sheet.heights ? regime : state.variable).legend;
   element("release").hidden = !state.pinned;
   element("log").disabled = Boolean(state.variable.names);
@@ -235,26 +239,147 @@ function draw() {
 function change(changes) {
   Object.assign(state, changes);
   draw();
+  remember();
 }
 
+// The picture has the focus then: keys move the pin on.
 function pin(place) {
   change({ place, pinned: true });
   if (orbits.length) showOrbit(place);
+  element("picture").focus({ preventScroll: true });
+}
+
+function release() {
+  if (state.pinned) change({ pinned: false });
 }
 
 // Take over what the controls say; errors are looked at on a logarithmic scale.
 function read({ target }) {
-  const [view, variable] = [views[element("view").value], variables[element("variable").value]];
+  const [view, variable] = [views[element("view").selectedIndex], variables[element("variable").selectedIndex]];
   if (target.id === "variable") element("log").checked = !variable.names && variable.name.includes("error");
   const place = inputs.map((input) => Number(input.value));
   const log = element("log").checked && !variable.names;
   change(target.type === "range" ? { place, pinned: false } : { view, variable, log });
 }
 
+// --- keys: which way they go, across or upward, and how far ---
+
+const STEPS = {
+  ArrowLeft: [0, -1],
+  ArrowRight: [0, 1],
+  ArrowDown: [1, -1],
+  ArrowUp: [1, 1],
+  Home: [0, -Infinity],
+  End: [0, Infinity],
+};
+
+// The points among which there is no axis to go along: those of a cloud, or of all curves at one value.
+function placesAround(sheet) {
+  if (sheet.kind === "cells") return [];
+  if (sheet.kind === "curves") return placesOfCurves(sheet, state.place, state.place[sheet.x.axis]);
+  return Array.from({ length: axes[sheet.axis].size }, (_, at) => state.place.with(sheet.axis, at));
+}
+
+// The place next to the present one: along an axis, else the next point that is seen on that side.
+function placeBeside(sheet, [side, step]) {
+  const moved = (at, size) => Math.min(Math.max(at + step, 0), size - 1);
+  const axis = [sheet.x, sheet.y][side]?.axis ?? -1;
+  if (axis >= 0) return state.place.with(axis, moved(state.place[axis], axes[axis].size));
+  const seen = placesAround(sheet).map((place) => ({ place, spot: spotOf(sheet, place) }))
+    .filter(({ spot }) => spot.every(Number.isFinite))
+    .sort((one, other) => one.spot[side] - other.spot[side]);
+  const here = seen.findIndex(({ place }) => pointAt(place) === pointAt(state.place));
+  return seen[moved(here, seen.length)]?.place ?? state.place;
+}
+
+// Whether a key is for the picture: it has the focus, or nothing has. Of a page that is only read, keys
+// that scroll are left alone until a point is pinned, and while the picture is out of sight.
+function isForPicture({ key, altKey, ctrlKey, metaKey, shiftKey }) {
+  if (!STEPS[key] || altKey || ctrlKey || metaKey || shiftKey) return false;
+  const { top, bottom } = element("picture").getBoundingClientRect();
+  if (bottom < 0 || top > window.innerHeight) return false;
+  if (element("picture").contains(document.activeElement)) return true;
+  const scrolls = !["ArrowLeft", "ArrowRight"].includes(key);
+  return document.activeElement === document.body && (state.pinned || !scrolls);
+}
+
+function press(event) {
+  if (event.key === "Escape") release();
+  if (!isForPicture(event)) return;
+  event.preventDefault(); // or the page scrolls
+  pin(placeBeside(state.view[scaleNow()], STEPS[event.key]));
+  const values = new Set([state.variable, regime]);
+  const texts = [...values].map((one) => variableText(one, pointAt(state.place)));
+  element("spoken").innerHTML = `${whereText(state.place)}: ${texts.join(", ")}`;
+}
+
+// --- the address: it says what the page shows, so that a link opens it there ---
+
+// The values along an axis in the file.
+function valuesAlong(axis) {
+  const { name, keys } = parameters.find((one) => one.name === axes[axis].name);
+  return keys ?? model(`values of ${name}`).data.values;
+}
+
+// As few digits as tell a value from the others.
+function valueText(axis, at) {
+  const value = valuesAlong(axis)[at];
+  if (typeof value === "string") return value;
+  for (let digits = 4; digits < 17; digits++) {
+    const text = String(Number(value.toPrecision(digits)));
+    if (placeAlong(axis, text) === at) return text;
+  }
+  return String(value);
+}
+
+// Where a value of the address is on an axis: at the nearest one, or where the page begins.
+function placeAlong(axis, text) {
+  const values = valuesAlong(axis);
+  if (values.includes(text)) return values.indexOf(text);
+  const distances = Array.from(values, (value) => Math.abs(value - Number.parseFloat(text)));
+  return distances.some(Number.isFinite) ? indexOfLeast(distances) : page.start[axis];
+}
+
+function address() {
+  const places = axes.map(({ name }, axis) => [name, valueText(axis, state.place[axis])]);
+  return new URLSearchParams([
+    ["view", element("view").value],
+    ["variable", state.variable.name],
+    ...(state.log ? [["scale", "log"]] : []),
+    ...places,
+    ...(state.pinned ? [["pinned", "yes"]] : []),
+  ]);
+}
+
+// Browsers limit how often an address changes, and a slider that is drawn changes it often.
+let waiting;
+function remember() {
+  clearTimeout(waiting);
+  waiting = setTimeout(() => history.replaceState(null, "", `#${address()}`), 200);
+}
+
+// Take over what the address says; what it does not say, or says of no such thing, is as on a page without one.
+function recall() {
+  clearTimeout(waiting);
+  const words = new URLSearchParams(location.hash.slice(1));
+  const chosen = (id) => [...element(id).options].findIndex(({ value }) => value === words.get(id));
+  const variable = variables[chosen("variable")] ?? variables[0];
+  Object.assign(state, {
+    variable,
+    view: views[chosen("view")] ?? views[0],
+    log: words.get("scale") === "log" && !variable.names,
+    place: axes.map(({ name }, axis) => placeAlong(axis, words.get(name))),
+    pinned: words.get("pinned") === "yes",
+  });
+  draw();
+  if (orbits.length) showOrbit(state.place);
+}
+
 function listen() {
+  window.addEventListener("hashchange", recall);
   element("controls").addEventListener("input", read);
-  element("release").addEventListener("click", () => change({ pinned: false }));
-  document.addEventListener("keydown", ({ key }) => key === "Escape" && change({ pinned: false }));
+  element("release").addEventListener("click", release);
+  document.addEventListener("keydown", press);
   document.querySelectorAll("[data-point]").forEach((button) => button.addEventListener("click", () => {
     pin(placeOf(Number(button.dataset.point)));
     element("look").scrollIntoView();
@@ -278,9 +403,11 @@ async function start() {
   await Bokeh.embed.embed_items({ page: page.document }, [{ docid: "page", root_ids: ids, roots }]);
   if (views.length) {
     listen();
-    draw();
-  } else look(state.place);
-  if (orbits.length) showOrbit(state.place);
+    recall();
+  } else {
+    look(state.place);
+    if (orbits.length) showOrbit(state.place);
+  }
   document.body.dataset.ready = "yes";
 }
 

@@ -56,6 +56,11 @@ class View:
     of_values: bool = False
 
     @property
+    def key(self) -> str:
+        """Return what it is called in the address of the page."""
+        return "-".join(name for name in (self.kind, self.across, self.up) if name)
+
+    @property
     def label(self) -> str:
         """Return what it is called where it is chosen."""
         return f"{self.kind} over {' and '.join(symbol_of(n) for n in (self.across, self.up) if n)}"

@@ -1,0 +1,219 @@
+"""A page that is sent around: its address, keys, words for screen readers, and a small window."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import xarray as xr
+from support.browser import Tab, chromium, opened_tab
+
+from sweeps import run
+from sweeps.views.report import write_report
+
+pytest.importorskip("bokeh", reason="bokeh is not installed")
+
+__all__ = ["chromium"]  # a fixture
+
+LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
+SWEEPS = {
+    "map": {
+        "sweep": {
+            "T": {"linspace": [200, 300], "num": 9},
+            "K": {"geomspace": [500, 8000], "num": 9},
+            "gamma": [-2 / 3, 0],
+        }
+    },
+    "curves": {"sweep": {"T": {"linspace": [200, 300], "num": 5}, "gamma": [-2 / 3, 0, 2 / 3]}},
+    "cloud": {"sample": {"sobol": 16, "seed": 1, "T": [150, 320], "omega": [5, 60]}},
+    "both ways": {"sweep": {"omega": {"linspace": [36, 40], "num": 9}}, "follow": "omega"},
+    "single": {},
+}
+
+
+@pytest.fixture(scope="module")
+def results() -> dict[str, xr.Dataset]:
+    return {name: run(LOOSE | source) for name, source in SWEEPS.items()}
+
+
+@pytest.fixture(scope="module")
+def pages(
+    results: dict[str, xr.Dataset], tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("report")
+    paths = {name: folder / f"{name}.html" for name in results}
+    for name, path in paths.items():
+        write_report(results[name], path, name=f"{name}.nc", orbits=2)
+    return paths
+
+
+@pytest.fixture
+def opened(chromium: Any, pages: dict[str, Path]) -> Iterator[Callable[..., Any]]:
+    """Opens pages, which have no errors and no warnings."""
+    tabs = []
+
+    def open_page(name: str, address: str = "", **size: int) -> Any:
+        with_size = opened_tab(chromium, **size)
+        tab = with_size.__enter__()
+        tabs.append((with_size, Tab(tab)))
+        tab.goto(pages[name].as_uri() + address)
+        tab.wait_for_selector("body[data-ready]")
+        return tab
+
+    yield open_page
+    for with_size, tab in tabs:
+        with_size.__exit__(None, None, None)
+        assert tab.errors == []
+
+
+def has_address(tab: Any, *words: str) -> None:
+    """Wait until the address says all of these, which it does shortly after a change."""
+    script = "words => words.every(word => location.hash.slice(1).split('&').includes(word))"
+    try:
+        tab.wait_for_function(script, arg=list(words), timeout=5000)
+    except Exception as error:
+        raise AssertionError(f"{words} are not in {tab.evaluate('location.hash')}") from error
+
+
+def readout(tab: Any, row: int) -> str:
+    text: str = tab.inner_text(f"#readout tr:nth-child({row}) td")
+    return text
+
+
+def click_in(tab: Any, across: float, down: float) -> None:
+    box = tab.locator("#picture").bounding_box()
+    tab.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
+
+
+def test_in_a_browser_a_link_opens_what_was_looked_at(
+    opened: Callable[..., Any], pages: dict[str, Path]
+) -> None:
+    tab = opened("map")
+    assert tab.evaluate("location.hash") == ""
+    history = tab.evaluate("history.length")
+    tab.select_option("#view", index=1)
+    tab.select_option("#variable", "friction_force_amplitude")
+    tab.check("#log")
+    click_in(tab, 0.5, 0.5)
+    has_address(tab, "pinned=yes", "variable=friction_force_amplitude", "scale=log")
+    assert tab.evaluate("history.length") == history
+    address = tab.evaluate("location.hash")
+    seen = [tab.inner_text(f"#{part}") for part in ("readout", "legend", "readout-heading")]
+    other = opened("map", address)
+    assert [other.inner_text(f"#{p}") for p in ("readout", "legend", "readout-heading")] == seen
+    assert other.eval_on_selector("#view", "view => view.selectedIndex") == 1
+    assert other.is_checked("#log")
+    assert other.evaluate("location.hash") == address
+
+
+def test_in_a_browser_only_what_is_pinned_or_chosen_changes_the_address(
+    opened: Callable[..., Any],
+) -> None:
+    tab = opened("map")
+    box = tab.locator("#picture").bounding_box()
+    tab.mouse.move(box["x"] + box["width"] / 3, box["y"] + box["height"] / 3)
+    tab.wait_for_timeout(500)
+    assert tab.evaluate("location.hash") == ""
+
+
+def test_in_a_browser_values_of_an_address_are_those_of_the_axes_to_a_few_digits(
+    opened: Callable[..., Any],
+) -> None:
+    tab = opened("map", "#temperature=226&spring_stiffness=1.0e3&rheological_index=0&pinned=yes")
+    assert [readout(tab, row) for row in (1, 2, 3)] == ["225 K", "1000 N/m", "0"]
+    tab.keyboard.press("ArrowLeft")
+    has_address(tab, "temperature=212.5", "spring_stiffness=1000", "rheological_index=0")
+    tab.evaluate("location.hash = '#temperature=300'")  # as a click on another link
+    tab.wait_for_function("() => document.getElementById('readout').innerText.includes('300 K')")
+    assert tab.inner_text("#readout-heading") == "Point"
+
+
+@pytest.mark.parametrize(
+    "garbage",
+    [
+        "#view=none&variable=constructor&temperature=warm&spring_stiffness=&pinned=maybe",
+        "#%E0%A4%A&&==&temperature=NaN&spring_stiffness=1e999&scale=log2",
+        "#look",
+    ],
+)
+def test_in_a_browser_garbage_in_the_address_is_ignored(
+    opened: Callable[..., Any], garbage: str
+) -> None:
+    plain, tab = opened("map"), opened("map", garbage)
+    for part in ("readout", "legend", "readout-heading"):
+        assert tab.inner_text(f"#{part}") == plain.inner_text(f"#{part}")
+
+
+def test_in_a_browser_the_way_along_a_followed_axis_is_in_the_address(
+    opened: Callable[..., Any],
+) -> None:
+    tab = opened("both ways", "#direction=down&angular_frequency=37.4&variable=regime&pinned=yes")
+    assert "downward" in tab.inner_text("#readout")
+    assert "37.5 rad/s" in tab.inner_text("#readout")
+    tab.keyboard.press("ArrowRight")
+    has_address(tab, "direction=down", "angular_frequency=38", "variable=regime")
+
+
+def test_in_a_browser_arrow_keys_move_the_pin_on_a_map(opened: Callable[..., Any]) -> None:
+    tab = opened("map", "#temperature=250&spring_stiffness=2000")
+    tab.focus("#picture")
+    tab.keyboard.press("ArrowUp")
+    has_address(tab, "temperature=250", "spring_stiffness=2828", "pinned=yes")
+    tab.keyboard.press("ArrowRight")
+    tab.keyboard.press("ArrowDown")
+    has_address(tab, "temperature=262.5", "spring_stiffness=2000")
+    assert tab.text_content("#spoken").startswith("T = 262.5 K, K = 2000 N/m, γ = −2/3: ")
+    for key, end in (("End", "300"), ("ArrowRight", "300"), ("Home", "200"), ("ArrowLeft", "200")):
+        tab.keyboard.press(key)
+        has_address(tab, f"temperature={end}")
+    assert tab.evaluate("scrollY") == 0
+    tab.keyboard.press("Escape")
+    assert tab.inner_text("#readout-heading") == "Point"
+
+
+def test_in_a_browser_arrow_keys_move_the_pin_along_curves_and_between_them(
+    opened: Callable[..., Any],
+) -> None:
+    tab = opened("curves", "#temperature=250&rheological_index=0&pinned=yes")
+    tab.keyboard.press("ArrowLeft")
+    has_address(tab, "temperature=225", "rheological_index=0")
+    tab.keyboard.press("ArrowUp")  # a pseudoplastic film carries more
+    has_address(tab, "temperature=225", "rheological_index=-0.6667")
+    for _ in range(3):
+        tab.keyboard.press("ArrowDown")
+    has_address(tab, "temperature=225", "rheological_index=0.6667")
+
+
+def test_in_a_browser_arrow_keys_go_to_the_next_point_of_a_cloud(
+    opened: Callable[..., Any], results: dict[str, xr.Dataset]
+) -> None:
+    tab = opened("cloud", "#pinned=yes")
+    by_temperature = results["cloud"].sortby("temperature")["case"].values.tolist()
+    tab.keyboard.press("Home")
+    has_address(tab, f"case={by_temperature[0]}")
+    for case in by_temperature[1:4]:
+        tab.keyboard.press("ArrowRight")
+        has_address(tab, f"case={case}")
+
+
+def test_in_a_browser_keys_are_left_to_controls_and_to_who_reads(
+    opened: Callable[..., Any],
+) -> None:
+    tab = opened("map", "", height=500)
+    tab.keyboard.press("ArrowDown")  # nothing is pinned: it scrolls
+    tab.wait_for_function("() => scrollY > 0")
+    tab.evaluate("scrollTo(0, 0)")
+    tab.focus("#variable")
+    tab.keyboard.press("ArrowDown")
+    has_address(tab, "variable=friction_force_amplitude")
+    assert tab.inner_text("#readout-heading") == "Point"
+    tab.keyboard.press("Escape")
+    tab.evaluate("document.activeElement.blur()")
+    tab.keyboard.press("ArrowRight")
+    has_address(tab, "pinned=yes")
+    before = tab.evaluate("scrollY")
+    tab.keyboard.press("ArrowDown")
+    tab.wait_for_timeout(300)
+    assert tab.evaluate("scrollY") == before
