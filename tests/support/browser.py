@@ -60,9 +60,9 @@ def chromium() -> Iterator[Any]:
 
 
 @contextmanager
-def opened_tab(browser: Any, width: int = 1500, height: int = 950) -> Iterator[Any]:
-    """An empty tab with cookies and storage of its own, for a `Tab`."""
-    context = browser.new_context(viewport={"width": width, "height": height})
+def opened_tab(browser: Any, width: int = 1500, height: int = 950, **device: Any) -> Iterator[Any]:
+    """An empty tab with cookies and storage of its own, for a `Tab`; a `device` may be a phone."""
+    context = browser.new_context(viewport={"width": width, "height": height}, **device)
     context.set_default_timeout(_WAIT)
     try:
         yield context.new_page()

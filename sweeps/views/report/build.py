@@ -13,7 +13,7 @@ import xarray as xr
 from bokeh.layouts import column
 from bokeh.models import Model
 
-from stickslip.symbols import plain
+from stickslip.symbols import as_html, plain
 from stickslip.variables import PARAMETERS
 from sweeps.figures import data_of
 from sweeps.figures.borders import axes_of, require_borders_of
@@ -33,7 +33,6 @@ from sweeps.views.report.chosen_points import (
 )
 from sweeps.views.report.document import page
 from sweeps.views.report.numbers import (
-    called,
     nearest_source,
     parameter,
     parameters_of,
@@ -86,7 +85,7 @@ def built(
         data |= _numbers(part, variables, name, at) | _orbits(chosen, found)
         hosts |= _motion_hosts() if found else {}
         warnings = [warning, *_versions(part, chosen)]
-        parts = _facts(part, ds, name, plain(where), warnings)
+        parts = _facts(part, ds, name, as_html(where), warnings)
         parts |= _controls(part, views, variables, chosen)
     return page(str(ds.attrs.get("title", name)), parts, data, hosts)
 
@@ -199,7 +198,7 @@ def _orbits(chosen: Numbers, found: Sequence[PackedOrbit]) -> dict[str, Any]:
 def _facts(
     part: xr.Dataset, ds: xr.Dataset, name: str, where: str, warnings: Sequence[str]
 ) -> dict[str, str]:
-    """Return the words of the page, as HTML; `part` is what it shows of `ds`."""
+    """Return the words of the page, as HTML; `part` is what it shows of `ds`, and `where`."""
     sizes = " × ".join(f"{str(dim).replace('_', ' ')} {n}" for dim, n in part.sizes.items())
     summary = f"{name}: {_counted(part['status'].size)}" + (f" ({sizes})" if sizes else "")
     attributes = [(key, ds.attrs[key]) for key in ds.attrs if key not in ("config", "title")]
@@ -207,7 +206,7 @@ def _facts(
     size = size_text(sum(variable.nbytes for variable in ds.variables.values()))
     content = [("dimensions", dims), ("size in memory", size), ("content_sha256", content_hash(ds))]
     return {
-        "summary": escape(f"{summary}. {where}" if where else summary),
+        "summary": escape(summary) + (f". {where}" if where else ""),
         "warnings": "".join(f'<p class="warning">{escape(line)}</p>' for line in warnings if line),
         "failures": facts.failures_table(part),
         "counts": facts.counts_table(part),
@@ -230,14 +229,13 @@ def _controls(
     hint = "Point to see the numbers of a point; click or tap to pin it"
     with_orbit = " and to draw the orbit of the nearest point that has one here"
     keys = (
-        "Arrow keys move the pinned point, Escape releases it; the address of the page keeps what "
-        "is shown, for a link."
+        "Arrow keys move the pin, Esc releases it. The address of the page links to what it shows."
     )
     return {
         "look": "" if views else "absent" if chosen.size else "single",
         "orbit": "" if chosen.size else "absent",
         "view_options": _options({view.key: view.label for view in views}),
-        "variable_options": _options({name: called(ds, name) for name in variables}),
+        "variable_options": _options({name: name.replace("_", " ") for name in variables}),
         "sliders": "".join(_slider(ds, str(dim)) for dim in ds["status"].dims),
         "readout": facts.readout_table(ds, parameters_of(ds), variables),
         "hint": f"{hint}{with_orbit if chosen.size else ''}. {keys}",
@@ -255,4 +253,5 @@ def _options(texts: Mapping[str, str]) -> str:
 def _slider(ds: xr.Dataset, dim: str) -> str:
     ends = f'min="0" max="{ds.sizes[dim] - 1}" value="{_start(ds, dim)}"'
     name = escape(dim)
-    return f'<label hidden><output></output><input type="range" name="{name}" {ends}></label>'
+    label = f'<label>{name.replace("_", " ")}<input type="range" name="{name}" {ends}></label>'
+    return f'<div hidden>{label}<output aria-live="off"></output></div>'

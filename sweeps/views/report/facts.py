@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from stickslip.regime import Regime
-from stickslip.symbols import as_html, plain
+from stickslip.symbols import as_html
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.figures.colours import code_name, code_sentence
 from sweeps.figures.labels import shown, slice_label
@@ -37,16 +37,16 @@ def failures_table(ds: xr.Dataset) -> str:
 
 def _failure(ds: xr.Dataset, number: int) -> list[str]:
     code = int(ds["status"].values.flat[number])
-    where = escape(where_in_words(ds, number))
+    where = where_in_words(ds, number)
     button = f'<button type="button" data-point="{number}">{where}</button>'
     return [button, escape(code_name("status", code)), escape(code_sentence("status", code))]
 
 
 def where_in_words(ds: xr.Dataset, number: int) -> str:
-    """Return the values of the axes at a point, by its number in C order."""
+    """Return the values of the axes at a point, by its number in C order, as HTML."""
     (index,) = places_of(ds, np.array([number]))
     case = f"case {index[CASE]}, " if CASE in index else ""
-    return case + plain(slice_label(ds, index)) or "the only point"
+    return case + as_html(slice_label(ds, index)) or "the only point"
 
 
 def counts_table(ds: xr.Dataset) -> str:
@@ -56,7 +56,7 @@ def counts_table(ds: xr.Dataset) -> str:
     if "regime" in ds:
         regimes = trusted(ds, "regime").fillna(Regime.UNKNOWN).values
         rows += [["regime", *row] for row in _counts(regimes, "regime")]
-    return _table(("", "kind", "points", "meaning"), rows)
+    return _table(("variable", "kind", "points", "meaning"), rows)
 
 
 def _counts(codes: np.ndarray, name: str) -> list[list[str]]:
@@ -73,8 +73,8 @@ def largest_error(ds: xr.Dataset) -> str:
     if errors is None or not np.isfinite(errors).any():
         return "No point states an error."
     number = int(np.nanargmax(errors))
-    error = plain(shown(xr.DataArray(float(f"{errors[number]:.1e}"))).value)
-    return f"The largest amplitude error is {error}, at {escape(where_in_words(ds, number))}."
+    error = as_html(shown(xr.DataArray(float(f"{errors[number]:.1e}"))).value)
+    return f"The largest amplitude error is {error}, at {where_in_words(ds, number)}."
 
 
 def fixed_parameters(ds: xr.Dataset) -> str:
@@ -82,7 +82,7 @@ def fixed_parameters(ds: xr.Dataset) -> str:
     items = []
     for name in PARAMETERS:
         if name in ds.coords and ds[name].size == 1:
-            value = escape(plain(shown(ds[name]).equation))
+            value = as_html(shown(ds[name]).equation)
             usual = np.isclose(float(ds[name]), PARAMETERS[name].default, rtol=1e-12, atol=0.0)
             text = value if usual else f"<strong>{value}</strong>"
             items.append(f'<li title="{escape(PARAMETERS[name].meaning)}">{text}</li>')
@@ -92,11 +92,12 @@ def fixed_parameters(ds: xr.Dataset) -> str:
 def readout_table(ds: xr.Dataset, parameters: Iterable[str], variables: Iterable[str]) -> str:
     """Return a table of the numbers of a point, which the script of the page fills in order."""
     rows = [
-        f'<tr class="parameter"><th>{_called(ds, name)}</th><td></td></tr>' for name in parameters
+        f'<tr class="parameter"><th scope="row">{_called(ds, name)}</th><td></td></tr>'
+        for name in parameters
     ]
     rows += [
-        f'<tr title="{escape(RESULTS[name].meaning)}"><th>{escape(name.replace("_", " "))}</th>'
-        "<td></td></tr>"
+        f'<tr title="{escape(RESULTS[name].meaning)}">'
+        f'<th scope="row">{escape(name.replace("_", " "))}</th><td></td></tr>'
         for name in variables
     ]
     return f'<table class="readout"><tbody>{"".join(rows)}</tbody></table>'
@@ -114,7 +115,7 @@ def provenance_table(facts: Iterable[tuple[str, object]]) -> str:
 
 def config_text(config: str) -> str:
     """Return the config of a result, as YAML."""
-    return f"<pre>{_text(config)}</pre>"
+    return f'<pre tabindex="0" role="group" aria-label="The config">{_text(config)}</pre>'
 
 
 def _text(text: str) -> str:
@@ -124,8 +125,13 @@ def _text(text: str) -> str:
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table of cells that are HTML already."""
-    titles = "".join(f"<th>{title}</th>" for title in head)
-    lines = ["<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows]
+    """Return a table of cells that are HTML already; the first of a row says what it is of."""
+    titles = "".join(f'<th scope="col">{title}</th>' for title in head)
+    lines = [
+        f'<tr><th scope="row">{first}</th>{"".join(f"<td>{cell}</td>" for cell in others)}</tr>'
+        for first, *others in rows
+    ]
     above = f"<thead><tr>{titles}</tr></thead>" if head else ""
-    return f"<table>{above}<tbody>{''.join(lines)}</tbody></table>"
+    body = f"{above}<tbody>{''.join(lines)}</tbody>"
+    box = 'class="wide" role="group" aria-label="Table" tabindex="0"'  # it scrolls where it is wide
+    return f"<div {box}><table>{body}</table></div>"

@@ -29,8 +29,9 @@ _FIRST = (*AMPLITUDES, "regime", "status", "amplitude_error")
 
 
 def symbol_of(name: str) -> str:
-    """Return the symbol of a parameter; what is none, such as a case, is called by its name."""
-    return plain(f"${PARAMETERS[name].tex}$") if name in PARAMETERS else name
+    """Return the symbol of a parameter; without one in plain letters it is called by its name."""
+    symbol = plain(f"${PARAMETERS[name].tex}$") if name in PARAMETERS else name
+    return name.replace("_", " ") if "_" in symbol else symbol
 
 
 def variables_of(ds: xr.Dataset) -> dict[str, Colours]:
@@ -92,12 +93,6 @@ def variable(ds: xr.Dataset, name: str, colours: Colours) -> dict[str, Any]:
 
 def _unit(quantity: Quantity) -> str:
     return f" {as_html(quantity.units)}" if quantity.units else ""
-
-
-def called(ds: xr.Dataset, name: str) -> str:
-    """Return the name of a variable and its symbol, where it has one."""
-    quantity, words = shown(ds[name]), name.replace("_", " ")
-    return words if _is_word(quantity, words) else f"{words}, {plain(quantity.symbol)}"
 
 
 def _is_word(quantity: Quantity, words: str) -> bool:

@@ -230,8 +230,11 @@ function draw() {
   element("log").disabled = Boolean(state.variable.names);
   inputs.forEach((input, axis) => {
     input.value = state.place[axis];
-    input.parentElement.hidden = !sheet.sliders.includes(axis);
-    input.previousElementSibling.innerHTML = whereText(state.place, (other) => other === axis);
+    const slider = input.closest("div");
+    slider.hidden = !sheet.sliders.includes(axis);
+    const output = slider.querySelector("output");
+    output.innerHTML = whereText(state.place, (other) => other === axis);
+    input.ariaValueText = output.textContent; // its own value is the number of a point
   });
   look(state.place);
 }
@@ -396,11 +399,24 @@ function listen() {
   }
 }
 
+// A thumb scrolls the page over pictures too; in a narrow window these are lower, and a legend is a column.
+function fit() {
+  const [isTouched, isNarrow] = ["(pointer: coarse)", "(max-width: 600px)"].map((query) => matchMedia(query).matches);
+  for (const figure of Bokeh.documents[0].all_models) {
+    if (figure.type !== "Figure") continue;
+    if (isTouched) figure.toolbar.active_drag = null;
+    if (!isNarrow) continue;
+    figure.height = Math.min(figure.height, 400);
+    for (const part of figure.above) if (part.orientation === "vertical") part.ncols = 1;
+  }
+}
+
 async function start() {
   Bokeh.set_log_level("warn");
   const ids = page.hosts.map((_, at) => page.document.roots[at].id);
   const roots = Object.fromEntries(ids.map((id, at) => [id, page.hosts[at]]));
   await Bokeh.embed.embed_items({ page: page.document }, [{ docid: "page", root_ids: ids, roots }]);
+  fit();
   if (views.length) {
     listen();
     recall();

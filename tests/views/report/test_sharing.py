@@ -54,17 +54,17 @@ def opened(chromium: Any, pages: dict[str, Path]) -> Iterator[Callable[..., Any]
     """Opens pages, which have no errors and no warnings."""
     tabs = []
 
-    def open_page(name: str, address: str = "", **size: int) -> Any:
-        with_size = opened_tab(chromium, **size)
-        tab = with_size.__enter__()
-        tabs.append((with_size, Tab(tab)))
+    def open_page(name: str, address: str = "", **window: Any) -> Any:
+        context = opened_tab(chromium, **window)
+        tab = context.__enter__()
+        tabs.append((context, Tab(tab)))
         tab.goto(pages[name].as_uri() + address)
         tab.wait_for_selector("body[data-ready]")
         return tab
 
     yield open_page
-    for with_size, tab in tabs:
-        with_size.__exit__(None, None, None)
+    for context, tab in tabs:
+        context.__exit__(None, None, None)
         assert tab.errors == []
 
 
@@ -217,3 +217,86 @@ def test_in_a_browser_keys_are_left_to_controls_and_to_who_reads(
     tab.keyboard.press("ArrowDown")
     tab.wait_for_timeout(300)
     assert tab.evaluate("scrollY") == before
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_in_a_browser_everything_is_named_for_screen_readers(
+    opened: Callable[..., Any], name: str
+) -> None:
+    tab = opened(name)
+    unnamed = """() => [...document.querySelectorAll("select, input")].filter(
+        (control) => !(control.labels.length && control.labels[0].textContent.trim()))"""
+    assert tab.evaluate(f"({unnamed})().map((control) => control.outerHTML)") == []
+    for part in ("portrait", "courses", "along-x", "along-y"):
+        assert tab.get_attribute(f"#{part}", "role") == "img"
+        assert tab.get_attribute(f"#{part}", "aria-label")
+    assert tab.locator("th:not([scope])").count() == 0
+    assert tab.locator("th:empty").count() == 0
+    assert tab.locator("section:not([aria-label], [aria-labelledby])").count() == 0
+    dangling = """() => ["aria-labelledby", "aria-describedby"].flatMap((kind) =>
+        [...document.querySelectorAll(`[${kind}]`)].map((one) => one.getAttribute(kind))
+    ).filter((id) => !document.getElementById(id))"""
+    assert tab.evaluate(dangling) == []
+    assert tab.locator("main").count() == tab.locator("header h1").count() == 1
+
+
+def test_in_a_browser_the_picture_and_sliders_say_what_they_show(
+    opened: Callable[..., Any],
+) -> None:
+    tab = opened("map", "#variable=regime")
+    assert tab.get_attribute("#picture", "aria-label") == "map over T and K: regime"
+    assert tab.get_attribute("#picture", "tabindex") == "0"
+    hint = tab.get_attribute("#picture", "aria-describedby")
+    assert "Arrow keys" in tab.inner_text(f"#{hint}")
+    assert tab.get_attribute("#spoken", "aria-live") == "polite"
+    slider = "#sliders label:visible input"
+    tab.press(slider, "End")
+    assert tab.get_attribute(slider, "aria-valuetext") == "γ = 0"
+    tab.hover("#picture")
+    assert tab.text_content("#spoken") == ""
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_in_a_browser_indices_are_lowered_or_not_there(
+    opened: Callable[..., Any], name: str
+) -> None:
+    tab = opened(name)
+    words = tab.text_content("main")
+    assert "T_c" not in words
+    assert "_max" not in words
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_in_a_browser_a_page_fits_a_phone(opened: Callable[..., Any], name: str) -> None:
+    tab = opened(name, width=390, height=844, has_touch=True, is_mobile=True)
+    tab.eval_on_selector("details", "details => { details.open = true; }")
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+    if tab.locator("#picture").is_visible():
+        for control in tab.locator(".controls select:visible, .controls label:visible").all():
+            assert control.bounding_box()["height"] >= 24
+
+
+def test_in_a_browser_a_tap_pins_and_a_swipe_over_the_map_scrolls(
+    opened: Callable[..., Any],
+) -> None:
+    tab = opened("map", width=390, height=844, has_touch=True, is_mobile=True)
+    box = tab.locator("#picture").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    tab.touchscreen.tap(x, y)
+    has_address(tab, "pinned=yes")
+    fingers = tab.context.new_cdp_session(tab)
+    for kind, moved in [("touchStart", 0), *(("touchMove", 12 * n) for n in range(1, 16))]:
+        touch = [{"x": x, "y": y - moved}]
+        fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touch})
+    fingers.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    tab.wait_for_function("() => scrollY > 0")
+
+
+@pytest.mark.parametrize("name", ["map", "curves", "cloud", "both ways"])
+def test_in_a_browser_the_picture_and_its_numbers_are_seen_at_first_glance(
+    opened: Callable[..., Any], name: str
+) -> None:
+    tab = opened(name, width=1400, height=900)
+    for part in ("#picture", "#readout"):
+        box = tab.locator(part).bounding_box()
+        assert box["y"] + box["height"] <= 900
