@@ -10,7 +10,11 @@ const element = (id) => document.getElementById(id);
 
 function keepAddress(state) {
   const ask = () => { state.asked = decodeURI(location.hash.slice(1)); };
-  state.properties.address.change.connect(() => history.replaceState(null, "", `#${state.address}`));
+  let waiting; // browsers limit how often an address changes, and a slider changes it often
+  state.properties.address.change.connect(() => {
+    clearTimeout(waiting);
+    waiting = setTimeout(() => history.replaceState(null, "", `#${state.address}`), 200);
+  });
   addEventListener("hashchange", ask);
   if (location.hash.length > 1) ask();
 }

@@ -9,13 +9,13 @@ from bokeh.core.templates import get_env
 from bokeh.document import Document
 from bokeh.layouts import column
 from bokeh.models import Button, Div
-from bokeh.resources import Resources
 
 from stickslip.parameters import Parameters
 from sweeps.config.load import Config
 from sweeps.exits import ExpectedError
 from sweeps.human import clock
 from sweeps.views.charts.kinds import Place
+from sweeps.views.charts.library import library
 from sweeps.views.charts.orbit_figures import DRAWN, columns_of
 from sweeps.views.explore import address
 from sweeps.views.explore.beginning import Beginning, Opened, lone, open_point, with_parameters
@@ -235,14 +235,10 @@ def _use_template(document: Document, *, with_chart: bool) -> None:
     """Lay the document out in the page's own template, with all scripts inside it."""
     context = document.session_context
     host = context.request.headers.get("Host", "") if context and context.request else ""
-    scripts = Resources(mode="inline", components=["bokeh", "bokeh-widgets"]).render()
-    # The console is for what goes wrong: Bokeh tells it of each step, and of the level of its log.
-    scripts = scripts.replace('Bokeh.set_log_level("info")', 'Bokeh.logger.set_level("warn")')
-    scripts = scripts.replace('console.log("Bokeh items were rendered successfully")', "0")
     document.template = get_env().from_string(_TEMPLATE.read_text(encoding="utf-8"))
     document.template_variables.update(
         with_chart=with_chart,
-        bokeh_scripts=scripts,
+        library=library("bokeh", "bokeh-widgets"),
         page_script=_SCRIPT.read_text(encoding="utf-8"),
         host=host,
     )

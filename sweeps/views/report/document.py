@@ -14,7 +14,8 @@ from typing import Any
 
 from bokeh.document import Document
 from bokeh.models import Model
-from bokeh.resources import Resources
+
+from sweeps.views.charts.library import library
 
 _NUMBER = re.compile(r'(?<="id":)"p\d+"')
 
@@ -34,7 +35,7 @@ def page(
     but these.
     """
     script = f'(() => {{\n"use strict";\n{_read("report.js")}}})();\n'
-    scripts = [_library(), script]
+    scripts = [library("bokeh"), script]
     document = _document_of(hosts.values())
     filled = {
         "title": escape(title),
@@ -82,11 +83,6 @@ def _policy(scripts: list[str]) -> str:
 
 def _digest(script: str) -> str:
     return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-
-
-def _library() -> str:
-    """Return BokehJS, without what draws widgets, tables and mathematics."""
-    return "\n".join(Resources(mode="inline", components=["bokeh"]).js_raw)
 
 
 def _read(name: str) -> str:

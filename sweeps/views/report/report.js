@@ -412,7 +412,6 @@ function fit() {
 }
 
 async function start() {
-  Bokeh.set_log_level("warn");
   const ids = page.hosts.map((_, at) => page.document.roots[at].id);
   const roots = Object.fromEntries(ids.map((id, at) => [id, page.hosts[at]]));
   await Bokeh.embed.embed_items({ page: page.document }, [{ docid: "page", root_ids: ids, roots }]);
