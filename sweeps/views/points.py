@@ -288,8 +288,7 @@ def _in_words(chosen: xr.Dataset, fixed: Iterable[str]) -> str:
 
 
 def _units(name: str) -> str:
-    units = PARAMETERS[name].units
-    return "" if units == "1" else f" {units}"
+    return f" {PARAMETERS[name].unit}".rstrip()
 
 
 def _same(stored: float, computed: float) -> bool:

@@ -9,7 +9,7 @@ const element = (id) => document.getElementById(id);
 // --- the address ---
 
 function keepAddress(state) {
-  const ask = () => { state.asked = decodeURI(location.hash.slice(1)); };
+  const ask = () => { state.asked = location.hash.slice(1); };
   let waiting; // browsers limit how often an address changes, and a slider changes it often
   state.properties.address.change.connect(() => {
     clearTimeout(waiting);

@@ -25,7 +25,13 @@ class PageState(DataModel):  # type: ignore[misc]
 
     def on_asked(self, told: Callable[[str], None]) -> None:
         """Have an end of the address told that somebody gave the page."""
-        self.on_change("asked", lambda _attribute, _old, new: told(new))
+
+        def heard(_attribute: str, _old: str, new: str) -> None:
+            if new:
+                self.asked = ""  # so that the same one is heard again
+                told(new)
+
+        self.on_change("asked", heard)
 
     def on_step(self, told: Callable[[int, int], None]) -> None:
         """Have the steps to the right and upward told that arrow keys ask for."""

@@ -239,18 +239,11 @@ def click(view: View, across: float, up: float) -> None:
     view.page.mouse.click(x, frame["y"] + (1.0 - up) * frame["height"])
 
 
-def test_the_whole_page_fits_on_narrow_screens(view: View):
-    view.page.set_viewport_size({"width": 700, "height": 900})
+@pytest.mark.parametrize("width", [390, 700])
+def test_it_fits_narrow_screens_and_phones(map_view: View, width: int):
+    map_view.page.set_viewport_size({"width": width, "height": 844})
     try:
-        wait_until(lambda: view.page.evaluate("document.documentElement.scrollWidth") <= 700)
-    finally:
-        view.page.set_viewport_size({"width": 1500, "height": 950})
-
-
-def test_it_fits_a_phone(map_view: View):
-    map_view.page.set_viewport_size({"width": 390, "height": 844})
-    try:
-        wait_until(lambda: map_view.page.evaluate("document.documentElement.scrollWidth") <= 390)
+        wait_until(lambda: map_view.page.evaluate("document.documentElement.scrollWidth") <= width)
     finally:
         map_view.page.set_viewport_size({"width": 1500, "height": 950})
 
@@ -269,6 +262,11 @@ def test_the_address_tells_what_is_shown_and_opens_it_again(view: View):
     parameters = Parameters(temperature=225.5)
     view.shows(stationary_orbit(parameters, rtol=1e-8), parameters)
     wait_until(lambda: end_of_address(view) == "temperature=225.5&integrator.rtol=1e-8")
+    view.types("temperature", "230")
+    view.says("T = 230 K")
+    wait_until(lambda: "230" in end_of_address(view))
+    view.page.evaluate("location.hash = 'T=225.5&integrator.rtol=1e-8'")
+    view.says("T = 225.5 K")
 
 
 def test_an_address_that_cannot_be_shown_is_refused_in_a_sentence(view: View):
