@@ -10,6 +10,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    __version__: str
+
     from stickslip.derivatives import propagated, sensitivities
     from stickslip.options import NoiseError, OptionError, Options
     from stickslip.orbit import Orbit, stationary_orbit
@@ -58,6 +60,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return import_module("importlib.metadata").version("stickslip")
     if name not in _HOMES:
         raise AttributeError(f"module 'stickslip' has no attribute {name!r}")
     value = getattr(import_module(_HOMES[name]), name)
@@ -66,4 +70,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted([*__all__, "__version__"])

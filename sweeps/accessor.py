@@ -192,6 +192,20 @@ class StickslipAccessor:
 
         return boundaries(self._ds, accuracy, kind, workers=workers)
 
+    def summary(self) -> str:
+        """Return a fit in words, as `stickslip fit` prints it.
+
+        >>> ds = fit({"T": [160, 200, 240], "F_max": [4.67e-3, 3.25e-3, 2.38e-3]}, "k")
+        >>> print(ds.stickslip.summary())
+        viscosity_coefficient: ... Pa s^(gamma+1), 95 %: ...
+        ...
+
+        Raises FitError if the Dataset is no fit, or lmfit is missing.
+        """
+        from sweeps.fitting.fitting import summary_of
+
+        return summary_of(self._ds)
+
     def report(self, path: str | Path, *, boundaries: xr.Dataset | None = None) -> Path:
         """Write the page of `stickslip report`, which needs no network, and return its path.
 

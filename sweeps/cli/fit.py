@@ -62,6 +62,7 @@ def fit(
     from sweeps.engine.signals import interruptible
     from sweeps.files.datasets import require_writable
     from sweeps.fitting.fitting import fit as fitted
+    from sweeps.fitting.fitting import summary_of
 
     target = output or Path("results") / f"{data.stem}-fit.nc"
     _refuse_files(target, [data, config], overwrite=overwrite)
@@ -72,9 +73,7 @@ def fit(
         lambda: fitted(data, ranges, settled, profile=profile, workers=workers, progress=show),
         "Interrupted; nothing was kept.",
     )
-    from sweeps.fitting.output import table_of  # needs lmfit, which `fit` asks for
-
-    print("\n".join(table_of(ds)))
+    print(summary_of(ds))
     _write(ds, target)
 
 

@@ -238,7 +238,7 @@ class Compiling:
     def headline(self) -> str:
         """The reason for waiting, and the time so far."""
         elapsed = clock(time.monotonic() - self._begun)
-        return f"compiling for this processor: about a minute, and kept for later runs ({elapsed})"
+        return f"compiling for this processor: up to a minute, and kept for later runs ({elapsed})"
 
 
 SILENT = Compiling(wanted=False)

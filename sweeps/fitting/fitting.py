@@ -143,6 +143,19 @@ def fit(
     return result
 
 
+def summary_of(ds: xr.Dataset) -> str:
+    """Return a fit in words: parameters with their errors, chi2, a line for each datum.
+
+    Raises FitError if the Dataset is no fit, or lmfit is missing.
+    """
+    if "parameter_value" not in ds:
+        raise FitError("this is no fit: `stickslip fit` and `sweeps.fit` make one")
+    _require_lmfit()
+    from sweeps.fitting.output import table_of
+
+    return "\n".join(table_of(ds))
+
+
 def _best(search: Search) -> tuple[Fit, Statistics]:
     """Return the best minimum and its statistics, whose intervals may lead to a better one."""
     from sweeps.fitting.statistics import Determination, statistics_of, widened

@@ -13,6 +13,7 @@ import pytest
 import typer.main
 from support.sweeps.commands import Command
 
+import stickslip
 from sweeps.cli.app import app
 
 HEAVY = {"numba", "numpy", "xarray", "netCDF4", "matplotlib", "joblib", "scipy", "dask", "ruamel"}
@@ -21,7 +22,8 @@ VERBS = tuple(typer.main.get_command(app).commands)
 
 
 def test_version_and_help(command: Command) -> None:
-    assert command("--version") == (0, f"stickslip {metadata.version('stickslip')}\n", "")
+    assert command("--version") == (0, f"stickslip {stickslip.__version__}\n", "")
+    assert stickslip.__version__ == metadata.version("stickslip")
     code, out, err = command("--help")
     assert (code, err) == (0, "")
     assert all(f"\n  {verb} " in out for verb in VERBS)

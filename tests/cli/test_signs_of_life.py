@@ -41,7 +41,7 @@ SLOW_COMPILER = HASTY + (
     "main()\n"
 )
 
-WORD = "compiling for this processor: about a minute, and kept for later runs"
+WORD = "compiling for this processor: up to a minute, and kept for later runs"
 SWEEP = ["sweep", "a.yaml", "-o", "a.nc", "--set", "execution.block_points=4"]
 SIMULATE = ["simulate", "-o", "a.nc", "--periods", "1"]
 COMMANDS = [SWEEP, ["plan", "a.yaml"], SIMULATE]

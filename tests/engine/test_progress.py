@@ -242,7 +242,7 @@ def test_what_cannot_be_written_is_lost(
 
 # --- kernels that are compiled ---
 
-WORD = "compiling for this processor: about a minute, and kept for later runs"
+WORD = "compiling for this processor: up to a minute, and kept for later runs"
 
 
 @pytest.fixture

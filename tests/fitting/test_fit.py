@@ -23,7 +23,6 @@ from sweeps.config.load import from_mapping
 from sweeps.exits import ExpectedError
 from sweeps.fitting import trials
 from sweeps.fitting.fitting import model_of
-from sweeps.fitting.output import table_of
 from sweeps.fitting.refinement import PATIENCE, Fit, Question, Search, minimum
 from sweeps.fitting.statistics import (
     Determination,
@@ -275,4 +274,9 @@ def test_three_parameters_of_two_variables_at_three_frequencies() -> None:
     assert fitted.status.dims == ("temperature", "angular_frequency")
     assert fitted.sizes["datum"] == 24
     assert (fitted.status == 0).all()
-    assert re.search(r"spring_stiffness: (4000|3999\.99)", "\n".join(table_of(fitted)))
+    assert re.search(r"spring_stiffness: (4000|3999\.99)", fitted.stickslip.summary())
+
+
+def test_what_is_no_fit_has_no_summary() -> None:
+    with pytest.raises(sweeps.FitError, match="this is no fit"):
+        sweeps.run({}).stickslip.summary()

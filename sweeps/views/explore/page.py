@@ -223,7 +223,7 @@ class Page:
             text = f"computing … {clock(waiting)}"
             if self._doing == "compiling" and waiting > _LOADING:
                 text = (
-                    "compiling for this processor: about a minute, and kept for later runs "
+                    "compiling for this processor: up to a minute, and kept for later runs "
                     f"({clock(waiting)})"
                 )
             text = f'<span class="busy">{text}</span>'
