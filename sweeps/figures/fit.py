@@ -131,4 +131,7 @@ def _fitted(ds: xr.Dataset) -> str:
         known = np.isfinite(error.values)
         words.append(f"{error.symbol} ± {error.value}" if known else f"{error.symbol} unknown")
     reduced = float(ds.attrs["reduced_chi2"])
-    return f"Standard errors: {', '.join(words)}; $\\chi^2$/dof {reduced:.3g}."
+    scatter = f"$\\chi^2$/dof {reduced:.3g}"
+    if str(ds.attrs.get("measurement_errors")).startswith("none"):
+        scatter = f"relative scatter {100 * np.sqrt(reduced):.2g}\u00a0%"
+    return f"Standard errors: {', '.join(words)}; {scatter}."
