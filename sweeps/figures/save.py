@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import io
 from pathlib import Path
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -43,14 +45,23 @@ def save(figure: Figure, path: Path, look: Look | None = None) -> list[Path]:
 
 
 def displayed(figure: Figure, look: Look | None = None) -> Figure:
-    """Return the figure so that a notebook shows it, although pyplot does not know it."""
+    """Return the figure so that a notebook shows it, although pyplot does not know it.
+
+    Its `savefig` has the settings that it was drawn with, TrueType fonts among them.
+    """
+    savefig = figure.savefig
+
+    @functools.wraps(savefig)
+    def save_styled(*args: Any, **kwargs: Any) -> None:
+        with styled(look.style if look else None):
+            savefig(*args, **kwargs)
 
     def png() -> bytes:
         stream = io.BytesIO()
-        with styled(look.style if look else None):
-            figure.savefig(stream, format="png", dpi=120)
+        save_styled(stream, format="png", dpi=120)
         return stream.getvalue()
 
+    figure.savefig = save_styled  # type: ignore[method-assign]
     figure._repr_png_ = png  # type: ignore[attr-defined] # IPython asks objects for it
     return figure
 

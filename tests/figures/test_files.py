@@ -22,6 +22,7 @@ from support.pictures import (
     trajectory,
 )
 
+import sweeps.accessor  # noqa: F401 - registers `stickslip`
 from stickslip import phase_diagram
 from sweeps.figure_table import FIGURES
 from sweeps.figures import Look, PlotOptions, draw, obstacle, save
@@ -84,6 +85,18 @@ def test_no_style_file_brings_other_fonts_back(tmp_path):
     figure = draw(sweep(temperature=TEMPERATURES), None, PlotOptions(look=look))
     assert b"/Type3" not in save(figure, tmp_path / "a.pdf", look)[0].read_bytes()
     assert "<text" in save(figure, tmp_path / "a.svg", look)[0].read_text(encoding="utf-8")
+
+
+def test_a_figure_from_python_saves_with_the_settings_it_was_drawn_with(tmp_path):
+    style = tmp_path / "mine.mplstyle"
+    style.write_text("savefig.dpi: 50\n")
+    figure = sweep(temperature=TEMPERATURES).stickslip.plot(style=style)
+    figure.savefig(tmp_path / "a.pdf")
+    pdf = (tmp_path / "a.pdf").read_bytes()
+    assert b"/Type3" not in pdf
+    assert b"/FontFile2" in pdf
+    figure.savefig(tmp_path / "a.png")
+    assert int.from_bytes((tmp_path / "a.png").read_bytes()[16:20], "big") == round(3.4 * 50)
 
 
 _HASHED = """
