@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 
-from sweeps.figures.style import TEXT, Frame
+from sweeps.figures.style import Frame, put_title
 
 Range = tuple[float | None, float | None]
 
@@ -85,7 +85,7 @@ def finish(figure: Figure, look: Look) -> None:
     if look.title and look.axes:
         look.axes.set_title(look.title)
     elif look.title:
-        figure.suptitle(look.title, fontsize=TEXT)
+        put_title(figure, look.title)
 
 
 def _panels(figure: Figure) -> list[Axes]:

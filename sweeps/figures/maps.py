@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from sweeps.figures.borders import draw_borders
 from sweeps.figures.colours import Colours, colours_of
@@ -40,13 +41,15 @@ def draw_maps(
     up = axis_of(ds, layout.y or STRIP, log="y" in scales, named=True)
     ds = ds.isel({across.dim: across.order, up.dim: up.order})
     drawn = facet_panels(ds, layout, variables, of_axes=True)
+    kinds: list[Line2D] = []
     for name in variables:
         colours = colours_of(drawn.dataset, name, log="z" in scales)
         for panel in drawn.of(name):
             _draw_map(panel, colours, across, up, parted=borders is None)
         colours.draw_scale(drawn.figure, [panel.axes for panel in drawn.of(name)])
-        if colours.legend:
-            put_legend(drawn.figure, colours.legend)
+        kinds += colours.legend
+    if kinds:
+        put_legend(drawn.figure, kinds)
     if borders is not None:
         draw_borders(drawn.panels, borders, across, up)
     label_axes(drawn, across.label, [up.label if layout.y else ""])

@@ -295,6 +295,17 @@ def put_legend(figure: Figure, handles: Sequence[Line2D]) -> None:
     )
 
 
+def put_title(figure: Figure, title: str) -> None:
+    """A title above the panels and their legend; the figure grows by its height."""
+    text = wrapped(figure, title, figure.get_figwidth() - 2 * _MARGIN)
+    _grow(figure, text.count("\n") + 1, TEXT)
+    if figure.legends:  # the layout would print a title of the figure over it
+        figure.legends[0].set_title(text, prop={"size": TEXT})
+        figure.legends[0].get_title().set_multialignment("center")
+    else:
+        figure.suptitle(text, fontsize=TEXT)
+
+
 def put_note(figure: Figure, sentences: Sequence[str]) -> None:
     """Small print below the panels, under what is there already; the figure grows by its height.
 

@@ -5,7 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from support.pictures import GAMMAS, TEMPERATURES, curves, described, note, panels, sweep
+from matplotlib.text import Text
+from support.pictures import (
+    GAMMAS,
+    TEMPERATURES,
+    curves,
+    described,
+    legend_of,
+    note,
+    panels,
+    sweep,
+)
 
 from sweeps.figures import Look, PlotOptions, draw
 from sweeps.figures.look import range_of, size_of
@@ -37,14 +47,38 @@ def test_a_style_file_may_give_the_size(ds, tmp_path):
 
 
 def test_limits_letters_title_and_no_note(ds):
-    look = Look(xlim=(180.0, None), ylim=(0.0, 3.0), letters=True, title="My oil", note=False)
+    look = Look(xlim=(180.0, None), ylim=(0.0, 3.0), letters=True, note=False)
     figure = drawn(ds, look=look)
     for axes, letter in zip(panels(figure), "ab", strict=True):
         assert axes.get_xlim()[0] == 180.0
         assert axes.get_ylim() == (0.0, 3.0)
         assert f"({letter})" in [text.get_text() for text in axes.texts]
-    assert figure.get_suptitle() == "My oil"
     assert note(figure) == ""
+
+
+@pytest.mark.parametrize("size", [None, (3.37, 3.0)])
+@pytest.mark.parametrize("hue", ["K", None])
+def test_a_title_stands_above_the_legend_and_is_never_cut(ds, hue, size):
+    title = "My oil, with a title that is too long for a single line of a column of a journal"
+    at = () if hue else ("K=1000",)
+    figure = drawn(ds, x="T", hue=hue, at=at, look=Look(size=size, title=title))
+    figure.draw_without_rendering()
+    (written,) = (t for t in figure.findobj(Text) if t.get_text().replace("\n", " ") == title)
+    box = written.get_window_extent()
+    assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+    assert box.y1 <= figure.bbox.y1
+    legend = [text for each in figure.legends for text in each.get_texts()]
+    assert len(legend) == (3 if hue else 0)
+    below = [item.get_window_extent().y1 for item in [*legend, *panels(figure)]]
+    assert box.y0 >= max(below)
+
+
+def test_kinds_of_two_variables_have_one_legend(ds):
+    regimes = (np.arange(ds.status.size) % 3).reshape(ds.status.shape).astype("i1")
+    ds = described(ds.assign(regime=(ds.status.dims, regimes)))
+    figure = drawn(ds, "regime", "status", y="K")
+    assert len(figure.legends) == 1
+    assert legend_of(figure) == ["liquid", "locked", "stick-slip, symmetric", "ok"]
 
 
 def test_limits_of_colours_are_those_of_the_bar(ds):
