@@ -83,7 +83,7 @@ class StickslipAccessor:
         ylim: Range = (None, None),
         vmin: float | None = None,
         vmax: float | None = None,
-        letters: bool = False,
+        letters: bool | str = False,
         note: bool = True,
         title: str | None = None,
         style: str | Path | None = None,

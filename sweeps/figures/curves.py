@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -28,6 +29,7 @@ from sweeps.figures.style import (
     VERMILLION,
     CurveStyle,
     curve_style,
+    has_small_print,
     make_logarithmic,
     put_legend,
     put_note,
@@ -93,9 +95,11 @@ def draw_curves(
     label_axes(drawn, axis.label, [shown(ds[name]).label for name in variables])
     if handles := _legend(ds, layout):
         put_legend(drawn.figure, handles)
-    missing = missing_notes(drawn.dataset, variables, "× ", log=log)
+    missing = missing_notes(drawn.dataset, variables, "× ", log=variables if log else ())
     apart = f"{elsewhere} measured values are of other parameters: not drawn." if elsewhere else ""
     put_note(drawn.figure, [*missing, note, *drawn.notes, apart])
+    if apart and not has_small_print():
+        warnings.warn(apart, stacklevel=6)  # the line that called the accessor's `plot`
     return drawn.figure
 
 

@@ -22,7 +22,7 @@ _SAME = 0.01  # relative: a measurement was made at the value of a panel or a cu
 def draw_measured(panel: Panel, axis: Axis, layout: Layout, data: Measurements) -> int:
     """Draw the measured values of a panel's variable; return how many are of other parameters.
 
-    Each has the colour of the curve with its value of the hue, and is black without one. Raises
+    Each has the colour of the curve with its value of the hue, and is white without one. Raises
     ValueError if the data do not have the parameter of the horizontal axis.
     """
     along = parameters_along(panel.dataset, axis.dim)
@@ -43,7 +43,7 @@ def draw_measured(panel: Panel, axis: Axis, layout: Layout, data: Measurements) 
         if hue:
             value = float(panel.dataset[hue].values[place])
             on = left & _is_near(data.parameters[hue], value)[data.row]
-        colour = hue_style(hue, place, count).colour if hue else BLACK
+        colour = hue_style(hue, place, count).colour if hue else "white"
         _draw(panel, data, across, on, colour)
         drawn |= on
     return int((own & ~drawn).sum())
@@ -60,11 +60,12 @@ def _draw(panel: Panel, data: Measurements, across: str, on: np.ndarray, colour:
         x,
         measured,
         None if data.relative else error,
-        color=colour,
+        color=BLACK,  # edges and bars: they stand out from a curve of any colour, in grey as well
         linestyle="none",
         marker="o",
-        markersize=3.5,
-        markerfacecolor="white",
+        markersize=4.0,
+        markerfacecolor=colour,
+        markeredgewidth=0.8,
         elinewidth=0.8,
         zorder=4,
     )

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import string
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from string import ascii_lowercase
 
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm
@@ -21,27 +21,30 @@ class Look:
     """The choices for a picture that leave what it shows as it is.
 
     `size` is in inches, all of the picture; `xlim`, `ylim` and `clim`, of the colours, are in the
-    units shown, with None for an end that is left alone. `letters` names panels (a), (b), ...;
-    `note` is the small print. `style` is a style file. With `axes` a picture of one panel is drawn
-    into them, with the settings of matplotlib that they were made with.
+    units shown, with None for an end that is left alone. `letters` names panels (a), (b), ...,
+    or from another letter on; `note` is the small print. `style` is a style file. With `axes` a
+    picture of one panel is drawn into them, with the settings of matplotlib that they were made
+    with.
 
-    Raises ValueError for a size that is not positive, and for limits that do not rise.
+    Raises ValueError for a size that is not positive, limits that do not rise, and no letter.
     """
 
     size: tuple[float, float] | None = None
     xlim: Range = (None, None)
     ylim: Range = (None, None)
     clim: Range = (None, None)
-    letters: bool = False
+    letters: bool | str = False
     note: bool = True
     title: str | None = None
     style: Path | None = None
     axes: Axes | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        """Raise ValueError for a size or limits that cannot be."""
+        """Raise ValueError for a size limits or letters that cannot be."""
         if self.size is not None and not all(0.0 < inches < 100.0 for inches in self.size):
             raise ValueError(f"a size is width and height in inches, not {self.size}")
+        if not isinstance(self.letters, bool) and self.letters not in set(ascii_lowercase):
+            raise ValueError(f"letters begin with one of a to z, not {self.letters!r}")
         for name in ("xlim", "ylim", "clim"):
             low, high = getattr(self, name)
             if low is not None and high is not None and not low < high:
@@ -81,10 +84,8 @@ def finish(figure: Figure, look: Look) -> None:
         axes.set_ylim(*look.ylim)
         _limit_colours(axes, *look.clim)
     if look.letters:
-        _name(panels)
-    if look.title and look.axes:
-        look.axes.set_title(look.title)
-    elif look.title:
+        _name(panels, "a" if look.letters is True else look.letters)
+    if look.title:
         put_title(figure, look.title)
 
 
@@ -99,8 +100,9 @@ def _limit_colours(axes: Axes, low: float | None, high: float | None) -> None:
             drawn.set_clim(low, high)
 
 
-def _name(panels: Sequence[Axes]) -> None:
-    for letter, axes in zip(string.ascii_lowercase, panels, strict=False):
+def _name(panels: Sequence[Axes], first: str) -> None:
+    letters = ascii_lowercase[ascii_lowercase.index(first) :]
+    for letter, axes in zip(letters, panels, strict=False):
         # Left of the panel's upper corner, where no curve is.
         axes.annotate(
             f"({letter})",

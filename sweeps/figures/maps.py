@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -42,18 +43,21 @@ def draw_maps(
     ds = ds.isel({across.dim: across.order, up.dim: up.order})
     drawn = facet_panels(ds, layout, variables, of_axes=True)
     kinds: list[Line2D] = []
+    logarithmic: list[str] = []
     for name in variables:
         colours = colours_of(drawn.dataset, name, log="z" in scales)
         for panel in drawn.of(name):
             _draw_map(panel, colours, across, up, parted=borders is None)
         colours.draw_scale(drawn.figure, [panel.axes for panel in drawn.of(name)])
         kinds += colours.legend
+        if isinstance(colours.norm, LogNorm):  # kinds and counts have no scale
+            logarithmic.append(name)
     if kinds:
-        put_legend(drawn.figure, kinds)
+        put_legend(drawn.figure, kinds, above=True)
     if borders is not None:
         draw_borders(drawn.panels, borders, across, up)
     label_axes(drawn, across.label, [up.label if layout.y else ""])
-    missing = missing_notes(drawn.dataset, variables, "Grey: ", log="z" in scales)
+    missing = missing_notes(drawn.dataset, variables, "Grey: ", log=logarithmic)
     put_note(drawn.figure, [*missing, *drawn.notes])
     return drawn.figure
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 import xarray as xr
@@ -58,9 +58,12 @@ def missing_points(ds: xr.Dataset, names: Sequence[str] = AMPLITUDES) -> xr.Data
 
 
 def missing_notes(
-    ds: xr.Dataset, names: Sequence[str], mark: str, *, log: bool = False
+    ds: xr.Dataset, names: Sequence[str], mark: str, *, log: Collection[str] = ()
 ) -> list[str]:
-    """Sentences that count the points that are not drawn, by reason; none where all are."""
+    """Sentences that count the points that are not drawn, by reason; none where all are.
+
+    `log` names the variables that are drawn on a logarithmic scale.
+    """
     missing = missing_points(ds, names)
     notes = [_count_by_reason(ds, missing.values, mark)] if missing.any() else []
     for name in names:
@@ -68,7 +71,7 @@ def missing_notes(
         undefined = int((values.isnull() & ~missing).sum())
         if undefined:
             notes.append(f"{shown(ds[name]).symbol} is not defined at {undefined} points.")
-        if log and (below := int((values <= 0).sum())):
+        if name in log and (below := int((values <= 0).sum())):
             notes.append(f"{shown(ds[name]).symbol} is not above 0 at {below} points: not drawn.")
     return notes
 

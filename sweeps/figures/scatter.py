@@ -74,7 +74,7 @@ def draw_scatter(
         if colours and not colours.legend:
             colours.draw_scale(figure, line)
     if colours and colours.legend:
-        put_legend(figure, colours.legend)
+        put_legend(figure, colours.legend, above=True)
     figure.align_labels()
     put_note(figure, missing_notes(ds, variables, "Not drawn: "))
     return figure, middle

@@ -26,6 +26,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
+from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.ticker import LogFormatterSciNotation
@@ -116,6 +117,7 @@ _BETWEEN_WORDS = re.compile(r"(?<!\$) (?=(?:[^$]*\$[^$]*\$)*[^$]*$)")
 _MARGIN = 0.1  # inches, left and right of small print
 _LINE = 1.35  # font sizes: the distance of two lines
 _HANDLE, _PAD, _GAP = 2.6, 0.8, 1.2  # of a legend, in font sizes
+_ABOVE = "above"  # the mark of a legend above given axes
 
 _settings = threading.RLock()
 
@@ -270,40 +272,71 @@ def width_in_inches(figure: Figure, text: str, size: str = TEXT) -> float:
     return float(drawn.get_window_extent().width) / figure.dpi
 
 
-def put_legend(figure: Figure, handles: Sequence[Line2D]) -> None:
+def put_legend(figure: Figure, handles: Sequence[Line2D], *, above: bool = False) -> None:
     """A legend above the panels, where it cannot hide a curve; the figure grows by its height.
 
-    Given axes have it inside.
+    Given axes have it inside, or `above` them: a map leaves no place inside.
     """
-    if (axes := _frame.get().axes) is not None:
+    axes = _frame.get().axes
+    if axes is not None and not above:
         axes.legend(handles=list(handles))
-        return
+    elif axes is not None:
+        inches = float(axes.get_window_extent().width) / figure.dpi
+        place: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0)}
+        in_columns = _in_columns(figure, handles, inches)
+        axes.legend(**place, **in_columns, frameon=False).set_gid(_ABOVE)
+    else:
+        in_columns = _in_columns(figure, handles, figure.get_figwidth())
+        _grow(figure, math.ceil(len(handles) / in_columns["ncols"]), TEXT)
+        figure.legend(loc="outside upper center", **in_columns)
+
+
+def _in_columns(figure: Figure, handles: Sequence[Line2D], inches: float) -> dict[str, Any]:
+    """The arguments of a legend in as many columns as fit."""
     labels = [str(handle.get_label()) for handle in handles]
     length = _HANDLE if any(handle.get_linestyle() != "None" for handle in handles) else 0.8
     beside = (length + _PAD + _GAP) * _inches(TEXT)
-    widest = max(width_in_inches(figure, label) for label in labels) + beside
-    columns = max(1, min(len(labels), int(figure.get_figwidth() / widest)))
-    _grow(figure, math.ceil(len(labels) / columns), TEXT)
-    figure.legend(
-        handles=list(handles),
-        loc="outside upper center",
-        ncols=columns,
-        handlelength=length,
-        handletextpad=_PAD,
-        columnspacing=_GAP,
-        borderaxespad=0.2,
-    )
+    widths = [width_in_inches(figure, label) + beside for label in labels]
+    fitting = [
+        columns
+        for columns in range(1, len(labels) + 1)
+        if sum(column.max() for column in np.array_split(widths, columns)) <= inches
+    ]
+    return {
+        "handles": list(handles),
+        "ncols": max(fitting, default=1),
+        "handlelength": length,
+        "handletextpad": _PAD,
+        "columnspacing": _GAP,
+        "borderaxespad": 0.2,
+    }
 
 
 def put_title(figure: Figure, title: str) -> None:
     """A title above the panels and their legend; the figure grows by its height."""
+    if (axes := _frame.get().axes) is not None:
+        legend = axes.get_legend()
+        if legend is not None and legend.get_gid() == _ABOVE:
+            _entitle(legend, title, mpl.rcParams["axes.titlesize"])
+        else:
+            axes.set_title(title)
+        return
     text = wrapped(figure, title, figure.get_figwidth() - 2 * _MARGIN)
     _grow(figure, text.count("\n") + 1, TEXT)
     if figure.legends:  # the layout would print a title of the figure over it
-        figure.legends[0].set_title(text, prop={"size": TEXT})
-        figure.legends[0].get_title().set_multialignment("center")
+        _entitle(figure.legends[0], text, TEXT)
     else:
         figure.suptitle(text, fontsize=TEXT)
+
+
+def _entitle(legend: Legend, title: str, size: Any) -> None:
+    legend.set_title(title, FontProperties(size=size))
+    legend.get_title().set_multialignment("center")
+
+
+def has_small_print() -> bool:
+    """Tell whether notes have a place, as they have not in given axes."""
+    return _frame.get().axes is None
 
 
 def put_note(figure: Figure, sentences: Sequence[str]) -> None:

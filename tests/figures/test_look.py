@@ -17,6 +17,7 @@ from support.pictures import (
     sweep,
 )
 
+import sweeps.accessor  # noqa: F401 - registers `stickslip`
 from sweeps.figures import Look, PlotOptions, draw
 from sweeps.figures.look import range_of, size_of
 from sweeps.measurements import read_data
@@ -175,7 +176,7 @@ def test_measured_points_lie_over_the_curve_of_their_parameters(ds):
     figure = drawn(ds, FORCE, x="T", hue="K", data=read_data(table))
     (axes,) = panels(figure)
     points = {
-        (float(x), float(y)): each.lines[0].get_color()
+        (float(x), float(y)): each.lines[0].get_markerfacecolor()
         for each in axes.containers
         for x, y in zip(*each.lines[0].get_data(), strict=True)
     }
@@ -184,7 +185,46 @@ def test_measured_points_lie_over_the_curve_of_their_parameters(ds):
         (250.0, 2.0): curves(axes)[2].get_color(),
     }
     assert "1 measured values are of other parameters: not drawn." in note(figure)
+    (axes,) = Figure().subplots(1, 1, squeeze=False).flat
+    said = "1 measured values are of other parameters: not drawn."
+    with pytest.warns(UserWarning, match=said) as warned:  # there is no small print
+        ds.stickslip.plot(FORCE, x="T", hue="K", data=table, ax=axes)
+    assert warned[0].filename == __file__
     with pytest.raises(ValueError, match="measured points are drawn over curves"):
         drawn(ds, FORCE, x="T", y="K", data=read_data(table))
     with pytest.raises(ValueError, match="the data have no column temperature"):
         drawn(ds, FORCE, x="T", hue="K", data=read_data({"K": [1000.0], "F_max": [1e-3]}))
+
+
+def with_regimes(ds):
+    regimes = (np.arange(ds.status.size) % 5).reshape(ds.status.shape).astype("i1")
+    return described(ds.assign(regime=(ds.status.dims, regimes)))
+
+
+def test_given_axes_have_the_legend_of_kinds_above_and_the_title_above_that(ds):
+    figure = Figure(figsize=(3.37, 3.0), layout="constrained")
+    axes = figure.subplots()
+    drawn(with_regimes(ds), "regime", x="T", y="K", look=Look(axes=axes, title="My oil"))
+    figure.draw_without_rendering()
+    legend = axes.get_legend()
+    box, panel = legend.get_window_extent(), axes.get_window_extent()
+    assert box.y0 >= panel.y1
+    assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+    assert box.y1 <= figure.bbox.y1
+    title = legend.get_title()
+    assert title.get_text() == "My oil"
+    assert title.get_window_extent().y0 >= max(
+        text.get_window_extent().y1 for text in legend.get_texts()
+    )
+
+
+def test_a_scale_of_values_says_nothing_of_kinds(ds):
+    assert note(drawn(with_regimes(ds), "regime", x="T", y="K", log="z")) == ""
+
+
+def test_letters_may_begin_anywhere(ds):
+    (axes, other) = panels(drawn(ds, look=Look(letters="b")))
+    assert [text.get_text() for text in (axes.texts[-1], other.texts[-1])] == ["(b)", "(c)"]
+    for wrong in ("", "B", "bc", "1"):
+        with pytest.raises(ValueError, match="letters begin with one of a to z"):
+            Look(letters=wrong)
