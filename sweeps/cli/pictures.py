@@ -131,7 +131,7 @@ def plot(
     variable: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="NAME", help="A result variable; may be repeated. [default: both amplitudes]"
+            metavar="NAME", help="A variable; may be repeated. [default: both amplitudes]"
         ),
     ] = None,
     x: Annotated[str | None, _axis_option("-x", does="Horizontal axis, by name or symbol.")] = None,
@@ -250,7 +250,7 @@ def _computed_figure(plan: _Planned, folder: Path, workers: int | None, *, progr
         _write_trajectories(config, path, progress=progress)
     ds = open_result(path)
     options = PlotOptions(None if plan.figure else _plot_of_config(ds)[1])
-    _draw(ds, folder / plan.stem, figure, options)
+    _draw(ds, folder / plan.stem, None if options.asks else figure, options)
     return failures
 
 

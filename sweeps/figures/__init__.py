@@ -16,7 +16,8 @@ from sweeps.figure_table import FIGURES, Data
 from sweeps.figures.amplitudes import draw_results
 from sweeps.figures.labels import changed_parameters
 from sweeps.figures.look import Look, finish
-from sweeps.figures.plot_options import PlotOptions
+from sweeps.figures.motion.traces import draw_variables
+from sweeps.figures.plot_options import PlotOptions, slice_at
 from sweeps.figures.save import ENDINGS, save
 from sweeps.figures.style import put_note, styled
 from sweeps.human import did_you_mean
@@ -29,12 +30,15 @@ def draw(ds: xr.Dataset, figure: str | None = None, options: PlotOptions | None 
 
     `ds` is a sweep result, or a trajectory along `elapsed_time` or along (axis, sample) with a 2-D
     `elapsed_time`; `figure` a key of `FIGURES`, by default `default_figure(ds)`. `options` choose
-    variable and axes of a sweep's picture instead of a figure by name, and the style of any.
+    variables and axes of a sweep's picture, or variables of a trajectory, instead of a figure by
+    name, and the style of any.
 
     Raises ValueError for an unknown name, and for a figure that the dataset has no data for.
     """
     options = options or PlotOptions()
     look = options.look
+    if figure is not None and options.asks:
+        raise ValueError("figure names a whole picture: leave it out, or variables and axes")
     with styled(look.style, look.frame):
         picture = _chosen(ds, options) if options.asks else _named(ds, figure or default_figure(ds))
         if picture.axes:  # the table of a single point has all parameters, and no axes
@@ -54,8 +58,19 @@ def _named(ds: xr.Dataset, name: str) -> Figure:
 
 
 def _chosen(ds: xr.Dataset, options: PlotOptions) -> Figure:
-    if data_of(ds) != "sweep":
-        raise ValueError("this file holds a trajectory: variables and axes are chosen of a sweep")
+    data = data_of(ds)
+    if data == "trajectory" and options.variable is not None and not options.asks_for_axes:
+        chosen, at = slice_at(ds, options.at)
+        courses = draw_variables(chosen, options.variables)
+        put_note(courses, [at])
+        return courses
+    if data != "sweep":
+        names = ", ".join(f"'{name}'" for name in FIGURES if not obstacle(ds, name))
+        here = "a variable or a figure" if data == "trajectory" else "a figure"
+        raise ValueError(
+            f"this file holds {FIGURES[default_figure(ds)].drawn}: variables over axes are chosen "
+            f"of a sweep, and here {here} by name: {names}"
+        )
     if options.variable is None and (refused := obstacle(ds, "amplitudes")):
         raise ValueError(refused)
     return draw_results(ds, options)

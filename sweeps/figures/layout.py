@@ -24,6 +24,7 @@ from sweeps.grid import CASE, DIRECTION
 
 MANY = len(CURVES)  # an axis is long when its points would need more curves than there are styles
 MOST_FACETS = 4  # columns that still fit on a page
+_NAMED = ("rheological_index", CASE)  # what has names rather than places on a scale, if it is short
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,7 @@ def layout_of(
     if "y" in named and "hue" in named:
         raise ValueError("y makes a map and hue makes curves: choose one of them")
     if discrete and "hue" in named:
-        named["y"] = named.pop("hue")  # kinds make no curves: a strip of colour for each
+        named["y"] = _strips(ds, named.pop("hue"))
     free = [str(dim) for dim in ds.sizes if ds.sizes[dim] > 1 and dim not in named.values()]
     x, y, hue, row, col = (named.get(role) for role in ROLES)
     layout = _place_axes(ds, Layout(x, y, hue, row, col), free, discrete)
@@ -106,6 +107,16 @@ def layout_of(
         layout = replace(layout, both_ways=True)
         free.remove(DIRECTION)
     return _place_facets(ds, layout, free, rows)
+
+
+def _strips(ds: xr.Dataset, hue: str) -> str:
+    """The hue of kinds, which make no curves: a strip of colour for each fluid or case.
+
+    Raises ValueError for values on a scale, which would make a map.
+    """
+    if ds[hue].dtype.kind in "fiu" and hue not in _NAMED:
+        raise ValueError(f"kinds and counts make no curves for hue: a map has {hue} as y")
+    return hue
 
 
 def _place_axes(ds: xr.Dataset, layout: Layout, free: list[str], discrete: bool) -> Layout:
@@ -161,7 +172,7 @@ def axis_of(ds: xr.Dataset, dim: str, *, log: bool = False, named: bool = False)
     """
     coordinate = _coordinate(ds, dim)
     few = named and ds.sizes[dim] <= MANY
-    if coordinate.dtype.kind not in "fiu" or (few and dim in ("rheological_index", CASE)):
+    if coordinate.dtype.kind not in "fiu" or (few and dim in _NAMED):
         return _named_axis(ds, dim)
     order = np.argsort(shown(coordinate).values, kind="stable")
     quantity = shown(coordinate[order])

@@ -46,10 +46,20 @@ class PlotOptions:
 
     @property
     def asks(self) -> bool:
-        """True if any option of the picture of a sweep is chosen."""
-        named = (self.variable, *(getattr(self, role) for role in ROLES))
+        """True if anything is chosen of what is to be drawn."""
+        return bool(self.variable) or bool(self.at) or self.asks_for_axes
+
+    @property
+    def asks_for_axes(self) -> bool:
+        """True if any option is chosen that only a picture of a sweep has."""
         over = self.boundaries is not None or self.data is not None
-        return any(named) or bool(self.at) or bool(self.log) or over
+        return any(getattr(self, role) for role in ROLES) or bool(self.log) or over
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """The variables as they were named."""
+        one = isinstance(self.variable, str)
+        return (self.variable,) if one else tuple(self.variable or ())  # type: ignore[return-value]
 
     @property
     def scales(self) -> frozenset[str]:
@@ -64,8 +74,7 @@ def variables_of(ds: xr.Dataset, options: PlotOptions) -> tuple[str, ...]:
     """The result variables to draw: those asked for, or both amplitudes."""
     if options.variable is None:
         return AMPLITUDES
-    asked = (options.variable,) if isinstance(options.variable, str) else options.variable
-    return tuple(_variable(ds, name) for name in asked)
+    return tuple(_variable(ds, name) for name in options.variables)
 
 
 def _variable(ds: xr.Dataset, name: str) -> str:

@@ -83,13 +83,17 @@ def test_regimes_along_one_axis_are_a_strip_for_each_fluid():
     assert legend_of(alone) == ["stick-slip, symmetric"]
 
 
-def test_a_hue_of_regimes_is_a_strip_for_each_value():
+def test_a_hue_of_regimes_is_a_strip_for_each_fluid_and_never_a_map():
     ds = with_regimes(
         sweep(temperature=[200.0, 250.0], spring_stiffness=STIFFNESS), np.zeros((2, 4))
     )
-    figure = draw(ds, None, PlotOptions(variable="regime", hue="K"))
-    (axes,) = panels(figure)
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("$T$ (K)", "$K$ (N/m)")
+    with pytest.raises(ValueError, match="a map has spring_stiffness as y"):
+        draw(ds, None, PlotOptions(variable="regime", x="T", hue="K"))
+    ds = with_regimes(
+        sweep(temperature=TEMPERATURES, rheological_index=list(GAMMAS)), np.zeros((35, 3))
+    )
+    (axes,) = panels(draw(ds, None, PlotOptions(variable="regime", hue="gamma")))
+    assert len(axes.get_yticks()) == 3
 
 
 def test_a_point_without_a_regime_is_grey_and_counted():

@@ -5,8 +5,22 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from matplotlib.collections import QuadMesh
-from support.pictures import GAMMAS, TEMPERATURES, curves, linked, note, panels, sweep, trajectory
+from matplotlib.figure import Figure
+from support.pictures import (
+    GAMMAS,
+    TEMPERATURES,
+    curves,
+    fitted,
+    legend_of,
+    linked,
+    note,
+    panels,
+    portraits,
+    sweep,
+    trajectory,
+)
 
+import sweeps.accessor  # noqa: F401 - registers `stickslip`
 from sweeps.figures import PlotOptions, draw
 
 STIFFNESS = np.geomspace(500.0, 1e4, 6)
@@ -133,6 +147,34 @@ def test_a_slice_of_words_is_refused_with_the_words():
         chosen(both, at=("direction=left",))
 
 
-def test_a_trajectory_has_no_axes_to_choose():
-    with pytest.raises(ValueError, match="this file holds a trajectory"):
-        chosen(trajectory(), x="T")
+def test_variables_of_a_trajectory_choose_panels_of_its_courses():
+    ds = trajectory()
+    (axes,) = panels(chosen(ds, variable="F"))
+    assert axes.get_ylabel() == "$F$ (mN)"
+    assert len(curves(axes)) == 1
+    figure = chosen(ds, variable=("lower_velocity", "upper_velocity", "viscous_stress"))
+    assert [len(curves(axes)) for axes in panels(figure)] == [2, 1]
+    assert len(legend_of(figure)) == 2
+    mine = Figure().subplots()
+    assert ds.stickslip.plot("friction_force", ax=mine) is mine
+    assert len(curves(mine)) == 1
+    assert note(chosen(portraits(), variable="F", at=("omega=15",))) == r"At $\omega = 15$ rad/s."
+    with pytest.raises(ValueError, match=r"'friction' of a trajectory \(did you mean 'friction_fo"):
+        chosen(ds, variable="friction")
+
+
+@pytest.mark.parametrize(
+    ("ds", "options", "words"),
+    [
+        (trajectory(), {"x": "T"}, "holds a trajectory: .* a variable or a figure.*: 'time_cour"),
+        (fitted(), {"variable": "F_max"}, "this file holds a fit: .* here a figure by name: 'fit'"),
+    ],
+)
+def test_what_is_no_sweep_has_no_axes_to_choose(ds, options, words):
+    with pytest.raises(ValueError, match=words):
+        chosen(ds, **options)
+
+
+def test_a_figure_by_name_takes_no_variable():
+    with pytest.raises(ValueError, match="figure names a whole picture"):
+        draw(trajectory(), "time_courses", PlotOptions("friction_force"))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from string import ascii_lowercase
 from typing import NamedTuple
 
@@ -16,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from stickslip.variables import PARAMETERS
+from stickslip.variables import PARAMETERS, PULLED, TRAJECTORY
 from sweeps.figures.labels import Quantity, shown, slice_label
 from sweeps.figures.layout import MOST_FACETS, Selection, selections
 from sweeps.figures.motion.insets import put_inset
@@ -32,6 +33,7 @@ from sweeps.figures.style import (
     put_note,
     width_of,
 )
+from sweeps.human import did_you_mean
 
 # The dashes lie on a wide light line, so that both show while the blocks move together.
 LOWER = CurveStyle(SKY, 1.6)
@@ -80,6 +82,29 @@ def time_courses(ds: xr.Dataset) -> Figure:
     figure = _stack(ds, TIME_COURSES, height=5.2)
     put_legend(figure, both_blocks())
     return figure
+
+
+def draw_variables(ds: xr.Dataset, names: Sequence[str]) -> Figure:
+    """The panels of the time courses that have these variables, by name or symbol.
+
+    A variable that is in none has its own. Raises ValueError for an unknown one.
+    """
+    rows = tuple(dict.fromkeys(_row_of(ds, name) for name in names))
+    figure = _stack(ds, rows, height=1.6 + 0.9 * len(rows))
+    if any(len(row) > 1 for row in rows):
+        put_legend(figure, both_blocks())
+    return figure
+
+
+def _row_of(ds: xr.Dataset, name: str) -> tuple[Trace, ...]:
+    along = ds["lower_displacement"].dims
+    known = [n for n in (*TRAJECTORY, *PULLED) if n in ds.data_vars and ds[n].dims == along]
+    full = next((n for n in known if ds[n].attrs.get("symbol") == name), name)
+    if full not in known:
+        hint = did_you_mean(name, known) or f"; there are {', '.join(known)}"
+        raise ValueError(f"unknown variable '{name}' of a trajectory{hint}")
+    standard = (row for row in TIME_COURSES if full in [trace.name for trace in row])
+    return next(standard, (Trace(full),))
 
 
 def both_blocks() -> list[Line2D]:
