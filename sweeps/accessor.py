@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,6 +35,14 @@ class StickslipAccessor:
 
     def __init__(self, ds: xr.Dataset) -> None:
         self._ds = ds
+
+    def __repr__(self) -> str:
+        from sweeps.figure_table import FIGURES
+        from sweeps.figures import default_figure
+
+        held = FIGURES[default_figure(self._ds)].drawn
+        sizes = ", ".join(f"{dim}: {size}" for dim, size in self._ds.sizes.items())
+        return f"<stickslip accessor of {held} ({sizes or 'a single point'})>"
 
     def at(self, **where: Any) -> Point:
         """Return the point nearest to values such as `temperature=228`, by name or symbol, in SI.
@@ -90,12 +99,16 @@ class StickslipAccessor:
     ) -> Figure | Axes:
         """Return the picture that `stickslip plot` draws, with the same options.
 
-        Without `variable`, a name or several, both amplitudes are drawn. `at` cuts axes, such as
-        `{"temperature": 228}`; `log` names logarithmic scales, such as 'x,z'; `figure` names a
-        figure instead; `boundaries` are what the method of this name returns, drawn on maps; `data`
-        are measured points over curves, as of `sweeps.fit`. `size` is in inches; limits are in the
-        units shown, `vmin` and `vmax` those of colours. Into `ax` a picture of one panel is drawn,
-        without small print and with your own settings of matplotlib, and it is returned.
+        Without `variable`, a name or several, both amplitudes are drawn; variables of a trajectory
+        choose panels of its time courses. `at` cuts axes, such as `{"temperature": 228}`; `log`
+        names logarithmic scales, such as 'x,z'; `figure` names a figure instead; `boundaries` are
+        what the method of this name returns, drawn on maps; `data` are measured points over curves,
+        as of `sweeps.fit`. `size` is in inches; limits are in the units shown, `vmin` and `vmax`
+        those of colours; `letters` may be the first one, such as 'b'.
+
+        The figure is returned, and not pyplot's current one: save it with its own `savefig`. Into
+        `ax` a picture of one panel is drawn, without small print and with your own settings of
+        matplotlib, and it is returned.
         Raises ValueError for a choice that the data do not have.
 
         >>> ds = run({"sweep": {"T": [200, 250, 300], "omega": [10, 12]}})
@@ -127,6 +140,11 @@ class StickslipAccessor:
         >>> ds = run({"sweep": {"T": [200, 250, 300], "omega": [10, 12]}})
         >>> figure = ds.stickslip.map("regime")
         """
+        if others := [name for name in at if name in signature(self.plot).parameters]:
+            raise ValueError(
+                f"map takes values of axes; with {others[0]} it is "
+                f"plot({variable!r}, x=..., y=..., {others[0]}=...)"
+            )
         chosen = {canonical_name(name) or name for name in (*at, x, y) if name is not None}
         free = sorted(
             (str(dim) for dim, size in self._ds.sizes.items() if size > 1 and dim not in chosen),

@@ -33,6 +33,7 @@ from sweeps.files.attributes import software
 from sweeps.grid import CASE, DIRECTION, DIRECTIONS, Grid
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Start = Literal["initial", "stationary"]
@@ -167,12 +168,17 @@ class Point:
         start = self._start[:-1]
         return None if np.isnan(start).all() else start.tolist()
 
-    def portrait(self, periods: int | None = None) -> Figure:
-        """The phase portrait of the orbit: velocity of the lower block against its displacement."""
-        from sweeps.figures import draw
+    def portrait(self, periods: int | None = None, *, ax: Axes | None = None) -> Figure | Axes:
+        """The phase portrait of the orbit: velocity of the lower block against its displacement.
+
+        It is drawn into `ax` where axes are given, which then are returned.
+        """
+        from sweeps.figures import Look, PlotOptions, draw
         from sweeps.figures.save import displayed
 
-        return displayed(draw(self.simulate(periods), "phase_portraits"))
+        options = PlotOptions(look=Look(axes=ax))
+        drawn = draw(self.simulate(periods), "phase_portraits", options)
+        return displayed(drawn) if ax is None else ax
 
 
 def point_of(ds: xr.Dataset, at: Iterable[str] = (), **where: Any) -> Point:

@@ -48,6 +48,9 @@ def test_a_point(ds: xr.Dataset) -> None:
     assert point.parameters.temperature == 250.0
     assert point.differences() == {}
     assert isinstance(point.portrait(), Figure)
+    axes = Figure().subplots()
+    assert point.portrait(ax=axes) is axes
+    assert axes.lines
 
 
 def test_failed_points_are_masked(ds: xr.Dataset) -> None:
@@ -74,6 +77,15 @@ def test_maps_take_the_longest_axes(ds: xr.Dataset) -> None:
     assert ds.stickslip.map("friction_force_amplitude", x="K").axes
     with pytest.raises(ValueError, match="a map needs two axes"):
         ds.stickslip.map("regime", K=500)
+    with pytest.raises(ValueError, match=r"with ax it is plot\('regime', x=..., y=..., ax=...\)"):
+        ds.stickslip.map("regime", ax=Figure().subplots())
+
+
+def test_it_says_what_a_dataset_holds(ds: xr.Dataset) -> None:
+    told = "<stickslip accessor of a sweep (temperature: 9, spring_stiffness: 9)>"
+    assert repr(ds.stickslip) == told
+    motion = simulate(periods=1, samples_per_period=20)
+    assert repr(motion.stickslip) == "<stickslip accessor of a trajectory (elapsed_time: 21)>"
 
 
 def test_a_notebook_shows_a_picture_that_pyplot_does_not_know(ds: xr.Dataset) -> None:
