@@ -275,7 +275,7 @@ def width_in_inches(figure: Figure, text: str, size: str = TEXT) -> float:
 def put_legend(figure: Figure, handles: Sequence[Line2D], *, above: bool = False) -> None:
     """A legend above the panels, where it cannot hide a curve; the figure grows by its height.
 
-    Given axes have it inside, or `above` them: a map leaves no place inside.
+    Given axes have it inside, or `above` them: maps and oscillations leave no place inside.
     """
     axes = _frame.get().axes
     if axes is not None and not above:

@@ -92,7 +92,7 @@ def draw_variables(ds: xr.Dataset, names: Sequence[str]) -> Figure:
     rows = tuple(dict.fromkeys(_row_of(ds, name) for name in names))
     figure = _stack(ds, rows, height=1.6 + 0.9 * len(rows))
     if any(len(row) > 1 for row in rows):
-        put_legend(figure, both_blocks())
+        put_legend(figure, both_blocks(), above=True)
     return figure
 
 
