@@ -36,7 +36,7 @@ from stickslip.model.solids import Thresholds
 from stickslip.model.state import State
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
 from stickslip.numerics.linear import algebra
-from stickslip.options import Options, Physics, Settings
+from stickslip.options import HARMONICS, Options, Physics, Settings
 from stickslip.parameters import Parameters
 
 # ln(phi) comes back to the level of the noise at twice the rate of phi.
@@ -124,8 +124,8 @@ class Kernels(NamedTuple):
 
 @kernel_factory
 def kernels_of(physics: Physics) -> Kernels:
-    """The kernels of these physics."""
-    model = model_of(physics)
+    """The kernels of these physics; one for all drives, whose harmonics may be 0."""
+    model = model_of(physics._replace(drive=HARMONICS))
     steps_from, of_row = _make_steps(model), state_functions(model.components).of_row
     relative_state = model.equations.relative_state
 
