@@ -8,13 +8,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
-import numpy as np
 import xarray as xr
 from bokeh.layouts import column
 from bokeh.models import Model
 
 from stickslip.symbols import as_html, plain
-from stickslip.variables import PARAMETERS
 from sweeps.figures import data_of
 from sweeps.figures.borders import axes_of, require_borders_of
 from sweeps.figures.colours import Colours
@@ -30,6 +28,7 @@ from sweeps.views.report.chosen_points import (
     Numbers,
     chosen_points,
     places_of,
+    start_along,
 )
 from sweeps.views.report.document import page
 from sweeps.views.report.numbers import (
@@ -172,19 +171,11 @@ def _numbers(
     dims = list(map(str, ds["status"].dims))
     return {
         "axes": [{"name": dim, "size": ds.sizes[dim]} for dim in dims],
-        "start": [_start(ds, dim) for dim in dims],
+        "start": [start_along(ds, dim) for dim in dims],
         "parameters": [parameter(ds, name) for name in parameters_of(ds)],
         "variables": [variable(ds, name, colours) for name, colours in variables.items()],
         "replay": escape(shlex.join(["stickslip", "replay", name, *sliced])),
     }
-
-
-def _start(ds: xr.Dataset, dim: str) -> int:
-    """Return where to look first: at the paper's value, or in the middle of an axis without it."""
-    values, usual = ds[dim].values, PARAMETERS[dim].default if dim in PARAMETERS else np.nan
-    if dim in PARAMETERS and values.min() <= usual <= values.max():
-        return int(np.argmin(np.abs(values - usual)))
-    return ds.sizes[dim] // 2
 
 
 def _orbits(chosen: Numbers, found: Sequence[PackedOrbit]) -> dict[str, Any]:
@@ -227,7 +218,7 @@ def _controls(
 ) -> dict[str, str]:
     """Return the controls and tables that the script works with, and which sections there are."""
     hint = "Point to see the numbers of a point; click or tap to pin it"
-    with_orbit = " and to draw the orbit of the nearest point that has one here"
+    with_orbit = " and to draw the orbit of the nearest point of its kind that has one"
     keys = (
         "Arrow keys move the pin, Esc releases it. The address of the page links to what it shows."
     )
@@ -239,8 +230,9 @@ def _controls(
         "sliders": "".join(_slider(ds, str(dim)) for dim in ds["status"].dims),
         "readout": facts.readout_table(ds, parameters_of(ds), variables),
         "hint": f"{hint}{with_orbit if chosen.size else ''}. {keys}",
-        "orbits": f"{_counted(chosen.size)} with an orbit in this page: first those without a "
-        "result, then both sides of the boundaries between regimes, then an even spread.",
+        "orbits": f"{_counted(chosen.size)} with an orbit in this page: first that at which "
+        "it opens and those without a result, then both sides of the boundaries between regimes, "
+        "then an even spread.",
     }
 
 
@@ -251,7 +243,7 @@ def _options(texts: Mapping[str, str]) -> str:
 
 
 def _slider(ds: xr.Dataset, dim: str) -> str:
-    ends = f'min="0" max="{ds.sizes[dim] - 1}" value="{_start(ds, dim)}"'
+    ends = f'min="0" max="{ds.sizes[dim] - 1}" value="{start_along(ds, dim)}"'
     name = escape(dim)
     label = f'<label>{name.replace("_", " ")}<input type="range" name="{name}" {ends}></label>'
     return f'<div hidden>{label}<output aria-live="off"></output></div>'

@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.status import Status
+from stickslip.variables import PARAMETERS
 from sweeps.figures.labels import parameters_along
 from sweeps.figures.layout import MANY, is_scattered
 from sweeps.figures.missing import RESULT_STATUSES
@@ -36,18 +37,35 @@ def places_of(ds: xr.Dataset, numbers: Numbers) -> list[dict[str, int]]:
     return [dict(zip(dims, place, strict=True)) for place in places.tolist()]
 
 
+def start_along(ds: xr.Dataset, dim: str) -> int:
+    """Return where to look first: at the paper's value, or in the middle of an axis without it."""
+    values, usual = ds[dim].values, PARAMETERS[dim].default if dim in PARAMETERS else np.nan
+    if dim in PARAMETERS and values.min() <= usual <= values.max():
+        return int(np.argmin(np.abs(values - usual)))
+    return ds.sizes[dim] // 2
+
+
 def chosen_points(ds: xr.Dataset, most: int) -> Numbers:
     """Return at most `most` computed points of a result, as their numbers in C order.
 
-    All that have no result; then both sides of the boundaries between regimes, for at most half of
-    what is left, every kind of boundary in turn; then points that are spread evenly over the axes.
+    The one that is looked at first; all that have no result; then both sides of the boundaries
+    between regimes, for at most half of what is left, every kind of boundary in turn; then points
+    that are spread evenly over the axes.
     """
-    failed = failed_points(ds)
-    chosen = _evenly(failed, most)
+    chosen = _start(ds)[:most]
+    failed = np.setdiff1d(failed_points(ds), chosen)
+    chosen = np.union1d(chosen, _evenly(failed, most - chosen.size))
     chosen = np.union1d(chosen, _both_sides(_boundaries(ds), (most - chosen.size) // 2))
     free = np.isin(ds["status"].values, RESULT_STATUSES)
     free.ravel()[chosen] = False
     return np.union1d(chosen, _spread(free, most - chosen.size))
+
+
+def _start(ds: xr.Dataset) -> Numbers:
+    """Return the number of the point that is looked at first; none if it is not computed yet."""
+    place = tuple(start_along(ds, str(dim)) for dim in ds["status"].dims)
+    number = np.arange(ds["status"].size).reshape(ds["status"].shape)[place]
+    return np.array([] if ds["status"].values[place] == Status.PENDING else [number], np.int64)
 
 
 def _evenly(numbers: NDArray[Any], most: int) -> NDArray[Any]:
@@ -106,22 +124,41 @@ def _spread(free: NDArray[np.bool_], most: int) -> Numbers:
 
 
 def nearest_chosen(ds: xr.Dataset, chosen: Numbers) -> NDArray[np.uint16]:
-    """Return for every point, in C order, which of the chosen ones is nearest.
+    """Return for every point, in C order, which of the chosen ones of its kind is nearest.
 
-    An axis is as long as any other, but for short ones, along which points are farther apart; of
-    cases in no order each parameter counts.
+    Of all of them where none is of its kind.
     """
     from scipy.spatial import KDTree  # of no use to pages without orbits
 
     if ds["status"].size == 1:
         return np.zeros(1, dtype=np.uint16)
+    points, kinds = _points(ds), _kinds(ds)
+    nearest = KDTree(points[chosen]).query(points)[1]
+    for kind in np.unique(kinds[chosen]):
+        own, alike = kinds == kind, np.flatnonzero(kinds[chosen] == kind)
+        nearest[own] = alike[KDTree(points[chosen[alike]]).query(points[own])[1]]
+    return np.asarray(nearest, dtype=np.uint16)
+
+
+def _kinds(ds: xr.Dataset) -> NDArray[np.int64]:
+    """Return for every point its regime; below 0, how it ended without a result."""
+    status = ds["status"].values.astype(np.int64)
+    regime = ds["regime"].values.astype(np.int64) if "regime" in ds else np.zeros_like(status)
+    return np.where(np.isin(status, RESULT_STATUSES), regime, -1 - status).ravel()
+
+
+def _points(ds: xr.Dataset) -> NDArray[np.float64]:
+    """Return where every point is, in C order.
+
+    An axis is as long as any other, but for short ones, along which points are farther apart; of
+    cases in no order each parameter counts.
+    """
     columns = []
     for dim, places in zip(ds["status"].dims, np.indices(ds["status"].shape), strict=True):
         size = ds.sizes[dim]
         weight = _SHORT_WEIGHT if size <= MANY else 1.0
         columns += [weight * along[places.ravel()] for along in _measures(ds, str(dim))]
-    points = np.stack(columns, axis=-1)
-    return np.asarray(KDTree(points[chosen]).query(points)[1], dtype=np.uint16)
+    return np.stack(columns, axis=-1)
 
 
 def _measures(ds: xr.Dataset, dim: str) -> list[NDArray[np.float64]]:

@@ -126,7 +126,7 @@ def sources(ds: xr.Dataset, variables: Mapping[str, Colours]) -> Iterator[Column
 
 
 def nearest_source(ds: xr.Dataset, chosen: Numbers) -> ColumnDataSource:
-    """Return, for each point, which of the points with an orbit in the page is nearest."""
+    """Return, for each point, which of those of its kind with an orbit in the page is nearest."""
     return ColumnDataSource({"values": nearest_chosen(ds, chosen)}, name="values of nearest orbit")
 
 

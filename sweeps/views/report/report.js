@@ -179,14 +179,14 @@ function replayCommand(place) {
   return [page.replay, ...words].join(" ");
 }
 
-// Show the orbit that is nearest to a place.
+// Show the orbit that is nearest to a place, of its kind if there is one.
 function showOrbit(place) {
   const number = valueOf("nearest orbit", pointAt(place));
   const { point, words, drawn } = orbits[number];
   const own = placeOf(point);
   const [here, there] = [point, pointAt(place)].map((one) => variableText(regime, one));
-  const kinds = here === there ? "" : ` (${here}; there: ${there})`;
-  const other = `<span>The point with an orbit in this page that is nearest to ${whereText(place)}${kinds}.</span>`;
+  const [alike, kinds] = here === there ? [" of its kind", ""] : ["", ` (${here}; there: ${there})`];
+  const other = `<span>The nearest point to ${whereText(place)}${alike} that has an orbit in this page${kinds}.</span>`;
   const head = `<strong>${whereText(own)}</strong>${point === pointAt(place) ? "" : other}`;
   element("orbit-words").innerHTML = `${head}${words}<code>${replayCommand(own)}</code>`;
   element("orbit-figures").hidden = !drawn;

@@ -7,7 +7,7 @@ import pytest
 from support.pictures import failed, random_cases, sweep
 
 from stickslip.status import Status
-from sweeps.views.report.chosen_points import chosen_points, nearest_chosen
+from sweeps.views.report.chosen_points import chosen_points, nearest_chosen, start_along
 
 T, K = np.linspace(150.0, 320.0, 30), np.linspace(500.0, 5000.0, 20)
 
@@ -24,8 +24,21 @@ def ds():
     )  # fmt: skip
 
 
-def test_failed_points_come_first_and_there_are_no_more_than_asked_for(ds):
-    assert chosen_points(ds, 1).tolist() == [2 * 20 + 3]
+def start_of(ds):
+    return int(np.ravel_multi_index([start_along(ds, dim) for dim in ds.status.dims], (30, 20)))
+
+
+def test_the_point_where_the_page_opens_comes_first_unless_it_is_still_to_be_computed(ds):
+    start = start_of(ds)
+    assert chosen_points(ds, 1).tolist() == [start]
+    for most in (2, 10, 50):
+        assert start in chosen_points(ds, most)
+    ds["status"].values.flat[start] = Status.PENDING
+    assert start not in chosen_points(ds, 10_000)
+
+
+def test_failed_points_are_next_and_there_are_no_more_than_asked_for(ds):
+    assert chosen_points(ds, 2).tolist() == sorted([2 * 20 + 3, start_of(ds)])
     assert chosen_points(ds, 0).size == 0
     assert np.unique(chosen_points(ds, 50)).size == 50
     assert chosen_points(ds, 10_000).size == 600
@@ -61,6 +74,16 @@ def test_the_nearest_orbit_is_one_of_the_same_fluid_where_there_is_one():
     assert nearest_chosen(ds, np.array([0])).tolist() == [0] * 60
 
 
+def test_the_nearest_orbit_is_one_of_the_same_kind_where_there_is_one(ds):
+    beside, far, liquid = 4 * 20 + 8, 15 * 20 + 10, 29 * 20 + 19
+    near = nearest_chosen(ds, np.array([beside, 4 * 20 + 7, far, liquid])).reshape(30, 20)
+    assert near[4, 7] == 1
+    assert near[19, 19] == 2  # though the liquid one is nearer
+    assert near[4, 6] == near[4, 8] == 0
+    assert (near[20:] == 3).all()
+    assert nearest_chosen(ds, np.array([far, liquid]))[4 * 20 + 7] == 0  # any: none is asymmetric
+
+
 def test_among_cases_in_no_order_the_nearest_has_similar_parameters():
     ds = random_cases(60, temperature=(150.0, 320.0), spring_stiffness=(100.0, 1e4))
     chosen = np.array([5, 17, 40])
@@ -69,4 +92,5 @@ def test_among_cases_in_no_order_the_nearest_has_similar_parameters():
          np.log(ds.spring_stiffness.values) / np.ptp(np.log(ds.spring_stiffness.values))], axis=-1
     )  # fmt: skip
     distances = np.linalg.norm(scaled[:, None] - scaled[chosen], axis=-1)
-    assert nearest_chosen(ds, chosen).tolist() == distances.argmin(axis=1).tolist()
+    alike = ds.drop_vars("regime")
+    assert nearest_chosen(alike, chosen).tolist() == distances.argmin(axis=1).tolist()

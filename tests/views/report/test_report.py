@@ -78,7 +78,7 @@ def test_the_page_forbids_the_network(page: Path) -> None:
     assert not re.search(r'<(?:script|link|img)[^>]+(?:src|href)="http', page.read_text("utf-8"))
 
 
-def test_failed_points_have_an_orbit_first_and_stand_in_a_table(page: Path) -> None:
+def test_failed_points_have_an_orbit_and_stand_in_a_table(page: Path) -> None:
     orbits = payload_of(page)["orbits"]
     assert len(orbits) == 20
     assert 0 in [orbit["point"] for orbit in orbits]
