@@ -32,6 +32,7 @@ from sweeps.views.report.chosen_points import (
 )
 from sweeps.views.report.document import page
 from sweeps.views.report.numbers import (
+    called,
     nearest_source,
     parameter,
     parameters_of,
@@ -170,7 +171,7 @@ def _numbers(
     sliced = [word for text in at for word in ("--at", text)]
     dims = list(map(str, ds["status"].dims))
     return {
-        "axes": [{"name": dim, "size": ds.sizes[dim]} for dim in dims],
+        "axes": [{"name": dim, "called": called(dim), "size": ds.sizes[dim]} for dim in dims],
         "start": [start_along(ds, dim) for dim in dims],
         "parameters": [parameter(ds, name) for name in parameters_of(ds)],
         "variables": [variable(ds, name, colours) for name, colours in variables.items()],

@@ -34,6 +34,12 @@ def symbol_of(name: str) -> str:
     return name.replace("_", " ") if "_" in symbol else symbol
 
 
+def called(name: str) -> list[str]:
+    """Return what a quantity may be called in the address of the page: its name, and its symbol."""
+    known = PARAMETERS.get(name) or RESULTS.get(name)
+    return [name, known.symbol, plain(f"${known.tex}$")] if known else [name]
+
+
 def variables_of(ds: xr.Dataset) -> dict[str, Colours]:
     """Return the result variables and their colours, first those that a reader looks at first."""
     known = [name for name in RESULTS if name in ds.data_vars]
@@ -71,6 +77,7 @@ def variable(ds: xr.Dataset, name: str, colours: Colours) -> dict[str, Any]:
     is_word = _is_word(quantity, words)
     about = {
         "name": name,
+        "called": called(name),
         "label": words if is_word else plain(quantity.label),
         "units": _unit(quantity),
     }

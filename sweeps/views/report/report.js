@@ -172,10 +172,10 @@ function fillReadout(id, place) {
   element(id).querySelectorAll("td").forEach((cell, row) => { cell.innerHTML = texts[row]; });
 }
 
-// The command that computes a point again; values are those of the file, to the last digit.
+// The command that computes a point again; it takes the nearest point.
 function replayCommand(place) {
   const own = parameters.filter(({ name, axis }) => axes[axis].name === name);
-  const words = own.map(({ name, axis, keys }) => `--at ${name}=${keys?.[place[axis]] ?? valueOf(name, place[axis])}`);
+  const words = own.map(({ name, axis }) => `--at ${name}=${valueText(axis, place[axis])}`);
   return [page.replay, ...words].join(" ");
 }
 
@@ -185,8 +185,8 @@ function showOrbit(place) {
   const { point, words, drawn } = orbits[number];
   const own = placeOf(point);
   const [here, there] = [point, pointAt(place)].map((one) => variableText(regime, one));
-  const [alike, kinds] = here === there ? [" of its kind", ""] : ["", ` (${here}; there: ${there})`];
-  const other = `<span>The nearest point to ${whereText(place)}${alike} that has an orbit in this page${kinds}.</span>`;
+  const kinds = here === there ? " among those of its kind" : ` (${here}; there: ${there})`;
+  const other = `<span>The point with an orbit in this page that is nearest to ${whereText(place)}${kinds}.</span>`;
   const head = `<strong>${whereText(own)}</strong>${point === pointAt(place) ? "" : other}`;
   element("orbit-words").innerHTML = `${head}${words}<code>${replayCommand(own)}</code>`;
   element("orbit-figures").hidden = !drawn;
@@ -241,6 +241,7 @@ function draw() {
 
 function change(changes) {
   Object.assign(state, changes);
+  element("strange").hidden = true;
   draw();
   remember();
 }
@@ -306,11 +307,19 @@ function isForPicture({ key, altKey, ctrlKey, metaKey, shiftKey }) {
   return document.activeElement === document.body && (state.pinned || !scrolls);
 }
 
+// It would stay where the mouse is, away from the pin.
+function hideCrosshair(sheet) {
+  const crosshair = model(sheet.figure).toolbar.tools.find(({ name }) => name === "crosshair");
+  crosshair?.overlay.forEach((line) => { line.location = null; });
+}
+
 function press(event) {
   if (event.key === "Escape") release();
   if (!isForPicture(event)) return;
   event.preventDefault(); // or the page scrolls
-  pin(placeBeside(state.view[scaleNow()], STEPS[event.key]));
+  const sheet = state.view[scaleNow()];
+  pin(placeBeside(sheet, STEPS[event.key]));
+  hideCrosshair(sheet);
   const values = new Set([state.variable, regime]);
   const texts = [...values].map((one) => variableText(one, pointAt(state.place)));
   element("spoken").innerHTML = `${whereText(state.place)}: ${texts.join(", ")}`;
@@ -335,12 +344,13 @@ function valueText(axis, at) {
   return String(value);
 }
 
-// Where a value of the address is on an axis: at the nearest one, or where the page begins.
+// Where a value of the address is on an axis: at the nearest one; nowhere if that is more than a step away.
 function placeAlong(axis, text) {
   const values = valuesAlong(axis);
   if (values.includes(text)) return values.indexOf(text);
-  const distances = Array.from(values, (value) => Math.abs(value - Number.parseFloat(text)));
-  return distances.some(Number.isFinite) ? indexOfLeast(distances) : page.start[axis];
+  const [wanted, low, high] = [text.trim() ? Number(text) : NaN, values[0], values.at(-1)];
+  if (!(wanted >= low - (values[1] - low) && wanted <= high + (high - values.at(-2)))) return undefined;
+  return indexOfLeast(Array.from(values, (value) => Math.abs(value - wanted)));
 }
 
 function address() {
@@ -361,19 +371,39 @@ function remember() {
   waiting = setTimeout(() => history.replaceState(null, "", `#${address()}`), 200);
 }
 
+// What the address may choose beside values of the axes.
+const CHOICES = new Map([
+  ["view", (text) => views[[...element("view").options].findIndex(({ value }) => value === text)]],
+  ["variable", (text) => variables.find(({ called }) => called.includes(text))],
+  ["scale", (text) => ["linear", "log"].find((one) => one === text)],
+  ["pinned", (text) => ["no", "yes"].find((one) => one === text)],
+]);
+
+// What is chosen and where that is, and what the page does not have. A part of the page may be named as well.
+function readAddress() {
+  const [chosen, place, strange] = [{}, [...page.start], []];
+  const hash = location.hash.slice(1);
+  for (const [key, text] of new URLSearchParams(element(hash) ? "" : hash)) {
+    const axis = axes.findIndex(({ called }) => called.includes(key));
+    const isChoice = CHOICES.has(key);
+    const found = isChoice ? CHOICES.get(key)(text) : axes[axis] && placeAlong(axis, text);
+    if (found === undefined) strange.push({ isChoice, words: isChoice || axes[axis] ? `${key}=${text}` : key });
+    else if (isChoice) chosen[key] = found;
+    else place[axis] = found;
+  }
+  return { chosen, place, strange };
+}
+
 // Take over what the address says; what it does not say, or says of no such thing, is as on a page without one.
 function recall() {
   clearTimeout(waiting);
-  const words = new URLSearchParams(location.hash.slice(1));
-  const chosen = (id) => [...element(id).options].findIndex(({ value }) => value === words.get(id));
-  const variable = variables[chosen("variable")] ?? variables[0];
-  Object.assign(state, {
-    variable,
-    view: views[chosen("view")] ?? views[0],
-    log: words.get("scale") === "log" && !variable.names,
-    place: axes.map(({ name }, axis) => placeAlong(axis, words.get(name))),
-    pinned: words.get("pinned") === "yes",
-  });
+  const { chosen, place, strange } = readAddress();
+  const { view = views[0], variable = variables[0], scale, pinned } = chosen;
+  const isThere = strange.every(({ isChoice }) => isChoice); // or the pin would be at another point
+  Object.assign(state, { view, variable, place, log: scale === "log" && !variable.names, pinned: pinned === "yes" && isThere });
+  const words = strange.map((one) => one.words).join(", ");
+  element("strange").textContent = words && `The address names ${words}, which this page does not have.`;
+  element("strange").hidden = !words;
   draw();
   if (orbits.length) showOrbit(state.place);
 }

@@ -21,6 +21,7 @@ from bokeh.models import (
     LogColorMapper,
     Model,
     SingleIntervalTicker,
+    Span,
 )
 from matplotlib.colors import to_hex
 
@@ -39,7 +40,8 @@ from sweeps.views.report.numbers import symbol_of
 
 SCALES = ("linear", "log", "kinds")
 _TALL, _LOW = 540, 276  # pixels: a view, and the curves through a point of a map
-_MARK = 5.0  # pixels, of a point that has an orbit in the page
+# Pixels, of a mark that a point has an orbit in the page: a cell is seen around it, a point within.
+_MARKS: dict[type, float] = {Cells: 3.0, Curves: 5.0, Cloud: 10.0}
 
 
 @dataclass(frozen=True)
@@ -228,8 +230,9 @@ def _place(ds: xr.Dataset, dim: str) -> int:
 
 def _add_marks(figure: Any, chart: Chart) -> None:
     """Mark the points that have an orbit in the page."""
-    fill = None if isinstance(chart, Cloud) else "white"
-    size = 2 * _MARK if isinstance(chart, Cloud) else _MARK
+    size, fill = _MARKS[type(chart)], None if isinstance(chart, Cloud) else "white"
     figure.scatter([], [], size=size, fill_color=fill, line_color="black", name="orbits")
     if isinstance(chart, Cells):
-        figure.add_tools(CrosshairTool(line_alpha=0.5))
+        look = {"level": "overlay", "line_alpha": 0.5}
+        lines = tuple(Span(dimension=way, **look) for way in ("width", "height"))
+        figure.add_tools(CrosshairTool(overlay=lines, name="crosshair"))

@@ -188,6 +188,14 @@ def test_in_a_browser_a_map_and_its_curves_are_those_of_the_result(
         assert len(along["jumps 0"]["x"]) == line.curves[0].jumps.sum()
 
 
+def test_in_a_browser_a_mark_leaves_most_of_a_small_cell_to_its_colour(opened: Any) -> None:
+    dot = """() => Bokeh.documents[0].roots()[0].children[0].renderers
+        .find((shape) => shape.name === "orbits").glyph"""
+    width = opened.evaluate(f"({dot})().size.value + ({dot})().line_width.value")
+    cell = opened.locator("#picture").bounding_box()["height"] / 60
+    assert width**2 < 0.25 * cell**2
+
+
 def test_in_a_browser_both_ways_are_drawn_with_their_jumps(chromium: Any, tmp_path: Path) -> None:
     ds = run(LINE)
     write_report(ds, tmp_path / "a.html", name="a.nc", orbits=0)

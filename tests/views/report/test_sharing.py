@@ -11,6 +11,7 @@ import xarray as xr
 from support.browser import Tab, chromium, opened_tab
 
 from sweeps import run
+from sweeps.figures.plot_options import places_at
 from sweeps.views.report import write_report
 
 pytest.importorskip("bokeh", reason="bokeh is not installed")
@@ -131,6 +132,59 @@ def test_in_a_browser_values_of_an_address_are_those_of_the_axes_to_a_few_digits
 
 
 @pytest.mark.parametrize(
+    ("address", "variable"),
+    [
+        ("#T=225&K=1000&gamma=0&variable=F_max&pinned=yes", "friction_force_amplitude"),
+        ("#T=225&K=1000&γ=0&variable=regime&pinned=yes", "regime"),
+    ],
+)
+def test_in_a_browser_an_address_may_have_the_symbols_of_the_paper(
+    opened: Callable[..., Any], address: str, variable: str
+) -> None:
+    tab = opened("map", address)
+    assert [readout(tab, row) for row in (1, 2, 3)] == ["225 K", "1000 N/m", "0"]
+    assert tab.input_value("#variable") == variable
+    assert tab.inner_text("#readout-heading") == "Pinned point"
+    assert not tab.locator("#strange").is_visible()
+
+
+@pytest.mark.parametrize(
+    ("address", "words", "heading"),
+    [
+        ("temprature=250&K=2000&pinned=yes", "temprature", "Point"),
+        ("T=warm&K=&gamma=NaN&pinned=yes", "T=warm, K=, gamma=NaN", "Point"),
+        ("T=2500&K=1e999&pinned=yes", "T=2500, K=1e999", "Point"),
+        ("T=250&variable=constructor&view=<b>&pinned=yes",
+         "variable=constructor, view=<b>", "Pinned point"),
+        ("T=250&constructor=1&scale=log2&pinned=maybe",
+         "constructor, scale=log2, pinned=maybe", "Point"),
+        ("T=310&pinned=yes", "", "Pinned point"),
+    ],
+)  # fmt: skip
+def test_in_a_browser_the_page_names_what_an_address_asks_for_in_vain(
+    opened: Callable[..., Any], address: str, words: str, heading: str
+) -> None:
+    tab = opened("map", f"#{address}")
+    line = tab.locator("#strange[role=status]")
+    sentence = f"The address names {words}, which this page does not have." if words else ""
+    assert line.text_content() == sentence
+    assert line.is_visible() == bool(words)
+    assert tab.inner_text("#readout-heading") == heading
+
+
+def test_in_a_browser_that_line_goes_with_the_next_change_and_nothing_moves(
+    opened: Callable[..., Any],
+) -> None:
+    tab = opened("map", "#temprature=250")
+    before = tab.locator("#picture").bounding_box()["y"]
+    click_in(tab, 0.5, 0.5)
+    tab.locator("#strange").wait_for(state="hidden")
+    assert tab.locator("#picture").bounding_box()["y"] == before
+    tab.evaluate("location.hash = '#T=300&pressure=1'")
+    tab.locator("#strange", has_text="pressure").wait_for(state="visible")
+
+
+@pytest.mark.parametrize(
     "garbage",
     [
         "#view=none&variable=constructor&temperature=warm&spring_stiffness=&pinned=maybe",
@@ -138,7 +192,7 @@ def test_in_a_browser_values_of_an_address_are_those_of_the_axes_to_a_few_digits
         "#look",
     ],
 )
-def test_in_a_browser_garbage_in_the_address_is_ignored(
+def test_in_a_browser_garbage_in_the_address_changes_nothing(
     opened: Callable[..., Any], garbage: str
 ) -> None:
     plain, tab = opened("map"), opened("map", garbage)
@@ -171,6 +225,40 @@ def test_in_a_browser_arrow_keys_move_the_pin_on_a_map(opened: Callable[..., Any
     assert tab.evaluate("scrollY") == 0
     tab.keyboard.press("Escape")
     assert tab.inner_text("#readout-heading") == "Point"
+
+
+def test_in_a_browser_keys_leave_no_crosshair_at_the_mouse(
+    opened: Callable[..., Any],
+) -> None:
+    tab = opened("map", "#T=250&pinned=yes")
+    drawn = """() => Bokeh.documents[0].roots()[0].children[0].toolbar.tools
+        .find((tool) => tool.type === "CrosshairTool").overlay
+        .map((line) => Number.isFinite(line.location))"""
+    box = tab.locator("#picture").bounding_box()
+    tab.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 0.3 * box["height"])
+    tab.wait_for_function(f"() => ({drawn})().every(Boolean)")
+    tab.keyboard.press("ArrowRight")
+    assert tab.evaluate(f"({drawn})()") == [False, False]
+    tab.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 0.3 * box["height"])
+    tab.wait_for_function(f"() => ({drawn})().every(Boolean)")
+
+
+def test_in_a_browser_a_command_has_as_few_digits_as_tell_its_point(
+    opened: Callable[..., Any], results: dict[str, xr.Dataset]
+) -> None:
+    tab = opened("map", "#T=262.5&K=2828&gamma=-0.667&pinned=yes")
+    command = tab.inner_text("#replay").split(" --at ")[1:]
+    assert command == ["temperature=262.5", "spring_stiffness=2828", "rheological_index=-0.6667"]
+    place = places_at(results["map"], command)
+    assert place == {"temperature": 5, "spring_stiffness": 5, "rheological_index": 0}
+
+
+def test_in_a_browser_the_frame_of_the_focus_is_clear_of_the_legend(
+    opened: Callable[..., Any],
+) -> None:
+    tab = opened("map", "#variable=regime")
+    legend, picture = (tab.locator(part).bounding_box() for part in ("#legend", "#picture"))
+    assert picture["y"] - (legend["y"] + legend["height"]) >= 6  # the frame takes 4
 
 
 def test_in_a_browser_arrow_keys_move_the_pin_along_curves_and_between_them(
