@@ -111,7 +111,9 @@ def test_linked_cases_are_chosen_by_number_or_by_value() -> None:
     assert by_number.parameters == by_value.parameters
     assert by_number.parameters.spring_stiffness == 2500.0
     assert by_number.differences() == {}
-    assert by_number.where == ("temperature = 210 K, viscosity_coefficient = 60000 Pa s, case = 1")
+    assert by_number.where == (
+        "temperature = 210 K, viscosity_coefficient = 60000 Pa s^(gamma+1), case = 1"
+    )
 
 
 def test_a_point_says_what_it_is(ds: xr.Dataset) -> None:
