@@ -113,7 +113,9 @@ def test_status_of_a_running_sweep_does_not_disturb_it(shell: Shell) -> None:
     assert state["points"] == 2000
     assert state["pid"] == running.pid
     assert state["command"] == "stickslip sweep long.yaml"
-    assert 0 < state["done"] == state["computed"] == 2000 - state["pending"]
+    assert 0 < state["done"] == 2000 - state["pending"]
+    # A heartbeat may fall between the moment a block of one point is back and the one it is kept.
+    assert state["computed"] - state["done"] in (0, 1)
     assert state["points_per_second"] > 0.0
     assert state["seconds_left"] > 0.0
     assert {"host", "started", "updated", "backend", "slots", "statuses"} <= state.keys()

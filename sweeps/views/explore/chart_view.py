@@ -115,14 +115,15 @@ class ChartView:
         else:
             self._ring()
 
-    def step(self, right: int, up: int) -> None:
-        """Open the point next to the one that is open, in the chart."""
-        if self._drawn is None or self._opened is None:
+    def step(self, opened: Opened, right: int, up: int) -> None:
+        """Open the point next to one, in the chart; it may be marked later, when it is computed."""
+        if self._drawn is None:
             return
-        (chart, variable, _), (opened, orbit) = self._drawn, self._opened
+        chart, variable, _ = self._drawn
+        marked, orbit = self._opened or (None, None)
         place = opened.place
         if place is None:  # between the points of the file: from the nearest one
-            x, y = spot_of(chart, variable, opened, orbit)
+            x, y = spot_of(chart, variable, opened, orbit if marked is opened else None)
             place = None if x is None or y is None else chart.place_at(x, y)
         if place is not None:
             cuts = {dim: int(s.value) for dim, s in self.sliders.items() if s.visible}

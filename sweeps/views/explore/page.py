@@ -67,7 +67,7 @@ class Page:
         self._chart: ChartView | None = None
         if result is not None:
             self._chart = ChartView(result, self._open, beginning.borders, self._write_address)
-            self._state.on_step(self._chart.step)
+            self._state.on_step(self._step)
 
     def open_in(self, document: Document) -> None:
         """Fill the document of a tab, and begin to compute."""
@@ -116,6 +116,11 @@ class Page:
             self._show(open_point(self._beginning.result, place))
         except ExpectedError as error:
             self._refuse([str(error)])
+
+    def _step(self, right: int, up: int) -> None:
+        """The point of the file next to the one that was asked for last."""
+        assert self._chart is not None
+        self._chart.step(self._opened, right, up)
 
     def _show(self, opened: Opened) -> None:
         """A point that was not made by the controls: they follow."""

@@ -349,3 +349,20 @@ def test_arrow_keys_open_the_next_point_of_the_map(map_view: View):
     wait_until(lambda: "at.temperature=250" in end_of_address(map_view))
     map_view.box("temperature").press("ArrowRight")
     assert map_view.box("temperature").input_value() == "250"
+
+
+def test_arrow_keys_go_on_from_a_point_that_is_not_computed_yet(
+    map_view: View, monkeypatch: pytest.MonkeyPatch
+):
+    computed, pressed = motion.compute, threading.Event()
+
+    def compute(opened: Opened, tell: Any) -> motion.Motion:
+        assert pressed.wait(60)
+        return computed(opened, tell)
+
+    monkeypatch.setattr(page_module, "compute", compute)
+    map_view.page.locator("#chart").focus()
+    for key in ("ArrowRight", "ArrowUp", "ArrowRight"):
+        map_view.page.keyboard.press(key)
+    map_view.says("T = 270 K, K = 2828.43 N/m")
+    pressed.set()
