@@ -126,7 +126,7 @@ def test_loss_and_storage(run_page: Page) -> None:
     assert Path("results/loop.png").is_file()
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_a_fit(run_page: Page) -> None:
     names = run_page("fit")
     k, gamma = names["ds"].parameter_value.values
@@ -142,7 +142,7 @@ def test_a_fit(run_page: Page) -> None:
     assert Path("forces-fit.yaml").is_file()
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_a_phase_diagram(run_page: Page) -> None:
     names = run_page("phase-diagram")
     page = (FOLDER / "phase-diagram.md").read_text("utf-8")

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.stats import t as student
+from support.marks import marked
 
 import sweeps
 from stickslip import stationary_orbits
@@ -212,7 +213,7 @@ def _trial(u: Floats, chi2: float) -> Trial:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("gamma", "h"), [(-0.5412, 2.356e-9), (-0.4, 5e-10)])
+@pytest.mark.parametrize(("gamma", "h"), [(-0.5412, 2.356e-9), *marked("stress", [(-0.4, 5e-10)])])
 def test_the_best_minimum_lies_in_a_narrow_band_between_jumps(gamma: float, h: float) -> None:
     """The jumps are jagged, and minima in other bands fit the 14 forces to 0.6 %."""
     machine = {"T": 230.15427, "k": 27601.393, "omega": 14.081479, "T_c": 290.35513}
@@ -260,7 +261,7 @@ def test_without_lmfit_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) 
         sweeps.fit({"T": [200.0], "F_max": [3e-3]}, "k")
 
 
-@pytest.mark.slow
+@pytest.mark.stress
 def test_three_parameters_of_two_variables_at_three_frequencies() -> None:
     places = {"T": np.tile([160.0, 200.0, 240.0, 280.0], 3), "omega": np.repeat([7.0, 10, 20], 4)}
     true = {"k": 7e4, "gamma": -0.55, "K": 4e3}

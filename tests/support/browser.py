@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import pytest
@@ -44,6 +44,47 @@ class Tab:
         """The addresses that begin with none of these, and hold no data themselves."""
         known = (*here, "data:", "blob:")
         return [address for address in self.requests if not address.startswith(known)]
+
+
+class Tabs:
+    """Opens files in tabs that are used again: a new one costs as much as the page in it."""
+
+    def __init__(self, browser: Any, contexts: ExitStack) -> None:
+        self._browser, self._contexts = browser, contexts
+        self._free: dict[str, list[Tab]] = {}
+        self._used: list[tuple[str, Tab]] = []
+
+    def open(self, address: str, **window: Any) -> Any:
+        """Return the page of a tab in a window like that."""
+        free = self._free.setdefault(key := repr(window), [])
+        tab = free.pop() if free else self._new(window)
+        self._used.append((key, tab))
+        tab.page.goto("about:blank")  # else another end of the same address loads nothing
+        tab.requests.clear()
+        tab.page.goto(address)
+        tab.page.wait_for_selector("body[data-ready]")
+        return tab.page
+
+    def check(self) -> None:
+        """The pages are done with; they had no errors and asked for nothing elsewhere."""
+        used, self._used = self._used, []
+        for key, tab in used:
+            self._free[key].append(tab)
+        for _, tab in used:
+            errors = tab.errors.copy()
+            tab.errors.clear()
+            assert errors == []
+            assert tab.requests_elsewhere("file:") == []
+
+    def _new(self, window: dict[str, Any]) -> Tab:
+        return Tab(self._contexts.enter_context(opened_tab(self._browser, **window)))
+
+
+@pytest.fixture(scope="module")
+def tabs(chromium: Any) -> Iterator[Tabs]:
+    """The tabs of a module of tests, each to end with a `check`."""
+    with ExitStack() as contexts:
+        yield Tabs(chromium, contexts)
 
 
 @pytest.fixture(scope="module")

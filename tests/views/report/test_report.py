@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from support.browser import Tab, chromium, opened_tab
+from support.browser import Tabs, chromium, tabs
 
 from stickslip import Status
 from sweeps import run
@@ -22,7 +22,7 @@ from sweeps.views.report import MOST_POINTS, ReportError, write_report
 
 pytest.importorskip("bokeh", reason="bokeh is not installed")
 
-__all__ = ["chromium"]  # a fixture
+__all__ = ["chromium", "tabs"]  # fixtures
 
 LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
 MAP = LOOSE | {
@@ -122,15 +122,10 @@ def test_the_accessor_writes_it_too(ds: xr.Dataset, tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def opened(chromium: Any, page: Path) -> Iterator[Any]:
+def opened(tabs: Tabs, page: Path) -> Iterator[Any]:
     """The page in a tab, which asks for nothing from elsewhere and has no errors."""
-    with opened_tab(chromium) as browser_page:
-        tab = Tab(browser_page)
-        browser_page.goto(page.as_uri())
-        browser_page.wait_for_selector("body[data-ready]")
-        yield browser_page
-        assert tab.errors == []
-        assert tab.requests_elsewhere("file:") == []
+    yield tabs.open(page.as_uri())
+    tabs.check()
 
 
 def test_in_a_browser_a_click_draws_an_orbit_and_a_slider_cuts(opened: Any) -> None:
@@ -196,15 +191,13 @@ def test_in_a_browser_a_mark_leaves_most_of_a_small_cell_to_its_colour(opened: A
     assert width**2 < 0.25 * cell**2
 
 
-def test_in_a_browser_both_ways_are_drawn_with_their_jumps(chromium: Any, tmp_path: Path) -> None:
+def test_in_a_browser_both_ways_are_drawn_with_their_jumps(tabs: Tabs, tmp_path: Path) -> None:
     ds = run(LINE)
     write_report(ds, tmp_path / "a.html", name="a.nc", orbits=0)
     chart = chart_of(ds, Choice("elastic_stress_amplitude"))
     assert isinstance(chart, Curves)
-    with opened_tab(chromium) as tab:
-        tab.goto((tmp_path / "a.html").as_uri())
-        tab.wait_for_selector("body[data-ready]")
-        shapes = drawn(tab, "picture")
+    shapes = drawn(tabs.open((tmp_path / "a.html").as_uri()), "picture")
+    tabs.check()
     assert sum(curve.jumps.sum() for curve in chart.curves) > 0
     for number, curve in enumerate(chart.curves):
         x, y = break_line(chart.across, curve.values, curve.jumps)
@@ -227,19 +220,16 @@ def odd_results(ds: xr.Dataset) -> dict[str, xr.Dataset]:
 
 @pytest.mark.slow
 def test_in_a_browser_all_variables_and_views_of_odd_results_are_drawn(
-    chromium: Any, ds: xr.Dataset, tmp_path: Path
+    tabs: Tabs, ds: xr.Dataset, tmp_path: Path
 ) -> None:
     for name, result in odd_results(ds).items():
         path = tmp_path / f"{name}.html"
         write_report(result, path, name=name, orbits=2)
-        with opened_tab(chromium) as browser_page:
-            tab = Tab(browser_page)
-            browser_page.goto(path.as_uri())
-            browser_page.wait_for_selector("body[data-ready]")
-            for view in range(browser_page.locator("#view option").count()):
-                browser_page.select_option("#view", index=view)
-                for variable in ("friction_force_amplitude", "regime", "status"):
-                    if variable in result:
-                        browser_page.select_option("#variable", variable)
-                        assert drawn(browser_page, "picture")
-            assert tab.errors == [], name
+        tab = tabs.open(path.as_uri())
+        for view in range(tab.locator("#view option").count()):
+            tab.select_option("#view", index=view)
+            for variable in ("friction_force_amplitude", "regime", "status"):
+                if variable in result:
+                    tab.select_option("#variable", variable)
+                    assert drawn(tab, "picture"), name
+        tabs.check()

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import pytest
 import xarray as xr
-from support.browser import Tab, chromium, opened_tab
+from support.browser import Tabs, chromium, tabs
 
 from sweeps import run
 from sweeps.figures.plot_options import places_at
@@ -16,7 +17,9 @@ from sweeps.views.report import write_report
 
 pytest.importorskip("bokeh", reason="bokeh is not installed")
 
-__all__ = ["chromium"]  # a fixture
+__all__ = ["chromium", "tabs"]  # fixtures
+
+pytestmark = pytest.mark.slow  # a browser opens many pages
 
 LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
 SWEEPS = {
@@ -50,23 +53,22 @@ def pages(
     return paths
 
 
+@pytest.fixture(scope="module")
+def as_they_are(chromium: Any, pages: dict[str, Path]) -> Iterator[dict[str, Any]]:
+    """The pages for those who only look: they must be left as they are."""
+    with ExitStack() as contexts:
+        own = Tabs(chromium, contexts)
+        yield {
+            name: own.open(path.as_uri(), width=1400, height=900) for name, path in pages.items()
+        }
+        own.check()
+
+
 @pytest.fixture
-def opened(chromium: Any, pages: dict[str, Path]) -> Iterator[Callable[..., Any]]:
+def opened(tabs: Tabs, pages: dict[str, Path]) -> Iterator[Callable[..., Any]]:
     """Opens pages, which have no errors and no warnings."""
-    tabs = []
-
-    def open_page(name: str, address: str = "", **window: Any) -> Any:
-        context = opened_tab(chromium, **window)
-        tab = context.__enter__()
-        tabs.append((context, Tab(tab)))
-        tab.goto(pages[name].as_uri() + address)
-        tab.wait_for_selector("body[data-ready]")
-        return tab
-
-    yield open_page
-    for context, tab in tabs:
-        context.__exit__(None, None, None)
-        assert tab.errors == []
+    yield lambda name, address="", **window: tabs.open(pages[name].as_uri() + address, **window)
+    tabs.check()
 
 
 def has_address(tab: Any, *words: str) -> None:
@@ -193,9 +195,9 @@ def test_in_a_browser_that_line_goes_with_the_next_change_and_nothing_moves(
     ],
 )
 def test_in_a_browser_garbage_in_the_address_changes_nothing(
-    opened: Callable[..., Any], garbage: str
+    opened: Callable[..., Any], as_they_are: dict[str, Any], garbage: str
 ) -> None:
-    plain, tab = opened("map"), opened("map", garbage)
+    plain, tab = as_they_are["map"], opened("map", garbage)
     for part in ("readout", "legend", "readout-heading"):
         assert tab.inner_text(f"#{part}") == plain.inner_text(f"#{part}")
 
@@ -309,9 +311,9 @@ def test_in_a_browser_keys_are_left_to_controls_and_to_who_reads(
 
 @pytest.mark.parametrize("name", SWEEPS)
 def test_in_a_browser_everything_is_named_for_screen_readers(
-    opened: Callable[..., Any], name: str
+    as_they_are: dict[str, Any], name: str
 ) -> None:
-    tab = opened(name)
+    tab = as_they_are[name]
     unnamed = """() => [...document.querySelectorAll("select, input")].filter(
         (control) => !(control.labels.length && control.labels[0].textContent.trim()))"""
     assert tab.evaluate(f"({unnamed})().map((control) => control.outerHTML)") == []
@@ -346,9 +348,9 @@ def test_in_a_browser_the_picture_and_sliders_say_what_they_show(
 
 @pytest.mark.parametrize("name", SWEEPS)
 def test_in_a_browser_indices_are_lowered_or_not_there(
-    opened: Callable[..., Any], name: str
+    as_they_are: dict[str, Any], name: str
 ) -> None:
-    tab = opened(name)
+    tab = as_they_are[name]
     words = tab.text_content("main")
     assert "T_c" not in words
     assert "_max" not in words
@@ -382,9 +384,9 @@ def test_in_a_browser_a_tap_pins_and_a_swipe_over_the_map_scrolls(
 
 @pytest.mark.parametrize("name", ["map", "curves", "cloud", "both ways"])
 def test_in_a_browser_the_picture_and_its_numbers_are_seen_at_first_glance(
-    opened: Callable[..., Any], name: str
+    as_they_are: dict[str, Any], name: str
 ) -> None:
-    tab = opened(name, width=1400, height=900)
+    tab = as_they_are[name]
     for part in ("#picture", "#readout"):
         box = tab.locator(part).bounding_box()
         assert box["y"] + box["height"] <= 900
