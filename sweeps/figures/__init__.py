@@ -97,6 +97,10 @@ def obstacle(ds: xr.Dataset, name: str) -> str:
         hint = did_you_mean(name, FIGURES) or f"; there are {', '.join(FIGURES)}"
         return f"unknown figure '{name}'{hint}"
     entry, data = FIGURES[name], data_of(ds)
+    if "boundary_point" in ds.dims:
+        return (
+            "borders are drawn over their map: give the file of the map, and --boundaries this one"
+        )
     lacking = [needed for needed in entry.variables if needed not in ds.variables]
     if entry.data != data:
         return f"the figure '{name}' draws {entry.drawn}, and this file holds none"

@@ -88,3 +88,8 @@ def test_only_panels_of_their_values_have_them(ds):
 def test_other_borders_are_refused(ds, options, borders, told):
     with pytest.raises(ValueError, match=told):
         draw(ds, options=PlotOptions(**options, boundaries=borders))
+
+
+def test_borders_alone_are_no_figure():
+    with pytest.raises(ValueError, match="are drawn over their map: give the file of the map"):
+        draw(borders_of())

@@ -93,7 +93,10 @@ def built(
 def _part(ds: xr.Dataset, name: str, at: Sequence[str]) -> tuple[xr.Dataset, str]:
     """Return the points of a result that the page is of, and where they are; raises ReportError."""
     if data_of(ds) != "sweep" or "status" not in ds or "config" not in ds.attrs:
-        raise ReportError(f"{name} holds no result of a sweep; `stickslip plot` draws trajectories")
+        raise ReportError(
+            f"{name} holds no result of a sweep, of which a page is made; `stickslip plot` draws "
+            "trajectories and fits, and --boundaries adds borders to the page of their map"
+        )
     try:
         part, where = slice_at(ds.squeeze(), at)
     except ValueError as error:
@@ -168,7 +171,8 @@ def _motion_hosts() -> dict[str, Model]:
 def _numbers(
     ds: xr.Dataset, variables: Mapping[str, Colours], name: str, at: Sequence[str]
 ) -> dict[str, Any]:
-    sliced = [word for text in at for word in ("--at", text)]
+    # Where several values keep an axis, the point that is pinned has its own.
+    sliced = [word for text in at if "," not in text for word in ("--at", text)]
     dims = list(map(str, ds["status"].dims))
     return {
         "axes": [{"name": dim, "called": called(dim), "size": ds.sizes[dim]} for dim in dims],

@@ -103,6 +103,9 @@ def test_a_slice_can_be_taken_and_too_large_a_result_is_refused(
 ) -> None:
     write_report(ds, tmp_path / "a.html", name="a.nc", at=["gamma=0"], orbits=0)
     assert payload_of(tmp_path / "a.html")["replay"].endswith("replay a.nc --at gamma=0")
+    some = ["gamma=0", "T=200,250"]
+    write_report(ds, tmp_path / "a.html", name="a.nc", at=some, orbits=0)
+    assert payload_of(tmp_path / "a.html")["replay"].endswith("replay a.nc --at gamma=0")
     assert ds.status.size < MOST_POINTS
     monkeypatch.setattr("sweeps.views.report.build.MOST_POINTS", 10)
     with pytest.raises(ReportError, match=r"162 points, and a page holds 10.*--at temperature=200"):

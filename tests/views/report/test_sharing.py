@@ -64,6 +64,27 @@ def as_they_are(chromium: Any, pages: dict[str, Path]) -> Iterator[dict[str, Any
         own.check()
 
 
+@pytest.fixture(scope="module")
+def follow(chromium: Any, pages: dict[str, Path]) -> Iterator[Callable[[str], Any]]:
+    """Has an open map follow the end of an address, as a click on a link does."""
+    with ExitStack() as contexts:
+        own = Tabs(chromium, contexts)
+        tab = own.open(pages["map"].as_uri())
+
+        def follow(end: str) -> Any:
+            tab.evaluate(
+                """end => new Promise((done) => {
+                    addEventListener("hashchange", () => setTimeout(done), { once: true });
+                    location.hash = end;
+                })""",
+                end,
+            )
+            return tab
+
+        yield follow
+        own.check()
+
+
 @pytest.fixture
 def opened(tabs: Tabs, pages: dict[str, Path]) -> Iterator[Callable[..., Any]]:
     """Opens pages, which have no errors and no warnings."""
@@ -141,9 +162,9 @@ def test_in_a_browser_values_of_an_address_are_those_of_the_axes_to_a_few_digits
     ],
 )
 def test_in_a_browser_an_address_may_have_the_symbols_of_the_paper(
-    opened: Callable[..., Any], address: str, variable: str
+    follow: Callable[[str], Any], address: str, variable: str
 ) -> None:
-    tab = opened("map", address)
+    tab = follow(address)
     assert [readout(tab, row) for row in (1, 2, 3)] == ["225 K", "1000 N/m", "0"]
     assert tab.input_value("#variable") == variable
     assert tab.inner_text("#readout-heading") == "Pinned point"
@@ -164,9 +185,9 @@ def test_in_a_browser_an_address_may_have_the_symbols_of_the_paper(
     ],
 )  # fmt: skip
 def test_in_a_browser_the_page_names_what_an_address_asks_for_in_vain(
-    opened: Callable[..., Any], address: str, words: str, heading: str
+    follow: Callable[[str], Any], address: str, words: str, heading: str
 ) -> None:
-    tab = opened("map", f"#{address}")
+    tab = follow(address)
     line = tab.locator("#strange[role=status]")
     sentence = f"The address names {words}, which this page does not have." if words else ""
     assert line.text_content() == sentence
@@ -195,9 +216,9 @@ def test_in_a_browser_that_line_goes_with_the_next_change_and_nothing_moves(
     ],
 )
 def test_in_a_browser_garbage_in_the_address_changes_nothing(
-    opened: Callable[..., Any], as_they_are: dict[str, Any], garbage: str
+    follow: Callable[[str], Any], as_they_are: dict[str, Any], garbage: str
 ) -> None:
-    plain, tab = as_they_are["map"], opened("map", garbage)
+    plain, tab = as_they_are["map"], follow(garbage)
     for part in ("readout", "legend", "readout-heading"):
         assert tab.inner_text(f"#{part}") == plain.inner_text(f"#{part}")
 
