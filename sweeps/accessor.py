@@ -11,6 +11,7 @@ import xarray as xr
 
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS, canonical_name
+from sweeps.paths import path_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -119,7 +120,7 @@ class StickslipAccessor:
         from sweeps.measurements import read_data
 
         cuts = tuple(f"{name}={_cut(value)}" for name, value in (at or {}).items())
-        file = None if style is None else Path(style)
+        file = None if style is None else path_of(style)
         look = Look(size, xlim, ylim, (vmin, vmax), letters, note, title, file, ax)
         options = PlotOptions(
             *(_several(variable), x, y, hue, row, col, cuts, log),
@@ -238,8 +239,9 @@ class StickslipAccessor:
 
         # The page shows commands with this name; a result in memory has no file yet.
         source = self._ds.encoding.get("source", "FILE")
-        write_report(self._ds.compute(), Path(path), name=Path(source).name, borders=boundaries)
-        return Path(path)
+        page = path_of(path)
+        write_report(self._ds.compute(), page, name=Path(source).name, borders=boundaries)
+        return page
 
 
 def _several(variable: str | Sequence[str] | None) -> str | tuple[str, ...] | None:

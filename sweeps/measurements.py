@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from stickslip.variables import BY_SYMBOL, PARAMETERS, RESULTS, canonical_name
 from sweeps.exits import Exit, ExpectedError
 from sweeps.human import did_you_mean
+from sweeps.paths import path_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -111,7 +112,7 @@ def read_data(source: Table) -> Measurements:
 
     Raises DataError, which names all mistakes at once.
     """
-    reading = _read_csv(Path(source)) if isinstance(source, (str, Path)) else _read_table(source)
+    reading = _read_csv(path_of(source)) if isinstance(source, (str, Path)) else _read_table(source)
     roles = _roles(reading)
     reading.raise_problems()
     columns = {role: _numbers(reading, place, role) for role, place in roles.items()}

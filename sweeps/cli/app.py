@@ -10,6 +10,8 @@ import logging
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from functools import wraps
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -29,6 +31,7 @@ from sweeps.cli.shared import stop_with
 from sweeps.cli.streams import discard, lasting_streams
 from sweeps.cli.sweeps import plan, status, sweep
 from sweeps.exits import Exit, ExpectedError
+from sweeps.paths import path_of
 
 _SWEEPS = (new, sweep, plan, status, check)
 _MOTIONS = (simulate, replay, boundary, fit, explore)
@@ -42,7 +45,7 @@ class _Commands(Mapping[str, Any]):
     def __getitem__(self, name: str) -> Any:
         """Return the command of a verb; raises KeyError for an unknown one."""
         verb, alone = _VERBS[name], typer.Typer(add_completion=False, rich_markup_mode=None)
-        alone.command(name, short_help=_sentence(verb))(verb)
+        alone.command(name, short_help=_sentence(verb))(_with_paths(verb))
         return typer.main.get_command(alone)
 
     def __iter__(self) -> Iterator[str]:
@@ -50,6 +53,25 @@ class _Commands(Mapping[str, Any]):
 
     def __len__(self) -> int:
         return len(_VERBS)
+
+
+def _with_paths(verb: Callable[..., None]) -> Callable[..., None]:
+    """Return a verb that takes paths as in a config, where no shell has expanded a `~`."""
+
+    @wraps(verb)
+    def called(**given: Any) -> None:
+        verb(**{name: _expanded(value) for name, value in given.items()})
+
+    return called
+
+
+def _expanded(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_expanded(each) for each in value]
+    try:
+        return path_of(value) if isinstance(value, Path) else value
+    except ValueError as error:
+        stop_with(str(error), Exit.USAGE)
 
 
 class _Program(TyperGroup):

@@ -188,8 +188,9 @@ def plot(
         say(f"warning: {note}")
     target = output or (file.with_suffix("") if file.suffix == ".nc" else file)
     _refuse_picture_name(target)
-    if figure is None and not options.asks:
-        figure, variables = _plot_of_config(ds)
+    if figure is None and not variable:
+        named, variables = _plot_of_config(ds)
+        figure = None if options.asks else named
         options = replace(options, variable=variables)
     _draw(ds, target, figure, options)
 

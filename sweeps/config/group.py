@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Mapping
-from typing import Any, ClassVar, Self, TypeVar
+from collections.abc import Container, Iterator, Mapping
+from typing import Any, ClassVar, Self, TypeVar, get_args
 
 from pydantic import (
     BaseModel,
@@ -48,7 +48,22 @@ class Group(BaseModel):
         """Return what is wrong with a key that there is not, and what may be meant."""
         keys = cls.model_fields
         known = f"write {cls.example}" if cls.example else f"known are {', '.join(keys)}"
-        return "unknown key" + (did_you_mean(key, keys) or f"; {known}")
+        return f"unknown key{cls.home_of(key) or did_you_mean(key, keys) or f'; {known}'}"
+
+    @classmethod
+    def home_of(cls, key: str) -> str:
+        """Return where within this group a key would be right, or nothing."""
+        paths = list(cls._paths_to(key))
+        homes = " or ".join(f"`{path.rpartition('.')[0]}`" for path in paths)
+        return f"; it stands under {homes}: {' or '.join(paths)}" if paths else ""
+
+    @classmethod
+    def _paths_to(cls, key: str) -> Iterator[str]:
+        for name, field in cls.model_fields.items():
+            for inner in (field.annotation, *get_args(field.annotation)):
+                if isinstance(inner, type) and issubclass(inner, Group):
+                    found = [key] if key in inner.model_fields else []
+                    yield from (f"{name}.{path}" for path in (*found, *inner._paths_to(key)))
 
     @model_validator(mode="wrap")
     @classmethod

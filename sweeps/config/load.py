@@ -17,6 +17,7 @@ from sweeps.config.overrides import apply_overrides
 from sweeps.config.pull import read_table
 from sweeps.config.schema import KEYS, Config, Noise, Section, Stationary
 from sweeps.config.yaml_reader import read_file, read_text
+from sweeps.paths import path_of
 
 __all__ = ["KEYS", "Check", "Config", "ConfigError", "Problem", "from_mapping", "from_yaml", "load"]
 
@@ -34,7 +35,7 @@ def load(
 
     Raises ConfigError if the file cannot be used; all problems are reported at once.
     """
-    path = Path(path)
+    path = path_of(path)
     return _config(read_file(path), overrides, checks, f"results/{path.stem}.nc", path.parent)
 
 

@@ -17,6 +17,7 @@ from sweeps.config.group import Group
 from sweeps.config.numbers import Text, finite
 from sweeps.exits import ExpectedError
 from sweeps.human import reason
+from sweeps.paths import expanded
 
 # A file of a result holds the nodes in its config.
 _MOST_NODES = 20_000
@@ -36,7 +37,7 @@ class Drive(Group):
     table: Text | None = Field(
         None,
         description="a CSV file with the columns `elapsed_time` [s] and `velocity` [m/s]; from "
-        "the folder of the config",
+        "the folder of the config, or with `~` and `$NAME` as in `output`",
     )
     nodes: Annotated[tuple[tuple[Number, Number], ...], Field(max_length=_MOST_NODES)] | None = (
         Field(None, description="the rows [s, m/s] of such a table")
@@ -78,8 +79,8 @@ def read_table(document: Document, folder: Path) -> None:
     drive = document.section("simulation").get("drive")
     if not isinstance(drive, dict) or not isinstance(drive.get("table"), str):
         return
-    file = folder / drive.pop("table")
     try:
+        file = _file(folder, drive.pop("table"))
         rows = list(_rows(file))
         _judge(file, rows)
     except PullError as error:
@@ -87,6 +88,13 @@ def read_table(document: Document, folder: Path) -> None:
         del document.section("simulation")["drive"]
     else:
         drive["nodes"] = [[time, velocity] for _, time, velocity in rows]
+
+
+def _file(folder: Path, name: str) -> Path:
+    try:
+        return folder / expanded(name)
+    except ValueError as error:
+        raise PullError(f"{name} {error}") from None
 
 
 def _rows(file: Path) -> Iterator[tuple[int, float, float]]:

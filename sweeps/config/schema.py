@@ -46,6 +46,7 @@ from sweeps.config.yaml_writer import block_yaml
 from sweeps.executor_table import EXECUTORS
 from sweeps.figure_table import FIGURES
 from sweeps.human import did_you_mean
+from sweeps.paths import expanded
 
 # Ten variables of 8 bytes: a trajectory of this many samples takes 8 GB.
 _MAX_SAMPLES = 100_000_000
@@ -158,6 +159,7 @@ Observables = Annotated[
     tuple[Annotated[str, _one_of(OBSERVABLES)], ...], BeforeValidator(_observables)
 ]
 Line = Annotated[Text, AfterValidator(_not_blank)]
+FileName = Annotated[Line, AfterValidator(expanded)]
 
 
 class Section(Group):
@@ -369,9 +371,10 @@ class Config(Group):
     execution: Execution = Execution()
     plot: Plot = Plot()
     simulation: Simulation = Simulation()
-    output: Line = Field(
+    output: FileName = Field(
         "results/sweep.nc",
-        description="Result file; by default NAME.yaml writes results/NAME.nc.",
+        description="Result file; by default NAME.yaml writes results/NAME.nc. `~` is the home "
+        "folder, and `$NAME` a variable of the environment.",
     )
     _warnings: tuple[str, ...] = ()
 
@@ -460,19 +463,11 @@ class Config(Group):
         """Return where an unknown key would be right, or which key may be meant."""
         if canonical_name(key):
             return "unknown key; a parameter stands under `model`, `sweep` or `cases`"
-        homes = [f"`{name}`" for name, section in SECTIONS.items() if key in section.model_fields]
-        if homes:
-            return f"unknown key; it stands under {' or '.join(homes)}"
-        hint = did_you_mean(key, [*KEYS, *BY_SYMBOL, *PARAMETERS])
+        hint = cls.home_of(key) or did_you_mean(key, [*KEYS, *BY_SYMBOL, *PARAMETERS])
         return "unknown key" + (hint or f"; known are {', '.join(KEYS)}")
 
 
 KEYS = tuple(Config.model_fields)
-SECTIONS: dict[str, type[Section]] = {
-    name: field.annotation
-    for name, field in Config.model_fields.items()
-    if isinstance(field.annotation, type) and issubclass(field.annotation, Section)
-}
 PARAMETER_SECTIONS = ("model", "sweep", "cases")
 """The sections in which parameters stand."""
 _NEWER = ("third_harmonic", "fifth_harmonic")

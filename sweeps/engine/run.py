@@ -24,6 +24,7 @@ from sweeps.engine.sweep import sweep
 from sweeps.exits import Exit, ExpectedError
 from sweeps.files.datasets import open_result
 from sweeps.human import Messages, printable
+from sweeps.paths import path_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -105,7 +106,7 @@ def run(
     else:
         if on_block is not None:
             raise TypeError("on_block is called in memory only: leave out output=")
-        result = _run_into(config, Path(output), ExistingPolicy(overwrite, retry_failed), progress)
+        result = _run_into(config, path_of(output), ExistingPolicy(overwrite, retry_failed), progress)
     register_accessors()
     return result
 

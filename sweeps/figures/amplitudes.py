@@ -51,6 +51,9 @@ def draw_results(ds: xr.Dataset, options: PlotOptions) -> Figure:
         else:
             raise ValueError("borders are drawn on maps: name the axis -y as well")
         if is_map and options.data is not None:
-            raise ValueError("measured points are drawn over curves, and this is a map")
+            raise ValueError(
+                f"measured points are drawn over curves, and {', '.join(variables)} would be a "
+                "map; name a variable and axes that make curves"
+            )
     put_note(figure, [at, middle])
     return figure

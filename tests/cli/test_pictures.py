@@ -16,6 +16,7 @@ from stickslip import Parameters
 from sweeps.cli.pictures import trajectory_path
 from sweeps.exits import Exit
 from sweeps.figures import PlotOptions
+from sweeps.figures.amplitudes import draw_results
 from sweeps.files.datasets import open_result
 
 
@@ -162,6 +163,33 @@ def test_plot_draws_what_the_options_ask_for(
     command("plot", str(result), "--row", "gamma", "-o", "b.png")
     command("plot", str(result), "--col", "gamma", "-o", "b.png")
     assert [len(panels(figure)) for figure in drawn[1:]] == [2, 2, 6, 6]
+
+
+@pytest.mark.parametrize(
+    ("options", "drawn"),
+    [
+        ((), ["melting_count"]),
+        (("--at", "gamma=0"), ["melting_count"]),
+        (("-x", "T", "--log", "x"), ["melting_count"]),
+        (("--variable", "F_max", "-x", "T"), ["friction_force_amplitude"]),
+    ],
+)
+def test_plot_keeps_the_variables_of_the_config(
+    command: Command, result: Path, monkeypatch: pytest.MonkeyPatch, options: tuple, drawn: list
+) -> None:
+    from sweeps import figures
+
+    seen: list[list[str]] = []
+    names = "sweeps.figures.amplitudes.draw_maps", "sweeps.figures.amplitudes.draw_curves"
+    for name in names:
+        monkeypatch.setattr(name, lambda _ds, _layout, variables, *_: seen.append([*variables]))
+    monkeypatch.setattr("sweeps.figures.amplitudes.put_note", lambda *_: None)
+    monkeypatch.setattr(figures, "draw", lambda ds, _, options: draw_results(ds, options))
+    monkeypatch.setattr(figures, "save", lambda *_: [])
+    ds = open_result(result).assign_attrs(config="plot: {variables: [melting_count]}")
+    ds.to_netcdf("named.nc")
+    assert command("plot", "named.nc", *options).code == 0
+    assert seen == [drawn]
 
 
 @pytest.mark.parametrize(

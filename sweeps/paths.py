@@ -1,0 +1,49 @@
+"""Paths as people write them: `~`, `$SCRATCH`, and those that mean nothing on this system."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+_VARIABLE = re.compile(r"\$(\w+|\{\w+\})")
+_ADDRESS = re.compile(r"[A-Za-z][\w+.-]+:/")  # a Path has one slash where an address has two
+_WINDOWS = re.compile(r"[A-Za-z]:[\\/]")
+
+
+def expanded(path: str | os.PathLike[str]) -> str:
+    """Return a path with the home folder for `~`, and the values of `$NAME` and `${NAME}`.
+
+    Raises ValueError for a variable that is not set, an address, and a path of Windows elsewhere:
+    each of them would make a folder with an odd name.
+    """
+    text = os.fspath(path)
+    for match in _VARIABLE.finditer(text):
+        name = match[1].strip("{}")
+        if not os.environ.get(name):
+            raise ValueError(
+                f"has {match[0]}, a variable of the environment that is not set here; set it, or "
+                "write the path without it"
+            )
+    if text.startswith("~") and os.path.expanduser(text) == text:
+        raise ValueError(f"has {text.partition('/')[0]}, the home folder of nobody here")
+    if _ADDRESS.match(text):
+        raise ValueError("is an address; give a file of this machine, such as results/mine.nc")
+    if os.sep == "/" and (_WINDOWS.match(text) or "\\" in text):
+        raise ValueError(
+            "is a path of Windows; here folders are parted by / (and C:\\ is /mnt/c/ in WSL)"
+        )
+    return os.path.expanduser(os.path.expandvars(text))
+
+
+def path_of(path: str | os.PathLike[str]) -> Path:
+    """Return the file that is called so or, where there is none, the `expanded` path.
+
+    Raises ValueError, with the path in its message.
+    """
+    if os.path.exists(path):  # Path.exists raises for a name that is too long
+        return Path(path)
+    try:
+        return Path(expanded(path))
+    except ValueError as error:
+        raise ValueError(f"{os.fspath(path)} {error}") from None
