@@ -102,12 +102,15 @@ def places_of(points: Points) -> xr.Dataset:
     import xarray as xr
 
     given = full_names(_columns(points))
-    plain = {name: np.asarray(v, dtype=float) for name, v in given.items() if not _is_labelled(v)}
-    shape = np.broadcast_shapes(*(values.shape for values in plain.values()))
+    plain = {name: _numbers(name, v) for name, v in given.items() if not _is_labelled(v)}
+    shape = _common_shape(plain)
     dims = [POINT] if len(shape) == 1 else [f"dim_{number}" for number in range(len(shape))]
     arrays = {name: _labelled(values, shape, dims) for name, values in plain.items()}
     arrays |= {name: v.astype(float) for name, v in given.items() if _is_labelled(v)}
-    xr.align(*arrays.values(), join="exact")
+    try:
+        xr.align(*arrays.values(), join="exact")
+    except ValueError as error:
+        raise ValueError(f"{_unequal('equal coordinates', arrays)}: {error}") from None
     for name, array in arrays.items():
         _refuse_invalid(name, np.asarray(array, dtype=float))
         array.attrs = PARAMETERS[name].attributes
@@ -134,7 +137,9 @@ def orbit_rows(rows: NDArray[np.float64], options: Options) -> NDArray[np.float6
     results = np.empty((len(rows), len(RESULT_COLUMNS)))
     prepare_kernels(options, rows[:, _KIND])  # in one thread: the others would wait for it
     jobs = get_active_backend()[1] or -1
-    blocks = max(1, min(_BLOCKS_EACH * joblib.effective_n_jobs(jobs), len(rows) // _FEW))
+    with joblib.parallel_config("threading"):  # loky would warn in a process of multiprocessing
+        workers = joblib.effective_n_jobs(jobs)
+    blocks = max(1, min(_BLOCKS_EACH * workers, len(rows) // _FEW))
     # Each block has points from all over, so that they cost about the same.
     members = [np.arange(first, len(rows), blocks) for first in range(blocks)]
     # Threads, whatever is configured: the kernels release the interpreter's lock.
@@ -165,6 +170,30 @@ def _columns(points: Points) -> Mapping[Any, Any]:
         name: column.to_xarray()
         for name, column in points.rename_axis(points.index.name or POINT).items()
     }
+
+
+def _numbers(name: str, values: Any) -> NDArray[np.float64]:
+    """Return a number, a list or an array of numbers as an array; raises ParameterError."""
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(
+            f"{name} must be a number, or an array or a list of numbers: {error}"
+        ) from None
+
+
+def _common_shape(arrays: Mapping[str, NDArray[np.float64]]) -> tuple[int, ...]:
+    """Return the shape to which arrays broadcast; raises ValueError, which names their shapes."""
+    try:
+        return np.broadcast_shapes(*(values.shape for values in arrays.values()))
+    except ValueError:
+        raise ValueError(_unequal("equally many values", arrays)) from None
+
+
+def _unequal(what: str, arrays: Mapping[str, Any]) -> str:
+    sizes = ((name, " x ".join(map(str, array.shape))) for name, array in arrays.items())
+    listed = ", ".join(f"{name} {size}" for name, size in sizes if size)
+    return f"parameters that vary need {what}, but have: {listed}"
 
 
 def _is_labelled(values: Any) -> bool:

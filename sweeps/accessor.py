@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -48,8 +49,9 @@ class StickslipAccessor:
     def at(self, **where: Any) -> Point:
         """Return the point nearest to values such as `temperature=228`, by name or symbol, in SI.
 
-        Its `.orbit()`, `.simulate()` and `.portrait()` compute it again. Raises PointError if the
-        values do not single out one point.
+        Its `.orbit()`, `.simulate()` and `.portrait()` compute it again, and raise PointError where
+        the config of the Dataset is not the one of its numbers, as in a stack of results. Raises
+        PointError if the values do not single out one point.
 
         >>> ds = run({"sweep": {"T": [200, 250]}})
         >>> ds.stickslip.at(T=251).parameters.temperature
@@ -57,7 +59,7 @@ class StickslipAccessor:
         """
         from sweeps.views.points import point_of
 
-        return point_of(self._ds, **where)
+        return replace(point_of(self._ds, **where), loose=True)
 
     def ok(self) -> xr.Dataset:
         """Return the Dataset with NaN in all result variables of failed and pending points.
@@ -100,7 +102,8 @@ class StickslipAccessor:
     ) -> Figure | Axes:
         """Return the picture that `stickslip plot` draws, with the same options.
 
-        Without `variable`, a name or several, both amplitudes are drawn; variables of a trajectory
+        Without `variable`, a name or several, both amplitudes are drawn; one of your own, such as
+        `mu`, is drawn with its attributes long_name and units; variables of a trajectory
         choose panels of its time courses. `at` cuts axes, such as `{"temperature": 228}`; `log`
         names logarithmic scales, such as 'x,z'; `figure` names a figure instead; `boundaries` are
         what the method of this name returns, drawn on maps; `data` are measured points over curves,

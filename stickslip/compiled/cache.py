@@ -112,9 +112,7 @@ class CacheFolder:
     """
 
     def __enter__(self) -> None:
-        folder = cache_folder()
-        _prepare(folder)
-        refuse_planted(folder)
+        folder = usable_cache_folder()
         self._previous = numba_config.CACHE_DIR, numba_config.CACHE_LOCATOR_CLASSES
         numba_config.CACHE_DIR = str(folder)
         # Otherwise Numba would fall back from an unwritable folder to __pycache__, without a hash.
@@ -133,6 +131,16 @@ def cache_folder() -> Path:
     root = _cache_root()
     user = f"{os.geteuid()}-" if root.is_dir() and _writable_by_others(root.stat()) else ""
     return root / f"{_PREFIX}{user}{source_hash()[:16]}"
+
+
+def usable_cache_folder() -> Path:
+    """Return the `cache_folder`, in which code is kept; raises RuntimeError where none is."""
+    folder = cache_folder()
+    _prepare(folder)
+    refuse_planted(folder)
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise RuntimeError(f"{folder} cannot be written; set NUMBA_CACHE_DIR")
+    return folder
 
 
 def refuse_planted(folder: Path) -> None:

@@ -118,6 +118,7 @@ def _run() -> None:
             "NUMBA_DISABLE_JIT is set, but the kernels only run as compiled code: unset it",
             Exit.USAGE,
         )
+    os.environ["MPLBACKEND"] = "agg"  # there is no window, and one unknown here ends the import
     try:
         app(prog_name="stickslip")
     except SystemExit as end:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from importlib.metadata import packages_distributions
 from typing import TYPE_CHECKING, Any
 
-from stickslip.compiled.cache import cache_folder, processor, refuse_planted, source_hash
+from stickslip.compiled.cache import processor, source_hash, usable_cache_folder
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.plausibility import SUSPICIOUS_BALANCE
 from stickslip.status import Status
@@ -147,9 +147,7 @@ def describe_installation() -> None:
             "overwrites the other; install stickslip into an environment of its own"
         )
     try:
-        folder = cache_folder()
-        refuse_planted(folder)
-        _print(f"compiled code is cached in: {folder}")
+        _print(f"compiled code is cached in: {usable_cache_folder()}")
     except RuntimeError as error:
         _print(f"compiled code is not cached: {error}")
 

@@ -50,11 +50,13 @@ def simulate(
 
     What is set is part of that name: results/paper-T=250-trajectory.nc.
     """
+    from sweeps.config.overrides import Option
     from sweeps.engine.trajectories import AxisLeftError
     from sweeps.files.atomic import refuse_odd_output
     from sweeps.files.datasets import require_writable
 
-    changes = [*(set_ or []), *([f"simulation.periods={periods}"] if periods else [])]
+    own = [Option(f"simulation.periods={periods}", f"--periods {periods}")] if periods else []
+    changes = [*(set_ or []), *own]
     config = checked_config(file, changes)
     path = output or trajectory_path(file, changes)
     if config.sweep or config.cases:
@@ -161,7 +163,7 @@ def plot(
     title: Annotated[str | None, typer.Option(metavar="TEXT", help="A title above.")] = None,
     no_note: Annotated[bool, typer.Option("--no-note", help="No small print below.")] = False,
     style: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="A matplotlib style file.")
+        Path | None, typer.Option(metavar="FILE|NAME", help="A style of matplotlib: a file, or ggplot, ...")
     ] = None,
 ) -> None:
     """Draw a picture of a result file (examples: docs/plot.md)."""

@@ -61,8 +61,15 @@ def checked_config(file: Path | None, changes: list[str] | None) -> Config:
 
 def execution_changes(workers: int | None, backend: str | None, scheduler: str | None) -> list[str]:
     """Return the options of where to compute as changes to the config."""
+    from sweeps.config.diagnostics import shortened
+    from sweeps.config.overrides import Option
+
     backend = backend or ("dask" if scheduler else None)
     if backend and backend != "dask" and scheduler is None:
         scheduler = "null"  # one in the config belongs to dask
     options = {"workers": workers, "backend": backend, "scheduler": scheduler}
-    return [f"execution.{key}={value}" for key, value in options.items() if value is not None]
+    return [
+        Option(f"execution.{key}={value}", f"--{key} {shortened(str(value))}")
+        for key, value in options.items()
+        if value is not None
+    ]

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Self
 
 from stickslip.variables import canonical_name
 from sweeps.config.checks import key_of
@@ -19,6 +19,17 @@ from sweeps.config.diagnostics import MAX_DEPTH, Document, quoted, shortened
 from sweeps.config.yaml_reader import read_text
 
 CASE = "case"
+
+
+class Option(str):
+    """A change `KEY=VALUE` that another option than `--set` stands for; messages name `option`."""
+
+    option: str
+
+    def __new__(cls, change: str, option: str) -> Self:
+        self = super().__new__(cls, change)
+        self.option = option
+        return self
 
 
 def apply_overrides(document: Document, overrides: Sequence[str]) -> dict[str, Any]:
@@ -30,21 +41,25 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> dict[str, A
     picked: dict[str, Any] = {}
     for override in overrides:
         key, equals, text = override.partition("=")
-        key, source = key.strip(), f"--set {shortened(override)}"
+        key, source = key.strip(), _source(override)
         name = canonical_name(key) or key
         written = Document(source)
         if not key or not equals:
             written.refuse("must be KEY=VALUE, for example temperature=250")
         elif name in done:
-            written.refuse(f"is set twice, first by --set {done[name]}", key)
+            written.refuse(f"is set twice, first by {done[name]}", key)
         else:
-            done[name] = override
+            done[name] = source
             written = read_text(text, source, key)
             if written.data is not None or not written.problems:
                 _apply(document, key, written, picked)
         document.problems += [replace(problem, line=None) for problem in written.problems]
         document.warnings += [replace(warning, line=None) for warning in written.warnings]
     return picked
+
+
+def _source(override: str) -> str:
+    return override.option if isinstance(override, Option) else f"--set {shortened(override)}"
 
 
 def _apply(document: Document, key: str, written: Document, picked: dict[str, Any]) -> None:

@@ -276,8 +276,8 @@ def seal_note(path: Path) -> str:
         found_in_file(path)
     except StorageError:
         return (
-            f"the numbers of {path} are not those that stickslip wrote: the file is damaged, or "
-            "was edited afterwards"
+            f"{path} is not as stickslip wrote it: a part of a result, edited, or damaged. It can "
+            "be drawn, exported and replayed, but not resumed or merged"
         )
     except RefusalError:
         return ""
@@ -320,8 +320,8 @@ def _check_seal(path: Path, seal: str, key: bytes, chunks: Chunks) -> None:
 
 def _damaged(path: Path) -> StorageError:
     return StorageError(
-        f"{path} is damaged, or was changed after stickslip wrote it, and cannot be resumed; "
-        f"{WAYS_OUT}"
+        f"{path} is not as stickslip wrote it: a part of a result, edited, or damaged. It can be "
+        f"drawn, exported and replayed, but not resumed; {WAYS_OUT}"
     )
 
 

@@ -74,10 +74,7 @@ def merge(
 def _source(path: Path) -> ExistingPoints:
     """Return the points of a file, whose complaints know no output."""
     if not path.exists():
-        begun = (
-            ": its sweep was begun and is not finished" if RunFolder(path).journal.exists() else ""
-        )
-        raise StorageError(f"{path} does not exist{begun}")
+        raise StorageError(RunFolder(path).absence())
     try:
         return found_in_file(path)
     except (RefusalError, StorageError) as error:

@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from stickslip.variables import RESULTS
 from sweeps.figures.colours import is_discrete
 from sweeps.figures.data import draw_measured
 from sweeps.figures.jumps import break_line, draw_jumps, jumps
@@ -121,7 +120,7 @@ def _draw_panel(
         _draw_crosses(axes, axis.quantity.values[missing], row, curve.style)
     if axis.names:
         axes.set_xticks(axis.quantity.values, labels=axis.names)
-    if RESULTS[panel.variable].dtype.startswith("i"):
+    if panel.dataset[panel.variable].dtype.kind in "iu":
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
 
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from stickslip.variables import RESULTS
 from sweeps.figures.labels import parameters_along, shown, shown_number
 from sweeps.figures.layout import Axis, Layout, hue_style
 from sweeps.figures.panels import Panel
@@ -50,7 +49,7 @@ def draw_measured(panel: Panel, axis: Axis, layout: Layout, data: Measurements) 
 
 
 def _draw(panel: Panel, data: Measurements, across: str, on: np.ndarray, colour: str) -> None:
-    units = {"units": RESULTS[panel.variable].units}
+    units = {"units": panel.dataset[panel.variable].attrs.get("units", "1")}
     x = [shown_number(across, value).values for value in data.parameters[across][data.row[on]]]
     measured, error = (
         shown(xr.DataArray(values[on], dims="datum", attrs=units)).values

@@ -34,6 +34,8 @@ VARIABLES: dict[str, Variable] = {
     **RESULTS,
 }
 
+_MEANINGS = {variable.meaning: variable.units for variable in VARIABLES.values()}
+
 
 class Scale(NamedTuple):
     """A shown unit, and what a value in the file's unit is multiplied by to get there."""
@@ -95,15 +97,19 @@ def shown(data: xr.DataArray) -> Quantity:
     name = str(data.name)
     variable = VARIABLES.get(name)
     units = str(data.attrs.get("units", variable.units if variable else "1"))
+    called = str(data.attrs.get("long_name", name))
+    if variable is None and called in _MEANINGS:
+        # One's own, such as mu = F / N, to which xarray has handed on the attributes of F.
+        units = "1" if units == _MEANINGS[called] else units
+        called = name
     scale = SCALES.get(units, Scale(1.0, units))
     if variable and name in SCALES_BY_NAME and units == variable.units:
         scale = SCALES_BY_NAME[name]
     values = np.asarray(data.values, dtype=float) * scale.factor
-    called = str(data.attrs.get("long_name", name)).replace("_", " ")
     typeset = typeset_units(scale.units)
     if name == "viscosity_coefficient" and units == VARIABLES[name].units:
         typeset = _unit_of_k(data)
-    return Quantity(values, f"${variable.tex}$" if variable else called, typeset)
+    return Quantity(values, f"${variable.tex}$" if variable else called.replace("_", " "), typeset)
 
 
 def shown_number(name: str, value: float) -> Quantity:

@@ -41,6 +41,10 @@ class Look:
 
     def __post_init__(self) -> None:
         """Raise ValueError for a size limits or letters that cannot be."""
+        for name in ("size", "xlim", "ylim", "clim"):
+            pair = getattr(self, name)
+            if pair is not None and (not isinstance(pair, Sequence) or len(pair) != 2):
+                raise ValueError(f"{name} must be two numbers, not {pair!r}")
         if self.size is not None and not all(0.0 < inches < 100.0 for inches in self.size):
             raise ValueError(f"a size is width and height in inches, not {self.size}")
         if not isinstance(self.letters, bool) and self.letters not in set(ascii_lowercase):

@@ -78,10 +78,14 @@ def variables_of(ds: xr.Dataset, options: PlotOptions) -> tuple[str, ...]:
 
 
 def _variable(ds: xr.Dataset, name: str) -> str:
+    own = _own_variables(ds)
+    if name in own:
+        return name
     name = canonical_result(name) or name
     if name not in RESULTS:
         symbols = (variable.symbol for variable in RESULTS.values())
-        hint = did_you_mean(name, [*symbols, *RESULTS]) or f"; there are {', '.join(RESULTS)}"
+        names = [*own, *RESULTS]
+        hint = did_you_mean(name, [*symbols, *names]) or f"; there are {', '.join(names)}"
         raise ValueError(f"unknown variable '{name}'{hint}")
     if name not in ds.variables:
         group = RESULTS[name].observable
@@ -89,6 +93,16 @@ def _variable(ds: xr.Dataset, name: str) -> str:
         why = "was not asked for" if group else "is of an older version"
         raise ValueError(f"this file lacks {name}: it {why}; sweep it again{asking}")
     return name
+
+
+def _own_variables(ds: xr.Dataset) -> list[str]:
+    """Return the variables that a user added: a number for each point of the result."""
+    points = set(ds["status"].dims) if "status" in ds else set(ds.dims)
+    return [
+        str(name)
+        for name, variable in ds.data_vars.items()
+        if name not in RESULTS and variable.dtype.kind in "biuf" and set(variable.dims) == points
+    ]
 
 
 def named_roles(ds: xr.Dataset, options: PlotOptions) -> dict[str, str]:
@@ -132,8 +146,11 @@ def lie_along(ds: xr.Dataset, options: PlotOptions) -> xr.Dataset:
 def slice_at(ds: xr.Dataset, at: Iterable[str]) -> tuple[xr.Dataset, str]:
     """The dataset at the points that are nearest, and a sentence that says where that is.
 
-    `temperature=180,220,300` keeps several points of an axis, and the axis with them.
+    `temperature=180,220,300` keeps several points of an axis, and the axis with them. A dimension
+    without a coordinate, as of results that were stacked, gets numbers.
     """
+    bare = {str(dim): np.arange(n) for dim, n in ds.sizes.items() if dim not in ds.coords}
+    ds = ds.assign_coords(bare)
     texts: list[str] = []
     some: dict[str, list[int]] = {}
     for text in at:

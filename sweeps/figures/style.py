@@ -156,13 +156,18 @@ def styled(file: Path | None = None, frame: Frame | None = None) -> Iterator[Non
 
 
 def style_settings(file: Path) -> dict[str, Any]:
-    """Return the settings of a style file."""
+    """Return the settings of a style file or, where there is none, of matplotlib's style."""
     remedy = "it has lines such as `font.size: 9`"
     try:
         _require_settings(file)
         found = mpl.rc_params_from_file(file, fail_on_error=True, use_default_template=False)
     except FileNotFoundError:
-        raise ValueError(f"the style file {file} does not exist") from None
+        if str(file) not in mpl_style.library:
+            hint = did_you_mean(str(file), mpl_style.library)
+            raise ValueError(
+                f"the style file {file} does not exist, nor has matplotlib such a style{hint}"
+            ) from None
+        found = mpl_style.library[str(file)]
     except (OSError, ValueError) as error:
         raise ValueError(f"{file} is no matplotlib style file: {error}; {remedy}") from None
     return {name: found[name] for name in found if not name.startswith(_NO_STYLE)}

@@ -13,6 +13,7 @@ import numpy as np
 from sweeps.exits import ExpectedError
 from sweeps.files.atomic import StorageError, beside, remove, replacing, storage_errors
 from sweeps.files.results import open_file, whole_chunks
+from sweeps.files.run_folder import RunFolder
 from sweeps.files.watch import require_readable
 
 if TYPE_CHECKING:
@@ -80,7 +81,7 @@ def readable(path: Path) -> Iterator[None]:
     except (ExpectedError, BrokenPipeError):  # it has its message, or its reader has gone
         raise
     except FileNotFoundError:
-        raise StorageError(f"{path} does not exist") from None
+        raise StorageError(RunFolder(path).absence()) from None
     except DAMAGE as error:
         raise StorageError(f"{path} is not a readable NetCDF file: {error}") from error
 
@@ -99,7 +100,7 @@ def content_hash(ds: xr.Dataset) -> str:
         variable = ds.variables[name]
         values = np.ascontiguousarray(variable.values)
         if values.dtype.kind in "OT":  # texts read from a file
-            values = values.astype(np.str_)
+            values = np.asarray(values.tolist(), dtype=np.str_)
         attrs = sorted((key, _canonical(value)) for key, value in variable.attrs.items())
         head = f"{name}{variable.dims}{values.dtype.str}{values.shape}{attrs}"
         digest.update(head.encode() + values.tobytes())

@@ -50,6 +50,16 @@ class RunFolder:
             "started": now(),
         }
 
+    def absence(self) -> str:
+        """Return the sentence for a result that is not there, maybe not yet."""
+        gone = f"{self.output} does not exist"
+        if not self.journal.exists():
+            return gone
+        return (
+            f"{gone} yet: its sweep is not finished. The command of the sweep with --partial "
+            "writes the points finished so far, and without it computes the others"
+        )
+
     @contextlib.contextmanager
     def held(self) -> Iterator[None]:
         """Hold the output for this process until it ends, however it ends.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -38,12 +38,20 @@ if TYPE_CHECKING:
 
 Start = Literal["initial", "stationary"]
 
+# What tells that a point was computed with other settings, and nobody changes for another unit.
+_TELLTALE = ("status", "periods_integrated", "amplitude_error")
+_ROUNDED = 1e-5  # relative: a Dataset in single precision is the same
+
 # Drive periods that are shown of an orbit that does not close, and of one that was not found.
 _APERIODIC_PERIODS, _FAILED_PERIODS = 20, 6
 
 _SOURCE = "the config of this result"
 # They may be many numbers, which the YAML parser would take long to read.
 _AXES = re.compile(r"^(sweep|cases):.*\n(  .*\n)*", re.MULTILINE)
+
+
+_OWN_DIMS = {*PARAMETERS, CASE, DIRECTION}
+_IN_PAPER = {name for name, parameter in PARAMETERS.items() if parameter.in_paper}
 
 
 class PointError(ExpectedError, ValueError):
@@ -56,7 +64,8 @@ class Point:
 
     `config` asks for this point alone; `where` names it in words. `stored` are the values of its
     result variables, as the file has them; `before` (n, parameters) the points of a followed line
-    that lead to it. `versions` names what the numbers depend on and is different here.
+    that lead to it. `versions` names what the numbers depend on and is different here. Of a `loose`
+    point, from a Dataset that may be made of several results, the config may be that of another.
     """
 
     config: Config
@@ -64,6 +73,7 @@ class Point:
     stored: Mapping[str, float]
     before: NDArray[np.float64]
     versions: tuple[str, ...] = ()
+    loose: bool = False
 
     def __repr__(self) -> str:
         return f"<Point {self.where}: {self.status.name.lower()}>"
@@ -100,8 +110,24 @@ class Point:
         return rows[0], finals[0]
 
     def orbit(self) -> Orbit:
-        """The stationary orbit, computed again: the bits of the file, by the same version."""
+        """The stationary orbit, computed again: the bits of the file, by the same version.
+
+        Raises PointError if the config of the Dataset is not the one of its numbers.
+        """
+        if self.loose:
+            self._refuse_others()
         return orbit_of_row(*self._computed)
+
+    def _refuse_others(self) -> None:
+        """Raise PointError if other settings than those of the config made the stored values."""
+        for name, (stored, computed) in self.differences().items():
+            near = np.isclose(stored, computed, rtol=_ROUNDED, atol=0.0)
+            if name in _TELLTALE and not near and not self.versions:
+                raise PointError(
+                    f"{self.where}: the Dataset has {name} {stored:g}, and its config gives "
+                    f"{computed:g}: it was made of results with other settings, or changed; take "
+                    "the point from the result that it comes from"
+                )
 
     def differences(self) -> dict[str, tuple[float, float]]:
         """The result variables whose computed value is not the stored one, with (stored, computed).
@@ -207,7 +233,21 @@ def point_of(ds: xr.Dataset, at: Iterable[str] = (), **where: Any) -> Point:
     except ValueError as error:
         raise PointError(str(error)) from None
     _refuse_open_axes(ds, place)
-    return _point(ds.isel(place).squeeze().compute())  # of arrays of dask, this point alone
+    point = _point(ds.isel(place).squeeze().compute())  # of arrays of dask, this point alone
+    if stacked := [dim for dim in map(str, ds["status"].dims) if dim not in _OWN_DIMS]:
+        _refuse_unknown_stack(ds, point, stacked[0])
+    return replace(point, loose=bool(stacked))
+
+
+def _refuse_unknown_stack(ds: xr.Dataset, point: Point, dim: str) -> None:
+    """Raise PointError where nothing tells whether a stack of results has the config of all."""
+    lost = [name for name in PARAMETERS if name not in ds.variables and name in _IN_PAPER]
+    if lost or point.versions:
+        why = "parameters were dropped from it" if lost else "; ".join(point.versions)
+        raise PointError(
+            f"the results are stacked along {dim}, with the config of one of them, and nothing "
+            f"tells whether it is the one of this point ({why}); take it from its own result"
+        )
 
 
 def _refuse_open_axes(ds: xr.Dataset, place: Mapping[str, int]) -> None:
@@ -226,7 +266,7 @@ def _point(chosen: xr.Dataset) -> Point:
         config = config_of(written, values)
         return Point(
             config=config,
-            where=_in_words(chosen, written.get("model", ())),
+            where=_in_words(chosen, written.get("model") or {}),
             stored={n: chosen[n].item() for n in RESULT_COLUMNS if n in chosen.variables},
             before=_line_before(chosen, config.parameters(), written.get("follow")),
             versions=version_differences(chosen.attrs),
@@ -285,11 +325,17 @@ def _compilers(text: str) -> str:
     return " and ".join(re.findall(r"\b(?:numba|llvmlite) [^,]+", text))
 
 
-def _in_words(chosen: xr.Dataset, fixed: Iterable[str]) -> str:
+def _in_words(chosen: xr.Dataset, fixed: Mapping[str, float]) -> str:
     """The values that vary over a result, such as `temperature = 228 K`."""
-    varied = [name for name in PARAMETERS if name in chosen.variables and name not in fixed]
+    varied = [
+        name
+        for name in PARAMETERS
+        if name in chosen.variables
+        and not np.isclose(chosen[name].item(), fixed.get(name, np.nan), rtol=_ROUNDED, atol=0.0)
+    ]
     words = [f"{name} = {_plain(chosen[name].item())}{_units(name)}" for name in varied]
-    words += [f"{dim} = {chosen[dim].item()}" for dim in (CASE, DIRECTION) if dim in chosen.coords]
+    others = [str(n) for n, c in chosen.coords.items() if n not in PARAMETERS and not c.ndim]
+    words += [f"{name} = {_plain(chosen[name].item())}" for name in others]
     return ", ".join(words) or "the only point"
 
 

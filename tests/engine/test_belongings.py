@@ -82,7 +82,7 @@ def test_a_file_that_was_edited_by_hand_is_told(shell: Shell, verb: str) -> None
         file["elastic_stress_amplitude"][0] = 1.0
     code, _, err = shell(verb, "a.nc", *(["--overwrite"] if verb == "export" else []))
     assert code == 0
-    assert "the numbers of a.nc are not those that stickslip wrote" in err
+    assert "a.nc is not as stickslip wrote it: a part of a result, edited, or damaged" in err
 
 
 # --- what is printed ---

@@ -66,7 +66,7 @@ def cut(length: int) -> None:
     A.write_bytes(A.read_bytes()[:length])
 
 
-DAMAGED = "a.nc is damaged, or was changed after stickslip wrote it"
+DAMAGED = "a.nc is not as stickslip wrote it: a part of a result, edited, or damaged"
 UNREADABLE = "a.nc exists, but is not a readable NetCDF file"
 UNFIT: dict[str, tuple[Callable[[], object], int, str]] = {
     "of an older version": (

@@ -79,7 +79,13 @@ def test_status_of_an_interrupted_a_partial_and_a_complete_sweep(shell: Shell) -
         "a.nc: interrupted",
         f"{done} of 4 points done, 0 failed",
     ]
+    for verb in ("plot", "export", "replay", "info"):
+        code, out, err = shell(verb, "a.nc")
+        assert (code, out) == (5, "")
+        assert err.startswith("a.nc does not exist yet: its sweep is not finished. The command")
+        assert "--partial writes the points finished so far" in err
     shell("sweep", "a.yaml", "--partial")
+    assert shell("export", "a.nc").code == 0
     assert told(shell, "a.nc") == expected
     shutil.rmtree("a.nc.run")
     assert told(shell, "a.nc") == expected | {"state": "partial"}

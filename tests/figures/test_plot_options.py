@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from support.pictures import (
@@ -21,6 +22,7 @@ from support.pictures import (
 )
 
 import sweeps.accessor  # noqa: F401 - registers `stickslip`
+from stickslip.variables import RESULTS
 from sweeps.figures import PlotOptions, draw
 
 STIFFNESS = np.geomspace(500.0, 1e4, 6)
@@ -178,3 +180,42 @@ def test_what_is_no_sweep_has_no_axes_to_choose(ds, options, words):
 def test_a_figure_by_name_takes_no_variable():
     with pytest.raises(ValueError, match="figure names a whole picture"):
         draw(trajectory(), "time_courses", PlotOptions("friction_force"))
+
+
+def test_a_variable_of_ones_own_has_its_name_and_unit(ds):
+    ds = ds.sel(spring_stiffness=STIFFNESS[0]).isel(rheological_index=0)
+    force = ds.friction_force_amplitude
+    force.attrs |= RESULTS["friction_force_amplitude"].attributes  # handed on by xarray or not
+    power = (force * 2).assign_attrs(force.attrs | {"units": "W", "long_name": "lost power"})
+    own = ds.assign(mu=(force / 0.01).assign_attrs(force.attrs), n=2 * ds.melting_count, lost=power)
+    figure = chosen(own, variable=("mu", "n", "lost"))
+    labels = [axes.get_ylabel() for axes in panels(figure)]
+    assert labels == ["mu", "n", "lost power (W)"]
+    drawn = [curves(axes)[0].get_ydata()[0] for axes in panels(figure)]
+    np.testing.assert_allclose(drawn, [0.4768, 8.0, 2 * 4.768e-3])
+    with pytest.raises(ValueError, match=r"unknown variable 'm'.*mu"):
+        chosen(own.drop_vars("n"), variable="m")
+    with pytest.raises(ValueError, match="unknown variable 'words'"):
+        chosen(own.assign(words=force.astype(str)), variable="words")
+
+
+def test_a_map_of_a_variable_of_ones_own(ds):
+    ds = ds.isel(rheological_index=0)
+    figure = chosen(ds.assign(mu=ds.friction_force_amplitude / 0.01), variable="mu", y="K")
+    (mesh,) = (mesh for mesh in panels(figure)[0].collections if isinstance(mesh, QuadMesh))
+    np.testing.assert_allclose(mesh.get_array(), 0.4768)
+
+
+@pytest.mark.parametrize("role", ["hue", "row", "col"])
+def test_a_stack_without_a_coordinate_has_numbers(ds, role):
+    ds = ds.isel(spring_stiffness=0, rheological_index=0)
+    stack = xr.concat([ds, ds * 2], "film", combine_attrs="override").drop_vars("spring_stiffness")
+    figure = chosen(stack, variable="F_max", **{role: "film"})
+    texts = {
+        "hue": lambda: legend_of(figure),
+        "row": lambda: [axes.get_ylabel().split("\n")[0] for axes in panels(figure)],
+        "col": lambda: [axes.get_title() for axes in panels(figure)],
+    }
+    assert texts[role]() == ["film $0$", "film $1$"]
+    (one,) = panels(chosen(stack, variable="F_max", at=("film=1",)))
+    np.testing.assert_allclose(curves(one)[0].get_ydata(), 2 * 4.768)

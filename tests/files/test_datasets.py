@@ -244,3 +244,10 @@ def test_the_hash_does_not_see_history_and_order() -> None:
 def test_the_hash_survives_the_file(tmp_path: Path) -> None:
     write_dataset(dataset(), tmp_path / "a.nc")
     assert content_hash(open_result(tmp_path / "a.nc")) == content_hash(dataset())
+
+
+def test_texts_of_any_kind_have_one_hash() -> None:
+    ds = xr.Dataset(coords={"film": ["thin", "thick"]})
+    kinds = [np.dtypes.StringDType(na_object=np.nan), np.dtype("O")]
+    hashes = {content_hash(ds.assign_coords(film=ds.film.astype(kind))) for kind in kinds}
+    assert hashes == {content_hash(ds)}

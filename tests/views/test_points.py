@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
@@ -64,6 +65,37 @@ def test_a_part_of_a_result_has_points_too(ds: xr.Dataset) -> None:
     point = point_of(part, temperature=251)
     assert point.where == "temperature = 250 K, rheological_index = 0"
     assert point.differences() == {}
+
+
+def test_a_stack_of_results_gives_each_point_its_own_orbit_or_none() -> None:
+    one = MAP | {"sweep": {"T": [200, 250]}}
+    ds, stiffer = (run(one | {"model": {"K": stiffness}}) for stiffness in (3000, 4000))
+    films = xr.concat([ds, stiffer], pd.Index(["soft", "stiff"], name="film"))
+    point = films.stickslip.at(T=250, film="stiff")
+    assert point.where == "temperature = 250 K, spring_stiffness = 4000 N m-1, film = stiff"
+    force = stiffer.friction_force_amplitude.sel(temperature=250).item()
+    assert point.orbit().friction_force_amplitude == force
+    strict = run(one | {"integrator": {"rtol": 1e-8}})
+    mixed = xr.concat([ds, strict], pd.Index([1e-4, 1e-8], name="rtol"))
+    assert mixed.stickslip.at(T=250, rtol=1e-4).orbit().status is Status.OK
+    for chosen in (mixed, mixed.sel(rtol=1e-8), mixed.isel(rtol=1).drop_vars("rtol")):
+        where = {"rtol": 1e-8} if "rtol" in chosen.dims else {}
+        other = chosen.stickslip.at(T=250, **where)
+        for compute in (other.orbit, other.simulate, other.portrait):
+            with pytest.raises(PointError, match="results with other settings"):
+                compute()
+    with pytest.raises(PointError, match="results with other settings"):
+        point_of(mixed, ["T=250", "rtol=1e-8"]).orbit()
+    bare = xr.concat([part.reset_coords(drop=True) for part in (ds, stiffer)], "film")
+    with pytest.raises(PointError, match="nothing tells .*parameters were dropped"):
+        bare.stickslip.at(T=250, film=1)
+
+
+def test_a_dataset_in_other_units_or_single_precision_is_no_stack(ds: xr.Dataset) -> None:
+    single = ds.map(lambda column: column.astype("f4") if column.dtype.kind == "f" else column)
+    for changed in (single, ds.assign(friction_force_amplitude=1e3 * ds.friction_force_amplitude)):
+        point = changed.assign_attrs(ds.attrs).stickslip.at(T=200, gamma=0)
+        assert point.orbit().status is Status.OK
 
 
 def test_the_time_course_is_that_of_the_orbit(ds: xr.Dataset) -> None:
