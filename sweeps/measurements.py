@@ -146,12 +146,12 @@ def _read_table(source: Any) -> _Reading:
         raise DataError(f"data are a CSV file, a DataFrame or a dict of columns, not {source!r}")
     try:
         frame = pd.DataFrame(source)
-    except ValueError as error:
+    except ValueError:
         sizes = {name: np.shape(column) for name, column in source.items()}
         if all(len(shape) == 1 for shape in sizes.values()):
             listed = ", ".join(f"{name} {size}" for name, (size,) in sizes.items())
             raise DataError(f"columns need equally many values, but have: {listed}") from None
-        raise DataError(f"the columns must be lists of numbers: {error}") from None
+        raise DataError("each column must be a list of numbers, one for each row") from None
     if frame.empty:
         raise DataError("the table holds no data")
     cells = frame.astype(object).where(frame.notna(), "").to_numpy().tolist()

@@ -80,7 +80,8 @@ def test_five_mistakes_are_told_at_once(tmp_path: Path, monkeypatch: pytest.Monk
         ({"T": [200], "F_max": [np.inf]}, "must be a finite number"),
         ({"T": [200], "F_max": [np.nan]}, "no value was measured"),
         ({"T": []}, "holds no data"),
-        ({"T": [1, 2], "F_max": [1]}, "make no table"),
+        ({"T": [1, 2], "F_max": [1]}, "need equally many values, but have: T 2, F_max 1"),
+        ({"T": 200.0, "F_max": 3e-3}, "each column must be a list of numbers"),
         (3, "data are a CSV file, a DataFrame or a dict"),
     ],
 )

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+import subprocess
+import sys
+from pathlib import Path
 from typing import Any
 
 import joblib
@@ -135,7 +138,23 @@ WRONG: dict[str, tuple[Any, type[Exception], str]] = {
     "not a number": ({"T": [200.0, np.nan]}, ParameterError, "finite number, not nan"),
     "zero": ({"X_m": [1e-6, 0.0, -1e-6]}, ParameterError, "drive_amplitude must not be 0"),
     "unbounded": ({"d": [0.0, 10.0]}, ParameterError, "would grow without bound"),
-    "lengths": ({"T": [1.0, 2.0], "k": [1.0, 2.0, 3.0]}, ValueError, "shape mismatch"),
+    "lengths": (
+        {"T": [1.0, 2.0], "k": [1.0, 2.0, 3.0]},
+        ValueError,
+        "need equally many values, but have: temperature 2, viscosity_coefficient 3",
+    ),
+    "shapes": (
+        {"T": [1.0, 2.0], "k": [[1.0, 2.0, 3.0]], "K": 1.0},
+        ValueError,
+        "need equally many values, but have: temperature 2, viscosity_coefficient 1 x 3",
+    ),
+    "ragged": ({"T": [1.0, [2.0]]}, ParameterError, "temperature must be a number, or an array"),
+    "words": ({"k": ["a", 1.0]}, ParameterError, "viscosity_coefficient must be a number, or"),
+    "lengths along a dimension": (
+        {"T": xr.DataArray([1.0, 2.0], dims="a"), "k": xr.DataArray([1.0, 2.0, 3.0], dims="a")},
+        ValueError,
+        "need equal coordinates, but have: temperature 2, viscosity_coefficient 3",
+    ),
     "other coordinates": (
         {
             "T": xr.DataArray([200.0, 250.0], {"sample": [1, 2]}, "sample"),
@@ -166,3 +185,27 @@ def test_options_are_checked_as_for_a_single_orbit() -> None:
         stationary_orbits({"T": [200.0]}, rtoll=1e-6)
     with pytest.raises(NoiseError):
         stationary_orbits({"T": [200.0]}, noise="none")
+
+
+_IN_A_POOL = """
+import multiprocessing
+from stickslip import stationary_orbits
+
+def force(temperature):
+    return float(stationary_orbits({"T": [temperature]}).friction_force_amplitude[0])
+
+if __name__ == "__main__":
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        print(pool.map(force, [200.0]))
+"""
+
+
+@pytest.mark.slow
+def test_in_a_worker_of_a_pool_nothing_is_said(tmp_path: Path) -> None:
+    script = tmp_path / "pool.py"
+    script.write_text(_IN_A_POOL)
+    command = [sys.executable, "-W", "error", str(script)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    force = stationary_orbit(Parameters(temperature=200.0)).friction_force_amplitude
+    assert done.stdout == f"[{force!r}]\n"

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from stickslip.variables import PARAMETERS
 from sweeps.figures.colours import is_discrete
 from sweeps.figures.data import draw_measured
 from sweeps.figures.jumps import break_line, draw_jumps, jumps
@@ -93,7 +94,7 @@ def draw_curves(
             elsewhere += draw_measured(panel, axis, layout, data)
     label_axes(drawn, axis.label, [shown(ds[name]).label for name in variables])
     if handles := _legend(ds, layout):
-        put_legend(drawn.figure, handles)
+        put_legend(drawn.figure, handles, short=_legend(ds, layout, short=True))
     missing = missing_notes(drawn.dataset, variables, "× ", log=variables if log else ())
     apart = f"{elsewhere} measured values are of other parameters: not drawn." if elsewhere else ""
     put_note(drawn.figure, [*missing, note, *drawn.notes, apart])
@@ -227,15 +228,20 @@ def axis_limits(
     return low - 0.03 * span, low + 1.05 * span * room
 
 
-def _legend(ds: xr.Dataset, layout: Layout) -> list[Line2D]:
+def _legend(ds: xr.Dataset, layout: Layout, *, short: bool = False) -> list[Line2D]:
+    """Return a line and a label for each curve; `short` labels share a symbol and a unit."""
     ways = [str(way) for way in ds[DIRECTION].values] if layout.both_ways else []
     handles: list[Line2D] = []
     if layout.hue is not None:
         count = ds.sizes[layout.hue]
-        for index in range(count):
+        labels = [legend_label(ds, layout.hue, index) for index in range(count)]
+        if short and layout.hue in PARAMETERS:
+            handles.append(Line2D([], [], linestyle="none", label=f"{shown(ds[layout.hue]).label}:"))
+            labels = [shown(value).number for value in ds[layout.hue]]
+        for index, label in enumerate(labels):
             style = hue_style(layout.hue, index, count)
             line = (way_style(style, "up") if ways else style).line()
-            handles.append(Line2D([], [], **line, label=legend_label(ds, layout.hue, index)))
+            handles.append(Line2D([], [], **line, label=label))
     for way in ways:
         line = way_style(curve_style(0, 1), way).line()
         handles.append(Line2D([], [], **line, label=DIRECTIONS.get(way, way)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -123,15 +124,20 @@ def _legend(sweep: xr.Dataset, hue: str) -> Iterator[Line2D]:
 
 
 def _fitted(ds: xr.Dataset) -> str:
-    """Return the standard errors as a sentence; what was fitted is told with what was fixed."""
+    """Return the fitted values as a sentence, each with the digits that its error leaves it."""
     words = []
     for name in map(str, ds.free_parameter.values):
         own = ds.sel(free_parameter=name)
-        error = shown_number(name, float(f"{float(own.parameter_standard_error):.2g}"))
-        known = np.isfinite(error.values)
-        words.append(f"{error.symbol} ± {error.value}" if known else f"{error.symbol} unknown")
+        value, error = float(own.parameter_value), float(f"{own.parameter_standard_error:.2g}")
+        if np.isfinite(error) and error > 0:
+            digits = 1 - math.floor(math.log10(error))  # two of the error
+            equation = shown_number(name, round(value, digits)).equation
+            number, space, units = equation.partition("$ ")
+            words.append(f"{number.rstrip('$')}$ ± {shown_number(name, error).number}{space[1:]}{units}")
+        else:
+            words.append(f"{shown_number(name, value).equation} (error unknown)")
     reduced = float(ds.attrs["reduced_chi2"])
     scatter = f"$\\chi^2$/dof {reduced:.3g}"
     if str(ds.attrs.get("measurement_errors")).startswith("none"):
         scatter = f"relative scatter {100 * np.sqrt(reduced):.2g}\u00a0%"
-    return f"Standard errors: {', '.join(words)}; {scatter}."
+    return f"Fitted: {', '.join(words)}; {scatter}."

@@ -81,8 +81,12 @@ class Quantity:
     @property
     def value(self) -> str:
         """The value of a scalar, with its unit."""
-        number = _number(float(self.values), rational=not self.units)
-        return f"${number}$" + (f" {self.units}" if self.units else "")
+        return self.number + (f" {self.units}" if self.units else "")
+
+    @property
+    def number(self) -> str:
+        """The value of a scalar alone."""
+        return f"${_number(float(self.values), rational=not self.units)}$"
 
     @property
     def equation(self) -> str:
@@ -157,11 +161,16 @@ def parameters_along(ds: xr.Dataset, dim: str) -> list[str]:
 
 
 def changed_parameters(ds: xr.Dataset) -> str:
-    """The fixed parameters that are not the paper's, as a sentence; empty where all are."""
+    """The fixed parameters that are not the paper's, as a sentence; empty where all are.
+
+    Those that were fitted have one of their own, with their errors.
+    """
+    fitted = set(ds["free_parameter"].values) if "free_parameter" in ds.coords else set()
     changed = [
         shown(ds[name]).equation
         for name, parameter in PARAMETERS.items()
         if name in ds.variables
+        and name not in fitted
         and ds[name].size == 1
         and not math.isclose(float(ds[name].values.flat[0]), parameter.default, rel_tol=1e-12)
     ]

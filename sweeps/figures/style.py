@@ -117,6 +117,8 @@ _BETWEEN_WORDS = re.compile(r"(?<!\$) (?=(?:[^$]*\$[^$]*\$)*[^$]*$)")
 _MARGIN = 0.1  # inches, left and right of small print
 _LINE = 1.35  # font sizes: the distance of two lines
 _HANDLE, _PAD, _GAP = 2.6, 0.8, 1.2  # of a legend, in font sizes
+_SHORT_HANDLE, _SHORT_PAD, _SHORT_GAP = 1.7, 0.4, 0.9  # where there is little room
+_MOST_LEGEND = 0.16  # of the height of a picture whose size is given
 _ABOVE = "above"  # the mark of a legend above given axes
 
 _settings = threading.RLock()
@@ -277,10 +279,18 @@ def width_in_inches(figure: Figure, text: str, size: str = TEXT) -> float:
     return float(drawn.get_window_extent().width) / figure.dpi
 
 
-def put_legend(figure: Figure, handles: Sequence[Line2D], *, above: bool = False) -> None:
+def put_legend(
+    figure: Figure,
+    handles: Sequence[Line2D],
+    *,
+    above: bool = False,
+    short: Sequence[Line2D] = (),
+) -> None:
     """A legend above the panels, where it cannot hide a curve; the figure grows by its height.
 
-    Given axes have it inside, or `above` them: maps and oscillations leave no place inside.
+    One whose size is given cannot grow: where the legend would take much of it, it has the `short`
+    handles, which say the same in fewer words, and small print. Given axes have it inside, or
+    `above` them: maps and oscillations leave no place inside.
     """
     axes = _frame.get().axes
     if axes is not None and not above:
@@ -292,16 +302,26 @@ def put_legend(figure: Figure, handles: Sequence[Line2D], *, above: bool = False
         axes.legend(**place, **in_columns, frameon=False).set_gid(_ABOVE)
     else:
         in_columns = _in_columns(figure, handles, figure.get_figwidth())
-        _grow(figure, math.ceil(len(handles) / in_columns["ncols"]), TEXT)
+        lines = math.ceil(len(handles) / in_columns["ncols"])
+        too_high = lines * _LINE * _inches(TEXT) > _MOST_LEGEND * figure.get_figheight()
+        if _frame.get().size is not None and too_high:
+            few = [*short] or handles
+            in_columns = _in_columns(figure, few, figure.get_figwidth(), short=True)
+        _grow(figure, lines, TEXT)
         figure.legend(loc="outside upper center", **in_columns)
 
 
-def _in_columns(figure: Figure, handles: Sequence[Line2D], inches: float) -> dict[str, Any]:
+def _in_columns(
+    figure: Figure, handles: Sequence[Line2D], inches: float, *, short: bool = False
+) -> dict[str, Any]:
     """The arguments of a legend in as many columns as fit."""
     labels = [str(handle.get_label()) for handle in handles]
-    length = _HANDLE if any(handle.get_linestyle() != "None" for handle in handles) else 0.8
-    beside = (length + _PAD + _GAP) * _inches(TEXT)
-    widths = [width_in_inches(figure, label) + beside for label in labels]
+    length = _SHORT_HANDLE if short else _HANDLE
+    pad, gap, size = (_SHORT_PAD, _SHORT_GAP, SMALL) if short else (_PAD, _GAP, TEXT)
+    if all(handle.get_linestyle() == "None" for handle in handles):
+        length = 0.8
+    beside = (length + pad + gap) * _inches(size)
+    widths = [width_in_inches(figure, label, size) + beside for label in labels]
     fitting = [
         columns
         for columns in range(1, len(labels) + 1)
@@ -311,10 +331,10 @@ def _in_columns(figure: Figure, handles: Sequence[Line2D], inches: float) -> dic
         "handles": list(handles),
         "ncols": max(fitting, default=1),
         "handlelength": length,
-        "handletextpad": _PAD,
-        "columnspacing": _GAP,
+        "handletextpad": pad,
+        "columnspacing": gap,
         "borderaxespad": 0.2,
-    }
+    } | ({"fontsize": size, "labelspacing": 0.2} if short else {})
 
 
 def put_title(figure: Figure, title: str) -> None:

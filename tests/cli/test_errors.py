@@ -49,7 +49,11 @@ REFUSALS = [
     ("sweep a.yaml --set T", 2, "--set T: must be KEY=VALUE"),
     ("sweep a.yaml --set Tempe=3", 2, "Tempe: unknown key"),
     ("sweep a.yaml --set model.K=-1", 2, "model.K: must be at least 0"),
-    ("sweep a.yaml --backend carrier-pigeon", 2, "must be 'threads', 'loky'"),
+    ("sweep a.yaml --backend carrier-pigeon", 2, "--backend carrier-pigeon: .* 'threads', 'loky'"),
+    ("sweep a.yaml --backend dask", 2, "--backend dask: execution.backend: `dask` needs the"),
+    ("plan a.yaml --workers 5000", 2, "--workers 5000: execution.workers: must be at most"),
+    ("sweep a.yaml --set execution.workers=1 --workers 2", 2, "--workers 2: .* first by --set"),
+    ("simulate --periods 999999999", 2, "--periods 999999999: simulation.periods: must be at"),
     ("check a.yaml --set noise.seed=3", 2, "belongs to `treatment: stochastic`"),
     ("check a.yaml --set noise.treatment=none", 2, "could never solidify"),
     *(

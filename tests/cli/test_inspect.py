@@ -7,7 +7,8 @@ from importlib import metadata
 from pathlib import Path
 
 import jsonschema
-from support.sweeps.commands import Command, entries
+import pytest
+from support.sweeps.commands import Command, entries, process
 
 from sweeps.files.datasets import content_hash, open_result
 
@@ -43,6 +44,16 @@ def test_info_describes_the_installation(command: Command) -> None:
     assert (code, err) == (0, "")
     assert f"stickslip {metadata.version('stickslip')}" in out
     assert "compiled code is cached in: " in out
+
+
+@pytest.mark.slow
+def test_info_says_where_code_is_not_cached(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    done = process("info", environment={"NUMBA_CACHE_DIR": str(tmp_path / "file")})
+    assert done.code == 0
+    assert "compiled code is not cached: " in done.out
+    assert "cannot be written; set NUMBA_CACHE_DIR" in done.out
+    assert "cached in" not in done.out
 
 
 def test_info_describes_a_file(command: Command) -> None:

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 from support.pictures import GAMMAS, TEMPERATURES, curves, note, panels, sweep
-from support.sweeps.commands import Command, entries
+from support.sweeps.commands import Command, entries, process
 
 import stickslip
 from stickslip import Parameters
@@ -163,6 +163,12 @@ def test_plot_draws_what_the_options_ask_for(
     command("plot", str(result), "--row", "gamma", "-o", "b.png")
     command("plot", str(result), "--col", "gamma", "-o", "b.png")
     assert [len(panels(figure)) for figure in drawn[1:]] == [2, 2, 6, 6]
+
+
+@pytest.mark.slow
+def test_plot_needs_no_window(result: Path) -> None:
+    done = process("plot", str(result), "-o", "a.png", environment={"MPLBACKEND": "nosuch"})
+    assert (done.code, done.err) == (0, "")
 
 
 @pytest.mark.parametrize(

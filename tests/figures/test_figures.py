@@ -300,4 +300,4 @@ def test_a_fit_has_curves_data_with_error_bars_and_residuals_below():
     hollow = next(line for line in below.lines if line.get_markerfacecolor() == "white")
     assert hollow.get_xdata().tolist() == [200.0]
     assert "residual" in below.get_ylabel()
-    assert "Standard errors: $k$ ± $2000$" in figure.get_supxlabel()
+    assert r"Fitted: $k = 70000$ ± $2000$ Pa" in figure.get_supxlabel()

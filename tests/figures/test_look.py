@@ -39,6 +39,12 @@ def test_the_size_is_that_of_the_whole_picture(ds, size):
     assert tuple(drawn(ds, look=Look(size=size)).get_size_inches()) == size
 
 
+@pytest.mark.parametrize("look", [{"size": (3.0,)}, {"xlim": (1, 2, 3)}, {"clim": 3.0}])
+def test_a_pair_that_is_none_is_refused(look):
+    with pytest.raises(ValueError, match=f"{next(iter(look))} must be two numbers"):
+        Look(**look)
+
+
 def test_a_style_file_may_give_the_size(ds, tmp_path):
     style = tmp_path / "a.mplstyle"
     style.write_text("figure.figsize: 3.37, 4.2\n")

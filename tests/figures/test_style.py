@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import matplotlib as mpl
 import pytest
 from support.pictures import TEMPERATURES, curves, panels, sweep
@@ -32,6 +34,14 @@ def test_a_style_file_changes_fonts_and_colours(tmp_path):
     assert usual.yaxis.label.get_size() == 8.0
     assert large.yaxis.label.get_size() == 12.0
     assert {line.get_color() for line in curves(large)} == {"red"}
+
+
+def test_a_style_of_matplotlib_goes_by_its_name():
+    ds = sweep(temperature=TEMPERATURES)
+    (axes, _) = panels(draw(ds, None, PlotOptions(look=Look(style=Path("ggplot")))))
+    assert axes.get_facecolor() == mpl.colors.to_rgba("#E5E5E5")
+    with pytest.raises(ValueError, match=r"ggplo does not exist, nor .*did you mean 'ggplot'"):
+        draw(ds, None, PlotOptions(look=Look(style=Path("ggplo"))))
 
 
 def test_settings_of_the_user_make_no_other_picture(tmp_path, monkeypatch):

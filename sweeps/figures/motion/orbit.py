@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweeps.figures.labels import shown
+from sweeps.figures.labels import Array, shown
 from sweeps.figures.motion.traces import ALONE, TIME_COURSES, both_blocks, draw_courses
 from sweeps.figures.style import PAGE, SKY, SMALL, TEXT, VERMILLION, new_figure
 
@@ -15,6 +15,9 @@ _HEIGHT = 5.2  # inches
 
 # Of the stroboscopic map the last periods, those on the orbit, stand out.
 _LAST = 32
+# Of an orbit that closes these are a few, within a part of all that the map covers.
+_FEW, _NEAR = 8, 1e-3
+_LEAST = 16  # periods that are shown of the way to it
 
 
 def orbit(ds: xr.Dataset) -> Figure:
@@ -43,13 +46,38 @@ def _draw_portrait(axes: Axes, ds: xr.Dataset) -> None:
 
 
 def _draw_map(axes: Axes, ds: xr.Dataset) -> None:
-    """The states at the beginnings of drive periods, one by one from the start."""
+    """The states at the beginnings of drive periods, one by one from the start.
+
+    Of an orbit that closes they are a few points in the end: then the way there, against time.
+    """
     x, v = shown(ds["stroboscopic_displacement"]), shown(ds["stroboscopic_velocity"])
-    axes.plot(x.values, v.values, color=SKY, linewidth=0.5, marker=".", markersize=2.5)
-    last = slice(-min(_LAST, x.values.size), None)
-    axes.plot(x.values[last], v.values[last], "o", color=VERMILLION, markersize=3.0, gid="last")
-    axes.set_xlabel(x.label, fontsize=TEXT)
-    axes.set_ylabel(v.label, fontsize=TEXT)
-    periods = int(np.max(ds["period"].values))
-    title = f"stroboscopic map of {periods} periods; dots: the last {_LAST}"
+    settled = _settled(x.values, v.values)
+    if settled is None:
+        axes.plot(x.values, v.values, color=SKY, linewidth=0.0, marker=".", markersize=2.5)
+        last = slice(-min(_LAST, x.values.size), None)
+        axes.plot(x.values[last], v.values[last], "o", color=VERMILLION, markersize=3.0, gid="last")
+        axes.set_xlabel(x.label, fontsize=TEXT)
+        axes.set_ylabel(v.label, fontsize=TEXT)
+        periods = int(np.max(ds["period"].values))
+        title = f"stroboscopic map of {periods} periods; dots: the last {_LAST}"
+    else:
+        shown_periods = slice(max(2 * settled, _LEAST))
+        number = ds["period"].values[shown_periods]
+        axes.plot(number, x.values[shown_periods], ".", color=VERMILLION, markersize=4.0)
+        axes.set_xlabel("drive periods from the start", fontsize=TEXT)
+        axes.set_ylabel(x.label, fontsize=TEXT)
+        title = f"stroboscopic displacement; on the orbit after {settled} periods"
     axes.set_title(title, fontsize=SMALL)
+
+
+def _settled(x: Array, v: Array) -> int | None:
+    """Return the period from which on all states are among the last few; None: there is none."""
+    extent = max(np.ptp(x), 1e-300), max(np.ptp(v), 1e-300)
+    last = slice(-min(_LAST, x.size), None)
+    states = np.column_stack([x / extent[0], v / extent[1]])
+    ends = np.unique((states[last] / _NEAR).round(), axis=0) * _NEAR
+    if len(ends) > _FEW:
+        return None
+    distance = np.abs(states[:, None] - ends[None]).max(axis=2).min(axis=1)
+    away = np.flatnonzero(distance > 2 * _NEAR)
+    return int(away[-1]) + 1 if away.size else 0

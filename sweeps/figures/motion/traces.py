@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from stickslip.variables import PARAMETERS, PULLED, TRAJECTORY
-from sweeps.figures.labels import Quantity, shown, slice_label
+from sweeps.figures.labels import Array, Quantity, shown, slice_label
 from sweeps.figures.layout import MOST_FACETS, Selection, selections
 from sweeps.figures.motion.insets import put_inset
 from sweeps.figures.style import (
@@ -41,6 +41,9 @@ UPPER = CurveStyle(BLACK, 0.8, (0, (4.0, 2.0)))
 ALONE = CurveStyle(BLACK, 0.9)
 
 _MOST_PORTRAITS = 9
+_PULL_HEIGHT = 4.4  # inches
+_MOST_SLIPS, _LAST_SLIPS = 40, 8  # that lines tell apart over a column; that are shown beside many
+_BANDS = 300  # spans of time: about the points of a print
 
 
 class Trace(NamedTuple):
@@ -121,14 +124,53 @@ def relative_motion(ds: xr.Dataset) -> Figure:
 
 
 def pull(ds: xr.Dataset) -> Figure:
-    """Velocity of the pull, spring force and friction force, and order parameter against time."""
-    figure = _stack(ds, PULL, height=4.4)
+    """Velocity of the pull, spring force and friction force, and order parameter against time.
+
+    Of more slips than lines can show the whole run is drawn as bands, and the last slips beside it.
+    """
+    slips = ds["melting_time"].values if "melting_time" in ds else np.empty(0)
+    slips = slips[slips >= float(ds["elapsed_time"].min())]
+    if slips.size > _MOST_SLIPS and ds["elapsed_time"].ndim == 1:
+        figure = _many_slips(ds, slips)
+    else:
+        figure = _stack(ds, PULL, height=_PULL_HEIGHT)
     lines = [
         Line2D([], [], **UPPER.line(), label="friction force $F$"),
         Line2D([], [], **LOWER.line(), label="spring force $2Kx$"),
     ]
     put_legend(figure, lines)
     return figure
+
+
+def _many_slips(ds: xr.Dataset, slips: Array) -> Figure:
+    """Return the panels of a pull: all of it as bands, and its last slips as lines."""
+    last = ds.isel(elapsed_time=ds["elapsed_time"].values >= slips[-1 - _LAST_SLIPS])
+    figure, panels = new_panels(
+        len(PULL), 2, (width_of(2), _PULL_HEIGHT), sharex="col", sharey="row"
+    )
+    end = [Selection("", last)]
+    for (left, right), traces in zip(panels, PULL, strict=True):
+        _draw_bands(left, traces, ds)
+        _draw_traces(right, traces, end)
+        left.set_ylabel(_label(ds, traces), fontsize=TEXT)
+    panels[0, 0].set_title(f"{slips.size} slips, lowest to highest", fontsize=TEXT)
+    panels[0, 1].set_title(f"the last {_LAST_SLIPS}", fontsize=TEXT)
+    for axes in panels[-1]:
+        _name_time(axes, end)
+    figure.align_ylabels()
+    return figure
+
+
+def _draw_bands(axes: Axes, traces: tuple[Trace, ...], ds: xr.Dataset) -> None:
+    """Draw the lowest and the highest value of each trace in short spans of time."""
+    time = shown(ds["elapsed_time"]).values
+    firsts = np.unique(np.linspace(0, time.size, _BANDS, endpoint=False).astype(int))
+    for trace in traces:
+        values = trace.quantity(ds).values
+        ends = np.minimum.reduceat(values, firsts), np.maximum.reduceat(values, firsts)
+        look = {"facecolor": trace.style.colour, "edgecolor": trace.style.colour}
+        axes.fill_between(time[firsts], *ends, alpha=0.4, linewidth=0.8, **look)
+    axes.margins(x=0.0)
 
 
 def _stack(ds: xr.Dataset, rows: tuple[tuple[Trace, ...], ...], height: float) -> Figure:
