@@ -4,6 +4,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
+# pip says nothing on its way.
+INSTALLING = @echo "installing $(1) into $(VENV) with pip: about a minute, and not again"
 WORKERS ?= 2
 
 .PHONY: help demo extras test test-fast stress faults lint generated docs bench bench-quick tables clean
@@ -31,6 +33,7 @@ demo: $(VENV)/.core
 	@echo "picture: $(CURDIR)/results/fig7.png"
 
 extras: $(VENV)/.created
+	$(call INSTALLING,what report explore fit .parquet and clusters need)
 	$(PIP) --editable ".[report,explore,table,fit,dask]"
 	@touch $(VENV)/.core
 
@@ -93,19 +96,23 @@ $(VENV)/.created:
 	@touch $@
 
 $(VENV)/.core: pyproject.toml | $(VENV)/.created
+	$(call INSTALLING,stickslip and the packages that it needs)
 	$(PIP) --editable .
 	@touch $@
 
 $(VENV)/.dev: pyproject.toml | $(VENV)/.created
+	$(call INSTALLING,stickslip and what its tests need)
 	$(PIP) --editable ".[dev]"
 	@touch $(VENV)/.core $@
 
 $(VENV)/.docs: pyproject.toml | $(VENV)/.created
+	$(call INSTALLING,stickslip and what its pages need)
 	$(PIP) --editable ".[docs]"
 	@touch $(VENV)/.core $@
 
 # Each peer by itself: one that cannot be built here must not take the others away.
 $(VENV)/.bench: pyproject.toml | $(VENV)/.created
+	$(call INSTALLING,stickslip and the packages it is compared with)
 	$(PIP) --editable ".[fit]"
 	@touch $(VENV)/.core
 	$(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["bench"], sep="\n")' > $(VENV)/peers.txt

@@ -31,6 +31,11 @@ class Messages:
         return getattr(self._stream, name)
 
 
+def counted(count: int, noun: str) -> str:
+    """Return a number of things: `1 point`, `2 points`."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
 def duration(seconds: float) -> str:
     """Return a duration as text: `8.4 s`, `3 min 20 s`, `2 h 5 min`."""
     if seconds < 59.95:  # below what would be rounded to 60.0 s

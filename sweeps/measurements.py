@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stickslip.variables import BY_SYMBOL, PARAMETERS, RESULTS, canonical_name
 from sweeps.exits import Exit, ExpectedError
-from sweeps.human import did_you_mean
+from sweeps.human import counted, did_you_mean
 from sweeps.paths import path_of
 
 if TYPE_CHECKING:
@@ -232,7 +232,7 @@ def _numbers(reading: _Reading, place: int, role: str) -> Floats:
     for row, (line, cells) in enumerate(zip(reading.lines, reading.cells, strict=True)):
         if len(cells) != len(reading.header):
             if place == 0:
-                what = f"{len(cells)} cells below {len(reading.header)} names"
+                what = f"{counted(len(cells), 'cell')} below {counted(len(reading.header), 'name')}"
                 reading.refuse(f"{what}; cells that were not measured stay empty", line)
             continue
         try:

@@ -25,15 +25,17 @@ def expanded(path: str | os.PathLike[str]) -> str:
                 f"has {match[0]}, a variable of the environment that is not set here; set it, or "
                 "write the path without it"
             )
-    if text.startswith("~") and os.path.expanduser(text) == text:
-        raise ValueError(f"has {text.partition('/')[0]}, the home folder of nobody here")
     if _ADDRESS.match(text):
         raise ValueError("is an address; give a file of this machine, such as results/mine.nc")
     if os.sep == "/" and (_WINDOWS.match(text) or "\\" in text):
         raise ValueError(
             "is a path of Windows; here folders are parted by / (and C:\\ is /mnt/c/ in WSL)"
         )
-    return os.path.expanduser(os.path.expandvars(text))
+    text = os.path.expandvars(text)
+    try:
+        return str(Path(text).expanduser()) if text.startswith("~") else text
+    except RuntimeError:
+        raise ValueError(f"has {text.partition('/')[0]}, the home folder of nobody here") from None
 
 
 def path_of(path: str | os.PathLike[str]) -> Path:
@@ -41,7 +43,7 @@ def path_of(path: str | os.PathLike[str]) -> Path:
 
     Raises ValueError, with the path in its message.
     """
-    if os.path.exists(path):  # Path.exists raises for a name that is too long
+    if Path(path).exists():  # Path.exists raises for a name that is too long
         return Path(path)
     try:
         return Path(expanded(path))

@@ -1,6 +1,6 @@
 import pytest
 
-from sweeps.human import clock, did_you_mean, duration, points_per_time, reason, size_text
+from sweeps.human import clock, counted, did_you_mean, duration, points_per_time, reason, size_text
 
 
 @pytest.mark.parametrize(
@@ -66,3 +66,8 @@ def test_a_near_miss_is_told_in_its_right_spelling():
 def test_what_is_like_nothing_known_gets_no_hint():
     assert did_you_mean("zzz", ["temperature", "K"]) == ""
     assert did_you_mean("x" * 100_000, ["temperature"]) == ""
+
+
+@pytest.mark.parametrize(("count", "text"), [(0, "0 points"), (1, "1 point"), (2, "2 points")])
+def test_one_is_singular(count: int, text: str) -> None:
+    assert counted(count, "point") == text

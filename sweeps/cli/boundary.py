@@ -10,6 +10,7 @@ import typer
 from sweeps.cli.exchange import refuse_table
 from sweeps.cli.shared import NoProgressOption, WorkersOption, say, stop_with
 from sweeps.exits import Exit
+from sweeps.human import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -113,7 +114,8 @@ def _summarise(borders: xr.Dataset) -> None:
         own = [other == pair for other in sides]
         lines = len(set(borders.line.values[own]))
         folds = int(is_fold[own].sum())
-        print(f"{_between(*pair)}: {lines} lines, {sum(own)} points, {folds} of them folds")
+        size = f"{counted(lines, 'line')}, {counted(sum(own), 'point')}"
+        print(f"{_between(*pair)}: {size}, {folds} of them at folds")
 
 
 def _between(left: int, right: int) -> str:

@@ -17,7 +17,7 @@ from stickslip.status import Status
 from sweeps.files.atomic import replacing
 from sweeps.files.attributes import software
 from sweeps.files.datasets import content_hash
-from sweeps.human import duration, points_per_time, printable, size_text
+from sweeps.human import counted, duration, points_per_time, printable, size_text
 
 if TYPE_CHECKING:
     import numpy as np
@@ -53,7 +53,7 @@ def print_summary(outcome: Outcome) -> None:
     """Print the name of the result and a summary of the sweep."""
     _print(str(outcome.output))
     part = f"part {outcome.part}: " if outcome.part else ""
-    points = f"{part}{outcome.points} points"
+    points = f"{part}{counted(outcome.points, 'point')}"
     if outcome.computed:
         rate = outcome.computed / max(outcome.seconds, 1e-9)
         computed = "" if outcome.computed == outcome.points else f", {outcome.computed} computed"
@@ -81,13 +81,14 @@ def print_suspicions(suspicious: tuple[int, int]) -> None:
     if balance:
         print(
             f"warning: power_balance_error and amplitude_error are above {SUSPICIOUS_BALANCE:g} on "
-            f"{balance} points; check them with a smaller integrator.rtol (or dt)",
+            f"{counted(balance, 'point')}; check with a smaller integrator.rtol (or dt)",
             file=sys.stderr,
         )
     if stress:
         print(
-            f"warning: the elastic stress exceeds its static maximum by more than 10 % on {stress} "
-            "points; slow kinetics can do that, but so can an inaccurate integration",
+            "warning: the elastic stress exceeds its static maximum by more than 10 % on "
+            f"{counted(stress, 'point')}; slow kinetics can do that, but so can an inaccurate "
+            "integration",
             file=sys.stderr,
         )
 

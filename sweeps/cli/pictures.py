@@ -163,7 +163,8 @@ def plot(
     title: Annotated[str | None, typer.Option(metavar="TEXT", help="A title above.")] = None,
     no_note: Annotated[bool, typer.Option("--no-note", help="No small print below.")] = False,
     style: Annotated[
-        Path | None, typer.Option(metavar="FILE|NAME", help="A style of matplotlib: a file, or ggplot, ...")
+        Path | None,
+        typer.Option(metavar="FILE|NAME", help="A style of matplotlib: a file, or ggplot, ..."),
     ] = None,
 ) -> None:
     """Draw a picture of a result file (examples: docs/plot.md)."""

@@ -9,6 +9,7 @@ import typer
 
 from sweeps.cli.shared import NoProgressOption, say, stop_with
 from sweeps.exits import Exit
+from sweeps.human import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -82,7 +83,7 @@ def _compare(point: Point) -> bool:
     if not point.is_comparable:
         print("the file has no computed values for it; its orbit is computed now")
     elif differing:
-        say(f"warning: {len(differing)} variables differ from the file in their last bits or more")
+        say(f"warning: the file has other values of {counted(len(differing), 'variable')}")
     else:
         print(f"all {len(point.stored)} variables agree with the file bit for bit")
     return not differing

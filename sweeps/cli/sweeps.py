@@ -23,6 +23,7 @@ from sweeps.cli.shared import (
 from sweeps.cli.streams import discard
 from sweeps.executor_table import EXECUTORS
 from sweeps.exits import Exit
+from sweeps.human import counted
 
 if TYPE_CHECKING:
     from sweeps.config.load import Config
@@ -151,7 +152,7 @@ def plan(
         "Interrupted; nothing was kept.",
         at_once=compiling.stop,
     )
-    print_plan(made, f"{config.execution.slots} workers ({config.execution.backend})")
+    print_plan(made, f"{counted(config.execution.slots, 'worker')} ({config.execution.backend})")
 
 
 def status(

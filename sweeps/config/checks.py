@@ -23,7 +23,7 @@ from sweeps.config.diagnostics import Document, Path, path_text, quoted
 from sweeps.config.numbers import whole
 from sweeps.config.sample import Sample
 from sweeps.config.schema import PARAMETER_SECTIONS, Config
-from sweeps.human import did_you_mean
+from sweeps.human import counted, did_you_mean
 
 MAX_POINTS = 1_000_000_000
 # Relative; closer neighbours on an axis differ by rounding rather than by intention.
@@ -281,8 +281,8 @@ def _judge_length(document: Document, name: str, length: int, levels: int) -> No
         below = max((length - 1) // cell, 1) * cell + 1
         others = f"{below} or {below + cell}" if below != length else str(below)
         document.refuse(
-            f"{name} has {length} values; {levels} levels need a multiple of {cell} and one more, "
-            f"such as {others}",
+            f"{name} has {counted(length, 'value')}; {counted(levels, 'level')} need a multiple "
+            f"of {cell} and one more, such as {others}",
             "refine",
         )
 

@@ -151,7 +151,7 @@ def _plain(value: object, document: Document, *path: str | int) -> Any:
 def quoted(value: object) -> str:
     """Return the user's value as it is quoted in a message."""
     if value is None:
-        return "nothing"
+        return "an empty value"
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, Mapping):

@@ -27,6 +27,7 @@ class Option(str):
     option: str
 
     def __new__(cls, change: str, option: str) -> Self:
+        """Return the change that an option makes."""
         self = super().__new__(cls, change)
         self.option = option
         return self

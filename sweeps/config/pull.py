@@ -16,7 +16,7 @@ from sweeps.config.diagnostics import Document
 from sweeps.config.group import Group
 from sweeps.config.numbers import Text, finite
 from sweeps.exits import ExpectedError
-from sweeps.human import reason
+from sweeps.human import counted, reason
 from sweeps.paths import expanded
 
 # A file of a result holds the nodes in its config.
@@ -123,7 +123,9 @@ def _rows(file: Path) -> Iterator[tuple[int, float, float]]:
 
 def _number(place: str, header: list[str], row: list[str], column: int) -> float:
     if len(row) != len(header):
-        raise PullError(f"{place}: {len(row)} cells below {len(header)} names")
+        raise PullError(
+            f"{place}: {counted(len(row), 'cell')} below {counted(len(header), 'name')}"
+        )
     text = row[column].strip()
     try:
         value = float(text)

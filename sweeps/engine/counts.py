@@ -15,7 +15,7 @@ from sweeps.engine.order.product import Costs
 from sweeps.engine.signals import Stop
 from sweeps.engine.store import Store
 from sweeps.files.columns import failures
-from sweeps.human import clock, duration, points_per_time
+from sweeps.human import clock, counted, duration, points_per_time
 
 _SOON = 5.0  # seconds in flight that are not worth a word
 
@@ -68,9 +68,8 @@ class InFlight:
         if not ages:
             return ""
         count, oldest = sum(points for points, _ in ages), ages[0][1]
-        points = "1 point" if count == 1 else f"{count} points"
         waited = f", the oldest for {clock(oldest)}" if oldest >= _SOON else ""
-        return f"{points} in flight{waited}"
+        return f"{counted(count, 'point')} in flight{waited}"
 
 
 class Counts:

@@ -42,6 +42,7 @@ from sweeps.files.results import (
 from sweeps.files.run_folder import RunFolder
 from sweeps.files.watch import require_readable
 from sweeps.grid import CASE, DIRECTION, Grid
+from sweeps.human import counted
 from sweeps.identity import Settings, differences, key_of, near_duplicates, settings_of
 
 Points = Iterator[tuple[NDArray[np.int64], Rows]]
@@ -184,7 +185,7 @@ class ExistingPoints:
             varied = [name for name in self.grid.coords if name in example]
             such = ", ".join(f"{name} = {example[name]:g}" for name in varied)
             raise RefusalError(
-                f"{self.name} has {lost} finished points that the config no longer names"
+                f"{self.name} has {counted(lost, 'finished point')} that the config no longer names"
                 f"{f', such as {such}' if such else ''}. They would be lost: --overwrite starts "
                 "afresh and drops them, -o writes elsewhere"
             )

@@ -23,7 +23,7 @@ from sweeps.exits import Exit
 from sweeps.files.atomic import StorageError
 from sweeps.files.journal import Journal
 from sweeps.files.run_folder import RunFolder
-from sweeps.human import reason
+from sweeps.human import counted, reason
 
 
 class Recorder:
@@ -121,7 +121,7 @@ class Recorder:
         alone = self._counts.done == self._counts.computed and self._counts.left > 0
         if alone and first.failures == len(first.indices):
             self._stop.request(
-                f"all {first.failures} points of the first block failed; if that is meant, the "
-                "same command resumes",
+                f"all of the first block failed ({counted(first.failures, 'point')}); if that is "
+                "meant, the same command resumes",
                 code=Exit.FAILED_POINTS,
             )

@@ -106,7 +106,9 @@ def run(
     else:
         if on_block is not None:
             raise TypeError("on_block is called in memory only: leave out output=")
-        result = _run_into(config, path_of(output), ExistingPolicy(overwrite, retry_failed), progress)
+        result = _run_into(
+            config, path_of(output), ExistingPolicy(overwrite, retry_failed), progress
+        )
     register_accessors()
     return result
 

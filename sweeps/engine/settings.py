@@ -13,6 +13,7 @@ from stickslip import stability
 from stickslip.options import DEFAULTS, METHODS, Options
 from sweeps.config.load import Config, from_mapping, load
 from sweeps.grid import Grid
+from sweeps.human import counted
 
 # Enough points to look at, at once, for a stable one.
 _CHUNK = 100_000
@@ -55,7 +56,7 @@ def coarse_step(config: Config) -> Iterator[str]:
     if refused:
         yield (
             f"integrator.dt: the step of {dt:g} s is unstable for {refused} of "
-            f"the {len(largest)} points looked at; they will be refused"
+            f"the {counted(len(largest), 'point')} looked at, which will be refused"
         )
     elif (dt > stability.ACCURATE_PART * largest).any():
         yield (

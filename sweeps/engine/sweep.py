@@ -33,7 +33,7 @@ from sweeps.files.journal import BYTES_PER_POINT, Journal, readable_manifest
 from sweeps.files.record_log import DamagedRecordError
 from sweeps.files.results import Written
 from sweeps.files.run_folder import RunFolder
-from sweeps.human import reason, size_text
+from sweeps.human import counted, reason, size_text
 
 
 class LostPointsError(ExpectedError, RuntimeError):
@@ -82,7 +82,7 @@ def sweep(
         complete = complete_already(target, folder, policy)
         if complete is not None:
             ended = _ended(target, output, complete, missing=0)
-            console.say(f"{output} is complete: {ended.points} points, nothing to do")
+            console.say(f"{output} is complete: {counted(ended.points, 'point')}, nothing to do")
             return ended
         prepared = prepare_journal(target, folder, policy)
         with closing(prepared.journal) as journal:
@@ -112,7 +112,8 @@ def _recover(journal: Journal, console: Console) -> None:
     """Count what was damaged in the journal since it was opened as not computed."""
     lost = journal.recover()
     console.say(
-        f"warning: {journal.path} was damaged during the sweep; {lost} points are computed again"
+        f"warning: {journal.path} was damaged during the sweep; {counted(lost, 'point')} to compute "
+        "again"
     )
 
 
@@ -138,8 +139,9 @@ def _announce(target: Target, prepared: PreparedJournal, counts: Counts, console
     product = f" ({' x '.join(map(str, shape))})" if len(shape) > 1 else ""
     found = f": {', '.join(prepared.found)}" if prepared.found else ""
     part = f"part {target.part}, " if target.part else ""
-    of = f" of {target.grid.size}" if target.part else ""
-    console.say(f"{part}{counts.total}{of} points{product}{found}; {counts.left} to compute")
+    points = counted(target.grid.size, "point")
+    points = f"{counts.total} of {points}" if target.part else points
+    console.say(f"{part}{points}{product}{found}; {counts.left} to compute")
 
 
 def _require_room(folder: RunFolder, left: int, total: int) -> None:
@@ -148,8 +150,8 @@ def _require_room(folder: RunFolder, left: int, total: int) -> None:
     free = shutil.disk_usage(folder.path).free
     if free < needed:
         raise StorageError(
-            f"{folder.path.parent} has {size_text(free)} left, but the sweep of {total} points may "
-            f"need {size_text(needed)}; make room, or write elsewhere with -o"
+            f"{folder.path.parent} has {size_text(free)} left, but the sweep of "
+            f"{counted(total, 'point')} may need {size_text(needed)}; make room, or write elsewhere with -o"
         )
 
 

@@ -29,6 +29,7 @@ from sweeps.engine.settings import options_of
 from sweeps.exits import ExpectedError
 from sweeps.files.attributes import add_provenance
 from sweeps.grid import Grid
+from sweeps.human import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -113,7 +114,7 @@ def pull_summary(ds: xr.Dataset) -> Iterator[str]:
         yield f"(means over the last {about['settled_slips']} of {ds.sizes['melting']} meltings)"
     elif about.get("motion") == "steady":
         force, change = about["steady_force"], about["steady_force_change"]
-        before = f" ({count} meltings before)" if (count := ds.sizes["melting"]) else ""
+        before = f" ({counted(count, 'melting')} before)" if (count := ds.sizes["melting"]) else ""
         yield f"no stick-slip at the end{before}: friction force {force:.6g} N"
         if change > _STEADY * abs(force):
             yield f"it still changes, by {change:.2g} N in the last tenth: take a longer duration"

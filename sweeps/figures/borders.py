@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import itertools
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
 
 from stickslip.variables import PARAMETERS
 from sweeps.figures.labels import parameters_along, shown
 from sweeps.figures.layout import Axis
 from sweeps.figures.panels import Panel
+from sweeps.figures.style import BLACK
 
 _WIDTH = 1.0  # points: well above the 0.4 between pixels
+_GRAZING = 0  # a `type` of border
+STYLES = {"grazing": "solid", "fold": "dashed"}
 
 
 def require_borders(ds: xr.Dataset) -> None:
@@ -43,14 +49,16 @@ def draw_borders(panels: Iterable[Panel], borders: xr.Dataset, across: Axis, up:
         raise ValueError(
             f"these are borders over {' and '.join(axes_of(borders))}: choose these axes"
         )
-    lines = [places for places, _ in lines_of(borders, across.dim, up.dim)]
+    parts = list(parts_of(borders, across.dim, up.dim))
+    lines = [places for places, _, _ in parts]
+    styles = [STYLES[name] for _, _, name in parts]
     elsewhere = ""
     drawn = 0
     for panel in panels:
         if elsewhere := elsewhere_than(panel.dataset, borders):
             continue
         panel.axes.add_collection(
-            LineCollection(lines, colors="black", linewidths=_WIDTH, capstyle="round"),
+            LineCollection(lines, colors=BLACK, linewidths=_WIDTH, linestyles=styles),
             autolim=False,
         )
         drawn += 1
@@ -77,6 +85,32 @@ def lines_of(borders: xr.Dataset, across: str, up: str) -> list[tuple[np.ndarray
     ends = np.flatnonzero(np.diff(borders["line"].values)) + 1
     lines = np.split(np.arange(len(places)), ends)
     return [(places[line], line) for line in lines if len(line) > 1]
+
+
+def parts_of(
+    borders: xr.Dataset, across: str, up: str
+) -> Iterator[tuple[np.ndarray, np.ndarray, str]]:
+    """Yield parts of lines that are of one type: places, points as of `lines_of`, and the type."""
+    for places, points in lines_of(borders, across, up):
+        is_grazing = borders["type"].values[points] == _GRAZING
+        # A piece that ends where lines meet is what its other end is.
+        pieces = is_grazing[:-1] | is_grazing[1:]
+        ends = [0, *(np.flatnonzero(np.diff(pieces)) + 1).tolist(), len(pieces)]
+        for start, stop in itertools.pairwise(ends):
+            name = "grazing" if pieces[start] else "fold"
+            yield places[start : stop + 1], points[start : stop + 1], name
+
+
+def border_legend(borders: xr.Dataset) -> list[Line2D]:
+    """Return a line and a label for each type of border; nothing where all are of one."""
+    names = [name for _, _, name in parts_of(borders, *axes_of(borders))]
+    look: dict[str, Any] = {"color": BLACK, "linewidth": _WIDTH}
+    shown_types = [name for name in STYLES if name in names]
+    return [
+        Line2D([], [], label=f"border: {name}", **look | {"linestyle": STYLES[name]})
+        for name in shown_types
+        if len(shown_types) > 1
+    ]
 
 
 def elsewhere_than(ds: xr.Dataset, borders: xr.Dataset) -> str:

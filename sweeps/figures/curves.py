@@ -35,6 +35,7 @@ from sweeps.figures.style import (
     put_note,
 )
 from sweeps.grid import DIRECTION
+from sweeps.human import counted
 
 if TYPE_CHECKING:
     from sweeps.measurements import Measurements
@@ -96,7 +97,8 @@ def draw_curves(
     if handles := _legend(ds, layout):
         put_legend(drawn.figure, handles, short=_legend(ds, layout, short=True))
     missing = missing_notes(drawn.dataset, variables, "× ", log=variables if log else ())
-    apart = f"{elsewhere} measured values are of other parameters: not drawn." if elsewhere else ""
+    others = counted(elsewhere, "measured value")
+    apart = f"Not drawn: {others} of other parameters." if elsewhere else ""
     put_note(drawn.figure, [*missing, note, *drawn.notes, apart])
     if apart and not has_small_print():
         warnings.warn(apart, stacklevel=6)  # the line that called the accessor's `plot`
@@ -236,7 +238,9 @@ def _legend(ds: xr.Dataset, layout: Layout, *, short: bool = False) -> list[Line
         count = ds.sizes[layout.hue]
         labels = [legend_label(ds, layout.hue, index) for index in range(count)]
         if short and layout.hue in PARAMETERS:
-            handles.append(Line2D([], [], linestyle="none", label=f"{shown(ds[layout.hue]).label}:"))
+            handles.append(
+                Line2D([], [], linestyle="none", label=f"{shown(ds[layout.hue]).label}:")
+            )
             labels = [shown(value).number for value in ds[layout.hue]]
         for index, label in enumerate(labels):
             style = hue_style(layout.hue, index, count)

@@ -133,7 +133,9 @@ def _fitted(ds: xr.Dataset) -> str:
             digits = 1 - math.floor(math.log10(error))  # two of the error
             equation = shown_number(name, round(value, digits)).equation
             number, space, units = equation.partition("$ ")
-            words.append(f"{number.rstrip('$')}$ ± {shown_number(name, error).number}{space[1:]}{units}")
+            words.append(
+                f"{number.rstrip('$')}$ ± {shown_number(name, error).number}{space[1:]}{units}"
+            )
         else:
             words.append(f"{shown_number(name, value).equation} (error unknown)")
     reduced = float(ds.attrs["reduced_chi2"])

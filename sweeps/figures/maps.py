@@ -12,7 +12,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sweeps.figures.borders import draw_borders
+from sweeps.figures.borders import border_legend, draw_borders
 from sweeps.figures.colours import Colours, colours_of
 from sweeps.figures.labels import Array
 from sweeps.figures.layout import Axis, Layout, axis_of
@@ -52,10 +52,11 @@ def draw_maps(
         kinds += colours.legend
         if isinstance(colours.norm, LogNorm):  # kinds and counts have no scale
             logarithmic.append(name)
-    if kinds:
-        put_legend(drawn.figure, kinds, above=True)
     if borders is not None:
         draw_borders(drawn.panels, borders, across, up)
+        kinds += border_legend(borders)
+    if kinds:
+        put_legend(drawn.figure, kinds, above=True)
     label_axes(drawn, across.label, [up.label if layout.y else ""])
     missing = missing_notes(drawn.dataset, variables, "Grey: ", log=logarithmic)
     put_note(drawn.figure, [*missing, *drawn.notes])

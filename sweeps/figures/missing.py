@@ -11,6 +11,7 @@ from stickslip.status import Status
 from stickslip.variables import RESULTS
 from sweeps.figure_table import AMPLITUDES
 from sweeps.figures.labels import shown
+from sweeps.human import counted
 
 RESULT_STATUSES = [int(status) for status in Status if status.is_result]
 
@@ -70,9 +71,12 @@ def missing_notes(
         values = trusted(ds, name)
         undefined = int((values.isnull() & ~missing).sum())
         if undefined:
-            notes.append(f"{shown(ds[name]).symbol} is not defined at {undefined} points.")
+            notes.append(
+                f"{shown(ds[name]).symbol} is not defined at {counted(undefined, 'point')}."
+            )
         if name in log and (below := int((values <= 0).sum())):
-            notes.append(f"{shown(ds[name]).symbol} is not above 0 at {below} points: not drawn.")
+            at = counted(below, "point")
+            notes.append(f"{shown(ds[name]).symbol} is not above 0 at {at}: not drawn.")
     return notes
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from sweeps.engine.in_memory import run_in_memory
 from sweeps.fitting.refinement import PATIENCE, Fit
 from sweeps.fitting.statistics import LEVEL, Determination, Statistics
 from sweeps.fitting.trials import Model
+from sweeps.human import counted
 from sweeps.measurements import Floats, Measurements, columns_of
 
 if TYPE_CHECKING:
@@ -78,7 +80,7 @@ def curve_config(fit: Fit, config: Config) -> Config:
     written: dict[str, Any] = config.resolved() | {"model": model, "sweep": {}, "cases": {}}
     written["stationary"]["max_periods"] = min(config.stationary.max_periods, PATIENCE.periods)
     names = ", ".join(each.name for each in fit.model.free)
-    written["title"] = config.title or f"Fit of {names} to {len(data.value)} values"
+    written["title"] = config.title or f"Fit of {names} to {counted(len(data.value), 'value')}"
     others = [*axes][1:]
     if len(others) <= 1 and all(len(np.unique(axes[name])) <= _FEW for name in others):
         written["sweep"] = {name: _axis(axes[name]) for name in [*axes][:1]}
@@ -247,16 +249,23 @@ def _parameter_lines(ds: xr.Dataset) -> list[str]:
         if code is not Determination.AT_BOUND and np.isfinite(ends).all():
             # As many digits as the error has meaning; the file holds all.
             line = f"{name}: {ufloat(value, error):.2uP}{units}"
-            line += f", {100 * LEVEL:g} %: {ends[0]:.6g} to {ends[1]:.6g}"
+            line += f", {100 * LEVEL:g} %: {_interval(*ends)}"
         else:
             line += units
         if "parameter_profile_lower" in own:
             ends = [float(own[f"parameter_profile_{side}"]) for side in ("lower", "upper")]
-            line += f", by the profile: {ends[0]:.6g} to {ends[1]:.6g}"
+            line += f", by the profile: {_interval(*ends)}"
         lines.append(line + _SAID[code])
     return lines
 
 
+def _interval(low: float, high: float) -> str:
+    if 0.0 < low * _ANYTHING < high:
+        return f"any value, over more than {math.log10(_ANYTHING):.0f} decades"
+    return f"{low:.6g} to {high:.6g}"
+
+
+_ANYTHING = 1e6  # ends farther apart by this factor tell of no value
 _SAID = {
     Determination.DETERMINED: "",
     Determination.UNDETERMINED: "; NOT DETERMINED by these data",
@@ -273,7 +282,7 @@ def _statistic_lines(ds: xr.Dataset) -> list[str]:
     ]
     chi2, dof = float(ds.attrs["chi2"]), int(ds.attrs["degrees_of_freedom"])
     reduced = f", chi2/dof {float(ds.attrs['reduced_chi2']):.4g}" if dof > 0 else ""
-    lines.append(f"chi2 {chi2:.6g} with {dof} degrees of freedom{reduced}")
+    lines.append(f"chi2 {chi2:.6g} with {counted(dof, 'degree')} of freedom{reduced}")
     lines.append(f"errors of the data: {ds.attrs['measurement_errors']}")
     return lines
 
@@ -285,4 +294,4 @@ def units_of(ds: xr.Dataset) -> dict[str, str]:
 
 def measurements_of(data: Measurements) -> str:
     """Return what was measured, in a few words."""
-    return f"{len(data.value)} values of {', '.join(dict.fromkeys(data.variable))}"
+    return f"{counted(len(data.value), 'value')} of {', '.join(dict.fromkeys(data.variable))}"

@@ -173,7 +173,7 @@ def test_a_write_that_fails_at_the_end_keeps_the_old_file(
     assert {path: path.read_bytes() for path in Path().iterdir() if path.is_file()} == before
     assert entries("a.nc.run") == ["heartbeat.json", "journal", "lock"]
     code, _, err = command(*again)
-    assert (code, err) == (0, "1 points: 1 in its journal; 0 to compute\n")
+    assert (code, err) == (0, "1 point: 1 in its journal; 0 to compute\n")
     assert open_result(Path("a.nc")).temperature == [300.0]
     assert not Path("a.nc.run").exists()
 

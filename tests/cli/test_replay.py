@@ -61,7 +61,7 @@ def test_other_bits_are_told_and_end_with_3(command: Command, result: Path, tmp_
         file["melting_count"][:] = 77
     done = command(*map(str, ("replay", changed, *POINT)))
     assert done.code == 3
-    assert "1 variables differ" in done.err
+    assert "the file has other values of 1 variable" in done.err
     assert "melting_count: 77, now 4" in done.out
 
 

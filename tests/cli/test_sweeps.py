@@ -51,7 +51,7 @@ def test_sweep_takes_its_output_from_option_or_config(command: Command) -> None:
 def test_set_changes_the_config(command: Command) -> None:
     code, out, _ = command("sweep", "a.yaml", "--set", "T=[210]", "--set", "gamma=1/3")
     assert code == 0
-    assert "1 points" in out
+    assert "1 point in" in out
     ds = open_result(Path("results/a.nc"))
     assert ds.sizes == {"temperature": 1}
     assert (ds.temperature[0], ds.rheological_index) == (210.0, 1 / 3)

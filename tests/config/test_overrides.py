@@ -58,7 +58,7 @@ def test_a_case_is_picked() -> None:
         ("{}", "case=0", "case: there are no `cases` to pick from"),
         ("{}", "T", "must be KEY=VALUE"),
         ("{}", "=3", "must be KEY=VALUE"),
-        ("{}", "T=", "model.temperature: must be a number, not nothing"),
+        ("{}", "T=", "model.temperature: must be a number, not an empty value"),
         ("{}", "T=-1", "model.temperature: must be at least 0, not -1.0"),
         ("{}", "T=1e3 K", "write the number alone"),
         ("{}", "T=[1", "not valid YAML"),

@@ -341,7 +341,7 @@ def test_a_sweep_whose_first_block_fails_asks_before_it_goes_on(shell: Shell) ->
     shell.disturb = fail
     code, out, err = shell("sweep", config, "-o", "b.nc")
     assert (code, out) == (3, "")
-    assert "Stopped: all 1 points of the first block failed" in err
+    assert "Stopped: all of the first block failed (1 point)" in err
     assert "  stickslip sweep b.yaml -o b.nc\n" in err
     assert not Path("b.nc").exists()
     code, out, _ = shell("sweep", config, "-o", "b.nc")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.collections import LineCollection
-from support.pictures import TEMPERATURES, described, panels, sweep
+from support.pictures import TEMPERATURES, described, legend_of, panels, sweep
 
 from sweeps.figures import PlotOptions, draw
 
@@ -50,6 +50,23 @@ def test_lines_are_drawn_in_the_order_of_the_axes(ds, turned):
     assert [len(path) for path in paths] == [3, 2]
     np.testing.assert_array_equal(np.concatenate(paths), points[:5])
     assert not drawn.get_rasterized()
+
+
+def test_grazing_and_folds_are_told_apart(ds):
+    borders = borders_of()
+    borders["type"][:] = [0, 0, 1, 1, 1, 0]  # of the second line all; of the first line a part
+    figure = draw(ds, options=PlotOptions("regime", boundaries=borders))
+    (axes,) = panels(figure)
+    (drawn,) = lines_on(axes)
+    dashed = [pattern is not None for _, pattern in drawn.get_linestyles()]
+    assert dashed == [False, True]
+    assert legend_of(figure)[-2:] == ["border: grazing", "border: fold"]
+    borders["type"][:] = [0, 1, 1, 0, 0, 0]
+    (drawn,) = lines_on(panels(draw(ds, options=PlotOptions("regime", boundaries=borders)))[0])
+    assert [len(path.vertices) for path in drawn.get_paths()] == [2, 2, 2]
+    assert [pattern is not None for _, pattern in drawn.get_linestyles()] == [False, True, False]
+    same = draw(ds, options=PlotOptions("regime", boundaries=borders_of()))
+    assert not [label for label in legend_of(same) if "border" in label]
 
 
 def test_without_them_pixels_are_parted_as_before(ds):

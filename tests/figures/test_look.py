@@ -190,9 +190,9 @@ def test_measured_points_lie_over_the_curve_of_their_parameters(ds):
         (200.0, 1.0): curves(axes)[0].get_color(),
         (250.0, 2.0): curves(axes)[2].get_color(),
     }
-    assert "1 measured values are of other parameters: not drawn." in note(figure)
+    assert "Not drawn: 1 measured value of other parameters." in note(figure)
     (axes,) = Figure().subplots(1, 1, squeeze=False).flat
-    said = "1 measured values are of other parameters: not drawn."
+    said = "Not drawn: 1 measured value of other parameters."
     with pytest.warns(UserWarning, match=said) as warned:  # there is no small print
         ds.stickslip.plot(FORCE, x="T", hue="K", data=table, ax=axes)
     assert warned[0].filename == __file__

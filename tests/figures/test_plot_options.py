@@ -201,7 +201,8 @@ def test_a_variable_of_ones_own_has_its_name_and_unit(ds):
 
 def test_a_map_of_a_variable_of_ones_own(ds):
     ds = ds.isel(rheological_index=0)
-    figure = chosen(ds.assign(mu=ds.friction_force_amplitude / 0.01), variable="mu", y="K")
+    own = ds.assign(mu=(ds.friction_force_amplitude / 0.01).drop_attrs())
+    figure = chosen(own, variable="mu", x="T", y="K")
     (mesh,) = (mesh for mesh in panels(figure)[0].collections if isinstance(mesh, QuadMesh))
     np.testing.assert_allclose(mesh.get_array(), 0.4768)
 

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from sweeps.figures.labels import Array, shown
 from sweeps.figures.motion.traces import ALONE, TIME_COURSES, both_blocks, draw_courses
 from sweeps.figures.style import PAGE, SKY, SMALL, TEXT, VERMILLION, new_figure
+from sweeps.human import counted
 
 _HEIGHT = 5.2  # inches
 
@@ -66,7 +67,7 @@ def _draw_map(axes: Axes, ds: xr.Dataset) -> None:
         axes.plot(number, x.values[shown_periods], ".", color=VERMILLION, markersize=4.0)
         axes.set_xlabel("drive periods from the start", fontsize=TEXT)
         axes.set_ylabel(x.label, fontsize=TEXT)
-        title = f"stroboscopic displacement; on the orbit after {settled} periods"
+        title = f"stroboscopic displacement; on the orbit after {counted(settled, 'period')}"
     axes.set_title(title, fontsize=SMALL)
 
 

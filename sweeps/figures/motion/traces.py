@@ -168,8 +168,8 @@ def _draw_bands(axes: Axes, traces: tuple[Trace, ...], ds: xr.Dataset) -> None:
     for trace in traces:
         values = trace.quantity(ds).values
         ends = np.minimum.reduceat(values, firsts), np.maximum.reduceat(values, firsts)
-        look = {"facecolor": trace.style.colour, "edgecolor": trace.style.colour}
-        axes.fill_between(time[firsts], *ends, alpha=0.4, linewidth=0.8, **look)
+        colour = trace.style.colour
+        axes.fill_between(time[firsts], *ends, color=colour, alpha=0.4, linewidth=0.8)
     axes.margins(x=0.0)
 
 

@@ -26,7 +26,7 @@ from sweeps.exits import ExpectedError
 from sweeps.figures.layout import is_geometric
 from sweeps.files.columns import STATUS
 from sweeps.grid import DIRECTION
-from sweeps.human import clock
+from sweeps.human import clock, counted
 from sweeps.views.boundaries.bisection import LATE, Axis, Floats, Kinds
 from sweeps.views.boundaries.kinds import NEEDED, Kind, numbered
 from sweeps.views.points import config_of, config_without_axes
@@ -58,7 +58,7 @@ class Bisecting:
     @property
     def headline(self) -> str:
         """The number of points so far, and the time."""
-        return f"bisecting: {self.done} points ({clock(time.monotonic() - self._begun)})"
+        return f"bisecting: {counted(self.done, 'point')} ({clock(time.monotonic() - self._begun)})"
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 
 import numpy as np
@@ -10,15 +9,13 @@ import xarray as xr
 from bokeh.models import ColumnDataSource, HoverTool, Legend, LegendItem
 from bokeh.plotting import figure
 
-from sweeps.figures.borders import lines_of
+from sweeps.figures.borders import STYLES, parts_of
 from sweeps.figures.colours import code_name
 from sweeps.figures.style import BLACK
-from sweeps.views.boundaries.table import Type
 from sweeps.views.charts.kinds import Cells
 from sweeps.views.charts.scales import put_above
 
-_DASHES = {"grazing": "solid", "fold": "dashed"}
-_WIDTH = 1.5  # pixels
+_WIDTH, _APART = 1.5, 24  # pixels: of a line, between the types in the legend
 _COUNTS = ("orbit_periods", "melting_count")
 
 
@@ -29,7 +26,7 @@ def add_borders(drawn: figure, chart: Cells, borders: xr.Dataset) -> None:
     """
     parts = list(_parts(borders, chart.across.dim, chart.up.dim))
     items, shapes = [], []
-    for name, dashes in _DASHES.items():
+    for name, dashes in STYLES.items():
         own = [(places, words) for places, words, type_ in parts if type_ == name]
         if not own:
             continue
@@ -46,21 +43,14 @@ def add_borders(drawn: figure, chart: Cells, borders: xr.Dataset) -> None:
     if shapes:
         tips = [("between", "@between"), ("border", "@type")]
         drawn.add_tools(HoverTool(renderers=shapes, tooltips=tips, line_policy="interp"))
-        put_above(drawn, Legend(items=items, click_policy="hide"), columns=len(items))
+        put_above(drawn, Legend(items=items, click_policy="hide"), len(items), _APART)
 
 
 def _parts(borders: xr.Dataset, across: str, up: str) -> Iterator[tuple[np.ndarray, str, str]]:
     """Yield parts of lines that are of one type: places (n, 2), the kinds on both sides, type."""
-    for places, points in lines_of(borders, across, up):
+    for places, points, type_ in parts_of(borders, across, up):
         first = borders.isel({borders["line"].dims[0]: points[0]})
-        words = " | ".join(_side(first, side) for side in ("left", "right"))
-        is_grazing = borders["type"].values[points] == Type.GRAZING
-        # A piece that ends where lines meet is what its other end is.
-        pieces = is_grazing[:-1] | is_grazing[1:]
-        ends = [0, *(np.flatnonzero(np.diff(pieces)) + 1).tolist(), len(pieces)]
-        for start, stop in itertools.pairwise(ends):
-            kind = Type.GRAZING if pieces[start] else Type.FOLD
-            yield places[start : stop + 1], words, kind.name.lower()
+        yield places, " | ".join(_side(first, side) for side in ("left", "right")), type_
 
 
 def _side(point: xr.Dataset, side: str) -> str:

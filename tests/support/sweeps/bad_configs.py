@@ -85,7 +85,7 @@ SEMANTICS: list[tuple[str, str | bytes, Outcome]] = [
     ("a block scalar number", "model:\n  K: |\n    3000\n", refused(2, "without quotes")),
     ("a word", "model:\n  T: no\n", refused(2, "must be a number, not 'no'")),
     ("a boolean", "model:\n  T: true\n", refused(2, "must be a number, not true")),
-    ("nothing", "model:\n  T:\n", refused(2, "must be a number, not nothing")),
+    ("nothing", "model:\n  T:\n", refused(2, "must be a number, not an empty value")),
     ("a number of 5000 digits", f"model: {{T: {'9' * 5000}}}\n", refused(1, "finite")),
     ("5000 hexadecimal digits", f"model: {{T: 0x{'f' * 5000}}}\n", refused(1, "finite")),
     ("nan as YAML has it", "model: {T: .nan}\n", refused(1, "finite")),
