@@ -468,6 +468,11 @@ class Config(Group):
 
 
 KEYS = tuple(Config.model_fields)
+SECTIONS: dict[str, type[Section]] = {
+    name: field.annotation
+    for name, field in Config.model_fields.items()
+    if isinstance(field.annotation, type) and issubclass(field.annotation, Section)
+}
 PARAMETER_SECTIONS = ("model", "sweep", "cases")
 """The sections in which parameters stand."""
 _NEWER = ("third_harmonic", "fifth_harmonic")

@@ -112,8 +112,8 @@ def _recover(journal: Journal, console: Console) -> None:
     """Count what was damaged in the journal since it was opened as not computed."""
     lost = journal.recover()
     console.say(
-        f"warning: {journal.path} was damaged during the sweep; {counted(lost, 'point')} to compute "
-        "again"
+        f"warning: {journal.path} was damaged during the sweep; {counted(lost, 'point')} to "
+        "compute again"
     )
 
 
@@ -151,7 +151,8 @@ def _require_room(folder: RunFolder, left: int, total: int) -> None:
     if free < needed:
         raise StorageError(
             f"{folder.path.parent} has {size_text(free)} left, but the sweep of "
-            f"{counted(total, 'point')} may need {size_text(needed)}; make room, or write elsewhere with -o"
+            f"{counted(total, 'point')} may need {size_text(needed)}; make room, or write "
+            "elsewhere with -o"
         )
 
 

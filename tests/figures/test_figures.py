@@ -135,6 +135,50 @@ def test_a_pull_shows_the_spring_force_and_the_friction_force_together():
     np.testing.assert_allclose(friction.get_ydata(), 1e3 * ds.friction_force)
 
 
+def test_a_pull_of_many_slips_is_a_band_and_its_last_slips():
+    ds = trajectory()
+    time = ds.elapsed_time.values
+    slips = np.linspace(time[0], time[-1], 101)
+    figure = draw(ds.assign(melting_time=("melting", slips)), "pull")
+    whole, end = np.array(panels(figure)).reshape(3, 2).T
+    assert [axes[0].get_title() for axes in (whole, end)] == [
+        "101 slips, lowest to highest",
+        "the last 8",
+    ]
+    for axes in whole:
+        assert not curves(axes)
+        assert axes.get_xlim() == (time[0], time[-1])
+    bands = np.concatenate([path.vertices for path in whole[1].collections[0].get_paths()])
+    spring = 1e3 * ds.spring_force.values
+    assert (bands[:, 1].min(), bands[:, 1].max()) == (spring.min(), spring.max())
+    spring_line, _ = curves(end[1])
+    assert spring_line.get_xdata()[0] >= slips[-9]
+    np.testing.assert_array_equal(spring_line.get_ydata(), spring[time >= slips[-9]])
+    few = draw(ds.assign(melting_time=("melting", slips[:30])), "pull")
+    assert len(panels(few)) == 3
+
+
+def stroboscopic(x: np.ndarray) -> xr.Dataset:
+    columns = {"stroboscopic_displacement": 1e-6 * x, "stroboscopic_velocity": -2e-6 * x}
+    data = {name: ("period", values) for name, values in columns.items()}
+    return trajectory().assign(data).assign_coords(period=np.arange(x.size, dtype="i4"))
+
+
+def test_a_settled_orbit_is_shown_on_its_way():
+    n = np.arange(201)
+    axes = panels(draw(stroboscopic(1.0 - 0.5**n), "orbit"))[-1]
+    assert axes.get_xlabel() == "drive periods from the start"
+    assert axes.get_title().endswith("on the orbit after 9 periods")
+    np.testing.assert_allclose(axes.lines[0].get_ydata(), 1.0 - 0.5 ** n[:18])
+    twofold = panels(draw(stroboscopic((-1.0) ** n * (1.0 - 0.5**n)), "orbit"))[-1]
+    assert "on the orbit after" in twofold.get_title()
+    chaos = np.random.default_rng(1).uniform(size=201)
+    axes = panels(draw(stroboscopic(chaos), "orbit"))[-1]
+    assert axes.get_title() == "stroboscopic map of 200 periods; dots: the last 32"
+    assert {line.get_linestyle() for line in axes.lines} <= {"None", "-"}
+    assert axes.lines[0].get_linewidth() == 0.0
+
+
 def test_time_courses_are_four_panels_with_the_upper_block_dashed():
     ds = trajectory()
     axes = panels(draw(ds))

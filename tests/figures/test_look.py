@@ -45,6 +45,17 @@ def test_a_pair_that_is_none_is_refused(look):
         Look(**look)
 
 
+def test_a_legend_leaves_a_small_picture_most_of_its_height():
+    many = sweep(temperature=TEMPERATURES, spring_stiffness=np.linspace(1000.0, 8000.0, 8))
+    figure = drawn(many, FORCE, hue="K", look=Look(size=(3.37, 2.5)))
+    figure.draw_without_rendering()
+    (axes,) = panels(figure)
+    assert axes.get_position().height > 0.6
+    assert legend_of(figure) == ["$K$ (N/m):", *(f"${1000 * k}$" for k in range(1, 9))]
+    usual = drawn(many, FORCE, hue="K")
+    assert legend_of(usual)[0] == "$K = 1000$ N/m"
+
+
 def test_a_style_file_may_give_the_size(ds, tmp_path):
     style = tmp_path / "a.mplstyle"
     style.write_text("figure.figsize: 3.37, 4.2\n")
