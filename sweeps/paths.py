@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 from pathlib import Path
@@ -43,8 +44,9 @@ def path_of(path: str | os.PathLike[str]) -> Path:
 
     Raises ValueError, with the path in its message.
     """
-    if Path(path).exists():  # Path.exists raises for a name that is too long
-        return Path(path)
+    with contextlib.suppress(OSError):  # a name that is too long, or in a folder of others
+        if Path(path).exists():
+            return Path(path)
     try:
         return Path(expanded(path))
     except ValueError as error:

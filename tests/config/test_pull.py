@@ -33,7 +33,7 @@ def test_a_table_is_read_from_the_folder_of_the_config(tmp_path: Path) -> None:
         ("elapsed_time;velocity\n0;1\n", "cells are separated by commas"),
         ("time,velocity\n0,1\n", "elapsed_time missing"),
         ("elapsed_time,velocity\n", "at least one"),
-        (GOOD + "2\n", "pull.csv:4: 1 cells below 2 names"),
+        (GOOD + "2\n", "pull.csv:4: 1 cell below 2 names"),
         (GOOD + "2,fast\n", "pull.csv:4: velocity must be a finite number, not 'fast'"),
         (GOOD + "2,nan\n", "pull.csv:4: velocity must be a finite number, not 'nan'"),
         (GOOD + "\n1,0\n", "pull.csv:5: elapsed_time is 1 s after 1 s; times must increase"),

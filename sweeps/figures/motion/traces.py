@@ -167,9 +167,12 @@ def _draw_bands(axes: Axes, traces: tuple[Trace, ...], ds: xr.Dataset) -> None:
     firsts = np.unique(np.linspace(0, time.size, _BANDS, endpoint=False).astype(int))
     for trace in traces:
         values = trace.quantity(ds).values
-        ends = np.minimum.reduceat(values, firsts), np.maximum.reduceat(values, firsts)
+        ends = (end.reduceat(values, firsts) for end in (np.minimum, np.maximum))
         colour = trace.style.colour
-        axes.fill_between(time[firsts], *ends, color=colour, alpha=0.4, linewidth=0.8)
+        until_end = (np.append(end, end[-1]) for end in ends)
+        axes.fill_between(
+            np.append(time[firsts], time[-1]), *until_end, color=colour, alpha=0.4, linewidth=0.8
+        )
     axes.margins(x=0.0)
 
 
