@@ -278,6 +278,17 @@ def test_three_parameters_of_two_variables_at_three_frequencies() -> None:
     assert re.search(r"spring_stiffness: (4000|3999\.99)", fitted.stickslip.summary())
 
 
+@pytest.mark.slow
+def test_an_interval_over_many_decades_is_told_in_words() -> None:
+    table = {"T": [200.0, 240.0], "F_max": [2.8e-3, 1.6e-3]}
+    ds = sweeps.fit(table, "k")
+    summary = ds.stickslip.summary()
+    assert "with 1 degree of freedom" in summary
+    assert "decades" not in summary
+    ds.parameter_interval_lower[0], ds.parameter_interval_upper[0] = 9.8e-83, 9.2e89
+    assert "95 %: any value, over more than 6 decades" in ds.stickslip.summary()
+
+
 def test_what_is_no_fit_has_no_summary() -> None:
     with pytest.raises(sweeps.FitError, match="this is no fit"):
         sweeps.run({}).stickslip.summary()

@@ -165,14 +165,13 @@ def _draw_bands(axes: Axes, traces: tuple[Trace, ...], ds: xr.Dataset) -> None:
     """Draw the lowest and the highest value of each trace in short spans of time."""
     time = shown(ds["elapsed_time"]).values
     firsts = np.unique(np.linspace(0, time.size, _BANDS, endpoint=False).astype(int))
+    places = np.append(firsts, time.size - 1)
     for trace in traces:
         values = trace.quantity(ds).values
-        ends = (end.reduceat(values, firsts) for end in (np.minimum, np.maximum))
+        low, high = np.minimum.reduceat(values, firsts), np.maximum.reduceat(values, firsts)
+        low, high = np.append(low, low[-1]), np.append(high, high[-1])  # to the end
         colour = trace.style.colour
-        until_end = (np.append(end, end[-1]) for end in ends)
-        axes.fill_between(
-            np.append(time[firsts], time[-1]), *until_end, color=colour, alpha=0.4, linewidth=0.8
-        )
+        axes.fill_between(time[places], low, high, color=colour, alpha=0.4, linewidth=0.8)
     axes.margins(x=0.0)
 
 
