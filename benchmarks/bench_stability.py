@@ -10,6 +10,7 @@ from stability import (
     acceleration,
     extremes,
     fixed_step,
+    freezing,
     ladder,
     locked,
     long_run,
@@ -24,6 +25,7 @@ from stability import (
 QUESTIONS = {
     "watched": watched.run,
     "extremes": extremes.run,
+    "freezing": freezing.run,
     "acceleration": acceleration.run,
     "step_map": step_map.run,
     "long_run": long_run.run,

@@ -83,7 +83,7 @@ def _scalar_periods(observed: bool) -> Any:
     functions = problem_functions(PHYSICS)
     drive_on = make_adaptive(
         functions.rhs, functions.jacobian, functions.error_weight, look if observed else _ignore,
-        RODAS4P2, algebra(WIDTH),
+        RODAS4P2, algebra(WIDTH), limits=functions.step_limits,
     )  # fmt: skip
 
     @jit
@@ -133,7 +133,7 @@ def generic_drive(rhs: Any, jacobian: Any, sizes: tuple[float, ...]) -> Any:
     )
 
     @inline
-    def weight(p: Any, y: Any, J: Any) -> Any:
+    def weight(p: Any, y: Any, y1: Any, J: Any) -> Any:
         return least(y)
 
     return make_adaptive(rhs, jacobian, weight, _ignore, RODAS4P2, algebra(width))

@@ -25,6 +25,8 @@ class Problem(NamedTuple):
     """The problem that the adaptive method integrates."""
 
     p: Parameters
+    rtol: float
+    """The tolerance."""
     u_s: float
     """Relative speed [m/s] below which a cusp of the law is rounded."""
     phases: Thresholds
@@ -40,7 +42,7 @@ def rounding_speed(p: Parameters, rtol: float) -> float:
 @inline
 def problem_of(p: Parameters, rtol: float) -> Problem:
     """The problem for parameters `p` at a tolerance."""
-    return Problem(p, rounding_speed(p, rtol), thresholds(p))
+    return Problem(p, rtol, rounding_speed(p, rtol), thresholds(p))
 
 
 class ProblemFunctions(NamedTuple):
@@ -58,7 +60,11 @@ class ProblemFunctions(NamedTuple):
     """(problem, t, y): the rows of the Jacobian, and d(rhs)/dt."""
 
     error_weight: Callable[..., State]
-    """(problem, y, J): weights [1/m, s/m, 1, 1] of the errors of y."""
+    """(problem, y, y1, J): weights [1/m, s/m, 1, 1] of the errors of y."""
+
+    step_limits: Callable[..., tuple[float, float]]
+    """(problem, y0, f0, y1, f1, h): the largest part of a step that may be taken, and the longest
+    step after it, as `Equations.step_limits`."""
 
 
 @cache
@@ -66,7 +72,7 @@ def problem_functions(physics: Physics) -> ProblemFunctions:
     """Return the functions that a drive needs to integrate these physics."""
     model = model_of(physics)
     bound, weight = model.equations, model.equations.error_weight
-    model_rhs, model_jacobian = bound.rhs, bound.jacobian
+    model_rhs, model_jacobian, limits = bound.rhs, bound.jacobian, bound.step_limits
 
     @inline
     def rhs(problem: Problem, t: float, y: State) -> State:
@@ -77,7 +83,14 @@ def problem_functions(physics: Physics) -> ProblemFunctions:
         return model_jacobian(problem.p, t, y, problem.u_s)
 
     @inline
-    def error_weight(problem: Problem, y: State, J: tuple[State, ...]) -> State:
-        return weight(problem.p, y, J)
+    def error_weight(problem: Problem, y: State, y1: State, J: tuple[State, ...]) -> State:
+        return weight(problem.p, problem.rtol, y, y1, J)
 
-    return ProblemFunctions(bound, len(model.components), rhs, jacobian, error_weight)
+    @inline
+    def step_limits(
+        problem: Problem, y0: State, f0: State, y1: State, f1: State, h: float
+    ) -> tuple[float, float]:
+        return limits(problem.p, problem.phases.solid, y0, f0, y1, f1, h)
+
+    width = len(model.components)
+    return ProblemFunctions(bound, width, rhs, jacobian, error_weight, step_limits)

@@ -23,6 +23,14 @@ TYPICAL_FRACTION = 0.5 * math.exp(-0.57721566490153286061)
 # A film freezes at each stop if it could do so this many times in half a drive period.
 _AT_ONCE = 3.0
 
+# A limit without freezing on the way to it is certain if no more than this part of the growth that
+# a film needs is possible there; the noise itself is worth another two e-folds of it. A strain that
+# passes through zero spends less than this many times its swing in a passage as if it were linear.
+_CERTAIN, _HEAD_START, _ARC = 0.9, 2.0, 1.1
+
+# Between passages the strain must rise far above the critical one: growth must not add up.
+_FEWEST = 1.5
+
 # An order parameter below this multiple of the noise level counts as being at that level.
 _NEAR = 3.0
 
@@ -110,6 +118,26 @@ def freezes_late(p: Parameters) -> bool:
     foldings = growth * math.pi / p.angular_frequency
     way = -math.log(max(level(p), _SMALLEST))
     return growth > 0.0 and foldings < _AT_ONCE * way
+
+
+@inline
+def clearance(p: Parameters, critical: float) -> tuple[float, float]:
+    """(gain, least): where a liquid film cannot freeze on its way to a limit [1, m/s].
+
+    Liquid motions approach one another: if an offset from the limit has the speed rho, u stays
+    within rho of the limit's u for ever. In a passage of that through zero, with the amplitude U,
+    the strain is below the critical one, at the speed `critical` [m/s], for no longer than
+    2 (critical + rho)/U omega, and ln(phi) grows by no more than (4/3 critical + 2 rho)/U omega
+    times its rate at rest. For U > gain rho + least that is too little to freeze, if the friction
+    does not matter (docs/decisions/late-freezing.md).
+    """
+    growth = -film.heating(p) * p.kinetic_coefficient / p.angular_frequency
+    way = math.log(max(solids.solid_threshold(p), _SMALLEST) / max(level(p), _SMALLEST))
+    needed = _CERTAIN * (way - _HEAD_START)
+    if not needed > 0.0:
+        return math.inf, math.inf
+    times = _ARC * growth / needed
+    return max(2.0 * times, _FEWEST), max(4.0 / 3.0 * times, _FEWEST) * critical
 
 
 @inline

@@ -20,6 +20,7 @@ from stickslip.model.rhs import (
     StrainModel,
     make_error_weight,
     make_exact,
+    make_step_limits,
     relative_motion,
     relative_velocity,
     starting_state,
@@ -77,6 +78,12 @@ def _strain(p: Parameters, y: State) -> float:
     return y[3]
 
 
+@inline
+def _strain_amplitude(p: Parameters, u: float) -> float:
+    lag = p.angular_frequency * p.strain_relaxation_time
+    return friction.elastic_strain(p, u) / math.sqrt(1.0 + lag * lag)
+
+
 def _make_psi_rate(path: Callable[..., float]) -> Any:
     """Return the rate of ln(phi) [1/s] of (p, psi, eps); `path` as of `StrainModel`."""
 
@@ -100,7 +107,7 @@ def stored_energy(p: Parameters, y: State) -> float:
 def relaxing_equations(law: FrictionLaw, path: Callable[..., float], upper: Upper) -> Equations:
     """Return the equations of motion of (x, u, psi, eps); arguments as of `StrainModel`."""
     rounded, rate_of_psi = law.rounded, _make_psi_rate(path)
-    weight_of_others, relative = make_error_weight(law), relative_motion(upper)
+    weight_of_others, relative = make_error_weight(law, _strain), relative_motion(upper)
     upper_velocity, upper_acceleration = upper.velocity, upper.acceleration
     relative_acceleration, acceleration_slopes = relative.acceleration, relative.acceleration_slopes
 
@@ -159,8 +166,10 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float], upper: Uppe
         return sigma_el, F, sigma_rate, (sigma_rate + sigma_v_rate) * p.contact_area
 
     @inline
-    def error_weight(p: Parameters, y: State, J: tuple[State, ...]) -> State:
-        x_weight, u_weight, psi_weight = weight_of_others(p, y, J)
+    def error_weight(
+        p: Parameters, rtol: float, y: State, y1: State, J: tuple[State, ...]
+    ) -> State:
+        x_weight, u_weight, psi_weight = weight_of_others(p, rtol, y, y1, J)
         # An error of the strain counts like that of the velocity to which it relaxes, both by
         # itself and by its force.
         strain = drive.largest_speed(p) * friction.strain_slope(p)
@@ -173,6 +182,7 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float], upper: Uppe
         exact=make_exact(law),
         relative_state=_make_relative_state(upper),
         strain=_strain,
+        strain_amplitude=_strain_amplitude,
         rhs=rhs,
         jacobian=jacobian,
         observables=observables,
@@ -180,6 +190,7 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float], upper: Uppe
         power=power,
         stored_energy=stored_energy,
         error_weight=error_weight,
+        step_limits=make_step_limits(_strain, _strain),
     )
 
 

@@ -16,12 +16,12 @@ from typing import Any, NamedTuple
 
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.elementary import exponentials
-from stickslip.model import block, drive, film, friction, noise, scaling
+from stickslip.model import block, drive, film, friction, noise, scaling, solids
 from stickslip.model.drive import Upper
 from stickslip.model.laws import FrictionLaw
 from stickslip.model.scaling import Scaling, Units
 from stickslip.model.state import STATE, Component, State
-from stickslip.model.weights import LARGEST_AT_CUSP, film_weight, force_weight
+from stickslip.model.weights import LARGEST_AT_CUSP, film_weight, force_weight, passage_limits
 from stickslip.options import HARMONICS
 from stickslip.parameters import Parameters
 
@@ -129,6 +129,9 @@ class Equations(NamedTuple):
     strain: Callable[..., float]
     """(p, y): the elastic strain."""
 
+    strain_amplitude: Callable[..., float]
+    """(p, u): that of the elastic strain under a relative velocity of this amplitude at omega."""
+
     rhs: Callable[..., State]
     """(p, t, y, u_s): rates of y [m/s, m/s2, 1/s, 1/s] at phase time t [s]; with u_s > 0 a cusp of
     the law is rounded for |u| < u_s [m/s]."""
@@ -152,7 +155,13 @@ class Equations(NamedTuple):
     """(p, y): the energy [J] stored in the film; None if it stores none."""
 
     error_weight: Callable[..., State]
-    """(p, y, J): the weights [1/m, s/m, 1, 1] of errors of y; J as returned by `jacobian`."""
+    """(p, rtol, y, y1, J): the weights [1/m, s/m, 1, 1] of errors in a step from y to y1, at a
+    relative tolerance; J as returned by `jacobian`."""
+
+    step_limits: Callable[..., tuple[float, float]]
+    """(p, solid, y0, f0, y1, f1, h): the largest part of a step from y0 to y1 that may be taken,
+    and the longest step after it [s]; f0 and f1 are the rates at its ends, and a film is solid from
+    the order parameter `solid` on."""
 
 
 class StrainModel(NamedTuple):
@@ -207,19 +216,36 @@ def make_exact(law: FrictionLaw) -> Any:
     return exact
 
 
-def make_error_weight(law: FrictionLaw) -> Any:
-    """Return `Equations.error_weight` of (x, u, psi) for a law."""
+def make_error_weight(law: FrictionLaw, strain: Callable[..., float]) -> Any:
+    """Return `Equations.error_weight` of (x, u, psi) for a law and a strain of (p, y)."""
     has_cusp = law.has_cusp
 
     @inline
-    def error_weight(p: Parameters, y: State, J: tuple[State, ...]) -> State:
+    def error_weight(
+        p: Parameters, rtol: float, y: State, y1: State, J: tuple[State, ...]
+    ) -> State:
         V_m = drive.largest_speed(p)
         force = force_weight(p, V_m * (-J[1][1] * p.block_mass))
         if has_cusp(p):  # the slope of the rounded cusp grows with the tolerance
             force = LARGEST_AT_CUSP if force > LARGEST_AT_CUSP else force
-        return 1.0 / drive.largest_displacement(p), (1.0 + force) / V_m, film_weight(p, y[2])
+        film = film_weight(p, rtol, y[2], strain(p, y), strain(p, y1))
+        return 1.0 / drive.largest_displacement(p), (1.0 + force) / V_m, film
 
     return error_weight
+
+
+def make_step_limits(strain: Callable[..., float], strain_rate: Callable[..., float]) -> Any:
+    """Return `Equations.step_limits` for a strain of (p, y) and its rate of (p, f)."""
+
+    @inline
+    def step_limits(
+        p: Parameters, solid: float, y0: State, f0: State, y1: State, f1: State, h: float
+    ) -> tuple[float, float]:
+        liquid = exponentials(y0[2])[0] <= solids.MELTED_PART * solid
+        begin, end = (strain(p, y0), strain_rate(p, f0)), (strain(p, y1), strain_rate(p, f1))
+        return passage_limits(p, liquid, begin, end, h)
+
+    return step_limits
 
 
 def adiabatic_equations(law: FrictionLaw, path: Callable[..., float], upper: Upper) -> Equations:
@@ -281,13 +307,16 @@ def adiabatic_equations(law: FrictionLaw, path: Callable[..., float], upper: Upp
         exact=make_exact(law),
         relative_state=make_relative_state(upper),
         strain=_strain,
+        strain_amplitude=friction.elastic_strain,
         rhs=rhs,
         jacobian=jacobian,
         observables=observables,
         observables_and_rates=observables_and_rates,
         power=block_power,
         stored_energy=None,
-        error_weight=make_error_weight(law),
+        error_weight=make_error_weight(law, _strain),
+        # The strain is a multiple of u, and so is its rate of that of u.
+        step_limits=make_step_limits(_strain, _strain),
     )
 
 

@@ -1,10 +1,12 @@
-"""Weights of the errors of state variables, by which the step is controlled."""
+"""What the step is controlled by: weights of the errors of state variables, and its limits."""
 
 from __future__ import annotations
 
+import math
+
 from stickslip.compiled.decorators import inline
 from stickslip.compiled.elementary import exponentials
-from stickslip.model import drive, film, noise
+from stickslip.model import drive, film, noise, solids
 from stickslip.parameters import Parameters
 
 # An error of the velocity also counts by the error of the force that it causes, relative to this
@@ -18,6 +20,27 @@ LARGEST_AT_CUSP = 100.0
 _FORGETTING_WEIGHT, _LARGEST_RELIEF = 10.0, 1000.0
 _SLOWEST_FILM = 100.0  # rates omega
 
+# The largest error of ln(phi) in a step: D_eff/phi^2 is linear in a smaller one only. A film left
+# far above the noise level would have to be followed down at the full rate of melting, with steps
+# that may be shorter than the rounding of time.
+_LARGEST_ERROR = 0.5
+
+# A liquid film may freeze while its strain passes through zero. Below this many solidification
+# strains a step may not change the strain by more than the second number of them, unless the order
+# parameter could grow by less than the third number of e-folds in the whole passage.
+_NEAR_PASSAGE, _STRIDE, _LEAST_GROWTH = 2.0, 1.0, 1.0
+
+
+@inline
+def _growth_at_unit_rate(p: Parameters) -> float:
+    """Growth of ln(phi) in a passage of the strain through zero, times the strain's rate [1/s].
+
+    With B of Eq. 15 as a parabola in time: 4/3 of the rate at rest times the time from the
+    solidification strain to zero.
+    """
+    rate = -p.kinetic_coefficient * film.heating(p)
+    return 4.0 / 3.0 * rate * solids.solidification_strain(p)
+
 
 @inline
 def force_weight(p: Parameters, change: float) -> float:
@@ -29,11 +52,57 @@ def force_weight(p: Parameters, change: float) -> float:
 
 
 @inline
-def film_weight(p: Parameters, psi: float) -> float:
-    """Weight of an error of ln(phi)."""
+def film_weight(p: Parameters, rtol: float, psi: float, eps0: float, eps1: float) -> float:
+    """Weight of an error of ln(phi) in a step between two strains that begins at `psi`."""
     _, inverse_phi = exponentials(psi)
     forgetting = _FORGETTING_WEIGHT * (2.0 * noise.typical_path(p, inverse_phi))
     own = _SLOWEST_FILM * p.angular_frequency + p.kinetic_coefficient * abs(film.heating(p))
     most = _LARGEST_RELIEF * own
     forgetting = most if forgetting > most else forgetting
-    return own / ((1.0 + abs(psi)) * (own + forgetting))
+    # A film that may freeze at either end of the step forgets nothing more: B is negative, and
+    # the rate at the start of the step is no longer that of its rest.
+    critical = solids.solidification_strain(p)
+    forgets = (abs(eps0) >= critical) & (abs(eps1) >= critical)
+    weight = own / ((1.0 + abs(psi)) * (own + (forgetting if forgets else 0.0)))
+    least = rtol / _LARGEST_ERROR
+    return weight if weight > least else least
+
+
+@inline
+def _outside(eps: float, near: float) -> float:
+    """How far a strain is from those nearer to zero than `near`."""
+    size = abs(eps)
+    return size - near if size > near else 0.0
+
+
+@inline
+def passage_limits(
+    p: Parameters,
+    liquid: bool,
+    begin: tuple[float, float],
+    end: tuple[float, float],
+    h: float,
+) -> tuple[float, float]:
+    """Largest part of a step of length h that may be taken, and the longest step after it.
+
+    A step must not pass unseen over the strains at which a liquid film may freeze: at both of its
+    ends the film may be at the noise level, and no error estimate shows what would have happened in
+    between (docs/decisions/short-freezing.md). `liquid` says whether the film is; `begin` and `end`
+    are the strain and its rate [1, 1/s] at the ends of the step; in the middle the strain is that
+    of Hermite's cubic.
+    """
+    critical = solids.solidification_strain(p)
+    near, stride = _NEAR_PASSAGE * critical, _STRIDE * critical
+    (eps0, rate0), (eps1, rate1) = begin, end
+    middle = 0.5 * (eps0 + eps1) + 0.125 * h * (rate0 - rate1)
+    way, speed = abs(middle - eps0) + abs(eps1 - middle), abs(rate1)
+    before, after = _outside(eps0, near), _outside(eps1, near)
+    # Whether the film can grow in a passage at the rate of the step, and of its end. No division,
+    # which would be 0/0 where the strain does not change.
+    growth = _growth_at_unit_rate(p) / _LEAST_GROWTH
+    grows, will_grow = liquid & (growth * h > way), liquid & (growth > speed)
+    unseen = grows & (way - before - after > stride)
+    aimed = before + 0.5 * stride if before > 0.0 else stride
+    ahead = after + 0.5 * stride if after > 0.0 else stride
+    nearing = (eps1 * rate1 < 0.0) | (after <= 0.0)
+    return aimed / way if unseen else 1.0, ahead / speed if nearing & will_grow else math.inf

@@ -35,13 +35,16 @@ def make_adaptive(
     tableau: RosenbrockTableau,
     algebra: Algebra,
     disturb: Callable[..., tuple[Vector, Vector, float]] = _undisturbed,
+    limits: Callable[..., tuple[float, float]] = step_control.unlimited,
 ) -> Any:
     """Return the adaptive drive of y' = rhs(p, t, y).
 
-    `error_weight(p, y, J)` gives the weights of the components' errors; `observe(p, t, h, y0, y1,
-    d1, d2, record)` is called after every accepted step; `disturb(p, t, h, y0, y1, f1, d1, d2,
-    record)` may change the state at its end: it returns the state to go on from, its rates, and the
-    longest next step allowed.
+    `error_weight(p, y, y1, J)` gives the weights of the components' errors in a step from y to y1;
+    `observe(p, t, h, y0, y1, d1, d2, record)` is called after every accepted step; `disturb(p, t,
+    h, y0, y1, f1, d1, d2, record)` may change the state at its end: it returns the state to go on
+    from, its rates, and the longest next step allowed. `limits(p, y0, f0, y1, f1, h)` gives the
+    part of a step that may be taken, less than 1 where it would pass over something unseen, and the
+    longest step after it; f0 and f1 are the rates at its ends.
 
     The drive maps (p, rtol, t0, t1, y, h, budget, record) to (y, h, steps, status): the state at
     t1, the step to go on with, the number of attempted steps, and OK, STEP_LIMIT or DIVERGED
@@ -68,15 +71,17 @@ def make_adaptive(
             ):  # the step has shrunk to rounding level, or is NaN
                 return y, h, attempts, DIVERGED
             y1, error, d1, d2, LU = step(p, t, y, used, f, J)
-            weight = error_weight(p, y, J)
+            weight = error_weight(p, y, y1, J)
             ratio = largest(error, weight) / rtol
+            part, ahead = 1.0, math.inf
             if ratio <= 1.0:
                 # The defect reveals what the embedded error misses: a cusp inside the step.
                 f1 = rhs(p, t + used, y1)
                 defect = largest(defect_error(f1, LU, y, y1, d1, d2, used), weight) / rtol
                 if not defect <= ratio:  # so that NaN counts
                     ratio = defect
-            if ratio <= 1.0:
+                part, ahead = limits(p, y, f, y1, f1, used)
+            if ratio <= 1.0 and part >= 1.0:
                 observe(p, t, used, y, y1, d1, d2, record)
                 y, f, longest = disturb(p, t, used, y, y1, f1, d1, d2, record)
                 t = t1 if last else t + used
@@ -86,10 +91,10 @@ def make_adaptive(
                 # A last step was cut to fit: its small error is no reason to lengthen the next one.
                 if not last or proposal < h:
                     h = proposal if grow else min(proposal, used)
-                h = min(h, longest)
+                h = min(h, longest, ahead)
                 grow = True
             else:
-                h = used * step_control.after_rejection(ratio)
+                h = used * (part if part < 1.0 else step_control.after_rejection(ratio))
                 grow = False
                 if not finite(y):
                     return y, h, attempts, DIVERGED

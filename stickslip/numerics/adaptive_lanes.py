@@ -75,6 +75,7 @@ def make_attempt(
     tableau: RosenbrockTableau,
     algebra: Algebra,
     room: int,
+    limits: Callable[..., tuple[float, float]] = step_control.unlimited,
 ) -> Any:
     """Return the function (lanes) that attempts one step of y' = rhs(p, t, y) in every lane.
 
@@ -102,21 +103,24 @@ def make_attempt(
         used = left if last else (h if h < half else half)  # leaves no tiny last step
         f, J = rhs(p, t, y), jacobian(p, t, y)
         y1, error, d1, d2, LU = step(p, t, y, used, f, J)
-        weight = error_weight(p, y, J)
+        weight = error_weight(p, y, y1, J)
         # The defect reveals what the embedded error misses: a cusp inside the step. The scalar
         # drive computes it only if the embedded error passes; here the cost is the same either way.
         f1 = rhs(p, t + used, y1)
         embedded = largest(error, weight)
         defect = largest(defect_error(f1, LU, y, y1, d1, d2, used), weight)
         ratio = (embedded if defect <= embedded else defect) / rtol  # NaN counts
-        accepted = ratio <= 1.0
+        part, ahead = limits(p, y, f, y1, f1, used)
+        accurate = ratio <= 1.0
+        accepted = accurate & (part >= 1.0)
         remembered = get(lanes, slots.remembered, lane)
         factor, remembers = step_control.after_success(ratio, remembered)
         longer = used * factor
         longer = longer if grows or longer < used else used
         # A last step was cut to fit: its small error is no reason to lengthen the next one.
         longer = longer if longer < h or not last else h
-        shorter = used * step_control.after_rejection(ratio)
+        longer = longer if longer < ahead else ahead
+        shorter = used * (part if accurate else step_control.after_rejection(ratio))
         put(lanes, slots.step, lane, longer if accepted else shorter)
         put(lanes, slots.remembered, lane, remembers if accepted else remembered)
         # The attempted step is stored, so that the user can look inside it afterwards.

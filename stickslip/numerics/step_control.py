@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.compiled.decorators import inline
+from stickslip.compiled.fields import make_map
 from stickslip.numerics.linear import larger
 
 # Aim below the tolerance, so that few steps are rejected, and never change the step by much more
@@ -58,3 +59,8 @@ def after_success(error: float, remembered: float) -> tuple[float, float]:
     """
     inverse = inverse_fourth_root(larger(error, _SMALLEST))
     return _limited(_SAFETY * np.sqrt(inverse) * remembered), inverse_fourth_root(inverse)
+
+
+unlimited = make_map("unlimited", "p, y0, f0, y1, f1, h", ("1.0", "inf"), {"inf": np.inf})
+"""The limits of steps where none is needed: the part of a step that may be taken, and the longest
+step after it."""

@@ -45,6 +45,62 @@ def test_a_film_that_freezes_late_is_not_outrun(values: tuple[float, ...], stres
     assert plain.elastic_stress_amplitude == pytest.approx(stress, rel=1e-4)
 
 
+# Started off rest near resonance, with weak friction: the offset turns round its limit for hundreds
+# of periods, and where the block hardly moves against the drive, the film freezes, or never. The
+# force amplitudes [N] of plain iteration at 1e-8, of the first two also by LSODA.
+FURTHER = (*NAMES, "drive_amplitude", "block_mass", "film_thickness", "strain_relaxation_time",
+           "contact_area", "kinetic_coefficient", "noise_intensity", "initial_displacement",
+           "initial_velocity")  # fmt: skip
+BEATING = [
+    ((195.081823, 0.577680874, 1163.84537, 0.0, 32.7672353, 1.93395166e-06, 1.91799472, 1e-09,
+      1.01816537e-09, 1.29496048e-10, 7.19014484, 7.91033551e-19, 4.04855013e-06,
+      -0.000108574427), 5.0659e-4),
+    ((254.758151, 294.953625, 1260.93666, -0.859961301, 58.4392708, 2.27072102e-07, 1.10845411,
+      1e-09, 6.96827153e-09, 1.66945843e-09, 40.2486334, 1.18566177e-18, -5.16361487e-08,
+      -2.27616356e-05), 2.8694e-4),
+    ((248.281909, 0.000166461217, 408.822791, 2 / 3, 32.3758427, 3.5630701e-07, 0.736797938, 1e-09,
+      9.81623626e-09, 4.5038813e-10, 8.42129772, 5.8780808e-20, -2.89482598e-07, 4.58800072e-06),
+     4.41329e-7),
+    ((151.075773, 142.001343, 325.542658, -2 / 3, 30.6800903, 1.84411007e-06, 0.695318844, 1e-09,
+      8.2638858e-10, 3.12888832e-10, 6.43769429, 6.78185314e-20, 3.23584403e-06, 1.16905273e-05),
+     6.26255e-6),
+    ((216.38996, 35.63382, 332.173238, -2 / 3, 73.319181, 3.39477948e-07, 0.123108625, 1e-09,
+      4.15087879e-09, 5.01169479e-10, 28.0414509, 6.47716738e-19, -6.54666981e-07,
+      -4.72264772e-05), 8.66061e-7),
+    ((283.213201, 0.300768273, 46.9782421, 0.0, 30.5121636, 1.17559605e-07, 0.11180859, 1e-09,
+      1.31502403e-08, 3.47852649e-10, 43.0849771, 5.50228908e-19, -2.26625194e-07,
+      -2.5916607e-07), 3.57951e-7),
+    ((187.227412, 0.0145428288, 48.8071983, 0.0, 30.3974534, 2.81719838e-06, 0.110724841, 1e-09,
+      2.26049412e-09, 6.25796887e-10, 1.806028, 2.99229668e-18, 5.93104024e-06, -4.43574841e-06),
+     1.32294e-5),
+    ((271.372516, 0.621146348, 534.59376, 0.0, 48.2650736, 1.04766099e-06, 0.438618897, 1e-09,
+      5.08689899e-10, 1.56393545e-10, 245.128254, 6.89876651e-18, 2.36817197e-06,
+      -5.69247637e-05), 4.95458e-5),
+    ((260.4897, 2.28671155, 1144.51689, -1 / 3, 72.9437679, 1.62812338e-06, 0.472222108, 1e-09,
+      1.16464414e-10, 7.71203013e-10, 38.0385972, 2.24450291e-19, 3.04227212e-06,
+      0.000136579278), 3.62499e-4),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("values", "force"), BEATING)
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6])
+def test_a_jump_does_not_outrun_a_film_that_freezes_at_a_beat(
+    values: tuple[float, ...], force: float, rtol: float
+) -> None:
+    found = stationary_orbit(Parameters(**dict(zip(FURTHER, values, strict=True))), rtol=rtol)
+    assert found.status is Status.OK
+    assert found.friction_force_amplitude == pytest.approx(force, rel=1e-2)
+
+
+def test_a_liquid_that_cannot_freeze_on_its_way_is_not_held_up() -> None:
+    # A drive of 60 rad/s leaves a film at 280 K liquid; no beat of its offset stops the block.
+    p = Parameters(temperature=280.0, angular_frequency=60.0, spring_stiffness=1500.0,
+                   rheological_index=0.0, viscosity_coefficient=0.2)  # fmt: skip
+    found, plain = stationary_orbit(p), stationary_orbit(p, accelerate=False)
+    assert found.regime is plain.regime is Regime.LIQUID
+    assert 2 * found.periods_integrated < plain.periods_integrated
+
+
 def test_jumps_are_kept_where_the_film_forgets() -> None:
     # The default freezes at each stop; 10 K above T_c a film from rest is liquid for good.
     for temperature in (200.0, 300.0):

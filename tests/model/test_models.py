@@ -45,7 +45,7 @@ def test_start_equations_and_weights_have_the_width_of_the_table(model: Model) -
     jacobian = bound.jacobian(PAPER, 0.1, y, 0.0)
     assert len(y) == len(bound.rhs(PAPER, 0.1, y, 0.0)) == model.width
     assert np.shape(jacobian) == (model.width + 1, model.width)
-    assert len(bound.error_weight(PAPER, y, jacobian)) == model.width
+    assert len(bound.error_weight(PAPER, 1e-6, y, y, jacobian)) == model.width
 
 
 @of_each

@@ -45,7 +45,7 @@ def jacobian(p, t, y):
 
 
 @inline
-def unit_weight(p, y, J):
+def unit_weight(p, y, y1, J):
     return 1.0, 1.0, 1.0
 
 

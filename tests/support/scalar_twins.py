@@ -138,7 +138,13 @@ def _see_inside(problem, t, h, y0, y1, d1, d2, record):
 def _adaptive() -> Any:
     functions = problem_functions(DEFAULTS.physics._replace(drive=HARMONICS))
     travel = make_adaptive(
-        functions.rhs, functions.jacobian, functions.error_weight, _see_inside, RODAS4P2, algebra(3)
+        functions.rhs,
+        functions.jacobian,
+        functions.error_weight,
+        _see_inside,
+        RODAS4P2,
+        algebra(3),
+        limits=functions.step_limits,
     )
 
     @jit

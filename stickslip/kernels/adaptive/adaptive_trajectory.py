@@ -57,7 +57,15 @@ def _make_period(functions: ProblemFunctions) -> Any:
     ) -> None:
         sample_step(t, h, y0, y1, d1, d2, s)
 
-    travel = make_adaptive(rhs, jacobian, weight, observe, RODAS4P2, algebra(functions.width))
+    travel = make_adaptive(
+        rhs,
+        jacobian,
+        weight,
+        observe,
+        RODAS4P2,
+        algebra(functions.width),
+        limits=functions.step_limits,
+    )
 
     @jit
     def period(
@@ -81,7 +89,14 @@ def _make_stochastic_period(functions: ProblemFunctions) -> Any:
         pass
 
     travel = make_adaptive(
-        rhs, jacobian, weight, ignore, RODAS4P2, algebra(functions.width), disturb
+        rhs,
+        jacobian,
+        weight,
+        ignore,
+        RODAS4P2,
+        algebra(functions.width),
+        disturb,
+        functions.step_limits,
     )
 
     @jit

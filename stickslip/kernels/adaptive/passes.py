@@ -23,9 +23,10 @@ from stickslip.kernels.families import Family
 from stickslip.kernels.problem import Problem, problem_functions, problem_of, rounding_speed
 from stickslip.kernels.streams import STREAM
 from stickslip.measure.accumulate import RECORD
-from stickslip.model import solids
+from stickslip.model import drive, solids
 from stickslip.model.models import model_of
-from stickslip.model.noise import freezes_late, in_between
+from stickslip.model.noise import clearance, freezes_late, in_between
+from stickslip.model.rhs import Equations
 from stickslip.model.scaling import Reduced
 from stickslip.model.solids import Thresholds
 from stickslip.model.state import FILM, STATE
@@ -173,9 +174,12 @@ def _finer(task: Pass, cuts: int) -> float:
 
 
 @inline
-def _longest_jump(p: Parameters, phi: float) -> float:
-    """Longest jump allowed: a jump must not skip the periods in which a film freezes late."""
-    if not freezes_late(p):
+def _longest_jump(p: Parameters, phi: float, waits: bool) -> float:
+    """Longest jump allowed: a jump must not skip the periods in which a film freezes late.
+
+    A film that `waits` may freeze, but was liquid throughout the last half period.
+    """
+    if not (freezes_late(p) or waits):
         return np.inf
     return 0.0 if in_between(p, phi) else _LATE_JUMP
 
@@ -224,9 +228,9 @@ def make_problems(family: Family) -> Any:
 
     @inline
     def higher_problem(values: np.ndarray, lane: int) -> Problem:
-        q = _reduced_of(values, lane)
+        q, rtol = _reduced_of(values, lane), get(values, SLOTS.rtol, lane)
         p, phases = values_of(q), Thresholds(q.solid, q.soft, q.hard, q.weakest, q.strongest)
-        return Problem(p, rounding_speed(p, get(values, SLOTS.rtol, lane)), phases)
+        return Problem(p, rtol, rounding_speed(p, rtol), phases)
 
     return higher_problem if family.higher else problem
 
@@ -276,10 +280,60 @@ def _make_load(state: StateFunctions, begin_record: Any, streams: int) -> Any:
     return load
 
 
-def _make_handle_event(problems: Any, state: StateFunctions, begin_record: Any, refine: Any) -> Any:
+def _make_limit_search(equations: Equations) -> Any:
+    """Return the function that limits the jumps of a search after a half period.
+
+    It takes (memory, problem, phi, lowest, highest): the order parameter at its end, and the
+    extremes of ln(phi) during it. Where a film may still freeze, a jump must not skip the moment
+    (docs/decisions/late-freezing.md).
+    """
+    strain_amplitude, rounded = equations.strain_amplitude, equations.law.rounded
+    upper_displacement = equations.upper.displacement
+
+    @jit
+    def out_of_reach(problem: Problem, phi: float) -> tuple[float, float]:
+        """Where a liquid film cannot freeze: gain and least distance of `search.keep_clear`."""
+        p, strain = problem.p, strain_amplitude(problem.p, 1.0)
+        if drive.highest_harmonic(p) > 1.0 or not strain > 0.0:  # the bound is that of a sine
+            return np.inf, np.inf
+        critical = solids.solidification_strain(p) / strain
+        gain, least = clearance(p, critical)
+        # Friction makes a passage through rest longer, with a cusp there most of all.
+        stress, slope, _ = rounded(p, critical, phi, problem.u_s)
+        return gain + slope * p.contact_area, least + stress * p.contact_area
+
+    @jit
+    def limit_search(
+        memory: Any, problem: Problem, phi: float, lowest: float, highest: float
+    ) -> None:
+        p, least_phi, most_phi = problem.p, math.exp(lowest), math.exp(highest)
+        solid = solids.solid_threshold(p)
+        contracting = solids.parts_never(p, least_phi, most_phi)
+        # In a liquid that cannot freeze the peaks do not matter.
+        may_freeze = p.temperature < solids.solidification_temperature(p, 0.0)
+        peak = STATE[FILM].weight * max(highest, STATE[FILM].floor) if may_freeze else 0.0
+        longest = _longest_jump(p, phi, may_freeze and most_phi < solid)
+        search.limit_jumps(memory, longest, contracting, peak)
+        if not may_freeze:
+            return
+        search.limit_spirals(memory)
+        if least_phi < solid:
+            gain, least = np.inf, np.inf
+            if most_phi < solid:
+                gain, least = out_of_reach(problem, most_phi)
+            centre, stiffness = upper_displacement(p, 0.0), 2.0 * p.spring_stiffness
+            search.keep_clear(memory, centre, stiffness, gain, least)
+
+    return limit_search
+
+
+def _make_handle_event(
+    problems: Any, equations: Equations, state: StateFunctions, begin_record: Any, refine: Any
+) -> Any:
     """Return the function that handles an event in a lane: it gives a status, or -1 to go on."""
     mirror_record, apply_verdict = recording.record.mirror, _make_apply_verdict(state)
     mirrored, get_state, begin_half = state.mirrored, state.get, state.begin_half
+    limit_search = _make_limit_search(equations)
 
     @jit
     def after_half(lanes: Lanes, queue: Queue, task: Pass, lane: int) -> int:
@@ -287,19 +341,12 @@ def _make_handle_event(problems: Any, state: StateFunctions, begin_record: Any, 
         y = mirrored(get_state(values, SLOTS.state, lane))
         lanes.halves[lane] += 1
         if task.mode == SETTLE:
-            # How far a jump may go depends on the film of the half period that has just ended:
-            # where it may still freeze, a jump must not skip the moment.
-            p = problems(values, lane).p
             lowest, highest = (
                 get(values, recording.LOWEST, lane),
                 get(values, recording.HIGHEST, lane),
             )
-            contracting = solids.parts_never(p, math.exp(lowest), math.exp(highest))
-            longest = _longest_jump(p, math.exp(y[FILM]))
-            # In a liquid that cannot freeze the peaks do not matter.
-            may_freeze = p.temperature < solids.solidification_temperature(p, 0.0)
-            peak = STATE[FILM].weight * max(highest, STATE[FILM].floor) if may_freeze else 0.0
-            search.limit_jumps(lanes.memories[lane], longest, contracting, peak)
+            memory, problem = lanes.memories[lane], problems(values, lane)
+            limit_search(memory, problem, math.exp(y[FILM]), lowest, highest)
             recording.begin_following(values, lane)
             status = apply_verdict(lanes, task, lane, y)
             queue.counts[row, HALVES] = lanes.halves[lane]
@@ -355,7 +402,9 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
     state = state_functions(model_of(physics).components)
     operations = algebra(functions.width)
     rhs, jacobian, weight = functions.rhs, functions.jacobian, functions.error_weight
-    attempt = make_attempt(rhs, jacobian, weight, problems, RODAS4P2, operations, ROOM)
+    attempt = make_attempt(
+        rhs, jacobian, weight, problems, RODAS4P2, operations, ROOM, functions.step_limits
+    )
     step = make_step(rhs, RODAS4P2, operations)
     see, begin_record = (
         recording.make_see(problems, functions, two_solids=two_solids, observed=physics.observed),
@@ -364,7 +413,7 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
     refine = recording.make_refine(problems, functions, step)
     kick, streams = _make_noise(problems, functions.width, chance=physics.chance)
     load = _make_load(state, begin_record, streams)
-    handle_event = _make_handle_event(problems, state, begin_record, refine)
+    handle_event = _make_handle_event(problems, functions.equations, state, begin_record, refine)
 
     def work(queue: Queue, lanes: Lanes, task: Pass, attempts: int) -> int:
         if lanes.cursor[1] < 0:  # the first call

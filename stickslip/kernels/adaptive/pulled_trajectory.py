@@ -185,7 +185,13 @@ def pulled_trajectory(physics: Physics) -> Any:
         see_cycle(problem, t, h, y0, y1, d1, d2, seen)
 
     travel = make_adaptive(
-        functions.rhs, functions.jacobian, functions.error_weight, observe, RODAS4P2, algebra(width)
+        functions.rhs,
+        functions.jacobian,
+        functions.error_weight,
+        observe,
+        RODAS4P2,
+        algebra(width),
+        limits=functions.step_limits,
     )
 
     def trajectory(

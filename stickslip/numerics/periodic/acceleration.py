@@ -14,6 +14,7 @@ them. The search undoes a chain of jumps that fails.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -169,13 +170,28 @@ def _apart(memory: Any, newest: int, cycle: int, length: float) -> bool:
 
 
 @inline
-def _part(memory: Any, slaved: bool, ratio: float, length: float) -> float:
-    """Fraction of the remaining `length` that a jump is to cover; 0 for no jump."""
+def _part(
+    memory: Any, slaved: bool, ratio: float, way: tuple[float, float], allowed: float
+) -> float:
+    """Fraction of the remaining `way` that a jump is to cover; 0 for no jump.
+
+    It is no longer than `allowed` unless the limit is out of reach.
+    """
+    allowed = np.inf if _out_of_reach(memory, way) else allowed
     if not slaved:
-        free = memory.allowed == np.inf
+        free = allowed == np.inf
         return _HALF_WAY if free and abs(ratio) >= _SLOWEST_PART else 0.0
-    whole = 1.0 if memory.jumps > 0 else 1.0 - _SHORTFALL
-    return min(whole, memory.allowed / length, memory.stride / length)
+    whole, length = 1.0 if memory.jumps > 0 else 1.0 - _SHORTFALL, length_of(way)
+    return min(whole, allowed / length, memory.stride / length)
+
+
+@inline
+def _out_of_reach(memory: Any, way: tuple[float, float]) -> bool:
+    """Tell whether the slow process that limits jumps cannot act on the `way` to the limit."""
+    states, newest = memory.states, memory.newest % REMEMBERED
+    x, v = states[newest, 0] + way[0] - memory.centre, states[newest, 1] + way[1]
+    rho = math.sqrt(way[1] * way[1] + memory.stiffness * way[0] * way[0])
+    return bool(math.sqrt(v * v + x * x) > memory.gain * rho + memory.least)
 
 
 @jit
@@ -201,7 +217,9 @@ def jump(memory: Any, tolerance: float, noise: float) -> tuple[float, float]:
     safe = ratio < 0.0 or length <= memory.longest_jump
     safe = safe and _slow(ratio, cycle) and _apart(memory, newest, cycle, length)
     slaved = _slaved(memory, newest, cycle, 3 * cycle)
-    part = _part(memory, slaved, ratio, length)
+    part = _part(memory, slaved, ratio, (amount * slow[0], amount * slow[1]), memory.allowed)
+    # Where spirals must keep clear: a few displacements of a slow one look like a line.
+    part = part if ratio < 0.0 or memory.gain == np.inf else 0.0
     if not (safe and part * length > _WORTH * tolerance):
         return 0.0, 0.0
     _store_jump(memory, cycle, length, part)
@@ -223,7 +241,8 @@ def _jump_inwards(memory: Any, tolerance: float, noise: float) -> tuple[float, f
             if radius >= _SLOWEST_PART and _apart(memory, newest, cycle, length):
                 held = held_for(memory, span * cycle, radius**span)
                 slaved = _slaved(memory, newest, cycle, held)
-                part = _part(memory, slaved, radius, length)
+                allowed = memory.inwards if slaved or memory.repeating == 0 else 0.0
+                part = _part(memory, slaved, radius, (dx, dv), allowed)
             if part * length > _WORTH * tolerance:
                 last = displacement(memory, newest, newest - cycle)
                 memory.slow[0], memory.slow[1] = (

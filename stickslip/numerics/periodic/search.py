@@ -82,6 +82,12 @@ def memory_of(width: int) -> np.dtype[np.void]:
             ("initial_fineness", "i8"),  # _FINEST if the map has no tolerance
             ("plain", "i8"),  # 1 if no jump is allowed (any more)
             ("allowed", "f8"),  # longest jump that the caller allows
+            ("inwards", "f8"),  # the same to the middle of a spiral
+            ("repeating", "i8"),  # 1 if there only where the other components repeat
+            ("centre", "f8"),  # (x, 0), near which the slow process acts
+            ("stiffness", "f8"),  # of the norm of distances from there
+            ("gain", "f8"),  # a limit farther from there than `gain` times the way to it ...
+            ("least", "f8"),  # ... and this is out of its reach
             ("contracting", "i8"),  # latest run of applications in which no motions separate
             ("peak", "f8"),  # of the components that a jump does not move, in the last application
             ("jumps", "i8"),  # since the state to restore was stored
@@ -128,6 +134,8 @@ def start(
     memory.initial_fineness = (1 if late else 0) if refinable else _FINEST
     memory.fineness = memory.initial_fineness
     memory.longest_jump, memory.calm, memory.residue = LONGEST_JUMP, np.inf, 0.0
+    memory.inwards, memory.repeating, memory.centre, memory.stiffness = np.inf, 0, 0.0, 1.0
+    memory.gain, memory.least = np.inf, np.inf
     memory.gone, memory.stride, memory.turning, memory.peak = 0.0, np.inf, 0, 0.0
     for cycle in range(memory.longest_cycle):
         memory.ratios[cycle] = UNKNOWN
@@ -137,15 +145,35 @@ def start(
 
 
 @inline
+def limit_spirals(memory: Any) -> None:
+    """Jump to the middle of a spiral only if the components that a jump does not move repeat."""
+    memory.repeating = 1
+
+
+@inline
+def keep_clear(memory: Any, centre: float, stiffness: float, gain: float, least: float) -> None:
+    """Jump to the middle of a spiral only if the slow process cannot act on the way to it.
+
+    A sequence turns round the middle many times while it approaches it, and the process may act at
+    any angle. It acts near the state (centre, 0). With distances sqrt(v^2 + stiffness x^2), a limit
+    farther from there than `gain` times the way to it plus `least` is out of its reach, and jumps
+    to such a limit are free. With an infinite gain none is known to be.
+    """
+    memory.centre, memory.stiffness, memory.gain, memory.least = centre, stiffness, gain, least
+    memory.inwards = 0.0
+
+
+@inline
 def limit_jumps(memory: Any, longest: float, contracting: bool, peak: float = 0.0) -> None:
     """Limit jumps to `longest` in units of the scaled position, 0 for none, inf for any.
 
     With a finite limit, for a slow process that a jump would outrun, the components that a jump
-    does not move must also stand still. The caller may know that the last application was
-    `contracting`, that is, neighbouring motions did not separate; and the `peak` of the components
-    that a jump does not move during it, which must not change either.
+    does not move must also stand still, unless the limit is out of reach. The caller may know that
+    the last application was `contracting`, that is, neighbouring motions did not separate; and the
+    `peak` of the components that a jump does not move during it, which must not change either.
     """
-    memory.allowed, memory.peak = longest, peak
+    memory.allowed, memory.inwards, memory.peak = longest, longest, peak
+    memory.gain, memory.least, memory.repeating = np.inf, np.inf, 0
     memory.contracting = memory.contracting + 1 if contracting else 0
 
 

@@ -21,6 +21,7 @@ from stickslip.model.rhs import (
     film_melting_function,
     make_error_weight,
     make_exact,
+    make_step_limits,
     starting_state,
     stress_and_force,
     viscous_rate,
@@ -62,7 +63,7 @@ def _power(p: Parameters, V: float, y: State, F: float) -> float:
 
 
 def sprung_equations(law: FrictionLaw, path: Callable[..., float], upper: Upper) -> Equations:
-    rounded, weight_of_others = law.rounded, make_error_weight(law)
+    rounded, weight_of_others = law.rounded, make_error_weight(law, _strain)
     upper_velocity, upper_acceleration = upper.velocity, upper.acceleration
 
     @inline
@@ -115,8 +116,10 @@ def sprung_equations(law: FrictionLaw, path: Callable[..., float], upper: Upper)
         return sigma_el, F, sigma_rate, (sigma_rate + sigma_v_rate) * p.contact_area
 
     @inline
-    def error_weight(p: Parameters, y: State, J: tuple[State, ...]) -> State:
-        x_weight, u_weight, psi_weight = weight_of_others(p, y, J)
+    def error_weight(
+        p: Parameters, rtol: float, y: State, y1: State, J: tuple[State, ...]
+    ) -> State:
+        x_weight, u_weight, psi_weight = weight_of_others(p, rtol, y, y1, J)
         stretch_weight = x_weight + force_weight(p, p.upper_stiffness)
         return x_weight, u_weight, psi_weight, stretch_weight, 1.0 / drive.largest_speed(p)
 
@@ -126,6 +129,7 @@ def sprung_equations(law: FrictionLaw, path: Callable[..., float], upper: Upper)
         exact=make_exact(law),
         relative_state=_relative_state,
         strain=_strain,
+        strain_amplitude=friction.elastic_strain,
         rhs=rhs,
         jacobian=jacobian,
         observables=observables,
@@ -133,6 +137,7 @@ def sprung_equations(law: FrictionLaw, path: Callable[..., float], upper: Upper)
         power=_power,
         stored_energy=None,
         error_weight=error_weight,
+        step_limits=make_step_limits(_strain, _strain),
     )
 
 
