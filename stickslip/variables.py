@@ -266,10 +266,11 @@ _ALL = "for a stochastic film over all periods of all realizations"
 _TYPICAL = "for a stochastic film that of its typical path"
 _FIRST = "F = F' X/|X_m| + F'' (dX/dt)/(|X_m| omega) at the frequency of the drive"
 _MACHINE = "|X_m| is of the machine, springs and block included: no modulus of the film"
+_PERIODS = "of aperiodic orbits and stochastic films over all measured periods"
 _WINDOW = (
-    "of aperiodic orbits and stochastic films over all measured periods, with a standard error of "
-    "at most about amplitude_error/3 times friction_force_rms"
+    f"{_PERIODS}, with a standard error of at most about amplitude_error/3 times friction_force_rms"
 )
+_STATED = "of aperiodic orbits and stochastic films three standard errors of the mean"
 
 RESULTS: Mapping[str, ResultVariable] = _by_name(
     ResultVariable("elastic_stress_amplitude", "sigma_el,max", r"\sigma_\mathrm{el,max}", "Pa",
@@ -286,9 +287,11 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
         f"minimum of the friction force {_ORBIT}", _ALL),
     ResultVariable("dissipated_energy", "W", "W", "J",
         "work of the drive per drive period, over the stationary orbit",
-        "the integral of F V; what film and block dissipate in a period, as the orbit closes; of "
-        "aperiodic orbits and stochastic films the mean over the measured periods, with a standard "
-        "error of at most about amplitude_error/3 times it"),
+        "the integral of F V, measured as that of F (V - v), what film and block dissipate in a "
+        "period, as the orbit closes; of aperiodic orbits and stochastic films the mean over the "
+        "measured periods"),
+    ResultVariable("dissipated_energy_error", "error of W", r"\mathrm{error\ of}\ W", "J",
+        "estimated error of the dissipated energy", _STATED, lower=0.0),
     ResultVariable("amplitude_error", "error", r"\mathrm{error}", "1",
         "estimated relative error of the worse of the two amplitudes",
         "relative to max(amplitude, 1 % of max(2K, M omega^2)|X_m|, summed over the harmonics), "
@@ -337,10 +340,17 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
         lower=0.0),
     ResultVariable("friction_force_in_phase", "F'", "F'", "N",
         "first harmonic of the friction force, in phase with the drive",
-        f"{_FIRST}, {_WINDOW}; F'/{_MACHINE}", always=False, observable="harmonics"),
+        f"{_FIRST}, {_PERIODS}; F'/{_MACHINE}", always=False, observable="harmonics"),
+    ResultVariable("friction_force_in_phase_error", "error of F'", r"\mathrm{error\ of}\ F'", "N",
+        "estimated error of the first harmonic in phase with the drive", _STATED, lower=0.0,
+        always=False, observable="harmonics"),
     ResultVariable("friction_force_out_of_phase", "F''", "F''", "N",
         "first harmonic of the friction force, in phase with the velocity of the drive",
-        f"{_FIRST}, {_WINDOW}; F''/{_MACHINE}", always=False, observable="harmonics"),
+        f"{_FIRST}, {_PERIODS}; F''/{_MACHINE}", always=False, observable="harmonics"),
+    ResultVariable("friction_force_out_of_phase_error", "error of F''",
+        r"\mathrm{error\ of}\ F''", "N",
+        "estimated error of the first harmonic in phase with the velocity of the drive", _STATED,
+        lower=0.0, always=False, observable="harmonics"),
     ResultVariable("friction_force_rms", "F_rms", r"F_\mathrm{rms}", "N",
         f"root mean square of the friction force {_ORBIT}", _WINDOW, lower=0.0, always=False,
         observable="moments"),

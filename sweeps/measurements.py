@@ -25,15 +25,16 @@ if TYPE_CHECKING:
 
 Floats: TypeAlias = NDArray[np.float64]
 
+_ERROR = "_error"
+
 MEASURABLE: Mapping[str, str] = {
     spelling: name
     for name, variable in RESULTS.items()
-    if variable.dtype == "f8" and variable.unit
+    if variable.dtype == "f8" and variable.unit and not name.endswith(_ERROR)
     for spelling in (name, variable.symbol)
 }
-"""The variables that can be measured, by name and symbol: those with a unit."""
+"""The variables that can be measured, by name and symbol: those with a unit, but no errors."""
 
-_ERROR = "_error"
 _SHOWN = 20  # mistakes that are told in one go
 _TABLE = "table"  # the source of mistakes of a table in Python
 
@@ -169,7 +170,7 @@ def _roles(reading: _Reading) -> dict[str, int]:
             reading.refuse(f"{role} is given twice; leave one out", _first(reading), name)
         else:
             roles[role] = place
-    measured = [role for role in roles if role in RESULTS]
+    measured = [role for role in roles if role in MEASURABLE]
     for role in roles:
         if role.endswith(_ERROR) and role.removesuffix(_ERROR) not in measured:
             what = f"there is no column {role.removesuffix(_ERROR)} that these are the errors of"
@@ -268,7 +269,7 @@ def _number(cell: Any, role: str) -> float:
 def _measurements(
     reading: _Reading, columns: Mapping[str, Floats], parameters: set[str]
 ) -> Measurements:
-    measured = [name for name in columns if name in RESULTS]
+    measured = [name for name in columns if name in MEASURABLE]
     relative = not any(name.endswith(_ERROR) for name in columns)
     data = [
         (name, row, value, abs(value) if relative else columns[name + _ERROR][row])

@@ -72,8 +72,9 @@ def fixed_period(
     records, errors, nothing = march.records(), np.empty(1), np.zeros((1, 2))
     judging.write_errors(points, records, near[None], errors)
     measured = Measured(
-        records=records, cycles=np.full(1, 2), begins=start, ends=march.states(),
-        symmetric=np.zeros(1, np.bool_), amplitudes=amplitudes_of(records), errors=errors,
+        records=records, uncertainties=np.zeros_like(records), cycles=np.full(1, 2), begins=start,
+        ends=march.states(), symmetric=np.zeros(1, np.bool_), amplitudes=amplitudes_of(records),
+        errors=errors,
         spreads=nothing, multipliers=nothing[0, :1], exponents=np.full(1, np.nan),
         periods=np.ones(1, np.int64), statuses=march.tasks.status,
     )  # fmt: skip

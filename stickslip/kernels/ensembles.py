@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.kernels.observation import Walk, Watched, aperiodic_rows, write_relative_errors
 from stickslip.kernels.streams import streams_of
+from stickslip.measure.accumulate import INTEGRALS
 from stickslip.measure.results import STATUS
 from stickslip.measure.window import Window, error_of_mean
 from stickslip.options import METHODS, Options
@@ -29,11 +30,17 @@ _AMPLITUDES = ("elastic_stress_amplitude", "friction_force_amplitude")
 _HIGHEST = ("elastic_stress_max", "friction_force_max", "power_balance_error")
 _LOWEST = ("elastic_stress_min", "friction_force_min")
 _SUMS = ("melting_count", "solid_transition_count")
+_ERRORS = (
+    "dissipated_energy_error", "friction_force_in_phase_error", "friction_force_out_of_phase_error",
+)  # fmt: skip
 _MEANS = (
     "solid_fraction", "asymmetry", "dissipated_energy",
     "friction_force_in_phase", "friction_force_out_of_phase", "friction_force_mean_abs",
 )  # fmt: skip
 _RMS = ("friction_force_rms",)
+
+
+_ERROR_COLUMNS = [_COLUMN[name] for name in _ERRORS]
 
 
 def write_ensembles(
@@ -63,7 +70,7 @@ def _statistics(
     )
     for _ in range(_DROPPED):
         walk.next_period()
-    rows, singles = _measured(own, walk, window)
+    rows, singles = _measured(own, walk, window, paths)
     results, shape = typical.copy(), (len(points), paths, -1)
     errors = np.empty((len(points), len(_AMPLITUDES)))
     for i, (own_rows, amplitudes) in enumerate(
@@ -75,22 +82,31 @@ def _statistics(
     relative = np.empty(len(points))
     write_relative_errors(points, means, errors, relative)
     results[:, _COLUMN["amplitude_error"]] += relative
+    # A typical path is computed without observables: of the harmonic only the scatter is known.
+    results[:, _ERROR_COLUMNS] += np.nan_to_num(typical[:, _ERROR_COLUMNS])
     results[:, _COLUMN["periods_integrated"]] += paths * (_DROPPED + window)
     return results
 
 
-def _measured(points: np.ndarray, walk: Walk, length: int) -> tuple[np.ndarray, np.ndarray]:
+def _measured(
+    points: np.ndarray, walk: Walk, length: int, paths: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the rows (m, columns) of paths over a window, and the amplitudes of single periods.
 
-    The latter are (m, 2, length), of stress [Pa] and force [N].
+    The latter are (m, 2, length), of stress [Pa] and force [N]. Errors of integrals are those of
+    the mean over the so many `paths` of each point.
     """
     begins, window, count = walk.states(), Window(len(points)), len(points)
     for _ in range(length):
         window.add(walk.next_period())
     singles = np.ascontiguousarray(window.amplitudes.transpose(1, 2, 0))
-    zeros = np.zeros((count, 2))
+    integrals = window.integrals.transpose(1, 2, 0).reshape(-1, paths, len(INTEGRALS), length)
+    errors = [[error_of_mean(each) for each in one.swapaxes(0, 1)] for one in integrals]
+    zeros, uncertainties = np.zeros((count, 2)), np.zeros_like(window.record)
+    uncertainties[:, list(INTEGRALS)] = length * np.repeat(errors, paths, axis=0)
     watched = Watched(
         records=window.record,
+        uncertainties=uncertainties,
         lengths=np.full(count, length),
         begins=begins,
         ends=walk.states(),
@@ -128,7 +144,7 @@ def _combine(rows: np.ndarray, singles: np.ndarray, result: np.ndarray) -> None:
         result[_COLUMN[name]], result[_COLUMN[f"{name}_spread"]] = values.mean(), values.std()
     for names, together in (
         (_HIGHEST, np.max), (_LOWEST, np.min), (_SUMS, np.sum), (_MEANS, np.mean),
-        (_RMS, _root_mean_square),
+        (_RMS, _root_mean_square), (_ERRORS, np.max),
     ):  # fmt: skip
         for name in names:
             result[_COLUMN[name]] = together(np.ascontiguousarray(rows[:, _COLUMN[name]]))

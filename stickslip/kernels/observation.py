@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.compiled.decorators import kernel
 from stickslip.kernels.points import parameters_of, write_results
-from stickslip.measure.accumulate import FORCE_MAX, RECORD, STRESS_MAX
+from stickslip.measure.accumulate import FORCE_MAX, INTEGRALS, RECORD, STRESS_MAX
 from stickslip.measure.results import (
     APERIODIC,
     OK,
@@ -72,13 +72,15 @@ class TangentWalk(Walk, Protocol):
 class Watched(NamedTuple):
     """n motions that were watched; amplitudes are those of stress [Pa] and force [N].
 
-    `records` (n, RECORD) of the window and its `lengths` (n,) in drive periods; `begins` and `ends`
+    `records` (n, RECORD) of the window, the `uncertainties` (n, RECORD) of their INTEGRALS as means
+    over such windows, NaN for motions that are not aperiodic, and its `lengths` (n,) in drive periods; `begins` and `ends`
     (n, columns), the states before and after it, as finals; `means`, `errors` and `spreads` (n, 2)
     of the amplitudes of single periods; `exponents` (n,), the growth of tangent vectors per period;
     `aperiodic` (n,), a flag, without which the statistics are NaN; `periods` (n,) that it took.
     """
 
     records: np.ndarray
+    uncertainties: np.ndarray
     lengths: np.ndarray
     begins: np.ndarray
     ends: np.ndarray
@@ -118,8 +120,12 @@ def watch(walk: TangentWalk, length: int, *, decisive: bool = False) -> Watched:
     means, errors, spreads = (np.full((len(begins), 2), np.nan) for _ in range(3))
     singles = window.amplitudes.transpose(1, 2, 0)
     means[whole], errors[whole], spreads[whole] = statistics_of(singles[whole])
+    integrals = window.integrals.transpose(1, 2, 0)[whole]
+    uncertainties = np.zeros_like(window.record)
+    uncertainties[np.ix_(whole, INTEGRALS)] = length * statistics_of(integrals)[1]
     return Watched(
         records=window.record,
+        uncertainties=uncertainties,
         lengths=np.full(len(begins), length),
         begins=begins,
         ends=after,
@@ -180,6 +186,7 @@ def aperiodic_rows(points: np.ndarray, watched: Watched, periods: np.ndarray) ->
     write_relative_errors(points, watched.means, watched.errors, errors)
     measured = Measured(
         records=watched.records,
+        uncertainties=watched.uncertainties,
         cycles=2 * watched.lengths,
         begins=watched.begins,
         ends=watched.ends,

@@ -37,6 +37,12 @@ class Moment(NamedTuple):
     power: float
     """The power of the drive minus the dissipation in film and block."""
 
+    loss: float
+    """The power of the drive but for that which the block gains."""
+
+    motion: float
+    """The force that moves the block in proportion to x at the frequency of the drive."""
+
     phase: float
     """The phase of the drive [rad]."""
 
@@ -66,8 +72,8 @@ def _power(m: Moment) -> float:
 
 
 @inline
-def _drive_power(m: Moment) -> float:
-    return m.F * m.V
+def _loss(m: Moment) -> float:
+    return m.loss
 
 
 @inline
@@ -91,6 +97,16 @@ def _out_of_phase(m: Moment) -> float:
 
 
 @inline
+def _motion_in_phase(m: Moment) -> float:
+    return m.motion * sine_and_cosine(m.phase)[1]
+
+
+@inline
+def _motion_out_of_phase(m: Moment) -> float:
+    return -m.motion * sine_and_cosine(m.phase)[0]
+
+
+@inline
 def _square(m: Moment) -> float:
     return m.F * m.F
 
@@ -106,7 +122,7 @@ RECORD_TABLE = (
     Slot("largest friction force", HIGHEST, FORCE),
     Slot("least friction force", LOWEST, FORCE),
     Slot("work done on the block", SUM, WORK, _power),
-    Slot("work of the drive", SUM, WORK, _drive_power),
+    Slot("work of the drive but for that on the block", SUM, WORK, _loss),
     Slot("integral of |F V|", SUM, WORK, _absolute_power),
     Slot("largest order parameter", LARGEST, NUMBER),
     Slot("meltings", SUM, NUMBER),
@@ -120,6 +136,10 @@ RECORD_TABLE = (
     Slot("elapsed time", SUM, TIME, _one, optional=True),
     Slot("integral of F cos(omega t)", SUM, IMPULSE, _in_phase, optional=True),
     Slot("integral of -F sin(omega t)", SUM, IMPULSE, _out_of_phase, optional=True),
+    Slot("integral of F cos(omega t), by the motion of the block", SUM, IMPULSE, _motion_in_phase,
+         optional=True),
+    Slot("integral of -F sin(omega t), by the motion of the block", SUM, IMPULSE,
+         _motion_out_of_phase, optional=True),
     Slot("integral of F^2", SUM, SQUARE, _square, optional=True),
     Slot("integral of |F|", SUM, SIZE, _size, optional=True),
 )
@@ -135,7 +155,7 @@ RECORD = len(RECORD_TABLE)
     FORCE_MAX,
     FORCE_MIN,
     BLOCK_WORK,
-    DRIVE_WORK,
+    LOSS,
     ABSOLUTE_WORK,
     PHI_MAX,
     MELTINGS,
@@ -149,6 +169,8 @@ RECORD = len(RECORD_TABLE)
     ELAPSED,
     IN_PHASE,
     OUT_OF_PHASE,
+    MOTION_IN_PHASE,
+    MOTION_OUT_OF_PHASE,
     SQUARED_FORCE,
     FORCE_SIZE,
 ) = range(RECORD)
@@ -161,6 +183,12 @@ def slots_of(*reducers: int) -> tuple[int, ...]:
 
 EXTREMA = slots_of(HIGHEST, LOWEST)
 """The slots of a record that are extrema of observables."""
+
+INTEGRALS = (LOSS, IN_PHASE, OUT_OF_PHASE, MOTION_IN_PHASE, MOTION_OUT_OF_PHASE)
+"""The slots of integrals whose errors are stated."""
+
+SENSITIVE = (*EXTREMA, *INTEGRALS)
+"""The slots of which it is known how they depend on the state in which a record begins."""
 
 _HIGHEST = slots_of(HIGHEST)
 

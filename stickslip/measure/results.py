@@ -17,7 +17,6 @@ from stickslip.compiled.decorators import inline, jit
 from stickslip.measure.accumulate import (
     ABSOLUTE_WORK,
     BLOCK_WORK,
-    DRIVE_WORK,
     FIRST_PHASE,
     FIRST_SOLID,
     FORCE_MAX,
@@ -27,8 +26,11 @@ from stickslip.measure.accumulate import (
     IN_PHASE,
     LAST_PHASE,
     LAST_SOLID,
+    LOSS,
     MELTED,
     MELTINGS,
+    MOTION_IN_PHASE,
+    MOTION_OUT_OF_PHASE,
     OUT_OF_PHASE,
     PHI_MAX,
     RECORD,
@@ -120,7 +122,8 @@ def slot_units(units: RecordUnits) -> tuple[float, ...]:
 class Measured(NamedTuple):
     """n measured motions: everything that their result rows are made of.
 
-    `records` (n, RECORD) of whole orbits in SI units; `cycles` (n,) half periods after which they
+    `records` (n, RECORD) of whole orbits in SI units, and the `uncertainties` (n, RECORD) of their
+    INTEGRALS, NaN where unknown, 0 in other slots; `cycles` (n,) half periods after which they
     close, `begins` and `ends` (n, 2 or more) the states (x, v, ...) before and after these;
     `symmetric` (n,) if a motion is its own mirror image half a period later; `amplitudes` (n, 2) of
     stress and force, their `errors` (n,), their `spreads` (n, 2) among single drive periods;
@@ -130,6 +133,7 @@ class Measured(NamedTuple):
     """
 
     records: np.ndarray
+    uncertainties: np.ndarray
     cycles: np.ndarray
     begins: np.ndarray
     ends: np.ndarray
@@ -147,6 +151,12 @@ class Measured(NamedTuple):
 def _passes(cycle: int) -> int:
     """Number of times that a cycle of half periods is repeated until the orbit closes."""
     return 2 if cycle % 2 == 1 else 1
+
+
+@inline
+def halves_of(cycle: int) -> int:
+    """Half periods after which an orbit closes that repeats its cycle of half periods."""
+    return cycle * _passes(cycle)
 
 
 @jit
@@ -220,7 +230,60 @@ def relative_difference(p: Parameters, record: np.ndarray, better: np.ndarray) -
 @inline
 def _halves(m: Measured, i: int) -> int:
     """Half periods of the whole orbit, or of the window of an aperiodic one."""
-    return m.cycles[i] * _passes(m.cycles[i])
+    return halves_of(m.cycles[i])
+
+
+@inline
+def _gained_energy(p: Parameters, m: Measured, i: int) -> float:
+    """Energy that the block has gained between the begin and the end [J]."""
+    begin = block.energy(p, m.begins[i, 0], m.begins[i, 1])
+    end = block.energy(p, m.ends[i, 0], m.ends[i, 1])
+    return _passes(m.cycles[i]) * (end - begin)
+
+
+@jit
+def _work_of_drive(p: Parameters, m: Measured, i: int) -> tuple[float, float]:
+    """Work of the drive per drive period, and its error [J].
+
+    The work on the block is not measured, since it nearly cancels: it is the energy gained. On a
+    closed orbit that is 0, and what is left of it is only by how much the measurement fails to
+    close, which can exceed the loss of a locked block.
+    """
+    periods = 0.5 * _halves(m, i)
+    work, error = m.records[i, LOSS], m.uncertainties[i, LOSS]
+    if m.statuses[i] == APERIODIC:
+        work += _gained_energy(p, m, i)
+    if not math.isfinite(error):
+        error = abs(work) + m.records[i, ABSOLUTE_WORK]  # which it cannot exceed
+    return work / periods, error / periods
+
+
+@jit
+def _harmonic(
+    p: Parameters, m: Measured, i: int, work: float, work_error: float
+) -> tuple[float, float, float, float]:
+    """First harmonic of the force, in phase and out of phase with the drive, each with its error.
+
+    0 if it was not asked for. Of a closed orbit it is known from the motion of the block. Under a
+    single cosine F V is the part out of phase times pi |X_m|: the work, in which nothing cancels,
+    tells it.
+    """
+    # The first Fourier coefficients are twice the means; the drive is a cosine, or its negative.
+    twice, most = math.copysign(2.0, p.drive_amplitude), 2.0 * _mean(m, i, FORCE_SIZE)
+    in_phase, out_of_phase = MOTION_IN_PHASE, MOTION_OUT_OF_PHASE
+    if m.statuses[i] == APERIODIC:
+        in_phase, out_of_phase = IN_PHASE, OUT_OF_PHASE
+    along, along_error = twice * _mean(m, i, in_phase), 2.0 * _mean_error(m, i, in_phase)
+    across, across_error = twice * _mean(m, i, out_of_phase), 2.0 * _mean_error(m, i, out_of_phase)
+    if drive.highest_harmonic(p) == 1.0:
+        way = math.pi * abs(p.drive_amplitude)
+        across, across_error = work / way, work_error / way
+    # None can exceed twice the mean of |F|.
+    if not math.isfinite(along_error):
+        along_error = abs(along) + most
+    if not math.isfinite(across_error):
+        across_error = abs(across) + most
+    return along, along_error, across, across_error
 
 
 @jit
@@ -230,10 +293,8 @@ def _power_balance(p: Parameters, m: Measured, i: int) -> tuple[float, bool]:
     |work of the drive - dissipation - energy gained| divided by the integral of |F V|. The
     dissipation is the integral of F (V - v), so the first two differ by the work on the block.
     """
-    begin = block.energy(p, m.begins[i, 0], m.begins[i, 1])
-    end = block.energy(p, m.ends[i, 0], m.ends[i, 1])
-    gained = _passes(m.cycles[i]) * (end - begin)
-    miss, absolute = abs(m.records[i, BLOCK_WORK] - gained), m.records[i, ABSOLUTE_WORK]
+    absolute = m.records[i, ABSOLUTE_WORK]
+    miss = abs(m.records[i, BLOCK_WORK] - _gained_energy(p, m, i))
     way = 2.0 * drive.half_way(p) * _halves(m, i)
     least = _SMALL_PART * full_force(p) * way
     kept = miss <= _POWER_BALANCE_LIMIT * max(absolute, least)
@@ -292,14 +353,22 @@ def _mean(m: Measured, i: int, slot: int) -> float:
     return m.records[i, slot] / _halves(m, i)
 
 
+@inline
+def _mean_error(m: Measured, i: int, slot: int) -> float:
+    """The error of the same."""
+    return m.uncertainties[i, slot] / _halves(m, i)
+
+
 @jit
 def _result_row(p: Parameters, m: Measured, i: int) -> tuple[ResultRow, bool]:
     """Result row of an orbit, and whether its invariants hold."""
     high, low = m.records[i, STRESS_MAX], m.records[i, STRESS_MIN]
     force_high, force_low = m.records[i, FORCE_MAX], m.records[i, FORCE_MIN]
     balance, balance_kept = _power_balance(p, m, i)
-    # The first Fourier coefficients are twice the means; the drive is a cosine, or its negative.
-    twice = math.copysign(2.0, p.drive_amplitude)
+    work, work_error = _work_of_drive(p, m, i)
+    in_phase, in_phase_error, out_of_phase, out_of_phase_error = _harmonic(
+        p, m, i, work, work_error
+    )
     # Numba allows no conditional among more than fifteen keywords: functions take its place.
     row = ResultRow(
         elastic_stress_amplitude=m.amplitudes[i, 0],
@@ -308,7 +377,8 @@ def _result_row(p: Parameters, m: Measured, i: int) -> tuple[ResultRow, bool]:
         elastic_stress_min=low,
         friction_force_max=force_high,
         friction_force_min=force_low,
-        dissipated_energy=m.records[i, DRIVE_WORK] / (0.5 * _halves(m, i)),
+        dissipated_energy=work,
+        dissipated_energy_error=work_error,
         amplitude_error=m.errors[i],
         power_balance_error=balance,
         orbit_periods=float(_periods(m, i)),
@@ -322,8 +392,10 @@ def _result_row(p: Parameters, m: Measured, i: int) -> tuple[ResultRow, bool]:
         lyapunov_exponent=m.exponents[i],
         elastic_stress_amplitude_spread=m.spreads[i, 0],
         friction_force_amplitude_spread=m.spreads[i, 1],
-        friction_force_in_phase=twice * _mean(m, i, IN_PHASE),
-        friction_force_out_of_phase=twice * _mean(m, i, OUT_OF_PHASE),
+        friction_force_in_phase=in_phase,
+        friction_force_in_phase_error=in_phase_error,
+        friction_force_out_of_phase=out_of_phase,
+        friction_force_out_of_phase_error=out_of_phase_error,
         friction_force_rms=math.sqrt(_mean(m, i, SQUARED_FORCE)),
         friction_force_mean_abs=_mean(m, i, FORCE_SIZE),
         status=float(m.statuses[i]),

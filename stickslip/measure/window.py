@@ -8,14 +8,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from stickslip.measure.accumulate import (
+    BLOCK_WORK,
     FIRST_PHASE,
     FIRST_SOLID,
     FORCE_MAX,
     FORCE_MIN,
     HIGHEST,
+    INTEGRALS,
     LARGEST,
     LAST_PHASE,
     LAST_SOLID,
+    LOSS,
     LOWEST,
     MELTED,
     MELTINGS,
@@ -49,6 +52,13 @@ def amplitudes_of(records: np.ndarray) -> np.ndarray:
     return 0.5 * (records[:, [STRESS_MAX, FORCE_MAX]] - records[:, [STRESS_MIN, FORCE_MIN]])
 
 
+def integrals_of(records: np.ndarray) -> np.ndarray:
+    """Return the INTEGRALS (n, 3) of stretches of motion, with all the work of the drive."""
+    integrals = records[:, list(INTEGRALS)]
+    integrals[:, INTEGRALS.index(LOSS)] += records[:, BLOCK_WORK]
+    return np.asarray(integrals)
+
+
 class Window:
     """Consecutive drive periods of n motions, added one after another.
 
@@ -60,12 +70,14 @@ class Window:
         self.record[:, list(slots_of(HIGHEST))] = -math.inf
         self.record[:, _LOWEST] = math.inf
         self._amplitudes: list[np.ndarray] = []
+        self._integrals: list[np.ndarray] = []
 
     def add(self, records: np.ndarray) -> None:
         """Add a period of each motion: `records` (n, RECORD) of stretches, in SI units."""
         whole, before = self.record, self.record[:, LAST_PHASE].copy()
         begin, end = records[:, FIRST_PHASE], records[:, LAST_PHASE]
         self._amplitudes.append(amplitudes_of(records))
+        self._integrals.append(integrals_of(records))
         whole[:, _HIGHEST] = np.maximum(whole[:, _HIGHEST], records[:, _HIGHEST])
         whole[:, _LOWEST] = np.minimum(whole[:, _LOWEST], records[:, _LOWEST])
         whole[:, _SUMS] += records[:, _SUMS]
@@ -86,6 +98,11 @@ class Window:
         """Amplitudes of stress [Pa] and force [N] of single periods, (periods, n, 2)."""
         return np.array(self._amplitudes)
 
+    @property
+    def integrals(self) -> np.ndarray:
+        """The INTEGRALS of single periods as of `integrals_of`, (periods, n, 3)."""
+        return np.array(self._integrals)
+
 
 def mean_in_order(values: Sequence[np.ndarray]) -> np.ndarray:
     """Return the mean (n,) of values (n,), added one after another.
@@ -96,7 +113,7 @@ def mean_in_order(values: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def statistics_of(singles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return means, errors and standard deviations, each (n, 2), of `singles` (n, 2, periods)."""
+    """Return means, errors and standard deviations, each (n, m), of `singles` (n, m, periods)."""
     moments = np.empty((3, *singles.shape[:2]))
     for i, motion in enumerate(singles):
         for j, values in enumerate(motion):

@@ -29,6 +29,16 @@ def own_loss(p: Parameters, x: float, v: float) -> float:
 
 
 @inline
+def harmonic_force(p: Parameters, x: float, v: float) -> float:
+    """Friction force [N] at the frequency of the drive, by the motion of the block.
+
+    M d2x/dt2 minus the other forces, Eq. 3, with -omega^2 x for d2x/dt2: over a closed orbit they
+    have the same first harmonic. It is as smooth as the motion, where F is not.
+    """
+    return -p.block_mass * (p.angular_frequency * p.angular_frequency) * x - own_force(p, x, v)
+
+
+@inline
 def energy(p: Parameters, x: float, v: float) -> float:
     """Energy of the block and its springs [J]: M v^2/2 + K x^2."""
     return 0.5 * p.block_mass * v**2 + p.spring_stiffness * x**2

@@ -18,6 +18,7 @@ from stickslip.model.laws import FrictionLaw
 from stickslip.model.rhs import (
     Equations,
     StrainModel,
+    loss,
     make_error_weight,
     make_exact,
     make_step_limits,
@@ -188,6 +189,7 @@ def relaxing_equations(law: FrictionLaw, path: Callable[..., float], upper: Uppe
         observables=observables,
         observables_and_rates=observables_and_rates,
         power=power,
+        loss=loss,
         stored_energy=stored_energy,
         error_weight=error_weight,
         step_limits=make_step_limits(_strain, _strain),

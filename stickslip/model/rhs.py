@@ -84,6 +84,15 @@ def block_power(p: Parameters, V: float, y: State, F: float) -> float:
 
 
 @inline
+def loss(p: Parameters, V: float, y: State, F: float) -> float:
+    """Power [W] of the drive under a friction force F [N] but for what the block gains.
+
+    F (V - v) and the loss of the block itself: no difference of large numbers.
+    """
+    return F * y[1] + block.own_loss(p, y[0], V - y[1])
+
+
+@inline
 def starting_state(p: Parameters) -> State:
     """The start (x_0, v_0, ln(phi)), with phi_0 raised to at least the noise level."""
     phi = noise.starting_order_parameter(p)
@@ -150,6 +159,10 @@ class Equations(NamedTuple):
     """(p, V, y, F): the power [W] of the drive at the velocity V [m/s] of the upper block and the
     friction force F [N], minus the dissipation in film and block. If the film stores no energy,
     this is the power that the block gains."""
+
+    loss: Callable[..., float]
+    """(p, V, y, F): the power [W] F V of the drive minus that which the block gains, written as
+    F (V - v) plus the loss of the block itself, so that no large numbers cancel."""
 
     stored_energy: Callable[..., float] | None
     """(p, y): the energy [J] stored in the film; None if it stores none."""
@@ -313,6 +326,7 @@ def adiabatic_equations(law: FrictionLaw, path: Callable[..., float], upper: Upp
         observables=observables,
         observables_and_rates=observables_and_rates,
         power=block_power,
+        loss=loss,
         stored_energy=None,
         error_weight=make_error_weight(law, _strain),
         # The strain is a multiple of u, and so is its rate of that of u.

@@ -10,7 +10,6 @@ import pytest
 from stickslip.measure.accumulate import (
     ABSOLUTE_WORK,
     BLOCK_WORK,
-    DRIVE_WORK,
     ELAPSED,
     FIRST_PHASE,
     FIRST_SOLID,
@@ -22,8 +21,11 @@ from stickslip.measure.accumulate import (
     LAST_PHASE,
     LAST_SOLID,
     LIQUID,
+    LOSS,
     MELTED,
     MELTINGS,
+    MOTION_IN_PHASE,
+    MOTION_OUT_OF_PHASE,
     OUT_OF_PHASE,
     PHI_MAX,
     RECORD,
@@ -120,7 +122,10 @@ def test_a_rejected_step_that_is_not_finite_leaves_no_trace(value: float) -> Non
 
 
 def moment(V: float, F: float, power: float) -> Moment:
-    return Moment(x=0.1, V=V, u=0.3, phi=0.5, sigma_el=1.0, F=F, power=power, phase=math.pi / 6)
+    return Moment(
+        x=0.1, V=V, u=0.3, phi=0.5, sigma_el=1.0, F=F, power=power, loss=abs(F),
+        motion=2.0 * F, phase=math.pi / 6,
+    )  # fmt: skip
 
 
 def test_a_step_adds_to_every_integral_what_its_quadrature_says() -> None:
@@ -129,7 +134,7 @@ def test_a_step_adds_to_every_integral_what_its_quadrature_says() -> None:
     for seen in (True, False):
         see(record, 0, moments, 2.0, seen)
     assert record[BLOCK_WORK] == 2.0 * (0.25 * 4.0 + 0.75 * 8.0)
-    assert record[DRIVE_WORK] == 2.0 * (0.25 * -6.0 + 0.75 * 1.0)
+    assert record[LOSS] == 2.0 * (0.25 * 3.0 + 0.75 * 1.0)
     assert record[ABSOLUTE_WORK] == 2.0 * (0.25 * 6.0 + 0.75 * 1.0)
     make_see_integrals(ALONE, (1.0,))(record, 0, moments[:1], 1.0, True)
     assert record[ABSOLUTE_WORK] == 2.0 * (0.25 * 6.0 + 0.75 * 1.0) + 6.0
@@ -143,6 +148,8 @@ def test_optional_integrals_are_left_out_unless_they_are_asked_for() -> None:
     make_see_integrals(ALONE, (1.0,), observed=True)(record, 0, moments, 2.0, True)
     assert record[ELAPSED] == 2.0
     assert record[[IN_PHASE, OUT_OF_PHASE]] == pytest.approx([-math.sqrt(27.0), 3.0], rel=1e-15)
+    motion = record[[MOTION_IN_PHASE, MOTION_OUT_OF_PHASE]]
+    assert motion == pytest.approx([-math.sqrt(108.0), 6.0], rel=1e-15)
     assert record[[SQUARED_FORCE, FORCE_SIZE]].tolist() == [18.0, 6.0]
 
 

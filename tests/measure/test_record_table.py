@@ -54,9 +54,15 @@ def test_the_least_value_lies_behind_the_largest_of_the_same_unit() -> None:
 )
 def test_an_integrand_is_the_same_in_the_mirror_image_of_a_motion(slot: Slot) -> None:
     """Lanes integrate every other half period in it."""
-    seen = Moment(x=0.7, V=0.3, u=-0.2, phi=0.4, sigma_el=-1.5, F=-2.5, power=0.6, phase=0.4)
+    seen = Moment(
+        x=0.7, V=0.3, u=-0.2, phi=0.4, sigma_el=-1.5, F=-2.5, power=0.6, loss=0.9, motion=1.7,
+        phase=0.4,
+    )  # fmt: skip
     turned = seen.phase + np.pi
-    mirrored = Moment(x=-0.7, V=-0.3, u=0.2, phi=0.4, sigma_el=1.5, F=2.5, power=0.6, phase=turned)
+    mirrored = Moment(
+        x=-0.7, V=-0.3, u=0.2, phi=0.4, sigma_el=1.5, F=2.5, power=0.6, loss=0.9, motion=-1.7,
+        phase=turned,
+    )  # fmt: skip
     assert slot.reducer == SUM
     assert slot.integrand(mirrored) == pytest.approx(slot.integrand(seen), rel=1e-15)
     assert slot.integrand(seen) != 0.0

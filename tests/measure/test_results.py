@@ -29,6 +29,8 @@ from stickslip.regime import Regime
 from stickslip.variables import RESULT_COLUMNS, RESULTS
 
 P = Parameters()
+FROM_WORK = 6e-9 / (math.pi * 0.8e-6)
+"""The part of the force out of phase [N] with a work of 6e-9 J in a period."""
 LIMIT = 1e-2
 """Power balance error beyond which an orbit is not believed."""
 
@@ -39,17 +41,22 @@ def result_of(
     begin: tuple[float, float] = (0.0, 0.0),
     end: tuple[float, float] = (0.0, 0.0),
     error: float = 1e-7,
+    uncertain: float = 1e-3,
     symmetric: bool = False,
     exponent: float = math.nan,
     status: Status = Status.OK,
     **slots: float,
 ) -> dict[str, float]:
-    """The result row of a record of `cycle` half periods, by name."""
+    """The result row of a record of `cycle` half periods, by name.
+
+    `uncertain` is the error of its integrals as a part of them.
+    """
     row, whole = np.full(len(RESULT_COLUMNS), 77.0), np.empty(RECORD)
     write_whole_orbit(record_of(**slots), SI, cycle, whole)
+    uncertainties = np.where(whole != 0.0, uncertain, 0.0) * whole
     measured = Measured(
-        records=whole[None], cycles=np.array([cycle]), begins=np.array([begin]),
-        ends=np.array([end]), symmetric=np.array([symmetric]),
+        records=whole[None], uncertainties=uncertainties[None], cycles=np.array([cycle]),
+        begins=np.array([begin]), ends=np.array([end]), symmetric=np.array([symmetric]),
         amplitudes=amplitudes_of(whole[None]), errors=np.array([error]),
         spreads=np.array([[3e4, 2e-5]]), multipliers=np.array([0.25]),
         exponents=np.array([exponent]), periods=np.array([9]), statuses=np.array([int(status)]),
@@ -78,6 +85,7 @@ def test_a_row_holds_what_was_measured_under_its_name() -> None:
         "friction_force_max": 2e-3,
         "friction_force_min": -1e-3,
         "dissipated_energy": 6e-9,
+        "dissipated_energy_error": 6e-12,
         "amplitude_error": 1e-7,
         "power_balance_error": 0.0,
         "orbit_periods": 1,
@@ -92,7 +100,9 @@ def test_a_row_holds_what_was_measured_under_its_name() -> None:
         "elastic_stress_amplitude_spread": 3e4,
         "friction_force_amplitude_spread": 2e-5,
         "friction_force_in_phase": 2e-4,
-        "friction_force_out_of_phase": 1e-3,
+        "friction_force_in_phase_error": 2e-7,
+        "friction_force_out_of_phase": FROM_WORK,
+        "friction_force_out_of_phase_error": 1e-3 * FROM_WORK,
         "friction_force_rms": 1e-3,
         "friction_force_mean_abs": 8e-4,
         "status": Status.OK,
@@ -104,22 +114,62 @@ def test_a_row_holds_what_was_measured_under_its_name() -> None:
 
 @pytest.mark.parametrize("cycle", [1, 2, 3, 4])
 def test_observables_are_means_over_the_whole_orbit(cycle: int) -> None:
-    sums = {"IN_PHASE": 2e-4, "OUT_OF_PHASE": 1e-3, "SQUARED_FORCE": 2e-6, "FORCE_SIZE": 1.6e-3}
-    found = result_of(cycle=cycle, **{name: 0.5 * cycle * value for name, value in sums.items()})
+    sums = {
+        "MOTION_IN_PHASE": 2e-4, "MOTION_OUT_OF_PHASE": 1e-3, "SQUARED_FORCE": 2e-6,
+        "FORCE_SIZE": 1.6e-3, "IN_PHASE": 77.0, "OUT_OF_PHASE": 77.0,
+    }  # fmt: skip
+    part = {name: 0.5 * cycle * value for name, value in sums.items()}
+    found = result_of(Parameters(third_harmonic=0.1), cycle=cycle, **part)
     means = [value for name, value in found.items() if RESULTS[name].observable]
-    assert means == pytest.approx([2e-4, 1e-3, 1e-3, 8e-4], rel=1e-15)
+    assert means == pytest.approx([2e-4, 2e-7, 1e-3, 1e-6, 1e-3, 8e-4], rel=1e-15)
+
+
+@pytest.mark.parametrize("cycle", [1, 2, 3, 4])
+def test_under_a_cosine_the_work_tells_the_part_of_the_force_out_of_phase(cycle: int) -> None:
+    found = result_of(cycle=cycle, LOSS=0.5 * cycle * 6e-9, MOTION_OUT_OF_PHASE=77.0)
+    assert found["friction_force_out_of_phase"] == pytest.approx(FROM_WORK, rel=1e-15)
+    assert found["friction_force_out_of_phase_error"] == pytest.approx(1e-3 * FROM_WORK, rel=1e-15)
+
+
+def test_harmonics_of_a_window_are_those_of_the_force_itself() -> None:
+    motion = {"MOTION_IN_PHASE": 77.0, "MOTION_OUT_OF_PHASE": 77.0}
+    found = result_of(Parameters(third_harmonic=0.1), status=Status.APERIODIC, **motion)
+    assert found["friction_force_in_phase"] == pytest.approx(2e-4, rel=1e-15)
+    assert found["friction_force_out_of_phase"] == pytest.approx(1e-3, rel=1e-15)
 
 
 def test_harmonics_turn_with_a_drive_that_begins_at_its_lowest_point() -> None:
-    found = result_of(Parameters(drive_amplitude=-0.8e-6))
+    found = result_of(Parameters(drive_amplitude=-0.8e-6, third_harmonic=0.1))
     assert found["friction_force_in_phase"] == pytest.approx(-2e-4, rel=1e-15)
+    assert found["friction_force_in_phase_error"] == pytest.approx(2e-7, rel=1e-15)
     assert found["friction_force_out_of_phase"] == pytest.approx(-1e-3, rel=1e-15)
     assert found["friction_force_mean_abs"] == pytest.approx(8e-4, rel=1e-15)
+    cosine = result_of(Parameters(drive_amplitude=-0.8e-6))
+    assert cosine["friction_force_out_of_phase"] == pytest.approx(FROM_WORK, rel=1e-15)
 
 
 @pytest.mark.parametrize(("cycle", "energy"), [(1, 12e-9), (2, 6e-9), (3, 4e-9), (4, 3e-9)])
 def test_the_dissipated_energy_is_that_of_one_drive_period(cycle: int, energy: float) -> None:
-    assert result_of(cycle=cycle)["dissipated_energy"] == pytest.approx(energy, rel=1e-15)
+    found = result_of(cycle=cycle)
+    assert found["dissipated_energy"] == pytest.approx(energy, rel=1e-15)
+    assert found["dissipated_energy_error"] == pytest.approx(1e-3 * energy, rel=1e-15)
+
+
+def test_energy_that_the_block_gains_is_work_in_a_window_and_no_loss_of_a_closed_orbit() -> None:
+    begin, end = (1e-7, 2e-6), (3e-7, -1e-6)
+    gained = 0.5 * 0.4 * (end[1] ** 2 - begin[1] ** 2) + 3000.0 * (end[0] ** 2 - begin[0] ** 2)
+    motion: dict[str, Any] = {"cycle": 400, "begin": begin, "end": end, "BLOCK_WORK": gained}
+    window = result_of(**motion, status=Status.APERIODIC, exponent=0.1)
+    assert window["dissipated_energy"] == pytest.approx((6e-9 + gained) / 200, rel=1e-14)
+    assert result_of(**motion)["dissipated_energy"] == pytest.approx(6e-9 / 200, rel=1e-15)
+
+
+@pytest.mark.parametrize("uncertain", [math.nan, math.inf])
+def test_what_is_known_of_no_integral_is_bounded_by_what_none_exceeds(uncertain: float) -> None:
+    found = result_of(uncertain=uncertain)
+    assert found["status"] == Status.OK
+    assert found["dissipated_energy_error"] == pytest.approx(6e-9 + 1e-8, rel=1e-15)
+    assert found["friction_force_in_phase_error"] == pytest.approx(2e-4 + 1.6e-3, rel=1e-15)
 
 
 @pytest.mark.parametrize(

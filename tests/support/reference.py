@@ -7,6 +7,7 @@ other.
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
 
@@ -110,3 +111,41 @@ def trajectory(
     if not solution.success:
         raise RuntimeError(solution.message)
     return np.asarray(solution.y.T)
+
+
+def work_of_a_period(p: Parameters, start: np.ndarray, rtol: float = 1e-9) -> tuple[float, float]:
+    """Work [J] of a cosine in a period from a state (x, v, ln phi), by LSODA.
+
+    And how far the state is from there afterwards, over X_m, X_m omega and 1. The relative velocity
+    is a variable of its own, as a tiny slip would drown in the rounding of V - v; the work is that
+    of F (V - v), which is all of it if the state returns.
+
+    Raises RuntimeError where the solver gives up, as it often does at the cusp of a law.
+    """
+    from scipy.integrate import solve_ivp
+
+    X_m, omega = abs(p.drive_amplitude), p.angular_frequency
+    energy = p.spring_stiffness * X_m**2
+
+    def rates(phase: float, y: np.ndarray) -> list[float]:
+        t, u = phase / omega, y[1] * X_m * omega
+        v, force = upper_velocity(t, p) - u, friction_force(u, math.exp(y[2]), p)
+        _, _, growth = right_hand_side(t, np.array([y[0] * X_m, v, y[2]]), p)
+        # The same force with u itself, not with what is left of V - v.
+        v_rate = (force - 2 * p.spring_stiffness * y[0] * X_m) / p.block_mass
+        u_rate = -p.drive_amplitude * omega**2 * math.cos(phase) - v_rate
+        over_time = [v / X_m, u_rate / (X_m * omega), growth, force * u / energy]
+        return [rate / omega for rate in over_time]
+
+    x, v, psi = start
+    begin = np.array([x / X_m, -v / (X_m * omega), psi, 0.0])
+    atol = [rtol, 1e-6 * rtol, rtol, 1e-20]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # what it says before it gives up
+        solution = solve_ivp(
+            rates, (0.0, 2.0 * math.pi), begin, "LSODA", rtol=rtol, atol=atol, max_step=0.05
+        )
+    if not solution.success:
+        raise RuntimeError(solution.message)
+    end = solution.y[:, -1]
+    return float(end[3] * energy), float(np.abs(end - begin)[:3].max())

@@ -20,10 +20,10 @@ from stickslip.kernels.problem import problem_functions, problem_of
 from stickslip.measure.accumulate import (
     ABSOLUTE_WORK,
     BLOCK_WORK,
-    DRIVE_WORK,
     FIRST_PHASE,
     FORCE_MAX,
     LAST_PHASE,
+    LOSS,
     MELTED,
     MELTINGS,
     RECORD,
@@ -65,7 +65,7 @@ def _see(p, t, dt, u, phi, u_s, record):
     _see_phase(record, 0, phi, solid, melted, dt / (0.5 * drive.period(p)), True)
     V = drive.upper_velocity(p, t)
     _add(record, 0, BLOCK_WORK, dt * (F * (V - u)), True)
-    _add(record, 0, DRIVE_WORK, dt * (F * V), True)
+    _add(record, 0, LOSS, dt * (F * u), True)
     _add(record, 0, ABSOLUTE_WORK, dt * abs(F * V), True)
 
 

@@ -26,7 +26,7 @@ from stickslip.measure.accumulate import (
     accumulator,
     make_see_integrals,
 )
-from stickslip.model import film, solids
+from stickslip.model import block, film, solids
 from stickslip.model.rhs import Equations
 from stickslip.model.scaling import Reduced
 from stickslip.model.state import FILM, State
@@ -128,16 +128,18 @@ def _make_see_work(equations: Equations, *, observed: bool) -> Any:
 
     Its arguments are (lanes, lane, problem, step, nodes, accepted).
     """
-    power, stored_energy = equations.power, equations.stored_energy
+    power, loss, stored_energy = equations.power, equations.loss, equations.stored_energy
     see_integrals = make_see_integrals(record, WEIGHTS, observed=observed)
-    upper_velocity = equations.upper.velocity
+    upper_velocity, relative_state = equations.upper.velocity, equations.relative_state
 
     @inline
     def moment(problem: Problem, step: Step, theta: float, node: Node) -> Moment:
         y, phi, sigma_el, F = node
         t = step.t + theta * step.used
-        V, phase = upper_velocity(problem.p, t), problem.p.angular_frequency * t
-        return Moment(y[0], V, y[1], phi, sigma_el, F, power(problem.p, V, y, F), phase)
+        p, V, phase = problem.p, upper_velocity(problem.p, t), problem.p.angular_frequency * t
+        gained, lost = power(p, V, y, F), loss(p, V, y, F)
+        motion = block.harmonic_force(p, y[0], relative_state(p, t, y)[1])
+        return Moment(y[0], V, y[1], phi, sigma_el, F, gained, lost, motion, phase)
 
     @inline
     def see_work(

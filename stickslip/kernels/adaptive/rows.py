@@ -11,17 +11,25 @@ from stickslip.compiled.decorators import inline, jit, kernel_factory, named_ker
 from stickslip.kernels.adaptive.conversion import make_record_units
 from stickslip.kernels.adaptive.passes import CYCLE, HALVES, OUTCOME, Queue
 from stickslip.kernels.points import parameters_of
+from stickslip.kernels.problem import rounding_speed
 from stickslip.measure.accumulate import (
     EXTREMA,
+    FORCE_MAX,
+    FORCE_MIN,
+    FORCE_SIZE,
+    INTEGRALS,
+    LOSS,
     MELTINGS,
     PHI_MAX,
     RECORD,
+    SENSITIVE,
     STRESS_MAX,
     STRESS_MIN,
 )
 from stickslip.measure.results import (
     Measured,
     RecordUnits,
+    halves_of,
     relative_difference,
     write_whole_orbit,
 )
@@ -43,6 +51,17 @@ _DIFFERENCE_PART = 0.15
 _SHIFT_PART, _SHIFT_PART_PAST_CUSPS = 0.15, 0.5
 _LEAST, _LEAST_AT_CUSP, _LEAST_PAST_CUSPS, _LEAST_OF_FRONTS = 0.0025, 0.01, 0.015, 0.03
 
+# The same of integrals: the difference, and the smallest error, relative to the integral, of a film
+# that melts, of a liquid one whose law has a cusp, and of others. They need more than amplitudes,
+# since steps are fitted to the motion, not to the slip by which a locked block loses energy
+# (docs/decisions/work.md).
+_DIFFERENCE_PART_OF_INTEGRALS = 1.0
+_LEAST_OF_MELTING, _LEAST_OF_SLIDING, _LEAST_OF_OTHERS = 0.05, 0.1, 0.2
+
+# A slip that the rounding of a cusp decides can be too large by this many differences, since it
+# goes as a power of the width that may be small; but not by more than it is.
+_ROUNDED_PART = 4.0
+
 # At least this fraction of the smallest error counts even if the amplitudes hardly depend on the
 # position: they do not depend on it alone.
 _WELL_CONDITIONED = 0.5
@@ -62,7 +81,8 @@ class Orbits(NamedTuple):
 
     `begins` (n, width + 1) states on them, in their own units; `coarse` (n, RECORD) at the coarser
     tolerance; `symmetric` (n,); `spreads` (n, 2) of stress and force in SI units; `multipliers`
-    (n,); `slopes` (n, EXTREMA, width), derivatives of the extrema with respect to the first state;
+    (n,); `slopes` (n, SENSITIVE, width), derivatives of extrema and integrals with respect to the
+    first state;
     `missed` (n, width), by how much the finer cycle fails to close, weighted as in the test of
     repetition; `offsets` (n, width) of the state from the orbit, NaN if it left the orbit, and
     `shifts` (n, width) of the orbit between the two tolerances, both a cycle later, when fast
@@ -89,23 +109,28 @@ def _error_of_displacement(
     displacement: np.ndarray,
     units: RecordUnits,
     cycle: int,
+    changes: np.ndarray,
 ) -> float:
     """Error of the amplitudes due to this displacement (width,) of the first state.
 
     Infinite if that or the slopes are unknown: `max` would drop a NaN. `measured` (RECORD,) as in
-    the lanes, and `record` (RECORD,) of the whole orbit.
+    the lanes, and `record` (RECORD,) of the whole orbit. The `changes` (INTEGRALS,) of its
+    integrals are output.
     """
     away, moved, total = measured.copy(), np.empty(RECORD), 0.0
-    for k in range(len(EXTREMA)):
+    for k in range(len(SENSITIVE)):
         change = 0.0
         for component in range(len(displacement)):
             change += abs(slopes[k, component] * displacement[component])
         # Maxima and minima alternate; both move outwards, so that no errors cancel.
-        away[EXTREMA[k]] += change if k % 2 == 0 else -change
+        away[SENSITIVE[k]] += -change if k < len(EXTREMA) and k % 2 == 1 else change
         total += change
+    changes[:] = math.inf
     if not math.isfinite(total):
         return math.inf
     write_whole_orbit(away, units, cycle, moved)
+    for k in range(len(INTEGRALS)):
+        changes[k] = abs(moved[INTEGRALS[k]] - record[INTEGRALS[k]])
     return relative_difference(p, moved, record)
 
 
@@ -128,6 +153,48 @@ def _parts_of_error(p: Parameters, record: np.ndarray, cusped: bool) -> tuple[fl
     return (_SHIFT_PART_PAST_CUSPS, _LEAST_PAST_CUSPS) if liquid else (_SHIFT_PART, _LEAST_AT_CUSP)
 
 
+@inline
+def _least_of_integrals(p: Parameters, record: np.ndarray, cusped: bool) -> float:
+    """The smallest error of integrals, in tolerances."""
+    if record[MELTINGS] > 0.0:
+        return _LEAST_OF_MELTING
+    liquid = record[PHI_MAX] < solids.solid_threshold(p)
+    return _LEAST_OF_SLIDING if liquid and cusped else _LEAST_OF_OTHERS
+
+
+@inline
+def _is_rounded(p: Parameters, record: np.ndarray, cycle: int, rtol: float) -> bool:
+    """Tell whether the mean slip is below the speed at which a cusp of the law is rounded."""
+    duration = halves_of(cycle) * (math.pi / p.angular_frequency)
+    force = 0.5 * (record[FORCE_MAX] - record[FORCE_MIN])
+    return record[LOSS] < force * duration * rounding_speed(p, rtol)
+
+
+@jit
+def _write_uncertainties(
+    record: np.ndarray,
+    other: np.ndarray,
+    changes: np.ndarray,
+    least: float,
+    rounded: bool,
+    target: np.ndarray,
+) -> None:
+    """Write the errors of the integrals of a `record` (RECORD,) into their slots of `target`.
+
+    `other` (RECORD,) is the coarser record; `changes` (3, INTEGRALS) are those with the position,
+    with the shift of the orbit, and with the offset from it, with the weights that they have.
+    """
+    for k in range(len(INTEGRALS)):
+        slot = INTEGRALS[k]
+        scale = record[LOSS] if slot == LOSS else record[FORCE_SIZE]
+        difference = abs(other[slot] - record[slot])
+        error = _DIFFERENCE_PART_OF_INTEGRALS * difference
+        if rounded and slot == LOSS:
+            error = max(error, min(_ROUNDED_PART * difference, scale))
+        error += max(changes[0, k], least * scale)
+        target[slot] = error + changes[1, k] + changes[2, k]
+
+
 class RowKernels(NamedTuple):
     """The kernels of a model; `points` (n, parameters) in SI units.
 
@@ -141,8 +208,9 @@ class RowKernels(NamedTuple):
     difference of the two measurements."""
 
     write_errors: Any
-    """(points, longer, queue, orbits, rtol, records, errors): write the records (n, RECORD) of
-    whole orbits in SI units, and the errors (n,) of their amplitudes."""
+    """(points, longer, queue, orbits, rtol, records, errors, uncertainties): write the records
+    (n, RECORD) of whole orbits in SI units, the errors (n,) of their amplitudes, and those of their
+    integrals, (n, RECORD)."""
 
 
 def row_kernels(physics: Physics) -> RowKernels:
@@ -164,7 +232,7 @@ def _row_kernels(physics: Physics) -> RowKernels:
         rtol: float,
         off: np.ndarray,
     ) -> None:
-        record, other = np.empty(RECORD), np.empty(RECORD)
+        record, other, changes = np.empty(RECORD), np.empty(RECORD), np.empty(len(INTEGRALS))
         for i in range(points.shape[0]):
             if queue.counts[i, OUTCOME] == OK:
                 p, cycle, fine = parameters_of(points[i]), queue.counts[i, CYCLE], queue.measured[i]
@@ -172,7 +240,7 @@ def _row_kernels(physics: Physics) -> RowKernels:
                 write_whole_orbit(fine, own, cycle, record)
                 write_whole_orbit(orbits.coarse[i], own, cycle, other)
                 slopes, offset = orbits.slopes[i], orbits.offsets[i]
-                error = _error_of_displacement(p, fine, record, slopes, offset, own, cycle)
+                error = _error_of_displacement(p, fine, record, slopes, offset, own, cycle, changes)
                 # The time of a melting depends on the steps: it blurs the difference.
                 solid = record[MELTINGS] == 0.0
                 differ = solid and relative_difference(p, other, record) > _APART * rtol
@@ -186,8 +254,9 @@ def _row_kernels(physics: Physics) -> RowKernels:
         rtol: float,
         records: np.ndarray,
         errors: np.ndarray,
+        uncertainties: np.ndarray,
     ) -> None:
-        other, astray = np.empty(RECORD), np.zeros(width)
+        other, astray, changes = np.empty(RECORD), np.zeros(width), np.empty((3, len(INTEGRALS)))
         for i in range(points.shape[0]):
             if queue.counts[i, OUTCOME] != OK:
                 continue
@@ -195,20 +264,30 @@ def _row_kernels(physics: Physics) -> RowKernels:
             own = own_units(parameters_of(longer[i]))
             write_whole_orbit(queue.measured[i], own, cycle, record)
             write_whole_orbit(orbits.coarse[i], own, cycle, other)
-            shift_part, least = _parts_of_error(p, record, has_cusp(p))
+            cusped = has_cusp(p)
+            shift_part, least = _parts_of_error(p, record, cusped)
             fine, slopes = queue.measured[i], orbits.slopes[i]
             error = _DIFFERENCE_PART * relative_difference(p, other, record)
             # The smallest error as one of the position: near resonance it changes the force by
             # hundreds of times as much.
             astray[:] = 0.0
             astray[0] = least * rtol
-            lost = _error_of_displacement(p, fine, record, slopes, astray, own, cycle)
+            lost = _error_of_displacement(p, fine, record, slopes, astray, own, cycle, changes[0])
             error += max(lost, _WELL_CONDITIONED * least * rtol)
             error += shift_part * _error_of_displacement(
-                p, fine, record, slopes, orbits.shifts[i], own, cycle
+                p, fine, record, slopes, orbits.shifts[i], own, cycle, changes[1]
             )
-            error += _error_of_displacement(p, fine, record, slopes, orbits.offsets[i], own, cycle)
+            error += _error_of_displacement(
+                p, fine, record, slopes, orbits.offsets[i], own, cycle, changes[2]
+            )
             errors[i] = error if math.isfinite(error) else _UNKNOWN
+            own_least = _least_of_integrals(p, record, cusped)
+            changes[0] *= own_least / least
+            changes[1] *= shift_part
+            rounded = cusped and _is_rounded(p, record, cycle, rtol)
+            _write_uncertainties(
+                record, other, changes, own_least * rtol, rounded, uncertainties[i]
+            )
 
     kernels = (write_off_the_orbit, write_errors)
     return RowKernels(*(named_kernel(f"{k.__name__}[{physics}]", k) for k in kernels))
@@ -229,12 +308,14 @@ def measured_of(
     measurement, in SI units; the others as in `RowKernels`.
     """
     n, halves, cycles = len(points), queue.counts[:, HALVES], queue.counts[:, CYCLE]
-    statuses, records, errors = queue.counts[:, OUTCOME], np.zeros((n, RECORD)), np.zeros(n)
+    statuses, errors = queue.counts[:, OUTCOME], np.zeros(n)
+    records, uncertainties = np.zeros((n, RECORD)), np.zeros((n, RECORD))
     row_kernels(physics).write_errors(
-        points, lengthened(points), queue, orbits, rtol, records, errors
+        points, lengthened(points), queue, orbits, rtol, records, errors, uncertainties
     )
     return Measured(
         records=records,
+        uncertainties=uncertainties,
         cycles=cycles,
         begins=begins,
         ends=ends,

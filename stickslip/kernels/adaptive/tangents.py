@@ -20,7 +20,7 @@ from stickslip.kernels.adaptive.passes import (
     new_queue,
 )
 from stickslip.kernels.adaptive.queues import part_of, work_through
-from stickslip.measure.accumulate import EXTREMA
+from stickslip.measure.accumulate import SENSITIVE
 from stickslip.model.models import model_of
 from stickslip.model.state import Component
 from stickslip.numerics.adaptive import OK
@@ -105,8 +105,8 @@ class Neighbours(NamedTuple):
     """Results from displaced copies of n settled orbits, in the points' own units; NaN if unknown.
 
     Moduli of the largest Floquet `multipliers` (n,); the `maps` (n, width, width) of small
-    displacements over the cycle, mirrored as in the lanes; the `slopes` (n, EXTREMA, width) of the
-    extrema measured on it.
+    displacements over the cycle, mirrored as in the lanes; the `slopes` (n, SENSITIVE, width) of
+    the extrema and integrals measured on it.
     """
 
     multipliers: np.ndarray
@@ -126,7 +126,7 @@ def neighbours_of(
     settled, cycles = queue.counts[:, OUTCOME] == OK, queue.counts[:, CYCLE]
     # Infinite until measured: longer cycles are measured only by the tight tolerances below.
     largest, maps = np.where(settled, np.inf, np.nan), np.full((n, width, width), np.nan)
-    slopes = np.full((n, len(EXTREMA), width), np.nan)
+    slopes = np.full((n, len(SENSITIVE), width), np.nan)
 
     def compare(rows: np.ndarray, measured: Queue, tolerance: float) -> None:
         maps[rows], slopes[rows] = _linear_maps(measured, begins[rows], tolerance, physics)
@@ -146,7 +146,7 @@ def neighbours_of(
 def _linear_maps(
     measured: Queue, begins: np.ndarray, rtol: float, physics: Physics
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the maps (n, width, width) of small displacements, and the slopes (n, EXTREMA, width).
+    """Return the maps (n, width, width) of small displacements, and `Neighbours.slopes`.
 
     `measured` is the queue of the same cycles, tolerance and states `begins` (n, width + 1).
     """
@@ -159,9 +159,9 @@ def _linear_maps(
     points = np.tile(measured.points, (width, 1))
     copies = _run(points, displaced, cycles, MEASURE, rtol, physics)
     moved = _images(copies, components).reshape(width, n, width) - _images(measured, components)
-    extrema = list(EXTREMA)
-    higher = copies.measured[:, extrema].reshape(width, n, len(extrema))
-    higher = higher - measured.measured[:, extrema]
+    slots = list(SENSITIVE)
+    higher = copies.measured[:, slots].reshape(width, n, len(slots))
+    higher = higher - measured.measured[:, slots]
     # Copied, since those of a single point are contiguous already: a second signature of kernels.
     maps, slopes = (
         np.ascontiguousarray((change / sizes[:, None, None]).transpose(1, 2, 0))

@@ -146,10 +146,11 @@ def _make_observe(
         sigma_el, F = stress_and_force(p.values, u, phi)
         _see_extremum(lanes, lane, STRESS_MAX, sigma_el, True)
         _see_extremum(lanes, lane, FORCE_MAX, F, True)
-        power = F * v - block.own_loss(p.values, x, v)
+        own = block.own_loss(p.values, x, v)
         # A record begins at phase 0.
         phase = p.values.angular_frequency * get(lanes, RECORD_BEGIN + ELAPSED, lane)
-        moment = Moment(x, V, u, phi, sigma_el, F, power, phase)
+        power, loss, motion = F * v - own, F * u + own, block.harmonic_force(p.values, x, v)
+        moment = Moment(x, V, u, phi, sigma_el, F, power, loss, motion, phase)
         see_integrals(lanes, lane, (moment,), 1.0, True)
         _see_phase(lanes, lane, phi, p.own.solid, p.own.melted, 1.0, True)
 

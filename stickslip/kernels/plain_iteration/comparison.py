@@ -15,7 +15,7 @@ from stickslip.kernels.adaptive import tangents
 from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.passes import APERIODIC, CYCLE, MEASURE, OUTCOME, SETTLE, Pass
 from stickslip.kernels.adaptive.queues import reduced_queue, work_through
-from stickslip.measure.accumulate import RECORD
+from stickslip.measure.accumulate import INTEGRALS, RECORD
 from stickslip.numerics.adaptive import OK
 from stickslip.options import Options
 from stickslip.status import Status
@@ -30,10 +30,12 @@ _MAX_STEPS = 20_000_000
 class Known(NamedTuple):
     """Reference values of n orbits.
 
-    `records` (n, RECORD) in SI units; `symmetric` (n,); Floquet `multipliers` (n,).
+    `records` (n, RECORD) in SI units, and their `integrals` (n, INTEGRALS) per half period;
+    `symmetric` (n,); Floquet `multipliers` (n,).
     """
 
     records: np.ndarray
+    integrals: np.ndarray
     symmetric: np.ndarray
     multipliers: np.ndarray
 
@@ -46,7 +48,7 @@ def settle_from(
     `points` (n, parameters); `finals` (n, columns). Where it finds none, the status in `statuses`
     (n,) is changed to the reason.
     """
-    physics, halves = options.physics.unobserved, 2 * options.max_periods
+    physics, halves = options.physics, 2 * options.max_periods
     conversion = conversion_of(physics)
     queue = reduced_queue(points, physics)
     queue.states[:] = finals
@@ -58,10 +60,12 @@ def settle_from(
     work_through(queue, task._replace(mode=MEASURE), physics)
     wandered = (statuses == OK) & (queue.counts[:, OUTCOME] == APERIODIC)
     statuses[:] = np.where(wandered, INACCURATE, queue.counts[:, OUTCOME])
-    records = np.empty((len(points), RECORD))
-    conversion.write_records(points, queue.counts[:, CYCLE], queue.measured, records)
+    records, cycles = np.empty((len(points), RECORD)), queue.counts[:, CYCLE]
+    conversion.write_records(points, cycles, queue.measured, records)
+    halves = np.where(cycles % 2 == 1, 2 * cycles, np.maximum(cycles, 1))  # 0 where none was found
     return Known(
         records,
+        records[:, list(INTEGRALS)] / halves[:, None],
         tangents.symmetric(queue, begins, options.stationary_rtol, _RTOL, physics),
         tangents.neighbours_of(queue, begins, queue, _RTOL, physics).multipliers,
     )

@@ -6,7 +6,6 @@ For every march, tangents and reference orbits are computed by the adaptive meth
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from stickslip.kernels.plain_iteration.motions import NOT_STATIONARY, WIDTH, Mak
 from stickslip.kernels.plain_iteration.plain_walk import PENDING, PlainWalk
 from stickslip.kernels.plain_iteration.starts import write_finals
 from stickslip.kernels.points import write_results
+from stickslip.measure.accumulate import INTEGRALS
 from stickslip.measure.results import Measured
 from stickslip.measure.window import amplitudes_of
 from stickslip.numerics.adaptive import OK
@@ -38,7 +38,7 @@ def reference_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKer
     There are none if the noise is stochastic.
     """
     if not options.physics.chance:
-        yield from adaptive.family_kernels(kinds, replace(options, observables=()))
+        yield from adaptive.family_kernels(kinds, options)
 
 
 def write_orbits(
@@ -78,8 +78,12 @@ class _Search:
         records[self.status != OK] = 0.0  # what a march left there that did not come to its end
         errors = np.empty(len(self.points))
         judging.write_errors(self.points, records, known.records, errors)
+        integrals, uncertainties = list(INTEGRALS), np.zeros_like(records)
+        known_integrals = known.integrals * (2 * cycles)[:, None]
+        uncertainties[:, integrals] = np.abs(records[:, integrals] - known_integrals)
         measured = Measured(
             records=records,
+            uncertainties=uncertainties,
             cycles=2 * cycles,
             begins=begins,
             ends=ends,

@@ -43,6 +43,12 @@ _EXTREMA = [
 _STATUS, _ERROR, _PERIODS = (
     RESULT_COLUMNS.index(n) for n in ("status", "amplitude_error", "periods_integrated")
 )
+# Quantities with an error of their own, in their unit, and where that stands.
+_STATED = [
+    (RESULT_COLUMNS.index(n), RESULT_COLUMNS.index(f"{n}_error"))
+    for n in RESULT_COLUMNS
+    if f"{n}_error" in RESULTS
+]
 _COUNTED = [i for i, n in enumerate(RESULT_COLUMNS) if RESULTS[n].dtype != "f8"]
 _GOOD = [status for status in Status if status.is_result]
 
@@ -178,6 +184,7 @@ class Refinement:
         error = np.max([corner[..., _ERROR] for corner in corners.values()], axis=0)
         error = error + _SAFETY * _around(np.where(whole, level.misses, 0.0))
         first = next(iter(corners.values()))
+        own = [_range_and_error(corners, value, column) for value, column in _STATED]
         for offset in itertools.product(range(level.stride + 1), repeat=self._axes):
             place = self._at(level, offset)
             missing = whole & ~self._chosen[place]
@@ -186,6 +193,8 @@ class Refinement:
             values = _blend(corners, offset, level.stride)
             values[..., _COUNTED] = first[..., _COUNTED]
             values[..., _ERROR] = error
+            for (_, column), stated in zip(_STATED, own, strict=True):
+                values[..., column] = stated
             values[..., _STATUS], values[..., _PERIODS] = Status.INTERPOLATED, 0.0
             target = filled[place]  # a view
             target[missing] = values[missing]
@@ -237,6 +246,17 @@ def _blend(
         if weight := float(np.prod(parts)):
             total += weight * values
     return total
+
+
+def _range_and_error(
+    corners: dict[tuple[int, ...], NDArray[np.float64]], value: int, error: int
+) -> NDArray[np.float64]:
+    """Return the error of what is interpolated in a column: no miss of it is known.
+
+    What the corners differ by, and the largest error of theirs.
+    """
+    values, errors = ([corner[..., c] for corner in corners.values()] for c in (value, error))
+    return np.asarray(np.ptp(values, axis=0) + np.max(errors, axis=0))
 
 
 def _part(

@@ -128,7 +128,7 @@ def _status(orbit: Orbit) -> str:
 def _table(orbit: Orbit) -> str:
     rows = [
         f'<div>{text}</div><div class="value" data-name="{name}">'
-        f"{_value(name, getattr(orbit, name))}</div>"
+        f"{_value(name, getattr(orbit, name), getattr(orbit, f'{name}_error', 0.0))}</div>"
         for name, text in _FURTHER.items()
         if _says_something(name, getattr(orbit, name))
     ]
@@ -139,11 +139,14 @@ def _says_something(name: str, value: float) -> bool:
     return math.isfinite(value) and value != RESULTS[name].missing
 
 
-def _value(name: str, value: float) -> str:
+def _value(name: str, value: float, error: float = 0.0) -> str:
     if RESULTS[name].dtype == "i4":
         return code_name(name, int(value))
     quantity = shown_number(name, value)
-    return f"{_number(float(quantity.values), _DIGITS)} {as_html(quantity.units)}".rstrip()
+    number = _number(float(quantity.values), _DIGITS)
+    if error:
+        number += f" ± {_number(float(shown_number(name, error).values), _FEWEST)}"
+    return f"{number} {as_html(quantity.units)}".rstrip()
 
 
 def _number(value: float, digits: int) -> str:

@@ -14,8 +14,8 @@ from stickslip.kernels.plain_iteration import orbits as plain
 from stickslip.measure.accumulate import (
     ABSOLUTE_WORK,
     BLOCK_WORK,
-    DRIVE_WORK,
     FORCE_MAX,
+    LOSS,
     STRESS_MAX,
 )
 from stickslip.options import Options
@@ -116,7 +116,7 @@ def test_orbits_are_those_of_plain_iteration_by_the_scalar_drive() -> None:
         ]
         miss = abs(record[BLOCK_WORK] - (energy[1] - energy[0])) / record[ABSOLUTE_WORK]
         assert found.power_balance_error[i] == pytest.approx(miss, abs=1e-8)
-        work = record[DRIVE_WORK] / cycle
+        work = record[LOSS] / cycle
         assert found.dissipated_energy[i] == pytest.approx(work, rel=1e-8)
         assert found.melting_count[i] == cyclic_meltings(record)
 

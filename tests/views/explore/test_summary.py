@@ -64,9 +64,15 @@ def test_a_point_is_told_with_regime_and_status():
 def test_energy_and_observables_are_told_with_their_units():
     told = words(summary_html(compute(opened({"observables": ["harmonics"]}), silent)))
     orbit = compute(opened(), silent).orbit
-    assert f"energy dissipated per period {1e9 * orbit.dissipated_energy:#.3g} nJ" in told
+    assert f"energy dissipated per period {1e9 * orbit.dissipated_energy:#.3g} ± " in told
+    assert told.count(" ± ") == 3
+    errors = re.findall(r"± (\d\.\d) × 10 − ?(\d+) (nJ|mN)", told)
+    assert [unit for _, _, unit in errors] == ["nJ", "mN", "mN"], told
+    mantissa, power, _ = errors[0]
+    error = float(f"{mantissa}e-{power}")
+    assert error == pytest.approx(1e9 * orbit.dissipated_energy_error, rel=0.06)
     out_of_phase = orbit.dissipated_energy / (np.pi * 0.8e-6)
-    assert f"force in phase with its velocity F″ {1e3 * out_of_phase:#.3g} mN" in told
+    assert f"force in phase with its velocity F″ {1e3 * out_of_phase:#.3g} ± " in told
     assert "mean of |F|" not in told
 
 

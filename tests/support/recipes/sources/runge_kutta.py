@@ -30,7 +30,7 @@ from stickslip.measure.accumulate import (
     make_see_integrals,
 )
 from stickslip.measure.results import RecordUnits, write_stretch, write_whole_orbit
-from stickslip.model import drive, film, solids
+from stickslip.model import block, drive, film, solids
 from stickslip.model.models import Model, model_of
 from stickslip.model.solids import Thresholds
 from stickslip.model.state import State
@@ -49,11 +49,9 @@ _see_solid = _record.see_solid
 
 def _make_see(model: Model) -> Any:
     """What lets a state y at t stand for a step h in a record: (p, phases, t, h, y, record)."""
-    observables, power, strain = (
-        model.equations.observables,
-        model.equations.power,
-        model.equations.strain,
-    )
+    equations = model.equations
+    observables, strain = equations.observables, equations.strain
+    power, loss = equations.power, equations.loss
     see_integrals = make_see_integrals(_record, (1.0,), observed=model.physics.observed)
 
     @jit
@@ -66,7 +64,9 @@ def _make_see(model: Model) -> Any:
         _see_extremum(record, 0, STRESS_MAX, sigma, True)
         _see_extremum(record, 0, FORCE_MAX, F, True)
         phase = p.angular_frequency * t
-        moment = Moment(y[0], V, y[1], phi, sigma, F, power(p, V, y, F), phase)
+        gained, lost = power(p, V, y, F), loss(p, V, y, F)
+        motion = block.harmonic_force(p, y[0], V - y[1])
+        moment = Moment(y[0], V, y[1], phi, sigma, F, gained, lost, motion, phase)
         see_integrals(record, 0, (moment,), h, True)
         _see_phase(record, 0, phi, phases.solid, melted, h, True)
         is_soft = solids.is_soft(phases, phi, B)

@@ -62,6 +62,12 @@ def _power(p: Parameters, V: float, y: State, F: float) -> float:
     return F * v - block.own_loss(p, y[0], v)
 
 
+@inline
+def _loss(p: Parameters, V: float, y: State, F: float) -> float:
+    v = y[4] - y[1]
+    return F * (V - v) + block.own_loss(p, y[0], v)
+
+
 def sprung_equations(law: FrictionLaw, path: Callable[..., float], upper: Upper) -> Equations:
     rounded, weight_of_others = law.rounded, make_error_weight(law, _strain)
     upper_velocity, upper_acceleration = upper.velocity, upper.acceleration
@@ -135,6 +141,7 @@ def sprung_equations(law: FrictionLaw, path: Callable[..., float], upper: Upper)
         observables=observables,
         observables_and_rates=observables_and_rates,
         power=_power,
+        loss=_loss,
         stored_energy=None,
         error_weight=error_weight,
         step_limits=make_step_limits(_strain, _strain),

@@ -1,0 +1,136 @@
+"""The work of the drive on blocks that a pseudoplastic film locks: a loss that nearly cancels.
+
+It is of parts in 1e5 of what flows to and fro, and less. Stated against true errors, of it and of
+the first harmonic of the force, against the same program at 1e-11 and, for blocks that hardly slip,
+against the closed form. And of films from everywhere.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from shared.points import (
+    box_points,
+    column,
+    description,
+    good,
+    orbits,
+    parameter,
+    quantile,
+    same_counts,
+)
+
+from stability.locked import balance
+from stability.stated import everywhere
+from stickslip.options import Options
+from stickslip.parameters import Parameters
+from stickslip.regime import Regime
+
+_EXACT = 1e-11
+_RESOLVED = 1e-10
+_TOLERANCES = (1e-4, 1e-6, 1e-8)
+_QUANTITIES = ("dissipated_energy", "friction_force_in_phase", "friction_force_out_of_phase")
+_HARDLY = 1e-3  # slip over X_m
+_FAR_OFF = 3.0  # times the stated error
+
+
+def run(quick: bool) -> dict[str, Any]:
+    """Measure errors of locked and other films, and of the former against the closed form."""
+    locked, others = _locked(20 if quick else 300), everywhere(20 if quick else 400)
+    return {"locked": _answer(locked, closed=True), "everywhere": _answer(others, closed=False)}
+
+
+def _locked(count: int) -> np.ndarray:
+    points = box_points(
+        2 * count,
+        4303,
+        rheological_index=("linear", -0.9, -0.3),
+        viscosity_coefficient=("log", 1e4, 1e6),
+        spring_stiffness=("log", 300, 3000),
+        drive_amplitude=("log", 4e-8, 8e-7),
+        temperature=("linear", 150, 280),
+        angular_frequency=("log", 3, 60),
+    )
+    start = Parameters._fields.index
+    points[:, start("initial_displacement")] = parameter(points, "drive_amplitude")
+    points[:, start("initial_order_parameter")] = 0.6
+    results = orbits(points, Options())
+    return points[good(results) & (column(results, "regime") == Regime.LOCKED)][:count]
+
+
+def _options(rtol: float) -> Options:
+    return Options(
+        rtol=rtol, stationary_rtol=rtol, max_periods=1000, max_error=1.0, observables=("harmonics",)
+    )
+
+
+def _answer(points: np.ndarray, *, closed: bool) -> dict[str, Any]:
+    exact, answers = orbits(points, _options(_EXACT)), {}
+    for rtol in _TOLERANCES:
+        found = orbits(points, _options(rtol))
+        same = same_counts(found, exact)
+        answers[f"{rtol:g}"] = {
+            name: _compared(points[same], found[same], exact[same], name) for name in _QUANTITIES
+        }
+        if closed:
+            answers[f"{rtol:g}"]["closed form"] = _against_closed_form(points, found)
+    return answers
+
+
+def _compared(
+    points: np.ndarray, found: np.ndarray, exact: np.ndarray, name: str
+) -> dict[str, Any]:
+    """Return the errors of a quantity relative to it, and how the stated ones bound them."""
+    values, stated, size = (
+        column(found, name), column(found, f"{name}_error"), np.abs(column(exact, name))
+    )  # fmt: skip
+    true, resolved = np.abs(values - column(exact, name)), _RESOLVED * size
+    return {
+        "compared": len(points),
+        "held": float(np.mean(true <= stated + resolved)),
+        "far_off": int(np.sum(true > _FAR_OFF * stated + resolved)),
+        "error_median": quantile(true / size, 50),
+        "error_95": quantile(true / size, 95),
+        "error_max": float((true / size).max()),
+        "stated_median": quantile(stated / size, 50),
+        "stated_95": quantile(stated / size, 95),
+        "over_median": quantile(stated / np.maximum(true, resolved), 50),
+        "wrong_sign": int(np.sum(values * column(exact, name) < 0.0)),
+        "missed": [
+            description(points[i], true=float(true[i]), stated=float(stated[i]))
+            for i in np.flatnonzero(true > stated + resolved)
+        ],
+    }
+
+
+def _against_closed_form(points: np.ndarray, found: np.ndarray) -> dict[str, Any]:
+    """Return how many of the blocks that hardly slip lose more or less than they should."""
+    work, slip = _without_slip(points)
+    few = (slip < _HARDLY) & good(found)
+    away = np.abs(column(found, "dissipated_energy") - work)
+    held = away <= column(found, "dissipated_energy_error") + _FAR_OFF * slip * work
+    return {"compared": int(few.sum()), "held": float(np.mean(held[few]))}
+
+
+def _without_slip(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the work [J] in a period of blocks that move with the drive, and the slip over X_m.
+
+    F is |2K - M omega^2| X_m cos(omega t), and the film, a solid at rest, slips as F makes it.
+    """
+    p = {name: points[:, i, None] for i, name in enumerate(Parameters._fields)}
+    b, c = p["cubic_coefficient"], p["quartic_coefficient"]
+    heating = 2.0 * p["thermal_coefficient"] * (p["temperature"] - p["critical_temperature"])
+    phi = (b + np.sqrt(b * b - 4.0 * c * heating)) / (2.0 * c)
+    elastic = p["elastic_coefficient"] * phi**2 * p["strain_relaxation_time"]
+    nodes, weights = np.polynomial.legendre.leggauss(400)
+    F = balance(points)[:, None] * np.cos(0.25 * np.pi * (nodes + 1.0))
+    low, high = np.full(F.shape, -2000.0), np.full(F.shape, 60.0)  # of ln(u/h)
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        viscous = p["viscosity_coefficient"] * np.exp((p["rheological_index"] + 1.0) * middle)
+        above = (elastic * np.exp(middle) + viscous) * p["contact_area"] > F
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+    u, quarter = p["film_thickness"] * np.exp(middle), 0.25 * np.pi * weights
+    omega, X_m = parameter(points, "angular_frequency"), parameter(points, "drive_amplitude")
+    return 4.0 * (F * u) @ quarter / omega, 2.0 * u @ quarter / (omega * np.abs(X_m))
