@@ -19,6 +19,7 @@ from stability import (
     step_map,
     stiff_problems,
     watched,
+    work,
 )
 
 # Two at a time; the longest first, so that no process is left alone with it.
@@ -35,6 +36,7 @@ QUESTIONS = {
     "references": references.run,
     "stated": stated.run,
     "stiff_problems": stiff_problems.run,
+    "work": work.run,
 }
 
 if __name__ == "__main__":

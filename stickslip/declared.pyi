@@ -227,6 +227,9 @@ class TypedOrbit(tuple[Any, ...]):
     def dissipated_energy(self) -> float:
         """work of the drive per drive period, over the stationary orbit, W [J]"""
     @property
+    def dissipated_energy_error(self) -> float:
+        """estimated error of the dissipated energy, error of W [J]"""
+    @property
     def amplitude_error(self) -> float:
         """estimated relative error of the worse of the two amplitudes, error [1]"""
     @property
@@ -269,8 +272,14 @@ class TypedOrbit(tuple[Any, ...]):
     def friction_force_in_phase(self) -> float:
         """first harmonic of the friction force, in phase with the drive, F' [N]"""
     @property
+    def friction_force_in_phase_error(self) -> float:
+        """estimated error of the first harmonic in phase with the drive, error of F' [N]"""
+    @property
     def friction_force_out_of_phase(self) -> float:
         """first harmonic of the friction force, in phase with the velocity of the drive, F'' [N]"""
+    @property
+    def friction_force_out_of_phase_error(self) -> float:
+        """estimated error of the first harmonic in phase with the velocity of the drive, error of F'' [N]"""
     @property
     def friction_force_rms(self) -> float:
         """root mean square of the friction force over the stationary orbit, F_rms [N]"""

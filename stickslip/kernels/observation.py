@@ -72,11 +72,12 @@ class TangentWalk(Walk, Protocol):
 class Watched(NamedTuple):
     """n motions that were watched; amplitudes are those of stress [Pa] and force [N].
 
-    `records` (n, RECORD) of the window, the `uncertainties` (n, RECORD) of their INTEGRALS as means
-    over such windows, NaN for motions that are not aperiodic, and its `lengths` (n,) in drive periods; `begins` and `ends`
-    (n, columns), the states before and after it, as finals; `means`, `errors` and `spreads` (n, 2)
-    of the amplitudes of single periods; `exponents` (n,), the growth of tangent vectors per period;
-    `aperiodic` (n,), a flag, without which the statistics are NaN; `periods` (n,) that it took.
+    `records` (n, RECORD) of the window, and the `uncertainties` (n, RECORD) of their INTEGRALS as
+    means over such windows, 0 for motions that are not aperiodic; its `lengths` (n,) in drive
+    periods; `begins` and `ends` (n, columns), the states before and after it, as finals; `means`,
+    `errors` and `spreads` (n, 2) of the amplitudes of single periods; `exponents` (n,), the growth
+    of tangent vectors per period; `aperiodic` (n,), a flag, without which the statistics are NaN;
+    `periods` (n,) that it took.
     """
 
     records: np.ndarray

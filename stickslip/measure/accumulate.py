@@ -136,10 +136,8 @@ RECORD_TABLE = (
     Slot("elapsed time", SUM, TIME, _one, optional=True),
     Slot("integral of F cos(omega t)", SUM, IMPULSE, _in_phase, optional=True),
     Slot("integral of -F sin(omega t)", SUM, IMPULSE, _out_of_phase, optional=True),
-    Slot("integral of F cos(omega t), by the motion of the block", SUM, IMPULSE, _motion_in_phase,
-         optional=True),
-    Slot("integral of -F sin(omega t), by the motion of the block", SUM, IMPULSE,
-         _motion_out_of_phase, optional=True),
+    Slot("F cos(omega t), by the block's motion", SUM, IMPULSE, _motion_in_phase, optional=True),
+    Slot("-F sin(omega t), by its motion", SUM, IMPULSE, _motion_out_of_phase, optional=True),
     Slot("integral of F^2", SUM, SQUARE, _square, optional=True),
     Slot("integral of |F|", SUM, SIZE, _size, optional=True),
 )

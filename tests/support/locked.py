@@ -62,6 +62,4 @@ def no_slip(points: np.ndarray) -> SimpleNamespace:
         low, high = np.where(above, low, middle), np.where(above, middle, high)
     u = h * np.exp(0.5 * (low + high))
     work = 4.0 * (weights * F * u).sum(axis=1) / omega[:, 0]
-    return SimpleNamespace(
-        work=work, slip=2.0 * (weights * u).sum(axis=1) / (omega * X_m)[:, 0]
-    )
+    return SimpleNamespace(work=work, slip=2.0 * (weights * u).sum(axis=1) / (omega * X_m)[:, 0])

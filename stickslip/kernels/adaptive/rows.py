@@ -51,12 +51,13 @@ _DIFFERENCE_PART = 0.15
 _SHIFT_PART, _SHIFT_PART_PAST_CUSPS = 0.15, 0.5
 _LEAST, _LEAST_AT_CUSP, _LEAST_PAST_CUSPS, _LEAST_OF_FRONTS = 0.0025, 0.01, 0.015, 0.03
 
-# The same of integrals: the difference, and the smallest error, relative to the integral, of a film
-# that melts, of a liquid one whose law has a cusp, and of others. They need more than amplitudes,
-# since steps are fitted to the motion, not to the slip by which a locked block loses energy
-# (docs/decisions/work.md).
+# The same of integrals: the difference, and the smallest error, relative to the integral. The loss
+# needs more than amplitudes, since steps are fitted to the motion, not to the slip by which a
+# locked block loses energy: least where a film melts, more if it is liquid and its law has a cusp,
+# most elsewhere. Integrals of the motion itself need less (docs/decisions/work.md).
 _DIFFERENCE_PART_OF_INTEGRALS = 1.0
 _LEAST_OF_MELTING, _LEAST_OF_SLIDING, _LEAST_OF_OTHERS = 0.05, 0.1, 0.2
+_LEAST_OF_MOTION = 0.02
 
 # A slip that the rounding of a cusp decides can be too large by this many differences, since it
 # goes as a power of the width that may be small; but not by more than it is.
@@ -154,8 +155,8 @@ def _parts_of_error(p: Parameters, record: np.ndarray, cusped: bool) -> tuple[fl
 
 
 @inline
-def _least_of_integrals(p: Parameters, record: np.ndarray, cusped: bool) -> float:
-    """The smallest error of integrals, in tolerances."""
+def _least_of_loss(p: Parameters, record: np.ndarray, cusped: bool) -> float:
+    """The smallest error of the loss, in tolerances."""
     if record[MELTINGS] > 0.0:
         return _LEAST_OF_MELTING
     liquid = record[PHI_MAX] < solids.solid_threshold(p)
@@ -175,14 +176,15 @@ def _write_uncertainties(
     record: np.ndarray,
     other: np.ndarray,
     changes: np.ndarray,
-    least: float,
+    rtol: float,
+    least_of_loss: float,
     rounded: bool,
     target: np.ndarray,
 ) -> None:
     """Write the errors of the integrals of a `record` (RECORD,) into their slots of `target`.
 
-    `other` (RECORD,) is the coarser record; `changes` (3, INTEGRALS) are those with the position,
-    with the shift of the orbit, and with the offset from it, with the weights that they have.
+    `other` (RECORD,) is the coarser record; `changes` (3, INTEGRALS) are those with a tolerance in
+    the position, with the part of the shift of the orbit that counts, and with the offset from it.
     """
     for k in range(len(INTEGRALS)):
         slot = INTEGRALS[k]
@@ -191,7 +193,8 @@ def _write_uncertainties(
         error = _DIFFERENCE_PART_OF_INTEGRALS * difference
         if rounded and slot == LOSS:
             error = max(error, min(_ROUNDED_PART * difference, scale))
-        error += max(changes[0, k], least * scale)
+        least = least_of_loss if slot == LOSS else _LEAST_OF_MOTION
+        error += least * max(changes[0, k], rtol * scale)
         target[slot] = error + changes[1, k] + changes[2, k]
 
 
@@ -281,12 +284,12 @@ def _row_kernels(physics: Physics) -> RowKernels:
                 p, fine, record, slopes, orbits.offsets[i], own, cycle, changes[2]
             )
             errors[i] = error if math.isfinite(error) else _UNKNOWN
-            own_least = _least_of_integrals(p, record, cusped)
-            changes[0] *= own_least / least
+            changes[0] /= least
             changes[1] *= shift_part
+            least_of_loss = _least_of_loss(p, record, cusped)
             rounded = cusped and _is_rounded(p, record, cycle, rtol)
             _write_uncertainties(
-                record, other, changes, own_least * rtol, rounded, uncertainties[i]
+                record, other, changes, rtol, least_of_loss, rounded, uncertainties[i]
             )
 
     kernels = (write_off_the_orbit, write_errors)

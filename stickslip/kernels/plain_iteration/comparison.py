@@ -62,10 +62,10 @@ def settle_from(
     statuses[:] = np.where(wandered, INACCURATE, queue.counts[:, OUTCOME])
     records, cycles = np.empty((len(points), RECORD)), queue.counts[:, CYCLE]
     conversion.write_records(points, cycles, queue.measured, records)
-    halves = np.where(cycles % 2 == 1, 2 * cycles, np.maximum(cycles, 1))  # 0 where none was found
+    whole = np.where(cycles % 2 == 1, 2 * cycles, np.maximum(cycles, 1))  # 0 where none was found
     return Known(
         records,
-        records[:, list(INTEGRALS)] / halves[:, None],
+        records[:, list(INTEGRALS)] / whole[:, None],
         tangents.symmetric(queue, begins, options.stationary_rtol, _RTOL, physics),
         tangents.neighbours_of(queue, begins, queue, _RTOL, physics).multipliers,
     )
