@@ -58,6 +58,25 @@ def _bars(points: str, rtol: str, row: Results) -> Row:
     )
 
 
+_SYMBOLS = {
+    "dissipated_energy": "W",
+    "friction_force_in_phase": "F′",
+    "friction_force_out_of_phase": "F″",
+}
+
+
+def work(work: Results) -> list[Row]:
+    """Return the same of the work of the drive and the first harmonic, and how many wrong signs."""
+    head = ("points", "rtol", "of", "compared", "held", "off by more than 3 times")
+    rows = [(*head, "error: median", "largest", "stated over true, median", "wrong signs")]
+    for points, tolerances in work.items():
+        for rtol, found in tolerances.items():
+            for name, symbol in _SYMBOLS.items():
+                kind, power, *bars = _bars(points, _power(rtol), found[name])
+                rows.append((kind, power, symbol, *bars, str(found[name]["wrong_sign"])))
+    return rows
+
+
 # --- what else was asked --------------------------------------------------------------------------
 
 

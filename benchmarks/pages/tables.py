@@ -100,6 +100,7 @@ TABLES: dict[str, Table] = {
         ("ladder", "references", "locked", "fixed_step", "stated"),
         stability_tables.errors,
     ),
+    "stability_work": Table("stability", ("work",), stability_tables.work),
     "stability_verdicts": Table("stability", VERDICTS, stability_tables.verdicts),
     "faults": Table(
         "faults",

@@ -59,6 +59,10 @@ def test_an_error_is_three_standard_errors_and_that_of_the_typical_path() -> Non
     few = ensemble(POINTS[0], realizations=16)
     difference = abs(few.elastic_stress_amplitude / many.elastic_stress_amplitude - 1.0)
     assert difference < few.amplitude_error + many.amplitude_error
+    assert many.dissipated_energy_error > typical.dissipated_energy_error
+    difference = abs(few.dissipated_energy - many.dissipated_energy)
+    assert difference < few.dissipated_energy_error + many.dissipated_energy_error
+    assert many.dissipated_energy_error < few.dissipated_energy_error
 
 
 @pytest.mark.parametrize(("paths", "periods"), [(1, 32), (3, 20), (64, 32)])

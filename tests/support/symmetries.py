@@ -77,5 +77,6 @@ def expected(row: np.ndarray, symmetry: Symmetry) -> np.ndarray:
         named[f"{name}_max"], named[f"{name}_min"] = (high, low) if factor > 0 else (low, high)
         for amplitude in (f"{name}_amplitude", f"{name}_amplitude_spread"):
             named[amplitude] *= abs(factor)
-    named["dissipated_energy"] *= symmetry.force * symmetry.motion
+    for energy in ("dissipated_energy", "dissipated_energy_error"):
+        named[energy] *= symmetry.force * symmetry.motion
     return np.array(list(named.values()))

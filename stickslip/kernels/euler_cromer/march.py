@@ -149,8 +149,10 @@ def _make_observe(
         own = block.own_loss(p.values, x, v)
         # A record begins at phase 0.
         phase = p.values.angular_frequency * get(lanes, RECORD_BEGIN + ELAPSED, lane)
-        power, loss, motion = F * v - own, F * u + own, block.harmonic_force(p.values, x, v)
-        moment = Moment(x, V, u, phi, sigma_el, F, power, loss, motion, phase)
+        power, loss = F * v - own, F * u + own
+        # F itself for the force by the motion: that shares terms with the step, which the compiler
+        # would then round in another way.
+        moment = Moment(x, V, u, phi, sigma_el, F, power, loss, F, phase)
         see_integrals(lanes, lane, (moment,), 1.0, True)
         _see_phase(lanes, lane, phi, p.own.solid, p.own.melted, 1.0, True)
 

@@ -72,6 +72,9 @@ def test_orbits_agree_with_the_adaptive_ones_within_the_stated_error(
     # 1e-6 for the distance to the limit that `stationary_rtol` leaves to both.
     assert true <= fixed.amplitude_error[0] + 1e-6
     assert fixed.amplitude_error[0] < 1e-4
+    lost = abs(fixed.dissipated_energy - exact.dissipated_energy)
+    assert lost <= fixed.dissipated_energy_error + 1e-6 * exact.dissipated_energy
+    assert fixed.dissipated_energy_error < 1e-3 * exact.dissipated_energy
     assert fixed.power_balance_error[0] < 1e-4
     assert fixed.melting_count == exact.melting_count
     assert fixed.orbit_periods == exact.orbit_periods == 1
