@@ -34,11 +34,21 @@ class PullError(ValueError):
 class Course(NamedTuple):
     """The velocity [m/s] of the upper block at some times [s], (n,) each; linear in between.
 
-    Before and after, it has the first and the last value.
+    Before and after, it has the first and the last value. A time that stands twice is one at which
+    the velocity jumps.
     """
 
     time: NDArray[np.float64]
     velocity: NDArray[np.float64]
+
+    def after(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the velocities (n,) just after some times (n,)."""
+        return np.interp(times, self.time, self.velocity)
+
+    def before(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the velocities (n,) just before some times (n,): others only where it jumps."""
+        first = np.searchsorted(self.time, times).clip(max=len(self.time) - 1)
+        return np.where(self.time[first] == times, self.velocity[first], self.after(times))
 
 
 def course_of(pull: Pull) -> Course:
@@ -60,13 +70,25 @@ def course_of(pull: Pull) -> Course:
             raise PullError(f"{name} is {values[bad[0]]}, and must be finite", int(bad[0]))
     if time[0] < 0.0:
         raise PullError(f"elapsed_time is {time[0]:g} s, and must not be negative", 0)
-    if len(late := np.flatnonzero(np.diff(time) <= 0.0)):
-        row = int(late[0]) + 1
-        message = f"elapsed_time is {time[row]:g} s after {time[row - 1]:g} s; times must increase"
-        raise PullError(message, row)
+    _refuse_disorder(time)
     if not velocity.any():
         raise PullError("the velocity is 0 throughout: nothing would be pulled")
     return Course(time, velocity)
+
+
+def _refuse_disorder(time: NDArray[np.float64]) -> None:
+    """Raise PullError where a time lies before the one above, or stands more than twice."""
+    if len(early := np.flatnonzero(np.diff(time) < 0.0)):
+        row = int(early[0]) + 1
+        message = f"elapsed_time is {time[row]:g} s after {time[row - 1]:g} s; times must increase"
+        raise PullError(message, row)
+    if len(third := np.flatnonzero(time[2:] == time[:-2])):
+        row = int(third[0]) + 2
+        raise PullError(
+            f"elapsed_time is {time[row]:g} s for the third time; two rows at one time are a step "
+            "of the velocity, from the first to the second",
+            row,
+        )
 
 
 def _columns(pull: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

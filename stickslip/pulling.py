@@ -1,5 +1,7 @@
 """A block that is pulled: at a constant velocity, or one that is linear between given times.
 
+Where a time is given twice, the velocity jumps.
+
 Nothing is periodic then: a run has a duration, and shows slips, which a machine records as a spring
 force that rises and falls, or a steady force.
 """
@@ -52,13 +54,13 @@ def pulled(
     Raises PullError for a duration that is missing or no positive number.
     """
     end = _duration(course, duration)
-    sections, ends = _sections(parameters, course, end)
+    sections, ends, jumps = _sections(parameters, course, end)
     table = np.empty((samples + 1, 9))
     cycles, counts = np.empty((_MOST_MELTINGS + 1, len(CYCLE))), np.zeros(3, np.int64)
     kernel = pulled_trajectory(options.physics.unobserved._replace(drive=PULL))
     spacing = end / samples
     status = Status(
-        kernel(sections, ends, options.settings(), state, spacing, table, cycles, counts)
+        kernel(sections, ends, jumps, options.settings(), state, spacing, table, cycles, counts)
     )
     if status is not Status.OK:
         raise IntegrationError(status)
@@ -80,19 +82,22 @@ def _duration(course: Course, duration: float | None) -> float:
 
 def _sections(
     parameters: Parameters, course: Course, end: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the sections (m, columns) in the order of `drive.PulledParameters`, and their ends."""
-    time, velocity = course
-    # The velocity is held before the first time and after the last one.
-    begins = np.concatenate([[0.0], time[(time > 0.0) & (time < end)]])
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    """Return the sections (m, columns) in the order of `drive.PulledParameters`, and their ends.
+
+    Also which of them begin with a jump of the velocity.
+    """
+    inner = (course.time > 0.0) & (course.time < end)
+    begins = np.concatenate([[0.0], np.unique(course.time[inner])])
     ends = np.append(begins[1:], end)
-    at_begin, at_end = (np.interp(times, time, velocity) for times in (begins, ends))
+    at_begin, at_end = course.after(begins), course.before(ends)
+    jumps = np.append(False, at_begin[1:] != at_end[:-1])
     durations = ends - begins
     moved = np.concatenate([[0.0], np.cumsum(0.5 * (at_begin + at_end) * durations)[:-1]])
     rates = (at_end - at_begin) / durations
     own = np.column_stack([begins, moved, at_begin, rates])
     scaled = np.tile(np.array(_scaled(parameters, course)), (len(begins), 1))
-    return np.hstack([scaled, own]), ends
+    return np.hstack([scaled, own]), ends, jumps
 
 
 def _scaled(parameters: Parameters, course: Course) -> Parameters:
@@ -191,7 +196,7 @@ def _summary(
 def _held_since(course: Course, end: float) -> float:
     """Return the time since which the velocity at the end of a run is held; 0 if it is not."""
     time, velocity = course
-    last = np.interp(end, time, velocity)
+    last = course.before(np.array([end]))
     others = np.flatnonzero((velocity != last) & (time < end))
     since = time[others[-1] + 1] if len(others) and others[-1] + 1 < len(time) else 0.0
     return float(since) if since < end else 0.0

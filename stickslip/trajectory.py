@@ -94,9 +94,10 @@ def simulate(
     drive, duration, samples
         Another motion of the upper block: a constant velocity [m/s], or a table, such as a
         DataFrame, with the columns `elapsed_time` [s] and `velocity` [m/s], which is linear in
-        between, and held before and after. It lasts `duration` [s], by default to the last time of
-        the table, and is sampled at samples + 1 equidistant times; X(0) = 0. X_m, omega, `periods`,
-        `samples_per_period` are not used. By the adaptive method, without stochastic noise.
+        between, and held before and after; two rows at one time are a step. It lasts `duration`
+        [s], by default to the last time of the table, and is sampled at samples + 1 equidistant
+        times; X(0) = 0. X_m, omega, `periods`, `samples_per_period` are not used. By the adaptive
+        method, without stochastic noise.
     realizations, seed
         The number of paths of a stochastic film, and the seed of their random numbers.
     method, rtol, dt, noise, friction, strain, max_steps, max_periods

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
@@ -45,27 +45,50 @@ def test_a_fast_pull_slides_steadily() -> None:
 
 
 TABLE = {"elapsed_time": [0.05, 0.1, 0.15, 0.2], "velocity": [2e-6, -1e-6, 0.0, 4e-6]}
+STEPS = {
+    "elapsed_time": [0.0, 0.1, 0.1, 0.15, 0.2, 0.2],
+    "velocity": [1e-6, 1e-6, 5e-6, 2e-6, -1e-6, 3e-6],
+}
+# The same: begin, end, and V at both.
+OF_TABLE = [
+    (0.0, 0.05, 2e-6, 2e-6),
+    (0.05, 0.1, 2e-6, -1e-6),
+    (0.1, 0.15, -1e-6, 0.0),
+    (0.15, 0.2, 0.0, 4e-6),
+    (0.2, 0.25, 4e-6, 4e-6),
+]
+OF_STEPS = [
+    (0.0, 0.1, 1e-6, 1e-6),
+    (0.1, 0.15, 5e-6, 2e-6),
+    (0.15, 0.2, 2e-6, -1e-6),
+    (0.2, 0.25, 3e-6, 3e-6),
+]
 
 
-def test_a_table_is_followed_node_by_node(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("table", "sections"), [(TABLE, OF_TABLE), (STEPS, OF_STEPS)])
+def test_a_table_is_followed_node_by_node(table: dict, sections: list) -> None:
     """Against LSODA, started anew at each node, on equations that are written out again."""
-    ds = simulate(drive=pd.DataFrame(TABLE), duration=0.25, samples=50, rtol=1e-9)
-    time, velocity = (np.array(column) for column in TABLE.values())
-    np.testing.assert_allclose(ds.upper_velocity, np.interp(ds.elapsed_time, time, velocity))
-    moved = 2e-6 * 0.05 + 0.5 * 0.05 * (1e-6 - 1e-6 + 4e-6) + 4e-6 * 0.05
+    ds = simulate(drive=pd.DataFrame(table), duration=0.25, samples=50, rtol=1e-9)
+    moved = sum(0.5 * (first + last) * (end - begin) for begin, end, first, last in sections)
     assert float(ds.upper_displacement[-1]) == pytest.approx(moved, rel=1e-12)
-    p = Parameters()
+    p, y = Parameters(), np.array(reference.starting_state(Parameters()))
+    for begin, end, first, last in sections:
 
-    def rates(t: float, y: np.ndarray) -> list[float]:
-        # The twin's drive is V = -X_m omega sin(omega t): at t = -1, omega = pi/2 it is X_m omega.
-        V, omega = float(np.interp(t, time, velocity)), math.pi / 2
-        own = _Plain(p, drive_amplitude=V / omega, angular_frequency=omega)
-        return reference.right_hand_side(-1.0, y, own)
+        def velocity(t: float, at: tuple = (begin, end), V: tuple = (first, last)) -> float:
+            return float(np.interp(t, at, V))
 
-    y, nodes = np.array(reference.starting_state(p)), [0.0, *TABLE["elapsed_time"], 0.25]
-    for begin, end in itertools.pairwise(nodes):
+        def rates(t: float, y: np.ndarray, velocity: Callable = velocity) -> list[float]:
+            # The twin's drive is V = -X_m omega sin(omega t): X_m omega at t = -1, omega = pi/2.
+            omega = math.pi / 2
+            own = _Plain(p, drive_amplitude=velocity(t) / omega, angular_frequency=omega)
+            return reference.right_hand_side(-1.0, y, own)
+
         times = ds.elapsed_time.values
         times = times[(times > begin + 1e-12) & (times <= end + 1e-12)].clip(max=end)
+        inner = ds.sel(elapsed_time=times[times < end - 1e-12], method="nearest")
+        np.testing.assert_allclose(
+            inner.upper_velocity, [velocity(t) for t in inner.elapsed_time.values], atol=1e-18
+        )
         run = solve_ivp(
             rates, (begin, end), y, "LSODA", times, rtol=1e-10, atol=[1e-18, 1e-16, 1e-9]
         )
@@ -80,6 +103,31 @@ class _Plain:
 
     def __init__(self, p: Parameters, **changes: float) -> None:
         self.__dict__.update(p._asdict() | changes)
+
+
+@pytest.mark.parametrize("strain", ["adiabatic", "relaxing"])
+def test_a_step_is_the_limit_of_a_ramp(strain: str) -> None:
+    quick = {"elapsed_time": [0, 0.1, 0.1 + 1e-10, 0.2], "velocity": [1e-6, 1e-6, 5e-6, 5e-6]}
+    step = {"elapsed_time": [0, 0.1, 0.1, 0.2], "velocity": [1e-6, 1e-6, 5e-6, 5e-6]}
+    runs = [simulate(drive=table, samples=20, strain=strain, rtol=1e-10) for table in (quick, step)]
+    for name in ("lower_displacement", "lower_velocity", "order_parameter", "friction_force"):
+        ramped, stepped = (run[name].values[11:] for run in runs)  # after the step
+        # The impulse of the force in 1e-10 s, and the rounding of times that close, are 1e-6.
+        np.testing.assert_allclose(stepped, ramped, rtol=0, atol=1e-5 * np.abs(ramped).max())
+    np.testing.assert_array_equal(runs[0].upper_velocity[11:], runs[1].upper_velocity[11:])
+
+
+def test_a_step_counts_as_the_beginning_of_the_last_velocity() -> None:
+    table = {"elapsed_time": [0, 0.5, 0.5, 1.6], "velocity": [2e-6, 2e-6, 4e-5, 4e-5]}
+    ds = simulate(drive=table)
+    assert ds.sizes["melting"] > 1
+    assert ds.attrs["motion"] == "steady"
+    # A step at the very end is none of the run.
+    late = {"elapsed_time": [0, 2, 2], "velocity": [2e-6, 2e-6, 4e-5]}
+    held = {"elapsed_time": [0, 2], "velocity": [2e-6, 2e-6]}
+    stepped, plain = (simulate(drive=table, rtol=1e-9) for table in (late, held))
+    assert stepped.attrs["settled_slips"] == plain.attrs["settled_slips"] == 3
+    assert stepped.attrs["slip_period"] == pytest.approx(plain.attrs["slip_period"], rel=1e-7)
 
 
 def test_the_error_falls_with_the_tolerance() -> None:
@@ -123,7 +171,8 @@ def test_only_the_last_velocity_counts_for_the_summary() -> None:
         (math.nan, "velocity is nan"),
         ({"velocity": [1e-6]}, "elapsed_time is missing"),
         ({"elapsed_time": [0, 1], "velocity": [1e-6]}, "there are 1 and 2"),
-        ({"elapsed_time": [0, 1, 1], "velocity": [1, 1, 1]}, "row 2: elapsed_time is 1 s after 1"),
+        ({"elapsed_time": [0, 1, 0.5], "velocity": [1, 1, 1]}, "row 2: elapsed_time is 0.5 s aft"),
+        ({"elapsed_time": [0, 1, 1, 1], "velocity": [1] * 4}, "row 3: elapsed_time is 1 s for the"),
         ({"elapsed_time": [-1, 1], "velocity": [1, 1]}, "row 0: elapsed_time is -1 s"),
         ({"elapsed_time": [0, 1], "velocity": [1, math.inf]}, "row 1: velocity is inf"),
     ],

@@ -161,10 +161,11 @@ def _make_see_cycle(functions: ProblemFunctions) -> Any:
 def pulled_trajectory(physics: Physics) -> Any:
     """The kernel of the trajectory of a pulled block.
 
-    It maps (sections, ends, settings, start, spacing, samples, cycles, counts) to the Status as an
-    integer: `sections` (m, columns) in the order of `drive.PulledParameters`, each to the time in
-    `ends` (m,); `start` (width,) the state (x, v, ln phi, ...); the others as in `Seen`. It ends
-    early, with OK, where there is no room for a further cycle.
+    It maps (sections, ends, jumps, settings, start, spacing, samples, cycles, counts) to the Status
+    as an integer: `sections` (m, columns) in the order of `drive.PulledParameters`, each to the
+    time in `ends` (m,), and whether it begins with a jump of V in `jumps` (m,); `start` (width,)
+    the state (x, v, ln phi, ...); the others as in `Seen`. It ends early, with OK, where there is
+    no room for a further cycle.
     """
     functions = problem_functions(physics)
     width, relative_state = functions.width, functions.equations.relative_state
@@ -197,6 +198,7 @@ def pulled_trajectory(physics: Physics) -> Any:
     def trajectory(
         sections: np.ndarray,
         ends: np.ndarray,
+        jumps: np.ndarray,
         settings: Settings,
         start: np.ndarray,
         spacing: float,
@@ -208,10 +210,14 @@ def pulled_trajectory(physics: Physics) -> Any:
         begin_cycle(cycles[0])
         p = _parameters_of(sections[0])
         problem = problem_of(p, settings.rtol)
-        y, h, begin = relative_state(p, 0.0, row_state(start)), FIRST_STEP * drive.period(p), 0.0
+        period = drive.period(p)  # of the free block, in all sections
+        y, h, begin = relative_state(p, 0.0, row_state(start)), FIRST_STEP * period, 0.0
         steps, status = 0, OK
         for i in range(sections.shape[0]):
-            problem = problem_of(_parameters_of(sections[i]), settings.rtol)
+            q = _parameters_of(sections[i])
+            if jumps[i]:  # v goes on, V - v does not; the step before says nothing of the next
+                y, h = relative_state(q, begin, relative_state(p, begin, y)), FIRST_STEP * period
+            p, problem = q, problem_of(q, settings.rtol)
             left = settings.max_steps - steps
             y, h, used, status = travel(problem, settings.rtol, begin, ends[i], y, h, left, seen)
             begin, steps = ends[i], steps + used
