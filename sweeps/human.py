@@ -7,6 +7,7 @@ import difflib
 from collections.abc import Iterable
 from typing import Any, TextIO
 
+_QUOTED = 60  # longer quotations of the user's text make a message unreadable
 _LONGEST_NAME = 60  # letters that are compared: a pasted page would take difflib forever
 
 
@@ -75,6 +76,11 @@ def size_text(count: float) -> str:
 def reason(error: BaseException) -> str:
     """Return the text of an error, without the number and path that an OSError repeats."""
     return str(getattr(error, "strerror", None) or error)
+
+
+def shortened(text: str) -> str:
+    """Return the beginning of `text`, as much as fits into a line of the report."""
+    return text if len(text) <= _QUOTED else text[: _QUOTED - 1] + "…"
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

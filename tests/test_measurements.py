@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sweeps.measurements import DataError, UnreadableError, read_data
+from sweeps.input_files import UnreadableError
+from sweeps.measurements import DataError, read_data
 
 FIVE = """\
 T,K,F_max,F_max_error
@@ -19,11 +20,12 @@ T,K,F_max,F_max_error
 230,,0.0026,1e-5
 """
 FIVE_SAID = [
-    "five.csv:2: 3 cells below 4 names; cells that were not measured stay empty",
+    "five.csv:2: 3 cells below 4 names; a cell without a value stays empty",
     "five.csv:3, column T: must be at least 0, not -5.0",
-    "five.csv:4, column F_max: must be a number in SI units, not '0,0028' (decimals have a point)",
+    "five.csv:4, column F_max: must be a number in SI units, not '0,0028' "
+    "(decimals have a point, and thousands are not separated)",
     "five.csv:5, column F_max_error: must be greater than 0, not 0.0",
-    "five.csv:6, column K: is empty; each row needs its parameters",
+    "five.csv:6, column K: is empty; each row needs a value here",
 ]
 
 
@@ -98,7 +100,7 @@ def test_files_that_are_no_table(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="cells are separated by commas"):
         read_data(tmp_path / "a.csv")
     (tmp_path / "a.csv").write_bytes(b"T,F_max\n\xff\xfe,1\n")
-    with pytest.raises(DataError, match="no CSV file in UTF-8"):
+    with pytest.raises(DataError, match=r"a.csv:2: is not UTF-8 text"):
         read_data(tmp_path / "a.csv")
     (tmp_path / "a.csv").write_text("T,F_max\n" + "x,1\n" * 30)
     with pytest.raises(DataError, match="and 10 more"):

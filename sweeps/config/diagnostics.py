@@ -12,10 +12,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from sweeps.exits import ExpectedError
-from sweeps.human import printable
+from sweeps.human import printable, shortened
 
-# Longer quotations of the user's text make a line of the report unreadable.
-_QUOTED = 60
 _SHOWN = 50  # problems that are printed: a screen of them
 # The deepest valid config has four levels; far below what would strain Python's recursion.
 MAX_DEPTH = 12
@@ -164,11 +162,6 @@ def quoted(value: object) -> str:
         return shortened(repr(value))
     except ValueError:  # Python refuses to print integers of more than 4300 digits
         return "a number of thousands of digits"
-
-
-def shortened(text: str) -> str:
-    """Return the beginning of `text`, as much as fits into a line of the report."""
-    return text if len(text) <= _QUOTED else text[: _QUOTED - 1] + "…"
 
 
 def path_text(path: Path) -> str:

@@ -27,6 +27,7 @@ RATIONAL_PATTERN = r"^\s*[+-]?\d+\s*/\s*\d+\s*$"
 _NUMBER = r"[-+]?(\.\d+|\d+(\.\d*)?)([eE][-+]?\d+)?"
 _REMEDIES = (
     (_NUMBER, "write the number without quotes"),
+    (r"[\u2012-\u2015\u2212].*", "write the minus as `-`, the character on the keyboard"),
     (r"[-+]?\d{1,3}(,\d{3})+(\.\d*)?", "write it without thousands separators"),
     (r"[-+]?\d+,\d+", "write it with a decimal point"),
     (r"[-+]?\d+(_\d+)+.*", "write it without underscores"),

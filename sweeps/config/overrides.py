@@ -15,8 +15,9 @@ from typing import Any, Self
 
 from stickslip.variables import canonical_name
 from sweeps.config.checks import key_of
-from sweeps.config.diagnostics import MAX_DEPTH, Document, quoted, shortened
+from sweeps.config.diagnostics import MAX_DEPTH, Document, quoted
 from sweeps.config.yaml_reader import read_text
+from sweeps.human import shortened
 
 CASE = "case"
 

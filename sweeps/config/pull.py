@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
@@ -16,7 +13,7 @@ from sweeps.config.diagnostics import Document
 from sweeps.config.group import Group
 from sweeps.config.numbers import Text, finite
 from sweeps.exits import ExpectedError
-from sweeps.human import counted, reason
+from sweeps.input_files import DataError, number_in, table_of
 from sweeps.paths import expanded
 
 # A file of a result holds the nodes in its config.
@@ -28,7 +25,8 @@ Number = Annotated[float, BeforeValidator(finite)]
 class Drive(Group):
     """A motion of the upper block: a constant velocity, or one that is linear between nodes.
 
-    The velocity is held before the first node and after the last one.
+    The velocity is held before the first node and after the last one. It jumps between two nodes at
+    one time.
     """
 
     example: ClassVar[str] = "{velocity: 2e-6} or {table: FILE.csv}"
@@ -36,8 +34,9 @@ class Drive(Group):
     velocity: Number | None = Field(None, description="a constant velocity in m/s")
     table: Text | None = Field(
         None,
-        description="a CSV file with the columns `elapsed_time` [s] and `velocity` [m/s]; from "
-        "the folder of the config, or with `~` and `$NAME` as in `output`",
+        description="a CSV file with the columns `elapsed_time` [s] and `velocity` [m/s], of at "
+        f"most {_MOST_NODES} rows; from the folder of the config, or with `~` and `$NAME` as in "
+        "`output`",
     )
     nodes: Annotated[tuple[tuple[Number, Number], ...], Field(max_length=_MOST_NODES)] | None = (
         Field(None, description="the rows [s, m/s] of such a table")
@@ -80,68 +79,41 @@ def read_table(document: Document, folder: Path) -> None:
     if not isinstance(drive, dict) or not isinstance(drive.get("table"), str):
         return
     try:
-        file = _file(folder, drive.pop("table"))
-        rows = list(_rows(file))
-        _judge(file, rows)
-    except PullError as error:
-        document.refuse(str(error), "simulation", "drive", "table")
+        drive["nodes"] = _nodes(_file(folder, drive.pop("table")))
+    except DataError as error:
+        for mistake in str(error).splitlines():
+            document.refuse(mistake, "simulation", "drive", "table")
         del document.section("simulation")["drive"]
-    else:
-        drive["nodes"] = [[time, velocity] for _, time, velocity in rows]
 
 
 def _file(folder: Path, name: str) -> Path:
     try:
         return folder / expanded(name)
     except ValueError as error:
-        raise PullError(f"{name} {error}") from None
+        raise DataError(f"{name} {error}") from None
 
 
-def _rows(file: Path) -> Iterator[tuple[int, float, float]]:
-    """Yield the line and the two numbers of each row; raises PullError."""
+def _nodes(file: Path) -> list[list[float]]:
+    """Return the rows of a table, a time and a velocity each; raises DataError."""
+    table = table_of(file)
+    for name in COLUMNS:
+        if (count := table.header.count(name)) != 1:
+            what = f"needs the columns {' and '.join(COLUMNS)}, each once"
+            table.refuse(f"{what}; {name} is {'given twice' if count else 'missing'}", table.head)
+    if len(table.cells) > _MOST_NODES:
+        what = f"has {len(table.cells)} rows, more than {_MOST_NODES}"
+        table.refuse(f"{what}; the velocity is linear in between, so that fewer may do")
+    table.raise_problems()
+    columns = table.columns({name: table.header.index(name) for name in COLUMNS}, _number)
     try:
-        text = file.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise PullError(f"{file} cannot be read: {reason(error)}") from None
-    except UnicodeDecodeError:
-        raise PullError(f"{file} is not UTF-8 text; save it in the encoding UTF-8") from None
-    reader = csv.reader(text.splitlines(), skipinitialspace=True)
-    header = [name.strip() for name in next(reader, [])]
-    if missing := [name for name in COLUMNS if name not in header]:
-        wanted = " and ".join(COLUMNS)
-        hint = "; cells are separated by commas" if len(header) < len(COLUMNS) else ""
-        raise PullError(
-            f"{file}:1: needs the columns {wanted}; {' and '.join(missing)} missing{hint}"
-        )
-    places = [header.index(name) for name in COLUMNS]
-    for row in reader:
-        if any(cell.strip() for cell in row):
-            place = f"{file}:{reader.line_num}"
-            time, velocity = (_number(place, header, row, column) for column in places)
-            yield reader.line_num, time, velocity
-
-
-def _number(place: str, header: list[str], row: list[str], column: int) -> float:
-    if len(row) != len(header):
-        raise PullError(
-            f"{place}: {counted(len(row), 'cell')} below {counted(len(header), 'name')}"
-        )
-    text = row[column].strip()
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise PullError(f"{place}: {header[column]} must be a finite number, not {text!r}")
-    return value
-
-
-def _judge(file: Path, rows: list[tuple[int, float, float]]) -> None:
-    if len(rows) > _MOST_NODES:
-        raise PullError(f"{file} has {len(rows)} rows, more than {_MOST_NODES}; take fewer")
-    lines, times, velocities = np.array(rows, dtype=float).reshape(-1, 3).T
-    try:
-        course_of(dict(zip(COLUMNS, (times, velocities), strict=True)))
+        course_of(columns)
     except PullError as error:
-        line = "" if error.row is None else f":{int(lines[error.row])}"
-        raise PullError(f"{file}{line}: {error.what}") from None
+        table.refuse(error.what, None if error.row is None else table.lines[error.row])
+    table.raise_problems()
+    return [
+        list(row) for row in zip(*(values.tolist() for values in columns.values()), strict=True)
+    ]
+
+
+def _number(cell: object, _: str) -> float:
+    return finite(number_in(cell))

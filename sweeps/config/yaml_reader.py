@@ -21,8 +21,9 @@ from ruamel.yaml.reader import ReaderError
 
 from sweeps.config.diagnostics import MAX_DEPTH, UNREADABLE, Document
 from sweeps.human import reason
+from sweeps.input_files import NotTextError, text_of
 
-_MAX_BYTES = 1 << 20
+_MOST_MIB = 1
 _MAX_KEYS = 2000  # each would be read, compared with those that there are, and told
 
 # YAML 1.2.2, section 10.3.2 (core schema); ruamel's own numbers may hold underscores.
@@ -91,12 +92,11 @@ def read_file(path: Path) -> Document:
     """
     document = Document(str(path))
     try:
-        text = _content(path).decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = error.object.count(b"\n", 0, error.start) + 1
-        document.refuse_line(line, "is not UTF-8 text; save the file in the encoding UTF-8")
+        text = text_of(path, _MOST_MIB, "config")
+    except NotTextError as error:
+        document.refuse_line(error.line, str(error))
         return document
-    except (OSError, ValueError) as error:  # ValueError: NUL in the name
+    except OSError as error:
         document.refuse(f"cannot be read: {reason(error)}")
         return document
     document = read_text(text, str(path))
@@ -137,17 +137,6 @@ def read_mapping(text: str, source: str) -> dict[str, Any]:
         document.refuse("is no mapping")
     document.raise_problems()
     return document.data or {}
-
-
-def _content(path: Path) -> bytes:
-    if path.exists() and not path.is_file():
-        # Opening a FIFO would wait for its writer forever.
-        raise OSError(None, "it is not a regular file")
-    with path.open("rb") as file:
-        content = file.read(_MAX_BYTES + 1)
-    if len(content) > _MAX_BYTES:
-        raise OSError(None, "it is larger than 1 MiB, which no config is")
-    return content
 
 
 def _composed(text: str) -> Node | None:

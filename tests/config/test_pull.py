@@ -29,14 +29,22 @@ def test_a_table_is_read_from_the_folder_of_the_config(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        ("", r"pull.csv:1: needs the columns elapsed_time and velocity"),
+        ("", r"pull.csv holds no data"),
         ("elapsed_time;velocity\n0;1\n", "cells are separated by commas"),
-        ("time,velocity\n0,1\n", "elapsed_time missing"),
-        ("elapsed_time,velocity\n", "at least one"),
+        ("time,velocity\n0,1\n", "pull.csv:1: needs the columns .* elapsed_time is missing"),
+        ("elapsed_time,velocity,velocity\n0,1,2\n", "velocity is given twice"),
+        ("elapsed_time,velocity\n", "holds no data"),
         (GOOD + "2\n", "pull.csv:4: 1 cell below 2 names"),
-        (GOOD + "2,fast\n", "pull.csv:4: velocity must be a finite number, not 'fast'"),
-        (GOOD + "2,nan\n", "pull.csv:4: velocity must be a finite number, not 'nan'"),
-        (GOOD + "\n1,0\n", "pull.csv:5: elapsed_time is 1 s after 1 s; times must increase"),
+        (
+            GOOD + "2,fast\n",
+            "pull.csv:4, column velocity: must be a number in SI units, not 'fast'",
+        ),
+        (GOOD + "2,nan\n", "pull.csv:4, column velocity: must be a number in SI units, not 'nan'"),
+        (GOOD + "2,inf\n", "pull.csv:4, column velocity: must be a finite number, not inf"),
+        (GOOD + "2,\n", "pull.csv:4, column velocity: is empty"),
+        (GOOD + "2,1\n" * 20_000, "has 20002 rows, more than 20000"),
+        (GOOD + "\n0.5,0\n", "pull.csv:5: elapsed_time is 0.5 s after 1 s; times must increase"),
+        (GOOD + "1,1e-6\n1,0\n", "pull.csv:5: elapsed_time is 1 s for the third time"),
         ("elapsed_time,velocity\n0,0\n1,0\n", "nothing would be pulled"),
     ],
 )
@@ -44,6 +52,19 @@ def test_a_wrong_table_is_told_by_line(tmp_path: Path, table: str, message: str)
     with pytest.raises(ConfigError, match=message) as told:
         load(written(tmp_path, table))
     assert "pull.yaml:2: simulation.drive" in str(told.value)
+
+
+def test_all_mistakes_of_a_table_are_told_at_once(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError) as told:
+        load(written(tmp_path, GOOD + "2,fast\nlate,1\n"))
+    assert "pull.csv:4" in str(told.value)
+    assert "pull.csv:5" in str(told.value)
+
+
+def test_a_step_of_the_velocity_is_two_rows_at_one_time(tmp_path: Path) -> None:
+    step = "# sliding, then faster\nelapsed_time,velocity,note\n0,1e-6,a\n1,1e-6,\n1,5e-6,b\n"
+    config = load(written(tmp_path, step))
+    assert config.simulation.drive.nodes == ((0.0, 1e-6), (1.0, 1e-6), (1.0, 5e-6))
 
 
 def test_a_table_that_is_not_there(tmp_path: Path) -> None:
@@ -61,7 +82,7 @@ def test_a_table_that_is_not_there(tmp_path: Path) -> None:
         ({"drive": {"speed": 1e-6}}, {}, "unknown key"),
         ({"drive": {"velocity": 1e-6}}, {}, "needs a `duration`"),
         ({"duration": 1}, {}, "belongs to a `drive`"),
-        ({"drive": {"nodes": [[0, 1e-6], [0, 1e-6]]}}, {}, "row 1: elapsed_time"),
+        ({"drive": {"nodes": [[1, 1e-6], [0, 1e-6]]}}, {}, "row 1: elapsed_time"),
         ({"drive": {"nodes": [[0, 1], [1, 1]]}, "start": "stationary"}, {}, "start: stationary"),
         ({"drive": {"nodes": [[0, 1], [1, 1]]}, "schedule": {"T": [200]}}, {}, "`schedule` bel"),
         (

@@ -14,6 +14,7 @@ from sweeps.config.load import load
 from sweeps.engine.executors import worker
 from sweeps.files.datasets import open_result
 from sweeps.grid import Grid
+from sweeps.human import counted
 
 FOUR = "sweep: {temperature: [200, 225, 250, 275]}\n"
 PRODUCT = "sweep: {T: [200, 250], gamma: [0, 1/3]}\n"
@@ -68,7 +69,7 @@ def test_a_result_that_grows_computes_exactly_what_it_lacks(
     there, wanted = points_of(small), points_of(large)
     assert shell("sweep", small, "-o", "a.nc").code == 0
     code, _, err = shell("sweep", large, "-o", "a.nc")
-    told = rf"{len(wanted)} points.*: {len(there)} in a\.nc; {missing} to compute\n"
+    told = rf"{counted(len(wanted), 'point')}.*: {len(there)} in a\.nc; {missing} to compute\n"
     assert (code, len(shell.computed)) == (0, missing)
     assert re.fullmatch(told, err)
     assert set(shell.computed) == wanted - there

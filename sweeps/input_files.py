@@ -1,0 +1,222 @@
+"""Text files that people write: what a config or a table may be, and the cells of a table."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweeps.exits import Exit, ExpectedError
+from sweeps.human import counted, reason, shortened
+
+Floats: TypeAlias = NDArray[np.float64]
+
+_MIB = 1 << 20
+_MOST_MIB = 4  # of a table: a hundred thousand rows
+_MOST_COLUMNS = 1000  # each unknown name is compared with all known ones
+_SHOWN = 20  # mistakes that are told in one go
+
+_MISSING = re.compile(r"#?n[./]?[ad]\.?n?|[-\u2013\u2014.?*]+|none|null|missing", re.IGNORECASE)
+_WITH_UNIT = re.compile(r"[-+]?(\.\d+|\d+(\.\d*)?)([eE][-+]?\d+)?\s*[^\d\s.,eE].*")
+
+
+class NotTextError(ValueError):
+    """A file that is not text in UTF-8, which ends to be so in `line`."""
+
+    def __init__(self, line: int) -> None:
+        super().__init__("is not UTF-8 text; save the file in the encoding UTF-8")
+        self.line = line
+
+
+class DataError(ExpectedError, ValueError):
+    """A table that cannot be used; the message has a line for each mistake."""
+
+
+class UnreadableError(DataError):
+    """A table in a file that cannot be read."""
+
+    code = Exit.STORAGE
+
+
+def text_of(path: Path, most: int, kind: str) -> str:
+    """Return the text of a regular file, which as a `kind` of input has at most `most` MiB.
+
+    A UTF-8 byte order mark, as some editors write it, is left out. Raises OSError where the file
+    cannot be read, and NotTextError.
+    """
+    if path.exists() and not path.is_file():
+        # Opening a FIFO would wait for its writer forever; a device may never end.
+        raise OSError(None, "it is not a regular file")
+    try:
+        with path.open("rb") as file:
+            content = file.read(most * _MIB + 1)
+    except ValueError:
+        raise OSError(None, "its name has a NUL character") from None
+    if len(content) > most * _MIB:
+        raise OSError(None, f"it is larger than {most} MiB, which no {kind} is")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise NotTextError(content.count(b"\n", 0, error.start) + 1) from None
+
+
+@dataclass
+class Cells:
+    """The cells of a table, texts or numbers, below their names, and the mistakes so far.
+
+    `lines` are the numbers of the rows in the file, and `head` that of the names; a table in Python
+    has no `source`, its rows count from 0, and it has no `head`.
+    """
+
+    source: str
+    header: list[str]
+    cells: list[list[Any]]
+    lines: list[int]
+    head: int | None = None
+    _problems: list[tuple[int, str]] = field(default_factory=list)
+
+    def refuse(self, what: str, line: int | None = None, column: str = "") -> None:
+        """Note a mistake."""
+        place = self.source or "table"
+        if line is not None:
+            place = f"{self.source}:{line}" if self.source else f"row {line}"
+        where = f"{place}, column {shortened(column)}" if column else place
+        self._problems.append((line or 0, f"{where}: {what}"))
+
+    def raise_problems(self) -> None:
+        """Raise DataError if there were mistakes."""
+        if self._problems:
+            said = [what for _, what in sorted(self._problems, key=lambda problem: problem[0])]
+            more = [f"... and {len(said) - _SHOWN} more"] if len(said) > _SHOWN else []
+            raise DataError("\n".join([*said[:_SHOWN], *more]))
+
+    def columns(
+        self, places: Mapping[str, int], number: Callable[[Any, str], float]
+    ) -> dict[str, Floats]:
+        """Return the numbers (rows,) of the columns at these places, by their names there.
+
+        Each is what `number` makes of a cell and that name, which raises ValueError. Raises
+        DataError with all mistakes, rows that lack cells among them.
+        """
+        columns = {name: np.full(len(self.cells), np.nan) for name in places}
+        for row, (line, cells) in enumerate(zip(self.lines, self.cells, strict=True)):
+            if len(cells) != len(self.header):
+                unlike = f"{counted(len(cells), 'cell')} below {counted(len(self.header), 'name')}"
+                self.refuse(f"{unlike}; a cell without a value stays empty", line)
+                continue
+            for name, place in places.items():
+                try:
+                    columns[name][row] = number(cells[place], name)
+                except ValueError as error:
+                    self.refuse(str(error), line, self.header[place])
+        self.raise_problems()
+        return columns
+
+
+def table_of(path: Path) -> Cells:
+    """Return the table in a CSV file.
+
+    Lines that begin with `#` are comments; where the first row has numbers, its names are in the
+    last comment before it, as `numpy.savetxt` writes them. Raises DataError.
+    """
+    try:
+        text = text_of(path, _MOST_MIB, "table")
+        if "\0" in text:  # as UTF-16 without a mark has, which is UTF-8 to the decoder
+            raise NotTextError(text.count("\n", 0, text.index("\0")) + 1)
+    except OSError as error:
+        raise UnreadableError(f"{path} cannot be read: {reason(error)}") from None
+    except NotTextError as error:
+        raise DataError(f"{path}:{error.line}: {error}") from None
+    rows = list(_rows(path, text))
+    body = [row for row in rows if not _is_comment(row[1][0])]
+    if body and _holds_numbers(body[0][1]):
+        body.insert(0, _names_in_comment(path, rows, body[0]))
+    if len(body) < 2:
+        raise DataError(f"{path} holds no data: a line of names comes first, then the values")
+    (head, header), body = body[0], body[1:]
+    if len(header) == 1 and re.search(r"[;\t]", header[0]):
+        raise DataError(
+            f"{path}:{head}: cells are separated by commas, and decimals have a point; "
+            f"there is only one column, {shortened(header[0])!r}"
+        )
+    if len(header) > _MOST_COLUMNS:
+        raise DataError(f"{path}:{head}: has {len(header)} columns, which no table has")
+    return Cells(str(path), header, [row for _, row in body], [line for line, _ in body], head)
+
+
+def number_in(cell: Any, *, may_be_empty: bool = False) -> float:
+    """Return the number in a cell, NaN for one that may be empty and is; raises ValueError."""
+    if cell == "":
+        if may_be_empty:
+            return math.nan
+        raise ValueError("is empty; each row needs a value here")
+    try:
+        value = float(cell.replace("\N{MINUS SIGN}", "-") if isinstance(cell, str) else cell)
+    except (TypeError, ValueError, OverflowError):
+        value = math.nan
+    if math.isnan(value):
+        hint = _hint(str(cell), may_be_empty=may_be_empty)
+        raise ValueError(f"must be a number in SI units, not {shortened(str(cell))!r}{hint}")
+    return value
+
+
+def _hint(text: str, *, may_be_empty: bool) -> str:
+    """Return what to do about a text that is no number; empty where nobody knows."""
+    if _MISSING.fullmatch(text):
+        if may_be_empty:
+            return "; leave the cell empty where nothing was measured"
+        return "; each row needs a value here"
+    if "," in text:
+        return " (decimals have a point, and thousands are not separated)"
+    return "; write the number alone" if _WITH_UNIT.fullmatch(text) else ""
+
+
+def _rows(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield the rows that are not empty, with their lines; raises DataError."""
+    reader = csv.reader(io.StringIO(text, newline=""), skipinitialspace=True)
+    try:
+        for row in reader:
+            cells = [cell.strip() for cell in row]
+            if any(cells):
+                yield reader.line_num, cells
+    except csv.Error:  # it reads all else as some cell
+        raise DataError(
+            f"{path}:{reader.line_num}: a cell has more than {csv.field_size_limit()} characters; "
+            "is a closing quote missing?"
+        ) from None
+
+
+def _is_comment(first: str) -> bool:
+    """Tell whether a row that begins with this cell is a comment; `#N/A` is a missing value."""
+    return first.startswith("#") and not _MISSING.fullmatch(first)
+
+
+def _holds_numbers(cells: list[str]) -> bool:
+    """Tell whether a row has numbers where names belong; cells may be separated by spaces."""
+    try:
+        return bool([number_in(word) for cell in cells for word in cell.split()])
+    except ValueError:
+        return False
+
+
+def _names_in_comment(
+    path: Path, rows: list[tuple[int, list[str]]], first: tuple[int, list[str]]
+) -> tuple[int, list[str]]:
+    """Return the names above the first row of numbers, which are in a comment; raises DataError."""
+    above, (line, numbers) = rows[: rows.index(first)], first
+    if len(numbers) == 1 and " " in numbers[0]:
+        raise DataError(f"{path}:{line}: cells are separated by commas, not by spaces")
+    for place, cells in reversed(above):
+        if len(cells) == len(numbers):
+            return place, [cells[0].lstrip("#").strip(), *cells[1:]]
+    raise DataError(
+        f"{path}:{line}: holds numbers; a line with the names of the columns is missing"
+    )
