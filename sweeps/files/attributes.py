@@ -5,24 +5,37 @@ from __future__ import annotations
 import hashlib
 import platform
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled.cache import processor, source_hash
-from stickslip.datasets import result_variables
+from stickslip.datasets import result_attributes, result_variables
 from stickslip.kernels.version import NUMERICS_VERSION
-from stickslip.variables import PARAMETERS
+from stickslip.variables import PARAMETERS, PHASES, PULLED, RESULTS, STROBOSCOPIC, TRAJECTORY
 from sweeps.config.load import Config
 from sweeps.files.columns import STATUS, failures, status_counts
 from sweeps.grid import CASE, DIRECTION, Grid
+from sweeps.human import shortened
 
 if TYPE_CHECKING:
     import xarray as xr
+
+_REGISTERED: Mapping[str, Mapping[str, Any]] = {
+    name: variable.attributes
+    for variables in (PARAMETERS, TRAJECTORY, PULLED, STROBOSCOPIC, PHASES)
+    for name, variable in variables.items()
+} | {name: result_attributes(name) for name in RESULTS}
+
+# Attributes that change values on the way to a reader; no file is written with them.
+_DECODED = {
+    *("missing_value", "scale_factor", "add_offset", "_Unsigned", "dtype", "calendar"),
+    *("valid_min", "valid_max", "valid_range", "flag_masks"),
+}
 
 Place = tuple[tuple[str, ...], NDArray[np.generic]]
 """Where a coordinate lies, and its values: dimensions, array."""
@@ -133,6 +146,50 @@ def command_line() -> str:
     """Return the command as it was typed, with the name of the program without its path."""
     program, *arguments = sys.argv
     return " ".join([program.rsplit("/", 1)[-1], *arguments])
+
+
+def foreign_attributes(name: str, attributes: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what attributes of a variable in a file would have a reader take for something else.
+
+    Only those are compared that there are: a Dataset that somebody computed may have lost them. A
+    flag that nobody knows yet is that of a later version.
+    """
+    own = _REGISTERED.get(name)
+    if own is None:
+        return
+    for attribute in _DECODED & attributes.keys():
+        yield f"has {attribute} = {_shown(attributes[attribute])}, where there is none"
+    fill = attributes.get("_FillValue")
+    if fill is not None and not (isinstance(fill, np.floating) and np.isnan(fill)):
+        yield f"has _FillValue = {_shown(fill)}, where only NaN marks a missing value"
+    if attributes.get("units", own["units"]) != own["units"]:
+        yield f"has units = {_shown(attributes['units'])}, where {own['units']!r} is expected"
+    if {"flag_values", "flag_meanings"} & attributes.keys():
+        yield from _foreign_flags(_flags(own), _flags(attributes))
+
+
+def _foreign_flags(own: Mapping[int, str], found: Mapping[int, str]) -> Iterator[str]:
+    for value, meaning in found.items():
+        if own.get(value, meaning) != meaning:
+            yield (
+                f"has flag_meanings with {_shown(meaning)} for the value {value}, where "
+                f"{own[value]!r} is expected"
+            )
+    if not found:
+        yield "has flag_values and flag_meanings that do not belong together"
+
+
+def _flags(attributes: Mapping[str, Any]) -> dict[int, str]:
+    """Return the meanings of flags by their values; none where they are not of one length."""
+    values = np.atleast_1d(attributes.get("flag_values", []))
+    meanings = str(attributes.get("flag_meanings", "")).split()
+    if len(values) != len(meanings) or values.dtype.kind not in "iu":
+        return {}
+    return dict(zip(values.tolist(), meanings, strict=True))
+
+
+def _shown(value: object) -> str:
+    return shortened(repr(value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value))
 
 
 def add_provenance(ds: xr.Dataset, config: Config, title: str, summary: str) -> xr.Dataset:

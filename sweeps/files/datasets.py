@@ -12,11 +12,13 @@ import numpy as np
 
 from sweeps.exits import ExpectedError
 from sweeps.files.atomic import StorageError, beside, remove, replacing, storage_errors
+from sweeps.files.attributes import foreign_attributes
 from sweeps.files.results import open_file, whole_chunks
 from sweeps.files.run_folder import RunFolder
 from sweeps.files.watch import require_readable
 
 if TYPE_CHECKING:
+    import netCDF4
     import xarray as xr
 
 
@@ -52,7 +54,8 @@ def write_dataset(ds: xr.Dataset, path: Path) -> None:
 def open_result(path: Path, *, whole: bool = True) -> xr.Dataset:
     """Return the Dataset in a file, loaded if `whole`, else read when accessed.
 
-    Raises StorageError if it is not a readable NetCDF file.
+    Raises StorageError if it is not a readable NetCDF file, or has attributes that would show
+    something else than what was written.
     """
     require_readable(path)
     with readable(path):
@@ -66,11 +69,25 @@ def _opened(path: Path) -> xr.Dataset:
     import xarray as xr
 
     file = open_file(path)
+    _refuse_foreign_attributes(file, path)
     whole_chunks(file)
     store = xr.backends.NetCDF4DataStore(file)  # type: ignore[no-untyped-call]
     ds = xr.open_dataset(store, cache=False)
     ds.encoding["source"] = str(path)  # as xarray has it
     return ds
+
+
+def _refuse_foreign_attributes(file: netCDF4.Dataset, path: Path) -> None:
+    """Raise StorageError where attributes are not those that variables of their names have."""
+    found = [
+        f"{path}: {name} {what}"
+        for name, variable in file.variables.items()
+        for what in foreign_attributes(name, variable.__dict__)
+    ]
+    if found:
+        file.close()
+        remedy = "the file was changed after it was written, and would be shown wrongly"
+        raise StorageError("\n".join([*found, f"{remedy}: restore it, or compute it again"]))
 
 
 @contextlib.contextmanager

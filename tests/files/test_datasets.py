@@ -10,11 +10,14 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
 
+import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
 from support.sweeps.commands import entries
 
+from stickslip.datasets import result_attributes
+from stickslip.variables import PARAMETERS
 from sweeps.files.atomic import StorageError
 from sweeps.files.datasets import (
     content_hash,
@@ -33,7 +36,10 @@ def dataset(value: float = 1.0) -> xr.Dataset:
             "status": (
                 "x",
                 np.array([0, 1, 127], dtype=np.int8),
-                {"flag_values": np.array([0, 1, 127], dtype=np.int8), "flag_meanings": "a b c"},
+                {
+                    "flag_values": np.array([0, 1, 127], dtype=np.int8),
+                    "flag_meanings": "ok not_stationary pending",
+                },
             ),
         },
         {"x": ("x", np.array([1.0, 2.0, 4.0]), {"units": "m"}), "fixed": ((), 5.0, {"units": "K"})},
@@ -54,6 +60,79 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
         assert found[name].dtype == variable.dtype
     path.unlink()  # the file is not held open
     assert found.force[0] == 1.0
+
+
+def result() -> xr.Dataset:
+    """Two points of a sweep."""
+    return xr.Dataset(
+        {
+            "friction_force_amplitude": (
+                "temperature",
+                [1e-3, np.nan],
+                result_attributes("friction_force_amplitude"),
+            ),
+            "melting_count": (
+                "temperature",
+                np.array([2, -1], np.int32),
+                result_attributes("melting_count"),
+            ),
+            "status": ("temperature", np.array([0, 2], np.int8), result_attributes("status")),
+        },
+        {"temperature": ("temperature", [200.0, 250.0], PARAMETERS["temperature"].attributes)},
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "attribute", "value", "said"),
+    [
+        ("friction_force_amplitude", "units", "kN", "has units = 'kN', where 'N' is expected"),
+        ("temperature", "units", "degC", "has units = 'degC', where 'K' is expected"),
+        ("temperature", "units", "days since 2000-01-01", "where 'K' is expected"),
+        ("friction_force_amplitude", "missing_value", 1e-3, "has missing_value = 0.001, where th"),
+        ("temperature", "missing_value", 200.0, "has missing_value = 200.0, where there is none"),
+        ("status", "missing_value", np.int8(2), "has missing_value = 2, where there is none"),
+        ("melting_count", "scale_factor", 2.0, "has scale_factor = 2.0, where there is none"),
+        ("temperature", "add_offset", -273.15, "has add_offset = -273.15, where there is none"),
+        ("melting_count", "_Unsigned", "true", "has _Unsigned = 'true', where there is none"),
+        ("status", "dtype", "bool", "has dtype = 'bool', where there is none"),
+        ("friction_force_amplitude", "valid_max", 1e-4, "has valid_max = 0.0001, where there is"),
+        ("status", "flag_meanings", "fine " * 11, "'fine' for the value 0, where 'ok' is expected"),
+        ("status", "flag_meanings", "ok", "flag_values and flag_meanings that do not belong"),
+        ("status", "flag_values", np.arange(1, 12, dtype=np.int8), "with 'ok' for the value 1"),
+    ],
+)
+def test_attributes_that_would_show_something_else_are_refused(
+    tmp_path: Path, name: str, attribute: str, value: Any, said: str
+) -> None:
+    path = tmp_path / "a.nc"
+    write_dataset(result(), path)
+    with netCDF4.Dataset(path, "r+") as file:
+        file[name].setncattr(attribute, value)
+    for whole in (True, False):
+        with pytest.raises(StorageError) as told:
+            open_result(path, whole=whole)
+        assert f"{path}: {name} has" in str(told.value)
+        assert said in str(told.value)
+        assert str(told.value).endswith("restore it, or compute it again")
+
+
+def test_a_fill_value_that_hides_a_result_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.nc"
+    result().to_netcdf(path, encoding={"melting_count": {"_FillValue": 2}})
+    with pytest.raises(StorageError, match="melting_count has _FillValue = 2, where only NaN"):
+        open_result(path)
+
+
+def test_attributes_that_others_lose_or_add_are_no_mistake(tmp_path: Path) -> None:
+    """As do xarray, which fills coordinates with NaN, later versions, and own variables."""
+    path, later = tmp_path / "a.nc", result()
+    flags = later.status.attrs
+    flags["flag_values"] = np.append(flags["flag_values"], np.int8(99))
+    flags["flag_meanings"] += " of_a_later_version"
+    later["mu"] = (later.friction_force_amplitude * 2).assign_attrs(units="1", missing_value=9e9)
+    later.melting_count.attrs.clear()
+    later.to_netcdf(path)
+    assert open_result(path).status.attrs["flag_meanings"].endswith("of_a_later_version")
 
 
 def test_a_small_file_is_read_at_once(tmp_path: Path) -> None:
