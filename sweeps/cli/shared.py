@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
@@ -61,15 +63,17 @@ def checked_config(file: Path | None, changes: list[str] | None) -> Config:
 
 def execution_changes(workers: int | None, backend: str | None, scheduler: str | None) -> list[str]:
     """Return the options of where to compute as changes to the config."""
-    from sweeps.config.diagnostics import shortened
     from sweeps.config.overrides import Option
+    from sweeps.human import shortened
 
-    backend = backend or ("dask" if scheduler else None)
-    if backend and backend != "dask" and scheduler is None:
-        scheduler = "null"  # one in the config belongs to dask
-    options = {"workers": workers, "backend": backend, "scheduler": scheduler}
-    return [
-        Option(f"execution.{key}={value}", f"--{key} {shortened(str(value))}")
-        for key, value in options.items()
+    backend = backend or (None if scheduler is None else "dask")
+    given = {"workers": workers, "backend": backend, "scheduler": scheduler}
+    changes: list[str] = [
+        # As JSON, a text is a text, even an empty one.
+        Option(f"execution.{key}={json.dumps(value)}", f"--{key} {quote(shortened(str(value)))}")
+        for key, value in given.items()
         if value is not None
     ]
+    if backend not in (None, "dask") and scheduler is None:  # one in the config belongs to dask
+        changes.append(Option("execution.scheduler=null", f"--backend {quote(backend)}"))
+    return changes

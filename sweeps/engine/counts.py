@@ -36,9 +36,12 @@ class InFlight:
 
     def end(self, answer: object) -> Task | None:
         """Take note of what has come back; returns the task that it seems to be the block of."""
-        if not isinstance(answer, Block) or not len(answer.indices):
+        if not isinstance(answer, Block):
             return None
-        task, _ = self._begun.pop(int(answer.indices[0]), (None, 0.0))
+        try:
+            task, _ = self._begun.pop(int(answer.indices[0]))
+        except (TypeError, ValueError, LookupError, OverflowError):  # no number, or that of no task
+            return None
         return task
 
     def clear(self) -> list[Task]:

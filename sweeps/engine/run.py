@@ -117,7 +117,7 @@ def _execution(
     configured: Execution, workers: int | None, backend: str | None, scheduler: str | None
 ) -> Execution:
     """Return the section `execution` with what arguments say instead; raises ConfigError."""
-    backend = backend or ("dask" if scheduler else None)
+    backend = backend or (None if scheduler is None else "dask")
     if workers is not None and workers < 0:
         workers = joblib.effective_n_jobs(workers)
     arguments = {"workers": workers, "backend": backend, "scheduler": scheduler}

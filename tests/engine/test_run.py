@@ -103,6 +103,7 @@ def test_where_to_compute_may_be_given(source: Any) -> None:
     [
         ({"workers": 0}, ConfigError, "run.*execution.workers: must be at least 1"),
         ({"backend": "gpu"}, ConfigError, "execution.backend: must be"),
+        ({"scheduler": ""}, ConfigError, "must be an address such as tcp://"),
         ({"scheduler": "tcp://h:1", "backend": "loky"}, ConfigError, "belongs to `backend: dask`"),
         ({"overwrit": True}, TypeError, "unexpected keyword argument 'overwrit'"),
         ({"overwrite": True}, TypeError, "with output= only"),

@@ -31,6 +31,12 @@ class ExecutorError(ExpectedError, RuntimeError):
     code = Exit.STOPPED
 
 
+class AddressError(ExecutorError):
+    """An address at which no scheduler will ever answer this process."""
+
+    code = Exit.USAGE
+
+
 class WorkersLostError(RuntimeError):
     """Workers died; any of the blocks that have not come back may have killed them.
 

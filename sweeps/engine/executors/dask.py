@@ -18,7 +18,13 @@ from stickslip.kernels.families import KIND
 from stickslip.orbit import prepare_kernels
 from stickslip.parameters import Parameters
 from sweeps.config.schema import Execution
-from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError, first_line
+from sweeps.engine.executors.base import (
+    AddressError,
+    Executor,
+    ExecutorError,
+    WorkersLostError,
+    first_line,
+)
 from sweeps.engine.executors.worker import Block, Task, WorkerMismatchError, compute_block
 from sweeps.engine.signals import in_thread
 
@@ -28,6 +34,8 @@ _ANSWER_SECONDS = 5.0  # for a scheduler to answer
 _CONNECT_SECONDS = 15.0  # for a client to be ready
 _COUNT_SECONDS = 2.0  # between two looks at how many workers there are
 _COMPILE_SECONDS = 300.0  # for another process of the machine to compile the kernels
+
+_ENCRYPTED = ("tls:", "wss:")
 
 _KIND = [Parameters._fields.index(name) for name in KIND]
 
@@ -52,6 +60,8 @@ class ClusterExecutor(Executor):
             # The client's own limit ends with the connection, which the system of a frozen
             # scheduler accepts; so it is made in a thread that is not waited for.
             self._client = in_thread(partial(_connected, self._address)).result(_CONNECT_SECONDS)
+        except AddressError:
+            raise
         except Exception as error:
             # A bare TimeoutError is that of the thread.
             problem = first_line(error) if str(error) else f"no answer in {_CONNECT_SECONDS:g} s"
@@ -143,15 +153,40 @@ def _connected(address: str) -> Any:
 
     from distributed import Client
     from distributed.comm.core import connect
-    from distributed.security import Security
+
+    arguments = _certified(address)
 
     async def reach() -> None:
-        arguments = Security().get_connection_args("client")
-        comm = await connect(address, timeout=_ANSWER_SECONDS, **arguments)
+        try:
+            comm = await connect(address, timeout=_ANSWER_SECONDS, **arguments)
+        except Exception as error:
+            if address.startswith("inproc:"):
+                raise AddressError(
+                    f"{address} is the address of a cluster within another process, or of none; "
+                    "one that others reach begins with tcp://"
+                ) from error
+            raise
         await comm.close()
 
     asyncio.run(reach())  # first, since a client that fails over it cannot be closed
     return Client(address, timeout=_ANSWER_SECONDS, set_as_default=False)
+
+
+def _certified(address: str) -> dict[str, Any]:
+    """Return how to connect; raises AddressError where an encrypted scheme lacks certificates."""
+    from distributed.security import Security
+
+    why = "there are none"
+    try:
+        arguments: dict[str, Any] = Security().get_connection_args("client")
+    except Exception as error:  # noqa: BLE001 - files that are no certificates, in any way
+        arguments, why = {}, first_line(error)
+    if address.startswith(_ENCRYPTED) and arguments.get("ssl_context") is None:
+        raise AddressError(
+            f"{address} needs certificates in dask's configuration, such as "
+            f"distributed.comm.tls.ca-file and .client.cert ({why})"
+        )
+    return arguments
 
 
 class SealedTask:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,7 +129,7 @@ def failed_block(task: Task, reason: str) -> Block:
 
 def is_answer(answer: object, task: Task) -> bool:
     """Tell whether what came from elsewhere can be the block of a task."""
-    if not (isinstance(answer, Block) and isinstance(answer.results, np.ndarray)):
+    if not (isinstance(answer, Block) and _has_its_types(answer)):
         return False
     results = answer.results
     if (
@@ -140,6 +142,24 @@ def is_answer(answer: object, task: Task) -> bool:
     # Grids are interpolated here, and points left over where there is a limit to their periods.
     foreign = [Status.INTERPOLATED, *([] if task.patience else [Status.PENDING])]
     return not np.isin(results[:, STATUS], foreign).any()
+
+
+def _has_its_types(block: Any) -> bool:
+    """Tell whether each field of a block from elsewhere is what it is declared to be."""
+    return (
+        type(block.indices) is type(block.results) is np.ndarray
+        and block.indices.dtype == np.int64
+        and type(block.seconds) is float
+        and 0.0 <= block.seconds < math.inf
+        and type(block.processor) is str
+        and _is_tuple_of(int, block.suspicious)
+        and len(block.suspicious) == 2
+        and _is_tuple_of(str, block.messages)
+    )
+
+
+def _is_tuple_of(kind: type, values: object) -> bool:
+    return type(values) is tuple and all(type(value) is kind for value in values)
 
 
 def _results(points: NDArray[np.float64], task: Task) -> NDArray[np.float64]:

@@ -195,7 +195,26 @@ def test_a_frozen_scheduler_is_not_waited_for_after_a_signal(cluster: Cluster) -
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scheme", ["tcp", "tls"])
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        ("tls://127.0.0.1:1", "needs certificates in dask's configuration"),
+        ("wss://127.0.0.1:1", "needs certificates in dask's configuration"),
+        ("inproc://x", "a cluster within another process"),
+        ("inproc://192.0.2.1/1/1", "a cluster within another process"),
+    ],
+)
+def test_an_address_that_never_answers_is_a_mistake(address: str, said: str) -> None:
+    """A script that gives the same command again would do so for ever."""
+    code, err = ended(command("--scheduler", address))
+    assert code == 2
+    assert err.startswith(address)
+    assert said in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["tcp", "ws"])
 def test_a_scheduler_that_is_not_there_is_named(scheme: str) -> None:
     address = f"{scheme}://127.0.0.1:1"
     code, err = ended(command("--scheduler", address, hook=IMPATIENT))

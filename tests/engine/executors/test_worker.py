@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from itertools import product
 from typing import Any
 
@@ -19,6 +19,7 @@ from stickslip.plausibility import suspicious_balance, suspicious_stress
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import from_mapping
 from sweeps.config.schema import Execution
+from sweeps.engine.counts import InFlight
 from sweeps.engine.executors import threads, worker
 from sweeps.engine.executors.base import ExecutorError
 from sweeps.engine.executors.worker import (
@@ -27,6 +28,7 @@ from sweeps.engine.executors.worker import (
     WorkerMismatchError,
     compute_block,
     failed_block,
+    is_answer,
     kinds_of,
     task_of,
 )
@@ -116,7 +118,14 @@ NOT_BLOCKS: dict[str, Callable[[Block], Any]] = {
     "a text": lambda _: "a text",
     "no points": lambda block: block.part(np.zeros(len(block.indices), dtype=bool)),
     "points of nobody": lambda block: replace(block, indices=block.indices + GRID.size),
+    "numbers of points that are none": lambda block: replace(block, indices=["a", "b"]),
+    "no numbers of points": lambda block: replace(block, indices=None),
+    "one number of a point": lambda block: replace(block, indices=np.int64(0)),
+    "numbers of points without end": lambda block: replace(block, indices=np.array([np.inf])),
 }
+
+# A cluster that others share, or another version of a pickled class, may send anything.
+ODD = [None, "a text", b"bytes", -1, 1.5, np.nan, 10**400, [], (), {}, object(), np.array([1.5])]
 
 WRONG_BLOCKS: dict[str, Callable[[Block], Block]] = {
     "another point": lambda block: replace(block, indices=block.indices + np.arange(2)),
@@ -138,6 +147,9 @@ WRONG_BLOCKS: dict[str, Callable[[Block], Block]] = {
     "an unknown regime": lambda block: damaged(block, "regime", 99.0),
     "an error beyond all": lambda block: damaged(block, "amplitude_error", 1e300),
     "half a melting": lambda block: damaged(block, "melting_count", 0.5),
+    "a masked array": lambda block: replace(block, results=np.ma.array(block.results)),
+    "floats for numbers of points": lambda block: replace(block, indices=block.indices * 1.0),
+    "three counts": lambda block: replace(block, suspicious=(0, 0, 0)),
 }
 
 
@@ -149,6 +161,20 @@ def test_what_a_worker_sends_back_must_be_the_block_that_it_was_given(
     monkeypatch.setattr(threads, "compute_block", lambda task: wrong(compute_block(task)))
     with pytest.raises(ExecutorError, match="cannot be the block that it was given"):
         computed(block_points=2)
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(Block)])
+def test_no_field_of_an_answer_may_be_of_another_type(name: str, reference: np.ndarray) -> None:
+    task = task_of(GRID, EVERYTHING, OPTIONS)
+    block = Block(EVERYTHING, reference, 1.0, "a processor", (0, 0), ())
+    assert is_answer(block, task)
+    in_flight = InFlight()
+    for value in ODD:
+        odd = replace(block, **{name: value})
+        allowed = {"seconds": [1.5], "processor": ["a text"], "messages": [()]}.get(name, [])
+        assert is_answer(odd, task) == any(repr(value) == repr(each) for each in allowed)
+        in_flight.begin(task)
+        in_flight.end(odd)
 
 
 @pytest.mark.parametrize("workers", [1, 2])
