@@ -250,6 +250,15 @@ def _refuse_unknown_stack(ds: xr.Dataset, point: Point, dim: str) -> None:
         )
 
 
+def curve_or_map(ds: xr.Dataset) -> xr.Dataset:
+    """Return the part of a result that lies along the axes of its points.
+
+    That of a fit is the fitted curve; its data and parameters have dimensions of their own.
+    """
+    other = set(ds.dims) - set(ds["status"].dims) if "status" in ds.variables else set()
+    return ds.drop_dims(other) if other else ds
+
+
 def _refuse_open_axes(ds: xr.Dataset, place: Mapping[str, int]) -> None:
     sizes = ds["status"].sizes  # a fit has other dimensions beside
     left = [str(dim) for dim, size in sizes.items() if size > 1 and dim not in place]

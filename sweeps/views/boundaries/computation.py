@@ -29,7 +29,7 @@ from sweeps.grid import DIRECTION
 from sweeps.human import clock, counted
 from sweeps.views.boundaries.bisection import LATE, Axis, Floats, Kinds
 from sweeps.views.boundaries.kinds import NEEDED, Kind, numbered
-from sweeps.views.points import config_of, config_without_axes
+from sweeps.views.points import config_of, config_without_axes, curve_or_map
 
 # Drive periods. Near a border a few points take thousands, and one that goes on alone costs as much
 # as a core full of them: they wait for each other.
@@ -119,6 +119,7 @@ def map_of(ds: xr.Dataset, kind: Kind, workers: int | None = None) -> Map:
     if "config" not in ds.attrs or (lacking := [n for n in NEEDED if n not in ds.variables]):
         what = f"lacks {', '.join(lacking)}" if "config" in ds.attrs else "has no config"
         raise BoundaryError(f"this is no result of a sweep: it {what}")
+    ds = curve_or_map(ds)
     names = _axes_of(ds)
     ds = ds.squeeze().sortby(list(names)).transpose(*names)
     multipliers = ds.get("floquet_multiplier", xr.full_like(ds["status"], np.nan, dtype=float))

@@ -15,7 +15,7 @@ from sweeps.config.load import Config, from_mapping
 from sweeps.config.schema import Integrator, Simulation
 from sweeps.figures.labels import parameters_along, shown_number, slice_label
 from sweeps.views.explore.ranges import Scale, scales_of
-from sweeps.views.points import Point, point_of
+from sweeps.views.points import Point, curve_or_map, point_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,6 +70,7 @@ def of_result(result: xr.Dataset, name: str, notes: tuple[str, ...] = ()) -> Beg
 
     Raises PointError if it is no result of a sweep.
     """
+    result = curve_or_map(result)
     middle = {str(dim): size // 2 for dim, size in result.sizes.items() if size > 1}
     first, more = _opened(result, middle)
     axes = {str(dim): parameters_along(result, str(dim)) for dim in middle}

@@ -128,6 +128,13 @@ def test_points_without_a_result_make_no_borders(line: xr.Dataset) -> None:
     assert part.stickslip.boundaries(1e-3).sizes["boundary_point"] == 2
 
 
+def test_a_fitted_curve_has_borders_as_its_sweep_has(line: xr.Dataset) -> None:
+    """The data and parameters of a fit have dimensions of their own."""
+    part = line.sel(angular_frequency=slice(44, 50))
+    fitted = part.assign(fitted_value=("datum", np.ones(3)), parameter_value=("free", [1.0]))
+    xr.testing.assert_equal(fitted.stickslip.boundaries(1e-3), part.stickslip.boundaries(1e-3))
+
+
 def test_one_kind_has_no_borders(line: xr.Dataset) -> None:
     part = line.sel(angular_frequency=slice(50, 60))
     assert part.stickslip.boundaries().sizes["boundary_point"] == 0

@@ -72,6 +72,18 @@ def test_a_result_opens_in_its_middle(result: xr.Dataset):
     assert beginning.result is result
 
 
+def test_a_fit_opens_on_its_curve(result: xr.Dataset):
+    """Its data and parameters have dimensions of their own."""
+    curve = result.isel(spring_stiffness=4)
+    fitted = curve.assign(
+        fitted_value=("datum", np.ones(3)), parameter_value=("free_parameter", np.ones(2))
+    )
+    beginning = of_result(fitted, "fit.nc")
+    assert beginning.first.place == {"temperature": 4}
+    assert beginning.first.point.parameters.temperature == 250
+    assert dict(beginning.result.sizes) == {"temperature": 9}
+
+
 def test_a_single_point_has_no_chart():
     alone = run({"model": {"temperature": 250}, "integrator": {"rtol": 1e-4}})
     beginning = of_result(alone, "a.nc")
