@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
 
+# `typing` would be loaded before the command line can answer Ctrl-C.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from sweeps.accessor import StickslipAccessor
     from sweeps.engine.run import run
@@ -20,7 +21,7 @@ _HOMES = {
 }
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     if name not in _HOMES:
         raise AttributeError(f"module 'sweeps' has no attribute {name!r}")
     found = globals()[name] = getattr(importlib.import_module(_HOMES[name]), name)

@@ -2,9 +2,25 @@
 
 from __future__ import annotations
 
+import os
+import signal
+
 
 def main() -> None:
     """Run the command `stickslip`."""
+    # An import that Ctrl-C breaks off has a traceback, or none of the exception's name any more.
+    loading = signal.getsignal(signal.SIGINT)
+    if (
+        loading is signal.default_int_handler
+    ):  # not where it is ignored, as in a script's background
+        signal.signal(signal.SIGINT, _end)
     from sweeps.cli.app import main as run
 
+    signal.signal(signal.SIGINT, loading)
     run()
+
+
+def _end(*_: object) -> None:
+    """End before anything was begun."""
+    os.write(2, b"Interrupted; nothing was begun.\n")
+    os._exit(130)  # sweeps.exits.Exit.INTERRUPTED, which would have to be imported

@@ -28,7 +28,7 @@ from sweeps.cli.pictures import figure, plot, simulate
 from sweeps.cli.replay import replay
 from sweeps.cli.report import report
 from sweeps.cli.shared import stop_with
-from sweeps.cli.streams import discard, lasting_streams
+from sweeps.cli.streams import discard, lasting_streams, plain_warnings
 from sweeps.cli.sweeps import plan, status, sweep
 from sweeps.exits import Exit, ExpectedError
 from sweeps.paths import path_of
@@ -107,7 +107,7 @@ app = typer.Typer(
 
 def main() -> None:
     """Run the command line; every failure ends in one message and an exit code."""
-    with lasting_streams():
+    with lasting_streams(), plain_warnings():
         _run()
 
 
@@ -125,6 +125,8 @@ def _run() -> None:
         if end.code == Exit.INTERRUPTED:  # typer's silent answer to Ctrl-C
             print("Interrupted; only files named above were kept.", file=sys.stderr)
         raise
+    except KeyboardInterrupt:  # outside of what typer guards
+        stop_with("Interrupted; only files named above were kept.", Exit.INTERRUPTED)
     except ExpectedError as error:
         stop_with(str(error), error.code)
     except BrokenPipeError:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+import warnings
 from collections.abc import Iterator
 from io import TextIOWrapper
 from typing import TextIO
 
-from sweeps.human import Messages
+from sweeps.human import Messages, printable
 
 
 @contextlib.contextmanager
@@ -33,6 +34,22 @@ def lasting_streams() -> Iterator[None]:
     finally:
         sys.stderr.flush()
         sys.stderr = stderr
+
+
+@contextlib.contextmanager
+def plain_warnings() -> Iterator[None]:
+    """Print warnings of Python as those of a command: a sentence, once, without a place in code."""
+    said: set[str] = set()
+
+    def show(message: Warning | str, *_: object) -> None:
+        text = " ".join(str(message).split())
+        if text not in said:
+            said.add(text)
+            print(printable(f"warning: {text}"), file=sys.stderr)
+
+    with warnings.catch_warnings():
+        warnings.showwarning = show  # type: ignore[assignment] # it is called by position
+        yield
 
 
 def discard(stream: TextIO) -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from string import ascii_lowercase
 
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm
+from matplotlib.colors import BoundaryNorm, LogNorm
 from matplotlib.figure import Figure
 
 from sweeps.figures.style import Frame, put_title
@@ -26,7 +27,8 @@ class Look:
     picture of one panel is drawn into them, with the settings of matplotlib that they were made
     with.
 
-    Raises ValueError for a size that is not positive, limits that do not rise, and no letter.
+    Raises ValueError for a size that is not positive, limits that are not finite or do not rise,
+    and no letter.
     """
 
     size: tuple[float, float] | None = None
@@ -51,6 +53,8 @@ class Look:
             raise ValueError(f"letters begin with one of a to z, not {self.letters!r}")
         for name in ("xlim", "ylim", "clim"):
             low, high = getattr(self, name)
+            if not all(end is None or math.isfinite(end) for end in (low, high)):
+                raise ValueError(f"{name} goes from one finite number to another, or has one end")
             if low is not None and high is not None and not low < high:
                 raise ValueError(f"{name} must rise, not go from {low!r} to {high!r}")
 
@@ -81,9 +85,14 @@ def range_of(text: str) -> Range:
 
 
 def finish(figure: Figure, look: Look) -> None:
-    """Give a picture that is drawn its limits, letters and title."""
+    """Give a picture that is drawn its limits, letters and title.
+
+    Raises ValueError for limits that a logarithmic scale does not have.
+    """
     panels = [look.axes] if look.axes else _panels(figure)
     for axes in panels:
+        _require_positive("xlim", look.xlim, logarithmic=axes.get_xscale() == "log")
+        _require_positive("ylim", look.ylim, logarithmic=axes.get_yscale() == "log")
         axes.set_xlim(*look.xlim)
         axes.set_ylim(*look.ylim)
         _limit_colours(axes, *look.clim)
@@ -91,6 +100,13 @@ def finish(figure: Figure, look: Look) -> None:
         _name(panels, "a" if look.letters is True else look.letters)
     if look.title:
         put_title(figure, look.title)
+
+
+def _require_positive(name: str, limits: Range, *, logarithmic: bool) -> None:
+    """Raise ValueError where limits, of which a logarithmic scale has positive ones, are not."""
+    for end in limits:
+        if logarithmic and end is not None and end <= 0.0:
+            raise ValueError(f"{name} on a logarithmic scale must be greater than 0, not {end:g}")
 
 
 def _panels(figure: Figure) -> list[Axes]:
@@ -101,6 +117,7 @@ def _limit_colours(axes: Axes, low: float | None, high: float | None) -> None:
     """Set the ends of a scale of colours; those of kinds have none."""
     for drawn in axes.collections:
         if drawn.get_array() is not None and not isinstance(drawn.norm, BoundaryNorm):
+            _require_positive("clim", (low, high), logarithmic=isinstance(drawn.norm, LogNorm))
             drawn.set_clim(low, high)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import io
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -24,17 +25,18 @@ _ANONYMOUS: dict[str, dict[str, str | None]] = {
 
 
 def save(figure: Figure, path: Path, look: Look | None = None) -> list[Path]:
-    """Write a figure and return the files, complete or not written at all; raises OSError.
+    """Write a figure and return the files, complete or not written at all.
 
     A path with the ending `.png`, `.pdf` or `.svg` is that file, any other the stem of a PNG and a
-    PDF. `look` is that which the figure was drawn with.
+    PDF. `look` is that which the figure was drawn with. Raises OSError, and ValueError where the
+    figure is too small for what it holds.
     """
     # Not with_suffix: a stem like T=1.5 has no ending to replace.
     both = [path.with_name(path.name + suffix) for suffix in _USUAL]
     targets = [path] if path.suffix.lower() in ENDINGS else both
     look = look or Look()
     with styled(look.style, look.frame):
-        figure.draw_without_rendering()  # the layout is made once: it is half of the work
+        _lay_out(figure)  # once: it is half of the work
         figure.set_layout_engine("none")
         pictures = [_render(figure, target.suffix.lower()) for target in targets]
     for target, picture in zip(targets, pictures, strict=True):
@@ -42,6 +44,20 @@ def save(figure: Figure, path: Path, look: Look | None = None) -> list[Path]:
         with replacing(target, fsync=False) as temporary:
             temporary.write_bytes(picture)
     return targets
+
+
+def _lay_out(figure: Figure) -> None:
+    """Give the panels their places; raises ValueError where nothing is left for them."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "constrained_layout not applied", UserWarning)
+        try:
+            figure.draw_without_rendering()
+        except UserWarning:
+            width, height = figure.get_size_inches()
+            raise ValueError(
+                f"{width:.3g} x {height:.3g} inches leave no room for the panels beside their "
+                "labels: take a larger size, or a smaller font"
+            ) from None
 
 
 def displayed(figure: Figure, look: Look | None = None) -> Figure:

@@ -338,7 +338,11 @@ def _in_columns(
 
 
 def put_title(figure: Figure, title: str) -> None:
-    """A title above the panels and their legend; the figure grows by its height."""
+    """A title above the panels and their legend; the figure grows by its height.
+
+    Control characters, which no font has, are spaces.
+    """
+    title = "".join(c if c.isprintable() or c == "\n" else " " for c in title)
     if (axes := _frame.get().axes) is not None:
         legend = axes.get_legend()
         if legend is not None and legend.get_gid() == _ABOVE:

@@ -6,15 +6,20 @@ import os
 import shutil
 import subprocess
 import sys
+import warnings
 from importlib import metadata
 from pathlib import Path
 
 import pytest
 import typer.main
-from support.sweeps.commands import Command
+from support.sweeps.commands import Command, process
+from support.sweeps.processes import default_signals
 
 import stickslip
 from sweeps.cli.app import app
+from sweeps.cli.streams import plain_warnings
+
+ROOT = Path(stickslip.__file__).parents[1]
 
 HEAVY = {"numba", "numpy", "xarray", "netCDF4", "matplotlib", "joblib", "scipy", "dask", "ruamel"}
 
@@ -99,3 +104,60 @@ def test_a_reader_that_leaves_early_is_no_error(tmp_path: Path) -> None:
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:
         child.stdout.close()
         assert child.stderr.read() == b""
+
+
+# --- Ctrl-C while the command loads, and warnings of Python ---
+
+INTERRUPTED = """
+import os, signal, sys
+{before}
+class AtTyper:
+    def find_spec(self, name, *_):
+        if name == "typer":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, AtTyper())
+from sweeps.cli import main
+sys.argv = ["stickslip", "--version"]
+main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("before", "code", "err"),
+    [
+        ("", 130, "Interrupted; nothing was begun.\n"),
+        ("signal.signal(signal.SIGINT, signal.SIG_IGN)", 0, ""),  # as of a job in the background
+    ],
+)
+def test_an_interruption_while_it_loads_is_told_in_a_line(before: str, code: int, err: str) -> None:
+    program = INTERRUPTED.format(before=before)
+    with default_signals():
+        done = subprocess.run(
+            [sys.executable, "-c", program], capture_output=True, text=True, check=False
+        )
+    assert (done.returncode, done.stderr) == (code, err)
+
+
+def test_the_package_is_loaded_without_what_takes_long() -> None:
+    """Before it is, Ctrl-C has a traceback."""
+    code = "import sys; before = {*sys.modules}; import sweeps.cli; print(*{*sys.modules} - before)"
+    alone = [sys.executable, "-S", "-c", f"import sys; sys.path.append({str(ROOT)!r}); {code}"]
+    loaded = subprocess.run(alone, capture_output=True, text=True, check=True).stdout.split()
+    assert {"sweeps", "sweeps.cli"} <= set(loaded)
+    assert not {"typing", "re", "typer"} & set(loaded)
+
+
+@pytest.mark.usefixtures("command")
+def test_warnings_of_python_are_sentences_without_a_place_in_code() -> None:
+    done = process("check", "a.yaml", environment={"NUMBA_CACHE_DIR": "/dev/null/nowhere"})
+    assert done.code == 0
+    assert done.err.startswith("warning: compiled code is not cached: ")
+    assert done.err.count("\n") == 1
+
+
+def test_a_warning_is_said_once(capsys: pytest.CaptureFixture[str]) -> None:
+    with plain_warnings():
+        warnings.simplefilter("always")
+        for _ in range(2):
+            warnings.warn("one\n  thing\x07", stacklevel=1)
+    assert capsys.readouterr().err == "warning: one thing\\x07\n"

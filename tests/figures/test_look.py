@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -18,7 +20,7 @@ from support.pictures import (
 )
 
 import sweeps.accessor  # noqa: F401 - registers `stickslip`
-from sweeps.figures import Look, PlotOptions, draw
+from sweeps.figures import Look, PlotOptions, draw, save
 from sweeps.figures.look import range_of, size_of
 from sweeps.measurements import read_data
 
@@ -116,12 +118,48 @@ def test_colours_begin_where_the_data_do(ds):
     ("look", "said"),
     [
         ({"size": (0.0, 3.0)}, "a size is width and height in inches"),
+        ({"xlim": (math.nan, None)}, "xlim goes from one finite number to another"),
+        ({"ylim": (0.0, math.inf)}, "ylim goes from one finite number to another"),
         ({"ylim": (2.0, 1.0)}, "ylim must rise, not go from 2.0 to 1.0"),
     ],
 )
 def test_a_look_that_cannot_be(look, said):
     with pytest.raises(ValueError, match=said):
         Look(**look)
+
+
+@pytest.mark.parametrize(
+    ("options", "limits"),
+    [
+        ({"log": "x"}, {"xlim": (0.0, 300.0)}),
+        ({"log": "x"}, {"xlim": (None, -3.0)}),
+        ({"log": "z"}, {"ylim": (-2.0, 3.0)}),
+        ({"log": "z", "x": "T", "y": "K"}, {"clim": (0.0, 3.0)}),
+        ({"log": "y", "x": "T", "y": "K"}, {"ylim": (0.0, None)}),
+    ],
+)
+def test_limits_that_a_logarithmic_scale_lacks_are_refused(ds, options, limits):
+    """Matplotlib would draw the picture with others, and warn."""
+    ((name, _),) = limits.items()
+    with pytest.raises(ValueError, match=f"{name} on a logarithmic scale must be greater than 0"):
+        drawn(ds, FORCE, look=Look(**limits), **options)
+
+
+@pytest.mark.parametrize("size", [(0.1, 0.1), (0.5, 0.5)])
+def test_a_picture_without_room_for_its_panels_is_not_written(ds, tmp_path, size):
+    look = Look(size=size)
+    with pytest.raises(ValueError, match=f"{size[0]} x {size[1]} inches leave no room"):
+        save(drawn(ds, look=look), tmp_path / "a.png", look)
+    assert not list(tmp_path.iterdir())
+
+
+def test_control_characters_of_a_title_are_spaces(ds, tmp_path):
+    """No font has them; each would be a warning, and a box in the picture."""
+    look = Look(title="a\tb\x07\x1bc\nd")
+    figure = drawn(ds, look=look)
+    texts = [text.get_text().split() for text in figure.findobj(Text)]
+    assert ["a", "b", "c", "d"] in texts
+    save(figure, tmp_path / "a.png", look)
 
 
 def test_texts_of_sizes_and_limits():
