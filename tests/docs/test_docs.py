@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ruamel.yaml import YAML
 
 from stickslip.model import film, noise, solids
 from stickslip.model.laws.power_law import viscous_stress
@@ -223,3 +224,15 @@ def test_a_benchmark_is_one_of_the_family(path: Path, scripts: Callable[[str], A
     assert name in {table.script for table in tables}, "what it measures is shown"
     assert f"| `{path.name}` |" in readme
     assert len(text.splitlines()) <= 300
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / ".github" / "workflows").glob("*.yml")))
+def test_a_job_that_may_publish_runs_nothing_but_that(path: Path):
+    """What a build installs could use the token of its job to publish something else."""
+    jobs = YAML(typ="safe").load(path)["jobs"].values()
+    for job in jobs:
+        if job.get("permissions", {}).get("id-token") == "write":
+            assert job["needs"]
+            for step in job["steps"]:
+                assert "run" not in step
+                assert not re.match("actions/(checkout|setup-)", step["uses"])

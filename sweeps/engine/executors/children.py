@@ -7,6 +7,7 @@ import os
 import signal
 import threading
 import time
+import warnings
 from collections.abc import Iterator
 from multiprocessing import resource_tracker
 from typing import Any
@@ -66,7 +67,11 @@ def process_pool(workers: int) -> Any:
 
 
 def end_with_parent(parent: int) -> None:
-    """In a new process: end within a second of its parent, whatever ended that one."""
+    """In a new process: end within a second of its parent, whatever ended that one.
+
+    What there is to say of the cache of compiled code, the parent has said.
+    """
+    warnings.filterwarnings("ignore", ".*compiled code", RuntimeWarning)
 
     def watch() -> None:
         while os.getppid() == parent:

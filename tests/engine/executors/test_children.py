@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from importlib import metadata
+from pathlib import Path
 
 from support.sweeps.processes import Running
+
+import sweeps
+
+ROOT = Path(sweeps.__file__).parents[1]
 
 POOL = """
 from sweeps.engine.executors.children import children_started, process_pool
@@ -22,3 +29,24 @@ def test_processes_end_without_a_command_of_the_system() -> None:
     pool = Running("-c", POOL, env=os.environ | {"PATH": ""})
     assert pool.ended()[0] == 0
     assert any(name.startswith("psutil") for name in metadata.requires("stickslip") or ())
+
+
+def test_a_process_repeats_no_warning_of_the_cache(tmp_path: Path) -> None:
+    """As the main process has said it, and each kernel of each process would say it again."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from sweeps.engine.executors.children import children_started, process_pool\n"
+        "if __name__ == '__main__':\n"
+        "    with children_started():\n"
+        "        pool = process_pool(1)\n"
+        "        pool.submit(exec, 'import stickslip.orbit').result()\n"
+        "        pool.shutdown(wait=True)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, str(script)],
+        env=os.environ | {"NUMBA_CACHE_DIR": "/dev/null/nowhere", "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
