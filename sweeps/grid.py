@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from stickslip.parameters import Parameters
 from sweeps.config.load import Config
 
+_PIECE = 1 << 16  # values of a list that are looked at together
+
 CASE, DIRECTION = "case", "direction"
 
 DIRECTIONS = ("up", "down")
@@ -135,15 +137,33 @@ class Grid:
 
 def _position(pairs: list[tuple[NDArray[Any], NDArray[np.float64]]]) -> NDArray[np.int64]:
     """Return the index at which all lists have the wanted values, else -1; pairs (list, wanted)."""
-    length = len(pairs[0][0])
-    codes = np.zeros(length + len(pairs[0][1]), dtype=np.int64)
+    wanted = len(pairs[0][1])
+    likely = np.flatnonzero(_occur(*pairs[0]))
+    for values, sought in pairs[1:]:
+        likely = likely[_occur(values[likely], sought)]
+    codes = np.zeros(len(likely) + wanted, dtype=np.int64)
     for values, sought in pairs:
-        distinct, ranks = np.unique(np.concatenate([values, sought]), return_inverse=True)
+        distinct, ranks = np.unique(np.concatenate([values[likely], sought]), return_inverse=True)
         # Renumbered after each list, so that many long lists do not overflow an integer.
         _, codes = np.unique(codes * len(distinct) + ranks, return_inverse=True)
     position = np.full(len(codes), -1)
-    position[codes[:length]] = np.arange(length)
-    return position[codes[length:]]
+    position[codes[: len(likely)]] = likely
+    return position[codes[len(likely) :]]
+
+
+def _occur(values: NDArray[Any], sought: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which of a list (n,) are among the values sought.
+
+    A list may have as many values as the grid has points, and to sort it would copy it several
+    times: it is looked through in pieces, which takes a byte for each value.
+    """
+    known, found = np.unique(sought), np.zeros(len(values), dtype=bool)
+    if len(known):
+        for begin in range(0, len(values), _PIECE):
+            piece = values[begin : begin + _PIECE]
+            places = np.searchsorted(known, piece).clip(max=len(known) - 1)
+            found[begin : begin + _PIECE] = known[places] == piece
+    return found
 
 
 def _frozen(values: object, dtype: type[np.generic]) -> NDArray[np.generic]:

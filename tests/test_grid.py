@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 
 from stickslip.parameters import Parameters
 from sweeps.config.load import from_mapping
-from sweeps.grid import Grid
+from sweeps.grid import CASE, Grid
 
 BOTH = {
     "model": {"M": 0.5},
@@ -202,6 +203,23 @@ def test_many_linked_lists_of_many_values_are_told_apart() -> None:
     mixed = grid.points(0, count)
     mixed[:, 0] = np.roll(mixed[:, 0], 1)  # each value is known, but not together
     assert (grid.locate(mixed) == -1).all()
+
+
+@pytest.mark.parametrize("dim", ["temperature", CASE])
+def test_a_few_points_of_a_long_list_are_found_without_copies_of_it(dim: str) -> None:
+    """A resumed sweep looks for chunk after chunk of its points in a grid that may be one list."""
+    long = np.linspace(150.0, 320.0, 2_000_000)
+    lists = {"temperature": long} | ({"block_mass": long[::-1]} if dim == CASE else {})
+    coords = {name: ((dim,), values) for name, values in lists.items()}
+    fixed = {name: 1.0 for name in Parameters._fields if name not in lists}
+    grid = Grid((dim,), long.shape, coords, fixed)
+    numbers = np.arange(0, len(long), 1000)
+    rows = grid.rows(numbers)
+    tracemalloc.start()
+    np.testing.assert_array_equal(grid.locate(rows), numbers)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 0.5 * long.nbytes
 
 
 def test_a_grid_cannot_be_changed() -> None:
