@@ -118,6 +118,7 @@ def _run() -> None:
             "NUMBA_DISABLE_JIT is set, but the kernels only run as compiled code: unset it",
             Exit.USAGE,
         )
+    _refuse_odd_names()
     os.environ["MPLBACKEND"] = "agg"  # there is no window, and one unknown here ends the import
     try:
         app(prog_name="stickslip")
@@ -139,6 +140,15 @@ def _run() -> None:
     except Exception as error:  # the last resort: one line; --verbose logs the traceback
         logging.getLogger(__name__).debug("unexpected", exc_info=True)
         stop_with(f"Unexpected {type(error).__name__}: {error}", Exit.UNEXPECTED)
+
+
+def _refuse_odd_names() -> None:
+    """End the command if a file name is not UTF-8, which neither NetCDF nor YAML can hold."""
+    for argument in sys.argv[1:]:
+        try:
+            argument.encode()
+        except UnicodeEncodeError:
+            stop_with(f"{argument}: a name must be UTF-8, and this is not; rename it", Exit.USAGE)
 
 
 @app.callback(invoke_without_command=True)

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweeps.cli.exchange import refuse_table
-from sweeps.cli.shared import NoProgressOption, WorkersOption, say, stop_with
+from sweeps.cli.shared import NoProgressOption, WorkersOption, print_names, say, stop_with
 from sweeps.exits import Exit
 from sweeps.human import counted
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from sweeps.files.outputs import Outputs
 
 
 def boundary(
@@ -52,28 +53,35 @@ def boundary(
     """
     from sweeps.engine.existing import seal_note
     from sweeps.engine.signals import interruptible
-    from sweeps.files.datasets import open_result, require_writable
+    from sweeps.files.datasets import content_hash, open_result
     from sweeps.files.export import files_of
+    from sweeps.files.outputs import Outputs
     from sweeps.views.boundaries import BoundaryError, boundaries
     from sweeps.views.points import version_differences
 
     target = output or file.with_name(f"{file.stem}-boundaries.nc")
-    for path in [target] if target.suffix == ".nc" else files_of(target):
-        refuse_table(path, file, overwrite=overwrite)
+    paths = [target] if target.suffix == ".nc" else files_of(target)
     ds = _at(open_result(file), at or [])
-    require_writable(target)
     if note := seal_note(file):
         say(f"warning: {note}")
     for note in version_differences(ds.attrs):
         say(f"note: {note}")
-    borders = interruptible(
-        lambda: boundaries(ds, accuracy, kind, workers=workers, progress=not no_progress),  # type: ignore[arg-type] # it is checked there
-        "Interrupted; nothing was kept.",
-    )
-    if not borders.sizes["boundary_point"]:
-        raise BoundaryError(f"{file} has no borders: all points with a result are of one kind")
-    _write(borders, target, file)
-    _summarise(borders)
+    request = {"map": content_hash(ds), "accuracy": accuracy, "kind": kind}
+    with Outputs(paths, request, overwrite=overwrite, inputs=[file], like=file).held() as outputs:
+        borders = outputs.recalled()
+        if borders is None and not outputs.finished:
+            borders = interruptible(
+                lambda: boundaries(ds, accuracy, kind, workers=workers, progress=not no_progress),  # type: ignore[arg-type] # it is checked there
+                "Interrupted; nothing was kept.",
+                at_once=outputs.release,
+            )
+        if borders is not None and not borders.sizes["boundary_point"]:
+            raise BoundaryError(f"{file} has no borders: all points with a result are of one kind")
+        if borders is not None:
+            _write(borders, outputs)
+    print_names(outputs)
+    if borders is not None:
+        _summarise(borders)
 
 
 def _at(ds: xr.Dataset, at: list[str]) -> xr.Dataset:
@@ -86,16 +94,13 @@ def _at(ds: xr.Dataset, at: list[str]) -> xr.Dataset:
         stop_with(str(error), Exit.USAGE)
 
 
-def _write(borders: xr.Dataset, target: Path, source: Path) -> None:
-    from sweeps.files.datasets import write_dataset
-    from sweeps.files.export import export
+def _write(borders: xr.Dataset, outputs: Outputs) -> None:
+    from sweeps.files.export import tables
 
-    if target.suffix == ".nc":
-        write_dataset(borders, target)
-        print(target)
-        return
-    for path in export(borders, target, source):
-        print(path)
+    is_table = outputs.main.suffix != ".nc"
+    outputs.write(
+        tables(borders, outputs.main) if is_table else {outputs.main: outputs.dataset(borders)}
+    )
 
 
 def _summarise(borders: xr.Dataset) -> None:

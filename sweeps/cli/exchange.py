@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from sweeps.cli.shared import say, stop_with
+from sweeps.cli.shared import print_names, say
 from sweeps.exits import Exit
 
 
@@ -28,34 +28,21 @@ def export(
     TABLE.csv, lists units, meanings and the fixed parameters.
     """
     from sweeps.engine.existing import seal_note
+    from sweeps.files.atomic import fingerprint
     from sweeps.files.datasets import open_result, readable
-    from sweeps.files.export import export as write_table
-    from sweeps.files.export import files_of, refuse_other_data
+    from sweeps.files.export import files_of, refuse_other_data, tables
+    from sweeps.files.outputs import Outputs
 
     target = output or file.with_suffix(".csv")
-    for path in files_of(target):
-        refuse_table(path, file, overwrite=overwrite)
-    with open_result(file, whole=False) as ds:
+    paths, request = files_of(target), {"table": fingerprint(file)}
+    outputs = Outputs(paths, request, overwrite=overwrite, inputs=[file], like=file)
+    with outputs.held(), open_result(file, whole=False) as ds:
         refuse_other_data(ds, file)
         if note := seal_note(file):
             say(f"warning: {note}")
         with readable(file):
-            for path in write_table(ds, target, file):
-                print(path)
-
-
-def refuse_table(path: Path, file: Path, *, overwrite: bool) -> None:
-    """End the command if a table would replace a file that it must not."""
-    from sweeps.files.atomic import refuse_odd_output
-    from sweeps.files.export import is_left_over
-
-    refuse_odd_output(path)
-    if path.exists() and file.exists() and path.samefile(file):
-        stop_with(f"{path} is the result itself; -o names the table", Exit.USAGE)
-    if path.exists() and not (overwrite or is_left_over(path)):
-        stop_with(
-            f"{path} exists already; --overwrite replaces it, -o writes elsewhere", Exit.USAGE
-        )
+            outputs.write(tables(ds, target))
+    print_names(outputs)
 
 
 def merge(
@@ -78,8 +65,10 @@ def merge(
     from sweeps.engine.merge import merge as merge_files
     from sweeps.engine.outcome import Outcome
 
-    written = merge_files(files, output, overwrite=overwrite, partial=partial)
-    outcome = Outcome(output, written.statuses, written.worst_error)
+    merged = merge_files(files, output, overwrite=overwrite, partial=partial)
+    outcome = Outcome(output, merged.statuses, merged.worst_error)
     print_summary(outcome)
+    if merged.complete:
+        say(f"{output} is complete, nothing to do")
     if outcome.failures:
         raise typer.Exit(Exit.FAILED_POINTS)

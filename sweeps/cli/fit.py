@@ -12,6 +12,7 @@ from sweeps.cli.shared import (
     SetOption,
     WorkersOption,
     checked_config,
+    print_names,
     say,
     stop_with,
 )
@@ -20,6 +21,8 @@ from sweeps.exits import Exit
 if TYPE_CHECKING:
     import xarray as xr
 
+    from sweeps.config.load import Config
+    from sweeps.files.outputs import Outputs
     from sweeps.fitting.parameters import Range
 
 
@@ -60,37 +63,54 @@ def fit(
     NetCDF file the picture is written, and the config that computes the fitted curve.
     """
     from sweeps.engine.signals import interruptible
-    from sweeps.files.datasets import require_writable
     from sweeps.fitting.fitting import fit as fitted
     from sweeps.fitting.fitting import summary_of
 
     target = output or Path("results") / f"{data.stem}-fit.nc"
-    _refuse_files(target, [data, config], overwrite=overwrite)
-    settled = checked_config(config, set_)
-    require_writable(target)
-    ranges, show = _ranges(free), not no_progress
-    ds = interruptible(
-        lambda: fitted(data, ranges, settled, profile=profile, workers=workers, progress=show),
-        "Interrupted; nothing was kept.",
-    )
-    print(summary_of(ds))
-    _write(ds, target)
-
-
-def _refuse_files(target: Path, sources: list[Path | None], *, overwrite: bool) -> None:
-    """End the command if the output is no NetCDF file, or one that must not be replaced."""
-    from sweeps.files.atomic import refuse_odd_output
-
     if target.suffix != ".nc":
         stop_with(f"{target}: -o names a NetCDF file, which ends in .nc", Exit.USAGE)
-    for path in (target, target.with_suffix(".yaml")):
-        refuse_odd_output(path)
-        if any(source and path.exists() and path.samefile(source) for source in sources):
-            stop_with(f"{path} is an input itself; -o names another file", Exit.USAGE)
-        if path.exists() and not overwrite:
-            stop_with(
-                f"{path} exists already; --overwrite replaces it, -o writes elsewhere", Exit.USAGE
+    settled = checked_config(config, set_)
+    ranges, show = _ranges(free), not no_progress
+    inputs = [data, *([config] if config else [])]
+    outputs = _outputs(target, inputs, ranges, settled, profile=profile, overwrite=overwrite)
+    with outputs.held():
+        ds = outputs.recalled()
+        if ds is None:
+            ds = interruptible(
+                lambda: fitted(
+                    data, ranges, settled, profile=profile, workers=workers, progress=show
+                ),
+                "Interrupted; nothing was kept.",
+                at_once=outputs.release,
             )
+        print(summary_of(ds))
+        _write(ds, outputs)
+    print_names(outputs)
+    _warn(ds)
+
+
+def _outputs(
+    target: Path,
+    inputs: list[Path],
+    ranges: dict[str, Range],
+    config: Config,
+    *,
+    profile: bool,
+    overwrite: bool,
+) -> Outputs:
+    """Return the files of a fit: itself, the config of the fitted curve, and the picture."""
+    from sweeps.figures.save import pictures_of
+    from sweeps.files.outputs import Outputs, sha256_of
+
+    request = {
+        "data": sha256_of(inputs[0]),
+        "free": list(ranges.items()),
+        "config": config.resolved_yaml(),
+        "profile": profile,
+    }
+    pictures = pictures_of(target.with_suffix(""))
+    paths = [target, target.with_suffix(".yaml"), *pictures]
+    return Outputs(paths, request, overwrite=overwrite, inputs=inputs)
 
 
 def _ranges(free: str) -> dict[str, Range]:
@@ -108,23 +128,21 @@ def _ranges(free: str) -> dict[str, Range]:
     return ranges
 
 
-def _write(ds: xr.Dataset, target: Path) -> None:
-    """Write the file, the config of the fitted curve, and the picture; print their names."""
+def _write(ds: xr.Dataset, outputs: Outputs) -> None:
+    """Write the file, the config of the fitted curve, and the picture."""
     from sweeps.config.yaml_writer import block_yaml
-    from sweeps.figures import draw, save
-    from sweeps.files.atomic import replacing, storage_errors
-    from sweeps.files.datasets import write_dataset
+    from sweeps.figures import draw
+    from sweeps.figures.save import rendered
 
-    write_dataset(ds, target)
-    print(target)
-    written = target.with_suffix(".yaml")
-    with storage_errors(f"cannot write {written}", target.parent):
-        with replacing(written) as temporary:
-            curve = block_yaml({"output": f"results/{target.stem}-curve.nc"})
-            temporary.write_text(f"{ds.attrs['config']}{curve}", encoding="utf-8")
-        print(written)
-        for picture in save(draw(ds), target.with_suffix("")):
-            print(picture)
+    target, written, *_ = outputs.paths
+    curve = block_yaml({"output": f"results/{target.stem}-curve.nc"})
+    pictures = rendered(draw(ds), target.with_suffix(""))
+    config = f"{ds.attrs['config']}{curve}".encode()
+    outputs.write({target: outputs.dataset(ds), written: config, **pictures})
+
+
+def _warn(ds: xr.Dataset) -> None:
+    """Say what the data do not tell; end the command where they could not all be fitted."""
     if int((ds.parameter_determination != 0).sum()):
         say("warning: not all parameters are determined by these data")
     if lost := int(ds.fitted_value.isnull().sum()):

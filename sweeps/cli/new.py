@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from sweeps.cli.shared import stop_with
+from sweeps.cli.shared import print_names, stop_with
 from sweeps.exits import Exit
 
 
@@ -33,16 +33,15 @@ def new(
 ) -> None:
     """Write a commented config to begin with."""
     from sweeps.config.paper import shipped_config
-    from sweeps.files.atomic import replacing, storage_errors
+    from sweeps.files.outputs import Outputs
 
-    if file.exists():
-        stop_with(f"{file} exists already; choose another name", Exit.USAGE)
     if file.suffix not in (".yaml", ".yml"):
         stop_with(f"{file}: a config ends in .yaml", Exit.USAGE)
     text = shipped_config(f"new/{kind}").read_text(encoding="utf-8")
     text = text.replace("FILE", str(file)).replace("RESULT", f"results/{file.stem}")
     text = text.replace(f"results/{kind}.nc", f"results/{file.stem}.nc")
-    with storage_errors(f"cannot write {file}"), replacing(file) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    with Outputs([file], {"config": text}, ways_out="choose another name").held() as outputs:
+        outputs.write({file: text.encode()})
+    print_names(outputs)
     verb = f"fit DATA.csv {file} --free k,gamma" if kind is Kind.FIT else f"sweep {file}"
-    print(f"{file}\nnext: stickslip {verb}")
+    print(f"next: stickslip {verb}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -12,10 +13,12 @@ import typer
 from sweeps.cli.shared import (
     BoundariesOption,
     NoProgressOption,
+    OverwriteOption,
     SetOption,
     WorkersOption,
     checked_config,
     execution_changes,
+    print_names,
     say,
     stop_with,
 )
@@ -28,6 +31,7 @@ if TYPE_CHECKING:
     from sweeps.config.load import Config
     from sweeps.figures import PlotOptions
     from sweeps.figures.look import Look
+    from sweeps.files.outputs import Outputs
 
 
 _LONGEST_STEM = 120  # bytes or so: names may have 255, and pictures beside it are called alike
@@ -41,9 +45,7 @@ def simulate(
     set_: SetOption = None,
     periods: Annotated[int | None, typer.Option(min=1, help="Drive periods.")] = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="NetCDF file.")] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an existing output.")
-    ] = False,
+    overwrite: OverwriteOption = False,
     no_progress: NoProgressOption = False,
 ) -> None:
     """Compute a trajectory; by default into results/<name of the config>-trajectory.nc.
@@ -51,9 +53,8 @@ def simulate(
     What is set is part of that name: results/paper-T=250-trajectory.nc.
     """
     from sweeps.config.overrides import Option
-    from sweeps.engine.trajectories import AxisLeftError
-    from sweeps.files.atomic import refuse_odd_output
-    from sweeps.files.datasets import require_writable
+    from sweeps.engine.trajectories import AxisLeftError, pull_summary
+    from sweeps.files.outputs import Outputs
 
     own = [Option(f"simulation.periods={periods}", f"--periods {periods}")] if periods else []
     changes = [*(set_ or []), *own]
@@ -61,13 +62,18 @@ def simulate(
     path = output or trajectory_path(file, changes)
     if config.sweep or config.cases:
         raise AxisLeftError(config)
-    refuse_odd_output(path)
-    if path.exists() and not overwrite:
-        stop_with(
-            f"{path} exists already; --overwrite replaces it, -o writes elsewhere", Exit.USAGE
-        )
-    require_writable(path)
-    _write_trajectories(config, path, progress=not no_progress)
+    inputs = [file] if file else []
+    with Outputs([path], _request(config), overwrite=overwrite, inputs=inputs).held() as outputs:
+        ds = _trajectories(config, outputs, progress=not no_progress)
+        outputs.write({path: outputs.dataset(ds)})
+    for line in pull_summary(ds):
+        say(line)
+    print_names(outputs)
+
+
+def _request(config: Config) -> dict[str, str]:
+    """Return what determines a trajectory, or the phases, that a config describes."""
+    return {"config": config.resolved_yaml()}
 
 
 def trajectory_path(file: Path | None, changes: list[str]) -> Path:
@@ -89,11 +95,13 @@ def figure(
         typer.Option("-o", "--output", help="Folder for figN.nc, figN.png, figN.pdf and so on."),
     ] = Path("results"),
     workers: WorkersOption = None,
+    overwrite: OverwriteOption = False,
     no_progress: NoProgressOption = False,
 ) -> None:
-    """Compute and draw figures of the paper or of configs, replacing older files.
+    """Compute and draw figures of the paper or of configs.
 
-    The figure of a config is that of its `plot: {figure: NAME}`.
+    The figure of a config is that of its `plot: {figure: NAME}`. What is computed already is drawn
+    anew.
     """
     from sweeps.config.paper import PAPER
 
@@ -105,7 +113,9 @@ def figure(
     names = list(known) if "all" in numbers else []
     names += [name for name in dict.fromkeys(numbers) if name not in {*names, "all"}]
     failures = [
-        _computed_figure(_planned(name), output, workers, progress=not no_progress)
+        _computed_figure(
+            _planned(name), output, workers, overwrite=overwrite, progress=not no_progress
+        )
         for name in names
     ]
     if any(failures):
@@ -166,8 +176,12 @@ def plot(
         Path | None,
         typer.Option(metavar="FILE|NAME", help="A style of matplotlib: a file, or ggplot, ..."),
     ] = None,
+    overwrite: OverwriteOption = False,
 ) -> None:
-    """Draw a picture of a result file (examples: docs/plot.md)."""
+    """Draw a picture of a result file (examples: docs/plot.md).
+
+    An older picture that stickslip drew is replaced.
+    """
     from sweeps.engine.existing import seal_note
     from sweeps.figures import PlotOptions
     from sweeps.files.datasets import open_result
@@ -195,7 +209,10 @@ def plot(
         named, variables = _plot_of_config(ds)
         figure = None if options.asks else named
         options = replace(options, variable=variables)
-    _draw(ds, target, figure, options)
+    inputs = [file, *(each for each in (boundaries, data, style) if each)]
+    with _pictures(target, overwrite=overwrite, inputs=inputs).held() as outputs:
+        outputs.write(_drawn(ds, target, figure, options))
+    print_names(outputs)
 
 
 def _look(size: str, limits: tuple[str, str, str], **others: Any) -> Look:
@@ -233,36 +250,60 @@ def _planned(name: str) -> _Planned:
     return _Planned(shipped_config(paper.config), paper.changes, f"fig{name}", paper.figure)
 
 
-def _computed_figure(plan: _Planned, folder: Path, workers: int | None, *, progress: bool) -> int:
+def _computed_figure(
+    plan: _Planned, folder: Path, workers: int | None, *, overwrite: bool, progress: bool
+) -> int:
     """Compute, write and draw one figure; return the number of failed points."""
-    from sweeps.engine.resume import ExistingPolicy
-    from sweeps.engine.signals import Stop
     from sweeps.figure_table import FIGURES
-    from sweeps.figures import PlotOptions
-    from sweeps.files.datasets import open_result
 
     changes = [*plan.changes, *execution_changes(workers, None, None)]
     config, path = checked_config(plan.config, changes), folder / f"{plan.stem}.nc"
     figure = plan.figure or config.plot.figure
-    failures, data = 0, FIGURES[figure].data
-    if data == "sweep":
-        policy = ExistingPolicy(overwrite=True)
-        failures = sweep_and_report(config, path, policy, Stop(), progress=progress, timing=False)
-    elif data == "phases":
-        _write_phases(config, path)
-    else:
-        _write_trajectories(config, path, progress=progress)
-    ds = open_result(path)
-    options = PlotOptions(None if plan.figure else _plot_of_config(ds)[1])
-    _draw(ds, folder / plan.stem, None if options.asks else figure, options)
+    if FIGURES[figure].data == "sweep":
+        return _swept_figure(plan, config, path, overwrite=overwrite, progress=progress)
+    outputs = _pictures(folder / plan.stem, path, _request(config), overwrite=overwrite)
+    with outputs.held():
+        if FIGURES[figure].data == "phases":
+            ds = _phases(config)
+        else:
+            ds = _trajectories(config, outputs, progress=progress)
+        outputs.write({path: outputs.dataset(ds), **_figure_of(plan, config, ds, folder)})
+    print_names(outputs)
+    return 0
+
+
+def _swept_figure(
+    plan: _Planned, config: Config, path: Path, *, overwrite: bool, progress: bool
+) -> int:
+    """Compute and draw a figure of a sweep, which keeps its own files."""
+    from sweeps.engine.resume import ExistingPolicy
+    from sweeps.engine.signals import Stop
+    from sweeps.files.datasets import open_result
+
+    outputs = _pictures(path.parent / plan.stem, overwrite=overwrite)
+    with outputs.held():
+        pass  # what must not be replaced is refused before the sweep
+    policy = ExistingPolicy(overwrite=overwrite)
+    failures = sweep_and_report(config, path, policy, Stop(), progress=progress, timing=False)
+    with outputs.held():
+        outputs.write(_figure_of(plan, config, open_result(path), path.parent))
+    print_names(outputs)
     return failures
 
 
-def _write_phases(config: Config, path: Path) -> None:
-    """Write the free energy and the phases at the temperatures of a config's only axis."""
+def _figure_of(plan: _Planned, config: Config, ds: xr.Dataset, folder: Path) -> dict[Path, bytes]:
+    """Return the pictures of a figure."""
+    from sweeps.figures import PlotOptions
+
+    options = PlotOptions(None if plan.figure else _plot_of_config(ds)[1])
+    figure = None if options.asks else plan.figure or config.plot.figure
+    return _drawn(ds, folder / plan.stem, figure, options)
+
+
+def _phases(config: Config) -> xr.Dataset:
+    """Return the free energy and the phases at the temperatures of a config's only axis."""
     from stickslip.phases import PAPER_STRAIN, phase_diagram
     from sweeps.files.attributes import add_provenance
-    from sweeps.files.datasets import write_dataset
 
     strain = config.plot.elastic_strain
     diagram = phase_diagram(
@@ -271,51 +312,64 @@ def _write_phases(config: Config, path: Path) -> None:
         strain=PAPER_STRAIN if strain is None else strain,
     )
     summary = "Free energy of a boundary lubricant film, and where it melts and solidifies"
-    title = config.title or "Phases of a film"
-    write_dataset(add_provenance(diagram, config, title, summary), path)
-    print(path)
+    return add_provenance(diagram, config, config.title or "Phases of a film", summary)
 
 
-def _write_trajectories(config: Config, path: Path, *, progress: bool) -> None:
-    """Write the trajectory of a config or, if it has an axis, one for each of its values."""
+def _trajectories(config: Config, outputs: Outputs, *, progress: bool) -> xr.Dataset:
+    """Return the trajectory of a config or, if it has an axis, one for each of its values.
+
+    Where it is in its file already it is read.
+    """
     from stickslip import IntegrationError, NoiseError
     from sweeps.engine.progress import Compiling
     from sweeps.engine.signals import interruptible
-    from sweeps.engine.trajectories import pull_summary, trajectories, trajectory
-    from sweeps.files.datasets import write_dataset
+    from sweeps.engine.trajectories import trajectories, trajectory
 
+    if (there := outputs.recalled()) is not None:
+        return there
     compute, compiling = trajectories if config.sweep else trajectory, Compiling(wanted=progress)
+
+    def end() -> None:
+        compiling.stop()
+        outputs.release()
+
     try:
-        ds = interruptible(
-            lambda: compute(config, compiling),
-            "Interrupted; nothing was kept.",
-            at_once=compiling.stop,
+        return interruptible(
+            lambda: compute(config, compiling), "Interrupted; nothing was kept.", at_once=end
         )
     except NoiseError as error:
         stop_with(str(error), Exit.USAGE)
     except IntegrationError as error:
         stop_with(str(error), Exit.FAILED_POINTS)
-    write_dataset(ds, path)
-    for line in pull_summary(ds):
-        say(line)
-    print(path)
 
 
-def _draw(
+def _pictures(
+    target: Path,
+    data: Path | None = None,
+    request: dict[str, str] | None = None,
+    *,
+    overwrite: bool,
+    inputs: Sequence[Path] = (),
+) -> Outputs:
+    """Return the files of a picture, and of the data drawn where they are written with it."""
+    from sweeps.figures.save import is_picture_of_ours, pictures_of
+    from sweeps.files.outputs import Outputs
+
+    paths = [*([data] if data else []), *pictures_of(target)]
+    return Outputs(paths, request, overwrite=overwrite, inputs=inputs, replaces=is_picture_of_ours)
+
+
+def _drawn(
     ds: xr.Dataset, target: Path, name: str | None, options: PlotOptions | None = None
-) -> None:
-    """Draw the named figure, or the one that suits the file or the options, and save it."""
-    from sweeps.figures import draw, save
-    from sweeps.files.atomic import storage_errors
+) -> dict[Path, bytes]:
+    """Return the pictures of the named figure, or of the one that suits the file or the options."""
+    from sweeps.figures import draw
+    from sweeps.figures.save import rendered
 
     try:
-        with storage_errors(f"cannot write {target}"):
-            look = options.look if options else None
-            pictures = save(draw(ds, name, options), target, look)
+        return rendered(draw(ds, name, options), target, options.look if options else None)
     except ValueError as error:
         stop_with(str(error), Exit.USAGE)
-    for picture in pictures:
-        print(picture)
 
 
 def _plot_of_config(ds: xr.Dataset) -> tuple[str | None, tuple[str, ...] | None]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweeps.cli.shared import NoProgressOption, say, stop_with
+from sweeps.cli.shared import NoProgressOption, OverwriteOption, print_names, say, stop_with
 from sweeps.exits import Exit
 from sweeps.human import counted
 
@@ -34,6 +34,7 @@ def replay(
         str | None,
         typer.Option(metavar="initial|stationary", help="Where to begin. [default: on the orbit]"),
     ] = None,
+    overwrite: OverwriteOption = False,
     no_progress: NoProgressOption = False,
 ) -> None:
     """Compute one point of a result again, and draw its motion.
@@ -42,7 +43,10 @@ def replay(
     processor they agree bit for bit. An older replay of the file is replaced.
     """
     from sweeps.engine.progress import Compiling
-    from sweeps.files.datasets import open_result, readable, write_dataset
+    from sweeps.figures import draw
+    from sweeps.figures.save import pictures_of, rendered
+    from sweeps.files.datasets import open_result, readable
+    from sweeps.files.outputs import Outputs
     from sweeps.views.points import point_of
 
     if start not in (None, "initial", "stationary"):
@@ -50,17 +54,20 @@ def replay(
     target = output or file.with_name(f"{file.stem}-replay.nc")
     if target.suffix != ".nc":
         stop_with(f"{target}: -o names a NetCDF file, which ends in .nc", Exit.USAGE)
-    if target.exists() and target.samefile(file):
-        stop_with(f"{target} is the result itself; -o names another file", Exit.USAGE)
     with readable(file), open_result(file, whole=False) as ds:
         point = point_of(ds, at or ())
-    with Compiling(wanted=not no_progress):
-        point.orbit()
-    same = _compare(point)
-    motion = _motion(point, periods, start)
-    write_dataset(motion, target)
-    print(target)
-    _draw(motion, target.with_suffix(""))
+    stem = target.with_suffix("")
+    outputs = Outputs(
+        [target, *pictures_of(stem)], overwrite=overwrite, inputs=[file], replaces=_is_of_replay
+    )
+    with outputs.held():
+        with Compiling(wanted=not no_progress):
+            point.orbit()
+        same = _compare(point)
+        motion = _motion(point, periods, start)
+        pictures = rendered(draw(motion, "orbit"), stem)
+        outputs.write({target: outputs.dataset(motion), **pictures})
+    print_names(outputs)
     if not same and not point.versions:
         raise typer.Exit(Exit.FAILED_POINTS)
 
@@ -98,10 +105,17 @@ def _motion(point: Point, periods: int | None, start: str | None) -> xr.Dataset:
         stop_with(f"the motion cannot be computed: {error}", Exit.FAILED_POINTS)
 
 
-def _draw(ds: xr.Dataset, target: Path) -> None:
-    from sweeps.figures import draw, save
-    from sweeps.files.atomic import storage_errors
+def _is_of_replay(path: Path) -> bool:
+    """Tell whether a file is a replay, or the picture of one, which a later one replaces."""
+    from sweeps.exits import ExpectedError
+    from sweeps.figures.save import is_picture_of_ours
+    from sweeps.files.datasets import open_result
 
-    with storage_errors(f"cannot write {target}"):
-        for picture in save(draw(ds, "orbit"), target):
-            print(picture)
+    if path.suffix != ".nc":
+        return is_picture_of_ours(path)
+    try:
+        with open_result(path, whole=False) as ds:
+            # No other file has both a time course and a stroboscopic map.
+            return {"elapsed_time", "period"} <= ds.sizes.keys() and "config" in ds.attrs
+    except ExpectedError:  # no NetCDF file
+        return False

@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweeps.cli.shared import BoundariesOption, NoProgressOption, WorkersOption, say, stop_with
+from sweeps.cli.shared import (
+    BoundariesOption,
+    NoProgressOption,
+    OverwriteOption,
+    WorkersOption,
+    print_names,
+    say,
+    stop_with,
+)
 from sweeps.exits import Exit
 
 if TYPE_CHECKING:
@@ -34,19 +42,20 @@ def report(
     ] = 200,
     boundaries: BoundariesOption = None,
     workers: WorkersOption = None,
+    overwrite: OverwriteOption = False,
     no_progress: NoProgressOption = False,
 ) -> None:
     """Write a result as one HTML page that any browser opens offline.
 
     It has maps with a slider for each further axis, curves, orbits on a click, failures and
-    provenance (docs/report.md shows one). An older page is replaced.
+    provenance (docs/report.md shows one). An older page that stickslip wrote is replaced.
     """
     from sweeps.engine.existing import seal_note
     from sweeps.engine.progress import Compiling
     from sweeps.engine.signals import interruptible
-    from sweeps.files.atomic import refuse_odd_output
-    from sweeps.files.datasets import open_result, require_writable
-    from sweeps.views.report import require_bokeh, write_report
+    from sweeps.files.datasets import open_result
+    from sweeps.files.outputs import Outputs
+    from sweeps.views.report import is_page_of_ours, page_of, require_bokeh
 
     require_bokeh()
     page = output or file.with_name(file.name.removesuffix(".nc") + ".html")
@@ -56,15 +65,19 @@ def report(
     ds = open_result(file)
     if note := seal_note(file):
         say(f"warning: {note}")
-    refuse_odd_output(page)
-    require_writable(page)
     compiling = Compiling(wanted=not no_progress)
-    with ExitStack() as stack:
+    inputs = [file, *([boundaries] if boundaries else [])]
+    outputs = Outputs([page], overwrite=overwrite, inputs=inputs, replaces=is_page_of_ours)
+
+    def end() -> None:
+        compiling.stop()
+        outputs.release()
+
+    with outputs.held(), ExitStack() as stack:
         on_orbit = _reporter(stack, compiling, wanted=not no_progress)
-        interruptible(
-            lambda: write_report(
+        content = interruptible(
+            lambda: page_of(
                 ds,
-                page,
                 name=file.name,
                 at=at or (),
                 orbits=orbits,
@@ -74,9 +87,10 @@ def report(
                 on_orbit=on_orbit,
             ),
             "Interrupted; no page was written.",
-            at_once=compiling.stop,
+            at_once=end,
         )
-    print(page)
+        outputs.write({page: content})
+    print_names(outputs)
 
 
 def _reporter(

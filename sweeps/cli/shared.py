@@ -15,6 +15,7 @@ from sweeps.human import printable, size_text
 
 if TYPE_CHECKING:
     from sweeps.config.load import Config
+    from sweeps.files.outputs import Outputs
 
 ConfigArgument = Annotated[
     Path, typer.Argument(metavar="CONFIG", help="YAML config; `configs/` has examples.")
@@ -32,6 +33,7 @@ BoundariesOption = Annotated[
     Path | None,
     typer.Option(metavar="FILE", help="Borders of `stickslip boundary`, drawn on the map."),
 ]
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
 NoProgressOption = Annotated[bool, typer.Option("--no-progress", help="Show no progress.")]
 
 
@@ -47,6 +49,16 @@ def stop_with(message: str, code: Exit) -> NoReturn:
 def say(message: str) -> None:
     """Print a message, without the control characters that names and texts of files may hold."""
     print(printable(message), file=sys.stderr)
+
+
+def print_names(outputs: Outputs) -> None:
+    """Print the names of the files of a command, and whether there was nothing to do."""
+    for path in outputs.paths:
+        print(path)
+    if outputs.complete:
+        say(f"{outputs.main} is complete, nothing to do")
+    elif outputs.finished:
+        say(f"{outputs.main} is complete now: an earlier run had computed it, and was stopped")
 
 
 def checked_config(file: Path | None, changes: list[str] | None) -> Config:

@@ -23,13 +23,14 @@ from sweeps.config.pull import refuse_pull
 from sweeps.config.yaml_reader import read_mapping
 from sweeps.engine.order.follow import lines_of, unchanged
 from sweeps.engine.order.part import Part
-from sweeps.exits import ExpectedError
 from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import data_sha256, seal_key
 from sweeps.files.chunks import Chunks
 from sweeps.files.columns import STATUS, Rows
 from sweeps.files.datasets import DAMAGE
 from sweeps.files.journal import Journal, readable_manifest
+from sweeps.files.outputs import WAYS_OUT as WAYS_OUT  # handed on
+from sweeps.files.outputs import RefusalError as RefusalError
 from sweeps.files.results import (
     Digests,
     columns_in,
@@ -51,13 +52,6 @@ Points = Iterator[tuple[NDArray[np.int64], Rows]]
 Drop = Callable[[NDArray[np.int64], Rows], NDArray[np.bool_]]
 
 _NAMED = 5  # differences that a message lists
-
-WAYS_OUT = "--overwrite replaces it, -o writes elsewhere"
-"""What ends a complaint about an output."""
-
-
-class RefusalError(ExpectedError):
-    """Existing results do not fit what is asked for; the message says which option decides."""
 
 
 @dataclass(frozen=True)

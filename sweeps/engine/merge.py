@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 from collections.abc import Iterator, Sequence
 from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -21,11 +21,11 @@ from sweeps.engine.existing import (
 from sweeps.engine.order.part import Part
 from sweeps.engine.outcome import JournaledResult
 from sweeps.engine.resume import manifest_of
-from sweeps.exits import ExpectedError
-from sweeps.files.atomic import StorageError, fingerprint, refuse_odd_output, storage_errors
+from sweeps.files.atomic import StorageError, fingerprint, storage_errors
 from sweeps.files.columns import Rows
 from sweeps.files.journal import Journal
-from sweeps.files.results import Written
+from sweeps.files.outputs import Outputs
+from sweeps.files.results import Written, contents
 from sweeps.files.run_folder import RunFolder
 
 Indices = NDArray[np.int64]
@@ -33,42 +33,55 @@ Indices = NDArray[np.int64]
 _NAMED = 8  # parts that a message lists
 
 
+@dataclass(frozen=True)
+class Merged(Written):
+    """Summary of a merged file, and whether it was there already."""
+
+    complete: bool
+
+
 def merge(
     inputs: Sequence[Path], output: Path, *, overwrite: bool = False, partial: bool = False
-) -> Written:
+) -> Merged:
     """Write the points of several results of one config into one result.
 
     It is the file that one sweep would have written; points that several files hold must be equal.
-    Memory takes nine bytes a point, and what a chunk of a file needs.
+    Where the output is that file already it stays as it is. Memory takes nine bytes a point, and
+    what a chunk of a file needs.
 
     Raises RefusalError if the files differ in more than in which points they hold, where points
     are missing and `partial` does not allow it, or where the output exists and is not to be
     replaced; StorageError and InUseError.
     """
-    refuse_odd_output(output)
-    _refuse_output(inputs, output, overwrite)  # before the files are read, which may take long
-    sources = [_source(path) for path in inputs]
-    target = _common_target(sources, inputs[0])
-    folder = RunFolder(output)
-    with folder.held():
-        _refuse_output(inputs, output, overwrite)  # nobody can begin a sweep to it any more
-        folder.discard_leftovers()
-        before = fingerprint(folder.output)
-        manifest = manifest_of(target, folder.output, sources, afresh=True)
-        manifest |= {"sample": sources[0].sample}  # the config in a file has the drawn values
-        points = _agreeing(sources, target.grid.size)
-        with storage_errors(f"cannot write into {folder.path}", folder.path):
-            # Not the journal of a sweep: a merge that is killed is given again, not resumed.
-            journal = Journal.create(
-                folder.merged, manifest, target.chunks, target.grid.size, points
-            )
-        try:
-            with closing(journal):
-                if not partial:
-                    _refuse_gaps(journal, sources)
-                return JournaledResult(target, journal, folder, before).write()
-        finally:
-            folder.remove()
+    request = {"merged": [fingerprint(path) for path in inputs], "partial": partial}
+    outputs = Outputs([output], request, overwrite=overwrite, inputs=inputs, compares=True)
+    with outputs.held():
+        sources = [_source(path) for path in inputs]
+        target = _common_target(sources, inputs[0])
+        if not outputs.finished:
+            _write(target, sources, outputs, partial=partial)
+        written = contents(output, target.chunks)
+        return Merged(written.statuses, written.worst_error, outputs.complete)
+
+
+def _write(
+    target: Target, sources: list[ExistingPoints], outputs: Outputs, *, partial: bool
+) -> None:
+    """Write the points of all sources into the output."""
+    folder = outputs.folder
+    folder.discard_leftovers()
+    manifest = manifest_of(target, folder.output, sources, afresh=True)
+    manifest |= {"sample": sources[0].sample}  # the config in a file has the drawn values
+    points = _agreeing(sources, target.grid.size)
+    with storage_errors(f"cannot write into {folder.path}", folder.path):
+        # Not the journal of a sweep: a merge that is killed is given again, not resumed.
+        journal = Journal.create(folder.merged, manifest, target.chunks, target.grid.size, points)
+    with closing(journal):
+        if not partial:
+            _refuse_gaps(journal, sources)
+        made = JournaledResult(target, journal, folder, None)
+        made.write(outputs.place(outputs.main))
+    outputs.show()
 
 
 def _source(path: Path) -> ExistingPoints:
@@ -79,26 +92,6 @@ def _source(path: Path) -> ExistingPoints:
         return found_in_file(path)
     except (RefusalError, StorageError) as error:
         raise type(error)(str(error).replace(f"; {WAYS_OUT}", "")) from error
-
-
-def _refuse_output(inputs: Sequence[Path], output: Path, overwrite: bool) -> None:
-    if any(output.exists() and path.exists() and output.samefile(path) for path in inputs):
-        raise RefusalError(f"{output} is one of the files to be merged; -o names another one")
-    if output.exists() and not overwrite:
-        _clear_leftovers(RunFolder(output))
-        raise RefusalError(f"{output} exists already; --overwrite replaces it, -o writes elsewhere")
-    if RunFolder(output).journal.exists():
-        raise RefusalError(
-            f"a sweep to {output} was interrupted and can be resumed; finish it, or choose "
-            "another -o"
-        )
-
-
-def _clear_leftovers(folder: RunFolder) -> None:
-    """Remove what a merge has left that was killed when its output had its name already."""
-    if folder.path.exists():
-        with contextlib.suppress(ExpectedError), folder.held():
-            pass  # its end removes what belongs to no interrupted sweep
 
 
 def _common_target(sources: list[ExistingPoints], first: Path) -> Target:

@@ -85,10 +85,13 @@ class JournaledResult:
             self.target.config.observables,
         )
 
-    def write(self) -> Written:
-        """Write it with what the journal holds, the rest `pending`."""
-        output = self.folder.output
-        if fingerprint(output) != self.before:
+    def write(self, path: Path | None = None) -> Written:
+        """Write it with what the journal holds, the rest `pending`; to `path` if it is made aside.
+
+        An output that has changed since the sweep began is left alone.
+        """
+        output = path or self.folder.output
+        if path is None and fingerprint(output) != self.before:
             raise StorageError(
                 f"{output} was made or changed by somebody else while the sweep ran, and is left "
                 f"alone; what is computed is kept in {self.folder.path}. Move {output.name} away "

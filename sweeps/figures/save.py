@@ -16,11 +16,17 @@ from sweeps.files.atomic import replacing
 
 ENDINGS = (".png", ".pdf", ".svg")
 _USUAL = (".png", ".pdf")  # what is written where no ending is given
-# What changes between two runs, the date, or between two installations, the writer, is left out.
+_WRITER = "stickslip figure"
+# What changes between two runs, the date, or between two installations, versions, is left out.
 _ANONYMOUS: dict[str, dict[str, str | None]] = {
-    ".png": {"Software": None},
-    ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
-    ".svg": {"Date": None, "Creator": None},
+    ".png": {"Software": _WRITER},
+    ".pdf": {"CreationDate": None, "Creator": _WRITER, "Producer": None},
+    ".svg": {"Date": None, "Creator": _WRITER},
+}
+_MARKS = {
+    ".png": f"Software\0{_WRITER}".encode(),
+    ".pdf": f"/Creator ({_WRITER})".encode(),
+    ".svg": f"<dc:title>{_WRITER}</dc:title>".encode(),
 }
 
 
@@ -31,19 +37,34 @@ def save(figure: Figure, path: Path, look: Look | None = None) -> list[Path]:
     PDF. `look` is that which the figure was drawn with. Raises OSError, and ValueError where the
     figure is too small for what it holds.
     """
+    pictures = rendered(figure, path, look)
+    for target, picture in pictures.items():
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(target, fsync=False) as temporary:
+            temporary.write_bytes(picture)
+    return [*pictures]
+
+
+def pictures_of(path: Path) -> list[Path]:
+    """Return the files of a picture: one with an ending, or the PNG and the PDF of a stem."""
     # Not with_suffix: a stem like T=1.5 has no ending to replace.
     both = [path.with_name(path.name + suffix) for suffix in _USUAL]
-    targets = [path] if path.suffix.lower() in ENDINGS else both
+    return [path] if path.suffix.lower() in ENDINGS else both
+
+
+def rendered(figure: Figure, path: Path, look: Look | None = None) -> dict[Path, bytes]:
+    """Return the contents of the files that `save` writes."""
     look = look or Look()
     with styled(look.style, look.frame):
         _lay_out(figure)  # once: it is half of the work
         figure.set_layout_engine("none")
-        pictures = [_render(figure, target.suffix.lower()) for target in targets]
-    for target, picture in zip(targets, pictures, strict=True):
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(target, fsync=False) as temporary:
-            temporary.write_bytes(picture)
-    return targets
+        return {target: _render(figure, target.suffix.lower()) for target in pictures_of(path)}
+
+
+def is_picture_of_ours(path: Path) -> bool:
+    """Tell whether a file is a picture that this program drew, which it may draw anew."""
+    mark = _MARKS.get(path.suffix.lower())
+    return mark is not None and path.is_file() and mark in path.read_bytes()
 
 
 def _lay_out(figure: Figure) -> None:

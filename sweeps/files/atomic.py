@@ -44,10 +44,7 @@ def replacing(
     temporary = temporary or beside(path)
     try:
         begin(temporary)
-        if path.is_file() and not path.is_symlink():
-            temporary.chmod(stat.S_IMODE(path.stat().st_mode) & 0o666)
-        elif like is not None:
-            temporary.chmod(stat.S_IMODE(temporary.stat().st_mode & like.stat().st_mode))
+        settle_mode(temporary, path, like)
         yield temporary
         if fsync:
             flush(temporary)
@@ -55,6 +52,27 @@ def replacing(
         if fsync:
             flush(path.parent)
     finally:
+        remove(temporary)
+
+
+def settle_mode(temporary: Path, path: Path, like: Path | None = None) -> None:
+    """Give a file the permissions of that which it replaces; a new one at most those of `like`."""
+    if path.is_file() and not path.is_symlink():
+        temporary.chmod(stat.S_IMODE(path.stat().st_mode) & 0o666)
+    elif like is not None:
+        temporary.chmod(stat.S_IMODE(temporary.stat().st_mode & like.stat().st_mode))
+
+
+def appear(temporary: Path, path: Path) -> None:
+    """Give a finished file its name, which nobody has: raises FileExistsError if somebody does."""
+    try:
+        os.link(temporary, path)
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without hard links: an empty file keeps the name free for us
+        begin_new(path)
+        temporary.replace(path)
+    else:
         remove(temporary)
 
 
@@ -66,6 +84,11 @@ def followed(path: Path) -> Path:
 def begin(path: Path) -> None:
     """Create an empty file of our own, removing anything, even a link, that is there."""
     remove(path)
+    begin_new(path)
+
+
+def begin_new(path: Path) -> None:
+    """Create an empty file; raises FileExistsError if anything, even a link, is there."""
     os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666))
 
 
@@ -154,4 +177,10 @@ def refuse_odd_output(output: Path) -> None:
             named = next(f for f in output.parents if f.absolute() == above)
             raise StorageError(f"cannot write {output}: {named} is not a folder")
         if output.is_symlink() and not output.exists():
-            output.resolve(strict=True)  # raises where a chain of links ends in itself
+            with contextlib.suppress(FileNotFoundError):  # a link to a file that is not there yet
+                output.resolve(strict=True)  # raises where a chain of links ends in itself
+            end = followed(output)
+            if not end.parent.is_dir():
+                raise StorageError(
+                    f"cannot write {output}: it is a link to {end}, whose folder does not exist"
+                )

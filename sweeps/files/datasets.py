@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.exits import ExpectedError
-from sweeps.files.atomic import StorageError, beside, remove, replacing, storage_errors
+from sweeps.files.atomic import StorageError, replacing, storage_errors
 from sweeps.files.attributes import foreign_attributes
 from sweeps.files.results import open_file, whole_chunks
 from sweeps.files.run_folder import RunFolder
@@ -26,19 +26,6 @@ DAMAGE = (OSError, RuntimeError, AttributeError, LookupError, TypeError, ValueEr
 """Errors that have been seen on reading damaged files."""
 
 
-def require_writable(path: Path) -> None:
-    """Raise StorageError if no file can be written there: better known before a computation."""
-    import xarray as xr
-
-    temporary = beside(path)
-    with storage_errors(f"cannot write {path}", path.parent):
-        _make_folder(path.parent)
-        try:
-            _write(xr.Dataset(), temporary)
-        finally:
-            remove(temporary)
-
-
 def write_dataset(ds: xr.Dataset, path: Path) -> None:
     """Write `ds` to `path`; an older file there is replaced completely or not at all.
 
@@ -47,8 +34,15 @@ def write_dataset(ds: xr.Dataset, path: Path) -> None:
     with storage_errors(f"cannot write {path}", path.parent):
         _make_folder(path.parent)
         with replacing(path) as temporary:
-            _write(ds, temporary)
-            _compare(ds, temporary)
+            write_checked(ds, temporary)
+
+
+def write_checked(ds: xr.Dataset, path: Path) -> None:
+    """Write `ds` to a file of our own, and read it back; raises OSError and RuntimeError."""
+    ds.to_netcdf(path, engine="netcdf4", format="NETCDF4", encoding=_encoding(ds))
+    with _opened(path) as written:
+        if content_hash(written.load()) != content_hash(ds):
+            raise OSError("the file does not read back as it was written")
 
 
 def open_result(path: Path, *, whole: bool = True) -> xr.Dataset:
@@ -135,10 +129,6 @@ def _make_folder(folder: Path) -> None:
         raise OSError(f"{folder} is not a folder") from None
 
 
-def _write(ds: xr.Dataset, temporary: Path) -> None:
-    ds.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=_encoding(ds))
-
-
 def _encoding(ds: xr.Dataset) -> dict[str, dict[str, object]]:
     """Return compression for arrays, and fill values only for data that are floats, as in CF."""
     encoding: dict[str, dict[str, object]] = {str(name): {"_FillValue": None} for name in ds.coords}
@@ -147,9 +137,3 @@ def _encoding(ds: xr.Dataset) -> dict[str, dict[str, object]]:
         fill = np.nan if variable.dtype.kind == "f" else None
         encoding[str(name)] = packed | {"_FillValue": fill}
     return encoding
-
-
-def _compare(ds: xr.Dataset, path: Path) -> None:
-    with _opened(path) as written:
-        if content_hash(written.load()) != content_hash(ds):
-            raise OSError("the file does not read back as it was written")

@@ -9,15 +9,14 @@ all rows are in a second, small table beside a CSV file, or in the metadata of a
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.exits import ExpectedError
-from sweeps.files.atomic import replacing, storage_errors
 from sweeps.files.chunks import Chunks
 
 if TYPE_CHECKING:
@@ -51,15 +50,6 @@ def files_of(path: Path) -> list[Path]:
     return [path, path.with_name(f"{path.stem}.columns.csv")]
 
 
-def is_left_over(path: Path) -> bool:
-    """Tell whether a table of columns stands alone, as a killed export leaves it."""
-    table = path.with_name(path.name.replace(".columns.csv", ".csv"))
-    if table == path or table.exists() or not path.is_file():
-        return False
-    with path.open(encoding="utf-8", errors="replace") as file:
-        return file.readline().rstrip() == ",".join(_DESCRIPTION)
-
-
 def refuse_other_data(ds: xr.Dataset, name: Path) -> None:
     """Raise TableError if a Dataset is no result, no trajectory and no borders, or empty."""
     if not set(_TEMPLATES) & ds.variables.keys():
@@ -70,30 +60,22 @@ def refuse_other_data(ds: xr.Dataset, name: Path) -> None:
         raise TableError(f"{name} is empty: no value along {', '.join(empty)}")
 
 
-def export(ds: xr.Dataset, path: Path, source: Path | None = None) -> list[Path]:
-    """Write the table of a Dataset, read chunk by chunk, to `path`; return the files.
+def tables(ds: xr.Dataset, path: Path) -> dict[Path, Callable[[Path], None]]:
+    """Return what writes the table of a Dataset, read chunk by chunk, for each of its files.
 
     `ds` is the result of a sweep, or a trajectory, whose samples are the rows, or borders. Floats
     have all their digits. For points without a result, NaN and the -1 of counts become empty cells.
-    Older files are replaced completely or not at all; new ones are readable by those who may read
-    the `source` of the Dataset. In a CSV file, texts that a spreadsheet would run as a formula
-    begin with an apostrophe.
+    In a CSV file, texts that a spreadsheet would run as a formula begin with an apostrophe.
 
-    Raises TableError as `files_of` does, StorageError if a file cannot be written.
+    Raises TableError as `files_of` does.
     """
     files = files_of(path)
-    with storage_errors(f"cannot write {path}", path.parent):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path, like=source) as temporary:
-            if len(files) == 1:
-                _write_parquet(ds, temporary)
-                return files
-            with temporary.open("w", encoding="utf-8", newline="") as file:
-                _write_csv(ds, file)
-            with replacing(files[1], like=source) as beside:
-                described = _described(ds).map(_quoted)
-                described.to_csv(beside, index=False, lineterminator="\n")
-    return files
+    if len(files) == 1:
+        return {path: lambda place: _write_parquet(ds, place)}
+    return {
+        path: lambda place: _write_csv(ds, place),
+        files[1]: lambda place: _write_columns(ds, place),
+    }
 
 
 def _require_pyarrow() -> None:
@@ -107,12 +89,18 @@ def _require_pyarrow() -> None:
         ) from None
 
 
-def _write_csv(ds: xr.Dataset, file: TextIO) -> None:
-    for number, frame in enumerate(_frames(ds)):
-        texts = frame.select_dtypes(["object", "string"]).columns
-        frame[texts] = frame[texts].map(_quoted)
-        frame = frame.rename(columns=_quoted)
-        frame.to_csv(file, index=False, header=number == 0, lineterminator="\n")
+def _write_csv(ds: xr.Dataset, path: Path) -> None:
+    with path.open("w", encoding="utf-8", newline="") as file:
+        for number, frame in enumerate(_frames(ds)):
+            texts = frame.select_dtypes(["object", "string"]).columns
+            frame[texts] = frame[texts].map(_quoted)
+            frame = frame.rename(columns=_quoted)
+            frame.to_csv(file, index=False, header=number == 0, lineterminator="\n")
+
+
+def _write_columns(ds: xr.Dataset, path: Path) -> None:
+    described = _described(ds).map(_quoted)
+    described.to_csv(path, index=False, lineterminator="\n")
 
 
 def _quoted(cell: object) -> object:

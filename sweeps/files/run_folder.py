@@ -1,10 +1,11 @@
-"""The folder beside a result while it is computed: lock, journal, heartbeat, unfinished result."""
+"""The folder beside an output while it is made: lock, journal, heartbeat, unfinished files."""
 
 from __future__ import annotations
 
 import contextlib
 import json
 import os
+import shutil
 import socket
 import stat
 import threading
@@ -31,7 +32,7 @@ class InUseError(ExpectedError, RuntimeError):
 
 
 class RunFolder:
-    """`<output>.run/`: the files that a sweep needs until its output is complete."""
+    """`<output>.run/`: the files that a command needs until its output is complete."""
 
     def __init__(self, output: Path) -> None:
         self.output = output = followed(output)
@@ -40,6 +41,8 @@ class RunFolder:
         self.merged = self.path / "merged"
         self.heartbeat = self.path / "heartbeat.json"
         self.result = self.path / "result.nc"
+        self.manifest = self.path / "manifest.json"
+        self.made = self.path / "made"
         self._lock = self.path / "lock"
         self._next_beat = self.path / "heartbeat.json.new"
         self._who = {
@@ -84,7 +87,7 @@ class RunFolder:
             self._beat({"state": "starting"})  # replaces that of a killed run
             yield
         finally:
-            if not self.journal.exists():
+            if not (self.journal.exists() or self.manifest.exists()):
                 self.remove()
             lock.release()  # last: from here on the folder may belong to another run
 
@@ -121,6 +124,8 @@ class RunFolder:
     def remove(self, *, keep_journal: bool = False) -> None:
         """Remove files that are no longer needed; the folder stays if it holds other files."""
         self.discard_leftovers()
+        if not self.manifest.exists():
+            shutil.rmtree(self.made, ignore_errors=True)
         with contextlib.suppress(OSError):
             self.heartbeat.unlink(missing_ok=True)
             if not keep_journal:

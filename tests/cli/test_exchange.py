@@ -29,7 +29,11 @@ def test_a_table_is_written_once(command: Command) -> None:
     command("sweep", "a.yaml", "-o", "a.nc")
     done = command("export", "a.nc")
     assert (done.code, done.out) == (0, "a.csv\na.columns.csv\n")
+    again = command("export", "a.nc")
+    assert (again.code, again.err) == (0, "a.csv is complete, nothing to do\n")
+    Path("a.csv").write_text("mine")
     assert "exists already; --overwrite" in command("export", "a.nc").err
+    assert Path("a.csv").read_text() == "mine"
     assert command("export", "a.nc", "--overwrite").code == 0
     assert command("export", "a.nc", "-o", "deep/er/b.csv").code == 0
     assert entries("deep/er") == ["b.columns.csv", "b.csv"]
@@ -54,5 +58,5 @@ def test_what_is_no_table_of_ours_is_not_replaced(command: Command) -> None:
     result = Path("a.nc").rename("c.csv").read_bytes()
     for more in ([], ["--overwrite"]):
         code, _, err = command("export", "c.csv", *more)
-        assert (code, err) == (2, "c.csv is the result itself; -o names the table\n")
+        assert (code, err) == (2, "c.csv is an input itself; -o names another file\n")
     assert Path("c.csv").read_bytes() == result

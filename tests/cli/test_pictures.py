@@ -38,7 +38,9 @@ def test_simulate_needs_no_config(command: Command) -> None:
     assert ds.sizes == {"elapsed_time": 21}
     expected = stickslip.simulate(periods=1, samples_per_period=20)
     xr.testing.assert_identical(ds.drop_attrs(deep=False), expected)
-    code, _, err = command("simulate", *arguments)
+    again = command("simulate", *arguments)
+    assert again == (0, "x/y.nc\n", "x/y.nc is complete, nothing to do\n")
+    code, _, err = command("simulate", *arguments, "--set", "T=250")
     assert code == 2
     assert "x/y.nc exists already" in err
     assert command("simulate", *arguments, "--overwrite").code == 0

@@ -83,7 +83,7 @@ def test_by_another_version_other_bits_are_explained(
     [
         ((), "several points are left"),
         ((*POINT, "-o", "a.png"), "names a NetCDF file"),
-        ((*POINT, "-o", "mine.nc"), "the result itself"),
+        ((*POINT, "-o", "mine.nc"), "an input itself"),
         ((*POINT, "--start", "there"), "--start is initial or stationary"),
     ],
 )

@@ -97,10 +97,10 @@ def test_texts_of_files_do_not_steer_the_terminal(shell: Shell) -> None:
     assert not set("\x1b\x9b\x07") & set(out)
 
 
-def test_names_that_are_no_text_are_printed_all_the_same(shell: Shell) -> None:
+def test_names_that_are_no_text_are_refused_and_printed_all_the_same(shell: Shell) -> None:
     code, _, err = shell("info", os.fsdecode(b"odd\xff.nc"))
-    assert code == 5
-    assert err.startswith("odd\\udcff.nc ")
+    assert code == 2
+    assert err == "odd\\udcff.nc: a name must be UTF-8, and this is not; rename it\n"
 
 
 @pytest.mark.parametrize("beat", ["[]", "(", None])

@@ -23,7 +23,6 @@ from sweeps.files.datasets import (
     content_hash,
     open_result,
     readable,
-    require_writable,
     write_dataset,
 )
 
@@ -156,21 +155,7 @@ def test_a_new_file_replaces_the_old_one_completely(
     assert entries(tmp_path) == ["a.nc"]
 
 
-def test_the_trial_leaves_nothing_and_touches_nothing(tmp_path: Path) -> None:
-    path = tmp_path / "a.nc"
-    require_writable(path)
-    assert entries(tmp_path) == []
-    path.write_bytes(b"old")
-    require_writable(path)
-    assert path.read_bytes() == b"old"
-    assert entries(tmp_path) == ["a.nc"]
-
-
 # --- failures ---
-
-
-def write_trial(_: xr.Dataset, path: Path) -> None:
-    require_writable(path)
 
 
 WRITE = xr.Dataset.to_netcdf
@@ -188,18 +173,16 @@ def flawed(ds: xr.Dataset, *args: Any, **kwargs: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("owner", "name", "broken", "write", "told"),
+    ("owner", "name", "broken", "told"),
     [
-        (xr.Dataset, "to_netcdf", Mock(side_effect=FULL), write_dataset, "No space left on device"),
-        (xr.Dataset, "to_netcdf", written, write_dataset, "NetCDF: HDF error"),
-        (xr.Dataset, "to_netcdf", Mock(side_effect=FULL), write_trial, "No space left on device"),
-        (xr.Dataset, "to_netcdf", written, write_trial, "NetCDF: HDF error"),
-        (xr.Dataset, "to_netcdf", flawed, write_dataset, "the file does not read back .*"),
-        (xr, "open_dataset", Mock(side_effect=HDF), write_dataset, "NetCDF: HDF error"),
-        (os, "open", Mock(side_effect=FULL), write_dataset, "No space left on device"),
-        (os, "fsync", Mock(side_effect=FULL), write_dataset, "No space left on device"),
-        (Path, "replace", Mock(side_effect=FULL), write_dataset, "No space left on device"),
-        (xr, "open_dataset", Mock(side_effect=KeyboardInterrupt()), write_dataset, None),
+        (xr.Dataset, "to_netcdf", Mock(side_effect=FULL), "No space left on device"),
+        (xr.Dataset, "to_netcdf", written, "NetCDF: HDF error"),
+        (xr.Dataset, "to_netcdf", flawed, "the file does not read back .*"),
+        (xr, "open_dataset", Mock(side_effect=HDF), "NetCDF: HDF error"),
+        (os, "open", Mock(side_effect=FULL), "No space left on device"),
+        (os, "fsync", Mock(side_effect=FULL), "No space left on device"),
+        (Path, "replace", Mock(side_effect=FULL), "No space left on device"),
+        (xr, "open_dataset", Mock(side_effect=KeyboardInterrupt()), None),
     ],
 )
 def test_a_step_that_fails_leaves_the_old_file_and_no_other(
@@ -208,7 +191,6 @@ def test_a_step_that_fails_leaves_the_old_file_and_no_other(
     owner: Any,
     name: str,
     broken: Callable[..., Any],
-    write: Callable[..., None],
     told: str | None,
 ) -> None:
     path = tmp_path / "a.nc"
@@ -217,19 +199,18 @@ def test_a_step_that_fails_leaves_the_old_file_and_no_other(
     with monkeypatch.context() as patch:
         patch.setattr(owner, name, broken)
         with pytest.raises(StorageError if told else KeyboardInterrupt) as caught:
-            write(dataset(2.0), path)
+            write_dataset(dataset(2.0), path)
     assert told is None or re.fullmatch(f"cannot write {path}: {told}", str(caught.value))
     assert path.read_bytes() == old
     assert entries(tmp_path) == ["a.nc"]
 
 
-@pytest.mark.parametrize("write", [write_dataset, write_trial])
-def test_a_file_in_place_of_the_folder_is_told(tmp_path: Path, write: Any) -> None:
+def test_a_file_in_place_of_the_folder_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("mine")
     with pytest.raises(StorageError, match=r"cannot write .*a\.nc: .*file is not a folder$"):
-        write(dataset(), tmp_path / "file" / "a.nc")
+        write_dataset(dataset(), tmp_path / "file" / "a.nc")
     with pytest.raises(StorageError, match=r"cannot write .*a\.nc: Not a directory$"):
-        write(dataset(), tmp_path / "file" / "deeper" / "a.nc")
+        write_dataset(dataset(), tmp_path / "file" / "deeper" / "a.nc")
     assert (tmp_path / "file").read_text() == "mine"
 
 

@@ -19,7 +19,8 @@ from sweeps.engine.trajectories import trajectories
 from sweeps.files import export as module
 from sweeps.files.atomic import StorageError
 from sweeps.files.chunks import Chunks
-from sweeps.files.export import TableError, export, files_of, refuse_other_data
+from sweeps.files.export import TableError, files_of, refuse_other_data, tables
+from sweeps.files.outputs import Outputs
 
 COLUMNS = asked_columns(["moments"])
 FLOATS = [name for name in COLUMNS if RESULTS[name].dtype == "f8"]
@@ -43,6 +44,13 @@ def ds() -> xr.Dataset:
     ds.melting_count[0, 0] = ds.orbit_periods[0, 0] = -1
     ds.asymmetry[:] = np.reshape(ODD, (3, 2))
     return ds
+
+
+def export(ds: xr.Dataset, path: Path, source: Path | None = None) -> list[Path]:
+    """Write the table as the command does; older files are replaced."""
+    with Outputs(files_of(path), overwrite=True, like=source).held() as outputs:
+        outputs.write(tables(ds, path))
+    return outputs.paths
 
 
 def rows_of(path: Path) -> list[dict[str, str]]:

@@ -52,7 +52,10 @@ NO_OUTPUTS = {
     "pipe": (5, "pipe is not an ordinary file; -o names one"),
     "full": (5, "full is not an ordinary file; -o names one"),
     "loop": (5, "cannot write loop: (.*[Ll]oop|Too many levels)"),
-    "nowhere": (5, "cannot write nowhere: No such file or directory"),
+    "nowhere": (
+        5,
+        "cannot write nowhere: it is a link to .*missing/a.nc, whose folder does not exist",
+    ),
     "file/a.nc": (5, "cannot write file/a.nc: file is not a folder"),
     "taken.nc": (5, "cannot write into taken.nc.run: it is not a folder"),
     "linked.nc": (5, ".*linked.nc.run: it is not a folder"),

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sweeps.exits import ExpectedError
 from sweeps.views.charts import bokeh_is_missing
@@ -22,13 +22,30 @@ MOST_POINTS = 300_000
 """Points in a page, some 15 megabytes: what a browser still opens."""
 
 
+_MARK = b'<meta name="generator" content="stickslip report">'  # of report.html
+_HEAD = 1 << 12  # bytes of a page that hold it
+
+
 class ReportError(ExpectedError, ValueError):
     """No page can be made of a result; the message says what to do."""
 
 
-def write_report(
+def write_report(ds: xr.Dataset, path: Path, **options: Any) -> None:
+    """Write a page to look around in a result, with the options of `page_of`.
+
+    An older file is replaced. Raises StorageError if it cannot be written.
+    """
+    from sweeps.files.atomic import replacing, storage_errors
+
+    page = page_of(ds, **options)
+    with storage_errors(f"cannot write {path}", path.parent):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(path, fsync=False) as temporary:
+            temporary.write_bytes(page)
+
+
+def page_of(
     ds: xr.Dataset,
-    path: Path,
     *,
     name: str,
     at: Sequence[str] = (),
@@ -37,15 +54,13 @@ def write_report(
     warning: str = "",
     borders: xr.Dataset | None = None,
     on_orbit: Callable[[int, int], None] = lambda *_: None,
-) -> None:
-    """Write a page to look around in a result.
+) -> bytes:
+    """Return a page to look around in a result.
 
     Parameters
     ----------
     ds
         The result of a sweep.
-    path
-        The HTML file; an older one is replaced.
     name
         What the result is called on the page: the name of its file.
     at
@@ -67,11 +82,8 @@ def write_report(
     ReportError
         bokeh is not installed; `ds` is no result of a sweep, or has too many points for a page;
         `at` names no points; the borders are of another map.
-    StorageError
-        The file cannot be written.
     """
     require_bokeh()
-    from sweeps.files.atomic import replacing, storage_errors
     from sweeps.views.report.build import built
 
     text = built(
@@ -84,11 +96,14 @@ def write_report(
         borders=borders,
         on_orbit=on_orbit,
     )
-    with storage_errors(f"cannot write {path}", path.parent):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path, fsync=False) as temporary:
-            # The name of a file need not be text.
-            temporary.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
+    # The name of a file need not be text.
+    return text.encode("utf-8", errors="backslashreplace")
+
+
+def is_page_of_ours(path: Path) -> bool:
+    """Tell whether a file is a page of this program, which it may write anew."""
+    with path.open("rb") as file:
+        return _MARK in file.read(_HEAD)
 
 
 def require_bokeh() -> None:

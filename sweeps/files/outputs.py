@@ -1,0 +1,380 @@
+"""The files of a command that writes: looked at first, made aside, given their names at the end.
+
+One rule for every command but the sweep, which has a journal. While it holds the lock of its first
+file it looks at all names that it will write; it makes all files in the folder of the lock, notes
+their hashes there, and only then gives them their names, none of which replaces what it must not.
+What a kill left is known by these hashes as ours, and the same command completes it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import filecmp
+import hashlib
+import itertools
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from stickslip.compiled.cache import source_hash
+from sweeps.exits import ExpectedError
+from sweeps.files.atomic import (
+    StorageError,
+    appear,
+    begin,
+    fingerprint,
+    flush,
+    followed,
+    refuse_odd_output,
+    remove,
+    settle_mode,
+    storage_errors,
+)
+from sweeps.files.attributes import command_line
+from sweeps.files.datasets import content_hash, open_result, write_checked
+from sweeps.files.run_folder import RunFolder
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+WAYS_OUT = "--overwrite replaces it, -o writes elsewhere"
+"""What ends a complaint about an output."""
+
+SEAL = "request_sha256"
+"""The attribute of a file by which the command that wrote it knows it again."""
+
+_TRIAL = 1 << 14  # bytes; less may fit into what is left of a block on a full disk
+
+Writer = Callable[[Path], object]
+
+
+class RefusalError(ExpectedError):
+    """Existing results do not fit what is asked for; the message says which option decides."""
+
+
+def _never(_: Path) -> bool:
+    return False
+
+
+class Outputs:
+    """The files that a command writes, in the order in which it names them; one folder holds all.
+
+    Parameters
+    ----------
+    paths
+        The files. The first is the main one, which is locked, and gets its name last.
+    request
+        What determines their contents, as JSON has it. Where it is left out, the files are quickly
+        made again, and nothing is kept of a command that was killed.
+    overwrite
+        Replace what is there.
+    inputs
+        Files that must not be written.
+    replaces
+        Tells whether a file that is there is an older one of the same kind, made by this program,
+        which is replaced in any case.
+    like
+        A file by whose permissions new ones are restricted.
+    compares
+        Make the files even where they are there, to see whether they would be the same. Left out:
+        tables and texts; a NetCDF file knows the request that it was written for, so that no
+        minutes of work are begun in vain.
+    ways_out
+        What the user may do about a file that is there.
+    """
+
+    def __init__(
+        self,
+        paths: Sequence[Path],
+        request: Mapping[str, Any] | None = None,
+        *,
+        overwrite: bool = False,
+        inputs: Sequence[Path | None] = (),
+        replaces: Callable[[Path], bool] = _never,
+        like: Path | None = None,
+        compares: bool | None = None,
+        ways_out: str = WAYS_OUT,
+    ) -> None:
+        self.paths, self.main, self.folder = list(paths), paths[0], RunFolder(paths[0])
+        self._request = None if request is None else _key(request, self.paths)
+        self._overwrite, self._inputs, self._like = overwrite, inputs, like
+        self._older, self._ways_out = replaces, ways_out
+        self._compares = self.main.suffix != ".nc" if compares is None else compares
+        self._before: dict[Path, list[int] | None] = {}
+        self._replaced: set[Path] = set()
+        self._recalled: xr.Dataset | None = None
+        self.complete = False
+        """Whether all files were there already with the contents that they should have."""
+        self.finished = False
+        """Whether an earlier run had made all files: they have their names, and nothing is left to
+        be made."""
+
+    @contextlib.contextmanager
+    def held(self) -> Iterator[Self]:
+        """Hold the outputs, having looked at all of them, until the files have their names.
+
+        Raises RefusalError, InUseError and StorageError, before anything is computed.
+        """
+        for path in self.paths:
+            refuse_odd_output(path)
+            self._refuse_input(path)
+        with self.folder.held():
+            self._refuse_unfinished()
+            self._before = {path: fingerprint(path) for path in self.paths}
+            self._replaced = {path for path in self.paths if self._is_replaceable(path)}
+            self.finished = self._request is not None and self._finish()
+            if not self.finished:
+                self._refuse_taken()
+                self._discard()
+                self._try_writing()
+            yield self
+
+    def release(self) -> None:
+        """Remove what nobody needs, where a process ends without leaving `held`."""
+        self.folder.remove()
+
+    def recalled(self) -> xr.Dataset | None:
+        """Return what the main file holds if this very command wrote it, else None.
+
+        With `overwrite` only what an earlier run had finished counts.
+        """
+        if self._overwrite and not self.finished:
+            return None
+        if self._recalled is None and self.main.suffix == ".nc" and self.main.is_file():
+            with contextlib.suppress(StorageError):
+                ds = open_result(self.main)
+                if self._request and ds.attrs.get(SEAL) == _seal(self._request, ds):
+                    self._recalled = ds
+        return self._recalled
+
+    def dataset(self, ds: xr.Dataset) -> Writer:
+        """Return what writes a Dataset, sealed so that `recalled` knows it again."""
+        if self._request is not None:
+            ds = ds.assign_attrs({SEAL: _seal(self._request, ds)})
+        return lambda path: write_checked(ds, path)
+
+    def write(self, contents: Mapping[Path, bytes | Writer]) -> None:
+        """Make all files, and give them their names; `contents` has one for each.
+
+        What is there with the same content stays as it is. Raises StorageError, and RefusalError
+        if there is another file that was not to be replaced.
+        """
+        if self.finished:
+            return
+        for path, content in contents.items():
+            with storage_errors(f"cannot write {path}", followed(path).parent):
+                place = self.place(path)
+                begin(place)
+                if isinstance(content, bytes):
+                    place.write_bytes(content)
+                else:
+                    content(place)
+        self.show()
+
+    def place(self, path: Path) -> Path:
+        """Return where a file is made: in the folder of the lock, or beside the end of a link."""
+        target = followed(path)
+        if target.parent == self.folder.path.parent:
+            self.folder.made.mkdir(mode=0o700, exist_ok=True)
+            return self.folder.made / target.name
+        return target.with_name(f".{target.name}.new")
+
+    def show(self) -> None:
+        """Give the files that were made, each in its `place`, their names."""
+        fixed = [path for path in self.paths if path not in self._replaced and path.exists()]
+        same = [path for path in fixed if same_content(self.place(path), path)]
+        for path in fixed:
+            if path not in same and self._before[path] is not None:
+                raise self._taken(path)
+        missing = [path for path in self.paths if path not in same]
+        if missing and self._request is not None:
+            self._note()
+        self._name(missing)
+        self._discard()
+        self.complete = not missing
+
+    # --- what is there ---
+
+    def _refuse_input(self, path: Path) -> None:
+        there = [file for file in self._inputs if file and file.exists()]
+        if path.exists() and any(path.samefile(file) for file in there):
+            raise RefusalError(f"{path} is an input itself; -o names another file")
+
+    def _refuse_unfinished(self) -> None:
+        """Raise RefusalError if another command to this output can still be finished."""
+        if self.folder.journal.exists():
+            raise RefusalError(
+                f"a sweep to {self.main} was interrupted and can be resumed; finish it, or choose "
+                "another -o"
+            )
+        left = self._left()
+        if left and left["request"] != self._request and not self._overwrite:
+            raise RefusalError(
+                f"an earlier command was stopped before {self.main} had its name: "
+                f"{left['command']}; give it again to finish it, or choose another -o; "
+                "--overwrite drops what it had computed"
+            )
+
+    def _is_replaceable(self, path: Path) -> bool:
+        return path.exists() and (self._overwrite or self._older(path))
+
+    def _refuse_taken(self) -> None:
+        """Raise RefusalError if a name is taken, unless it may hold what is to be written."""
+        taken = [path for path in self.paths if path.exists() and path not in self._replaced]
+        if not taken:
+            return
+        if not self._compares and self.recalled() is None:
+            raise self._taken(taken[0])
+
+    def _taken(self, path: Path) -> RefusalError:
+        return RefusalError(f"{path} exists already; {self._ways_out}")
+
+    # --- what an earlier run left ---
+
+    def _finish(self) -> bool:
+        """Give what an earlier run of this command had made its names; return whether it had."""
+        left = self._left()
+        if not left or left["request"] != self._request:
+            return False
+        known = {path: left["files"].get(path.name) for path in self.paths}
+        named = [path for path in self.paths if sha256_of(path) == known[path] is not None]
+        self._replaced.update(named)  # ours, whatever it is that is written now
+        missing = [path for path in self.paths if path not in named]
+        if any(sha256_of(self.place(path)) != known[path] for path in missing):
+            return False
+        for path in missing:
+            if path.exists() and path not in self._replaced:
+                raise self._taken(path)
+        self._name(missing)
+        self._discard()
+        self.complete = not missing
+        return True
+
+    def _left(self) -> dict[str, Any]:
+        """Return the note of an earlier run; empty where there is none, or it is damaged."""
+        try:
+            left = json.loads(self.folder.manifest.read_text(encoding="utf-8"))
+            return left if isinstance(left["files"], dict) and left["command"] is not None else {}
+        except (OSError, ValueError, LookupError, TypeError, RecursionError):
+            return {}
+
+    def _note(self) -> None:
+        """Write down what is about to get its name."""
+        files = {path.name: sha256_of(self.place(path)) for path in self.paths}
+        note = {"request": self._request, "command": command_line(), "files": files}
+        with storage_errors(f"cannot write into {self.folder.path}", self.folder.path):
+            for path in self.paths:
+                flush(self.place(path))
+            begun = self.folder.manifest.with_suffix(".new")
+            begun.write_text(json.dumps(note), encoding="utf-8")
+            flush(begun)
+            begun.replace(self.folder.manifest)
+            flush(self.folder.path)
+
+    def _discard(self) -> None:
+        remove(self.folder.manifest)
+        for path in self.paths:
+            remove(self.place(path))
+
+    # --- names ---
+
+    def _try_writing(self) -> None:
+        """Raise StorageError if nothing can be written: better known before a computation."""
+        trial = self.place(self.main)
+        with storage_errors(f"cannot write {self.main}", self.folder.path):
+            try:
+                trial.write_bytes(bytes(_TRIAL))
+                flush(trial)
+            finally:
+                remove(trial)
+
+    def _name(self, paths: Sequence[Path]) -> None:
+        """Give files their names, the main one last: where it is, all are."""
+        for path in reversed(paths):
+            place, target = self.place(path), followed(path)
+            with storage_errors(f"cannot write {path}", target.parent):
+                if fingerprint(path) != self._before[path]:
+                    raise self._appeared(path)
+                settle_mode(place, target, self._like)
+                if path in self._replaced:
+                    place.replace(target)
+                    continue
+                try:
+                    appear(place, target)
+                except FileExistsError:
+                    raise self._appeared(path) from None
+        if self._request is not None:
+            with storage_errors(f"cannot write {self.main}", self.folder.path.parent):
+                for folder in {followed(path).parent for path in paths}:
+                    flush(folder)
+
+    def _appeared(self, path: Path) -> StorageError:
+        kept = f"; what is computed is kept in {self.folder.path}" if self._request else ""
+        return StorageError(
+            f"{path} was made or changed by somebody else while this command ran, and is left "
+            f"alone{kept}. Move {path.name} away and give the same command again, or choose "
+            "another -o"
+        )
+
+
+def same_content(one: Path, other: Path) -> bool:
+    """Tell whether two files hold the same, apart from when and by which command it was written."""
+    if filecmp.cmp(one, other, shallow=False):
+        return True
+    try:
+        return _SAME[one.suffix](one, other) if one.suffix in _SAME else False
+    except (StorageError, OSError, ValueError):  # damaged, or no such file at all
+        return False
+
+
+def _same_datasets(one: Path, other: Path) -> bool:
+    with open_result(one, whole=False) as ds, open_result(other, whole=False) as there:
+        shared = [{name: str(v) for name, v in each.attrs.items()} for each in (ds, there)]
+        for attributes in shared:
+            attributes.pop("history", None)
+        return shared[0] == shared[1] and content_hash(ds) == content_hash(there)
+
+
+def _same_tables(one: Path, other: Path) -> bool:
+    from pyarrow.parquet import ParquetFile
+
+    with ParquetFile(one) as table, ParquetFile(other) as there:
+        about = [dict(each.schema_arrow.metadata or {}) for each in (table, there)]
+        for attributes in about:
+            attributes.pop(b"history", None)
+        if about[0] != about[1] or not table.schema_arrow.equals(there.schema_arrow):
+            return False
+        batches = itertools.zip_longest(table.iter_batches(), there.iter_batches())
+        return all(own is not None and own.equals(its) for own, its in batches)
+
+
+_SAME = {".nc": _same_datasets, ".parquet": _same_tables}
+
+
+def _key(request: Mapping[str, Any], paths: Sequence[Path]) -> str:
+    """Return the SHA-256 of what determines the contents of files, as hex."""
+    whole = {
+        "request": dict(request),
+        "names": [path.name for path in paths],
+        "version": metadata.version("stickslip"),
+        "code": source_hash(),
+    }
+    return hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()
+
+
+def _seal(key: str, ds: xr.Dataset) -> str:
+    """Return the SHA-256 of what was asked for and of the contents of a file, as hex."""
+    own = {name: value for name, value in ds.attrs.items() if name != SEAL}
+    bare = ds.copy()
+    bare.attrs = own
+    return hashlib.sha256(f"{key}{content_hash(bare)}".encode()).hexdigest()
+
+
+def sha256_of(path: Path) -> str | None:
+    """Return the SHA-256 of a file as hex; None where there is none."""
+    if not path.is_file():
+        return None
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
