@@ -27,7 +27,7 @@ help:
 
 demo: $(VENV)/.core
 	$(BIN)/stickslip sweep configs/fig7.yaml -o results/fig7.nc --overwrite
-	$(BIN)/stickslip plot results/fig7.nc -o results/fig7.png
+	$(BIN)/stickslip plot results/fig7.nc -o results/fig7.png --overwrite
 	@echo
 	@echo "data:    $(CURDIR)/results/fig7.nc"
 	@echo "picture: $(CURDIR)/results/fig7.png"

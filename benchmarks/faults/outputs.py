@@ -1,9 +1,10 @@
-"""Commands that write a file out of results, killed before a file operation and given again."""
+"""Commands that write files, killed before a file operation or at any time, and given again."""
 
 from __future__ import annotations
 
 import random
 import shutil
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,6 +13,20 @@ from faults.arena import CONFIG, Tally, armed, begin, ended, number_of_operation
 from sweeps.files.datasets import content_hash, open_result
 
 _QUIET = ("--no-progress",)
+# Of a block with k = 7e4 Pa s^(1+gamma), within a percent.
+_MEASURED = """\
+T,F_max,F_max_error
+170,0.003964,3.9e-5
+200,0.002875,2.9e-5
+240,0.001673,1.7e-5
+280,0.000843,8.4e-6
+"""
+_MAP = """\
+model: {gamma: 0}
+sweep: {T: {linspace: [230, 300], num: 5}, omega: {linspace: [20, 60], num: 4}}
+integrator: {rtol: 1e-4}
+stationary: {rtol: 1e-4}
+"""
 
 
 class Writer(NamedTuple):
@@ -23,6 +38,20 @@ class Writer(NamedTuple):
 
 
 WRITERS = {
+    "fit": Writer(
+        ("fit", "d.csv", "--free", "k=1e4:2e5", "-o", "f.nc", *_QUIET),
+        ("f.nc", "f.yaml", "f.png", "f.pdf"),
+        120,
+    ),
+    "boundary": Writer(
+        ("boundary", "map.nc", "--accuracy", "1e-2", "-o", "b.csv", *_QUIET),
+        ("b.csv", "b.columns.csv"),
+        60,
+    ),
+    "simulate": Writer(
+        ("simulate", "a.yaml", "--set", "T=250", "-o", "s.nc", *_QUIET), ("s.nc",), 60
+    ),
+    "new": Writer(("new", "n.yaml"), ("n.yaml",), 60),
     "merge": Writer(("merge", "1.nc", "2.nc", "-o", "whole.nc"), ("whole.nc",), 100),
     "export": Writer(("export", "1.nc", "-o", "a.csv"), ("a.csv", "a.columns.csv"), 30),
     "report": Writer(("report", "1.nc", "--orbits", "2", *_QUIET), ("1.html",), 30),
@@ -31,7 +60,7 @@ WRITERS = {
 
 
 def run(quick: bool, folder: Path) -> dict[str, Any]:
-    """Kill each command before random operations on its files, and give it again."""
+    """Kill each command, half of the times before an operation on its files, and give it again."""
     rng = random.Random(6)
     (folder / "results").mkdir()
     inputs = _results(folder / "results")
@@ -42,13 +71,16 @@ def run(quick: bool, folder: Path) -> dict[str, Any]:
 
 
 def _results(folder: Path) -> list[Path]:
-    """Compute the two halves of a sweep."""
+    """Make what the commands read: a config, the two halves of its sweep, a map, measurements."""
     (folder / "a.yaml").write_text(CONFIG)
-    for number in (1, 2):
-        sweep = ("sweep", "a.yaml", "-o", f"{number}.nc", "--part", f"{number}/2", *_QUIET)
+    (folder / "map.yaml").write_text(_MAP)
+    (folder / "d.csv").write_text(_MEASURED)
+    halves = [("a.yaml", f"{number}.nc", "--part", f"{number}/2") for number in (1, 2)]
+    for config, output, *part in (*halves, ("map.yaml", "map.nc")):
+        sweep = ("sweep", config, "-o", output, *part, *_QUIET)
         if (end := ended(folder, begin(folder, *sweep))).code != 0:
             raise RuntimeError(end.said)
-    return sorted(folder.glob("*.nc"))
+    return sorted([folder / "a.yaml", folder / "d.csv", *folder.glob("*.nc")])
 
 
 def _kills(
@@ -57,28 +89,41 @@ def _kills(
     tally = Tally()
     if shim() is None:
         return tally
-    whole = _folder(root / f"{name}-whole", inputs)
+    whole, begun = _folder(root / f"{name}-whole", inputs), time.monotonic()
     operations = number_of_operations(whole, *writer.words)
+    longest = 1.1 * (time.monotonic() - begun)
     expected = _contents(whole, writer)
-    for attempt in range(3 if quick else writer.kills):
+    for attempt in range(4 if quick else writer.kills):
         folder = _folder(root / f"{name}-{attempt}", inputs)
-        number = rng.randint(1, operations)
-        ended(folder, begin(folder, *writer.words, before=armed(folder, number, 0)))
-        tally.count(*_verdict(f"killed before operation {number}", folder, writer, expected))
+        if attempt % 2:
+            number, late = rng.randint(1, operations), 0.0
+            what, before = f"killed before operation {number}", armed(folder, number, 0)
+        else:
+            late = rng.uniform(0.0, longest)
+            what, before = f"killed after {late:.3f} s", None
+        process = begin(folder, *writer.words, before=before)
+        if before is None:
+            time.sleep(late)
+            process.kill()
+        ended(folder, process)
+        tally.count(*_verdict(what, folder, writer, expected, inputs))
         shutil.rmtree(folder.parent)
     return tally
 
 
-def _verdict(what: str, folder: Path, writer: Writer, expected: list[object]) -> tuple[str, str]:
+def _verdict(
+    what: str, folder: Path, writer: Writer, expected: list[object], inputs: Sequence[Path]
+) -> tuple[str, str]:
     """Return what became of a killed command that is given again."""
-    known = {*(path.name for path in folder.glob("?.nc")), *writer.writes}
+    begun = _contents(folder, writer)
+    if any(has not in (None, whole) for has, whole in zip(begun, expected, strict=True)):
+        return "wrong", f"{what}: half a file has its name"
     again = ended(folder, begin(folder, *writer.words))
     if again.code is None:
         return "hung", f"{what}: {again.said[-300:]}"
-    # Killed after the file had got its name, the command has nothing to do any more.
-    is_there = again.code == 2 and "exists already" in again.said
-    if not (again.code == 0 or is_there) or _contents(folder, writer) != expected:
+    if again.code != 0 or _contents(folder, writer) != expected:
         return "wrong", f"{what}: exit code {again.code}: {again.said[-300:]}"
+    known = {*(path.name for path in inputs), *writer.writes}
     if left := {path.name for path in folder.iterdir()} - known:
         return "wrong", f"{what}: {', '.join(sorted(left))} left over"
     return "survived", ""
@@ -88,7 +133,7 @@ def _folder(where: Path, inputs: Sequence[Path]) -> Path:
     folder = where / "work"
     folder.mkdir(parents=True)
     for path in inputs:
-        shutil.copy(path, folder)
+        shutil.copy2(path, folder)
     return folder
 
 
@@ -98,6 +143,6 @@ def _contents(folder: Path, writer: Writer) -> list[object]:
 
 
 def _content(path: Path) -> object:
-    if path.suffix == ".nc":
-        return content_hash(open_result(path))
-    return path.read_bytes() if path.exists() else None
+    if not path.exists():
+        return None
+    return content_hash(open_result(path)) if path.suffix == ".nc" else path.read_bytes()

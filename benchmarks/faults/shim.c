@@ -88,6 +88,7 @@ int close(int file) {
         return real arguments;                        \
     }
 ON_PATH(rename, (const char *path, const char *other), (path, other))
+ON_PATH(link, (const char *path, const char *other), (path, other))
 ON_PATH(unlink, (const char *path), (path))
 ON_PATH(rmdir, (const char *path), (path))
 ON_PATH(mkdir, (const char *path, mode_t mode), (path, mode))

@@ -117,6 +117,7 @@ class Outputs:
 
         Raises RefusalError, InUseError and StorageError, before anything is computed.
         """
+        self._refuse_folder()
         for path in self.paths:
             refuse_odd_output(path)
             self._refuse_input(path)
@@ -196,6 +197,16 @@ class Outputs:
         self.complete = not missing
 
     # --- what is there ---
+
+    def _refuse_folder(self) -> None:
+        try:
+            str(self.main.absolute()).encode()
+        except UnicodeEncodeError:
+            if self.main.suffix == ".nc":
+                raise RefusalError(
+                    f"{self.main} lies in a folder whose name is not UTF-8, as NetCDF needs it; "
+                    "-o writes elsewhere"
+                ) from None
 
     def _refuse_input(self, path: Path) -> None:
         there = [file for file in self._inputs if file and file.exists()]
