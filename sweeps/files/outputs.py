@@ -101,7 +101,8 @@ class Outputs:
         self._request = None if request is None else _key(request, self.paths)
         self._overwrite, self._inputs, self._like = overwrite, inputs, like
         self._older, self._ways_out = replaces, ways_out
-        self._compares = self.main.suffix != ".nc" if compares is None else compares
+        is_table = self.main.suffix != ".nc" and request is not None
+        self._compares = is_table if compares is None else compares
         self._before: dict[Path, list[int] | None] = {}
         self._replaced: set[Path] = set()
         self._recalled: xr.Dataset | None = None

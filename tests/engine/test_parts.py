@@ -31,7 +31,7 @@ from sweeps.files.datasets import content_hash, open_result
 from sweeps.files.journal import Journal
 from sweeps.files.record_log import DamagedRecordError
 from sweeps.files.results import Written
-from sweeps.files.run_folder import RunFolder
+from sweeps.files.run_folder import InUseError, RunFolder
 from sweeps.grid import Grid
 
 LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
@@ -317,7 +317,7 @@ def test_a_merge_that_was_killed_is_given_again(
 ) -> None:
     parts, output = parts_of(from_mapping(MAP), tmp_path, 2), tmp_path / "m.nc"
 
-    def killed(_: JournaledResult) -> Written:
+    def killed(_: JournaledResult, path: Path) -> Written:
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
@@ -332,7 +332,7 @@ def test_a_merge_that_was_killed_is_given_again(
     assert not RunFolder(output).path.exists()
 
 
-def test_a_merge_leaves_a_sweep_alone_that_began_meanwhile(
+def test_a_sweep_cannot_begin_while_its_output_is_merged(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first, second = parts_of(from_mapping(MAP), tmp_path, 2)
@@ -341,12 +341,23 @@ def test_a_merge_leaves_a_sweep_alone_that_began_meanwhile(
 
     common = module._common_target
 
-    def interrupted(*args: Any) -> Any:
-        with monkeypatch.context() as patch:
-            crash(patch, 1, from_mapping(BLOCKS_OF_TWO), output)
+    def disturbed(*args: Any) -> Any:
+        with pytest.raises(InUseError, match="is being written by another run"):
+            computed(from_mapping(MAP), output)
         return common(*args)
 
-    monkeypatch.setattr(module, "_common_target", interrupted)
+    monkeypatch.setattr(module, "_common_target", disturbed)
+    merge([first, second], output)
+    assert computed(from_mapping(MAP), output).computed == 0
+
+
+def test_a_merge_leaves_an_interrupted_sweep_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, second = parts_of(from_mapping(MAP), tmp_path, 2)
+    output = tmp_path / "m.nc"
+    with monkeypatch.context() as patch:
+        crash(patch, 1, from_mapping(BLOCKS_OF_TWO), output)
     with pytest.raises(RefusalError, match="was interrupted and can be resumed"):
         merge([first, second], output)
     assert RunFolder(output).journal.exists()
