@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import netCDF4
 import numpy as np
 import pytest
-from support.marks import marked
+from support.marks import marked, one_then
 from support.sweeps.processes import HANGS
 from support.sweeps.sweeping import Mishap, Shell, child, entries, hash_of
 
@@ -73,7 +73,7 @@ VERBS = {
     ),
     "figure": Verb("figure 2 -o .", ("fig2.nc", "fig2.png", "fig2.pdf")),
 }
-QUICK = ("new", "simulate", "boundary as a table", "export", "plot")
+QUICK = ("new", "export", "boundary as a table")
 KNOWING = [name for name, verb in VERBS.items() if not verb.renews]
 """The verbs that know their own files again, and refuse all others."""
 
@@ -187,11 +187,15 @@ def test_a_file_of_somebody_else_is_replaced_only_if_told(shell: Shell, name: st
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("option", [[], ["--overwrite"]])
 @pytest.mark.parametrize("name", VERBS)
-@pytest.mark.parametrize("late", [False, True], ids=["while files are made", "at the last moment"])
+@pytest.mark.parametrize(
+    ("late", "option"),
+    one_then(
+        "faults", [(True, []), (False, []), (True, ["--overwrite"]), (False, ["--overwrite"])]
+    ),
+)
 def test_a_file_that_appears_meanwhile_is_left_alone(
-    shell: Shell, monkeypatch: pytest.MonkeyPatch, name: str, option: list[str], late: bool
+    shell: Shell, monkeypatch: pytest.MonkeyPatch, name: str, late: bool, option: list[str]
 ) -> None:
     if name == "new" and option:
         pytest.skip("new has no --overwrite")
@@ -409,7 +413,8 @@ def test_a_kill_at_any_place_is_made_good_by_the_same_command(shell: Shell, name
         assert entries() == before, place
 
 
-RANDOM_KILLS = {"fit": 60, "boundary": 30, "simulate": 30, "new": 30, "merge": 30, "export": 30}
+RANDOM_KILLS = {"fit": 20, "boundary": 10, "simulate": 10, "new": 30, "merge": 10, "export": 10}
+"""How often; `benchmarks/bench_faults.py` goes on."""
 
 
 @pytest.mark.faults
