@@ -1,7 +1,9 @@
 """Fits of synthetic measurements: the best minima, and how honest their errors are.
 
 `random` fits two free parameters of random sets of data, with noise of 1 and 5 % and without.
-`starts` fits ten forces from four starts, `three` three parameters at three frequencies.
+`starts` fits ten forces from four starts, `three` three parameters at three frequencies. `four` fits
+k, gamma, T_c and A to forces and stresses over temperature, where single data jump next to the
+minimum. `undescribed` fits what no parameters describe, and computes what was found once more.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from shared.points import log_uniform
 from shared.timing import timed
 
 from stickslip import stationary_orbits
+from stickslip.status import Status
 from stickslip.variables import PARAMETERS
 from sweeps import fit
 from sweeps.config.load import from_mapping
@@ -26,6 +29,7 @@ from sweeps.fitting.refinement import PATIENCE
 from sweeps.measurements import read_data
 
 SEED, SETS, SOME, FEW = 2026, 200, 24, 2
+SCENES, FEW_SCENES = 20, 1
 
 PAIRS = (
     ("viscosity_coefficient", "rheological_index"),
@@ -44,6 +48,12 @@ STARTS = ((5e4, -2 / 3), (1e5, -0.8), (5e4, 0.0), (2e4, -0.2))
 EXACT = 1e-4
 WORSE = 1e-6
 """By what part chi2 may be above that of the true parameters: the roughness of the amplitudes."""
+
+FOUR = ("viscosity_coefficient", "rheological_index", "critical_temperature", "contact_area")
+FOUR_T = np.linspace(150.0, 310.0, 14)
+FOUR_NOISE = 0.02
+FLOOR = 0.5
+"""Part of the largest value of a variable that its errors are no smaller than a part of."""
 
 Floats = NDArray[np.float64]
 
@@ -121,7 +131,7 @@ def random(quick: bool, count: int = SOME) -> dict[str, Any]:
         "exact_parameters": len(exact),
         "exact_worst": max(exact, default=0.0),
         "exact_beyond": sum(error > EXACT for error in exact),
-        "seconds": {"median": statistics.median(seconds), "max": max(seconds)},
+        "seconds": _seconds(seconds),
     }
     print(summary)
     return summary
@@ -198,6 +208,127 @@ def three(quick: bool) -> dict[str, Any]:
     return _agreement(fits)
 
 
+def four(quick: bool) -> dict[str, Any]:
+    """Fit k, gamma, T_c and A to forces and stresses; count the intervals that hold the truth."""
+    rows = [_four_fitted(number) for number in range(FEW_SCENES if quick else SCENES)]
+    held = {
+        name: [row["within"][name] for row in rows if row["within"].get(name) is not None]
+        for name in FOUR
+    }
+    summary = {
+        "sets": len(rows),
+        "exceptions": sum(row["exception"] for row in rows),
+        "false_minima": sum(row["false"] for row in rows),
+        "parameters": {name: len(of) for name, of in held.items()},
+        "covered": {name: float(np.mean(of)) if of else None for name, of in held.items()},
+        "beside_jumps": sum(row["jump"] for row in rows),
+        "seconds": _seconds([row["seconds"] for row in rows]),
+    }
+    print(summary)
+    return summary
+
+
+def _four_fitted(number: int) -> dict[str, Any]:
+    """Return whether the intervals of a fit of four parameters hold the truth, None without any."""
+    data, true, start = _four_set(number)
+    row: dict[str, Any] = {"exception": 0, "false": 0, "within": {}, "jump": 0, "seconds": 0.0}
+    try:
+        ds, row["seconds"] = timed(lambda: fit(data, FOUR, {"model": start}))
+    except Exception as error:  # noqa: BLE001 - they are counted
+        print(number, true, repr(error), flush=True)
+        return row | {"exception": 1}
+    model = model_of(read_data(data), FOUR, from_mapping({"model": true}))
+    at_truth = model.trials(np.array([[each.start for each in model.free]]), PATIENCE)[0].chi2
+    row["false"] = int(ds.attrs["chi2"] > at_truth * (1.0 + WORSE))
+    row["jump"] = int((ds.datum_at_jump == 1).any())
+    for name in FOUR:
+        own = ds.sel(free_parameter=name)
+        low, high = float(own.parameter_interval_lower), float(own.parameter_interval_upper)
+        known = own.parameter_determination == 0
+        row["within"][name] = low <= true[name] <= high if known else None
+    print(number, row, f"chi2 {ds.attrs['chi2']:.4f}, at the truth {at_truth:.4f}", flush=True)
+    if not all(row["within"].values()):
+        for variable in ("value", "interval_lower", "interval_upper"):
+            print("   ", variable, ds[f"parameter_{variable}"].values)
+        print("    truth", list(true.values()), flush=True)
+    return row
+
+
+def _four_set(number: int) -> tuple[dict[str, Any], dict[str, float], dict[str, float]]:
+    """Return data, the truth, and a start of a fit of four parameters; all orbits are found."""
+    rng = np.random.default_rng([SEED, 4, number])
+    while True:
+        true = {
+            "viscosity_coefficient": log_uniform(rng, 2e4, 2e5),
+            "rheological_index": rng.uniform(-0.75, -0.3),
+            "critical_temperature": rng.uniform(280.0, 300.0),
+            "contact_area": log_uniform(rng, 4e-10, 9e-10),
+        }
+        ds = stationary_orbits({"T": FOUR_T} | true, max_periods=MOST_PERIODS, max_steps=MOST_STEPS)
+        if (ds.status == 0).all():
+            break
+    start = {
+        "viscosity_coefficient": true["viscosity_coefficient"] * log_uniform(rng, 1 / 3, 3.0),
+        "rheological_index": max(true["rheological_index"] + rng.uniform(-0.3, 0.3), -0.9),
+        "critical_temperature": true["critical_temperature"] * rng.uniform(0.98, 1.02),
+        "contact_area": true["contact_area"] * log_uniform(rng, 0.7, 1.4),
+    }
+    data: dict[str, Any] = {"T": FOUR_T}
+    for name in (FORCE, STRESS):
+        exact = ds[name].values
+        error = FOUR_NOISE * np.maximum(exact, FLOOR * exact.max())
+        data |= {name: exact + error * rng.standard_normal(len(exact)), f"{name}_error": error}
+    return data, true, start
+
+
+def undescribed(quick: bool) -> dict[str, Any]:
+    """Fit data that no parameters describe; compare chi2 with that of the orbits found.
+
+    Their orbits are computed once more, by themselves and with the budgets of a sweep.
+    """
+    rows = [_undescribed(number) for number in range(FEW_SCENES if quick else SCENES)]
+    compared = [row["off"] for row in rows if row["off"] is not None]
+    summary = {
+        "sets": len(rows),
+        "exceptions": sum(row["exception"] for row in rows),
+        "off_worst": max(compared, default=0.0),
+        "off_beyond": sum(off > WORSE for off in compared),
+        "without_value": sum(row["lost"] for row in rows),
+        "value_withheld": sum(row["withheld"] for row in rows),
+        "seconds": _seconds([row["seconds"] for row in rows]),
+    }
+    print(summary)
+    return summary
+
+
+def _undescribed(number: int) -> dict[str, Any]:
+    """Return by what part chi2 of a fit differs from that of its orbits, and data without any."""
+    rng = np.random.default_rng([SEED, 5, number])
+    count = int(rng.integers(3, 9))
+    temperature = np.sort(rng.uniform(*((40.0, 120.0), (60.0, 310.0))[number % 2], count))
+    force = np.exp(rng.uniform(np.log(1.5e-3), np.log(6e-3), count))
+    data = {"T": temperature, FORCE: force}
+    row: dict[str, Any] = {"exception": 0, "off": None, "lost": 0, "withheld": 0, "seconds": 0.0}
+    try:
+        ds, row["seconds"] = timed(lambda: fit(data, ["k", "gamma"]))
+    except Exception as error:  # noqa: BLE001 - they are counted
+        print(number, data, repr(error), flush=True)
+        return row | {"exception": 1}
+    found = dict(zip(("k", "gamma"), ds.parameter_value.values, strict=True))
+    computed = stationary_orbits({"T": temperature} | found)
+    fitted, lost = computed[FORCE].values, np.isnan(ds.fitted_value.values)
+    row["lost"], row["withheld"] = int(lost.sum()), int((lost & np.isfinite(fitted)).sum())
+    error = np.where(computed.status == Status.APERIODIC, computed.amplitude_error * fitted / 3, 0)
+    squares = ((fitted - force) ** 2 + error**2) / force**2
+    row["off"] = abs(float(np.nansum(squares)) / ds.attrs["chi2"] - 1.0)
+    print(number, row, f"chi2 {ds.attrs['chi2']:.6g}", found, flush=True)
+    return row
+
+
+def _seconds(seconds: list[float]) -> dict[str, float]:
+    return {"median": statistics.median(seconds), "max": max(seconds)}
+
+
 def _start(**values: float) -> dict[str, Any]:
     return {"model": values}
 
@@ -220,7 +351,7 @@ def _agreement(fits: list[tuple[xr.Dataset, float]]) -> dict[str, Any]:
         "differ": float((np.ptp(values, axis=0) / errors).max()),
         "values": values[0].tolist(),
         "errors": errors.tolist(),
-        "seconds": {"median": statistics.median(seconds), "max": max(seconds)},
+        "seconds": _seconds(seconds),
     }
     print(row)
     return row
@@ -231,7 +362,14 @@ def all_sets(quick: bool) -> dict[str, Any]:
     return random(quick, SETS)
 
 
-PARTS = {"some": random, "starts": starts, "three": three, "random": all_sets}
+PARTS = {
+    "some": random,
+    "starts": starts,
+    "three": three,
+    "four": four,
+    "undescribed": undescribed,
+    "random": all_sets,
+}
 
 if __name__ == "__main__":
-    measure("fit", __doc__, PARTS, long=("random",))
+    measure("fit", __doc__, PARTS, long=("four", "undescribed", "random"))
