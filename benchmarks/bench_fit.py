@@ -1,9 +1,9 @@
 """Fits of synthetic measurements: the best minima, and how honest their errors are.
 
 `random` fits two free parameters of random sets of data, with noise of 1 and 5 % and without.
-`starts` fits ten forces from four starts, `three` three parameters at three frequencies. `four` fits
-k, gamma, T_c and A to forces and stresses over temperature, where single data jump next to the
-minimum. `undescribed` fits what no parameters describe, and computes what was found once more.
+`starts` fits ten forces from four starts, `three` three parameters at three frequencies. `four`
+fits k, gamma, T_c and A to forces and stresses over temperature, where single data jump next to
+the minimum. `undescribed` fits what no parameters describe, and computes the result once more.
 """
 
 from __future__ import annotations

@@ -63,22 +63,29 @@ def fit(
     NetCDF file the picture is written, and the config that computes the fitted curve.
     """
     from sweeps.engine.signals import interruptible
-    from sweeps.fitting.fitting import fit as fitted
-    from sweeps.fitting.fitting import summary_of
+    from sweeps.fitting.fitting import fit_measured, odd_values, summary_of
+    from sweeps.measurements import read_data
 
     target = output or Path("results") / f"{data.stem}-fit.nc"
     if target.suffix != ".nc":
         stop_with(f"{target}: -o names a NetCDF file, which ends in .nc", Exit.USAGE)
     settled = checked_config(config, set_)
-    ranges, show = _ranges(free), not no_progress
+    ranges, measured = _ranges(free), read_data(data)
+    for line in odd_values(measured, settled, data):
+        say(f"warning: {line}")
     inputs = [data, *([config] if config else [])]
     outputs = _outputs(target, inputs, ranges, settled, profile=profile, overwrite=overwrite)
     with outputs.held():
         ds = outputs.recalled()
         if ds is None:
             ds = interruptible(
-                lambda: fitted(
-                    data, ranges, settled, profile=profile, workers=workers, progress=show
+                lambda: fit_measured(
+                    measured,
+                    ranges,
+                    settled,
+                    profile=profile,
+                    workers=workers,
+                    progress=not no_progress,
                 ),
                 "Interrupted; nothing was kept.",
                 at_once=outputs.release,
@@ -143,8 +150,23 @@ def _write(ds: xr.Dataset, outputs: Outputs) -> None:
 
 def _warn(ds: xr.Dataset) -> None:
     """Say what the data do not tell; end the command where they could not all be fitted."""
-    if int((ds.parameter_determination != 0).sum()):
-        say("warning: not all parameters are determined by these data")
+    _warn_of_parameters(ds)
     if lost := int(ds.fitted_value.isnull().sum()):
-        say(f"warning: {lost} of {ds.sizes['datum']} data have no fitted value: no orbit was found")
+        say(
+            f"warning: {lost} of {ds.sizes['datum']} data have no fitted value: no orbit was "
+            "found; chi2 is that of the others"
+        )
         raise typer.Exit(Exit.FAILED_POINTS)
+
+
+def _warn_of_parameters(ds: xr.Dataset) -> None:
+    """Say which parameters the data do not determine, and which end at a bound."""
+    names, codes = ds.free_parameter.values, ds.parameter_determination.values
+    if undetermined := ", ".join(names[codes == 1]):
+        say(f"warning: not determined by these data: {undetermined}")
+    if bounded := ", ".join(names[codes == 2]):
+        every = "all free parameters end" if (codes == 2).all() else "the fit ends"
+        say(
+            f"warning: {every} at a bound: {bounded}; nothing within the ranges describes the "
+            "data: are they in SI units, and are the other parameters those of the machine?"
+        )

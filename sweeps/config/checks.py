@@ -6,7 +6,7 @@ What depends on a value that was refused is not judged.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise, product
 from typing import Any
 
@@ -32,8 +32,9 @@ _NEAR_DUPLICATE = 1e-9
 _K_BORDER = 1e4
 # So many times the paper's value, or less than that part of it, is the value of another unit.
 _FAR = 1e4
-# Kelvin; below it a temperature was meant in degrees Celsius.
-_COLD = 70.0
+# Kelvin; below the first a temperature was meant in degrees Celsius, and several that are all below
+# the second.
+_COLD, _ALL_COLD = 70.0, 100.0
 # Parameters whose sizes say nothing: of any power of ten, or of another unit for each fluid.
 _OF_ANY_SIZE = ("viscosity_coefficient", "noise_intensity", "rheological_index", *STARTING)
 
@@ -76,7 +77,7 @@ def _judged_parameters(document: Document, config: Config) -> Config:
     sound = config.model_copy(update=parts)
     _refuse_repeated_cases(document, sound)
     _warn_of_exchange(document, sound)
-    _warn_of_magnitudes(document, sound)
+    _warn_of_magnitudes(document, sound, sound.names)
     return sound
 
 
@@ -176,11 +177,26 @@ def _warn_of_exchange(document: Document, config: Config) -> None:
         )
 
 
-def _warn_of_magnitudes(document: Document, config: Config) -> None:
+def warnings_of_columns(
+    columns: Mapping[str, Sequence[float]], config: Config, source: str
+) -> list[str]:
+    """Return what a config would be warned of that had the columns of a table as its axes."""
+    document = Document(source, {})
+    axes = {name: tuple(dict.fromkeys(values)) for name, values in columns.items()}
+    both = config.model_copy(update={"sweep": axes})
+    if axes.keys() & {"viscosity_coefficient", "spring_stiffness"}:
+        _warn_of_exchange(document, both)
+    _warn_of_magnitudes(document, both, {*axes})
+    return [str(warning) for warning in document.warnings]
+
+
+def _warn_of_magnitudes(document: Document, config: Config, names: Collection[str]) -> None:
     """Warn of values that look like those of another unit: finite, valid, and meant otherwise."""
-    for name in sorted(config.names - {*_OF_ANY_SIZE}):
-        variable = PARAMETERS[name]
-        far = [value for value in config.values(name) if _is_far(value, variable)]
+    for name in sorted({*names} - {*_OF_ANY_SIZE}):
+        variable, values = PARAMETERS[name], config.values(name)
+        far = [value for value in values if _is_far(value, variable)]
+        if not far and variable.units == "K" and len(values) > 1 and max(values) < _ALL_COLD:
+            far = [min(values)]
         if not far:
             continue
         if variable.units == "K":

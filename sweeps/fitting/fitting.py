@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import time
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -12,6 +13,7 @@ import numpy as np
 from joblib.parallel import get_active_backend
 
 from stickslip.accessors import register_accessors
+from sweeps.config.checks import warnings_of_columns
 from sweeps.config.load import Config
 from sweeps.engine.progress import display_of
 from sweeps.engine.settings import options_of, read_config
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from sweeps.fitting.parameters import Free
     from sweeps.fitting.refinement import Fit, Search
     from sweeps.fitting.statistics import Statistics
+    from sweeps.fitting.trials import Trial
     from sweeps.measurements import Table
 
 # How often a better minimum is looked for; by what part of chi2 it must be better.
@@ -124,19 +127,42 @@ def fit(
         lmfit is missing; the config has axes or a stochastic film; a profile with a single free
         parameter, or with no more data than parameters.
     """
+    if not isinstance(config, Config):
+        config = read_config({} if config is None else config)
+    measured = read_data(data)
+    for line in odd_values(measured, config, data):
+        warnings.warn(line, stacklevel=2)
+    return fit_measured(measured, free, config, profile=profile, workers=workers, progress=progress)
+
+
+def odd_values(data: Measurements, config: Config, source: Table) -> list[str]:
+    """Return warnings of parameters that look like those of another unit, as of a config."""
+    named = str(source) if isinstance(source, (str, Path)) else "table"
+    columns = {name: values.tolist() for name, values in data.parameters.items()}
+    return warnings_of_columns(columns, config, named)
+
+
+def fit_measured(
+    data: Measurements,
+    free: Free,
+    config: Config,
+    *,
+    profile: bool,
+    workers: int | None,
+    progress: bool,
+) -> xr.Dataset:
+    """Return the fit of measurements that have been read; see `fit`."""
     _require_lmfit()
     from sweeps.fitting.output import fit_dataset
     from sweeps.fitting.refinement import Search
     from sweeps.fitting.statistics import profile_intervals
 
-    if not isinstance(config, Config):
-        config = read_config({} if config is None else config)
     jobs = workers or get_active_backend()[1] or -1
-    search = Search(model_of(read_data(data), free, config, jobs))
+    search = Search(model_of(data, free, config, jobs))
     if profile:
         _refuse_profile(search.model)
     with display_of(_Fitting(search), wanted=progress):
-        found, known = _best(search)
+        found, known = best_of(search)
         intervals = profile_intervals(search, found, known) if profile else None
     result = fit_dataset(found, known, config, intervals, search.computed)
     register_accessors()
@@ -156,19 +182,48 @@ def summary_of(ds: xr.Dataset) -> str:
     return "\n".join(table_of(ds))
 
 
-def _best(search: Search) -> tuple[Fit, Statistics]:
+def best_of(search: Search) -> tuple[Fit, Statistics]:
     """Return the best minimum and its statistics, whose intervals may lead to a better one."""
-    from sweeps.fitting.statistics import Determination, statistics_of, widened
+    from sweeps.fitting.refinement import population_of
+    from sweeps.fitting.statistics import Determination, covering, statistics_of, widened
 
     found = search.run()
     codes = statistics_of(found).determination
     found = search.along(found, np.flatnonzero(codes != Determination.DETERMINED).tolist())
+    known = statistics_of(found)
+    draws = _draws(search, found, known)
+    if not draws:
+        found, known = _to_its_ends(search, found)
+        draws = _draws(search, found, known)
+    if not draws:
+        return found, known
+    closer = search.run(population=draws[-population_of(search.model) :])
+    found = min(found, closer, key=lambda fit: fit.trial.cost)
+    known, _ = widened(search, found, statistics_of(found))
+    return found, covering(search, found, known, draws)
+
+
+def _to_its_ends(search: Search, found: Fit) -> tuple[Fit, Statistics]:
+    """Return a minimum, or the better one that the ends of its intervals lead to."""
+    from sweeps.fitting.statistics import statistics_of, widened
+
+    known, best = widened(search, found, statistics_of(found))
     for _ in range(_AGAIN):
-        known, best = widened(search, found, statistics_of(found))
-        if search.is_exact(found) or best.chi2 >= found.trial.chi2 * (1.0 - BETTER):
+        if search.is_exact(found) or best.cost >= found.trial.cost * (1.0 - BETTER):
             break
         found = search.run([best])
+        known, best = widened(search, found, statistics_of(found))
     return found, known
+
+
+def _draws(search: Search, found: Fit, known: Statistics) -> list[Trial]:
+    """Return trials drawn with their likelihood if jumps bound the basin of a minimum, or none."""
+    from sweeps.fitting.sampling import drawn
+    from sweeps.fitting.statistics import jumps_within
+
+    if search.is_exact(found) or not found.scale > 0.0:
+        return []
+    return drawn(search, found, known) if jumps_within(search, found, known).any() else []
 
 
 def model_of(data: Measurements, free: Free, config: Config, jobs: int = -1) -> Model:

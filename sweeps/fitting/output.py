@@ -33,6 +33,7 @@ _MACHINE = (
     "temperature", "angular_frequency", "drive_amplitude", "spring_stiffness", "block_mass",
     "film_thickness", "contact_area",
 )  # fmt: skip
+_PERIODS = RESULT_COLUMNS.index("periods_integrated")
 _DECADE = 10.0  # an axis that spans more is logarithmic
 
 RELATIVE = (
@@ -58,7 +59,7 @@ def fit_dataset(
         "measurement_errors": RELATIVE if fit.model.data.relative else GIVEN,
         "trials": trials,
     }
-    data = _of_data(fit) | _of_parameters(fit, known, profile)
+    data = _of_data(fit, known) | _of_parameters(fit, known, profile)
     names = (FREE, [each.name for each in fit.model.free])
     along = {
         "datum_variable": (DATUM, list(fit.model.data.variable), {"long_name": "what was measured"})
@@ -78,7 +79,8 @@ def curve_config(fit: Fit, config: Config) -> Config:
     axes = dict(sorted(varied.items(), key=lambda item: -len(np.unique(item[1]))))
     model = {name: value for name, value in fixed.items() if name not in varied}
     written: dict[str, Any] = config.resolved() | {"model": model, "sweep": {}, "cases": {}}
-    written["stationary"]["max_periods"] = min(config.stationary.max_periods, PATIENCE.periods)
+    if np.max(fit.trial.results[:, _PERIODS]) <= PATIENCE.periods:  # as much as the data needed
+        written["stationary"]["max_periods"] = min(config.stationary.max_periods, PATIENCE.periods)
     names = ", ".join(each.name for each in fit.model.free)
     written["title"] = config.title or f"Fit of {names} to {counted(len(data.value), 'value')}"
     others = [*axes][1:]
@@ -108,7 +110,7 @@ def measured_errors(fit: Fit) -> Floats:
     return error * np.sqrt(fit.reduced) if fit.model.data.relative else error
 
 
-def _of_data(fit: Fit) -> dict[str, Any]:
+def _of_data(fit: Fit, known: Statistics) -> dict[str, Any]:
     data, trial = fit.model.data, fit.trial
     regimes, statuses = (
         result_values(name, trial.results[data.row, RESULT_COLUMNS.index(name)])
@@ -132,12 +134,13 @@ def _of_data(fit: Fit) -> dict[str, Any]:
         "datum_status": (DATUM, statuses, result_attributes("status")),
         "datum_at_jump": (
             DATUM,
-            fit.at_jump.astype(np.int8),
+            np.where(fit.at_jump, 1, np.where(known.jumps, 2, 0)).astype(np.int8),
             {
-                "long_name": "whether the motion changes within the step of a derivative",
+                "long_name": "whether the motion changes within the step of a derivative, or "
+                "within the intervals of the parameters",
                 "units": "1",
-                "flag_values": np.array([0, 1], dtype=np.int8),
-                "flag_meanings": "smooth at_jump",
+                "flag_values": np.array([0, 1, 2], dtype=np.int8),
+                "flag_meanings": "smooth at_jump jumps_within_intervals",
             },
         ),
     }
@@ -211,7 +214,7 @@ def table_of(ds: xr.Dataset) -> list[str]:
                 f"{float(datum.fitted_value):.6g}",
                 f"{float(datum.residual):.2f}",
                 regime if status.is_result else status.name.lower(),
-                "at a jump" if int(datum.datum_at_jump) else "",
+                _JUMPS[int(datum.datum_at_jump)],
             ]
         )
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -220,6 +223,9 @@ def table_of(ds: xr.Dataset) -> list[str]:
         for row in rows
     ]
     return lines
+
+
+_JUMPS = ("", "at a jump", "jumps within the intervals")
 
 
 def _is_column(ds: xr.Dataset, name: str) -> bool:
@@ -284,6 +290,11 @@ def _statistic_lines(ds: xr.Dataset) -> list[str]:
     reduced = f", chi2/dof {float(ds.attrs['reduced_chi2']):.4g}" if dof > 0 else ""
     lines.append(f"chi2 {chi2:.6g} with {counted(dof, 'degree')} of freedom{reduced}")
     lines.append(f"errors of the data: {ds.attrs['measurement_errors']}")
+    if jumps := int((ds.datum_at_jump != 0).sum()):
+        data = "a jump of 1 datum bounds" if jumps == 1 else f"jumps of {jumps} data bound"
+        lines.append(
+            f"{data} the basin of this minimum: intervals reach over all others that may be true"
+        )
     return lines
 
 

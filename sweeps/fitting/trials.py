@@ -32,6 +32,8 @@ STEP = 1e-3
 
 _FAR = 30.0  # measured values so many times those of all trials are in another unit
 _STANDARD_ERRORS = 3.0  # that an amplitude_error of a mean holds
+# By how much more than a model that gives 0 everywhere a trial misses a datum without a value.
+_LOST = 100.0
 
 
 class Budget(NamedTuple):
@@ -55,6 +57,10 @@ class Trial:
 
     `residuals` (n,) are those of the data, in standard errors, all finite; `fitted` (n,) the values
     of the model, NaN where it has none; `results` (rows, columns) those of the rows.
+
+    Trials are compared by their `cost`. Data without a value have residuals so large that a trial
+    without them costs more than any that has all: it is not known to be better. Its `chi2`, without
+    them, is the least that it can be once they are found.
     """
 
     u: Floats
@@ -63,9 +69,35 @@ class Trial:
     results: Floats
 
     @property
+    def known(self) -> NDArray[np.bool_]:
+        """Which data (n,) have a value."""
+        return np.isfinite(self.fitted)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all data have a value."""
+        return bool(self.known.all())
+
+    @property
+    def part(self) -> float:
+        """The part of the data that have a value."""
+        return float(self.known.mean())
+
+    @property
     def chi2(self) -> float:
-        """The sum of squared residuals."""
+        """The sum of squared residuals of the data that have a value."""
+        return float(np.sum(self.residuals[self.known] ** 2))
+
+    @property
+    def cost(self) -> float:
+        """The sum of all squared residuals."""
         return float(self.residuals @ self.residuals)
+
+    @property
+    def is_settled(self) -> NDArray[np.bool_]:
+        """Which rows (rows,) have a periodic orbit, which no larger budget changes."""
+        settled: NDArray[np.bool_] = self.results[:, _STATUS] == Status.OK
+        return settled
 
     @property
     def kinds(self) -> NDArray[np.float64]:
@@ -132,17 +164,29 @@ class Model:
     jobs: int = -1
 
     def trials(
-        self, places: Floats, budget: Budget, wanted: NDArray[np.bool_] | None = None
+        self, places: Floats, budget: Budget | None, wanted: NDArray[np.bool_] | None = None
     ) -> list[Trial]:
         """Return the trials at places (m, p), computed together.
 
-        Orbits are searched for within a budget and no longer; if `wanted` (m, rows), only there.
+        Orbits are searched for within a budget and no longer, None for that of the options; if
+        `wanted` (m, rows), only there.
         """
         results = self._results(places, budget, wanted)
         return [self._trial(u, rows) for u, rows in zip(places, results, strict=True)]
 
+    def completed(self, trials: Sequence[Trial], budget: Budget | None) -> list[Trial]:
+        """Return trials with what does not repeat in them computed anew, within a larger budget."""
+        missing = np.array([~trial.is_settled for trial in trials])
+        if not missing.any():
+            return list(trials)
+        again = self._results(np.array([trial.u for trial in trials]), budget, missing)
+        return [
+            self._trial(trial.u, np.where(rows[:, None], found, trial.results))
+            for trial, rows, found in zip(trials, missing, again, strict=True)
+        ]
+
     def all_slopes(
-        self, trials: Sequence[Trial], budget: Budget
+        self, trials: Sequence[Trial], budget: Budget | None
     ) -> list[tuple[Floats, NDArray[np.bool_]]]:
         """Return derivatives (n, p) of the residuals, and which data (n,) are next to a jump.
 
@@ -155,7 +199,7 @@ class Model:
         steps = STEP * np.concatenate([np.eye(len(self.free)), -np.eye(len(self.free))])
         moved = np.concatenate([trial.u + steps for trial in trials])
         # Elsewhere there is no derivative: mostly chaos, which costs more than all others.
-        ok = np.array([trial.results[:, _STATUS] == Status.OK for trial in trials])
+        ok = np.array([trial.is_settled for trial in trials])
         beside = self.trials(moved, budget, np.repeat(ok, len(steps), axis=0))
         size = len(steps)
         return [
@@ -166,7 +210,7 @@ class Model:
     def _slopes(self, trial: Trial, beside: Sequence[Trial]) -> tuple[Floats, NDArray[np.bool_]]:
         """Return derivatives and jumps from trials a step above, then a step below."""
         count, row = len(self.free), self.data.row
-        ok = (trial.results[:, _STATUS] == Status.OK)[row]
+        ok: NDArray[np.bool_] = trial.is_settled[row]
         slopes, at_jump = np.zeros((len(ok), count)), np.zeros(len(ok), dtype=bool)
         for number, (above, below) in enumerate(zip(beside[:count], beside[count:], strict=True)):
             same = [trial.is_like(side)[row] & ok for side in (above, below)]
@@ -178,6 +222,21 @@ class Model:
             at_jump |= ~(same[0] & same[1])
         return slopes, at_jump
 
+    @cached_property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """The lowest and the highest places (p,)."""
+        low, high = np.array([(free.lower, free.upper) for free in self.free]).T
+        return low, high
+
+    def inside(self, places: Floats) -> Floats:
+        """Return places (..., p), moved to the bounds of the free parameters if beyond."""
+        return np.asarray(np.clip(places, *self.bounds))
+
+    def are_inside(self, places: Floats) -> NDArray[np.bool_]:
+        """Tell which places (m, p) lie within the bounds."""
+        low, high = self.bounds
+        return np.asarray(((low < places) & (places < high)).all(axis=1))
+
     def points(self, places: Floats) -> Floats:
         """Return the points (m, rows, parameters) of places (m, p)."""
         points = np.tile(np.array(self.fixed), (len(places), self.data.rows, 1))
@@ -188,11 +247,13 @@ class Model:
             points[:, :, column] = free.value(places[:, number])[:, None]
         return points
 
-    def _results(self, places: Floats, budget: Budget, wanted: NDArray[np.bool_] | None) -> Floats:
+    def _results(
+        self, places: Floats, budget: Budget | None, wanted: NDArray[np.bool_] | None
+    ) -> Floats:
         """Return the result rows (m, rows, columns) at places."""
         points = self.points(places)
         flat = points.reshape(-1, points.shape[-1])
-        options = budget.of(self.options)
+        options = budget.of(self.options) if budget else self.options
         results = np.tile(failed_row(Status.FAILED), (len(flat), 1))
         valid = np.repeat([self._is_valid(u) for u in places], self.data.rows)
         valid &= np.array([unbounded(*row) is None for row in flat[:, _ENERGY]], dtype=bool)
@@ -216,24 +277,14 @@ class Model:
         # A mean with an error fits no better than that lets it: its mean square is what counts.
         error = results[data.row, _ERROR] / _STANDARD_ERRORS * np.abs(fitted) / data.error
         residuals[means] = np.copysign(np.hypot(residuals, error), residuals)[means]
-        known = np.isfinite(residuals)
-        # One without a value is as far off as the worst of the others: no exception, no cliff; and
-        # no nearer than the mean of all values would be: no reward for motions that do not settle.
-        worst = np.abs(residuals[known]).max(initial=0.0) if known.any() else self._nothing()
-        residuals[~known] = np.maximum(worst, self._spread)[~known]
+        fitted = np.where(np.isfinite(residuals), fitted, np.nan)
+        residuals[np.isnan(fitted)] = self.lost
         return Trial(u, fitted, residuals, results)
 
     @cached_property
-    def _spread(self) -> Floats:
-        """Return how far off (n,) the mean of a variable's values is from them, in mean squares."""
-        data, variables = self.data, np.array(self.data.variable)
-        spread = np.empty(len(variables))
-        for name in set(data.variable):
-            own = variables == name
-            off = (data.value[own] - data.value[own].mean()) / data.error[own]
-            spread[own] = math.sqrt(np.mean(off**2))
-        return spread
+    def lost(self) -> float:
+        """Return the residual of a datum without a value, more than any that a fit could end with.
 
-    def _nothing(self) -> float:
-        """Return the largest residual of a model that gives 0."""
-        return float(np.abs(self.data.value / self.data.error).max())
+        All values are known to be of the order of the model's, or they are refused.
+        """
+        return _LOST * float(np.linalg.norm(self.data.value / self.data.error))
