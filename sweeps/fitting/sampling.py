@@ -10,7 +10,7 @@ from sweeps.fitting.trials import Trial
 from sweeps.measurements import Floats
 
 # Generations, of which the first lead to where the likelihood lies.
-_GENERATIONS, _FIRST = 40, 15
+_GENERATIONS, _FIRST = 32, 12
 _POOL = 4  # times as many of the best trials of the evolution, from which half of the walkers start
 # How often a vector between two walkers is taken whole: it may lead from one basin to another.
 _WHOLE = 0.1

@@ -8,10 +8,17 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from numpy.typing import NDArray
 from support.sweeps.commands import Command
 
 from stickslip import stationary_orbits
+from stickslip.options import Options
+from stickslip.orbit import failed_row
+from stickslip.parameters import Parameters
+from stickslip.points import orbit_rows
+from stickslip.status import Status
 from sweeps.files.datasets import open_result
+from sweeps.fitting import trials
 
 T = [170.0, 200.0, 240.0, 280.0]
 
@@ -76,6 +83,42 @@ def test_mistakes(command: Command, table: str, tmp_path: Path, arguments: str, 
     done = command("fit", *arguments.split())
     assert done.code == 2, done.err
     assert said in done.err
+
+
+def test_temperatures_in_celsius_are_told_before_anything_is_computed(
+    command: Command, tmp_path: Path
+) -> None:
+    Path("celsius.csv").write_text("T,F_max\n20,0.0046662\n60,0.0025126\n100,0.0023459\n")
+    done = command("fit", "celsius.csv", "--free", "T")
+    assert done.code == 2
+    first, second = done.err.splitlines()
+    assert first.startswith("warning: celsius.csv: T = 20 K is -253 degrees Celsius")
+    assert "temperature is free, and a column of the data" in second
+
+
+def test_data_without_a_fitted_value_and_bounds_are_told(
+    command: Command, table: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def without_the_first(rows: NDArray[np.float64], options: Options) -> NDArray[np.float64]:
+        found = orbit_rows(rows, options)
+        cold = rows[:, Parameters._fields.index("temperature")] == T[0]
+        found[cold] = failed_row(Status.STEP_LIMIT)
+        return found
+
+    monkeypatch.setattr(trials, "orbit_rows", without_the_first)
+    Path("d.csv").write_text(table)
+    done = command("fit", "d.csv", "--free", "k=1e5:2e5,gamma=-0.2:0", "-o", "fit.nc")
+    assert done.code == 3, done.err
+    assert (
+        "all free parameters end at a bound: viscosity_coefficient, rheological_index" in done.err
+    )
+    assert "warning: 1 of 4 data have no fitted value: no orbit was found" in done.err
+    assert "step_limit" in done.out
+    ds = open_result(Path("fit.nc"))
+    residuals = ds.residual.values
+    assert np.isnan(residuals).tolist() == [True, False, False, False]
+    assert ds.attrs["chi2"] == pytest.approx(np.nansum(residuals**2))
+    assert ds.attrs["degrees_of_freedom"] == 1
 
 
 def test_a_missing_file_is_one_of_storage(command: Command, tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import pytest
 from support.sweeps.configs import problems
 
 from stickslip.variables import BY_SYMBOL, PARAMETERS
+from sweeps.config.checks import warnings_of_columns
 from sweeps.config.load import ConfigError, from_mapping, from_yaml
 
 
@@ -74,6 +75,26 @@ def test_values_of_another_unit_are_noticed(model: dict[str, float], told: str) 
     assert told in str(warning)
     swept = from_mapping({"sweep": {name: [model[name], PARAMETERS[BY_SYMBOL[name]].default]}})
     assert told in str(swept.warnings[0])
+
+
+@pytest.mark.parametrize(
+    ("columns", "told"),
+    [
+        ({"temperature": [20, 40, 60, 80, 100]}, "d.csv: T = 20 K is -253 degrees Celsius"),
+        ({"temperature": [75, 85, 95]}, "d.csv: T = 75 K is -198 degrees Celsius"),
+        ({"film_thickness": [1.0, 2.0]}, "d.csv: h = 1 m, against 1e-09 in the paper"),
+        ({"spring_stiffness": [5e4, 6e4]}, "d.csv: K = 50000 N/m with k = 3000: both are far"),
+        ({"temperature": [80, 110]}, None),
+        ({"temperature": [80]}, None),
+        ({"angular_frequency": [1, 100]}, None),
+    ],
+)
+def test_columns_of_data_are_judged_as_the_axes_of_a_config(
+    columns: dict[str, list[float]], told: str | None
+) -> None:
+    config = from_mapping({"model": {"k": 3000, "X_m": 1e-3}})  # what it holds itself is told of it
+    found = warnings_of_columns(columns, config, "d.csv")
+    assert [told] == [line[: len(told)] for line in found] if told else not found
 
 
 @pytest.mark.parametrize(
