@@ -116,8 +116,9 @@ def fit(
         1 where the data do not determine a parameter (its standard error is a factor of e or a
         whole unit, or no change of it shows), 2 at a bound, where it counts as fixed. Along
         `datum`: `measured_value`, `measured_error`, `fitted_value`, `residual`, `datum_regime`,
-        `datum_status`, and `datum_at_jump`, 1 where the step of a derivative crosses a jump. The
-        attributes have `chi2`, `degrees_of_freedom` and `reduced_chi2`.
+        `datum_status`, and `datum_at_jump`, 1 where the step of a derivative crosses a jump, 2
+        where the motion changes within the intervals. The attributes have `chi2`,
+        `degrees_of_freedom` and `reduced_chi2`, of the data that have a fitted value.
 
     Raises
     ------
