@@ -10,14 +10,12 @@ from __future__ import annotations
 
 import statistics
 import warnings
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from shared.fits import FORCE, FOUR, SEED, STRESS, Floats, Set, contradictory, four_set, sets
 from shared.measuring import measure
-from shared.points import log_uniform
 from shared.timing import timed
 
 from stickslip import stationary_orbits
@@ -29,87 +27,13 @@ from sweeps.fitting.fitting import model_of
 from sweeps.fitting.refinement import PATIENCE
 from sweeps.measurements import read_data
 
-SEED, SETS, SOME, FEW = 2026, 200, 24, 2
+SETS, SOME, FEW = 200, 24, 2
 SCENES, FEW_SCENES = 20, 1
-
-PAIRS = (
-    ("viscosity_coefficient", "rheological_index"),
-    ("viscosity_coefficient", "spring_stiffness"),
-    ("rheological_index", "spring_stiffness"),
-    ("viscosity_coefficient", "critical_temperature"),
-    ("rheological_index", "film_thickness"),
-)
-VARIED = ("temperature", "angular_frequency", "spring_stiffness")
-FORCE, STRESS = "friction_force_amplitude", "elastic_stress_amplitude"
-NOISES = (0.01, 0.05)
-MOST_PERIODS, MOST_STEPS = 60, 30_000
-"""A set is cheap if the orbits of its data are found within so many periods and steps."""
 
 STARTS = ((5e4, -2 / 3), (1e5, -0.8), (5e4, 0.0), (2e4, -0.2))
 EXACT = 1e-4
 WORSE = 1e-6
 """By what part chi2 may be above that of the true parameters: the roughness of the amplitudes."""
-
-FOUR = ("viscosity_coefficient", "rheological_index", "critical_temperature", "contact_area")
-FOUR_T = np.linspace(150.0, 310.0, 14)
-FOUR_NOISE = 0.02
-FLOOR = 0.5
-"""Part of the largest value of a variable that its errors are no smaller than a part of."""
-
-Floats = NDArray[np.float64]
-
-
-class Set(NamedTuple):
-    """Synthetic measurements: truth and start by name, the columns, the true forces."""
-
-    free: tuple[str, str]
-    true: dict[str, float]
-    start: dict[str, float]
-    varied: dict[str, Floats]
-    force: Floats
-    noise: float
-    crosses: bool
-
-
-def sets(count: int, seed: int) -> Iterator[Set]:
-    """Yield cheap random sets; the data of every fourth have motions of different kinds."""
-    rng, found = np.random.default_rng(seed), 0
-    while found < count:
-        candidate = _candidate(rng, NOISES[found % 2])
-        if candidate is not None and candidate.crosses == (found % 4 == 3):
-            found += 1
-            yield candidate
-
-
-def _candidate(rng: np.random.Generator, noise: float) -> Set | None:
-    free = PAIRS[rng.integers(len(PAIRS))]
-    name = rng.choice([name for name in VARIED if name not in free])
-    values = {
-        "temperature": rng.uniform(160.0, 310.0),
-        "viscosity_coefficient": log_uniform(rng, 1e4, 3e5),
-        "spring_stiffness": log_uniform(rng, 1e3, 1e4),
-        "rheological_index": rng.uniform(-0.75, 0.5),
-        "angular_frequency": log_uniform(rng, 5.0, 30.0),
-        "critical_temperature": rng.uniform(280.0, 300.0),
-        "film_thickness": log_uniform(rng, 0.7e-9, 1.5e-9),
-    }
-    width = rng.uniform(1.2, 1.6)
-    varied = {str(name): values.pop(name) * np.linspace(1 / width, width, rng.integers(8, 15))}
-    ds = stationary_orbits(values | varied, max_periods=MOST_PERIODS, max_steps=MOST_STEPS)
-    force = ds[FORCE].values
-    if (ds.status != 0).any() or np.ptp(force) < 0.02 * force.max():
-        return None
-    kinds = np.stack([ds[kind].values for kind in ("regime", "melting_count", "orbit_periods")])
-    start = values | {each: _moved(rng, each, values[each]) for each in free}
-    return Set(free, values, start, varied, force, noise, bool((np.ptp(kinds, axis=1) > 0).any()))
-
-
-def _moved(rng: np.random.Generator, name: str, value: float) -> float:
-    """Return a start for a parameter: off by a factor of up to 3, or by 0.3."""
-    if PARAMETERS[name].measured_in is not None:
-        return float(max(value + rng.uniform(-0.3, 0.3), -0.9))
-    wide = 1.05 if PARAMETERS[name].units == "K" else 3.0
-    return value * log_uniform(rng, 1 / wide, wide)
 
 
 def random(quick: bool, count: int = SOME) -> dict[str, Any]:
@@ -231,7 +155,7 @@ def four(quick: bool) -> dict[str, Any]:
 
 def _four_fitted(number: int) -> dict[str, Any]:
     """Return whether the intervals of a fit of four parameters hold the truth, None without any."""
-    data, true, start = _four_set(number)
+    data, true, start = four_set(number)
     row: dict[str, Any] = {"exception": 0, "false": 0, "within": {}, "jump": 0, "seconds": 0.0}
     try:
         ds, row["seconds"] = timed(lambda: fit(data, FOUR, {"model": start}))
@@ -253,33 +177,6 @@ def _four_fitted(number: int) -> dict[str, Any]:
             print("   ", variable, ds[f"parameter_{variable}"].values)
         print("    truth", list(true.values()), flush=True)
     return row
-
-
-def _four_set(number: int) -> tuple[dict[str, Any], dict[str, float], dict[str, float]]:
-    """Return data, the truth, and a start of a fit of four parameters; all orbits are found."""
-    rng = np.random.default_rng([SEED, 4, number])
-    while True:
-        true = {
-            "viscosity_coefficient": log_uniform(rng, 2e4, 2e5),
-            "rheological_index": rng.uniform(-0.75, -0.3),
-            "critical_temperature": rng.uniform(280.0, 300.0),
-            "contact_area": log_uniform(rng, 4e-10, 9e-10),
-        }
-        ds = stationary_orbits({"T": FOUR_T} | true, max_periods=MOST_PERIODS, max_steps=MOST_STEPS)
-        if (ds.status == 0).all():
-            break
-    start = {
-        "viscosity_coefficient": true["viscosity_coefficient"] * log_uniform(rng, 1 / 3, 3.0),
-        "rheological_index": max(true["rheological_index"] + rng.uniform(-0.3, 0.3), -0.9),
-        "critical_temperature": true["critical_temperature"] * rng.uniform(0.98, 1.02),
-        "contact_area": true["contact_area"] * log_uniform(rng, 0.7, 1.4),
-    }
-    data: dict[str, Any] = {"T": FOUR_T}
-    for name in (FORCE, STRESS):
-        exact = ds[name].values
-        error = FOUR_NOISE * np.maximum(exact, FLOOR * exact.max())
-        data |= {name: exact + error * rng.standard_normal(len(exact)), f"{name}_error": error}
-    return data, true, start
 
 
 def undescribed(quick: bool) -> dict[str, Any]:
@@ -304,10 +201,7 @@ def undescribed(quick: bool) -> dict[str, Any]:
 
 def _undescribed(number: int) -> dict[str, Any]:
     """Return by what part chi2 of a fit differs from that of its orbits, and data without any."""
-    rng = np.random.default_rng([SEED, 5, number])
-    count = int(rng.integers(3, 9))
-    temperature = np.sort(rng.uniform(*((40.0, 120.0), (60.0, 310.0))[number % 2], count))
-    force = np.exp(rng.uniform(np.log(1.5e-3), np.log(6e-3), count))
+    temperature, force = contradictory(number)
     data = {"T": temperature, FORCE: force}
     row: dict[str, Any] = {"exception": 0, "off": None, "lost": 0, "withheld": 0, "seconds": 0.0}
     try:

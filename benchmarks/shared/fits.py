@@ -1,0 +1,123 @@
+"""Random measurements to be fitted: of known parameters with noise, and of none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shared.points import log_uniform
+from stickslip import stationary_orbits
+from stickslip.variables import PARAMETERS
+
+PAIRS = (
+    ("viscosity_coefficient", "rheological_index"),
+    ("viscosity_coefficient", "spring_stiffness"),
+    ("rheological_index", "spring_stiffness"),
+    ("viscosity_coefficient", "critical_temperature"),
+    ("rheological_index", "film_thickness"),
+)
+VARIED = ("temperature", "angular_frequency", "spring_stiffness")
+FORCE, STRESS = "friction_force_amplitude", "elastic_stress_amplitude"
+NOISES = (0.01, 0.05)
+MOST_PERIODS, MOST_STEPS = 60, 30_000
+"""A set is cheap if the orbits of its data are found within so many periods and steps."""
+
+FOUR = ("viscosity_coefficient", "rheological_index", "critical_temperature", "contact_area")
+FOUR_T = np.linspace(150.0, 310.0, 14)
+FOUR_NOISE = 0.02
+FLOOR = 0.5
+"""Part of the largest value of a variable that its errors are no smaller than a part of."""
+
+SEED = 2026
+Floats = NDArray[np.float64]
+
+
+class Set(NamedTuple):
+    """Synthetic measurements: truth and start by name, the columns, the true forces."""
+
+    free: tuple[str, str]
+    true: dict[str, float]
+    start: dict[str, float]
+    varied: dict[str, Floats]
+    force: Floats
+    noise: float
+    crosses: bool
+
+
+def sets(count: int, seed: int) -> Iterator[Set]:
+    """Yield cheap random sets; the data of every fourth have motions of different kinds."""
+    rng, found = np.random.default_rng(seed), 0
+    while found < count:
+        candidate = _candidate(rng, NOISES[found % 2])
+        if candidate is not None and candidate.crosses == (found % 4 == 3):
+            found += 1
+            yield candidate
+
+
+def _candidate(rng: np.random.Generator, noise: float) -> Set | None:
+    free = PAIRS[rng.integers(len(PAIRS))]
+    name = rng.choice([name for name in VARIED if name not in free])
+    values = {
+        "temperature": rng.uniform(160.0, 310.0),
+        "viscosity_coefficient": log_uniform(rng, 1e4, 3e5),
+        "spring_stiffness": log_uniform(rng, 1e3, 1e4),
+        "rheological_index": rng.uniform(-0.75, 0.5),
+        "angular_frequency": log_uniform(rng, 5.0, 30.0),
+        "critical_temperature": rng.uniform(280.0, 300.0),
+        "film_thickness": log_uniform(rng, 0.7e-9, 1.5e-9),
+    }
+    width = rng.uniform(1.2, 1.6)
+    varied = {str(name): values.pop(name) * np.linspace(1 / width, width, rng.integers(8, 15))}
+    ds = stationary_orbits(values | varied, max_periods=MOST_PERIODS, max_steps=MOST_STEPS)
+    force = ds[FORCE].values
+    if (ds.status != 0).any() or np.ptp(force) < 0.02 * force.max():
+        return None
+    kinds = np.stack([ds[kind].values for kind in ("regime", "melting_count", "orbit_periods")])
+    start = values | {each: _moved(rng, each, values[each]) for each in free}
+    return Set(free, values, start, varied, force, noise, bool((np.ptp(kinds, axis=1) > 0).any()))
+
+
+def _moved(rng: np.random.Generator, name: str, value: float) -> float:
+    """Return a start for a parameter: off by a factor of up to 3, or by 0.3."""
+    if PARAMETERS[name].measured_in is not None:
+        return float(max(value + rng.uniform(-0.3, 0.3), -0.9))
+    wide = 1.05 if PARAMETERS[name].units == "K" else 3.0
+    return value * log_uniform(rng, 1 / wide, wide)
+
+
+def four_set(number: int) -> tuple[dict[str, Any], dict[str, float], dict[str, float]]:
+    """Return data, the truth, and a start of a fit of four parameters; orbits are found early."""
+    rng = np.random.default_rng([SEED, 4, number])
+    while True:
+        true = {
+            "viscosity_coefficient": log_uniform(rng, 2e4, 2e5),
+            "rheological_index": rng.uniform(-0.75, -0.3),
+            "critical_temperature": rng.uniform(280.0, 300.0),
+            "contact_area": log_uniform(rng, 4e-10, 9e-10),
+        }
+        ds = stationary_orbits({"T": FOUR_T} | true, max_periods=MOST_PERIODS, max_steps=MOST_STEPS)
+        if (ds.status == 0).all():
+            break
+    start = {
+        "viscosity_coefficient": true["viscosity_coefficient"] * log_uniform(rng, 1 / 3, 3.0),
+        "rheological_index": max(true["rheological_index"] + rng.uniform(-0.3, 0.3), -0.9),
+        "critical_temperature": true["critical_temperature"] * rng.uniform(0.98, 1.02),
+        "contact_area": true["contact_area"] * log_uniform(rng, 0.7, 1.4),
+    }
+    data: dict[str, Any] = {"T": FOUR_T}
+    for name in (FORCE, STRESS):
+        exact = ds[name].values
+        error = FOUR_NOISE * np.maximum(exact, FLOOR * exact.max())
+        data |= {name: exact + error * rng.standard_normal(len(exact)), f"{name}_error": error}
+    return data, true, start
+
+
+def contradictory(number: int) -> tuple[Floats, Floats]:
+    """Return temperatures, of cold films or of any, and forces that do not belong to them."""
+    rng = np.random.default_rng([SEED, 5, number])
+    count = int(rng.integers(3, 9))
+    temperature = np.sort(rng.uniform(*((40.0, 120.0), (60.0, 310.0))[number % 2], count))
+    return temperature, np.exp(rng.uniform(np.log(1.5e-3), np.log(6e-3), count))
