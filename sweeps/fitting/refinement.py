@@ -97,15 +97,14 @@ class Search:
     """The search for the best minimum of a model; deterministic, whatever the start.
 
     `computed` counts trials; `seen` are those on the way, without those for derivatives; `sweep`
-    are the first, evenly spread over the box, and `glances` all that only show where to look.
-    `budget` is that of the trials that lead to a minimum: what the best of them needed.
+    are the first, evenly spread over the box. `budget` is that of the trials that lead to a
+    minimum: what the best of them needed.
     """
 
     model: Model
     computed: int = 0
     seen: list[Trial] = field(default_factory=list)
     sweep: list[Trial] = field(default_factory=list)
-    glances: list[Trial] = field(default_factory=list)
     budget: Budget | None = PATIENCE
     _least_cost: float = math.inf  # of whole trials so far
 
@@ -227,7 +226,6 @@ class Search:
         trials = [next(again) if any(t is one for one in hopeful) else t for t in trials]
         self._note(trials)
         self.seen += trials
-        self.glances += trials
         return trials
 
     def _note(self, trials: Iterable[Trial]) -> None:

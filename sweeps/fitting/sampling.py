@@ -11,7 +11,8 @@ from sweeps.measurements import Floats
 
 # Generations, of which the first lead to where the likelihood lies.
 _GENERATIONS, _FIRST = 32, 12
-_POOL = 4  # times as many of the best trials of the evolution, from which half of the walkers start
+# Of the logarithm of the likelihood of trials from which walkers start; less is of no interest.
+_LEAST = -10.0
 # How often a vector between two walkers is taken whole: it may lead from one basin to another.
 _WHOLE = 0.1
 _SHAKE = 1e-4  # of the box: else all steps would lie in the space between the first walkers
@@ -47,12 +48,20 @@ def drawn(search: Search, fit: Fit, known: Statistics) -> list[Trial]:
 
 
 def _begun(search: Search, fit: Fit, known: Statistics, rng: np.random.Generator) -> list[Trial]:
-    """Return the first walkers: from the best of the evolution, and around the minimum."""
-    count = population_of(search.model)
-    whole = sorted((t for t in search.glances if t.is_whole), key=lambda trial: trial.cost)
-    pool = whole[: _POOL * count // 2]
-    chosen = [pool[number] for number in rng.integers(len(pool), size=count // 2)] if pool else []
-    errors = np.nan_to_num(known.errors)
+    """Return the first walkers, as far from each other as trials that fit are.
+
+    A valley or another basin that the search has seen is not found again by chance.
+    """
+    count, wide = population_of(search.model), search.model.wide
+    far = [seen for seen in search.seen if log_likelihood(fit, seen) > _LEAST]
+    places = np.array([trial.u for trial in far]) / wide
+    chosen: list[Trial] = []
+    distances = np.linalg.norm(places - fit.trial.u / wide, axis=1)
+    while len(chosen) < count and distances.max(initial=0.0) > _SHAKE:
+        number = int(distances.argmax())
+        chosen.append(far[number])
+        distances = np.minimum(distances, np.linalg.norm(places - places[number], axis=1))
+    errors = np.minimum(np.nan_to_num(known.errors), wide)
     correlations = np.nan_to_num(known.correlations)
     np.fill_diagonal(correlations, 1.0)
     around = rng.multivariate_normal(
@@ -67,6 +76,5 @@ def _steps(search: Search, others: Floats, rng: np.random.Generator) -> Floats:
     one = rng.integers(count, size=count)
     two = (one + rng.integers(1, count, size=count)) % count
     factor = np.where(rng.random(count) < _WHOLE, 1.0, 2.38 / np.sqrt(2.0 * size))
-    wide = np.array([free.box[1] - free.box[0] for free in search.model.free])
-    shake = _SHAKE * wide * rng.standard_normal(others.shape)
+    shake = _SHAKE * search.model.wide * rng.standard_normal(others.shape)
     return np.asarray(factor[:, None] * (others[one] - others[two]) + shake)

@@ -199,11 +199,10 @@ def as_probable(fit: Fit, known: Statistics, worse: Sequence[Trial], count: int)
     """
     if not worse or not 0.0 < fit.scale < math.inf:
         return []
-    wide = np.array([each.box[1] - each.box[0] for each in fit.model.free])
     inner = known.errors > 0.0
     shape = known.correlations[np.ix_(inner, inner)]
     ellipsoid = math.sqrt(max(0.0, float(np.linalg.det(2.0 * math.pi * shape))))
-    ellipsoid *= float(np.prod(known.errors[inner] / wide[inner]))
+    ellipsoid *= float(np.prod(known.errors[inner] / fit.model.wide[inner]))
     likelihood = np.exp([log_likelihood(fit, trial) for trial in worse]) / count
     order = np.argsort(likelihood)
     whole = min(1.0, ellipsoid) + likelihood.sum()

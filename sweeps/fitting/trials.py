@@ -228,6 +228,11 @@ class Model:
         low, high = np.array([(free.lower, free.upper) for free in self.free]).T
         return low, high
 
+    @cached_property
+    def wide(self) -> Floats:
+        """The extents (p,) of the box in which the search begins."""
+        return np.array([free.box[1] - free.box[0] for free in self.free])
+
     def inside(self, places: Floats) -> Floats:
         """Return places (..., p), moved to the bounds of the free parameters if beyond."""
         return np.asarray(np.clip(places, *self.bounds))
