@@ -220,9 +220,10 @@ def _to_its_ends(search: Search, found: Fit) -> tuple[Fit, Statistics]:
 def _draws(search: Search, found: Fit, known: Statistics) -> list[Trial]:
     """Return trials drawn with their likelihood if jumps bound the basin of a minimum, or none."""
     from sweeps.fitting.sampling import drawn
-    from sweeps.fitting.statistics import jumps_within
+    from sweeps.fitting.statistics import Determination, jumps_within
 
-    if search.is_exact(found) or not found.scale > 0.0:
+    determined = (known.determination == Determination.DETERMINED).any()
+    if search.is_exact(found) or not found.scale > 0.0 or not determined:
         return []
     return drawn(search, found, known) if jumps_within(search, found, known).any() else []
 
