@@ -19,9 +19,9 @@ from sweeps.measurements import Floats
 # Budgets of trials that only show where to begin, of those that lead to the minimum. Nearly
 # all orbits are found within the first; one that goes on is mostly chaotic and costs hundreds.
 GLANCE, PATIENCE = Budget(64, 30_000), Budget(256, 300_000)
-# Of trials that could be the best but for data without a value: up to that of a sweep, which is
-# all that the options allow.
-_LARGER: tuple[Budget | None, ...] = (PATIENCE, Budget(1024, 3_000_000), None)
+# Then of trials that could be the best but for data without a value: up to that of a sweep, which
+# is all that the options allow.
+_BUDGETS: tuple[Budget | None, ...] = (PATIENCE, Budget(1024, 3_000_000), None)
 _FINALISTS = 4  # trials that are computed in full before they are compared
 
 # Differential evolution: trials for each free parameter, to the next power of 2, and generations.
@@ -44,6 +44,7 @@ _PULL = 1e-9  # of a natural unit by which a parameter is off, relative to the a
 _EVALUATIONS, _FEW_EVALUATIONS = 40, 12
 
 _IMPROVED = 1e-6  # part of chi2
+_CLEARLY = 1e-5  # part of it that is more than the last steps may give away
 _EXACT = 1e-15  # of the squares of the data: the rest is roughness
 _SEED = 1
 
@@ -222,8 +223,9 @@ class Search:
         self._note(trials)
         # What is missing in the others could not make them the best.
         hopeful = self._hopeful(trials)[:_FINALISTS]
-        again = iter(self.model.completed(hopeful, PATIENCE))
-        trials = [next(again) if any(t is one for one in hopeful) else t for t in trials]
+        completed = self.model.completed(hopeful, PATIENCE)
+        instead = {id(old): new for old, new in zip(hopeful, completed, strict=True)}
+        trials = [instead.get(id(trial), trial) for trial in trials]
         self._note(trials)
         self.seen += trials
         return trials
@@ -259,12 +261,14 @@ class Search:
         return Fit(self.model, trial, slopes, at_jump)
 
     def _compared(self, trials: Sequence[Trial]) -> Trial:
-        """Return the best of trials and of all that was seen; those that could be it are completed.
+        """Return the best of trials and of what was seen; those that could be it are completed.
 
         Those are the ones that fit better by the data that they have a value of.
         """
-        whole = [trial for trial in self.seen if trial.is_whole]
-        trials = [*trials, *([min(whole, key=_cost)] if whole else [])]
+        limit = (1.0 - _CLEARLY) * min(trial.cost for trial in trials)
+        seen = min((trial for trial in self.seen if trial.is_whole), key=_cost, default=None)
+        if seen and seen.cost < limit:
+            trials = [*trials, seen]
         settled = [trial for trial in trials if trial.is_settled.all()]
         best, needed = min(settled, key=_cost, default=None), self.budget
         others = [trial for trial in trials if not trial.is_settled.all()]
@@ -281,7 +285,7 @@ class Search:
     def _completed(self, trial: Trial, limit: float) -> tuple[Trial, Budget | None]:
         """Return a trial computed in full, unless it proves worse, and the budget it needed."""
         found, needed = trial, self.budget
-        for budget in _LARGER:
+        for budget in _BUDGETS[_BUDGETS.index(self.budget) + 1 :]:
             if found.is_whole or found.chi2 >= limit:
                 break
             (found,), needed = self.model.completed([found], budget), budget

@@ -240,6 +240,20 @@ def test_a_minimum_that_takes_long_is_found(monkeypatch: pytest.MonkeyPatch) -> 
     assert not found.at_jump.any()  # derivatives are computed within that budget too
 
 
+def test_what_is_completed_stays_in_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Trials that lack a value and are computed again are those of the places asked for."""
+
+    exact = forces(viscosity_coefficient=2e4, rheological_index=-0.55)
+    monkeypatch.setattr(trials, "orbit_rows", late_rows(exact[0]))
+    monkeypatch.setattr(f"{__name__}.LATE", PATIENCE.periods)
+    config = from_mapping({"model": {"gamma": -0.55}})
+    search = Search(model_of(read_data({"T": T, "F_max": exact}), "k", config))
+    places = np.log([[1e5], [1.5e4], [2.5e4], [2.1e4]])
+    found = search.glance(places)
+    assert [trial.u[0] for trial in found] == places[:, 0].tolist()
+    assert [trial.is_whole for trial in found] == [True] * 4
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, *marked("stress", [3, 4, 5])])
 def test_chi2_is_that_of_the_orbits_of_the_reported_parameters(seed: int) -> None:
