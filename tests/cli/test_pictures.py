@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from sweeps.cli.pictures import trajectory_path
 from sweeps.exits import Exit
 from sweeps.figures import PlotOptions
 from sweeps.figures.amplitudes import draw_results
+from sweeps.figures.save import pictures_of
 from sweeps.files.datasets import open_result
 
 
@@ -187,13 +189,16 @@ def test_plot_keeps_the_variables_of_the_config(
 ) -> None:
     from sweeps import figures
 
+    save = importlib.import_module("sweeps.figures.save")  # `figures.save` is its function
     seen: list[list[str]] = []
     names = "sweeps.figures.amplitudes.draw_maps", "sweeps.figures.amplitudes.draw_curves"
     for name in names:
         monkeypatch.setattr(name, lambda _ds, _layout, variables, *_: seen.append([*variables]))
     monkeypatch.setattr("sweeps.figures.amplitudes.put_note", lambda *_: None)
     monkeypatch.setattr(figures, "draw", lambda ds, _, options: draw_results(ds, options))
-    monkeypatch.setattr(figures, "save", lambda *_: [])
+    monkeypatch.setattr(
+        save, "rendered", lambda _, path, *__: dict.fromkeys(pictures_of(path), b"")
+    )
     ds = open_result(result).assign_attrs(config="plot: {variables: [melting_count]}")
     ds.to_netcdf("named.nc")
     assert command("plot", "named.nc", *options).code == 0
