@@ -7,26 +7,40 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweeps.cli.shared import ConfigArgument, SetOption, checked_config, say, stop_with
+from sweeps.cli.shared import (
+    ConfigArgument,
+    OutputOption,
+    SetOption,
+    checked_config,
+    output_of,
+    say,
+    stop_with,
+)
 from sweeps.exits import Exit
 
 if TYPE_CHECKING:
     from sweeps.grid import Grid
 
 
-def check(file: ConfigArgument, set_: SetOption = None) -> None:
-    """Validate a config and show what it would compute."""
+def check(file: ConfigArgument, output: OutputOption = None, set_: SetOption = None) -> None:
+    """Validate a config and show what a sweep of it would compute, or why it would not."""
+    import numpy as np
+
+    from sweeps.engine.resume import intention
     from sweeps.grid import Grid
 
     config = checked_config(file, set_)
+    path = output_of(config, file, output)
+    there = int(np.count_nonzero(intention(config, path).there))
     grid = Grid.from_config(config)
     axes = [f"{dim} {length}" for dim, length in zip(grid.dims, grid.shape, strict=True)]
     method = ", ".join(f"{key} {value}" for key, value in config.integrator.used().items())
     print(f"{file}: valid")
-    print(f"points: {grid.size}" + (f" ({' x '.join(axes)})" if axes else ""))
+    points = f"points: {grid.size}" + (f" ({' x '.join(axes)})" if axes else "")
+    print(points + (f", {there} already computed" if there else ""))
     print(f"parameters: {_described(grid)}")
     print(f"integrator: {method}")
-    print(f"output: {config.output}")
+    print(f"output: {path}")
 
 
 def _described(grid: Grid) -> str:

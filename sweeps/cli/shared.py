@@ -15,11 +15,13 @@ from sweeps.human import printable, size_text
 
 if TYPE_CHECKING:
     from sweeps.config.load import Config
+    from sweeps.engine.order.part import Part
     from sweeps.files.outputs import Outputs
 
 ConfigArgument = Annotated[
     Path, typer.Argument(metavar="CONFIG", help="YAML config; `configs/` has examples.")
 ]
+OutputOption = Annotated[Path | None, typer.Option("-o", "--output", help="Result file.")]
 SetOption = Annotated[
     list[str] | None,
     typer.Option(
@@ -71,6 +73,21 @@ def checked_config(file: Path | None, changes: list[str] | None) -> Config:
     for warning in (*config.warnings, *coarse_step(config)):
         say(f"warning: {warning}")
     return config
+
+
+def output_of(
+    config: Config, file: Path, named: Path | None = None, part: Part | None = None
+) -> Path:
+    """Return the result file of a sweep: the one that is named, else that of its config.
+
+    Each part has a file of its own. A result that would replace its config ends the command.
+    """
+    path = named or Path(config.output)
+    if part and named is None:
+        path = path.with_name(f"{path.stem}.{part.suffix}{path.suffix}")
+    if path.exists() and path.samefile(file):
+        stop_with(f"{path} is the config itself; -o names the result", Exit.USAGE)
+    return path
 
 
 def execution_changes(workers: int | None, backend: str | None, scheduler: str | None) -> list[str]:

@@ -13,16 +13,18 @@ import typer
 from sweeps.cli.shared import (
     ConfigArgument,
     NoProgressOption,
+    OutputOption,
     SetOption,
     WorkersOption,
     checked_config,
     execution_changes,
+    output_of,
     say,
     stop_with,
 )
 from sweeps.cli.streams import discard
 from sweeps.executor_table import EXECUTORS
-from sweeps.exits import Exit
+from sweeps.exits import Exit, ExpectedError
 from sweeps.human import counted
 
 if TYPE_CHECKING:
@@ -32,7 +34,6 @@ if TYPE_CHECKING:
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop
 
-OutputOption = Annotated[Path | None, typer.Option("-o", "--output", help="Result file.")]
 BackendOption = Annotated[
     str | None, typer.Option(metavar="|".join(EXECUTORS), help="Where to compute the points.")
 ]
@@ -91,9 +92,7 @@ def sweep(
         stop_with(f"--max-runtime: {error}", Exit.USAGE)
     chosen = _part(part)
     config = checked_config(file, [*(set_ or []), *execution_changes(workers, backend, scheduler)])
-    path = output or _default_output(config, chosen)
-    if path.exists() and path.samefile(file):
-        stop_with(f"{path} is the config itself; -o names the result", Exit.USAGE)
+    path = output_of(config, file, output, chosen)
     failures = sweep_and_report(
         config,
         path,
@@ -118,12 +117,6 @@ def _part(text: str | None) -> Part | None:
         stop_with(f"--part: {error}", Exit.USAGE)
 
 
-def _default_output(config: Config, part: Part | None) -> Path:
-    """Return the default name of the result; each part has a file of its own."""
-    path = Path(config.output)
-    return path.with_name(f"{path.stem}.{part.suffix}{path.suffix}") if part else path
-
-
 def plan(
     file: ConfigArgument,
     output: OutputOption = None,
@@ -143,7 +136,7 @@ def plan(
 
     config = checked_config(file, [*(set_ or []), *execution_changes(workers, backend, scheduler)])
     chosen, compiling = _part(part), Compiling(wanted=not no_progress)
-    path = output or _default_output(config, chosen)
+    path = output_of(config, file, output, chosen)
     points = Grid.from_config(config).size
     if points >= _MANY:
         say(f"{points} points; looking at what is there, and at a sample")
@@ -161,23 +154,43 @@ def status(
     ],
     json_: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
 ) -> None:
-    """Show the state of a sweep, running or finished, without disturbing it."""
+    """Show the state of a sweep, running or finished, without disturbing it.
+
+    Of a config also why `stickslip sweep` would refuse it, if it would.
+    """
     from sweeps.cli.output import print_state
     from sweeps.engine.state import state_of
 
     is_config = target.suffix.lower() in (".yaml", ".yml")
-    path = Path(checked_config(target, None).output) if is_config else target
-    state = state_of(path)
+    config = checked_config(target, None) if is_config else None
+    path = target if config is None else output_of(config, target)
+    refusal = None if config is None else _refusal(config, path)
+    state = state_of(path) | ({"refused": str(refusal)} if refusal else {})
     if json_:
         import json
 
         print(json.dumps(state))
-    elif state["state"] == "absent":
-        stop_with(
-            f"{path} does not exist, and no sweep to this file was ever started", Exit.STORAGE
-        )
-    else:
+    elif state["state"] != "absent":
         print_state(state)
+    elif refusal is None:
+        absent = f"{path} does not exist, and no sweep to this file was ever started"
+        stop_with(absent, Exit.STORAGE)
+    if refusal is not None:
+        stop_with(str(refusal), refusal.code)
+
+
+def _refusal(config: Config, path: Path) -> ExpectedError | None:
+    """Return why a sweep would refuse a config, but for that it is being computed already."""
+    from sweeps.engine.resume import intention
+    from sweeps.files.run_folder import InUseError
+
+    try:
+        intention(config, path)
+    except InUseError:
+        return None
+    except ExpectedError as error:
+        return error
+    return None
 
 
 def sweep_and_report(

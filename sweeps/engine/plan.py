@@ -17,16 +17,16 @@ from sweeps.engine.dispatch import blocks_of, make_executor
 from sweeps.engine.executors.base import Workers
 from sweeps.engine.executors.kernels import compile_kernels
 from sweeps.engine.executors.worker import task_of
-from sweeps.engine.existing import Target, found_beside
+from sweeps.engine.existing import Target
 from sweeps.engine.order.part import Part
 from sweeps.engine.order.product import PILOT_BLOCKS, Costs, pilot_blocks, pilot_points
 from sweeps.engine.order.refine import refinement_of
 from sweeps.engine.outcome import RESULT_BYTES_PER_POINT
 from sweeps.engine.progress import SILENT, Compiling
+from sweeps.engine.resume import intention
 from sweeps.engine.settings import options_of
 from sweeps.engine.signals import Stop
 from sweeps.files.journal import BYTES_PER_POINT
-from sweeps.files.run_folder import RunFolder
 from sweeps.grid import Grid
 
 _FEW = 16  # points of a block of the first pilot
@@ -60,13 +60,11 @@ def plan(
 
     `compiling` says that kernels are compiled.
 
-    Raises RefusalError and StorageError if what is at the output cannot be read, ExecutorError.
+    Raises what the sweep would refuse, as `intention` does, and ExecutorError.
     """
-    target, execution = Target.of(config, part), config.execution
-    done = ~target.needed
-    points = len(done) - int(np.count_nonzero(done))
-    _add_what_is_there(done, target, output)
-    left = len(done) - int(np.count_nonzero(done))
+    wanted, execution = intention(config, output, part), config.execution
+    target, done = wanted.target, ~wanted.missing
+    points, left = (int(np.count_nonzero(some)) for some in (target.needed, wanted.missing))
     costs, slots, blocks = Costs(), 1, 0
     if left:
         options = options_of(config)
@@ -96,14 +94,6 @@ def _least(target: Target, done: NDArray[np.bool_]) -> int:
     """Return how many points are computed at least: of a refined grid the coarse ones."""
     refinement = refinement_of(target.config.refine, target.grid)
     return int(np.count_nonzero(~done & refinement.needed() if refinement else ~done))
-
-
-def _add_what_is_there(done: NDArray[np.bool_], target: Target, output: Path) -> None:
-    """Mark the points that are there already and would not be computed."""
-    for found in found_beside(RunFolder(output)):
-        if found.fits(target):
-            for numbers, _ in found.carried(target.grid):
-                done[numbers] = True
 
 
 def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Workers) -> Costs:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
+import shutil
+from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
+from sweeps.config.load import Config
 from sweeps.engine.existing import (
     ExistingPoints,
     RefusalError,
@@ -20,12 +25,15 @@ from sweeps.engine.existing import (
     found_in_file,
 )
 from sweeps.engine.order.follow import lines_of
-from sweeps.files.atomic import StorageError, fingerprint, storage_errors
+from sweeps.engine.order.part import Part
+from sweeps.engine.outcome import RESULT_BYTES, RESULT_BYTES_PER_POINT
+from sweeps.files.atomic import StorageError, fingerprint, refuse_odd_output, storage_errors
 from sweeps.files.attributes import now
 from sweeps.files.columns import failures
-from sweeps.files.journal import Journal, Manifest, readable_manifest
+from sweeps.files.journal import BYTES_PER_POINT, Journal, Manifest, readable_manifest
 from sweeps.files.results import Written, contents
 from sweeps.files.run_folder import RunFolder
+from sweeps.human import counted, reason, size_text
 
 
 @dataclass(frozen=True)
@@ -45,8 +53,70 @@ class PreparedJournal:
     warnings: list[str]
 
 
-def prepare_journal(target: Target, folder: RunFolder, policy: ExistingPolicy) -> PreparedJournal:
-    """Return the journal of this computation, with every point that is there already.
+@dataclass(frozen=True)
+class Decision:
+    """What a sweep does with what is there: decided by reading alone, nothing is changed yet.
+
+    Where `complete` holds something, the output is exactly what is asked for. Otherwise a journal
+    that begins with this `manifest` is continued or, without one, a journal is begun with the
+    points of the `sources`, `afresh` if it is to replace the output whatever that holds.
+    """
+
+    manifest: Manifest | None = None
+    sources: tuple[ExistingPoints, ...] = ()
+    afresh: bool = False
+    complete: Written | None = None
+
+    def there(self, target: Target, folder: RunFolder) -> NDArray[np.bool_]:
+        """Return which points (size,) of a target are not computed again."""
+        if self.complete is not None:
+            return target.needed
+        if self.manifest is not None:
+            with closing(_opened(target, folder, self.manifest, readonly=True)) as journal:
+                return journal.done
+        done = np.zeros(target.grid.size, dtype=bool)
+        for found in self.sources:
+            for numbers, _ in found.carried(target.grid):
+                done[numbers] = True
+        return done
+
+
+@dataclass(frozen=True)
+class Intention:
+    """What a sweep would compute: a target, of which the points of `there` (size,) are not new."""
+
+    target: Target
+    there: NDArray[np.bool_]
+
+    @property
+    def missing(self) -> NDArray[np.bool_]:
+        """Flags (size,) of the points that would be computed."""
+        return self.target.needed & ~self.there
+
+
+def intention(
+    config: Config,
+    output: Path,
+    part: Part | None = None,
+    policy: ExistingPolicy = ExistingPolicy(),
+) -> Intention:
+    """Return what a sweep of a config into an output would compute; nothing is changed.
+
+    Raises whatever the sweep would refuse before it computes: RefusalError, PulledError,
+    InUseError, StorageError.
+    """
+    refuse_odd_output(output)
+    target, folder = Target.of(config, part), RunFolder(output)
+    with named_after(output):
+        folder.require_free()
+        there = decide(target, folder, policy).there(target, folder)
+        needed = np.count_nonzero(target.needed | there)
+        require_room(folder, int(np.count_nonzero(target.needed & ~there)), int(needed))
+    return Intention(target, there)
+
+
+def decide(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Decision:
+    """Return what a sweep does with the points that are there; whoever asks gets the same answer.
 
     An interrupted sweep that was begun afresh is resumed when it is asked for afresh once more: the
     same command always leads to the end.
@@ -54,25 +124,68 @@ def prepare_journal(target: Target, folder: RunFolder, policy: ExistingPolicy) -
     Raises RefusalError if existing points were computed with other settings or by another
     version, or would be lost; StorageError.
     """
+    if not (folder.output.exists() or folder.journal.exists()):
+        require_room(folder, target.points, target.points)  # before they take memory
+    complete = _complete_already(target, folder, policy)
+    if complete is not None:
+        return Decision(complete=complete)
     manifest = _manifest(folder, policy)
     if manifest and not policy.overwrite:
         _refuse_another_part(manifest, target, folder.output)
     if manifest and _continues(manifest, target, folder.output, policy):
-        return _resumed(target, folder, manifest, policy)
+        return Decision(manifest)
     if policy.overwrite:
-        return _created(target, folder, [], policy, afresh=True)
+        return Decision(afresh=True)
     sources = found_beside(folder)
     for found in sources:
         found.refuse_differences(target)
         found.refuse_lost_points(target.grid)
-    afresh = bool(manifest and manifest["afresh"])  # it stays so when its config grows
-    return _created(target, folder, sources, policy, afresh=afresh)
+    # It stays afresh when its config grows.
+    return Decision(sources=tuple(sources), afresh=bool(manifest and manifest["afresh"]))
 
 
-def complete_already(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Written | None:
+def prepare_journal(
+    target: Target, folder: RunFolder, policy: ExistingPolicy, decision: Decision
+) -> PreparedJournal:
+    """Return the journal of this computation, with every point that is there already.
+
+    Raises StorageError.
+    """
+    if decision.manifest is not None:
+        return _resumed(target, folder, decision.manifest, policy)
+    return _created(target, folder, decision, policy)
+
+
+def require_room(folder: RunFolder, left: int, total: int) -> None:
+    """Raise StorageError now rather than after the computation of what is left of the points."""
+    needed = left * BYTES_PER_POINT + total * RESULT_BYTES_PER_POINT + RESULT_BYTES
+    free = shutil.disk_usage(folder.nearest).free
+    if free < needed:
+        raise StorageError(
+            f"{folder.path.parent} has {size_text(free)} left, but the sweep of "
+            f"{counted(total, 'point')} may need {size_text(needed)}; make room, or write "
+            "elsewhere with -o"
+        )
+
+
+@contextlib.contextmanager
+def named_after(output: Path) -> Iterator[None]:
+    """Errors of the files beside an output, with its name."""
+    try:
+        yield
+    except StorageError:
+        raise
+    except OSError as error:
+        raise StorageError(
+            f"cannot read or write what belongs to {output}: {reason(error)}; what is finished is "
+            "kept"
+        ) from error
+
+
+def _complete_already(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Written | None:
     """Return what the output holds where that is exactly what is asked for, else None.
 
-    Raises StorageError if it cannot be read; where it does not fit, `prepare_journal` says so.
+    Raises StorageError if it cannot be read; where it does not fit, `decide` says so.
     """
     output = folder.output
     if policy.overwrite or folder.journal.exists() or not output.exists():
@@ -129,13 +242,20 @@ def _name_of_part(target: Target) -> str:
 def _resumed(
     target: Target, folder: RunFolder, manifest: Manifest, policy: ExistingPolicy
 ) -> PreparedJournal:
-    journal = Journal.open(folder.journal, manifest, target.chunks, target.grid.size)
+    journal = _opened(target, folder, manifest)
     damaged = journal.damaged
     if policy.retry_failed and failures(journal.statuses):
         journal = _without_failures(journal, target, folder)
     found = [f"{journal.done.sum()} in its journal"] if journal.done.any() else []
     passed = f"{damaged} damaged bytes of {folder.journal} were passed over"
     return PreparedJournal(journal, found, [passed] if damaged else [])
+
+
+def _opened(
+    target: Target, folder: RunFolder, manifest: Manifest, *, readonly: bool = False
+) -> Journal:
+    size = target.grid.size
+    return Journal.open(folder.journal, manifest, target.chunks, size, readonly=readonly)
 
 
 def _without_failures(old: Journal, target: Target, folder: RunFolder) -> Journal:
@@ -150,15 +270,11 @@ def _without_failures(old: Journal, target: Target, folder: RunFolder) -> Journa
 
 
 def _created(
-    target: Target,
-    folder: RunFolder,
-    sources: list[ExistingPoints],
-    policy: ExistingPolicy,
-    *,
-    afresh: bool,
+    target: Target, folder: RunFolder, decision: Decision, policy: ExistingPolicy
 ) -> PreparedJournal:
     """Return a new journal with the points of the sources that the target has too."""
-    manifest = manifest_of(target, folder.output, sources, afresh=afresh)
+    sources = decision.sources
+    manifest = manifest_of(target, folder.output, sources, afresh=decision.afresh)
     drop = target.failed if policy.retry_failed else None
     carried = itertools.chain(*(found.carried(target.grid, drop) for found in sources))
     with storage_errors(f"cannot write into {folder.path}", folder.path):
@@ -172,7 +288,7 @@ def _created(
 
 
 def manifest_of(
-    target: Target, output: Path, sources: list[ExistingPoints], *, afresh: bool
+    target: Target, output: Path, sources: Sequence[ExistingPoints], *, afresh: bool
 ) -> Manifest:
     """Return what a journal says of its computation, and of where its points come from."""
     return {

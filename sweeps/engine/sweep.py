@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
-import shutil
-from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -17,23 +14,24 @@ from sweeps.config.load import Config
 from sweeps.engine.counts import Counts
 from sweeps.engine.existing import RefusalError, Target
 from sweeps.engine.order.part import Part
-from sweeps.engine.outcome import (
-    RESULT_BYTES,
-    RESULT_BYTES_PER_POINT,
-    Console,
-    JournaledResult,
-    Outcome,
-)
+from sweeps.engine.outcome import Console, JournaledResult, Outcome
 from sweeps.engine.recording import Recorder
-from sweeps.engine.resume import ExistingPolicy, PreparedJournal, complete_already, prepare_journal
+from sweeps.engine.resume import (
+    ExistingPolicy,
+    PreparedJournal,
+    decide,
+    named_after,
+    prepare_journal,
+    require_room,
+)
 from sweeps.engine.signals import Stop, listening
 from sweeps.exits import Exit, ExpectedError
 from sweeps.files.atomic import StorageError, fingerprint, refuse_odd_output
-from sweeps.files.journal import BYTES_PER_POINT, Journal, readable_manifest
+from sweeps.files.journal import Journal, readable_manifest
 from sweeps.files.record_log import DamagedRecordError
 from sweeps.files.results import Written
 from sweeps.files.run_folder import RunFolder
-from sweeps.human import counted, reason, size_text
+from sweeps.human import counted
 
 
 class LostPointsError(ExpectedError, RuntimeError):
@@ -72,26 +70,24 @@ def sweep(
     """
     refuse_odd_output(output)
     target, folder, stop = Target.of(config, part), RunFolder(output), stop or Stop()
-    with folder.held(), listening(stop), _named_after(output):
+    with folder.held(), listening(stop), named_after(output):
         folder.discard_leftovers()
         before = fingerprint(folder.output)
         if partial:
             return _export(target, folder, policy)
-        if before is None and not folder.journal.exists():
-            _require_room(folder, target.points, target.points)  # before they take memory
-        complete = complete_already(target, folder, policy)
-        if complete is not None:
-            ended = _ended(target, output, complete, missing=0)
+        decision = decide(target, folder, policy)
+        if decision.complete is not None:
+            ended = _ended(target, output, decision.complete, missing=0)
             console.say(f"{output} is complete: {counted(ended.points, 'point')}, nothing to do")
             return ended
-        prepared = prepare_journal(target, folder, policy)
+        prepared = prepare_journal(target, folder, policy, decision)
         with closing(prepared.journal) as journal:
             result = JournaledResult(target, journal, folder, before)
             needed = target.needed | journal.done  # points of other parts are kept
             counts = Counts(int(np.count_nonzero(needed)), journal)
             recorder = Recorder(journal, folder, counts, console, stop)
             _announce(target, prepared, counts, console)
-            _require_room(folder, counts.left, counts.total)
+            require_room(folder, counts.left, counts.total)
             result.try_writing()
             for _ in range(_RECOVERIES):
                 if counts.left:
@@ -117,20 +113,6 @@ def _recover(journal: Journal, console: Console) -> None:
     )
 
 
-@contextlib.contextmanager
-def _named_after(output: Path) -> Iterator[None]:
-    """Errors of the files beside an output, with its name."""
-    try:
-        yield
-    except StorageError:
-        raise
-    except OSError as error:
-        raise StorageError(
-            f"cannot read or write what belongs to {output}: {reason(error)}; what is finished is "
-            "kept"
-        ) from error
-
-
 def _announce(target: Target, prepared: PreparedJournal, counts: Counts, console: Console) -> None:
     """Say what exists already and what is to be computed."""
     for warning in prepared.warnings:
@@ -142,18 +124,6 @@ def _announce(target: Target, prepared: PreparedJournal, counts: Counts, console
     points = counted(target.grid.size, "point")
     points = f"{counts.total} of {points}" if target.part else points
     console.say(f"{part}{points}{product}{found}; {counts.left} to compute")
-
-
-def _require_room(folder: RunFolder, left: int, total: int) -> None:
-    """Raise StorageError now rather than after the computation of what is left of the points."""
-    needed = left * BYTES_PER_POINT + total * RESULT_BYTES_PER_POINT + RESULT_BYTES
-    free = shutil.disk_usage(folder.path).free
-    if free < needed:
-        raise StorageError(
-            f"{folder.path.parent} has {size_text(free)} left, but the sweep of "
-            f"{counted(total, 'point')} may need {size_text(needed)}; make room, or write "
-            "elsewhere with -o"
-        )
 
 
 def _finished(result: JournaledResult, recorder: Recorder, *, keep_journal: bool) -> Outcome:
@@ -188,7 +158,8 @@ def _export(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Outcom
     _refuse_partial(folder, policy)
     policy = replace(policy, overwrite=False, retry_failed=False)
     before = fingerprint(folder.output)
-    with closing(prepare_journal(target, folder, policy).journal) as journal:
+    decision = decide(target, folder, policy)
+    with closing(prepare_journal(target, folder, policy, decision).journal) as journal:
         written = JournaledResult(target, journal, folder, before).write()
         missing = int(np.count_nonzero(target.needed & ~journal.done))
         if not missing:

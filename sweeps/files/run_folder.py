@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
 import os
 import shutil
@@ -90,6 +91,19 @@ class RunFolder:
             if not (self.journal.exists() or self.manifest.exists()):
                 self.remove()
             lock.release()  # last: from here on the folder may belong to another run
+
+    def require_free(self) -> None:
+        """Raise what `held` would, InUseError or StorageError, without writing anything."""
+        self._refuse_folder_of_others()
+        if not os.access(self.nearest, os.W_OK | os.X_OK):
+            raise StorageError(f"cannot write into {self.path}: {os.strerror(errno.EACCES)}")
+        if self.is_held():
+            raise InUseError(self._in_use())
+
+    @property
+    def nearest(self) -> Path:
+        """The folder itself or, where it is not there yet, the one it will be made in."""
+        return next(f for f in (self.path, *self.path.absolute().parents) if f.exists())
 
     def is_held(self) -> bool:
         """Tell whether a run currently holds the output."""
