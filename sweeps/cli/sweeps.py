@@ -164,14 +164,25 @@ def status(
     is_config = target.suffix.lower() in (".yaml", ".yml")
     config = checked_config(target, None) if is_config else None
     path = target if config is None else output_of(config, target)
-    refusal = None if config is None else _refusal(config, path)
-    state = state_of(path) | ({"refused": str(refusal)} if refusal else {})
+    lacking, refusal = (0, None) if config is None else _asked(config, path)
+    try:
+        state = state_of(path)
+    except (ExpectedError, OSError):
+        if refusal is not None:  # which says what is in the way
+            stop_with(str(refusal), refusal.code)
+        raise
+    if refusal is not None:
+        state["refused"] = str(refusal)
+    elif lacking and state["state"] == "complete":  # without points that the config has gained
+        state["to_compute"] = lacking
     if json_:
         import json
 
         print(json.dumps(state))
     elif state["state"] != "absent":
         print_state(state)
+        if "to_compute" in state:
+            print(f"{lacking} more point{'s' * (lacking > 1)} of {target} to compute")
     elif refusal is None:
         absent = f"{path} does not exist, and no sweep to this file was ever started"
         stop_with(absent, Exit.STORAGE)
@@ -179,18 +190,22 @@ def status(
         stop_with(str(refusal), refusal.code)
 
 
-def _refusal(config: Config, path: Path) -> ExpectedError | None:
-    """Return why a sweep would refuse a config, but for that it is being computed already."""
+def _asked(config: Config, path: Path) -> tuple[int, ExpectedError | None]:
+    """Return how many points a sweep would compute, and why it would be refused, if it would.
+
+    One that is running is not asked.
+    """
+    import numpy as np
+
     from sweeps.engine.resume import intention
     from sweeps.files.run_folder import InUseError
 
     try:
-        intention(config, path)
+        return int(np.count_nonzero(intention(config, path).missing)), None
     except InUseError:
-        return None
+        return 0, None
     except ExpectedError as error:
-        return error
-    return None
+        return 0, error
 
 
 def sweep_and_report(

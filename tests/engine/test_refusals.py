@@ -1,0 +1,267 @@
+"""What `sweep` refuses before it computes, `check`, `plan` and `status` refuse with the same words.
+
+Each row of the table is a folder with a result, what befalls it, and a refusal; nothing is changed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, everything, write
+
+from stickslip.kernels.version import NUMERICS_VERSION
+from sweeps.config.load import load
+from sweeps.engine import resume
+from sweeps.engine.existing import Target
+from sweeps.files import run_folder
+from sweeps.files.chunks import Chunks
+from sweeps.files.journal import Journal
+from sweeps.files.run_folder import RunFolder
+
+TWO = "sweep: {temperature: [200, 250]}\n"
+OUTPUT = "output: a.nc\n" + LOOSE + ONE_BY_ONE
+A_YAML = TWO + OUTPUT
+A = Path("a.nc")
+
+
+def edited(change: Callable[[netCDF4.Dataset], None]) -> None:
+    with netCDF4.Dataset(A, "a") as file:
+        change(file)
+
+
+def config(*parts: str) -> None:
+    write("a.yaml", *parts, OUTPUT)
+
+
+def replaced(make: Callable[[], object]) -> None:
+    A.unlink()
+    make()
+
+
+def journal_of(text: str, **changes: object) -> None:
+    """Leave the journal of an unfinished sweep of another config."""
+    write("other.yaml", text)
+    target, folder = Target.of(load("other.yaml")), RunFolder(A)
+    folder.path.mkdir()
+    manifest = resume.manifest_of(target, Path("none.nc"), [], afresh=False) | changes
+    size = target.grid.size
+    rows = Journal.create(folder.journal, manifest, Chunks(target.grid.shape), size)
+    row = np.zeros((1, len(manifest["columns"])))
+    rows.append(np.array([0]), row)
+    rows.close()
+
+
+def without_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    usage = shutil.disk_usage(".")._replace(free=1 << 16)
+    monkeypatch.setattr(resume.shutil, "disk_usage", lambda _: usage)
+
+
+def of_another_user(monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("a.nc.run").mkdir()
+    monkeypatch.setattr(run_folder.os, "geteuid", lambda: 12345)
+
+
+PULL = "simulation: {drive: {velocity: 2e-6}, duration: 3}\n"
+LOST = "a.nc has 1 finished points that the config no longer names"
+
+REFUSED: dict[str, tuple[Callable[[pytest.MonkeyPatch], object], int, str]] = {
+    # the config
+    "a block that is pulled": (lambda _: config(TWO, PULL), 2, "simulation.drive: a sweep"),
+    "an invalid config": (lambda _: config("sweep: {temperature: [-1]}\n"), 2, "a.yaml:1: sweep"),
+    "an unstable step": (
+        lambda _: write("a.yaml", TWO, "integrator: {method: euler-cromer, dt: 1}\noutput: a.nc"),
+        2,
+        "integrator.dt: the step of 1 s is unstable for every point",
+    ),
+    "a cluster without address": (
+        lambda _: write("a.yaml", TWO, "execution: {backend: dask}\noutput: a.nc"),
+        2,
+        "`dask` needs the address",
+    ),
+    # the name of the output
+    "the config itself": (
+        lambda _: write("a.yaml", TWO, "output: a.yaml\n"),
+        2,
+        "a.yaml is the config itself",
+    ),
+    "a folder": (lambda _: replaced(A.mkdir), 5, "a.nc is a folder; -o names a file"),
+    "a pipe": (lambda _: replaced(lambda: os.mkfifo(A)), 5, "a.nc is not an ordinary file"),
+    "below a file": (
+        lambda _: (write("other"), write("a.yaml", TWO, "output: other/a.nc\n")),
+        5,
+        "other is not a folder",
+    ),
+    "a link to itself": (lambda _: replaced(lambda: A.symlink_to("a.nc")), 5, "cannot write a.nc"),
+    # what is there
+    "points that would be lost": (lambda _: config("sweep: {temperature: [200]}\n"), 2, LOST),
+    "other settings": (
+        lambda _: write("a.yaml", A_YAML.replace("integrator: {rtol: 1e-4}", "")),
+        2,
+        "a.nc was computed with other settings",
+    ),
+    "no result of a sweep": (
+        lambda _: replaced(lambda: xr.Dataset({"mine": 1.0}).to_netcdf(A)),
+        2,
+        "a.nc exists and is not a result of a sweep",
+    ),
+    "no NetCDF": (lambda _: A.write_text("mine"), 5, "is not a readable NetCDF file"),
+    "another numerics version": (
+        lambda _: edited(lambda f: f.setncattr("numerics_version", str(NUMERICS_VERSION + 1))),
+        2,
+        "a.nc was computed by numerics version",
+    ),
+    "no seal": (lambda _: edited(lambda f: f.delncattr("data_sha256")), 2, "carries no seal"),
+    "a config that nobody can read": (
+        lambda _: edited(lambda f: f.setncattr("config", "model: {nonsense: 1}\n")),
+        2,
+        "carries a config that this version cannot read",
+    ),
+    "a broken seal": (
+        lambda _: edited(lambda f: f["friction_force_amplitude"].__setitem__(0, 1.0)),
+        5,
+        "a.nc is damaged, or was changed",
+    ),
+    # what an unfinished sweep has left
+    "a journal of lost points": (
+        lambda _: replaced(lambda: journal_of(TWO.replace("200", "210") + OUTPUT)),
+        2,
+        "the journal in a.nc.run has 1 finished points that the config no longer names",
+    ),
+    "a journal of other settings": (
+        lambda _: replaced(lambda: journal_of(TWO)),
+        2,
+        "the journal in a.nc.run was computed with other settings",
+    ),
+    "a journal of another version": (
+        lambda _: journal_of(A_YAML, numerics_version=NUMERICS_VERSION + 1),
+        5,
+        "was begun by another version of stickslip",
+    ),
+    "a damaged journal": (
+        lambda _: (Path("a.nc.run").mkdir(), Path("a.nc.run/journal").write_text("none")),
+        5,
+        "the beginning of a.nc.run/journal is damaged",
+    ),
+    # the disk
+    "no room": (
+        lambda patch: (config("sweep: {T: {linspace: [1, 2], num: 10000}}\n"), A.unlink(),
+                       without_room(patch)),
+        5,
+        "has 64.0 KiB left, but the sweep of 10000 points",
+    ),
+    "no room for more": (
+        lambda patch: (config("sweep: {T: {linspace: [200, 250], num: 1001}}\n"),
+                       without_room(patch)),
+        5,
+        "has 64.0 KiB left, but the sweep of 1001 points",
+    ),
+    "a folder of another user": (of_another_user, 5, "belongs to another user"),
+    "no folder": (lambda _: write("a.nc.run", ""), 5, "a.nc.run: it is not a folder"),
+}  # fmt: skip
+
+
+@pytest.fixture
+def shell(shell: Shell) -> Shell:
+    """A folder with a complete result, `a.nc`, of `a.yaml`."""
+    assert shell("sweep", "a.yaml").code == 0
+    Path("a.nc.timing.json").unlink()
+    return shell
+
+
+@pytest.mark.parametrize(("befall", "code", "words"), REFUSED.values(), ids=REFUSED)
+def test_what_sweep_refuses_is_refused_before(
+    shell: Shell,
+    monkeypatch: pytest.MonkeyPatch,
+    befall: Callable[[pytest.MonkeyPatch], object],
+    code: int,
+    words: str,
+) -> None:
+    befall(monkeypatch)
+    before = {} if A.is_fifo() else everything("a.nc.run/lock")
+    told = {verb: shell(verb, "a.yaml") for verb in ("check", "plan", "status")}
+    assert before == ({} if A.is_fifo() else everything("a.nc.run/lock"))
+    told["sweep"] = shell("sweep", "a.yaml")
+    assert words in told["sweep"].err
+    for verb, result in told.items():
+        assert result.code == code, verb
+        assert "valid\n" not in result.out
+        assert result.err, verb
+        assert told["sweep"].err.endswith(result.err), verb  # after what it takes over, perhaps
+    assert shell.computed == []
+    kept = {} if A.is_fifo() else everything()
+    assert {name: kept[name] for name in before if "journal" not in name} == {
+        name: what for name, what in before.items() if "journal" not in name
+    }
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write everywhere")
+def test_a_folder_without_permission(shell: Shell) -> None:
+    A.unlink()
+    Path().chmod(0o500)
+    try:
+        told = {verb: shell(verb, "a.yaml") for verb in ("check", "plan", "status", "sweep")}
+    finally:
+        Path().chmod(0o700)
+    assert {(code, err) for code, _, err in told.values()} == {
+        (5, f"cannot write into a.nc.run: {os.strerror(13)}\n")
+    }
+
+
+def test_an_output_that_is_being_written(shell: Shell) -> None:
+    with RunFolder(A).held():
+        told = {verb: shell(verb, "a.yaml") for verb in ("check", "plan", "sweep")}
+        assert shell("status", "a.yaml").code == 0
+    assert {code for code, _, _ in told.values()} == {4}
+    assert len({err for _, _, err in told.values()}) == 1
+    assert "a.nc is being written by another run (process " in told["check"].err
+
+
+def test_parts_of_a_refined_grid(shell: Shell) -> None:
+    A.unlink()
+    config("sweep: {T: {linspace: [200, 280], num: 9}}\nrefine: {axes: [T], levels: 2}\n")
+    told = [shell(verb, "a.yaml", "--part", "1/2") for verb in ("plan", "sweep")]
+    assert [code for code, _, _ in told] == [2, 2]
+    assert told[0].err == told[1].err != ""
+
+
+def test_a_part_that_would_end_what_was_begun_from_scratch(shell: Shell) -> None:
+    shell.interrupted("sweep", "a.yaml", "--overwrite", after=1)
+    told = [shell(verb, "a.yaml", "-o", "a.nc", "--part", "1/2") for verb in ("plan", "sweep")]
+    assert [code for code, _, _ in told] == [2, 2]
+    assert told[0].err == told[1].err
+    assert "would lose points to an unfinished sweep" in told[0].err
+
+
+def test_what_sweep_takes_over_is_counted_alike(shell: Shell) -> None:
+    config("sweep: {temperature: [200, 225, 250]}\n")
+    assert "points: 3 (temperature 3), 2 already computed\n" in shell("check", "a.yaml").out
+    assert "points: 3, 2 already computed\n" in shell("plan", "a.yaml").out
+    assert "1 more point of a.yaml to compute\n" in shell("status", "a.yaml").out
+    assert json.loads(shell("status", "a.yaml", "--json").out)["to_compute"] == 1
+    assert shell("sweep", "a.yaml").err == "3 points: 2 in a.nc; 1 to compute\n"
+    assert "to_compute" not in json.loads(shell("status", "a.yaml", "--json").out)
+
+
+def test_another_output_is_not_refused(shell: Shell) -> None:
+    config("sweep: {temperature: [200]}\n")
+    assert shell("check", "a.yaml").code == 2
+    code, out, err = shell("check", "a.yaml", "-o", "b.nc")
+    assert (code, err) == (0, "")
+    assert out.splitlines()[-1] == "output: b.nc"
+
+
+def test_a_refusal_of_status_is_there_for_programs(shell: Shell) -> None:
+    config("sweep: {temperature: [200]}\n")
+    code, out, err = shell("status", "a.yaml", "--json")
+    state = json.loads(out)
+    assert (code, state["state"]) == (2, "complete")
+    assert state["refused"] == err.rstrip("\n")
+    assert state["refused"].startswith(LOST)
