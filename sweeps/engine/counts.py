@@ -65,6 +65,21 @@ class InFlight:
         """The number of points in flight."""
         return sum(points for points, _ in self.ages)
 
+    @property
+    def awaited(self) -> InFlight:
+        """The tasks that a stop waits for."""
+        part = InFlight()
+        part._begun = {n: own for n, own in self._begun.copy().items() if not own[0].is_unlimited}
+        return part
+
+    def at_a_stop(self) -> str:
+        """Say what a stop waits for, and what it gives up; nothing where neither is."""
+        awaited = self.awaited
+        lost = self.points - awaited.points
+        given_up = f"giving up {counted(lost, 'point')} that may take minutes, for the next run"
+        finishing = f"finishing {awaited}" if awaited.tasks else ""
+        return "; ".join(filter(None, [finishing, given_up if lost else ""]))
+
     def __str__(self) -> str:
         """Say it, as in `512 points in flight, the oldest for 1:03`; nothing where none is."""
         ages = self.ages

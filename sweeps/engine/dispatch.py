@@ -19,6 +19,7 @@ from sweeps.engine.counts import InFlight
 from sweeps.engine.executors.base import Executor, ExecutorError, Workers, WorkersLostError
 from sweeps.engine.executors.worker import Block, Task, failed_block, is_answer, task_of
 from sweeps.engine.order.follow import Lines
+from sweeps.engine.order.listed import Listed
 from sweeps.engine.order.product import Blocks
 from sweeps.engine.order.stragglers import Stragglers
 from sweeps.engine.signals import Stop
@@ -69,15 +70,29 @@ def finished_blocks(
     *,
     block_points: int | None = None,
 ) -> Iterator[Block]:
-    """Compute the points of a grid that are not done, and yield blocks as they are finished.
-
-    After a request to stop no further block is begun, and those in flight still come. Where workers
-    die, the blocks in flight are computed again one at a time and in ever smaller pieces, until the
-    point, or the line, is alone that no worker survives; it gets the status `failed`. `in_flight`
-    always knows which tasks have not come back. Raises ExecutorError.
-    """
+    """Compute the points of a grid that are not done; as `computed_blocks` does."""
     seconds, slots = executor.block_seconds, executor.slots
     blocks = blocks_of(grid, done, slots, seconds=seconds, block_points=block_points)
+    yield from computed_blocks(grid, options, blocks, executor, stop, in_flight, block_points)
+
+
+def computed_blocks(
+    grid: Grid | Listed,
+    options: Options,
+    blocks: Blocks | Lines | Listed,
+    executor: Workers,
+    stop: Stop,
+    in_flight: InFlight,
+    block_points: int | None = None,
+) -> Iterator[Block]:
+    """Compute blocks of points, and yield them as they are finished; there may come more meanwhile.
+
+    After a request to stop no further block is begun. Those in flight still come, but for points
+    that may take any time (`Task.is_unlimited`): they are given up. Where workers die, the blocks
+    in flight are computed again one at a time and in ever smaller pieces, until the point, or the
+    line, is alone that no worker survives; it gets the status `failed`. `in_flight` always knows
+    which tasks have not come back. Raises ExecutorError.
+    """
     stragglers = Stragglers(block_points, ever=not grid.followed)
     tasks = _Tasks(grid, options, blocks, stragglers, executor, stop, in_flight)
     # There may be tasks again after there was none: those of points that came back as late.
@@ -97,9 +112,9 @@ class _Tasks:
 
     def __init__(
         self,
-        grid: Grid,
+        grid: Grid | Listed,
         options: Options,
-        blocks: Blocks | Lines,
+        blocks: Blocks | Lines | Listed,
         stragglers: Stragglers,
         executor: Workers,
         stop: Stop,

@@ -48,7 +48,7 @@ class Recorder:
             executor = stack.enter_context(make_executor(config.execution))
             display = stack.enter_context(display_of(counts, wanted=self._console.progress))
             stop.at_once += [executor.kill, display.stop]
-            stop.in_flight = counts.in_flight.__str__
+            stop.at_a_stop = counts.in_flight.at_a_stop
             counts.begin(lambda: executor.slots, stop)
             stack.enter_context(self._folder.beating(lambda: self._beat(config.execution)))
             blocks = missing_blocks(

@@ -47,8 +47,8 @@ def parse_duration(text: str) -> float:
 class Stop:
     """A request to end a sweep early, with its reason and exit code.
 
-    `in_flight` says what would be waited for, in words; an empty text where nothing is. A second
-    signal ends the process where it `ends_process`, else it is a KeyboardInterrupt.
+    `at_a_stop` says what is finished first, and what is given up; an empty text where nothing is
+    begun. A second signal ends the process where it `ends_process`, else it is a KeyboardInterrupt.
     """
 
     def __init__(self, max_runtime: float | None = None, *, ends_process: bool = True) -> None:
@@ -56,7 +56,7 @@ class Stop:
         self._deadline = None if max_runtime is None else time.monotonic() + max_runtime
         self.reason = ""
         self.code = Exit.STOPPED
-        self.in_flight: Callable[[], str] = lambda: ""
+        self.at_a_stop: Callable[[], str] = lambda: ""
         self.at_once: list[Callable[[], None]] = []
 
     @property
@@ -108,10 +108,10 @@ def listening(stop: Stop) -> Iterator[None]:
 
 def _awaited(stop: Stop, again: str) -> str:
     """Return what happens before a stop, and what the next signal costs."""
-    in_flight = stop.in_flight()
-    if not in_flight:
-        return "ending"
-    return f"finishing {in_flight}.\nAnother {again} ends at once and gives up what is in flight."
+    happens = stop.at_a_stop()
+    if not happens.startswith("finishing"):
+        return happens or "ending"
+    return f"{happens}.\nAnother {again} ends at once and gives up what is in flight."
 
 
 def _write(message: str) -> None:

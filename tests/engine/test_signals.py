@@ -136,7 +136,7 @@ def test_a_signal_requests_a_stop_and_the_next_one_ends_at_once(
     monkeypatch.setattr(os, "_exit", ended.append)
     before = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
     stop = Stop()
-    stop.in_flight = lambda: "256 points in flight, the oldest for 0:12"
+    stop.at_a_stop = lambda: "finishing 256 points in flight, the oldest for 0:12"
     stop.at_once += [lambda: ended.append("first"), lambda: ended.append("second")]
     with default_signals(), listening(stop):
         assert not stop.requested

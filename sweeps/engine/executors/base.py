@@ -20,6 +20,7 @@ from sweeps.exits import Exit, ExpectedError
 
 Tasks = Iterator[Task]
 Finished = queue.SimpleQueue[Future[Block]]
+InFlight = dict[Future[Block], Task]
 
 _SILENCE_SECONDS = 5.0  # without a finished block, until the executor is asked for the reason
 _LOOK_SECONDS = 0.5  # a signal that arrives just before a wait begins is heard after it
@@ -70,7 +71,8 @@ class Workers(ABC):
     def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:
         """Yield the finished blocks of the tasks; a task is taken when it can be begun soon.
 
-        After a request to stop, blocks that no worker is there for do not come.
+        After a request to stop, blocks that no worker is there for do not come, nor those that may
+        take any time.
 
         Raises WorkersLostError when nothing else can come: the tasks whose blocks have not come
         are to be given again.
@@ -106,7 +108,7 @@ class Executor(Workers):
     def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:
         """Yield the finished blocks, with `most_in_flight` tasks handed out."""
         finished: Finished = queue.SimpleQueue()
-        in_flight: set[Future[Block]] = set()
+        in_flight: InFlight = {}
         lost = None
         while True:
             try:
@@ -114,31 +116,38 @@ class Executor(Workers):
                     self._hand_out(tasks, in_flight, finished)
             except WorkersLostError as error:
                 lost = error
-            future = self._next(finished, stop) if in_flight else None
+            future = self._next(finished, in_flight, stop) if in_flight else None
             if future is None:
                 break
-            in_flight.remove(future)
+            del in_flight[future]
             try:
                 block = self.result(future)
             except WorkersLostError as error:
                 lost = error  # some of the others in flight may still come
             else:
                 yield block
+        if in_flight:
+            self.give_up()
         if lost is not None:
             raise lost
 
-    def _hand_out(self, tasks: Tasks, in_flight: set[Future[Block]], finished: Finished) -> None:
+    def give_up(self) -> None:
+        """End what workers compute, where that can be ended."""
+
+    def _hand_out(self, tasks: Tasks, in_flight: InFlight, finished: Finished) -> None:
         for task in islice(tasks, max(self.most_in_flight() - len(in_flight), 0)):
             future = self.submit(task)
-            in_flight.add(future)
+            in_flight[future] = task
             future.add_done_callback(finished.put)
 
-    def _next(self, finished: Finished, stop: Stop) -> Future[Block] | None:
-        """Return the next finished one; None where a stop is requested and no worker is there."""
+    def _next(self, finished: Finished, in_flight: InFlight, stop: Stop) -> Future[Block] | None:
+        """Return the next finished one; None where a stop is requested and none is waited for."""
         since = time.monotonic()
         while True:
             with contextlib.suppress(queue.Empty):
                 return finished.get(timeout=_LOOK_SECONDS)
+            if stop.requested and all(task.is_unlimited for task in in_flight.values()):
+                return None
             if time.monotonic() - since < _SILENCE_SECONDS:
                 continue
             if self.is_deserted() and stop.requested:

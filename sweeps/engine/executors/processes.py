@@ -35,6 +35,10 @@ class ProcessExecutor(Executor):
             self._shut_down(kill=True)
             raise
 
+    def give_up(self) -> None:
+        """End the processes."""
+        self._shut_down(kill=True)
+
     def submit(self, task: Task) -> Future[Block]:
         """Hand a task to a process; the first one starts them. Raises WorkersLostError."""
         try:

@@ -20,6 +20,7 @@ from stickslip.plausibility import are_possible, suspicious_balance, suspicious_
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.engine.order.follow import follow
+from sweeps.engine.order.listed import Listed
 from sweeps.exits import Exit, ExpectedError
 from sweeps.files.columns import STATUS, failures, status_counts
 from sweeps.grid import Grid
@@ -48,6 +49,14 @@ class Task:
     line: int = 1
     patience: int = 0
 
+    @property
+    def is_unlimited(self) -> bool:
+        """Whether it may take minutes: it has late points, or as many as make them no exception.
+
+        The lines of a followed axis, which have no limit either, are its ordinary blocks.
+        """
+        return self.patience == 0 and self.line == 1
+
 
 @dataclass(frozen=True)
 class Block:
@@ -74,8 +83,10 @@ class Block:
         return failures(status_counts(self.results[:, STATUS]))
 
 
-def task_of(grid: Grid, indices: NDArray[np.int64], options: Options, patience: int = 0) -> Task:
-    """Make the task of computing these points of a grid."""
+def task_of(
+    grid: Grid | Listed, indices: NDArray[np.int64], options: Options, patience: int = 0
+) -> Task:
+    """Make the task of computing these points of a grid, or of a list."""
     line = grid.lines().shape[1] if grid.followed else 1
     return Task(indices, grid.rows(indices), options, source_hash(), line, patience)
 

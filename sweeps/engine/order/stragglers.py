@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.compiled.simd import LANES
 from stickslip.status import Status
 from sweeps.engine.order.product import Costs
 from sweeps.files.columns import STATUS, Rows
@@ -20,6 +21,7 @@ _PATIENCE = 64  # drive periods; of a hundred points less than one needs more
 # enough that those among them which never close fill most lanes, and not more than fill all.
 _SECONDS = 10.0
 _FEWEST, _MOST = 256, 1024
+_LEAST_SHARE = 4 * LANES
 
 # Where a larger part of the points is late than this, blocks are full of such points anyway.
 _SELDOM = 0.125
@@ -63,8 +65,12 @@ class Stragglers:
         return self._taken(enough) if len(self._waiting) >= enough else None
 
     def rest(self, slots: int) -> list[NDArray[np.int64]]:
-        """Share out all that wait among so many slots, where no others can come."""
-        share = max(1, min(self._most, -(-len(self._waiting) // max(slots, 1))))
+        """Share out all that wait among so many slots, where no others can come.
+
+        As many as keep the lanes of a kernel busy: of two that do not, each takes as long as both.
+        """
+        shares = min(max(slots, 1), max(len(self._waiting) // _LEAST_SHARE, 1))
+        share = max(1, min(self._most, -(-len(self._waiting) // shares)))
         return [self._taken(share) for _ in range(0, len(self._waiting), share)]
 
     def _taken(self, count: int) -> NDArray[np.int64]:

@@ -7,7 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from sweeps.engine.progress import display_of
-from sweeps.views.boundaries.bisection import NO_KIND, Crossings, Floats, crossings
+from sweeps.views.boundaries.bisection import NO_KIND, Crossings, Floats
 from sweeps.views.boundaries.computation import BoundaryError, Map, map_of
 from sweeps.views.boundaries.joining import Line, Rims
 from sweeps.views.boundaries.kinds import PARTS, Kind
@@ -40,7 +40,7 @@ def boundaries(
         )
     own = map_of(ds, kind, workers)
     with display_of(own.progress, wanted=progress):
-        found = crossings(own.axes, own.kinds, own.multipliers, own.look, accuracy)
+        found = own.crossings(accuracy)
         lines, meetings = _joined(own, found)
     return table_of(ds, own, found, lines, meetings)
 
@@ -53,7 +53,7 @@ def _joined(own: Map, found: Crossings) -> tuple[list[Line], list[list[int]]]:
     order = np.take_along_axis(places, found.axis[:, None], axis=1)[:, 0]
     rims = Rims(kinds, found.axis, corners, found.kinds, order, NO_KIND)
     doubtful = rims.doubtful()
-    centres = own.look(_centres(own, np.array(doubtful)))[0].tolist() if doubtful else []
+    centres = own.kinds_at(_centres(own, np.array(doubtful))).tolist() if doubtful else []
     return rims.lines(dict(zip(doubtful, centres, strict=True)))
 
 

@@ -1,4 +1,4 @@
-"""Edges between unlike points of a map, bisected all together; of what kind they are is unknown.
+"""Edges between unlike points of a map, bisected side by side; of what kind they are is unknown.
 
 A map has one axis or two. Its edges join neighbours along an axis; a border crosses an edge where
 the kind changes along it. Kinds are whole numbers, `NO_KIND` where there is none.
@@ -6,7 +6,7 @@ the kind changes along it. Kinds are whole numbers, `NO_KIND` where there is non
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -15,12 +15,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Kinds = NDArray[np.int64]
 
-NO_KIND, LATE = -1, -2
-
-# Points (n, axes) to their kinds (n,) and to a number of each (n,), which is handed on. The second
-# argument says whether to be patient; otherwise points that take long may be `LATE`, and are looked
-# at later, together with those of other edges.
-Looks = Callable[[Floats, bool], tuple[Kinds, Floats]]
+NO_KIND = -1
 
 
 @dataclass(frozen=True)
@@ -55,7 +50,7 @@ class Crossings:
     low, high
         The ends (n, axes) of the bracket.
     kinds, numbers
-        The kinds (n, 2) of the two ends, and what `Looks` says of them besides.
+        The kinds (n, 2) of the two ends, and a number of each, which is handed on.
     """
 
     axis: NDArray[np.int64]
@@ -68,7 +63,7 @@ class Crossings:
     def __len__(self) -> int:
         return len(self.axis)
 
-    def part(self, which: NDArray[np.bool_] | slice) -> Crossings:
+    def part(self, which: NDArray[np.bool_] | NDArray[np.int64] | slice) -> Crossings:
         """Return some of them."""
         return Crossings(*(getattr(self, field.name)[which] for field in fields(self)))
 
@@ -97,31 +92,62 @@ class Crossings:
         return np.asarray((self.widths(axes) <= accuracy) | ~between)
 
 
-def crossings(
-    axes: Sequence[Axis], kinds: Kinds, numbers: Floats, looks: Looks, accuracy: float
-) -> Crossings:
-    """Return the crossings of borders and edges of a map, in brackets of at most `accuracy`.
+class Bisection:
+    """The bisection of all edges of a map that borders cross, into brackets of at most `accuracy`.
 
     `kinds` and `numbers` have the shape of the map, `accuracy` is a part of the length of an axis.
-    All edges are bisected together, one call of `looks` a round. A middle of a third kind splits
-    an edge in two. A middle without a kind ends the bisection of its edge: its bracket stays wide.
+    The middles of brackets are numbered from 0; in whatever order their kinds become known, the
+    same brackets are left. A middle of a third kind splits an edge in two. A middle without a kind
+    ends the bisection of its edge: its bracket stays wide.
     """
-    left = _unlike_edges(axes, kinds, numbers)
-    found, late = [left.part(slice(0))], [left.part(slice(0))]
-    while len(left) or sum(map(len, late)):
-        patient = not len(left)
-        if patient:
-            left, late = Crossings.joined(late), late[:1]
-        narrow = left.are_narrow(axes, accuracy)
-        found.append(left.part(narrow))
-        left = left.part(~narrow)
-        middles = left.places(axes)
-        seen, values = looks(middles, patient) if len(left) else (left.axis, left.numbers[:, 0])
-        late.append(left.part(seen == LATE))
-        found.append(left.part(seen == NO_KIND))
-        known = (seen != LATE) & (seen != NO_KIND)
-        left = _halved(left.part(known), middles[known], seen[known], values[known])
-    return Crossings.joined(found)
+
+    def __init__(
+        self, axes: Sequence[Axis], kinds: Kinds, numbers: Floats, accuracy: float
+    ) -> None:
+        self._axes, self._accuracy = axes, accuracy
+        edges = _unlike_edges(axes, kinds, numbers)
+        self._brackets, self._found = edges.part(slice(0)), [edges.part(slice(0))]
+        self._halvings = np.zeros(0, dtype=np.int64)  # left of each bracket, at least
+        self._goes_on(edges)
+
+    def __len__(self) -> int:
+        """Return the number of middles so far."""
+        return len(self._brackets)
+
+    @property
+    def left(self) -> int:
+        """The middles whose kinds are still to be found, but for edges that are split."""
+        return int(self._halvings.sum())
+
+    def middles(self, first: int) -> Floats:
+        """Return the middles (n, axes) from this number on."""
+        return self._brackets.part(slice(first, None)).places(self._axes)
+
+    def take_in(self, which: NDArray[np.int64], kinds: Kinds, numbers: Floats) -> None:
+        """Take in the kinds (n,) of middles by their numbers (n,): new middles may follow."""
+        brackets = self._brackets.part(which)
+        known = kinds != NO_KIND
+        self._halvings[which] = 0
+        self._found.append(brackets.part(~known))
+        brackets = brackets.part(known)
+        middles = brackets.places(self._axes)
+        self._goes_on(_halved(brackets, middles, kinds[known], numbers[known]))
+
+    def crossings(self) -> Crossings:
+        """Return the crossings of borders and edges, by their edges and places on them."""
+        found = Crossings.joined(self._found)
+        order = np.lexsort((*found.low.T, *found.corner.T, found.axis))
+        return found.part(order)
+
+    def _goes_on(self, brackets: Crossings) -> None:
+        """Keep those brackets that are narrow enough, and bisect the others."""
+        narrow = brackets.are_narrow(self._axes, self._accuracy)
+        self._found.append(brackets.part(narrow))
+        wide = brackets.part(~narrow)
+        ratios = np.maximum(wide.widths(self._axes) / self._accuracy, 2.0)
+        halvings = np.ceil(np.log2(ratios)).astype(np.int64)
+        self._brackets = Crossings.joined([self._brackets, wide])
+        self._halvings = np.concatenate([self._halvings, halvings])
 
 
 def _unlike_edges(axes: Sequence[Axis], kinds: Kinds, numbers: Floats) -> Crossings:

@@ -3,40 +3,32 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
-from typing import ClassVar
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 
-import joblib
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-from stickslip.compiled.cache import source_hash
-from stickslip.compiled.simd import LANES
 from stickslip.kernels.families import KIND
+from stickslip.options import OPTIONS, Options
 from stickslip.parameters import Parameters
-from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.load import Config, ConfigError
 from sweeps.config.schema import Execution
+from sweeps.engine.counts import InFlight
+from sweeps.engine.dispatch import computed_blocks, make_executor
 from sweeps.engine.executors.kernels import compile_kinds
-from sweeps.engine.executors.worker import Task, compute_block
+from sweeps.engine.executors.worker import Block
+from sweeps.engine.order.listed import Listed
 from sweeps.engine.settings import options_of
+from sweeps.engine.signals import Stop
 from sweeps.exits import ExpectedError
 from sweeps.figures.layout import is_geometric
-from sweeps.files.columns import STATUS
 from sweeps.grid import DIRECTION
 from sweeps.human import clock, counted
-from sweeps.views.boundaries.bisection import LATE, Axis, Floats, Kinds
+from sweeps.views.boundaries.bisection import Axis, Bisection, Crossings, Floats, Kinds
 from sweeps.views.boundaries.kinds import NEEDED, Kind, numbered
 from sweeps.views.points import config_of, config_without_axes, curve_or_map
-
-# Drive periods. Near a border a few points take thousands, and one that goes on alone costs as much
-# as a core full of them: they wait for each other.
-_PATIENCE = 64
-
-# Of quick points each worker gets several shares, so that all end at about the same time.
-_SHARES = 4
 
 _KIND = [Parameters._fields.index(name) for name in KIND]
 
@@ -46,19 +38,30 @@ class BoundaryError(ExpectedError, ValueError):
 
 
 class Bisecting:
-    """Says how many points have been computed; how many it will be, nobody knows."""
+    """Says how many points have been computed, and how many it will be as far as is known.
 
-    goal: ClassVar[None] = None
-    outlook: ClassVar[str] = ""
+    An edge that is found to be crossed by two borders needs more of them.
+    """
 
     def __init__(self) -> None:
-        self.done = 0
+        self.done, self.left, self.in_flight = 0, 0, InFlight()
         self._begun = time.monotonic()
 
     @property
+    def goal(self) -> int:
+        """The points that have been computed, and those that are known to follow."""
+        return self.done + self.left
+
+    @property
     def headline(self) -> str:
-        """The number of points so far, and the time."""
-        return f"bisecting: {counted(self.done, 'point')} ({clock(time.monotonic() - self._begun)})"
+        """The numbers of points, and the time."""
+        elapsed, points = clock(time.monotonic() - self._begun), counted(self.goal, "point")
+        return f"bisecting: {self.done} of about {points}, {elapsed} elapsed"
+
+    @property
+    def outlook(self) -> str:
+        """The points in flight: those beside a motion that never closes take long."""
+        return str(self.in_flight)
 
 
 @dataclass(frozen=True)
@@ -77,38 +80,60 @@ class Map:
     workers: int
     progress: Bisecting = field(default_factory=Bisecting)
 
-    def look(self, places: Floats, patient: bool = True) -> tuple[Kinds, Floats]:
-        """Compute the points at some places (n, axes); returns their kinds and multipliers (n,).
+    def crossings(self, accuracy: float) -> Crossings:
+        """Return where borders cross the edges of the map, in brackets of at most `accuracy`."""
+        bisection = Bisection(self.axes, self.kinds, self.multipliers, accuracy)
+        points = Listed(self.workers)
+        self._add(points, bisection.middles(0))
+        for block in self._computed(points):
+            bisection.take_in(block.indices, *self._seen(block))
+            self._add(points, bisection.middles(len(points)))
+            self.progress.left = bisection.left
+        return bisection.crossings()
 
-        Unless one is `patient`, points that take far longer than most are `LATE`.
+    def kinds_at(self, places: Floats) -> Kinds:
+        """Return the kinds (n,) at some places (n, axes) of the map."""
+        kinds, points = np.empty(len(places), dtype=np.int64), Listed(self.workers)
+        self._add(points, places)
+        for block in self._computed(points):
+            kinds[block.indices], _ = self._seen(block)
+        return kinds
+
+    @property
+    def _options(self) -> Options:
+        """Those of the map, but of a motion that never closes its kind alone is wanted.
+
+        That it does not is decided by the growth of its neighbours, over the same periods for any
+        window; the window is for its statistics.
         """
-        point = self.config.parameters()
-        rows = np.tile(np.array(point), (len(places), 1))
-        columns = [Parameters._fields.index(name) for name in self.names]
-        rows[:, columns] = places
-        # Threads would wait for the first of them to compile.
-        compile_kinds(options_of(self.config), rows[:, _KIND])
-        results = self._computed(rows, 0 if patient else _PATIENCE)
-        found = dict(zip(RESULT_COLUMNS, results.T, strict=True))
-        kinds = numbered(found.__getitem__, self.kind)
-        late = found["status"] == Status.PENDING
-        return np.where(late, LATE, kinds), found["floquet_multiplier"]
+        shortest = int(OPTIONS["window"].range.lower)
+        return replace(options_of(self.config), window=shortest)
 
-    def _computed(self, points: NDArray[np.float64], patience: int) -> NDArray[np.float64]:
-        """Return the result rows (n, columns) of points (n, parameters), computed in threads."""
-        options, shares = options_of(self.config), self.workers * (_SHARES if patience else 1)
-        count = max(1, min(shares, len(points) // LANES))
-        results = np.empty((len(points), len(RESULT_COLUMNS)))
-        tasks = [
-            Task(share, points[share], options, source_hash(), patience=patience)
-            for share in (np.arange(first, len(points), count) for first in range(count))
-        ]
-        parallel = joblib.Parallel(self.workers, require="sharedmem")
-        for block in parallel(joblib.delayed(compute_block)(task) for task in tasks):
-            results[block.indices] = block.results
-            finished = block.results[:, STATUS] != Status.PENDING
-            self.progress.done += int(finished.sum())
-        return results
+    def _add(self, points: Listed, places: Floats) -> None:
+        """Add the points at some places (n, axes) to a list, and have the kernels they need."""
+        if not len(places):
+            return
+        rows = np.tile(np.array(self.config.parameters()), (len(places), 1))
+        rows[:, [Parameters._fields.index(name) for name in self.names]] = places
+        if not len(points) or not set(KIND).isdisjoint(self.names):
+            # Threads would wait for the first of them to compile.
+            compile_kinds(self._options, rows[:, _KIND])
+        points.add(rows)
+
+    def _computed(self, points: Listed) -> Iterator[Block]:
+        """Yield the blocks of a list of points, which may grow meanwhile."""
+        execution, flying = Execution(backend="threads", workers=self.workers), InFlight()
+        self.progress.in_flight = flying
+        with make_executor(execution) as executor:
+            blocks = computed_blocks(points, self._options, points, executor, Stop(), flying)
+            for block in blocks:
+                self.progress.done += len(block.indices)
+                yield block
+
+    def _seen(self, block: Block) -> tuple[Kinds, Floats]:
+        """Return the kinds (n,) of a block's points, and their multipliers (n,)."""
+        found = dict(zip(RESULT_COLUMNS, block.results.T, strict=True))
+        return numbered(found.__getitem__, self.kind), found["floquet_multiplier"]
 
 
 def map_of(ds: xr.Dataset, kind: Kind, workers: int | None = None) -> Map:

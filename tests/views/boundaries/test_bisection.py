@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
-from sweeps.views.boundaries.bisection import LATE, NO_KIND, Axis, Floats, Kinds, crossings
+from sweeps.views.boundaries.bisection import (
+    NO_KIND,
+    Axis,
+    Bisection,
+    Crossings,
+    Floats,
+    Kinds,
+)
 
 CIRCLE = 0.6180339  # squared radius
 
@@ -15,22 +24,29 @@ def disc(places: Floats) -> Kinds:
 
 
 class Model:
-    """Kinds of places, and how they were asked for."""
+    """Kinds of places, and how many were asked for at a time, at most `most` of them."""
 
-    def __init__(self, kinds=disc, late=lambda places: np.zeros(len(places), bool)) -> None:
-        self.kinds, self.late = kinds, late
-        self.calls: list[tuple[int, bool]] = []
+    def __init__(self, kinds=disc, most: int | None = None) -> None:
+        self.kinds, self.most = kinds, most
+        self.calls: list[int] = []
 
-    def look(self, places: Floats, patient: bool) -> tuple[Kinds, Floats]:
-        self.calls.append((len(places), patient))
-        kinds = self.kinds(places)
-        hidden = np.full(len(places), not patient) & self.late(places)
-        return np.where(hidden, LATE, kinds), places[:, 0].copy()
+    def bisect(self, bisection: Bisection) -> Crossings:
+        """Answer until nothing is asked any more: the middles that wait, the last ones first."""
+        waiting = np.arange(len(bisection))
+        while len(waiting):
+            which, waiting = waiting[::-1][: self.most], waiting[::-1][self.most or len(waiting) :]
+            places, before = bisection.middles(0)[which], len(bisection)
+            self.calls.append(len(which))
+            bisection.take_in(which, self.kinds(places), places[:, 0].copy())
+            waiting = np.concatenate([waiting[::-1], np.arange(before, len(bisection))])
+        assert bisection.left == 0
+        return bisection.crossings()
 
 
 def found_on(axes, model: Model, accuracy: float):
     places = np.stack(np.meshgrid(*(axis.values for axis in axes), indexing="ij"), axis=-1)
-    return crossings(axes, model.kinds(places), places[..., 0].copy(), model.look, accuracy)
+    kinds, numbers = model.kinds(places), places[..., 0].copy()
+    return model.bisect(Bisection(axes, kinds, numbers, accuracy))
 
 
 @pytest.fixture
@@ -47,7 +63,7 @@ def test_every_crossing_lies_on_the_border(axes: list[Axis]) -> None:
     assert (disc(found.low) == found.kinds[:, 0]).all()
     assert (disc(found.high) == found.kinds[:, 1]).all()
     np.testing.assert_array_equal(found.numbers, np.stack([found.low, found.high])[..., 0].T)
-    assert len({count for count, _ in model.calls}) == 1  # all edges at once
+    assert len(set(model.calls)) == 1  # all edges at once
     assert len(model.calls) == np.ceil(np.log2(1 / 7 / 1e-9))
 
 
@@ -70,7 +86,7 @@ def test_a_third_kind_splits_an_edge() -> None:
 def test_points_without_a_kind_make_no_edges() -> None:
     axes = [Axis(np.arange(4.0))]
     model = Model(lambda places: np.array([0, NO_KIND, 1, 0])[places[..., 0].astype(int)])
-    found = crossings(axes, np.array([0, NO_KIND, 1, 1]), np.zeros(4), model.look, 0.5)
+    found = model.bisect(Bisection(axes, np.array([0, NO_KIND, 1, 1]), np.zeros(4), 0.5))
     assert len(found) == 0
 
 
@@ -95,15 +111,19 @@ def test_a_geometric_axis_is_bisected_on_its_own_scale() -> None:
     assert len(model.calls) == np.ceil(np.log2(1 / 6 / 1e-7))
 
 
-def test_what_is_late_waits_for_the_rest_and_comes_out_the_same(axes: list[Axis]) -> None:
-    plain = found_on(axes, Model(), 1e-6)
-    model = Model(late=lambda places: places[:, 1] > 0.2)
-    found = found_on(axes, model, 1e-6)
-    both = [np.sort(each.places(axes).view("f8,f8"), axis=0) for each in (plain, found)]
-    np.testing.assert_array_equal(*both)
-    patient = [place for place, (_, is_patient) in enumerate(model.calls) if is_patient]
-    assert patient[0] > 3  # not before all others are done
-    assert model.calls[patient[0]][0] > 1
+@pytest.mark.parametrize("most", [1, 3, 7])
+def test_kinds_may_become_known_in_any_order(axes: list[Axis], most: int) -> None:
+    at_once, one_by_one = (found_on(axes, Model(most=n), 1e-6) for n in (None, most))
+    for field in fields(Crossings):
+        np.testing.assert_array_equal(*(getattr(f, field.name) for f in (at_once, one_by_one)))
+
+
+def test_it_is_known_how_many_kinds_are_left_to_be_found(axes: list[Axis]) -> None:
+    places = np.stack(np.meshgrid(*(axis.values for axis in axes), indexing="ij"), axis=-1)
+    model, bisection = Model(), Bisection(axes, disc(places), places[..., 0].copy(), 1e-6)
+    expected = bisection.left
+    model.bisect(bisection)
+    assert sum(model.calls) == expected == len(bisection)
 
 
 def test_a_bracket_is_never_narrower_than_floats_allow() -> None:
