@@ -66,7 +66,9 @@ def merge(
     from sweeps.engine.outcome import Outcome
 
     merged = merge_files(files, output, overwrite=overwrite, partial=partial)
-    outcome = Outcome(output, merged.statuses, merged.worst_error)
+    outcome = Outcome(
+        output, merged.statuses, merged.worst_error, statistical_error=merged.statistical_error
+    )
     print_summary(outcome)
     if merged.complete:
         say(f"{output} is complete, nothing to do")

@@ -58,13 +58,20 @@ def print_summary(outcome: Outcome) -> None:
         rate = outcome.computed / max(outcome.seconds, 1e-9)
         computed = "" if outcome.computed == outcome.points else f", {outcome.computed} computed"
         points += f"{computed} in {duration(outcome.seconds)} ({points_per_time(rate)})"
-    worst = outcome.worst_error
-    error = "" if math.isnan(worst) else f", largest amplitude error {worst:.1e}"
     left = int(outcome.statuses[Status.PENDING])
     pending = f", {left} pending" if left else ""
-    print(f"{points}, {outcome.failures} failed{pending}{error}")
+    print(f"{points}, {outcome.failures} failed{pending}{_errors(outcome)}")
     print_reasons(outcome.statuses)
     print_suspicions(outcome.suspicious)
+
+
+def _errors(outcome: Outcome) -> str:
+    """Return the largest errors; that of a mean over a window says nothing of the integration."""
+    worst, wandering = outcome.worst_error, int(outcome.statuses[Status.APERIODIC])
+    of_others = " of the others" if wandering else ""
+    largest = "" if math.isnan(worst) else f", largest amplitude error{of_others} {worst:.1e}"
+    means = f", {wandering} aperiodic with a statistical error of up to "
+    return (f"{means}{outcome.statistical_error:.1e}" if wandering else "") + largest
 
 
 def print_reasons(statuses: NDArray[np.int64]) -> None:

@@ -37,7 +37,7 @@ _NAMED = 8  # parts that a message lists
 class Merged(Written):
     """Summary of a merged file, and whether it was there already."""
 
-    complete: bool
+    complete: bool = False
 
 
 def merge(
@@ -61,7 +61,7 @@ def merge(
         if not outputs.finished:
             _write(target, sources, outputs, partial=partial)
         written = contents(output, target.chunks)
-        return Merged(written.statuses, written.worst_error, outputs.complete)
+        return Merged(**vars(written), complete=outputs.complete)
 
 
 def _write(

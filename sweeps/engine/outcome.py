@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,7 +29,8 @@ RESULT_BYTES = 1 << 17  # of its structure and of what lies beside it
 class Outcome:
     """The outcome of a sweep, or of a part of one.
 
-    `statuses` (128,) counts the points of each status, `computed` those that this run added.
+    `statuses` (128,) counts the points of each status, `computed` those that this run added;
+    `worst_error` and `statistical_error` are those of `Written`.
     `suspicious` counts points whose power balance, and whose stress, looks wrong without being
     impossible. `stopped` is the exit code where it ended early, with `reason`.
     """
@@ -43,6 +45,7 @@ class Outcome:
     stopped: Exit | None = None
     reason: str = ""
     part: Part | None = None
+    statistical_error: float = math.nan
 
     @property
     def points(self) -> int:

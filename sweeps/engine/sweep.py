@@ -139,7 +139,13 @@ def _ended(target: Target, output: Path, written: Written, missing: int) -> Outc
     """Return how a sweep ended that lacks so many of the points that are asked for."""
     statuses = written.statuses.copy()
     statuses[Status.PENDING] = missing
-    return Outcome(output, statuses, written.worst_error, part=target.part)
+    return Outcome(
+        output,
+        statuses,
+        written.worst_error,
+        part=target.part,
+        statistical_error=written.statistical_error,
+    )
 
 
 def _stopped(result: JournaledResult, recorder: Recorder, counts: Counts, stop: Stop) -> Outcome:

@@ -41,10 +41,15 @@ _MEMORY = "/dev/shm"
 
 @dataclass(frozen=True)
 class Written:
-    """Summary of a result file: number of points of each status (128,), and largest error."""
+    """Summary of a result file: number of points of each status (128,), and largest errors.
+
+    `statistical_error` is the largest of aperiodic points, whose amplitudes are means over a
+    window; `worst_error` is that of all others.
+    """
 
     statuses: NDArray[np.int64]
     worst_error: float
+    statistical_error: float = np.nan
 
 
 def write_result(
@@ -230,14 +235,17 @@ def read_rows(
 
 def contents(path: Path, chunks: Chunks) -> Written:
     """Return the summary of a result file, read chunk by chunk; raises StorageError."""
-    statuses, worst = np.zeros(STATUS_CODES, dtype=np.int64), np.nan
+    statuses, worst = np.zeros(STATUS_CODES, dtype=np.int64), np.full(2, np.nan)
     with storage_errors(f"cannot read {path}"), open_file(path) as file:
         whole_chunks(file)
         for number in range(len(chunks)):
             box = chunks.box(number)
-            statuses += status_counts(file["status"][box])
-            worst = np.fmax(worst, np.fmax.reduce(file["amplitude_error"][box].ravel()))
-    return Written(statuses, float(worst))
+            status, errors = (file[name][box].ravel() for name in ("status", "amplitude_error"))
+            statuses += status_counts(status)
+            never_close = status == Status.APERIODIC
+            for kind, points in enumerate((~never_close, never_close)):
+                worst[kind] = np.fmax.reduce(errors[points], initial=worst[kind])
+    return Written(statuses, *worst.tolist())
 
 
 def digests_of(path: Path, chunks: Chunks) -> list[str]:

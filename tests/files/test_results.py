@@ -145,6 +145,19 @@ def test_where_nothing_is_ok_there_is_no_worst_error(tmp_path: Path) -> None:
     assert open_result(tmp_path / "a.nc").status.values.tolist() == [127] * 4
 
 
+def test_the_error_of_a_mean_is_not_that_of_an_orbit(tmp_path: Path) -> None:
+    settings = from_mapping(SWEEPS["one axis"])
+    rows, error = numbered_rows(4), RESULT_COLUMNS.index("amplitude_error")
+    rows[:, STATUS] = [Status.OK, Status.APERIODIC, Status.APERIODIC, Status.OK]
+    rows[:, error] = [1e-8, 0.41, 0.03, 2e-7]
+    written = write(settings, rows, tmp_path / "a.nc")
+    assert (written.worst_error, written.statistical_error) == (2e-7, 0.41)
+    rows[:, STATUS] = Status.APERIODIC
+    written = write(settings, rows, tmp_path / "b.nc")
+    assert np.isnan(written.worst_error)
+    assert written.statistical_error == 0.41
+
+
 # --- what goes wrong ---
 
 

@@ -19,14 +19,14 @@ _FEWEST, _MOST = 64, 1024
 class Listed:
     """A list of points that grows; of a grid it has what tasks are made of, of `Blocks` the rest.
 
-    The next block is cut of those that wait, a share for each of so many `slots`.
+    A block is a share of all that are not finished, one for each of so many `slots`.
     """
 
     followed: ClassVar[None] = None
 
     def __init__(self, slots: int) -> None:
         self._points = np.empty((0, len(Parameters._fields)))
-        self._slots, self._begun = slots, 0
+        self._slots, self._begun, self._finished = slots, 0, 0
 
     def __len__(self) -> int:
         return len(self._points)
@@ -44,12 +44,14 @@ class Listed:
 
     def __next__(self) -> Indices:
         """Return the numbers of the next block; raises StopIteration while no points wait."""
-        first, waiting = self._begun, len(self) - self._begun
-        if not waiting:
+        first = self._begun
+        if first == len(self):
             raise StopIteration
-        share = min(max(-(-waiting // self._slots), _FEWEST), _MOST)
+        fair = -(-(len(self) - self._finished) // self._slots)
+        share = min(max(fair, _FEWEST), _MOST)
         self._begun = min(first + share, len(self))
         return np.arange(first, self._begun)
 
-    def learn(self, points: int, seconds: float) -> None:
-        """Nothing: the size of a block does not depend on what others cost."""
+    def learn(self, points: int, seconds: float) -> None:  # noqa: ARG002 - its shape
+        """Take note of a block that has come back."""
+        self._finished += points

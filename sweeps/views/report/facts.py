@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from stickslip.regime import Regime
+from stickslip.status import Status
 from stickslip.symbols import as_html
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.figures.colours import code_name, code_sentence
@@ -74,7 +75,10 @@ def largest_error(ds: xr.Dataset) -> str:
         return "No point states an error."
     number = int(np.nanargmax(errors))
     error = as_html(shown(xr.DataArray(float(f"{errors[number]:.1e}"))).value)
-    return f"The largest amplitude error is {error}, at {where_in_words(ds, number)}."
+    where = where_in_words(ds, number)
+    aperiodic = int(ds["status"].values.ravel()[number]) == Status.APERIODIC
+    kind = ", that of a mean over a motion that never closes" if aperiodic else ""
+    return f"The largest amplitude error is {error}, at {where}{kind}."
 
 
 def fixed_parameters(ds: xr.Dataset) -> str:
