@@ -6,6 +6,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
+from support.bisecting import Model
 
 from sweeps.views.boundaries.bisection import (
     NO_KIND,
@@ -23,26 +24,6 @@ def disc(places: Floats) -> Kinds:
     return ((places**2).sum(axis=-1) < CIRCLE).astype(np.int64)
 
 
-class Model:
-    """Kinds of places, and how many were asked for at a time, at most `most` of them."""
-
-    def __init__(self, kinds=disc, most: int | None = None) -> None:
-        self.kinds, self.most = kinds, most
-        self.calls: list[int] = []
-
-    def bisect(self, bisection: Bisection) -> Crossings:
-        """Answer until nothing is asked any more: the middles that wait, the last ones first."""
-        waiting = np.arange(len(bisection))
-        while len(waiting):
-            which, waiting = waiting[::-1][: self.most], waiting[::-1][self.most or len(waiting) :]
-            places, before = bisection.middles(0)[which], len(bisection)
-            self.calls.append(len(which))
-            bisection.take_in(which, self.kinds(places), places[:, 0].copy())
-            waiting = np.concatenate([waiting[::-1], np.arange(before, len(bisection))])
-        assert bisection.left == 0
-        return bisection.crossings()
-
-
 def found_on(axes, model: Model, accuracy: float):
     places = np.stack(np.meshgrid(*(axis.values for axis in axes), indexing="ij"), axis=-1)
     kinds, numbers = model.kinds(places), places[..., 0].copy()
@@ -55,7 +36,7 @@ def axes() -> list[Axis]:
 
 
 def test_every_crossing_lies_on_the_border(axes: list[Axis]) -> None:
-    model = Model()
+    model = Model(disc)
     found = found_on(axes, model, 1e-9)
     radii = (found.places(axes) ** 2).sum(axis=1)
     np.testing.assert_allclose(radii, CIRCLE, atol=1e-8)
@@ -68,7 +49,7 @@ def test_every_crossing_lies_on_the_border(axes: list[Axis]) -> None:
 
 
 def test_one_of_the_coordinates_is_that_of_the_grid(axes: list[Axis]) -> None:
-    found = found_on(axes, Model(), 1e-9)
+    found = found_on(axes, Model(disc), 1e-9)
     for axis, place in zip(found.axis, found.places(axes), strict=True):
         other = 1 - axis
         assert place[other] in axes[other].values
@@ -113,14 +94,14 @@ def test_a_geometric_axis_is_bisected_on_its_own_scale() -> None:
 
 @pytest.mark.parametrize("most", [1, 3, 7])
 def test_kinds_may_become_known_in_any_order(axes: list[Axis], most: int) -> None:
-    at_once, one_by_one = (found_on(axes, Model(most=n), 1e-6) for n in (None, most))
+    at_once, one_by_one = (found_on(axes, Model(disc, n), 1e-6) for n in (None, most))
     for field in fields(Crossings):
         np.testing.assert_array_equal(*(getattr(f, field.name) for f in (at_once, one_by_one)))
 
 
 def test_it_is_known_how_many_kinds_are_left_to_be_found(axes: list[Axis]) -> None:
     places = np.stack(np.meshgrid(*(axis.values for axis in axes), indexing="ij"), axis=-1)
-    model, bisection = Model(), Bisection(axes, disc(places), places[..., 0].copy(), 1e-6)
+    model, bisection = Model(disc), Bisection(axes, disc(places), places[..., 0].copy(), 1e-6)
     expected = bisection.left
     model.bisect(bisection)
     assert sum(model.calls) == expected == len(bisection)

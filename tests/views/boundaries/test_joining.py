@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from support.bisecting import Model
 
-from sweeps.views.boundaries.bisection import NO_KIND, Axis, Crossings, Floats, Kinds, crossings
+from sweeps.views.boundaries.bisection import NO_KIND, Axis, Bisection, Crossings, Floats, Kinds
 from sweeps.views.boundaries.joining import Line, Rims
 
 Shape = Callable[[Floats], Kinds]
@@ -19,10 +20,7 @@ def joined(shape: Shape, size: int = 9, kinds: Kinds | None = None):
     grid = np.stack(np.meshgrid(*(axis.values for axis in axes), indexing="ij"), axis=-1)
     kinds = shape(grid) if kinds is None else kinds
 
-    def look(places: Floats, patient: bool) -> tuple[Kinds, Floats]:
-        return shape(places), places[:, 0]
-
-    found = crossings(axes, kinds, grid[..., 0].copy(), look, 1e-9)
+    found = Model(shape).bisect(Bisection(axes, kinds, grid[..., 0].copy(), 1e-9))
     places = found.places(axes)
     rims = rims_of(kinds, found, places)
     doubtful = rims.doubtful()
@@ -90,11 +88,11 @@ def test_the_centre_decides_a_saddle(centre: int) -> None:
     kinds = np.array([[0, 1], [1, 0]])
     axes = [Axis(np.array([0.0, 1.0]))] * 2
 
-    def look(places: Floats, patient: bool) -> tuple[Kinds, Floats]:
+    def band(places: Floats) -> Kinds:
         total = places.sum(axis=1)
-        return ((total > 0.5) & (total < 1.5)).astype(np.int64), total
+        return ((total > 0.5) & (total < 1.5)).astype(np.int64)
 
-    found = crossings(axes, kinds, np.zeros((2, 2)), look, 1e-6)
+    found = Model(band).bisect(Bisection(axes, kinds, np.zeros((2, 2)), 1e-6))
     rims = rims_of(kinds, found, found.places(axes))
     assert rims.doubtful() == [(0, 0)]
     lines, meetings = rims.lines({(0, 0): centre})

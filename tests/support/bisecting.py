@@ -1,0 +1,30 @@
+"""What tests of borders share: shapes whose kinds are known at every place, bisected."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from sweeps.views.boundaries.bisection import Bisection, Crossings, Floats, Kinds
+
+
+class Model:
+    """Kinds of places, and how many were asked for at a time, at most `most` of them."""
+
+    def __init__(self, kinds: Callable[[Floats], Kinds], most: int | None = None) -> None:
+        self.kinds, self.most = kinds, most
+        self.calls: list[int] = []
+
+    def bisect(self, bisection: Bisection) -> Crossings:
+        """Answer until nothing is asked any more, the middles that came last before the others."""
+        waiting = np.arange(len(bisection))
+        while len(waiting):
+            count = self.most or len(waiting)
+            waiting, which = waiting[:-count], waiting[-count:]
+            places, before = bisection.middles(0)[which], len(bisection)
+            self.calls.append(len(which))
+            bisection.take_in(which, self.kinds(places), places[:, 0].copy())
+            waiting = np.concatenate([waiting, np.arange(before, len(bisection))])
+        assert bisection.left == 0
+        return bisection.crossings()
