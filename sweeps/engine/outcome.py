@@ -20,10 +20,6 @@ from sweeps.files.journal import Journal
 from sweeps.files.results import Written, try_writing, write_result
 from sweeps.files.run_folder import RunFolder
 
-# Bytes a point: 8 for each float and 4 for each count, less what compression gains.
-RESULT_BYTES_PER_POINT = 90
-RESULT_BYTES = 1 << 17  # of its structure and of what lies beside it
-
 
 @dataclass(frozen=True)
 class Outcome:

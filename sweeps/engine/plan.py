@@ -21,12 +21,12 @@ from sweeps.engine.existing import Target
 from sweeps.engine.order.part import Part
 from sweeps.engine.order.product import PILOT_BLOCKS, Costs, pilot_blocks, pilot_points
 from sweeps.engine.order.refine import refinement_of
-from sweeps.engine.outcome import RESULT_BYTES_PER_POINT
 from sweeps.engine.progress import SILENT, Compiling
 from sweeps.engine.resume import intention
 from sweeps.engine.settings import options_of
 from sweeps.engine.signals import Stop
 from sweeps.files.journal import BYTES_PER_POINT
+from sweeps.files.results import RESULT_BYTES_PER_POINT
 from sweeps.grid import Grid
 
 _FEW = 16  # points of a block of the first pilot

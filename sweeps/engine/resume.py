@@ -26,12 +26,11 @@ from sweeps.engine.existing import (
 )
 from sweeps.engine.order.follow import lines_of
 from sweeps.engine.order.part import Part
-from sweeps.engine.outcome import RESULT_BYTES, RESULT_BYTES_PER_POINT
 from sweeps.files.atomic import StorageError, fingerprint, refuse_odd_output, storage_errors
 from sweeps.files.attributes import now
 from sweeps.files.columns import failures
 from sweeps.files.journal import BYTES_PER_POINT, Journal, Manifest, readable_manifest
-from sweeps.files.results import Written, contents
+from sweeps.files.results import RESULT_BYTES, RESULT_BYTES_PER_POINT, Written, contents
 from sweeps.files.run_folder import RunFolder
 from sweeps.human import counted, reason, size_text
 

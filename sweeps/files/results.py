@@ -33,6 +33,10 @@ from sweeps.grid import CASE, DIRECTION, Grid
 # Level 1 takes half the time of level 4; files are a few percent larger, as mantissas are noise.
 _COMPRESSION: Mapping[str, Any] = {"compression": "zlib", "complevel": 1, "shuffle": True}
 
+# Bytes a point: 8 for each float and 4 for each count, less what compression gains.
+RESULT_BYTES_PER_POINT = 90
+RESULT_BYTES = 1 << 17  # of its structure and of what lies beside it
+
 # If the disk fails while the HDF5 library has a file open, the library crashes the process: files
 # up to this size are made and read in memory. A folder there, on systems that have one.
 _LARGE = 1 << 25

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from support.sweeps.watching import Clock, advanced, block_of, found, task
 
@@ -173,3 +175,21 @@ def test_tasks_that_are_given_up_are_forgotten(clock: Clock) -> None:
         in_flight.begin(each)
     assert in_flight.clear() == tasks
     assert (in_flight.points, in_flight.clear()) == (0, [])
+
+
+def test_a_stop_waits_for_what_has_a_limit_and_gives_up_the_rest(clock: Clock) -> None:
+    flying = InFlight()
+    assert flying.at_a_stop() == ""
+    flying.begin(replace(task(0, 10), patience=64))
+    clock.now += 6.0
+    assert flying.at_a_stop() == "finishing 10 points in flight, the oldest for 0:06"
+    flying.begin(task(20, 1))
+    assert flying.at_a_stop() == (
+        "finishing 10 points in flight, the oldest for 0:06; giving up 1 point that may take "
+        "minutes, for the next run"
+    )
+    flying.end(block_of(replace(task(0, 10), patience=64)))
+    assert flying.at_a_stop() == "giving up 1 point that may take minutes, for the next run"
+    flying.clear()
+    flying.begin(replace(task(0, 10), line=5))  # lines that are followed are ordinary blocks
+    assert flying.at_a_stop() == "finishing 10 points in flight"

@@ -1,12 +1,19 @@
-"""Points that take far longer than most: left out of blocks, and computed together."""
+"""Points that take far longer than most: left out of blocks, computed together, not waited for."""
 
 from __future__ import annotations
 
+import os
+import re
+import signal
+import threading
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from support.marks import one_then
+from support.sweeps.processes import HANGS, default_signals
+from support.sweeps.sweeping import Shell, hash_at_once, hash_of
 
 from stickslip import Status
 from stickslip.options import Options
@@ -17,7 +24,7 @@ from sweeps.config.load import from_mapping
 from sweeps.engine.executors import worker
 from sweeps.engine.order.stragglers import Stragglers
 from sweeps.files.columns import STATUS
-from sweeps.files.datasets import content_hash
+from sweeps.files.datasets import content_hash, open_result
 from sweeps.grid import Grid
 
 # Of these points some wander for hundreds of periods, and two never close.
@@ -27,6 +34,14 @@ ODD = {
     "integrator": {"rtol": 1e-4},
     "stationary": {"rtol": 1e-4, "window": 40},
 }
+
+A_YAML = """\
+model: {k: 22802, K: 2349.9, T: 205.9}
+sweep: {omega: {linspace: [34, 37], num: 7}}
+integrator: {rtol: 1e-4}
+stationary: {rtol: 1e-4, window: 40}
+output: a.nc
+"""
 
 
 def rows_with(*statuses: Status) -> np.ndarray:
@@ -60,13 +75,18 @@ def test_as_many_go_together_as_take_ten_seconds(seconds_per_point: float, toget
     assert len(group) == together
 
 
-@pytest.mark.parametrize("slots", [1, 2, 5])
-def test_the_rest_is_shared_out(slots: int) -> None:
+@pytest.mark.parametrize(
+    ("waiting", "slots", "sizes"),
+    [(11, 5, [11]), (94, 2, [94]), (130, 2, [65, 65]), (300, 5, [75, 75, 75, 75]), (3000, 1, 3)],
+)
+def test_the_rest_is_shared_out_so_that_lanes_are_busy(
+    waiting: int, slots: int, sizes: list[int] | int
+) -> None:
     stragglers = Stragglers()
-    stragglers.finished(np.arange(11), rows_with(*[Status.PENDING] * 11))
+    stragglers.finished(np.arange(waiting), rows_with(*[Status.PENDING] * waiting))
     parts = stragglers.rest(slots)
-    assert sorted(np.concatenate(parts)) == list(range(11))
-    assert len(parts) <= slots
+    assert sorted(np.concatenate(parts)) == list(range(waiting))
+    assert sizes in ([len(part) for part in parts], len(parts))
 
 
 def test_where_many_are_late_nobody_is_left_out() -> None:
@@ -109,3 +129,33 @@ def test_a_sweep_computes_them_together(
     if execution.get("backend") != "loky":  # whose workers are not watched
         assert 0 in given
         assert max(given) > 0
+
+
+def test_a_stop_waits_for_no_late_points_and_the_next_run_computes_them(
+    shell: Shell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hanging = threading.Event()
+
+    def watched(points: np.ndarray, options: Options, patience: int) -> Any:
+        if not patience and not hanging.is_set():
+            os.kill(os.getpid(), signal.SIGTERM)
+            hanging.wait(HANGS)
+        return compute_orbits(points, options, patience=patience)
+
+    with monkeypatch.context() as patch, default_signals():
+        patch.setattr(worker, "compute_orbits", watched)
+        code, _, err = shell("sweep", "a.yaml")
+        hanging.set()
+    assert code == 4
+    late = re.search(r"SIGTERM: giving up (\d) points? that may take minutes, for the next", err)
+    assert late is not None
+    assert f"Stopped: SIGTERM. {7 - int(late[1])} of 7 points are kept in a.nc.run" in err
+    code, out, err = shell("sweep", "a.yaml")
+    assert code == 0
+    assert f"7 points: {7 - int(late[1])} in its journal; {late[1]} to compute\n" in err
+    assert hash_of("a.nc") == hash_at_once("a.yaml")
+    ds = open_result(Path("a.nc"))
+    wanders = ds.status == Status.APERIODIC
+    mean, orbit = (float(ds.amplitude_error.where(some).max()) for some in (wanders, ~wanders))
+    told = f"{int(wanders.sum())} aperiodic with a statistical error of up to {mean:.1e}"
+    assert f", 0 failed, {told}, largest amplitude error of the others {orbit:.1e}\n" in out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,13 @@ import xarray as xr
 from stickslip import Parameters, Status, stationary_orbit
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
+from stickslip.regime import Regime
 from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
+from sweeps.engine.executors import threads
+from sweeps.engine.executors.worker import Block, Task, compute_block
+from sweeps.engine.progress import Display, Scene
+from sweeps.views import boundaries as boundaries_module
 from sweeps.views.boundaries import BoundaryError
 from sweeps.views.boundaries.table import types_of
 
@@ -25,6 +31,14 @@ SMALL = LOOSE | {
         "T": {"linspace": [230, 300], "num": 8},
         "omega": {"linspace": [20, 60], "num": 7},
     }
+}
+
+# Of these points two never close.
+ODD = {
+    "model": {"k": 22802, "K": 2349.9, "T": 205.9},
+    "sweep": {"omega": {"linspace": [34, 37], "num": 7}},
+    "integrator": {"rtol": 1e-4},
+    "stationary": {"rtol": 1e-4, "window": 40},
 }
 
 
@@ -117,6 +131,49 @@ def test_the_order_of_axes_and_the_number_of_workers_change_no_border(
 ) -> None:
     turned = small.isel(temperature=slice(None, None, -1))
     xr.testing.assert_equal(turned.stickslip.boundaries(1e-4, workers=1), borders)
+
+
+def test_of_a_motion_that_never_closes_the_kind_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A window of any length is for statistics; late points wait until nothing else is to do."""
+    begun: list[Task] = []
+
+    def watched(task: Task) -> Block:
+        begun.append(task)
+        return compute_block(task)
+
+    ds = run(ODD)
+    assert (ds.regime == Regime.APERIODIC).any()
+    expected = ds.stickslip.boundaries(1e-3)
+    monkeypatch.setattr(threads, "compute_block", watched)
+    ds.attrs["config"] = ds.attrs["config"].replace("window: 40", "window: 100000")
+    found = ds.stickslip.boundaries(1e-3)
+    xr.testing.assert_equal(found, expected)
+    assert Regime.APERIODIC in found.kind_right
+    assert {task.options.window for task in begun} == {20}
+    late = next(place for place, task in enumerate(begun) if task.is_unlimited)
+    assert late > 1
+    assert found.attrs["computed_points"] == expected.attrs["computed_points"]
+
+
+def test_it_is_told_how_many_points_are_known_to_follow(
+    line: xr.Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenes: list[Scene] = []
+
+    def shown(scene: Scene, *, wanted: bool) -> Display:
+        assert wanted
+        scenes.append(scene)
+        return Display()
+
+    monkeypatch.setattr(boundaries_module, "display_of", shown)
+    found = boundaries_module.boundaries(line, 1e-3, progress=True)
+    (scene,) = scenes
+    done = found.attrs["computed_points"]
+    assert done == str(scene.done) == str(scene.goal)
+    assert re.fullmatch(
+        f"bisecting: {done} of about {done} points, \\d+:\\d+ elapsed", scene.headline
+    )
+    assert scene.outlook == ""
 
 
 def test_points_without_a_result_make_no_borders(line: xr.Dataset) -> None:
