@@ -56,9 +56,9 @@ class PreparedJournal:
 class Decision:
     """What a sweep does with what is there: decided by reading alone, nothing is changed yet.
 
-    Where `complete` holds something, the output is exactly what is asked for. Otherwise a journal
-    that begins with this `manifest` is continued or, without one, a journal is begun with the
-    points of the `sources`, `afresh` if it is to replace the output whatever that holds.
+    A journal that begins with this `manifest` is continued or, without one, a journal is begun with
+    the points of the `sources`, `afresh` if it is to replace the output whatever that holds. Where
+    `complete` holds something, the output is exactly what is asked for, and no journal is needed.
     """
 
     manifest: Manifest | None = None
@@ -125,9 +125,8 @@ def decide(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Decisio
     """
     if not (folder.output.exists() or folder.journal.exists()):
         require_room(folder, target.points, target.points)  # before they take memory
-    complete = _complete_already(target, folder, policy)
-    if complete is not None:
-        return Decision(complete=complete)
+    if (complete := _complete_already(target, folder, policy)) is not None:
+        return complete
     manifest = _manifest(folder, policy)
     if manifest and not policy.overwrite:
         _refuse_another_part(manifest, target, folder.output)
@@ -181,8 +180,8 @@ def named_after(output: Path) -> Iterator[None]:
         ) from error
 
 
-def _complete_already(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Written | None:
-    """Return what the output holds where that is exactly what is asked for, else None.
+def _complete_already(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Decision | None:
+    """Return the decision where the output holds exactly what is asked for, else None.
 
     Raises StorageError if it cannot be read; where it does not fit, `decide` says so.
     """
@@ -195,7 +194,9 @@ def _complete_already(target: Target, folder: RunFolder, policy: ExistingPolicy)
         return None
     written = contents(output, target.chunks)
     pending = _lacks_needed(found, written, target)
-    return None if pending or (policy.retry_failed and failures(written.statuses)) else written
+    if pending or (policy.retry_failed and failures(written.statuses)):
+        return None
+    return Decision(sources=(found,), complete=written)
 
 
 def _lacks_needed(found: ExistingPoints, written: Written, target: Target) -> bool:
