@@ -62,8 +62,9 @@ def test_a_point_is_told_with_regime_and_status():
 
 
 def test_energy_and_observables_are_told_with_their_units():
-    told = words(summary_html(compute(opened({"observables": ["harmonics"]}), silent)))
-    orbit = compute(opened(), silent).orbit
+    motion = compute(opened({"observables": ["harmonics"]}), silent)
+    orbit, told = motion.orbit, words(summary_html(motion))
+    assert isinstance(orbit, Orbit)
     assert f"energy dissipated per period {1e9 * orbit.dissipated_energy:#.3g} ± " in told
     assert told.count(" ± ") == 3
     errors = re.findall(r"± (\d\.\d) × 10 − ?(\d+) (nJ|mN)", told)
