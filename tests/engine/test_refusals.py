@@ -70,7 +70,7 @@ def of_another_user(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 PULL = "simulation: {drive: {velocity: 2e-6}, duration: 3}\n"
-LOST = "a.nc has 1 finished points that the config no longer names"
+LOST = "a.nc has 1 finished point that the config no longer names"
 
 REFUSED: dict[str, tuple[Callable[[pytest.MonkeyPatch], object], int, str]] = {
     # the config
@@ -127,13 +127,13 @@ REFUSED: dict[str, tuple[Callable[[pytest.MonkeyPatch], object], int, str]] = {
     "a broken seal": (
         lambda _: edited(lambda f: f["friction_force_amplitude"].__setitem__(0, 1.0)),
         5,
-        "a.nc is damaged, or was changed",
+        "a.nc is not as stickslip wrote it",
     ),
     # what an unfinished sweep has left
     "a journal of lost points": (
         lambda _: replaced(lambda: journal_of(TWO.replace("200", "210") + OUTPUT)),
         2,
-        "the journal in a.nc.run has 1 finished points that the config no longer names",
+        "the journal in a.nc.run has 1 finished point that the config no longer names",
     ),
     "a journal of other settings": (
         lambda _: replaced(lambda: journal_of(TWO)),
