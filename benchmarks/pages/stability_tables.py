@@ -88,7 +88,6 @@ def verdicts(
     fixed_step: Results,
     extremes: Results,
     acceleration: Results,
-    freezing: Results,
     watched: Results,
     long_run: Results,
 ) -> list[Row]:
@@ -113,7 +112,6 @@ def verdicts(
         *_extremes(extremes),
         *_jumps("random starts", acceleration),
         *_jumps("films with several orbits", acceleration["several"]),
-        *_freezing(freezing),
         *_watched(watched),
         *_drifts(long_run),
     ]
@@ -139,21 +137,6 @@ def _extremes(found: Results) -> Lines:
     sample = found["sample"]
     held = f"{100 * sample['held']:.1f} % of {sample['compared']}, {len(sample['wrong'])}"
     yield "... within what was stated at a hundredth of the tolerance; far off", held
-
-
-def _freezing(found: Results) -> Lines:
-    for key, kind in (("late", "started off rest"), ("rest", "from rest")):
-        row = found[key]
-        what = f"{row['points']} weakly damped films near resonance, {kind}"
-        fewer = f"{row['periods_plain'] / row['periods']:.2g} times fewer periods"
-        yield (
-            f"{what}: not on the orbit of plain iteration",
-            f"{len(row['wrong'])} of {row['compared']}, {fewer}",
-        )
-    short = found["short"]
-    for row in short["steps"]:
-        value = f"{row['missed']} of {row['compared']}, and {row['missed_near']} near the limit"
-        yield f"{short['points']} short passages: freezing missed at {row['rtol']:.0e}", value
 
 
 def _jumps(kind: str, found: Results) -> Lines:
