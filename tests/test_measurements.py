@@ -44,6 +44,14 @@ def test_a_file_is_read_with_its_errors(tmp_path: Path) -> None:
     assert not data.relative
 
 
+@pytest.mark.parametrize("name", ["dissipated_energy", "W", "friction_force_in_phase", "F'"])
+def test_an_error_of_what_states_one_itself_is_that_of_the_measurement(name: str) -> None:
+    data = read_data({"T": [200, 250], name: [3e-9, 2e-9], f"{name}_error": [1e-10, 2e-10]})
+    assert len(set(data.variable)) == 1
+    np.testing.assert_array_equal(data.value, [3e-9, 2e-9])
+    np.testing.assert_array_equal(data.error, [1e-10, 2e-10])
+
+
 def test_without_errors_they_are_relative() -> None:
     table = {"omega": [10, 20], "F_max": [3e-3, 2e-3], "elastic_stress_amplitude": [1e6, np.nan]}
     data = read_data(pd.DataFrame(table))

@@ -166,6 +166,27 @@ def test_between_the_points_values_are_multilinear_and_errors_those_of_the_middl
     assert (rows[between, COLUMN["orbit_periods"]] == 1).all()
 
 
+def test_an_interpolated_work_is_as_uncertain_as_its_corners_differ() -> None:
+    grid = grid_of()
+
+    def curved(T: np.ndarray, omega: np.ndarray) -> dict[str, np.ndarray]:
+        return {
+            "dissipated_energy": 1e-9 * np.sqrt(T - 199.0),
+            "dissipated_energy_error": np.where(T < 230, 1e-15, 3e-12),
+        }
+
+    full = made(grid, curved)
+    computed, rows = refined(grid, full, BOTH)
+    work, error = COLUMN["dissipated_energy"], COLUMN["dissipated_energy_error"]
+    between = ~computed.ravel()
+    away = np.abs(rows[:, work] - full[:, work])
+    assert (away <= rows[:, error])[between].all()
+    assert away[between].max() > 1e-10  # nowhere near what the corners state
+    np.testing.assert_array_equal(rows[~between, error], full[~between, error])
+    edge = grid.points(0, grid.size)[:, 0] == 264.0
+    assert rows[edge & between, error].min() >= 3e-12
+
+
 def test_an_orbit_and_its_mirror_image_are_not_averaged() -> None:
     grid = grid_of()
     lean = np.random.default_rng(1).choice([-1, 1], grid.size)
