@@ -53,7 +53,7 @@ def test_a_disk_without_room_is_told_before_anything_is_computed(
     monkeypatch.setattr(worker, "compute_orbits", lambda *_, **__: pytest.fail("computed"))
     monkeypatch.setattr(Target, "needed", property(lambda _: pytest.fail("took memory")))
     with pytest.raises(
-        StorageError, match=r"has 1000 bytes left, but the sweep of 40 points may need 139\.6 KiB"
+        StorageError, match=r"has 1000 bytes left, but the sweep of 40 points may need 140\.6 KiB"
     ):
         swept(tmp_path / "a.nc")
 
