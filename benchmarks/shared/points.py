@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.model.drive import full_forces
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
@@ -122,12 +123,11 @@ def same_counts(results: np.ndarray, reference: np.ndarray) -> np.ndarray:
 def amplitude_errors(points: np.ndarray, found: np.ndarray, exact: np.ndarray) -> np.ndarray:
     """Return errors of the amplitudes of stress and force (n, 2), as `amplitude_error` counts them.
 
-    Relative to the amplitude, or to 1 % of max(2K, M omega^2)|X_m| (over A for the stress) where
-    that is more. The first two columns of `found` and `exact` are the amplitudes.
+    Relative to the amplitude, or to 1 % of max(2K, M omega^2)|X_m|, summed over the harmonics (over
+    A for the stress), where that is more. The first two columns of `found` and `exact` are the
+    amplitudes.
     """
-    inertia = parameter(points, "block_mass") * parameter(points, "angular_frequency") ** 2
-    force = _FLOOR * np.maximum(2.0 * parameter(points, "spring_stiffness"), inertia)
-    force = force * np.abs(parameter(points, "drive_amplitude"))
+    force = _FLOOR * full_forces(points)
     floors = np.column_stack([force / parameter(points, "contact_area"), force])
     return np.abs(found[:, :2] - exact[:, :2]) / np.maximum(exact[:, :2], floors)
 

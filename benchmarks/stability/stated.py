@@ -1,4 +1,4 @@
-"""Is the stated error a bound, and how far is it from the error? Three boxes of films.
+"""Is the stated error a bound, and how far is it from the error? Five boxes of films.
 
 Against the same program at 1e-10, by kind of motion and of film. A film that is locked is also
 known in closed form: its force is |2K - M omega^2| |X_m|.
@@ -33,6 +33,7 @@ _BALANCED = 1e-6  # a force that agrees with the closed form so well is a locked
 _MELTS_AT_REST = 298.18885  # [K], Eq. 17 with the paper's values
 _IN_CLOSED_FORM = "locked, in closed form"
 
+Range = tuple[str, float, float]
 Kinds = Callable[[np.ndarray, np.ndarray], dict[str, np.ndarray]]
 
 
@@ -92,6 +93,38 @@ def near_resonance(count: int) -> np.ndarray:
     return points
 
 
+def wide(count: int, seed: int = 4902, **more: Range) -> np.ndarray:
+    """Return films (count, parameters) whose material and geometry vary over decades."""
+    return box_points(
+        count,
+        seed,
+        temperature=("linear", 100, 400),
+        viscosity_coefficient=("log", 1e3, 1e6),
+        spring_stiffness=("log", 100, 5e4),
+        angular_frequency=("log", 1, 100),
+        rheological_index=("linear", -0.8, 1),
+        drive_amplitude=("log", 1e-7, 3e-6),
+        block_mass=("log", 0.05, 5),
+        film_thickness=("log", 3e-10, 1e-8),
+        strain_relaxation_time=("log", 1e-9, 3e-8),
+        contact_area=("log", 1e-10, 1e-8),
+        thermal_coefficient=("log", 0.3, 3),
+        critical_temperature=("linear", 250, 330),
+        elastic_coefficient=("log", 1e12, 4e13),
+        cubic_coefficient=("log", 70, 1000),
+        quartic_coefficient=("log", 300, 3000),
+        **more,
+    )
+
+
+def wide_with_harmonics(count: int) -> np.ndarray:
+    """Return such films (count, parameters) under a drive with strong harmonics."""
+    harmonics: dict[str, Range] = {
+        name: ("linear", -1, 1) for name in ("third_harmonic", "fifth_harmonic")
+    }
+    return wide(count, 4903, **harmonics)
+
+
 def _by_motion_and_fluid(points: np.ndarray, exact: np.ndarray) -> dict[str, np.ndarray]:
     melts, liquid = (column(exact, "melting_count") > 0), column(exact, "regime") == Regime.LIQUID
     gamma = parameter(points, "rheological_index")
@@ -118,6 +151,10 @@ def _by_phase(points: np.ndarray, exact: np.ndarray) -> dict[str, np.ndarray]:
 BOXES = {
     "everywhere": Box(everywhere, 2400, (1e-4, 1e-6), 2000, _by_motion_and_fluid),
     "thin": Box(thin, 3000, (1e-4, 1e-6, 1e-8), 2000, _by_balance),
+    "wide": Box(wide, 1500, (1e-4, 1e-6), 1000, _by_motion_and_fluid),
+    "wide, harmonics": Box(
+        wide_with_harmonics, 1500, (1e-4, 1e-6), 1000, _by_motion_and_fluid
+    ),
     "near resonance": Box(near_resonance, 600, (1e-4, 1e-6), 1000, _by_phase),
 }
 

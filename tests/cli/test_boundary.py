@@ -72,7 +72,7 @@ def test_the_command_prints_the_borders_of_an_axis(
     write_dataset(line.expand_dims(spring_stiffness=[3000.0]), tmp_path / "line.nc")
     done = command("boundary", "line.nc", "--at", "omega=20", "-o", "a.nc")
     assert done.code == 2  # a single point is left
-    done = command("boundary", "line.nc", "--accuracy", "1e-4", "-o", "a.csv")
+    done = command("boundary", "line.nc", "--accuracy", "1e-5", "-o", "a.csv")
     assert done.code == 0, done.err
     assert "rad s-1: stick_slip_asymmetric | stick_slip_symmetric, fold" in done.out
     part = line.sel(angular_frequency=slice(50, 60))

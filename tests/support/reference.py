@@ -149,3 +149,32 @@ def work_of_a_period(p: Parameters, start: np.ndarray, rtol: float = 1e-9) -> tu
         raise RuntimeError(solution.message)
     end = solution.y[:, -1]
     return float(end[3] * energy), float(np.abs(end - begin)[:3].max())
+
+
+def map_of_displacements(p: Parameters, state: np.ndarray, size: float) -> np.ndarray:
+    """The map (3, 3) of small displacements of (x, v, ln phi) over a drive period.
+
+    By central differences from a state on an orbit; `size` in units of X_m, X_m omega and 0.01.
+    """
+    from scipy.integrate import solve_ivp
+
+    X_m, period = abs(p.drive_amplitude), 2 * math.pi / p.angular_frequency
+    units = np.array([X_m, X_m * p.angular_frequency, 100.0])
+
+    def end(start: np.ndarray) -> np.ndarray:
+        solution = solve_ivp(
+            right_hand_side,
+            (0.0, period),
+            start,
+            "LSODA",
+            t_eval=[period],
+            args=(p,),
+            rtol=1e-11,
+            atol=1e-11 * units * [1.0, 1.0, 0.01],
+        )
+        return np.asarray(solution.y[:, -1])
+
+    columns = [
+        (end(state + step) - end(state - step)) / (2.0 * size) for step in np.diag(size * units)
+    ]
+    return np.stack(columns, axis=1) / units[:, None]

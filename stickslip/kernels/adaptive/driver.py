@@ -25,6 +25,7 @@ from stickslip.kernels.adaptive.passes import (
     SETTLE,
     TIGHTEST,
     TRAVEL,
+    VARY,
     Pass,
     Queue,
     new_lanes,
@@ -104,8 +105,8 @@ def orbits(
 
     Three passes: one to the orbit, at `rtol` and finally a tenth of it, and one over the orbit at
     each of these tolerances. The finer measurement is reported; the difference gives its error.
-    Slightly displaced copies show how strongly the orbit attracts, and how an offset from it
-    affects the measurement; if that is too much, the measurement is repeated from nearer to the
+    Small displacements carried along show how strongly the orbit attracts, and how an offset from
+    it affects the measurement; if that is too much, the measurement is repeated from nearer to the
     orbit. Motions that approach no orbit are watched over a window instead.
 
     Parameters
@@ -198,7 +199,7 @@ def _measure(points: np.ndarray, queue: Queue, options: Options, *, again: bool 
     settings, physics, finer = options.settings(), options.physics, _finer(options)
     components = model_of(physics).components
     begins = queue.states.copy()
-    work_through(queue, _measuring(finer, options), physics)
+    work_through(queue, _measuring(finer, options)._replace(mode=VARY), physics)
     coarse = part_of(queue, np.arange(len(points)))
     measuring = _measuring(settings.rtol, options)
     if again:
@@ -206,7 +207,7 @@ def _measure(points: np.ndarray, queue: Queue, options: Options, *, again: bool 
     began = coarse.states.copy()
     work_through(coarse, measuring, physics)
     queue.counts[:, [ATTEMPTED, OUTCOME]] = coarse.counts[:, [ATTEMPTED, OUTCOME]]
-    near = tangents.neighbours_of(queue, began, coarse, settings.rtol, physics)
+    near = tangents.neighbours_of(queue, begins, finer, physics)
     begun, ended, others_begun, others_ended = (
         tangents.floored(states, components)
         for states in (begins, queue.states, began, coarse.states)

@@ -19,6 +19,13 @@ from stickslip.compiled.simd import LANES
 from stickslip.kernels.adaptive import recording
 from stickslip.kernels.adaptive.recording import ROOM, SLOTS, get, put, stream_begin
 from stickslip.kernels.adaptive.states import StateFunctions, state_functions
+from stickslip.kernels.adaptive.variations import (
+    Variations,
+    columns_begin,
+    make_variations,
+    room_of,
+    stored_of,
+)
 from stickslip.kernels.families import Family
 from stickslip.kernels.problem import Problem, problem_functions, problem_of, rounding_speed
 from stickslip.kernels.streams import STREAM
@@ -44,9 +51,10 @@ from stickslip.status import Status
 
 NOT_STATIONARY, APERIODIC = int(Status.NOT_STATIONARY), int(Status.APERIODIC)
 
-TRAVEL, SETTLE, MEASURE = 0, 1, 2
+TRAVEL, SETTLE, MEASURE, VARY = range(4)
 """Kinds of passes through a queue: a given number of half periods; as many as it takes to reach the
-stationary orbit; a given number with a record."""
+stationary orbit; a given number with a record; the same, and how small displacements of the first
+state move the motion and its extrema."""
 
 REFINEMENT = 0.1
 """The finer tolerance of the search, and of the measurement, as a fraction of the coarser one."""
@@ -88,8 +96,8 @@ class Queue(NamedTuple):
 
     `points` (n, reduced parameters), as `Reduced`, followed by a stream of random numbers if the
     noise is stochastic. In and out: `states` (n, width + 1), the state in the point's own units and
-    the next step, and `counts` (n, COUNT_COLUMNS). Out: `measured` (n, RECORD) and `ratios` (n,),
-    the contraction of the orbit.
+    the next step, and `counts` (n, COUNT_COLUMNS). Out: `measured` (n, RECORD); `ratios` (n,), the
+    contraction of the orbit; `varied` (n, `variations.stored_of(width)`).
     """
 
     points: np.ndarray
@@ -97,6 +105,7 @@ class Queue(NamedTuple):
     counts: np.ndarray
     measured: np.ndarray
     ratios: np.ndarray
+    varied: np.ndarray
 
 
 class Lanes(NamedTuple):
@@ -118,7 +127,7 @@ def new_lanes(width: int) -> Lanes:
     """Return lanes that have not begun, for states of this many components."""
     return Lanes(
         # Not compiled: that would take half a second for a single call.
-        values=aligned.py_func((stream_begin(width) + STREAM) * LANES),
+        values=aligned.py_func((columns_begin(width) + room_of(width)) * LANES),
         rows=np.full(LANES, -1, np.int64),
         halves=np.zeros(LANES, np.int64),
         memories=np.zeros(LANES, search.memory_of(width)),
@@ -135,6 +144,7 @@ def new_queue(points: np.ndarray, states: np.ndarray) -> Queue:
         counts=np.zeros((n, COUNT_COLUMNS), np.int64),
         measured=np.zeros((n, RECORD)),
         ratios=np.zeros(n),
+        varied=np.zeros((n, stored_of(states.shape[1] - 1))),
     )
 
 
@@ -235,7 +245,7 @@ def make_problems(family: Family) -> Any:
     return higher_problem if family.higher else problem
 
 
-def _make_load(state: StateFunctions, begin_record: Any, streams: int) -> Any:
+def _make_load(state: StateFunctions, begin_record: Any, begin_columns: Any, streams: int) -> Any:
     """Return the function that puts the next point of the queue into a lane, or parks the lane.
 
     `streams` is the first slot of its stream of random numbers, 0 if there is none.
@@ -274,8 +284,10 @@ def _make_load(state: StateFunctions, begin_record: Any, streams: int) -> Any:
             lanes.halves[lane] = queue.counts[row, HALVES]
             recording.begin_following(values, lane)
             search.start(lanes.memories[lane], judged(y), 2, task.accelerate, True, task.late)
-        elif task.mode == MEASURE:
+        elif task.mode >= MEASURE:
             begin_record(values, lane, True)
+            if task.mode == VARY:
+                begin_columns(values, lane)
 
     return load
 
@@ -328,12 +340,18 @@ def _make_limit_search(equations: Equations) -> Any:
 
 
 def _make_handle_event(
-    problems: Any, equations: Equations, state: StateFunctions, begin_record: Any, refine: Any
+    problems: Any,
+    equations: Equations,
+    state: StateFunctions,
+    begin_record: Any,
+    refine: Any,
+    variations: Variations,
 ) -> Any:
     """Return the function that handles an event in a lane: it gives a status, or -1 to go on."""
     mirror_record, apply_verdict = recording.record.mirror, _make_apply_verdict(state)
     mirrored, get_state, begin_half = state.mirrored, state.get, state.begin_half
     limit_search = _make_limit_search(equations)
+    mirror_columns, store_columns = variations.mirror, variations.store
 
     @jit
     def after_half(lanes: Lanes, queue: Queue, task: Pass, lane: int) -> int:
@@ -354,18 +372,21 @@ def _make_handle_event(
                 queue.counts[row, CYCLE], queue.ratios[row] = search.found(lanes.memories[lane])
             return status
         begin_half(values, lane, y)
-        if task.mode == MEASURE:
+        if task.mode >= MEASURE:
             # The record turns with the frame: a maximum is the minimum of the mirror image.
             mirror_record(values, lane)
             begin_record(values, lane, False)
+        if task.mode == VARY:
+            mirror_columns(values, lane)
+            store_columns(values, lane, queue.varied[row])
         return OK if lanes.halves[lane] >= queue.counts[row, CYCLE] else -1
 
     @jit
     def handle_event(lanes: Lanes, queue: Queue, task: Pass, lane: int) -> int:
         values = lanes.values
         # First the inside of the step, then its end, which would begin a new half period.
-        if task.mode == MEASURE and get(values, recording.PROMISING, lane) > 0.0:
-            refine(values, lane)
+        if task.mode >= MEASURE and get(values, recording.PROMISING, lane) > 0.0:
+            refine(values, lane, task.mode == VARY)
         if get(values, SLOTS.time, lane) >= get(values, SLOTS.end, lane):
             return after_half(lanes, queue, task, lane)
         if get(values, SLOTS.stuck, lane) > 0.0:
@@ -374,6 +395,21 @@ def _make_handle_event(
         return STEP_LIMIT if exhausted else -1
 
     return handle_event
+
+
+def _make_see(record: Any, carry: Any) -> Any:
+    """Return the function that looks at the last step of all lanes, as the kind of pass needs."""
+
+    @jit
+    def see(values: np.ndarray, mode: int) -> None:
+        if mode >= MEASURE:
+            record(values)
+        if mode == VARY:
+            carry(values)
+        if mode == SETTLE:
+            recording.follow_film(values)
+
+    return see
 
 
 @inline
@@ -406,14 +442,18 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
         rhs, jacobian, weight, problems, RODAS4P2, operations, ROOM, functions.step_limits
     )
     step = make_step(rhs, RODAS4P2, operations)
-    see, begin_record = (
-        recording.make_see(problems, functions, two_solids=two_solids, observed=physics.observed),
-        recording.make_begin(problems, functions),
+    record = recording.make_see(
+        problems, functions, two_solids=two_solids, observed=physics.observed
     )
-    refine = recording.make_refine(problems, functions, step)
+    begin_record = recording.make_begin(problems, functions)
+    variations = make_variations(problems, functions, model_of(physics).components)
+    see = _make_see(record, variations.carry)
+    refine = recording.make_refine(problems, functions, step, variations.note)
     kick, streams = _make_noise(problems, functions.width, chance=physics.chance)
-    load = _make_load(state, begin_record, streams)
-    handle_event = _make_handle_event(problems, functions.equations, state, begin_record, refine)
+    load = _make_load(state, begin_record, variations.begin, streams)
+    handle_event = _make_handle_event(
+        problems, functions.equations, state, begin_record, refine, variations
+    )
 
     def work(queue: Queue, lanes: Lanes, task: Pass, attempts: int) -> int:
         if lanes.cursor[1] < 0:  # the first call
@@ -424,10 +464,7 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
             # First vector code for all lanes; then, one by one, the few lanes that raised an event.
             attempts -= 1
             attempt(lanes.values)
-            if task.mode == MEASURE:
-                see(lanes.values)
-            elif task.mode == SETTLE:
-                recording.follow_film(lanes.values)
+            see(lanes.values, task.mode)
             kick(lanes.values)
             for lane in range(LANES):
                 if get(lanes.values, SLOTS.event, lane) > 0.0 and lanes.rows[lane] >= 0:

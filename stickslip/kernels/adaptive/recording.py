@@ -51,8 +51,8 @@ def stream_begin(width: int) -> int:
     return slots_for(width, ROOM).total
 
 
-_STRESS = RECORD_BEGIN + RECORD
-_FORCE, _STRESS_RATE, _FORCE_RATE, PROMISING, LOWEST, HIGHEST = range(_STRESS + 1, _STRESS + 7)
+STRESS = RECORD_BEGIN + RECORD
+FORCE, _STRESS_RATE, _FORCE_RATE, PROMISING, LOWEST, HIGHEST = range(STRESS + 1, STRESS + 7)
 
 # Nodes at which a step is evaluated, and the weights of Lobatto's quadrature, of order 6.
 _INNER = 0.5 * math.sqrt(0.2)
@@ -123,33 +123,39 @@ Node = tuple[State, float, float, float]
 """A step at a node: the state, phi, stress and force."""
 
 
+def make_moment(equations: Equations) -> Any:
+    """Return the inline function (problem, t, node) that makes the Moment of a node at time t."""
+    power, loss, relative_state = equations.power, equations.loss, equations.relative_state
+    upper_velocity = equations.upper.velocity
+
+    @inline
+    def moment(problem: Problem, t: float, node: Node) -> Moment:
+        y, phi, sigma_el, F = node
+        p, V, phase = problem.p, upper_velocity(problem.p, t), problem.p.angular_frequency * t
+        gained, lost = power(p, V, y, F), loss(p, V, y, F)
+        motion = block.harmonic_force(p, y[0], relative_state(p, t, y)[1])
+        return Moment(y[0], V, y[1], phi, sigma_el, F, gained, lost, motion, phase)
+
+    return moment
+
+
 def _make_see_work(equations: Equations, *, observed: bool) -> Any:
     """Return the function that adds a step to the integrals of a record, optional if `observed`.
 
     Its arguments are (lanes, lane, problem, step, nodes, accepted).
     """
-    power, loss, stored_energy = equations.power, equations.loss, equations.stored_energy
+    stored_energy, moment = equations.stored_energy, make_moment(equations)
     see_integrals = make_see_integrals(record, WEIGHTS, observed=observed)
-    upper_velocity, relative_state = equations.upper.velocity, equations.relative_state
-
-    @inline
-    def moment(problem: Problem, step: Step, theta: float, node: Node) -> Moment:
-        y, phi, sigma_el, F = node
-        t = step.t + theta * step.used
-        p, V, phase = problem.p, upper_velocity(problem.p, t), problem.p.angular_frequency * t
-        gained, lost = power(p, V, y, F), loss(p, V, y, F)
-        motion = block.harmonic_force(p, y[0], relative_state(p, t, y)[1])
-        return Moment(y[0], V, y[1], phi, sigma_el, F, gained, lost, motion, phase)
 
     @inline
     def see_work(
         lanes: np.ndarray, lane: int, problem: Problem, step: Step, nodes: Any, accepted: bool
     ) -> None:
         moments = (
-            moment(problem, step, NODES[0], nodes[0]),
-            moment(problem, step, NODES[1], nodes[1]),
-            moment(problem, step, NODES[2], nodes[2]),
-            moment(problem, step, NODES[3], nodes[3]),
+            moment(problem, step.t + NODES[0] * step.used, nodes[0]),
+            moment(problem, step.t + NODES[1] * step.used, nodes[1]),
+            moment(problem, step.t + NODES[2] * step.used, nodes[2]),
+            moment(problem, step.t + NODES[3] * step.used, nodes[3]),
         )
         see_integrals(lanes, lane, moments, step.used, accepted)
 
@@ -248,7 +254,7 @@ def make_see(
         sigma1, F1, sigma_rate1, F_rate1 = observables_and_rates(
             problem.p, step.t + step.used, step.y1, problem.u_s
         )
-        sigma0, F0 = get(lanes, _STRESS, lane), get(lanes, _FORCE, lane)
+        sigma0, F0 = get(lanes, STRESS, lane), get(lanes, FORCE, lane)
         sigma_rate0, F_rate0 = get(lanes, _STRESS_RATE, lane), get(lanes, _FORCE_RATE, lane)
         stresses, forces = (sigma0, sigmaa, sigmab, sigma1), (F0, Fa, Fb, F1)
         inside = _promising(lanes, lane, STRESS_MAX, stresses, (sigma_rate0, sigma_rate1))
@@ -274,8 +280,8 @@ def make_see(
         nodes = (begin, (ya, phia, sigmaa, Fa), (yb, phib, sigmab, Fb), (step.y1, phi1, sigma1, F1))
         see_work(lanes, lane, problem, step, nodes, accepted)
         # The end of this step is the start of the next: the law is evaluated once for both.
-        put(lanes, _STRESS, lane, sigma1 if accepted else sigma0)
-        put(lanes, _FORCE, lane, F1 if accepted else F0)
+        put(lanes, STRESS, lane, sigma1 if accepted else sigma0)
+        put(lanes, FORCE, lane, F1 if accepted else F0)
         put(lanes, _STRESS_RATE, lane, sigma_rate1 if accepted else sigma_rate0)
         put(lanes, _FORCE_RATE, lane, F_rate1 if accepted else F_rate0)
 
@@ -300,7 +306,7 @@ def make_begin(problems: Callable[..., Problem], functions: ProblemFunctions) ->
         # Every half period begins at phase 0 of the mirrored frame.
         values = observables_and_rates(problem.p, 0.0, y, problem.u_s)
         for i in range(4):
-            put(lanes, _STRESS + i, lane, values[i])
+            put(lanes, STRESS + i, lane, values[i])
         if fresh:
             clear(lanes, lane)
 
@@ -308,46 +314,48 @@ def make_begin(problems: Callable[..., Problem], functions: ProblemFunctions) ->
 
 
 def make_refine(
-    problems: Callable[..., Problem], functions: ProblemFunctions, shorter_step: Any
+    problems: Callable[..., Problem], functions: ProblemFunctions, shorter_step: Any, note: Any
 ) -> Any:
-    """Return the function (lanes, lane) that searches for extrema inside a promising step.
+    """Return the function (lanes, lane, sloped) that searches for extrema in a promising step.
 
     It locates them on the continuous extension and gets there with `shorter_step`, the step of the
-    method: the extension is of lower order, and a force can be steep inside it.
+    method: the extension is of lower order, and a force can be steep inside it. If `sloped`,
+    `note(lanes, lane, theta, y, values)` is told what was found at the fraction `theta` of it.
     """
     node, observables = make_node(functions), functions.equations.observables
     rhs, jacobian, step_of = functions.rhs, functions.jacobian, step_reader(functions.width)
 
     @jit
-    def see_inside(lanes: np.ndarray, lane: int, t: float, y0: State, used: float) -> None:
-        problem = problems(lanes, lane)
-        f, J = rhs(problem, t, y0), jacobian(problem, t, y0)
-        y = shorter_step(problem, t, y0, used, f, J)[0]
+    def see_inside(lanes: np.ndarray, lane: int, theta: float, sloped: bool) -> None:
+        problem, step = problems(lanes, lane), step_of(lanes, lane)
+        f, J = rhs(problem, step.t, step.y0), jacobian(problem, step.t, step.y0)
+        y = shorter_step(problem, step.t, step.y0, theta * step.used, f, J)[0]
         phi, _ = exponentials(y[2])
         sigma, F = observables(problem.p, y, phi, problem.u_s)
         # No error control has chosen this length: if the step overflows, it is ignored.
         finite = math.isfinite(sigma) and math.isfinite(F)
         _see_extremum(lanes, lane, STRESS_MAX, sigma, finite)
         _see_extremum(lanes, lane, FORCE_MAX, F, finite)
+        if sloped and finite:
+            note(lanes, lane, theta, y, (sigma, F))
 
     @jit
-    def see_vertices(lanes: np.ndarray, lane: int, values: Values) -> None:
-        step = step_of(lanes, lane)
+    def see_vertices(lanes: np.ndarray, lane: int, values: Values, sloped: bool) -> None:
         # Two parabolas, each through three neighbouring nodes, cover the step.
         for i in range(2):
             x0, x1, x2 = NODES[i], NODES[i + 1], NODES[i + 2]
             place = vertex(x0, x1, x2, values[i], values[i + 1], values[i + 2])
             if x0 < place < x2:
-                see_inside(lanes, lane, step.t, step.y0, place * step.used)
+                see_inside(lanes, lane, place, sloped)
 
     @jit
-    def refine(lanes: np.ndarray, lane: int) -> None:
+    def refine(lanes: np.ndarray, lane: int, sloped: bool) -> None:
         problem, step = problems(lanes, lane), step_of(lanes, lane)
         _, _, sigma0, F0 = node(problem, step, NODES[0])
         _, _, sigmaa, Fa = node(problem, step, NODES[1])
         _, _, sigmab, Fb = node(problem, step, NODES[2])
         _, _, sigma1, F1 = node(problem, step, NODES[3])
-        see_vertices(lanes, lane, (sigma0, sigmaa, sigmab, sigma1))
-        see_vertices(lanes, lane, (F0, Fa, Fb, F1))
+        see_vertices(lanes, lane, (sigma0, sigmaa, sigmab, sigma1), sloped)
+        see_vertices(lanes, lane, (F0, Fa, Fb, F1), sloped)
 
     return refine

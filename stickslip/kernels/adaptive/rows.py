@@ -73,7 +73,7 @@ _NEAR_STRENGTH = 0.25
 # Measurements that differ by more tolerances than this do not begin on the same orbit.
 _APART = 0.3
 
-# The error if the copies that it is estimated from were lost.
+# The error if the slopes that it is estimated from are unknown.
 _UNKNOWN = 1.0
 
 

@@ -1,7 +1,8 @@
-"""Separation of neighbouring motions: Floquet multipliers and growth, from displaced copies.
+"""Separation of neighbouring motions: Floquet multipliers of orbits, and growth.
 
-A copy is integrated like the motion itself, with the same tolerance and the same first step, so
-that most integration errors are common to both.
+The map of small displacements over a cycle comes from the variational equations, which a measuring
+pass solves along the way (`variations.py`). Growth over many periods comes from a displaced copy,
+integrated with the same tolerance and first step, so that most errors are common to both.
 """
 
 from __future__ import annotations
@@ -12,14 +13,15 @@ import numpy as np
 
 from stickslip.kernels.adaptive.passes import (
     CYCLE,
-    MEASURE,
     OUTCOME,
     TRAVEL,
+    VARY,
     Pass,
     Queue,
     new_queue,
 )
-from stickslip.kernels.adaptive.queues import part_of, work_through
+from stickslip.kernels.adaptive.queues import work_through
+from stickslip.kernels.adaptive.variations import LEAST_WEIGHT
 from stickslip.measure.accumulate import SENSITIVE
 from stickslip.model.models import model_of
 from stickslip.model.state import Component
@@ -27,11 +29,7 @@ from stickslip.numerics.adaptive import OK
 from stickslip.numerics.spectrum import spectral_radii
 from stickslip.options import Physics
 
-# A copy is displaced farther in components with a small weight, but not so far that the film melts
-# or freezes: as if the weight were at least this.
-_LEAST_WEIGHT = 0.01
-
-# Budget of steps of a copy: beyond it the multiplier stays unknown.
+# Budget of steps of a motion: beyond it the multiplier stays unknown.
 _MAX_STEPS = 20_000_000
 
 # Half periods over which the tolerance of the points does not blur a multiplier; and the tolerances
@@ -55,7 +53,7 @@ def _displacements(rtol: float, components: Components) -> np.ndarray:
 
     That of the film is the largest, because ln(phi), which swings by hundreds, is the noisiest.
     """
-    return np.sqrt(rtol) / np.maximum(_weights(components), _LEAST_WEIGHT)
+    return np.sqrt(rtol) / np.maximum(_weights(components), LEAST_WEIGHT)
 
 
 def floored(states: np.ndarray, components: Components) -> np.ndarray:
@@ -102,7 +100,7 @@ def _images(queue: Queue, components: Components) -> np.ndarray:
 
 
 class Neighbours(NamedTuple):
-    """Results from displaced copies of n settled orbits, in the points' own units; NaN if unknown.
+    """Results from neighbours of n settled orbits, in the points' own units; NaN if unknown.
 
     Moduli of the largest Floquet `multipliers` (n,); the `maps` (n, width, width) of small
     displacements over the cycle, mirrored as in the lanes; the `slopes` (n, SENSITIVE, width) of
@@ -114,59 +112,39 @@ class Neighbours(NamedTuple):
     slopes: np.ndarray
 
 
-def neighbours_of(
-    queue: Queue, begins: np.ndarray, ends: Queue, rtol: float, physics: Physics
-) -> Neighbours:
-    """Return the results of copies displaced from states `begins` (n, width + 1) on settled orbits.
+def neighbours_of(queue: Queue, begins: np.ndarray, rtol: float, physics: Physics) -> Neighbours:
+    """Return the results of a VARY pass from states `begins` (n, width + 1) on settled orbits.
 
-    `queue` holds their cycles; `ends` is the queue after a measurement from there at the tolerance
-    `rtol`. A cycle of an odd number of half periods is half an orbit.
+    `queue` is that after the pass, at the tolerance `rtol`. A cycle of an odd number of half
+    periods is half an orbit.
     """
-    n, width = len(begins), begins.shape[1] - 1
-    settled, cycles = queue.counts[:, OUTCOME] == OK, queue.counts[:, CYCLE]
-    # Infinite until measured: longer cycles are measured only by the tight tolerances below.
-    largest, maps = np.where(settled, np.inf, np.nan), np.full((n, width, width), np.nan)
-    slopes = np.full((n, len(SENSITIVE), width), np.nan)
-
-    def compare(rows: np.ndarray, measured: Queue, tolerance: float) -> None:
-        maps[rows], slopes[rows] = _linear_maps(measured, begins[rows], tolerance, physics)
-        largest[rows] = spectral_radii(maps[rows])
-
-    short = np.flatnonzero(settled & (cycles <= _SHORT))
-    compare(short, part_of(ends, short), rtol)
+    cycles, components = queue.counts[:, CYCLE], model_of(physics).components
+    maps, slopes = _linear_maps(queue, components)
+    largest = spectral_radii(maps)
+    largest[cycles > _SHORT] = np.inf  # until measured at a tight tolerance
+    largest[np.isnan(maps[:, 0, 0])] = np.nan
     for tight in _TIGHT:
         rows, tolerance = np.flatnonzero(largest > 1.0), min(rtol, tight)
         if len(rows):
-            points, halves = queue.points[rows], cycles[rows]
-            again = _run(points, begins[rows], halves, MEASURE, tolerance, physics)
-            compare(rows, again, tolerance)
+            again = _run(queue.points[rows], begins[rows], cycles[rows], VARY, tolerance, physics)
+            maps[rows], slopes[rows] = _linear_maps(again, components)
+            largest[rows] = spectral_radii(np.ascontiguousarray(maps[rows]))
     return Neighbours(np.where(cycles % 2 == 1, largest**2, largest), maps, slopes)
 
 
-def _linear_maps(
-    measured: Queue, begins: np.ndarray, rtol: float, physics: Physics
-) -> tuple[np.ndarray, np.ndarray]:
+def _linear_maps(queue: Queue, components: Components) -> tuple[np.ndarray, np.ndarray]:
     """Return the maps (n, width, width) of small displacements, and `Neighbours.slopes`.
 
-    `measured` is the queue of the same cycles, tolerance and states `begins` (n, width + 1).
+    `queue` is that after a VARY pass; NaN where a motion failed.
     """
-    components = model_of(physics).components
-    n, width = len(begins), len(components)
-    sizes = _displacements(rtol, components)
-    displaced, cycles = np.tile(begins, (width, 1)), np.tile(measured.counts[:, CYCLE], width)
-    for component in range(width):
-        displaced[component * n : (component + 1) * n, component] += sizes[component]
-    points = np.tile(measured.points, (width, 1))
-    copies = _run(points, displaced, cycles, MEASURE, rtol, physics)
-    moved = _images(copies, components).reshape(width, n, width) - _images(measured, components)
-    slots = list(SENSITIVE)
-    higher = copies.measured[:, slots].reshape(width, n, len(slots))
-    higher = higher - measured.measured[:, slots]
-    # Copied, since those of a single point are contiguous already: a second signature of kernels.
-    maps, slopes = (
-        np.ascontiguousarray((change / sizes[:, None, None]).transpose(1, 2, 0))
-        for change in (moved, higher)
-    )
+    n, width = len(queue.states), len(components)
+    maps = queue.varied[:, : width * width].reshape(n, width, width).transpose(0, 2, 1).copy()
+    slopes = queue.varied[:, width * width :].reshape(n, len(SENSITIVE), width).copy()
+    # Below the floor of a component all its values count as one.
+    floors = np.array([component.floor for component in components])
+    maps[queue.states[:, :width] <= floors] = 0.0
+    failed = queue.counts[:, OUTCOME] != OK
+    maps[failed], slopes[failed] = np.nan, np.nan
     return maps, slopes
 
 

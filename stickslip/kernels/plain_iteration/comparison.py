@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.kernels.adaptive import tangents
 from stickslip.kernels.adaptive.conversion import conversion_of
-from stickslip.kernels.adaptive.passes import APERIODIC, CYCLE, MEASURE, OUTCOME, SETTLE, Pass
+from stickslip.kernels.adaptive.passes import APERIODIC, CYCLE, OUTCOME, SETTLE, VARY, Pass
 from stickslip.kernels.adaptive.queues import reduced_queue, work_through
 from stickslip.measure.accumulate import INTEGRALS, RECORD
 from stickslip.numerics.adaptive import OK
@@ -57,7 +57,7 @@ def settle_from(
     task = Pass(SETTLE, _RTOL, _RTOL, halves, _MAX_STEPS, accelerate=True)
     work_through(queue, task, physics)
     begins = queue.states.copy()
-    work_through(queue, task._replace(mode=MEASURE), physics)
+    work_through(queue, task._replace(mode=VARY), physics)
     wandered = (statuses == OK) & (queue.counts[:, OUTCOME] == APERIODIC)
     statuses[:] = np.where(wandered, INACCURATE, queue.counts[:, OUTCOME])
     records, cycles = np.empty((len(points), RECORD)), queue.counts[:, CYCLE]
@@ -67,5 +67,5 @@ def settle_from(
         records,
         records[:, list(INTEGRALS)] / whole[:, None],
         tangents.symmetric(queue, begins, options.stationary_rtol, _RTOL, physics),
-        tangents.neighbours_of(queue, begins, queue, _RTOL, physics).multipliers,
+        tangents.neighbours_of(queue, begins, _RTOL, physics).multipliers,
     )

@@ -19,8 +19,10 @@ from stickslip.kernels.adaptive import recording
 from stickslip.kernels.adaptive.kicks import make_kick
 from stickslip.kernels.adaptive.passes import make_problems
 from stickslip.kernels.adaptive.recording import ROOM
+from stickslip.kernels.adaptive.variations import make_variations
 from stickslip.kernels.families import Family
 from stickslip.kernels.problem import problem_functions
+from stickslip.model.models import model_of
 from stickslip.numerics.adaptive_lanes import make_attempt
 from stickslip.numerics.linear import algebra
 from stickslip.numerics.tableaus import RODAS4P2
@@ -89,6 +91,14 @@ def test_a_measurement_in_lanes_is_packed(gamma: float | None) -> None:
         ),
         200,
     )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gamma", one_then("stress", [*GAMMAS, None]))
+def test_the_variational_equations_in_lanes_are_packed(gamma: float | None) -> None:
+    components = model_of(DEFAULTS.physics).components
+    carry = make_variations(problems_of(gamma), FUNCTIONS, components).carry
+    assert_vectors(assembly(carry), 500)
 
 
 @pytest.mark.slow

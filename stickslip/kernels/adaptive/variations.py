@@ -1,0 +1,402 @@
+"""Small displacements of the first state of a measured motion, carried along with it in its lane.
+
+Each component of the state has a column: how the current state changes with that component of the
+first one. Together they are the map of small displacements over the cycle, whose largest eigenvalue
+is the Floquet multiplier. The slopes of an extremum are its changes with the first state, from the
+columns where it is found: that it also moves in time does not matter to first order. Those of an
+integral are integrals of how its integrand changes with the columns.
+
+Columns are of displacements however small, but observables are compared at a distance: the slope of
+friction where a film locks a block holds for so small a displacement that it says nothing about the
+force.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from stickslip.compiled.decorators import inline, jit
+from stickslip.compiled.elementary import exponentials
+from stickslip.compiled.fields import make_function, make_map
+from stickslip.compiled.simd import LANES, for_lanes
+from stickslip.kernels.adaptive.recording import (
+    FORCE,
+    RECORD_BEGIN,
+    SLOTS,
+    STRESS,
+    Node,
+    Step,
+    get,
+    make_moment,
+    put,
+    step_reader,
+    stream_begin,
+)
+from stickslip.kernels.adaptive.states import state_functions
+from stickslip.kernels.problem import Problem, ProblemFunctions
+from stickslip.kernels.streams import STREAM
+from stickslip.measure.accumulate import (
+    EXTREMA,
+    FORCE_MAX,
+    FORCE_MIN,
+    INTEGRALS,
+    RECORD_TABLE,
+    SENSITIVE,
+    STRESS_MAX,
+    STRESS_MIN,
+)
+from stickslip.model.state import FILM, Component
+from stickslip.numerics.lane_array import lane_vectors
+from stickslip.numerics.linear import Vector, algebra, larger
+from stickslip.numerics.variational import NODES, make_variational_step, shift_of
+
+# A step is near the cusp at u = 0 if u changes by more than this fraction of itself; and u moves at
+# a speed of its own if its rates at both ends agree with its change up to this factor.
+_NEAR, _UNLIKE = 0.2, 10.0
+
+# The square of a rate, in units of the drive's, above which a motion is fast.
+_FAST = 10.0
+
+LEAST_WEIGHT = 0.01
+"""A displacement is larger in components with a small weight, but not so large that the film melts
+or freezes: as if the weight were at least this."""
+
+
+def columns_begin(width: int) -> int:
+    """The first slot of the columns of a lane; those before the last step and the slopes follow."""
+    return stream_begin(width) + STREAM
+
+
+def room_of(width: int) -> int:
+    """Number of slots: columns twice, slopes, and the last changes of integrands."""
+    return (2 * width + len(SENSITIVE) + len(INTEGRALS)) * width
+
+
+def stored_of(width: int) -> int:
+    """Length of what a queue keeps of a point: the columns, then the slopes."""
+    return (width + len(SENSITIVE)) * width
+
+
+class Variations(NamedTuple):
+    """Compiled operations on the columns and slopes of a lane."""
+
+    begin: Callable[..., None]
+    """(lanes, lane): the displacements of the first state itself, after its record has begun."""
+
+    carry: Callable[..., None]
+    """(lanes): take them over the last step of every lane where it was accepted."""
+
+    note: Callable[..., None]
+    """(lanes, lane, theta, y, values): note the slopes of stress and force, whose `values` in the
+    state `y` were found at the fraction `theta` of the last step, where they are the extrema."""
+
+    mirror: Callable[..., None]
+    """(lanes, lane): go over to the mirror image of the motion."""
+
+    store: Callable[..., None]
+    """(lanes, lane, row): write columns and slopes into a row."""
+
+
+def make_variations(
+    problems: Callable[..., Problem],
+    functions: ProblemFunctions,
+    components: tuple[Component, ...],
+) -> Variations:
+    """Return the operations for problems that `problems(lanes, lane)` reads."""
+    width, first = functions.width, columns_begin(functions.width)
+    get_vector, add = lane_vectors(LANES, width).get, algebra(width).add
+    before, slopes = first + width * width, first + 2 * width * width
+    end = first + room_of(width)
+
+    aside, note_extrema = _make_aside(functions, components), _make_note_extrema(width, slopes)
+    across, rhs, step_of = _make_across(components), functions.rhs, step_reader(width)
+    see_integrands = _make_see_integrands(functions, slopes)
+
+    @jit
+    def begin(lanes: np.ndarray, lane: int) -> None:
+        problem, y = problems(lanes, lane), get_vector(lanes, SLOTS.state, lane)
+        for slot in range(first, end):
+            put(lanes, slot, lane, 0.0)
+        for j in range(width):
+            put(lanes, first + j * (width + 1), lane, 1.0)
+            sides = aside(lanes, lane, j, problem, y, get_vector(lanes, first + j * width, lane))
+            see_integrands(lanes, lane, j, problem, 0.0, 0.0, sides, True)
+
+    @jit
+    def note(
+        lanes: np.ndarray, lane: int, theta: float, y: Vector, values: tuple[float, float]
+    ) -> None:
+        problem, found = problems(lanes, lane), _extrema(lanes, lane, values, True)
+        step = step_of(lanes, lane)
+        f = rhs(problem, step.t + theta * step.used, y)
+        for j in range(width):
+            old, new = (
+                get_vector(lanes, before + j * width, lane),
+                get_vector(lanes, first + j * width, lane),
+            )
+            between = add(add(old, -theta, old), theta, new)
+            sides = aside(lanes, lane, j, problem, y, across(between, f))
+            note_extrema(lanes, lane, j, sides, found)
+
+    carry = _make_carry(problems, functions, first, aside, across, note_extrema, see_integrands)
+    return Variations(
+        begin,
+        carry,
+        note,
+        _make_mirror(components, first, slopes),
+        _make_store(width, first, slopes),
+    )
+
+
+def _make_mirror(components: tuple[Component, ...], first: int, slopes: int) -> Any:
+    """Return `Variations.mirror` for columns and slopes that begin in these slots."""
+    width, mirrored = len(components), state_functions(components).mirrored
+    vectors = lane_vectors(LANES, width)
+    get_vector, put_vector = vectors.get, vectors.put
+
+    @jit
+    def mirror(lanes: np.ndarray, lane: int) -> None:
+        for j in range(width):
+            column = first + j * width
+            put_vector(lanes, column, lane, mirrored(get_vector(lanes, column, lane)))
+            for k in range(0, len(EXTREMA), 2):  # a maximum is the minimum of the mirror image
+                high, low = slopes + k * width + j, slopes + (k + 1) * width + j
+                above = get(lanes, high, lane)
+                put(lanes, high, lane, -get(lanes, low, lane))
+                put(lanes, low, lane, -above)
+
+    return mirror
+
+
+def _make_store(width: int, first: int, slopes: int) -> Any:
+    """Return `Variations.store` for columns and slopes that begin in these slots."""
+
+    @jit
+    def store(lanes: np.ndarray, lane: int, row: np.ndarray) -> None:
+        for slot in range(width * width):
+            row[slot] = get(lanes, first + slot, lane)
+        for slot in range(len(SENSITIVE) * width):
+            row[width * width + slot] = get(lanes, slopes + slot, lane)
+
+    return store
+
+
+@inline
+def _extrema(
+    lanes: np.ndarray, lane: int, values: tuple[float, float], accepted: bool
+) -> tuple[bool, bool, bool, bool]:
+    """Tell which extrema of the record are these values of stress and force, just recorded."""
+    sigma, F = values
+    return (
+        accepted & (get(lanes, RECORD_BEGIN + STRESS_MAX, lane) == sigma),
+        accepted & (get(lanes, RECORD_BEGIN + STRESS_MIN, lane) == sigma),
+        accepted & (get(lanes, RECORD_BEGIN + FORCE_MAX, lane) == F),
+        accepted & (get(lanes, RECORD_BEGIN + FORCE_MIN, lane) == F),
+    )
+
+
+class Aside(NamedTuple):
+    """Nodes displaced by a column to both sides, and the inverse of their distance along it."""
+
+    above: Node
+    below: Node
+    per_column: float
+
+
+def _make_aside(functions: ProblemFunctions, components: tuple[Component, ...]) -> Any:
+    """Return the inline function (lanes, lane, j, problem, y, column) that gives an Aside."""
+    add, observables = algebra(functions.width).add, functions.equations.observables
+    reaches = tuple(1.0 / larger(c.weight, LEAST_WEIGHT) for c in components)
+
+    @inline
+    def node(problem: Problem, y: Vector) -> Node:
+        phi, _ = exponentials(y[FILM])
+        sigma, F = observables(problem.p, y, phi, problem.u_s)
+        return y, phi, sigma, F
+
+    @inline
+    def aside(
+        lanes: np.ndarray, lane: int, j: int, problem: Problem, y: Vector, column: Vector
+    ) -> Aside:
+        size = math.sqrt(get(lanes, SLOTS.rtol, lane)) * reaches[j]
+        # Where the column says that the film freezes earlier or later, it is not so far from there.
+        size /= 1.0 + size * abs(column[FILM])
+        above, below = node(problem, add(y, size, column)), node(problem, add(y, -size, column))
+        return Aside(above, below, 0.5 / size)
+
+    return aside
+
+
+def _make_across(components: tuple[Component, ...]) -> Any:
+    """Return the inline function (column, f) that takes from a column what is along the motion.
+
+    At an extremum the rate f of the motion changes nothing, but where a film melts within
+    thousandths of a period a column is mostly along it: the film melts earlier or later. The rest
+    tells more exactly how the extremum changes. Where the motion is no faster than its drive, all
+    of the column is left: at its turning points there is hardly a direction along it.
+    """
+    add, weights = algebra(len(components)).add, tuple(c.weight**2 for c in components)
+    products = [f"{w!r} * {{0}}[{i}] * {{1}}[{i}]" for i, w in enumerate(weights)]
+    along, size = (" + ".join(products).format(*names) for names in (("column", "f"), ("f", "f")))
+    lines = [f"return add(column, -({along}) / ({_FAST!r} + {size}), f)"]
+    return make_function(f"across{weights}", "column, f", lines, {"add": add})
+
+
+def _make_note_extrema(width: int, slopes: int) -> Any:
+    """Return the inline function (lanes, lane, j, aside, found) that notes the slopes of extrema.
+
+    With component j of the first state; `found` as by `_extrema`.
+    """
+
+    @inline
+    def note_one(lanes: np.ndarray, lane: int, k: int, j: int, found: bool, slope: float) -> None:
+        slot = slopes + k * width + j
+        put(lanes, slot, lane, slope if found else get(lanes, slot, lane))
+
+    @inline
+    def note_extrema(
+        lanes: np.ndarray, lane: int, j: int, aside: Aside, found: tuple[bool, bool, bool, bool]
+    ) -> None:
+        _, _, high_sigma, high_F = aside.above
+        _, _, low_sigma, low_F = aside.below
+        sigma, F = aside.per_column * (high_sigma - low_sigma), aside.per_column * (high_F - low_F)
+        note_one(lanes, lane, 0, j, found[0], sigma)
+        note_one(lanes, lane, 1, j, found[1], sigma)
+        note_one(lanes, lane, 2, j, found[2], F)
+        note_one(lanes, lane, 3, j, found[3], F)
+
+    return note_extrema
+
+
+def _make_see_integrands(functions: ProblemFunctions, slopes: int) -> Any:
+    """Return the inline function that adds a step to the slopes of integrals with one component.
+
+    Its arguments are (lanes, lane, j, problem, t, used, aside, accepted), with the time t at which
+    a step of length `used` ends, and what is aside of its end: by the trapezium rule, as slopes are
+    needed for errors alone. How an integrand changes there is kept for the next step.
+    """
+    width, moment = functions.width, make_moment(functions.equations)
+    last = slopes + len(SENSITIVE) * width
+
+    @inline
+    def see_change(
+        lanes: np.ndarray, lane: int, k: int, j: int, used: float, change: float, accepted: bool
+    ) -> None:
+        slope, kept = slopes + (len(EXTREMA) + k) * width + j, last + k * width + j
+        before, total = get(lanes, kept, lane), get(lanes, slope, lane)
+        put(lanes, slope, lane, total + 0.5 * used * (before + change) if accepted else total)
+        put(lanes, kept, lane, change if accepted else before)
+
+    lines, names = [], dict[str, Any](see_change=see_change)
+    for k, slot in enumerate(INTEGRALS):
+        names[f"integrand{k}"] = RECORD_TABLE[slot].integrand
+        change = f"per_column * (integrand{k}(above) - integrand{k}(below))"
+        lines.append(f"see_change(lanes, lane, {k}, j, used, {change}, accepted)")
+    # Written out, as the columns are.
+    arguments = "lanes, lane, j, used, above, below, per_column, accepted"
+    see_changes: Any = make_function(f"see_changes[{width}]", arguments, lines, names)
+
+    @inline
+    def see_integrands(
+        lanes: np.ndarray,
+        lane: int,
+        j: int,
+        problem: Problem,
+        t: float,
+        used: float,
+        aside: Aside,
+        accepted: bool,
+    ) -> None:
+        above, below = moment(problem, t, aside.above), moment(problem, t, aside.below)
+        see_changes(lanes, lane, j, used, above, below, aside.per_column, accepted)
+
+    return see_integrands
+
+
+@inline
+def _crosses(u0: float, u1: float, at_first: float, at_last: float) -> bool:
+    """Tell whether a step crosses u = 0, or comes near to it, at a speed of its own.
+
+    A locked block does so too, but there the rate of u is what the integrator's error leaves of it.
+    `at_first` and `at_last` are the changes of u by its rates before and after the step.
+    """
+    change = u1 - u0
+    near = abs(change) > _NEAR * larger(abs(u0), abs(u1))
+    first = (change * at_first > 0.0) & (abs(at_first) < _UNLIKE * abs(change))
+    last = (change * at_last > 0.0) & (abs(at_last) < _UNLIKE * abs(change))
+    unlike = (abs(change) < _UNLIKE * abs(at_first)) & (abs(change) < _UNLIKE * abs(at_last))
+    return near & first & last & unlike
+
+
+def _make_carry(
+    problems: Callable[..., Problem],
+    functions: ProblemFunctions,
+    first: int,
+    aside: Any,
+    across: Any,
+    note_extrema: Any,
+    see_integrands: Any,
+) -> Any:
+    """Return `Variations.carry` for columns that begin in the slot `first`."""
+    rhs, jacobian = functions.rhs, functions.jacobian
+    width, step_of = functions.width, step_reader(functions.width)
+    operations, vectors = algebra(width), lane_vectors(LANES, width)
+    step, interpolate, factor = (
+        make_variational_step(operations), operations.interpolate, operations.factor
+    )  # fmt: skip
+    rows_of = make_map("rows", "J", (f"J[{i}]" for i in range(width)), {})
+
+    @inline
+    def linearised(problem: Problem, last: Step, theta: float) -> Any:
+        y = interpolate(theta, last.y0, last.y1, last.d1, last.d2)
+        J = jacobian(problem, last.t + theta * last.used, y)
+        return factor(rows_of(J), shift_of(last.used)), J[width]
+
+    @inline
+    def carry_column(
+        lanes: np.ndarray, lane: int, j: int, problem: Problem, last: Step, over: Any, found: Any
+    ) -> None:
+        old = vectors.get(lanes, first + j * width, lane)
+        f0, f1, crosses, LUs, f_ts = over
+        share = old[1] / f0[1] if crosses else 0.0
+        new = step(old, share, f0, f1, shift_of(last.used), LUs, f_ts)
+        # Kept from before the step, for extrema inside it.
+        vectors.put(lanes, first + (width + j) * width, lane, old)
+        accepted = get(lanes, SLOTS.accepted, lane) > 0.0
+        vectors.put(lanes, first + j * width, lane, operations.choose(accepted, new, old))
+        turned = aside(lanes, lane, j, problem, last.y1, across(new, f1))
+        note_extrema(lanes, lane, j, turned, found)
+        sides, end = aside(lanes, lane, j, problem, last.y1, new), last.t + last.used
+        see_integrands(lanes, lane, j, problem, end, last.used, sides, accepted)
+
+    # Written out: a loop inside the loop over lanes would prevent vectorisation.
+    carry_columns: Any = make_function(
+        f"carry_columns[{width}]",
+        "lanes, lane, problem, last, over, found",
+        [f"carry_column(lanes, lane, {j}, problem, last, over, found)" for j in range(width)],
+        {"carry_column": carry_column},
+    )
+
+    @inline
+    def lane_carry(lane: int, lanes: np.ndarray) -> None:
+        problem, last = problems(lanes, lane), step_of(lanes, lane)
+        accepted = get(lanes, SLOTS.accepted, lane) > 0.0
+        values = get(lanes, STRESS, lane), get(lanes, FORCE, lane)
+        f0, f1 = rhs(problem, last.t, last.y0), rhs(problem, last.t + last.used, last.y1)
+        LU1, f_t1 = linearised(problem, last, NODES[0])
+        LU2, f_t2 = linearised(problem, last, NODES[1])
+        LU3, f_t3 = linearised(problem, last, NODES[2])
+        crosses = _crosses(last.y0[1], last.y1[1], last.used * f0[1], last.used * f1[1])
+        over = f0, f1, crosses, (LU1, LU2, LU3), (f_t1, f_t2, f_t3)
+        found = _extrema(lanes, lane, values, accepted)
+        carry_columns(lanes, lane, problem, last, over, found)
+
+    @jit
+    def carry(lanes: np.ndarray) -> None:
+        for_lanes(LANES, lane_carry, (lanes,))
+
+    return carry
