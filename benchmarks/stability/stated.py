@@ -119,9 +119,8 @@ def wide(count: int, seed: int = 4902, **more: Range) -> np.ndarray:
 
 def wide_with_harmonics(count: int) -> np.ndarray:
     """Return such films (count, parameters) under a drive with strong harmonics."""
-    harmonics: dict[str, Range] = {
-        name: ("linear", -1, 1) for name in ("third_harmonic", "fifth_harmonic")
-    }
+    names = ("third_harmonic", "fifth_harmonic")
+    harmonics: dict[str, Range] = dict.fromkeys(names, ("linear", -1, 1))
     return wide(count, 4903, **harmonics)
 
 
@@ -152,9 +151,7 @@ BOXES = {
     "everywhere": Box(everywhere, 2400, (1e-4, 1e-6), 2000, _by_motion_and_fluid),
     "thin": Box(thin, 3000, (1e-4, 1e-6, 1e-8), 2000, _by_balance),
     "wide": Box(wide, 1500, (1e-4, 1e-6), 1000, _by_motion_and_fluid),
-    "wide, harmonics": Box(
-        wide_with_harmonics, 1500, (1e-4, 1e-6), 1000, _by_motion_and_fluid
-    ),
+    "wide, harmonics": Box(wide_with_harmonics, 1500, (1e-4, 1e-6), 1000, _by_motion_and_fluid),
     "near resonance": Box(near_resonance, 600, (1e-4, 1e-6), 1000, _by_phase),
 }
 
