@@ -19,6 +19,9 @@ _SQUARINGS = 24
 _SAME = 1e-9
 _SMALLEST_FACTOR = 1e-3
 
+# A norm whose square would underflow.
+_FORGOTTEN = 1e-150
+
 
 @jit
 def _copy(matrix: np.ndarray, target: np.ndarray) -> None:
@@ -67,7 +70,7 @@ def _spectral_radius(power: np.ndarray, squared: np.ndarray) -> float:
     logarithm, part, norm = 0.0, 1.0, _norm(power)
     for _ in range(_SQUARINGS):
         logarithm += part * math.log(norm)
-        if not norm > 0.0:
+        if not norm > _FORGOTTEN:
             break
         _square(power, norm, squared)
         size = _norm(squared)
