@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from pages.numbers import Results, count_by_name
 
@@ -88,6 +88,8 @@ def verdicts(
     fixed_step: Results,
     extremes: Results,
     acceleration: Results,
+    freezing: Results,
+    multipliers: Results,
     watched: Results,
     long_run: Results,
 ) -> list[Row]:
@@ -112,6 +114,8 @@ def verdicts(
         *_extremes(extremes),
         *_jumps("random starts", acceleration),
         *_jumps("films with several orbits", acceleration["several"]),
+        *_freezing(freezing),
+        *_multipliers(multipliers),
         *_watched(watched),
         *_drifts(long_run),
     ]
@@ -126,7 +130,37 @@ def _closed_form(stated: Results) -> Lines:
             yield what, ", ".join(f"{value:.1e}" for value in off)
 
 
-def _power(rtol: str) -> str:
+def _freezing(found: Results) -> Lines:
+    """Return how many films that freeze late or briefly ended on another orbit."""
+    for start, what in (("late", "off rest"), ("rest", "from rest")):
+        row = found[start]
+        periods = f"{row['periods']:.0f} periods instead of {row['periods_plain']:.0f}"
+        wrong = f"{len(row['wrong'])} of {row['compared']}, {periods}"
+        yield f"{row['points']} films near resonance, {what}: not where plain iteration ends", wrong
+    short = found["short"]
+    rtols = ", ".join(_power(row["rtol"]) for row in short["steps"])
+    missed = ", ".join(str(row["missed"] + row["missed_near"]) for row in short["steps"])
+    compared = min(row["compared"] for row in short["steps"])
+    what = f"{short['points']} films that freeze in a short passage: missed at {rtols}"
+    yield what, f"{missed} of {compared}"
+
+
+def _multipliers(found: Results) -> Lines:
+    """Return how far multipliers are off those of central differences."""
+    for box, tolerances in found.items():
+        rows = {rtol: row for rtol, row in tolerances.items() if rtol != "known"}
+        what = f"multipliers of {tolerances['known']} orbits, {box}: within what is allowed"
+        yield f"{what}, at {', '.join(map(_power, rows))}", _percents(rows.values(), "held")
+        medians = ", ".join(f"{row['error_median']:.1e}" for row in rows.values())
+        worst = ", ".join(f"{row['error_max']:.1e}" for row in rows.values())
+        yield "... error: medians; largest", f"{medians}; {worst}"
+
+
+def _percents(rows: Iterable[Results], name: str) -> str:
+    return ", ".join(f"{100 * row[name]:.1f} %" for row in rows)
+
+
+def _power(rtol: str | float) -> str:
     return f"{float(rtol):.0e}"
 
 

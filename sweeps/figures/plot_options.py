@@ -143,14 +143,18 @@ def lie_along(ds: xr.Dataset, options: PlotOptions) -> xr.Dataset:
     return ds
 
 
+def with_numbers(ds: xr.Dataset) -> xr.Dataset:
+    """Give numbers to dimensions without a coordinate, as of results that were stacked."""
+    bare = {dim: np.arange(n) for dim, n in ds.sizes.items() if dim not in ds.coords}
+    return ds.assign_coords(bare) if bare else ds
+
+
 def slice_at(ds: xr.Dataset, at: Iterable[str]) -> tuple[xr.Dataset, str]:
     """The dataset at the points that are nearest, and a sentence that says where that is.
 
-    `temperature=180,220,300` keeps several points of an axis, and the axis with them. A dimension
-    without a coordinate, as of results that were stacked, gets numbers.
+    `temperature=180,220,300` keeps several points of an axis, and the axis with them.
     """
-    bare = {str(dim): np.arange(n) for dim, n in ds.sizes.items() if dim not in ds.coords}
-    ds = ds.assign_coords(bare)
+    ds = with_numbers(ds)
     texts: list[str] = []
     some: dict[str, list[int]] = {}
     for text in at:

@@ -28,7 +28,7 @@ from sweeps.engine.order.follow import start_after
 from sweeps.engine.settings import options_of
 from sweeps.engine.trajectories import trajectory
 from sweeps.exits import ExpectedError
-from sweeps.figures.plot_options import places_at
+from sweeps.figures.plot_options import places_at, with_numbers
 from sweeps.files.attributes import software
 from sweeps.grid import CASE, DIRECTION, DIRECTIONS, Grid
 
@@ -256,7 +256,7 @@ def curve_or_map(ds: xr.Dataset) -> xr.Dataset:
     That of a fit is the fitted curve; its data and parameters have dimensions of their own.
     """
     other = set(ds.dims) - set(ds["status"].dims) if "status" in ds.variables else set()
-    return ds.drop_dims(other) if other else ds
+    return with_numbers(ds.drop_dims(other) if other else ds)
 
 
 def _refuse_open_axes(ds: xr.Dataset, place: Mapping[str, int]) -> None:

@@ -91,6 +91,11 @@ def test_a_single_point_has_no_chart():
     assert beginning.first.point.parameters == Parameters(temperature=250)
 
 
+def test_a_stack_without_a_coordinate_opens_by_numbers(result):
+    bare = xr.concat([result.reset_coords(drop=True)] * 2, "film")
+    assert of_result(bare, "a.nc").first.label == "film 1, T = 250 K, K = 2000 N/m"
+
+
 def test_what_is_no_result_is_refused():
     with pytest.raises(PointError, match="no result of a sweep"):
         of_result(xr.Dataset({"x": ("t", np.zeros(3))}), "a.nc")
