@@ -73,7 +73,7 @@ def _filling(table: Table) -> str:
 
 VERDICTS = (
     "references", "locked", "stated", "step_map", "fixed_step", "extremes", "acceleration",
-    "watched", "long_run",
+    "freezing", "multipliers", "watched", "long_run",
 )  # fmt: skip
 
 TABLES: dict[str, Table] = {

@@ -320,7 +320,7 @@ def make_refine(
 
     It locates them on the continuous extension and gets there with `shorter_step`, the step of the
     method: the extension is of lower order, and a force can be steep inside it. If `sloped`,
-    `note(lanes, lane, theta, y, values)` is told what was found at the fraction `theta` of it.
+    `note(lanes, lane, y, values)` is told what was found in a state of it.
     """
     node, observables = make_node(functions), functions.equations.observables
     rhs, jacobian, step_of = functions.rhs, functions.jacobian, step_reader(functions.width)
@@ -337,7 +337,7 @@ def make_refine(
         _see_extremum(lanes, lane, STRESS_MAX, sigma, finite)
         _see_extremum(lanes, lane, FORCE_MAX, F, finite)
         if sloped and finite:
-            note(lanes, lane, theta, y, (sigma, F))
+            note(lanes, lane, y, (sigma, F))
 
     @jit
     def see_vertices(lanes: np.ndarray, lane: int, values: Values, sloped: bool) -> None:

@@ -67,13 +67,13 @@ or freezes: as if the weight were at least this."""
 
 
 def columns_begin(width: int) -> int:
-    """The first slot of the columns of a lane; those before the last step and the slopes follow."""
+    """The first slot of the columns of a lane; the slopes follow."""
     return stream_begin(width) + STREAM
 
 
 def room_of(width: int) -> int:
-    """Number of slots: columns twice, slopes, and the last changes of integrands."""
-    return (2 * width + len(SENSITIVE) + len(INTEGRALS)) * width
+    """Number of slots: columns, slopes, and the last changes of integrands."""
+    return (width + len(SENSITIVE) + len(INTEGRALS)) * width
 
 
 def stored_of(width: int) -> int:
@@ -91,8 +91,9 @@ class Variations(NamedTuple):
     """(lanes): take them over the last step of every lane where it was accepted."""
 
     note: Callable[..., None]
-    """(lanes, lane, theta, y, values): note the slopes of stress and force, whose `values` in the
-    state `y` were found at the fraction `theta` of the last step, where they are the extrema."""
+    """(lanes, lane, y, values): note the slopes of stress and force, whose `values` in a state `y`
+    inside the last step were found, where they are the extrema. The columns are those at its end:
+    what a stiff film forgets it has forgotten by then."""
 
     mirror: Callable[..., None]
     """(lanes, lane): go over to the mirror image of the motion."""
@@ -108,8 +109,7 @@ def make_variations(
 ) -> Variations:
     """Return the operations for problems that `problems(lanes, lane)` reads."""
     width, first = functions.width, columns_begin(functions.width)
-    get_vector, add = lane_vectors(LANES, width).get, algebra(width).add
-    before, slopes = first + width * width, first + 2 * width * width
+    get_vector, slopes = lane_vectors(LANES, width).get, first + width * width
     end = first + room_of(width)
 
     aside, note_extrema = _make_aside(functions, components), _make_note_extrema(width, slopes)
@@ -127,19 +127,13 @@ def make_variations(
             see_integrands(lanes, lane, j, problem, 0.0, 0.0, sides, True)
 
     @jit
-    def note(
-        lanes: np.ndarray, lane: int, theta: float, y: Vector, values: tuple[float, float]
-    ) -> None:
+    def note(lanes: np.ndarray, lane: int, y: Vector, values: tuple[float, float]) -> None:
         problem, found = problems(lanes, lane), _extrema(lanes, lane, values, True)
-        step = step_of(lanes, lane)
-        f = rhs(problem, step.t + theta * step.used, y)
+        last = step_of(lanes, lane)
+        f1 = rhs(problem, last.t + last.used, last.y1)
         for j in range(width):
-            old, new = (
-                get_vector(lanes, before + j * width, lane),
-                get_vector(lanes, first + j * width, lane),
-            )
-            between = add(add(old, -theta, old), theta, new)
-            sides = aside(lanes, lane, j, problem, y, across(between, f))
+            column = get_vector(lanes, first + j * width, lane)
+            sides = aside(lanes, lane, j, problem, y, across(column, f1))
             note_extrema(lanes, lane, j, sides, found)
 
     carry = _make_carry(problems, functions, first, aside, across, note_extrema, see_integrands)
@@ -364,8 +358,6 @@ def _make_carry(
         f0, f1, crosses, LUs, f_ts = over
         share = old[1] / f0[1] if crosses else 0.0
         new = step(old, share, f0, f1, shift_of(last.used), LUs, f_ts)
-        # Kept from before the step, for extrema inside it.
-        vectors.put(lanes, first + (width + j) * width, lane, old)
         accepted = get(lanes, SLOTS.accepted, lane) > 0.0
         vectors.put(lanes, first + j * width, lane, operations.choose(accepted, new, old))
         turned = aside(lanes, lane, j, problem, last.y1, across(new, f1))
