@@ -28,8 +28,3 @@ class Model:
             waiting = np.concatenate([waiting, np.arange(before, len(bisection))])
         assert bisection.left == 0
         return bisection.crossings()
-
-
-def to(accuracy: float) -> Callable[[Kinds], Floats]:
-    """The accuracies of a bisection that asks for the same of all kinds."""
-    return lambda kinds: np.full(len(kinds), accuracy)

@@ -6,7 +6,7 @@ the kind changes along it. Kinds are whole numbers, `NO_KIND` where there is non
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -85,31 +85,26 @@ class Crossings:
         columns = zip(axes, self.low.T, self.high.T, strict=True)
         return np.asarray(np.max([a.parts(low, high) for a, low, high in columns], axis=0))
 
-    def are_narrow(self, axes: Sequence[Axis], accuracies: Floats) -> NDArray[np.bool_]:
-        """Return which brackets (n,) are as narrow as these accuracies (n,), or as floats allow."""
+    def are_narrow(self, axes: Sequence[Axis], accuracy: float) -> NDArray[np.bool_]:
+        """Return which brackets (n,) are as narrow as is asked for, or as floats allow."""
         middles = self.places(axes)
         between = ((middles != self.low) & (middles != self.high)).any(axis=1)
-        return np.asarray((self.widths(axes) <= accuracies) | ~between)
+        return np.asarray((self.widths(axes) <= accuracy) | ~between)
 
 
 class Bisection:
-    """The bisection of all edges of a map that borders cross, into brackets that are narrow enough.
+    """The bisection of all edges of a map that borders cross, into brackets of at most `accuracy`.
 
-    `kinds` and `numbers` have the shape of the map. `accuracies_of` the kinds (n, 2) at the ends of
-    brackets are how narrow they are to be (n,), as parts of the length of an axis. The middles of
-    brackets are numbered from 0; in whatever order their kinds become known, the same brackets are
-    left. A middle of a third kind splits an edge in two. A middle without a kind ends the bisection
-    of its edge: its bracket stays wide.
+    `kinds` and `numbers` have the shape of the map, `accuracy` is a part of the length of an axis.
+    The middles of brackets are numbered from 0; in whatever order their kinds become known, the
+    same brackets are left. A middle of a third kind splits an edge in two. A middle without a kind
+    ends the bisection of its edge: its bracket stays wide.
     """
 
     def __init__(
-        self,
-        axes: Sequence[Axis],
-        kinds: Kinds,
-        numbers: Floats,
-        accuracies_of: Callable[[Kinds], Floats],
+        self, axes: Sequence[Axis], kinds: Kinds, numbers: Floats, accuracy: float
     ) -> None:
-        self._axes, self._accuracies_of = axes, accuracies_of
+        self._axes, self._accuracy = axes, accuracy
         edges = _unlike_edges(axes, kinds, numbers)
         self._brackets, self._found = edges.part(slice(0)), [edges.part(slice(0))]
         self._halvings = np.zeros(0, dtype=np.int64)  # left of each bracket, at least
@@ -146,11 +141,10 @@ class Bisection:
 
     def _goes_on(self, brackets: Crossings) -> None:
         """Keep those brackets that are narrow enough, and bisect the others."""
-        accuracies = self._accuracies_of(brackets.kinds)
-        narrow = brackets.are_narrow(self._axes, accuracies)
+        narrow = brackets.are_narrow(self._axes, self._accuracy)
         self._found.append(brackets.part(narrow))
         wide = brackets.part(~narrow)
-        ratios = np.maximum(wide.widths(self._axes) / accuracies[~narrow], 2.0)
+        ratios = np.maximum(wide.widths(self._axes) / self._accuracy, 2.0)
         halvings = np.ceil(np.log2(ratios)).astype(np.int64)
         self._brackets = Crossings.joined([self._brackets, wide])
         self._halvings = np.concatenate([self._halvings, halvings])

@@ -12,7 +12,6 @@ import xarray as xr
 from stickslip.kernels.families import KIND
 from stickslip.options import OPTIONS, Options
 from stickslip.parameters import Parameters
-from stickslip.regime import Regime
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.load import Config, ConfigError
 from sweeps.config.schema import Execution
@@ -28,13 +27,10 @@ from sweeps.figures.layout import is_geometric
 from sweeps.grid import DIRECTION
 from sweeps.human import clock, counted
 from sweeps.views.boundaries.bisection import Axis, Bisection, Crossings, Floats, Kinds
-from sweeps.views.boundaries.kinds import NEEDED, Kind, numbered, part_of
+from sweeps.views.boundaries.kinds import NEEDED, Kind, numbered
 from sweeps.views.points import config_of, config_without_axes, curve_or_map
 
 _KIND = [Parameters._fields.index(name) for name in KIND]
-
-BESIDE_CHAOS = 1e-4
-"""How narrow a bracket with a motion that never closes is at most, as a part of its axis."""
 
 
 class BoundaryError(ExpectedError, ValueError):
@@ -85,17 +81,8 @@ class Map:
     progress: Bisecting = field(default_factory=Bisecting)
 
     def crossings(self, accuracy: float) -> Crossings:
-        """Return where borders cross the edges of the map, in brackets of at most `accuracy`.
-
-        Those with a motion that never closes end earlier: beside chaos there are bands of other
-        motions within bands, and the more of them the narrower the bracket.
-        """
-
-        def accuracies_of(kinds: Kinds) -> Floats:
-            chaos = (part_of(kinds, "regime") == Regime.APERIODIC).any(axis=1)
-            return np.where(chaos, max(accuracy, BESIDE_CHAOS), accuracy)
-
-        bisection = Bisection(self.axes, self.kinds, self.multipliers, accuracies_of)
+        """Return where borders cross the edges of the map, in brackets of at most `accuracy`."""
+        bisection = Bisection(self.axes, self.kinds, self.multipliers, accuracy)
         points = Listed(self.workers)
         self._add(points, bisection.middles(0))
         for block in self._computed(points):

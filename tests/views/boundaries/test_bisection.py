@@ -6,7 +6,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from support.bisecting import Model, to
+from support.bisecting import Model
 
 from sweeps.views.boundaries.bisection import (
     NO_KIND,
@@ -27,7 +27,7 @@ def disc(places: Floats) -> Kinds:
 def found_on(axes, model: Model, accuracy: float):
     places = np.stack(np.meshgrid(*(axis.values for axis in axes), indexing="ij"), axis=-1)
     kinds, numbers = model.kinds(places), places[..., 0].copy()
-    return model.bisect(Bisection(axes, kinds, numbers, to(accuracy)))
+    return model.bisect(Bisection(axes, kinds, numbers, accuracy))
 
 
 @pytest.fixture
@@ -67,7 +67,7 @@ def test_a_third_kind_splits_an_edge() -> None:
 def test_points_without_a_kind_make_no_edges() -> None:
     axes = [Axis(np.arange(4.0))]
     model = Model(lambda places: np.array([0, NO_KIND, 1, 0])[places[..., 0].astype(int)])
-    found = model.bisect(Bisection(axes, np.array([0, NO_KIND, 1, 1]), np.zeros(4), to(0.5)))
+    found = model.bisect(Bisection(axes, np.array([0, NO_KIND, 1, 1]), np.zeros(4), 0.5))
     assert len(found) == 0
 
 
@@ -82,19 +82,6 @@ def test_a_middle_without_a_kind_ends_the_bisection_in_a_wide_bracket() -> None:
     found = found_on(axes, Model(kinds), 1e-6)
     assert (found.low[0, 0], found.high[0, 0]) == (0.5, 1.0)
     assert found.kinds.tolist() == [[0, 1]]
-
-
-def test_kinds_say_how_narrow_their_brackets_are() -> None:
-    axes = [Axis(np.linspace(0.0, 1.0, 4))]
-    model = Model(lambda places: np.searchsorted([0.2, 0.5, 0.8], places[..., 0]))
-
-    def accuracies_of(kinds: Kinds) -> Floats:
-        return np.where((kinds == 3).any(axis=1), 1e-2, 1e-5)
-
-    kinds, numbers = model.kinds(axes[0].values[:, None]), np.zeros(4)
-    widths = model.bisect(Bisection(axes, kinds, numbers, accuracies_of)).widths(axes)
-    assert (widths <= [1e-5, 1e-5, 1e-2]).all()
-    assert widths[2] > 4e-3
 
 
 def test_a_geometric_axis_is_bisected_on_its_own_scale() -> None:
@@ -114,7 +101,7 @@ def test_kinds_may_become_known_in_any_order(axes: list[Axis], most: int) -> Non
 
 def test_it_is_known_how_many_kinds_are_left_to_be_found(axes: list[Axis]) -> None:
     places = np.stack(np.meshgrid(*(axis.values for axis in axes), indexing="ij"), axis=-1)
-    model, bisection = Model(disc), Bisection(axes, disc(places), places[..., 0].copy(), to(1e-6))
+    model, bisection = Model(disc), Bisection(axes, disc(places), places[..., 0].copy(), 1e-6)
     expected = bisection.left
     model.bisect(bisection)
     assert sum(model.calls) == expected == len(bisection)

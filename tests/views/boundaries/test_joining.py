@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from support.bisecting import Model, to
+from support.bisecting import Model
 
 from sweeps.views.boundaries.bisection import NO_KIND, Axis, Bisection, Crossings, Floats, Kinds
 from sweeps.views.boundaries.joining import Line, Rims
@@ -20,7 +20,7 @@ def joined(shape: Shape, size: int = 9, kinds: Kinds | None = None):
     grid = np.stack(np.meshgrid(*(axis.values for axis in axes), indexing="ij"), axis=-1)
     kinds = shape(grid) if kinds is None else kinds
 
-    found = Model(shape).bisect(Bisection(axes, kinds, grid[..., 0].copy(), to(1e-9)))
+    found = Model(shape).bisect(Bisection(axes, kinds, grid[..., 0].copy(), 1e-9))
     places = found.places(axes)
     rims = rims_of(kinds, found, places)
     doubtful = rims.doubtful()
@@ -92,7 +92,7 @@ def test_the_centre_decides_a_saddle(centre: int) -> None:
         total = places.sum(axis=1)
         return ((total > 0.5) & (total < 1.5)).astype(np.int64)
 
-    found = Model(band).bisect(Bisection(axes, kinds, np.zeros((2, 2)), to(1e-6)))
+    found = Model(band).bisect(Bisection(axes, kinds, np.zeros((2, 2)), 1e-6))
     rims = rims_of(kinds, found, found.places(axes))
     assert rims.doubtful() == [(0, 0)]
     lines, meetings = rims.lines({(0, 0): centre})
