@@ -136,7 +136,12 @@ def _family_kernels(options: Options, kinds: np.ndarray) -> Iterator[FamilyKerne
 
 
 def compute_orbits(
-    points: np.ndarray, options: Options, starts: np.ndarray | None = None, *, patience: int = 0
+    points: np.ndarray,
+    options: Options,
+    starts: np.ndarray | None = None,
+    *,
+    patience: int = 0,
+    limit: int = 0,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Stationary orbits of many points.
 
@@ -153,6 +158,9 @@ def compute_orbits(
         Drive periods after which the adaptive method leaves a point `pending`, as it does one that
         needs finer tolerances; 0 for no limit. Such points are computed faster together, with the
         same results.
+    limit
+        Drive periods after which the adaptive method gives a point up, as `pending`, at any of the
+        tolerances; 0 for no limit.
 
     Returns
     -------
@@ -168,14 +176,14 @@ def compute_orbits(
         phi_0 = 0 without noise.
     """
     compute = _compute_ensembles if options.physics.chance else _compute_paths
-    results, finals = compute(points, options, starts, patience)
+    results, finals = compute(points, options, starts, patience, limit)
     asked = asked_columns(options.observables)
     results[:, [name not in asked for name in RESULT_COLUMNS]] = np.nan
     return results, finals
 
 
 def _compute_paths(
-    points: np.ndarray, options: Options, starts: np.ndarray | None, patience: int
+    points: np.ndarray, options: Options, starts: np.ndarray | None, patience: int, limit: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Compute films without random numbers as `compute_orbits` does."""
     points, method = prepared_points(points, options.noise), METHODS[options.method]
@@ -183,7 +191,9 @@ def _compute_paths(
     finals = np.full((len(points), len(final_columns(options.physics))), np.nan)
     stable = options.dt <= method.kernels.largest_step(points, options)
     starts = np.full_like(finals, np.nan) if starts is None else starts
-    results[stable], finals[stable] = _orbits(points[stable], options, starts[stable], patience)
+    results[stable], finals[stable] = _orbits(
+        points[stable], options, starts[stable], patience or limit
+    )
     if patience and method.refines:
         results[_is_doubtful(results, options)] = failed_row(Status.PENDING)
     for _ in range(_REFINEMENTS if method.refines else 0):
@@ -191,7 +201,7 @@ def _compute_paths(
         if not len(doubtful):
             break
         options = _finer(options)
-        better = _orbits(points[doubtful], options, starts[doubtful], 0)
+        better = _orbits(points[doubtful], options, starts[doubtful], limit)
         _replace_by_better(results, finals, doubtful, *better)
     inaccurate = _is_inaccurate(results, options)
     periods = results[inaccurate, _PERIODS]
@@ -201,12 +211,14 @@ def _compute_paths(
 
 
 def _compute_ensembles(
-    points: np.ndarray, options: Options, starts: np.ndarray | None, patience: int
+    points: np.ndarray, options: Options, starts: np.ndarray | None, patience: int, limit: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Compute stochastic films as `compute_orbits` does; finals are those of the typical paths."""
     from stickslip.kernels.ensembles import write_ensembles  # only stochastic films need it
 
-    results, finals = compute_orbits(points, typical_options(options), starts, patience=patience)
+    results, finals = compute_orbits(
+        points, typical_options(options), starts, patience=patience, limit=limit
+    )
     write_ensembles(np.atleast_2d(np.asarray(points, dtype=float)), options, results, finals)
     return results, finals
 

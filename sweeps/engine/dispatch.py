@@ -84,8 +84,12 @@ def computed_blocks(
     stop: Stop,
     in_flight: InFlight,
     block_points: int | None = None,
+    *,
+    limit: int = 0,
 ) -> Iterator[Block]:
     """Compute blocks of points, and yield them as they are finished; there may come more meanwhile.
+
+    Points that take more than `limit` drive periods, where it is not 0, come back `pending`.
 
     After a request to stop no further block is begun. Those in flight still come, but for points
     that may take any time (`Task.is_unlimited`): they are given up. Where workers die, the blocks
@@ -94,7 +98,7 @@ def computed_blocks(
     which tasks have not come back. Raises ExecutorError.
     """
     stragglers = Stragglers(block_points, ever=not grid.followed)
-    tasks = _Tasks(grid, options, blocks, stragglers, executor, stop, in_flight)
+    tasks = _Tasks(grid, options, blocks, stragglers, executor, stop, in_flight, limit)
     # There may be tasks again after there was none: those of points that came back as late.
     while (first := next(tasks, None)) is not None:
         try:
@@ -119,8 +123,9 @@ class _Tasks:
         executor: Workers,
         stop: Stop,
         in_flight: InFlight,
+        limit: int,
     ) -> None:
-        self._grid, self._options, self._stop = grid, options, stop
+        self._grid, self._options, self._stop, self._limit = grid, options, stop, limit
         self._blocks, self._cut = blocks, iter(blocks)
         self._stragglers = stragglers
         self._rest: list[NDArray[np.int64]] = []
@@ -147,7 +152,8 @@ class _Tasks:
         """
         late = self._stragglers.together()
         if late is None and (block := next(self._cut, None)) is not None:
-            return task_of(self._grid, block, self._options, self._stragglers.patience)
+            patience = 0 if self._limit else self._stragglers.patience
+            return task_of(self._grid, block, self._options, patience, self._limit)
         if late is None:
             if not any(task.patience for task in self._in_flight.tasks):
                 self._rest += self._stragglers.rest(self._executor.slots)
@@ -155,7 +161,7 @@ class _Tasks:
                 raise StopIteration
             late = self._rest.pop(0)
         self._late.add(int(late[0]))
-        return task_of(self._grid, late, self._options)
+        return task_of(self._grid, late, self._options, limit=self._limit)
 
     def finished(self, block: Block) -> Block:
         """Take in a block that has come back; returns it without the points that are late.
@@ -171,6 +177,8 @@ class _Tasks:
             late = int(block.indices[0]) in self._late
             learning = self._stragglers if late else self._blocks
             learning.learn(len(block.indices), block.seconds)
+            if self._limit:
+                return block
             return block.part(self._stragglers.finished(block.indices, block.results))
 
     def _once_more(self, task: Task | None) -> NDArray[np.int64]:

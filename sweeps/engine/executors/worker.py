@@ -39,7 +39,8 @@ class Task:
     """A block of points to compute: their numbers, parameters (n, parameters) and options.
 
     `line` points at a time belong together, each starting from the one before; 1 for points alone.
-    Points that take longer than `patience` drive periods are left `pending`, where it is not 0.
+    Points that take longer than `patience` drive periods are left `pending`, where it is not 0, and
+    for good those that take longer than `limit`.
     """
 
     indices: NDArray[np.int64]
@@ -48,6 +49,7 @@ class Task:
     code: str
     line: int = 1
     patience: int = 0
+    limit: int = 0
 
     @property
     def is_unlimited(self) -> bool:
@@ -55,7 +57,7 @@ class Task:
 
         The lines of a followed axis, which have no limit either, are its ordinary blocks.
         """
-        return self.patience == 0 and self.line == 1
+        return self.patience == self.limit == 0 and self.line == 1
 
 
 @dataclass(frozen=True)
@@ -84,11 +86,15 @@ class Block:
 
 
 def task_of(
-    grid: Grid | Listed, indices: NDArray[np.int64], options: Options, patience: int = 0
+    grid: Grid | Listed,
+    indices: NDArray[np.int64],
+    options: Options,
+    patience: int = 0,
+    limit: int = 0,
 ) -> Task:
     """Make the task of computing these points of a grid, or of a list."""
     line = grid.lines().shape[1] if grid.followed else 1
-    return Task(indices, grid.rows(indices), options, source_hash(), line, patience)
+    return Task(indices, grid.rows(indices), options, source_hash(), line, patience, limit)
 
 
 def kinds_of(grid: Grid) -> NDArray[np.float64]:
@@ -151,7 +157,7 @@ def is_answer(answer: object, task: Task) -> bool:
     ):
         return False
     # Grids are interpolated here, and points left over where there is a limit to their periods.
-    foreign = [Status.INTERPOLATED, *([] if task.patience else [Status.PENDING])]
+    foreign = [Status.INTERPOLATED, *([] if task.patience or task.limit else [Status.PENDING])]
     return not np.isin(results[:, STATUS], foreign).any()
 
 
@@ -177,6 +183,8 @@ def _results(points: NDArray[np.float64], task: Task) -> NDArray[np.float64]:
     """Compute the result rows (n, columns) of some of the points of a task, whole lines of them."""
     if task.line > 1:
         return follow(points, task.line, task.options)
+    if task.limit:
+        return compute_orbits(points, task.options, limit=task.limit)[0]
     return compute_orbits(points, task.options, patience=task.patience)[0]
 
 

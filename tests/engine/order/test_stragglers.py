@@ -108,6 +108,20 @@ def test_late_points_come_out_the_same() -> None:
     assert their_finals[~late].tobytes() == finals[~late].tobytes()
 
 
+@pytest.mark.parametrize("max_error", [1e-3, 1e-6])
+def test_points_may_be_given_up_for_good(max_error: float) -> None:
+    """All others come out as ever, and those that need finer tolerances are no exception."""
+    grid = Grid.from_config(from_mapping(ODD))
+    points = grid.rows(np.arange(grid.size))
+    options = Options(rtol=1e-4, stationary_rtol=1e-4, max_error=max_error)
+    whole, _ = compute_orbits(points, options)
+    some, _ = compute_orbits(points, options, limit=64)
+    kept = np.isin(some[:, STATUS], [status for status in Status if status.is_result])
+    assert 0 < kept.sum() < len(points)
+    assert some[kept].tobytes() == whole[kept].tobytes()
+    assert set(some[~kept, STATUS]) <= {Status.PENDING, Status.INACCURATE}
+
+
 @pytest.mark.parametrize(
     "execution", one_then("stress", [{"block_points": 1}, {"workers": 2}, {"backend": "loky"}])
 )
