@@ -16,9 +16,15 @@ class Model:
         self.kinds, self.most = kinds, most
         self.calls: list[int] = []
 
-    def bisect(self, bisection: Bisection) -> Crossings:
+    def bisect(self, bisection: Bisection, first: int = 0) -> Crossings:
+        """Answer until nothing is left, from this middle on; return the crossings."""
+        found = self.answer(bisection, first)
+        assert bisection.left == 0
+        return found
+
+    def answer(self, bisection: Bisection, first: int = 0) -> Crossings:
         """Answer until nothing is asked any more, the middles that came last before the others."""
-        waiting = np.arange(len(bisection))
+        waiting = np.arange(first, len(bisection))
         while len(waiting):
             count = self.most or len(waiting)
             waiting, which = waiting[:-count], waiting[-count:]
@@ -26,5 +32,4 @@ class Model:
             self.calls.append(len(which))
             bisection.take_in(which, self.kinds(places), places[:, 0].copy())
             waiting = np.concatenate([waiting, np.arange(before, len(bisection))])
-        assert bisection.left == 0
         return bisection.crossings()

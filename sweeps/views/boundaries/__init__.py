@@ -42,7 +42,7 @@ def boundaries(
     with display_of(own.progress, wanted=progress):
         found = own.crossings(accuracy)
         lines, meetings = _joined(own, found)
-    return table_of(ds, own, found, lines, meetings)
+    return table_of(ds, own, found, lines, meetings, accuracy)
 
 
 def _joined(own: Map, found: Crossings) -> tuple[list[Line], list[list[int]]]:

@@ -98,15 +98,22 @@ class Bisection:
     `kinds` and `numbers` have the shape of the map, `accuracy` is a part of the length of an axis.
     The middles of brackets are numbered from 0; in whatever order their kinds become known, the
     same brackets are left. A middle of a third kind splits an edge in two. A middle without a kind
-    ends the bisection of its edge: its bracket stays wide.
+    ends the bisection of its edge: its bracket stays wide. Brackets of at most `pause` wait until
+    the bisection is to `resume`.
     """
 
     def __init__(
-        self, axes: Sequence[Axis], kinds: Kinds, numbers: Floats, accuracy: float
+        self,
+        axes: Sequence[Axis],
+        kinds: Kinds,
+        numbers: Floats,
+        accuracy: float,
+        pause: float = 0.0,
     ) -> None:
-        self._axes, self._accuracy = axes, accuracy
+        self._axes, self._accuracy, self._pause = axes, accuracy, pause
         edges = _unlike_edges(axes, kinds, numbers)
-        self._brackets, self._found = edges.part(slice(0)), [edges.part(slice(0))]
+        self._brackets = self._waiting = edges.part(slice(0))
+        self._found = [self._brackets]
         self._halvings = np.zeros(0, dtype=np.int64)  # left of each bracket, at least
         self._goes_on(edges)
 
@@ -117,7 +124,7 @@ class Bisection:
     @property
     def left(self) -> int:
         """The middles whose kinds are still to be found, but for edges that are split."""
-        return int(self._halvings.sum())
+        return int(self._halvings.sum() + self._halvings_of(self._waiting).sum())
 
     def middles(self, first: int) -> Floats:
         """Return the middles (n, axes) from this number on."""
@@ -133,6 +140,12 @@ class Bisection:
         middles = brackets.places(self._axes)
         self._goes_on(_halved(brackets, middles, kinds[known], numbers[known]))
 
+    def resume(self) -> None:
+        """Go on with the brackets that wait: new middles may follow."""
+        waiting, self._pause = self._waiting, 0.0
+        self._waiting = waiting.part(slice(0))
+        self._goes_on(waiting)
+
     def crossings(self) -> Crossings:
         """Return the crossings of borders and edges, by their edges and places on them."""
         found = Crossings.joined(self._found)
@@ -140,14 +153,19 @@ class Bisection:
         return found.part(order)
 
     def _goes_on(self, brackets: Crossings) -> None:
-        """Keep those brackets that are narrow enough, and bisect the others."""
+        """Keep those brackets that are narrow enough, let some wait, and bisect the others."""
         narrow = brackets.are_narrow(self._axes, self._accuracy)
+        waits = ~narrow & (brackets.widths(self._axes) <= self._pause)
         self._found.append(brackets.part(narrow))
-        wide = brackets.part(~narrow)
-        ratios = np.maximum(wide.widths(self._axes) / self._accuracy, 2.0)
-        halvings = np.ceil(np.log2(ratios)).astype(np.int64)
+        self._waiting = Crossings.joined([self._waiting, brackets.part(waits)])
+        wide = brackets.part(~narrow & ~waits)
         self._brackets = Crossings.joined([self._brackets, wide])
-        self._halvings = np.concatenate([self._halvings, halvings])
+        self._halvings = np.concatenate([self._halvings, self._halvings_of(wide)])
+
+    def _halvings_of(self, wide: Crossings) -> NDArray[np.int64]:
+        """Return how often brackets (n,) are to be halved, at least."""
+        ratios = np.maximum(wide.widths(self._axes) / self._accuracy, 2.0)
+        return np.ceil(np.log2(ratios)).astype(np.int64)
 
 
 def _unlike_edges(axes: Sequence[Axis], kinds: Kinds, numbers: Floats) -> Crossings:

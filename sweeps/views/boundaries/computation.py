@@ -33,6 +33,14 @@ from sweeps.views.points import config_of, config_without_axes, curve_or_map
 _KIND = [Parameters._fields.index(name) for name in KIND]
 
 
+PATIENT, LIMIT = 1e-3, 128
+"""The width, as a part of its axis, above which a bracket waits for however slow a middle.
+
+That of a narrower one has so many drive periods to reach its orbit, or the bracket stays as it is
+(docs/decisions/borders.md): fewer than any motion needs to be called aperiodic.
+"""
+
+
 class BoundaryError(ExpectedError, ValueError):
     """A result whose borders cannot be computed; the message says why, and what would help."""
 
@@ -81,15 +89,24 @@ class Map:
     progress: Bisecting = field(default_factory=Bisecting)
 
     def crossings(self, accuracy: float) -> Crossings:
-        """Return where borders cross the edges of the map, in brackets of at most `accuracy`."""
-        bisection = Bisection(self.axes, self.kinds, self.multipliers, accuracy)
+        """Return where borders cross the edges of the map, in brackets of at most `accuracy`.
+
+        Narrow ones end at a slow middle; see `PATIENT`.
+        """
+        bisection = Bisection(self.axes, self.kinds, self.multipliers, accuracy, pause=PATIENT)
         points = Listed(self.workers)
-        self._add(points, bisection.middles(0))
-        for block in self._computed(points):
+        self._bisect(bisection, points)
+        bisection.resume()
+        self._bisect(bisection, points, limit=LIMIT)
+        return bisection.crossings()
+
+    def _bisect(self, bisection: Bisection, points: Listed, *, limit: int = 0) -> None:
+        """Compute middles, which are added to a list of points, until no more are asked for."""
+        self._add(points, bisection.middles(len(points)))
+        for block in self._computed(points, limit=limit):
             bisection.take_in(block.indices, *self._seen(block))
             self._add(points, bisection.middles(len(points)))
             self.progress.left = bisection.left
-        return bisection.crossings()
 
     def kinds_at(self, places: Floats) -> Kinds:
         """Return the kinds (n,) at some places (n, axes) of the map."""
@@ -120,13 +137,20 @@ class Map:
             compile_kinds(self._options, rows[:, _KIND])
         points.add(rows)
 
-    def _computed(self, points: Listed) -> Iterator[Block]:
+    def _computed(self, points: Listed, *, limit: int = 0) -> Iterator[Block]:
         """Yield the blocks of a list of points, which may grow meanwhile."""
         execution, flying = Execution(backend="threads", workers=self.workers), InFlight()
         self.progress.in_flight = flying
         with make_executor(execution) as executor:
-            blocks = computed_blocks(points, self._options, points, executor, Stop(), flying)
-            for block in blocks:
+            for block in computed_blocks(
+                points,
+                self._options,
+                points,
+                executor,
+                Stop(),
+                flying,
+                limit=limit,
+            ):
                 self.progress.done += len(block.indices)
                 yield block
 

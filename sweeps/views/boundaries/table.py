@@ -42,12 +42,17 @@ class Type(IntEnum):
 
 
 def table_of(
-    ds: xr.Dataset, own: Map, found: Crossings, lines: list[Line], meetings: list[list[int]]
+    ds: xr.Dataset,
+    own: Map,
+    found: Crossings,
+    lines: list[Line],
+    meetings: list[list[int]],
+    accuracy: float,
 ) -> xr.Dataset:
     """Return the borders of a map along `boundary_point`.
 
-    `found` are its crossings, `lines` what they were joined to, and `meetings` the crossings that
-    meet in each meeting point.
+    `found` are its crossings, in brackets of at most `accuracy` unless they stayed wide, `lines`
+    what they were joined to, and `meetings` the crossings that meet in each meeting point.
     """
     points = np.array([point for line in lines for point in line.points], dtype=np.int64)
     numbers = [number for number, line in enumerate(lines) for _ in line.points]
@@ -72,7 +77,8 @@ def table_of(
         for name, width in zip(own.names, brackets.T, strict=True)
     }
     fixed = {name: ds[name].squeeze() for name in PARAMETERS if name in ds and ds[name].size == 1}
-    return xr.Dataset(data, coordinates | fixed, _about(ds, own))
+    wide = int((~found.are_narrow(own.axes, accuracy)).sum())
+    return xr.Dataset(data, coordinates | fixed, _about(ds, own) | {"wide_brackets": str(wide)})
 
 
 def _per_point(values: Floats, points: NDArray[np.int64]) -> Floats:
@@ -121,7 +127,8 @@ def _bracket(name: str) -> dict[str, str]:
     return {
         "long_name": f"width of the last bracket along {name}",
         "units": PARAMETERS[name].units,
-        "comment": "0 where the point lies on a line of the grid, exactly",
+        "comment": "0 where the point lies on a line of the grid, exactly; wider than asked if a "
+        "point on the way had no result or, in a bracket below a thousandth of the axis, took long",
     }
 
 

@@ -107,6 +107,22 @@ def test_it_is_known_how_many_kinds_are_left_to_be_found(axes: list[Axis]) -> No
     assert sum(model.calls) == expected == len(bisection)
 
 
+def test_brackets_wait_below_a_width_until_they_are_to_go_on(axes: list[Axis]) -> None:
+    places = np.stack(np.meshgrid(*(axis.values for axis in axes), indexing="ij"), axis=-1)
+    kinds, numbers, model = disc(places), places[..., 0].copy(), Model(disc)
+    bisection = Bisection(axes, kinds, numbers, 1e-6, pause=1e-3)
+    expected = bisection.left
+    assert len(model.answer(bisection)) == 0
+    assert bisection.left == expected - sum(model.calls)
+    assert len(model.calls) == np.ceil(np.log2(1 / 7 / 1e-3))
+    bisection.resume()
+    found = model.bisect(bisection, first=sum(model.calls))
+    at_once = found_on(axes, Model(disc), 1e-6)
+    for field in fields(Crossings):
+        np.testing.assert_array_equal(*(getattr(f, field.name) for f in (found, at_once)))
+    assert sum(model.calls) == expected
+
+
 def test_a_bracket_is_never_narrower_than_floats_allow() -> None:
     axes = [Axis(np.array([1e6, 1e6 + 1e-9]))]
     found = found_on(axes, Model(lambda places: (places[..., 0] > 1e6).astype(np.int64)), 1e-12)

@@ -19,7 +19,7 @@ from sweeps.engine.executors import threads
 from sweeps.engine.executors.worker import Block, Task, compute_block
 from sweeps.engine.progress import Display, Scene
 from sweeps.views import boundaries as boundaries_module
-from sweeps.views.boundaries import BoundaryError
+from sweeps.views.boundaries import BoundaryError, computation
 from sweeps.views.boundaries.table import types_of
 
 MEETING = 2
@@ -153,6 +153,24 @@ def test_of_a_motion_that_never_closes_the_kind_is_enough(monkeypatch: pytest.Mo
     late = next(place for place, task in enumerate(begun) if task.is_unlimited)
     assert late > 1
     assert found.attrs["computed_points"] == expected.attrs["computed_points"]
+
+
+def test_a_narrow_bracket_does_not_wait_for_a_slow_middle(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Toward the first border orbits close after 3, 5, 11, 15 and ever more periods."""
+    ds = run({"model": {"T": 166}, "sweep": {"omega": [5, 34.5625, 35.25, 60]}})
+    found, accuracy = ds.stickslip.boundaries(1e-4), 55e-4
+    monkeypatch.setattr(computation, "PATIENT", 0.0)
+    patient = ds.stickslip.boundaries(1e-4)
+    wide = found.angular_frequency_bracket.values > accuracy
+    assert wide.tolist() == [True, False]
+    assert found.angular_frequency_bracket.values[0] < 10 * accuracy
+    assert (patient.angular_frequency_bracket <= accuracy).all()
+    assert [ds.attrs["wide_brackets"] for ds in (found, patient)] == ["1", "0"]
+    assert int(found.attrs["computed_points"]) < int(patient.attrs["computed_points"])
+    for side in ("kind_left", "kind_right"):
+        np.testing.assert_array_equal(found[side], patient[side])
+    away = np.abs(found.angular_frequency - patient.angular_frequency)
+    assert (away < found.angular_frequency_bracket / 2 + accuracy).all()
 
 
 def test_it_is_told_how_many_points_are_known_to_follow(
