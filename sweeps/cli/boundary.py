@@ -48,8 +48,9 @@ def boundary(
 ) -> None:
     """Compute the borders between kinds of motion, as lines or points.
 
-    Each edge between neighbouring points of unlike kinds is bisected. The lines are written as
-    NetCDF, which `stickslip plot MAP --boundaries FILE` draws, or as a table.
+    Each edge between neighbouring points of unlike kinds is bisected, at slow motions only to a
+    thousandth of the axis. The lines are written as NetCDF, which `stickslip plot MAP --boundaries
+    FILE` draws, or as a table.
     """
     from sweeps.engine.existing import seal_note
     from sweeps.engine.signals import interruptible
@@ -82,6 +83,9 @@ def boundary(
     print_names(outputs)
     if borders is not None:
         _summarise(borders)
+        if (wide := int(borders.attrs.get("wide_brackets", 0))) > 0:
+            brackets = counted(wide, "bracket")
+            print(f"{brackets} wider than asked, at motions that close late, or never")
 
 
 def _at(ds: xr.Dataset, at: list[str]) -> xr.Dataset:

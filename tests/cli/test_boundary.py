@@ -83,6 +83,15 @@ def test_the_command_prints_the_borders_of_an_axis(
     assert not (tmp_path / "part-boundaries.nc").exists()
 
 
+def test_the_command_says_how_many_brackets_stayed_wide(command: Command, tmp_path: Path) -> None:
+    slow = run({"model": {"T": 166}, "sweep": {"omega": [34.5625, 35.25]}})
+    write_dataset(slow, tmp_path / "slow.nc")
+    for accuracy, told in (("1e-2", False), ("1e-5", True)):
+        done = command("boundary", "slow.nc", "--accuracy", accuracy, "-o", f"{accuracy}.nc")
+        assert done.code == 0, done.err
+        assert ("1 bracket wider than asked, at motions that close late" in done.out) == told
+
+
 def test_a_report_has_them_on_its_map(
     command: Command, small: xr.Dataset, borders: xr.Dataset, tmp_path: Path
 ) -> None:
