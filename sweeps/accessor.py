@@ -198,7 +198,7 @@ class StickslipAccessor:
             width of the last bracket. Left and right are those of a walk along the line, with the
             first axis pointing right and the second up; on a single axis left is below. A border
             is a fold if a multiplier within 0.2 of 1 says that an orbit is about to lose its
-            stability, which need not be how it ends; tell it apart with an accuracy of 1e-4 or
+            stability, which need not be how it ends; tell it apart with an accuracy of 1e-5 or
             better, and `rtol` 1e-6.
 
             Points without a result make no borders. A bisection ends early, with a wide bracket, at
