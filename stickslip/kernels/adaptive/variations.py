@@ -112,7 +112,8 @@ def make_variations(
     get_vector, slopes = lane_vectors(LANES, width).get, first + width * width
     end = first + room_of(width)
 
-    aside, note_extrema = _make_aside(functions, components), _make_note_extrema(width, slopes)
+    aside, note_extrema = _make_aside(functions), _make_note_extrema(width, slopes)
+    reaches = tuple(1.0 / larger(c.weight, LEAST_WEIGHT) for c in components)
     across, rhs, step_of = _make_across(components), functions.rhs, step_reader(width)
     see_integrands = _make_see_integrands(functions, slopes)
 
@@ -123,7 +124,8 @@ def make_variations(
             put(lanes, slot, lane, 0.0)
         for j in range(width):
             put(lanes, first + j * (width + 1), lane, 1.0)
-            sides = aside(lanes, lane, j, problem, y, get_vector(lanes, first + j * width, lane))
+            column = get_vector(lanes, first + j * width, lane)
+            sides = aside(lanes, lane, reaches[j], problem, y, column)
             see_integrands(lanes, lane, j, problem, 0.0, 0.0, sides, True)
 
     @jit
@@ -133,10 +135,12 @@ def make_variations(
         f1 = rhs(problem, last.t + last.used, last.y1)
         for j in range(width):
             column = get_vector(lanes, first + j * width, lane)
-            sides = aside(lanes, lane, j, problem, y, across(column, f1))
+            sides = aside(lanes, lane, reaches[j], problem, y, across(column, f1))
             note_extrema(lanes, lane, j, sides, found)
 
-    carry = _make_carry(problems, functions, first, aside, across, note_extrema, see_integrands)
+    carry = _make_carry(
+        problems, functions, first, reaches, aside, across, note_extrema, see_integrands
+    )
     return Variations(
         begin,
         carry,
@@ -201,10 +205,12 @@ class Aside(NamedTuple):
     per_column: float
 
 
-def _make_aside(functions: ProblemFunctions, components: tuple[Component, ...]) -> Any:
-    """Return the inline function (lanes, lane, j, problem, y, column) that gives an Aside."""
+def _make_aside(functions: ProblemFunctions) -> Any:
+    """Return the inline function (lanes, lane, reach, problem, y, column) that gives an Aside.
+
+    `reach` times the root of the tolerance is how far aside, at most.
+    """
     add, observables = algebra(functions.width).add, functions.equations.observables
-    reaches = tuple(1.0 / larger(c.weight, LEAST_WEIGHT) for c in components)
 
     @inline
     def node(problem: Problem, y: Vector) -> Node:
@@ -214,9 +220,9 @@ def _make_aside(functions: ProblemFunctions, components: tuple[Component, ...]) 
 
     @inline
     def aside(
-        lanes: np.ndarray, lane: int, j: int, problem: Problem, y: Vector, column: Vector
+        lanes: np.ndarray, lane: int, reach: float, problem: Problem, y: Vector, column: Vector
     ) -> Aside:
-        size = math.sqrt(get(lanes, SLOTS.rtol, lane)) * reaches[j]
+        size = math.sqrt(get(lanes, SLOTS.rtol, lane)) * reach
         # Where the column says that the film freezes earlier or later, it is not so far from there.
         size /= 1.0 + size * abs(column[FILM])
         above, below = node(problem, add(y, size, column)), node(problem, add(y, -size, column))
@@ -330,6 +336,7 @@ def _make_carry(
     problems: Callable[..., Problem],
     functions: ProblemFunctions,
     first: int,
+    reaches: tuple[float, ...],
     aside: Any,
     across: Any,
     note_extrema: Any,
@@ -352,43 +359,50 @@ def _make_carry(
 
     @inline
     def carry_column(
-        lanes: np.ndarray, lane: int, j: int, problem: Problem, last: Step, over: Any, found: Any
+        lanes: np.ndarray, lane: int, j: int, last: Step, over: Any, accepted: bool
     ) -> None:
         old = vectors.get(lanes, first + j * width, lane)
         f0, f1, crosses, LUs, f_ts = over
         share = old[1] / f0[1] if crosses else 0.0
         new = step(old, share, f0, f1, shift_of(last.used), LUs, f_ts)
-        accepted = get(lanes, SLOTS.accepted, lane) > 0.0
         vectors.put(lanes, first + j * width, lane, operations.choose(accepted, new, old))
-        turned = aside(lanes, lane, j, problem, last.y1, across(new, f1))
-        note_extrema(lanes, lane, j, turned, found)
-        sides, end = aside(lanes, lane, j, problem, last.y1, new), last.t + last.used
-        see_integrands(lanes, lane, j, problem, end, last.used, sides, accepted)
 
     # Written out: a loop inside the loop over lanes would prevent vectorisation.
     carry_columns: Any = make_function(
         f"carry_columns[{width}]",
-        "lanes, lane, problem, last, over, found",
-        [f"carry_column(lanes, lane, {j}, problem, last, over, found)" for j in range(width)],
+        "lanes, lane, last, over, accepted",
+        [f"carry_column(lanes, lane, {j}, last, over, accepted)" for j in range(width)],
         {"carry_column": carry_column},
     )
 
     @inline
     def lane_carry(lane: int, lanes: np.ndarray) -> None:
         problem, last = problems(lanes, lane), step_of(lanes, lane)
-        accepted = get(lanes, SLOTS.accepted, lane) > 0.0
-        values = get(lanes, STRESS, lane), get(lanes, FORCE, lane)
         f0, f1 = rhs(problem, last.t, last.y0), rhs(problem, last.t + last.used, last.y1)
         LU1, f_t1 = linearised(problem, last, NODES[0])
         LU2, f_t2 = linearised(problem, last, NODES[1])
         LU3, f_t3 = linearised(problem, last, NODES[2])
         crosses = _crosses(last.y0[1], last.y1[1], last.used * f0[1], last.used * f1[1])
         over = f0, f1, crosses, (LU1, LU2, LU3), (f_t1, f_t2, f_t3)
-        found = _extrema(lanes, lane, values, accepted)
-        carry_columns(lanes, lane, problem, last, over, found)
+        carry_columns(lanes, lane, last, over, get(lanes, SLOTS.accepted, lane) > 0.0)
+
+    @inline
+    def lane_note(lane: int, lanes: np.ndarray, j: int, reach: float) -> None:
+        problem, last = problems(lanes, lane), step_of(lanes, lane)
+        accepted, end = get(lanes, SLOTS.accepted, lane) > 0.0, last.t + last.used
+        column = vectors.get(lanes, first + j * width, lane)
+        values = get(lanes, STRESS, lane), get(lanes, FORCE, lane)
+        across_column = across(column, rhs(problem, end, last.y1))
+        turned = aside(lanes, lane, reach, problem, last.y1, across_column)
+        note_extrema(lanes, lane, j, turned, _extrema(lanes, lane, values, accepted))
+        sides = aside(lanes, lane, reach, problem, last.y1, column)
+        see_integrands(lanes, lane, j, problem, end, last.used, sides, accepted)
 
     @jit
     def carry(lanes: np.ndarray) -> None:
         for_lanes(LANES, lane_carry, (lanes,))
+        # One column after the other: written out, this would take three times as long to compile.
+        for j in range(width):
+            for_lanes(LANES, lane_note, (lanes, j, reaches[j]))
 
     return carry
