@@ -118,7 +118,8 @@ def data_name(entry: Entry) -> str:
 def make(entry: Entry, made: Path = MADE) -> str:
     """Make the picture of an entry unless it exists; return what was done."""
     folder = made / data_name(entry)
-    drawn_by = (ROOT / "sweeps" / "figures", ROOT / "stickslip" / "variables.py")
+    shown_by = (ROOT / "sweeps" / name for name in ("charts", "figures"))
+    drawn_by = (*shown_by, ROOT / "stickslip" / "variables.py")
     kept = folder / f"{source_hash(*drawn_by, also=repr(entry.drawing))[:12]}-{entry.picture}"
     done = "kept"
     if not kept.exists():

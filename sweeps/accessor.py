@@ -39,8 +39,8 @@ class StickslipAccessor:
         self._ds = ds
 
     def __repr__(self) -> str:
+        from sweeps.charts.data import default_figure
         from sweeps.figure_table import FIGURES
-        from sweeps.figures import default_figure
 
         held = FIGURES[default_figure(self._ds)].drawn
         sizes = ", ".join(f"{dim}: {size}" for dim, size in self._ds.sizes.items())

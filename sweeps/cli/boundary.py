@@ -90,7 +90,7 @@ def boundary(
 
 def _at(ds: xr.Dataset, at: list[str]) -> xr.Dataset:
     """Return the part of a result that some texts choose, such as `K=1000`."""
-    from sweeps.figures.plot_options import places_at
+    from sweeps.charts.at import places_at
 
     try:
         return ds.isel(places_at(ds, at))

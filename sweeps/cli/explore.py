@@ -84,7 +84,7 @@ def _beginning(target: Path | None) -> Beginning:
 def _with_borders(beginning: Beginning, file: Path) -> Beginning:
     """Return the beginning with the borders of a file; ends if they are not of its result."""
     from stickslip.symbols import plain
-    from sweeps.figures.borders import require_borders_of
+    from sweeps.charts.borders import require_borders_of
     from sweeps.files.datasets import open_result
 
     if beginning.result is None:

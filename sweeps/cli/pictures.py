@@ -374,8 +374,8 @@ def _drawn(
 
 def _plot_of_config(ds: xr.Dataset) -> tuple[str | None, tuple[str, ...] | None]:
     """Return the figure and the variables that a file's config names and it has data for."""
+    from sweeps.charts.data import obstacle
     from sweeps.config.load import ConfigError, from_yaml
-    from sweeps.figures import obstacle
 
     try:
         plot = from_yaml(str(ds.attrs.get("config", "{}"))).plot

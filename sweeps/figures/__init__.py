@@ -1,8 +1,8 @@
 """Pictures of result and trajectory files: they draw what a Dataset holds and compute nothing.
 
 `draw` chooses the picture, `save` writes it. The figures stand in `sweeps.figure_table`; the units
-of an axis come from the registry through the scale table of `labels`, the one place that converts
-Pa to MPa or m to µm.
+of an axis come from the registry through the scale table of `sweeps.charts.labels`, the one place
+that converts Pa to MPa or m to µm.
 """
 
 from __future__ import annotations
@@ -12,15 +12,16 @@ import importlib
 import xarray as xr
 from matplotlib.figure import Figure
 
-from sweeps.figure_table import FIGURES, Data
+from sweeps.charts.at import slice_at
+from sweeps.charts.data import data_of, default_figure, obstacle
+from sweeps.charts.labels import changed_parameters
+from sweeps.figure_table import FIGURES
 from sweeps.figures.amplitudes import draw_results
-from sweeps.figures.labels import changed_parameters
 from sweeps.figures.look import Look, finish
 from sweeps.figures.motion.traces import draw_variables
-from sweeps.figures.plot_options import PlotOptions, slice_at
+from sweeps.figures.plot_options import PlotOptions
 from sweeps.figures.save import ENDINGS, save
 from sweeps.figures.style import put_note, styled
-from sweeps.human import did_you_mean
 
 __all__ = ["ENDINGS", "Look", "PlotOptions", "default_figure", "draw", "obstacle", "save"]
 
@@ -74,36 +75,3 @@ def _chosen(ds: xr.Dataset, options: PlotOptions) -> Figure:
     if options.variable is None and (refused := obstacle(ds, "amplitudes")):
         raise ValueError(refused)
     return draw_results(ds, options)
-
-
-def data_of(ds: xr.Dataset) -> Data:
-    """Return the kind of a dataset: a trajectory, phases, a fit, or otherwise a sweep."""
-    if "fitted_value" in ds.variables:
-        return "fit"
-    if "free_energy" in ds.variables or "melting_temperature" in ds.variables:
-        return "phases"
-    return "trajectory" if "elapsed_time" in ds.variables else "sweep"
-
-
-def default_figure(ds: xr.Dataset) -> str:
-    """The name of the figure that fits the dataset best."""
-    data = data_of(ds)
-    return next(name for name, entry in FIGURES.items() if entry.data == data)
-
-
-def obstacle(ds: xr.Dataset, name: str) -> str:
-    """Why a figure cannot be drawn of a dataset, as a sentence; empty where it can."""
-    if name not in FIGURES:
-        hint = did_you_mean(name, FIGURES) or f"; there are {', '.join(FIGURES)}"
-        return f"unknown figure '{name}'{hint}"
-    entry, data = FIGURES[name], data_of(ds)
-    if "boundary_point" in ds.dims:
-        return (
-            "borders are drawn over their map: give the file of the map, and --boundaries this one"
-        )
-    lacking = [needed for needed in entry.variables if needed not in ds.variables]
-    if entry.data != data:
-        return f"the figure '{name}' draws {entry.drawn}, and this file holds none"
-    if lacking:
-        return f"the figure '{name}' needs {', '.join(lacking)}, which this file lacks"
-    return ""

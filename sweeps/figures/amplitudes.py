@@ -5,19 +5,16 @@ from __future__ import annotations
 import xarray as xr
 from matplotlib.figure import Figure
 
-from sweeps.figures.borders import require_borders
-from sweeps.figures.colours import is_discrete
+from sweeps.charts.at import slice_at, slice_in_the_middle
+from sweeps.charts.borders import require_borders
+from sweeps.charts.choice import lie_along, variables_of
+from sweeps.charts.clouds import cases_to_scatter
+from sweeps.charts.colours import is_discrete
+from sweeps.charts.layout import layout_of
 from sweeps.figures.curves import draw_curves
-from sweeps.figures.layout import layout_of
 from sweeps.figures.maps import draw_maps
-from sweeps.figures.plot_options import (
-    PlotOptions,
-    lie_along,
-    slice_at,
-    slice_in_the_middle,
-    variables_of,
-)
-from sweeps.figures.scatter import cases_to_scatter, draw_scatter
+from sweeps.figures.plot_options import PlotOptions
+from sweeps.figures.scatter import draw_scatter
 from sweeps.figures.single_point import draw_point
 from sweeps.figures.style import put_note
 

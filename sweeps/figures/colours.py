@@ -1,14 +1,12 @@
-"""The colours of maps and points: named kinds, counts, or a scale of values."""
+"""The colours of charts as matplotlib takes them, their legends and colour bars."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
-import xarray as xr
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -16,153 +14,69 @@ from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, LogNorm, N
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from stickslip.regime import Regime
-from stickslip.status import Status
-from stickslip.variables import RESULTS
-from sweeps.figures.labels import Array, shown
-from sweeps.figures.missing import trusted, value_range
-from sweeps.figures.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
-    SMALL,
-    VERMILLION,
-    YELLOW,
-    name_ticks,
-)
-
-KINDS = ("regime", "status")
-_MOST_COUNTS = 12  # different numbers that colours still tell apart
-
-# One colour each, in every picture. A print without colours tells them apart as well: a liquid is
-# light, and the farther a motion is from a simple one, the darker it is.
-_REGIMES = {
-    Regime.LIQUID: "#9AD3F4",
-    Regime.LOCKED: BLUE,
-    Regime.STICK_SLIP_SYMMETRIC: ORANGE,
-    Regime.STICK_SLIP_ASYMMETRIC: VERMILLION,
-    Regime.SUBHARMONIC: "#00684C",
-    Regime.APERIODIC: "#5A1A50",
-    Regime.UNKNOWN: GREY,
-}
-_STATUSES: dict[int, str] = {
-    Status.OK: SKY,
-    Status.NOT_STATIONARY: ORANGE,
-    Status.STEP_LIMIT: YELLOW,
-    Status.DIVERGED: VERMILLION,
-    Status.REFUSED: "0.45",
-    Status.FAILED: BLACK,
-    Status.INVARIANT_VIOLATED: PURPLE,
-    Status.APERIODIC: BLUE,
-    Status.INACCURATE: GREEN,
-    Status.INTERPOLATED: "#BBDDF6",
-    Status.PENDING: GREY,
-}
+from sweeps.charts.colours import Colours
+from sweeps.charts.styles import GREY
+from sweeps.figures.style import SMALL, name_ticks
 
 
-@dataclass(frozen=True)
-class Colours:
-    """Colours for the values of one variable: `codes` in order where they are kinds or counts."""
+class Shades(NamedTuple):
+    """Colours as the arguments of what is drawn; all that shares a scale has the same norm."""
 
-    name: str
-    label: str
     cmap: Colormap
     norm: Normalize
-    codes: tuple[int, ...] = ()
 
-    def placed(self, ds: xr.Dataset) -> Array:
-        """The trusted values as colours take them: those of codes are their places in the order."""
-        values = shown(trusted(ds, self.name)).values
-        if self.codes:
-            places = np.searchsorted(self.codes, np.nan_to_num(values, nan=self.codes[0]))
-            values = np.where(np.isnan(values), np.nan, places)
-        return np.ma.masked_invalid(values)
-
-    @property
-    def legend(self) -> list[Line2D]:
-        """A square and a name for each kind; empty for numbers, which have a scale."""
-        if self.name not in KINDS:
-            return []
-        return [_square(self.cmap(i), code_name(self.name, c)) for i, c in enumerate(self.codes)]
-
-    def draw_scale(self, figure: Figure, beside: Sequence[Axes]) -> None:
-        """A colour bar beside some panels, where the colours are numbers."""
-        if self.name in KINDS:
-            return
-        mappable = ScalarMappable(self.norm, self.cmap)
-        bar = figure.colorbar(mappable, ax=list(beside), pad=0.02, aspect=25)
-        bar.set_label(self.label)
-        if isinstance(self.norm, LogNorm):
-            name_ticks(bar.ax.yaxis)
-        bar.ax.tick_params(direction="in", which="both")
-        bar.ax.yaxis.get_offset_text().set_fontsize(SMALL)
-        if self.codes:
-            names = [code_name(self.name, code) for code in self.codes]
-            bar.set_ticks(list(range(len(names))), labels=names)
-            bar.ax.tick_params(which="both", length=0)
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of `pcolormesh` and `scatter`."""
+        return self._asdict()
 
 
-def is_discrete(ds: xr.Dataset, name: str) -> bool:
-    """Tell whether a variable has few enough kinds or counts for a colour each."""
-    return name in KINDS or kinds_in(ds, name) is not None
+def shades_of(colours: Colours) -> Shades:
+    """Return the colours of a variable, in the settings of matplotlib."""
+    return Shades(_cmap(colours), _norm(colours))
 
 
-def kinds_in(ds: xr.Dataset, name: str) -> tuple[int, ...] | None:
-    """Return the trusted kinds or counts of a variable, in order; None if it has other values."""
-    if name not in RESULTS or not RESULTS[name].dtype.startswith("i"):
-        return None
-    values = trusted(ds, name).values
-    codes = tuple(int(code) for code in np.unique(values[np.isfinite(values)]))
-    return codes if name in KINDS or len(codes) <= _MOST_COUNTS else None
+def _cmap(colours: Colours) -> Colormap:
+    """Return the colours of codes in order, or those of a scale of values."""
+    cmap = colormaps[mpl.rcParams["image.cmap"]]
+    if not colours.codes:
+        return cmap.with_extremes(bad=GREY)
+    count = len(colours.codes)
+    return ListedColormap(
+        colours.kinds if colours.is_named else list(cmap(np.linspace(0.0, 1.0, count)))
+    )
 
 
-def colours_of(ds: xr.Dataset, name: str, *, log: bool = False) -> Colours:
-    """The colours of a variable, the same for every slice of `ds`."""
-    label = shown(ds[name]).label
-    if codes := kinds_in(ds, name):
-        norm = BoundaryNorm(np.arange(len(codes) + 1) - 0.5, len(codes))
-        return Colours(name, label, ListedColormap(_palette(name, codes)), norm, codes)
-    cmap = colormaps[mpl.rcParams["image.cmap"]].with_extremes(bad=GREY)
-    scale = LogNorm if log else Normalize
-    return Colours(name, label, cmap, scale(*value_range(ds, name, log=log, with_zero=False)))
+def _norm(colours: Colours) -> Normalize:
+    """Return where each value lies on the scale."""
+    if colours.codes:
+        count = len(colours.codes)
+        return BoundaryNorm(np.arange(count + 1) - 0.5, count)
+    return (LogNorm if colours.log else Normalize)(colours.low, colours.high)
 
 
-def code_name(name: str, code: int) -> str:
-    """Return the name of a code of a variable; that of a count is its number."""
-    if name == "regime" and code in list(Regime):
-        words = Regime(code).name.lower().replace("stick_slip_", "stick-slip, ")
-    elif name == "status" and code in list(Status):
-        words = Status(code).name.lower()
-    elif name == "orbit_periods" and code == 0:
-        words = "aperiodic"
-    else:
-        words = f"{name} {code}" if name in KINDS else str(code)
-    return words.replace("_", " ")
+def legend_of(colours: Colours) -> list[Line2D]:
+    """Return a square and a name for each kind; nothing for numbers, which have a scale."""
+    if not colours.is_named:
+        return []
+    squares = zip(colours.kinds, colours.names, strict=True)
+    return [
+        Line2D([], [], linestyle="none", marker="s", color=colour, label=label, markersize=6.0)
+        for colour, label in squares
+    ]
 
 
-def code_sentence(name: str, code: int) -> str:
-    """Return what a code of a variable means; nothing for a count."""
-    if name not in KINDS:
-        return ""
-    kinds: type[Regime] | type[Status] = Regime if name == "regime" else Status
-    return kinds(code).sentence if code in list(kinds) else "A code of another version."
-
-
-def kind_colour(name: str, code: int) -> str:
-    """The colour of a kind, the same in every picture."""
-    fixed: dict[int, str] = {"regime": _REGIMES, "status": _STATUSES}[name]  # type: ignore[assignment]
-    return fixed.get(code, "0.6")
-
-
-def _palette(name: str, codes: Sequence[int]) -> list[Any]:
-    if name in KINDS:
-        return [kind_colour(name, code) for code in codes]
-    return list(colormaps[mpl.rcParams["image.cmap"]](np.linspace(0.0, 1.0, len(codes))))
-
-
-def _square(colour: Any, label: str) -> Line2D:
-    return Line2D([], [], linestyle="none", marker="s", color=colour, label=label, markersize=6.0)
+def draw_scale(colours: Colours, shades: Shades, figure: Figure, beside: Sequence[Axes]) -> None:
+    """Draw a colour bar beside some panels, where the colours are numbers."""
+    if colours.is_named:
+        return
+    bar = figure.colorbar(
+        ScalarMappable(shades.norm, shades.cmap), ax=list(beside), pad=0.02, aspect=25
+    )
+    bar.set_label(colours.label)
+    if colours.log:
+        name_ticks(bar.ax.yaxis)
+    bar.ax.tick_params(direction="in", which="both")
+    bar.ax.yaxis.get_offset_text().set_fontsize(SMALL)
+    if colours.codes:
+        bar.set_ticks(list(range(len(colours.codes))), labels=colours.names)
+        bar.ax.tick_params(which="both", length=0)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import warnings
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,21 +14,21 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from stickslip.variables import PARAMETERS
-from sweeps.figures.colours import is_discrete
+from sweeps.charts.axes import MANY, Axis, axis_of
+from sweeps.charts.curves import Curve, axis_limits, curves_of, range_with_spread
+from sweeps.charts.jumps import break_line
+from sweeps.charts.labels import DIRECTIONS, Array, legend_label, shown
+from sweeps.charts.layout import Layout, thinned
+from sweeps.charts.missing import missing_notes, missing_points
+from sweeps.charts.styles import SINGLE, CurveStyle, hue_of, way_style
 from sweeps.figures.data import draw_measured
-from sweeps.figures.jumps import break_line, draw_jumps, jumps
-from sweeps.figures.labels import DIRECTIONS, Array, legend_label, shown
-from sweeps.figures.layout import MANY, Axis, Layout, axis_of, hue_style, thinned
-from sweeps.figures.missing import missing_notes, missing_points, trusted, value_range
 from sweeps.figures.panels import Panel, facet_panels, label_axes
 from sweeps.figures.style import (
-    BLUE,
-    SINGLE,
-    VERMILLION,
-    CurveStyle,
-    curve_style,
     has_small_print,
+    line_at,
+    line_of,
     make_logarithmic,
+    palette,
     put_legend,
     put_note,
 )
@@ -42,26 +40,9 @@ if TYPE_CHECKING:
 
 _FEW = 20  # points that are worth a marker each
 _ROW = 0.035  # of a panel's height: one row of crosses for missing points
-_DOWNWARD = (0, (3.0, 2.0))  # dashes
 _UP_AT, _HEAD = 0.6, 9.0  # part of a curve at which its arrow stands; the size of that, in points
 _BAND = 0.2  # opacity
 _MARGIN = 0.02  # beside a curve, in parts of its length; markers need more
-
-
-@dataclass(frozen=True)
-class Curve:
-    """One curve: values over the axis, where they jump, and its place along the other axes.
-
-    `way` is the direction in which it is followed, if in both; `spread` that of values at random.
-    """
-
-    label: str
-    style: CurveStyle
-    values: Array
-    jumps: Array
-    places: dict[str, int]
-    way: str = ""
-    spread: Array | None = None
 
 
 def draw_curves(
@@ -87,7 +68,7 @@ def draw_curves(
         panel.axes.set_xmargin(_MARGIN if axis.order.size > _FEW else 2 * _MARGIN)
         panel.axes.update_datalim([(x, 0.0) for x in axis.quantity.values[[0, -1]]], updatey=False)
         make_logarithmic(panel.axes, ["x"] * axis.geometric + ["y"] * log)
-        low, high = _range(drawn.dataset, panel.variable, log=log)
+        low, high = range_with_spread(drawn.dataset, panel.variable, log=log)
         panel.axes.set(ylim=axis_limits(low, high, 1.0 / (1.0 - _ROW * crosses[-1]), log=log))
     elsewhere = 0
     if data is not None:
@@ -108,79 +89,34 @@ def draw_curves(
 def _draw_panel(
     panel: Panel, axis: Axis, layout: Layout, variables: Sequence[str], rows: list[int]
 ) -> None:
-    axes = panel.axes
+    axes, colours = panel.axes, palette()
     for curve in curves_of(panel.dataset, layout, axis, panel.variable):
+        style = curve.style(colours)
         x, y = break_line(axis, curve.values, curve.jumps)
-        axes.plot(x, y, marker="o", markevery=_marked(y), **curve.style.line())
-        draw_jumps(axes, axis, curve.values, curve.jumps, curve.style.colour)
-        _draw_arrow(axes, axis.quantity.values, curve)
+        axes.plot(x, y, marker="o", markevery=_marked(y), **line_of(style))
+        draw_jumps(axes, axis, curve, style.colour)
+        _draw_arrow(axes, axis.quantity.values, curve, style.colour)
         if curve.spread is not None:
             ends = curve.values - curve.spread, curve.values + curve.spread
-            look: dict[str, Any] = {"color": curve.style.colour, "alpha": _BAND, "linewidth": 0.0}
+            look: dict[str, Any] = {"color": style.colour, "alpha": _BAND, "linewidth": 0.0}
             axes.fill_between(axis.quantity.values, *ends, **look)
         missing = missing_points(panel.dataset.isel(curve.places), variables).values
         row = rows[curve.places.get(str(layout.hue), 0)]
-        _draw_crosses(axes, axis.quantity.values[missing], row, curve.style)
+        _draw_crosses(axes, axis.quantity.values[missing], row, style)
     if axis.names:
         axes.set_xticks(axis.quantity.values, labels=axis.names)
     if panel.dataset[panel.variable].dtype.kind in "iu":
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
 
 
-def curves_of(ds: xr.Dataset, layout: Layout, axis: Axis, name: str) -> Iterator[Curve]:
-    """Yield the curves of a variable: for each value of the hue, and for each way."""
-    dims = [dim for dim in (layout.hue, DIRECTION if layout.both_ways else None) if dim]
-    count, counts = ds.sizes[layout.hue] if layout.hue else 1, is_discrete(ds, name)
-    for places in itertools.product(*(range(ds.sizes[dim]) for dim in dims)):
-        place = dict(zip(dims, places, strict=True))
-        line, style = ds.isel(place), hue_style(layout.hue, place.get(str(layout.hue), 0), count)
-        labels = [legend_label(ds, layout.hue, place[layout.hue])] if layout.hue else []
-        way = ""
-        if layout.both_ways:
-            way = str(line[DIRECTION].values)
-            style = way_style(style, way)
-            labels.append(DIRECTIONS.get(way, way))
-        values = shown(trusted(line, name)).values
-        # Nothing lies between two counts.
-        breaks = abs(np.diff(values)) > 0 if counts else jumps(line, axis.steps, values)
-        yield Curve(", ".join(labels), style, values, breaks, place, way, _spread(line, name))
+def draw_jumps(axes: Axes, axis: Axis, curve: Curve, colour: str) -> None:
+    """A thin dotted vertical line in the middle of each jump."""
+    for i in np.flatnonzero(curve.jumps):
+        middle = [axis.middles[i]] * 2
+        axes.plot(middle, curve.values[i : i + 2], ":", color=colour, linewidth=0.7, gid="jump")
 
 
-def _spread(line: xr.Dataset, name: str) -> Array | None:
-    """Return the standard deviation between drive periods, where the value is a mean over them.
-
-    It is none of orbits of several periods, whose value is the largest: it is no band around that.
-    """
-    own = f"{name}_spread"
-    if own not in line or "orbit_periods" not in line:
-        return None
-    spread = np.where(line["orbit_periods"] == 0, shown(trusted(line, own)).values, 0.0)
-    return np.nan_to_num(spread) if np.nansum(spread) else None
-
-
-def _range(ds: xr.Dataset, name: str, *, log: bool) -> tuple[float, float]:
-    """Return the range of the values, and of what lies a standard deviation above them."""
-    low, high = value_range(ds, name, log=log)
-    spread = _spread(ds, name)
-    if spread is not None:
-        high = max(high, float(np.nanmax(shown(trusted(ds, name)).values + spread)))
-    return low, high
-
-
-def way_style(style: CurveStyle, way: str) -> CurveStyle:
-    """The style of a curve that is followed upward, or downward: dashed and thinner.
-
-    A single curve has a colour for each way instead.
-    """
-    if style == SINGLE:
-        colour, width = (VERMILLION, 2.6) if way == "up" else (BLUE, 1.2)
-        return style._replace(colour=colour, width=width)  # where they coincide both show
-    if way == "up":
-        return style._replace(dashes="solid")
-    return style._replace(dashes=_DOWNWARD, width=0.6 * style.width)
-
-
-def _draw_arrow(axes: Axes, x: Array, curve: Curve) -> None:
+def _draw_arrow(axes: Axes, x: Array, curve: Curve, colour: str) -> None:
     """Draw the head of an arrow along a curve, where no jump is: it tells the way."""
     steps = np.flatnonzero(np.isfinite(curve.values[:-1] + curve.values[1:]) & ~curve.jumps)
     if not curve.way or not steps.size:
@@ -189,7 +125,7 @@ def _draw_arrow(axes: Axes, x: Array, curve: Curve) -> None:
     step = steps[int((_UP_AT if upward else 1.0 - _UP_AT) * (steps.size - 1))]
     ends = [(x[place], curve.values[place]) for place in (step, step + 1)]
     tail, head = ends if upward else reversed(ends)
-    arrow = {"arrowstyle": "-|>", "color": curve.style.colour, "shrinkA": 0, "shrinkB": 0}
+    arrow = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", head, tail, arrowprops=arrow | {"mutation_scale": _HEAD}, zorder=4)
 
 
@@ -219,17 +155,6 @@ def _rows_of_crosses(ds: xr.Dataset, curve: str | None, variables: Sequence[str]
     return [int(row) for row in np.cumsum(np.atleast_1d(gaps))]
 
 
-def axis_limits(
-    low: float, high: float, room: float = 1.0, *, log: bool = False
-) -> tuple[float, float]:
-    """Return limits just below the lowest point, so that a curve at zero shows, and above all."""
-    if log:
-        span = max(high / low, 1.1)
-        return low * span**-0.03, low * (span**1.05) ** room
-    span = high - low
-    return low - 0.03 * span, low + 1.05 * span * room
-
-
 def _legend(ds: xr.Dataset, layout: Layout, *, short: bool = False) -> list[Line2D]:
     """Return a line and a label for each curve; `short` labels share a symbol and a unit."""
     ways = [str(way) for way in ds[DIRECTION].values] if layout.both_ways else []
@@ -243,10 +168,10 @@ def _legend(ds: xr.Dataset, layout: Layout, *, short: bool = False) -> list[Line
             )
             labels = [shown(value).number for value in ds[layout.hue]]
         for index, label in enumerate(labels):
-            style = hue_style(layout.hue, index, count)
-            line = (way_style(style, "up") if ways else style).line()
+            style = line_at(hue_of(layout.hue, index, count))
+            line = line_of(way_style(style, "up" if ways else ""))
             handles.append(Line2D([], [], **line, label=label))
     for way in ways:
-        line = way_style(curve_style(0, 1), way).line()
+        line = line_of(way_style(SINGLE, way))
         handles.append(Line2D([], [], **line, label=DIRECTIONS.get(way, way)))
     return handles

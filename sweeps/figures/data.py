@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from sweeps.figures.labels import parameters_along, shown, shown_number
-from sweeps.figures.layout import Axis, Layout, hue_style
+from sweeps.charts.axes import Axis
+from sweeps.charts.labels import parameters_along, shown, shown_number
+from sweeps.charts.layout import Layout
+from sweeps.charts.styles import BLACK, hue_of
 from sweeps.figures.panels import Panel
-from sweeps.figures.style import BLACK
+from sweeps.figures.style import line_at
 
 if TYPE_CHECKING:
     from sweeps.measurements import Floats, Measurements
@@ -42,7 +44,7 @@ def draw_measured(panel: Panel, axis: Axis, layout: Layout, data: Measurements) 
         if hue:
             value = float(panel.dataset[hue].values[place])
             on = left & _is_near(data.parameters[hue], value)[data.row]
-        colour = hue_style(hue, place, count).colour if hue else "white"
+        colour = line_at(hue_of(hue, place, count)).colour if hue else "white"
         _draw(panel, data, across, on, colour)
         drawn |= on
     return int((own & ~drawn).sum())

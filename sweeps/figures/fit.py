@@ -13,15 +13,19 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from stickslip.variables import RESULTS
-from sweeps.figures.curves import curves_of
-from sweeps.figures.jumps import break_line, draw_jumps
-from sweeps.figures.labels import Array, legend_label, shown, shown_number
-from sweeps.figures.layout import Axis, Layout, axis_of, hue_style
+from sweeps.charts.axes import Axis, axis_of
+from sweeps.charts.curves import curves_of
+from sweeps.charts.jumps import break_line
+from sweeps.charts.labels import Array, legend_label, shown, shown_number
+from sweeps.charts.layout import Layout
+from sweeps.charts.styles import SINGLE, CurveStyle, hue_of
+from sweeps.figures.curves import draw_jumps
 from sweeps.figures.style import (
-    SINGLE,
-    CurveStyle,
+    line_at,
+    line_of,
     make_logarithmic,
     new_panels,
+    palette,
     put_legend,
     put_note,
     width_of,
@@ -87,14 +91,16 @@ def _parts(ds: xr.Dataset, sweep: xr.Dataset, layout: Layout, name: str) -> Iter
         if layout.hue:
             on = own & (ds[f"{_DATUM}_{layout.hue}"].values == sweep[layout.hue].values[place])
         x = ds[f"{_DATUM}_{layout.x}"].rename(layout.x)[on]
-        yield _Curve(shown(x).values, np.flatnonzero(on), hue_style(layout.hue, place, count))
+        yield _Curve(shown(x).values, np.flatnonzero(on), line_at(hue_of(layout.hue, place, count)))
 
 
 def _draw_curves(axes: Axes, sweep: xr.Dataset, layout: Layout, axis: Axis, name: str) -> None:
+    colours = palette()
     for curve in curves_of(sweep.isel({axis.dim: axis.order}), layout, axis, name):
         x, y = break_line(axis, curve.values, curve.jumps)
-        axes.plot(x, y, **curve.style.line())
-        draw_jumps(axes, axis, curve.values, curve.jumps, curve.style.colour)
+        style = curve.style(colours)
+        axes.plot(x, y, **line_of(style))
+        draw_jumps(axes, axis, curve, style.colour)
 
 
 def _draw_data(above: Axes, below: Axes, data: xr.Dataset, part: _Curve, *, crosses: bool) -> None:
@@ -120,7 +126,7 @@ def _legend(sweep: xr.Dataset, hue: str) -> Iterator[Line2D]:
     count = sweep.sizes[hue]
     for place in range(count):
         label = legend_label(sweep, hue, place)
-        yield Line2D([], [], **hue_style(hue, place, count).line(), label=label)
+        yield Line2D([], [], **line_of(line_at(hue_of(hue, place, count))), label=label)
 
 
 def _fitted(ds: xr.Dataset) -> str:

@@ -10,18 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sweeps.figures.labels import Array, shown, slice_label
-from sweeps.figures.style import (
-    BLUE,
-    COLUMN,
-    SKY,
-    SMALL,
-    TEXT,
-    VERMILLION,
-    CurveStyle,
-    curve_style,
-    new_panels,
-)
+from sweeps.charts.labels import Array, shown, slice_label
+from sweeps.charts.styles import BLUE, SKY, VERMILLION, CurveStyle, Hue
+from sweeps.figures.style import COLUMN, SMALL, TEXT, line_at, line_of, new_panels
 
 _HEIGHT, _TALL = 5.2, 7.4
 _JUMP = 0.03  # a change of phase, in parts of the largest order parameter
@@ -90,7 +81,7 @@ def _name_of_energies(ds: xr.Dataset) -> str:
 
 
 def _energies(ds: xr.Dataset, phi: Array, energy: Array) -> list[Line2D]:
-    styles = [curve_style(i, len(energy)).line() | _THIN for i in range(len(energy))]
+    styles = [line_of(line_at(Hue(i, len(energy)))) | _THIN for i in range(len(energy))]
     names = [slice_label(ds, {"temperature": i}) for i in range(len(energy))]
     return [
         Line2D(phi, f, **style, label=name)
@@ -156,7 +147,7 @@ def _draw_ramps(axes: Axes, ds: xr.Dataset) -> None:
 def _coloured(ds: xr.Dataset) -> list[tuple[int, str]]:
     """The positions of the temperatures, each with its colour."""
     count = ds.sizes["temperature"]
-    return [(index, curve_style(index, count).colour) for index in range(count)]
+    return [(index, line_at(Hue(index, count)).colour) for index in range(count)]
 
 
 def _put_arrow(axes: Axes, x: float, begin: float, end: float, colour: str) -> None:
@@ -184,10 +175,10 @@ def _draw_phases(axes: Axes, ds: xr.Dataset) -> None:
         shown(ds[f"{name}_temperature"]).values for name in ("solidification", "melting")
     )
     axes.fill_betweenx(eps.values, freezing, melting, color=SKY, alpha=0.25, linewidth=0)
-    axes.plot(freezing, eps.values, **_FREEZING.line())
-    axes.plot(melting, eps.values, **_MELTING.line())
+    axes.plot(freezing, eps.values, **line_of(_FREEZING))
+    axes.plot(melting, eps.values, **line_of(_MELTING))
     for index, temperature in enumerate(states.values):
-        colour = curve_style(index, len(states.values)).colour
+        colour = line_at(Hue(index, len(states.values))).colour
         axes.plot(temperature, float(ds["applied_strain"]), "o", color=colour, markersize=3.5)
     axes.set_xlim(freezing.min(), max(states.values.max(), melting.max()) + _ROOM)
     axes.set_ylim(0.0, eps.values[-1])  # the borders do not end within the panel

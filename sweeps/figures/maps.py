@@ -8,20 +8,19 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from sweeps.charts.axes import STRIP, Axis, axis_of, cell_edges
+from sweeps.charts.chart import Cells, cells_of
+from sweeps.charts.colours import colours_of
+from sweeps.charts.labels import Array
+from sweeps.charts.layout import Layout
+from sweeps.charts.missing import missing_notes
 from sweeps.figures.borders import border_legend, draw_borders
-from sweeps.figures.colours import Colours, colours_of
-from sweeps.figures.labels import Array
-from sweeps.figures.layout import Axis, Layout, axis_of
-from sweeps.figures.missing import missing_notes
+from sweeps.figures.colours import Shades, draw_scale, legend_of, shades_of
 from sweeps.figures.panels import Panel, facet_panels, label_axes
 from sweeps.figures.style import make_logarithmic, put_legend, put_note
-
-STRIP = "strip"
-"""The axis without extent of kinds along a single axis."""
 
 
 def draw_maps(
@@ -40,17 +39,18 @@ def draw_maps(
         ds = ds.expand_dims(STRIP)
     across = axis_of(ds, str(layout.x), log="x" in scales)
     up = axis_of(ds, layout.y or STRIP, log="y" in scales, named=True)
-    ds = ds.isel({across.dim: across.order, up.dim: up.order})
     drawn = facet_panels(ds, layout, variables, of_axes=True)
     kinds: list[Line2D] = []
     logarithmic: list[str] = []
     for name in variables:
         colours = colours_of(drawn.dataset, name, log="z" in scales)
+        shades = shades_of(colours)
         for panel in drawn.of(name):
-            _draw_map(panel, colours, across, up, parted=borders is None)
-        colours.draw_scale(drawn.figure, [panel.axes for panel in drawn.of(name)])
-        kinds += colours.legend
-        if isinstance(colours.norm, LogNorm):  # kinds and counts have no scale
+            chart = cells_of(panel.dataset, across, up, colours, {})
+            _draw_map(panel, chart, shades, parted=borders is None)
+        draw_scale(colours, shades, drawn.figure, [panel.axes for panel in drawn.of(name)])
+        kinds += legend_of(colours)
+        if colours.log:  # kinds and counts have no scale
             logarithmic.append(name)
     if borders is not None:
         draw_borders(drawn.panels, borders, across, up)
@@ -63,18 +63,18 @@ def draw_maps(
     return drawn.figure
 
 
-def _draw_map(panel: Panel, colours: Colours, across: Axis, up: Axis, *, parted: bool) -> None:
-    cells = colours.placed(panel.dataset.transpose(up.dim, across.dim, ...))
+def _draw_map(panel: Panel, chart: Cells, shades: Shades, *, parted: bool) -> None:
+    across, up = chart.across, chart.up
     edges = cell_edges(across), cell_edges(up)
     panel.axes.pcolormesh(
         *edges,
-        cells,
-        cmap=colours.cmap,
-        norm=colours.norm,
+        chart.values,
+        **shades.arguments(),
         rasterized=True,  # thousands of cells as vectors make a slow file with hairlines
     )
-    if colours.codes and parted:
-        panel.axes.add_collection(_borders(np.ma.filled(cells, -1.0), *edges), autolim=False)
+    if chart.colours.codes and parted:
+        borders = _borders(np.ma.filled(chart.values, -1.0), *edges)
+        panel.axes.add_collection(borders, autolim=False)
     panel.axes.tick_params(direction="out", which="both", top=False, right=False)
     make_logarithmic(panel.axes, ["x"] * across.geometric + ["y"] * up.geometric)
     _name_points(panel.axes, across, up)
@@ -86,18 +86,6 @@ def _name_points(axes: Axes, across: Axis, up: Axis) -> None:
     if up.names or up.dim == STRIP:
         axes.set_yticks(up.quantity.values if up.names else [], labels=up.names)
         axes.tick_params(axis="y", length=0)
-
-
-def cell_edges(axis: Axis) -> Array:
-    """The borders between the points of an axis, halfway on its own scale."""
-    values, middles = axis.quantity.values, axis.middles
-    if values.size == 1:
-        middles = values + 0.5
-    ends, inner = values[[0, -1]], middles[[0, -1]]
-    first, last = ends**2 / inner if axis.geometric else 2 * ends - inner
-    if values.size == 1:
-        return np.array([first, middles[0]])
-    return np.concatenate([[first], middles, [last]])
 
 
 def _borders(codes: Array, x: Array, y: Array) -> LineCollection:

@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULTS
+from sweeps.charts.colours import KINDS, code_name
+from sweeps.charts.labels import shown
+from sweeps.charts.missing import missing_notes, missing_points, trusted
 from sweeps.figure_table import AMPLITUDES
-from sweeps.figures.colours import KINDS, code_name
-from sweeps.figures.labels import shown
-from sweeps.figures.missing import missing_notes, missing_points, trusted
 from sweeps.figures.style import SMALL, TEXT, new_figure, wrapped
 
 _LINE = 0.18  # inches

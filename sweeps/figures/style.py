@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -31,53 +31,12 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.ticker import LogFormatterSciNotation
 
+from sweeps.charts.styles import BLACK, CURVES, CurveStyle, Hue, Palette, curve_style
 from sweeps.human import did_you_mean
 
 COLUMN = 3.4  # inches: one column of a journal
 PAGE = 7.0  # inches: its two columns
 TEXT, SMALL = "medium", "small"  # relative to the font size, which a style file may change
-
-# Okabe & Ito: told apart with every common colour blindness.
-BLACK, VERMILLION, SKY = "#000000", "#D55E00", "#56B4E9"
-ORANGE, BLUE, GREEN = "#E69F00", "#0072B2", "#009E73"
-PURPLE, YELLOW = "#CC79A7", "#F0E442"
-GREY = "0.82"  # points without a value in a map
-
-
-class CurveStyle(NamedTuple):
-    """Colour, width in points and dash pattern of one curve."""
-
-    colour: str
-    width: float
-    dashes: str | tuple[float, tuple[float, ...]] = "solid"
-
-    def line(self) -> dict[str, Any]:
-        """The arguments of `Axes.plot`; a thinner line lies over a thicker one."""
-        return {
-            "color": self.colour,
-            "linewidth": self.width,
-            "linestyle": self.dashes,
-            "zorder": 3.0 - 0.1 * self.width,
-            "markersize": self.width + 1.4,
-            "solid_capstyle": "butt",  # projecting caps would narrow the gap of a missing point
-        }
-
-
-# No two widths are equal: of curves that coincide the thick ones show beside the thin ones, and
-# the dashed ones lie on top. The grey levels differ too, for a print without colours.
-CURVES = (
-    CurveStyle(VERMILLION, 1.6),
-    CurveStyle(SKY, 3.4),
-    CurveStyle(BLACK, 0.9, (0, (5.0, 3.0))),
-    CurveStyle(ORANGE, 2.6),
-    CurveStyle(BLUE, 1.4, (0, (7.0, 2.0, 1.5, 2.0))),
-    CurveStyle(GREEN, 2.0, (0, (1.2, 1.2))),
-    CurveStyle(PURPLE, 1.2, (0, (9.0, 3.0))),
-    CurveStyle(YELLOW, 4.4),
-)
-SINGLE = CurveStyle(BLACK, 1.2)
-# Curves of ordered values; the last tenth of the map is too light for a line on white.
-_ORDERED_WIDTH, _LIGHTEST = 1.4, 0.9
 
 HOUSE: dict[str, Any] = {
     "font.size": 8.0,
@@ -184,18 +143,28 @@ def _require_settings(file: Path) -> None:
             raise ValueError(f"line {number} names no setting of matplotlib{hint}")
 
 
-def curve_style(index: int, count: int, *, ordered: bool = False) -> CurveStyle:
-    """The style of curve `index` out of `count`, in the colours of the settings.
+def line_of(style: CurveStyle) -> dict[str, Any]:
+    """Return the arguments of `Axes.plot`; a thinner line lies over a thicker one."""
+    return {
+        "color": style.colour,
+        "linewidth": style.width,
+        "linestyle": style.dashes,
+        "zorder": 3.0 - 0.1 * style.width,
+        "markersize": style.width + 1.4,
+        "solid_capstyle": "butt",  # projecting caps would narrow the gap of a missing point
+    }
 
-    Those of `ordered` values, such as temperatures, come from the map of colours, and are alike.
-    """
-    if count == 1:
-        return SINGLE
-    if ordered:
-        cmap = mpl.colormaps[mpl.rcParams["image.cmap"]]
-        return CurveStyle(to_hex(cmap(_LIGHTEST * index / (count - 1))), _ORDERED_WIDTH)
+
+def palette() -> Palette:
+    """Return the colours of curves in the settings, which a style file may change."""
     colours = mpl.rcParams["axes.prop_cycle"].by_key().get("color", [BLACK])
-    return CURVES[index % len(CURVES)]._replace(colour=colours[index % len(colours)])
+    cmap = mpl.colormaps[mpl.rcParams["image.cmap"]]
+    return Palette(colours, lambda place: to_hex(cmap(place)))
+
+
+def line_at(hue: Hue) -> CurveStyle:
+    """Return the style of a curve, in the colours of the settings."""
+    return curve_style(hue, palette())
 
 
 def new_figure(size: tuple[float, float], layout: str | None = None) -> Figure:

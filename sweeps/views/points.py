@@ -21,6 +21,7 @@ from stickslip.status import Status
 from stickslip.tables import value_table
 from stickslip.trajectory import REALIZATION
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS, STROBOSCOPIC
+from sweeps.charts.at import places_at, with_numbers
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.schema import Noise
 from sweeps.config.yaml_reader import read_mapping
@@ -28,7 +29,6 @@ from sweeps.engine.order.follow import start_after
 from sweeps.engine.settings import options_of
 from sweeps.engine.trajectories import trajectory
 from sweeps.exits import ExpectedError
-from sweeps.figures.plot_options import places_at, with_numbers
 from sweeps.files.attributes import software
 from sweeps.grid import CASE, DIRECTION, DIRECTIONS, Grid
 

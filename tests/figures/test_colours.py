@@ -10,8 +10,8 @@ from support.pictures import GAMMAS, TEMPERATURES, described, failed, legend_of,
 
 from stickslip.regime import Regime
 from stickslip.status import Status
+from sweeps.charts.colours import kind_colour
 from sweeps.figures import PlotOptions, draw
-from sweeps.figures.colours import kind_colour
 
 K = np.geomspace(1e4, 2e5, 12)
 STIFFNESS = [1e3, 2e3, 3e3, 4e3]

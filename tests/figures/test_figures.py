@@ -21,10 +21,11 @@ from support.pictures import (
     trajectory,
 )
 
-from sweeps.figures import default_figure, draw
-from sweeps.figures.labels import shown, typeset_units
-from sweeps.figures.layout import is_geometric
-from sweeps.figures.style import CURVES
+from sweeps.charts.axes import is_geometric
+from sweeps.charts.data import default_figure
+from sweeps.charts.labels import shown, typeset_units
+from sweeps.charts.styles import CURVES
+from sweeps.figures import draw
 
 # --- amplitudes ---------------------------------------------------------------------------------
 

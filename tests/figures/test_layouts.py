@@ -25,8 +25,8 @@ from support.pictures import (
 
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS
+from sweeps.charts.layout import Layout, layout_of
 from sweeps.figures import draw
-from sweeps.figures.layout import Layout, layout_of
 
 # --- missing points -----------------------------------------------------------------------------
 

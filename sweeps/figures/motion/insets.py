@@ -7,8 +7,9 @@ import math
 import numpy as np
 from matplotlib.axes import Axes
 
-from sweeps.figures.labels import Array
-from sweeps.figures.style import SMALL, CurveStyle
+from sweeps.charts.labels import Array
+from sweeps.charts.styles import CurveStyle
+from sweeps.figures.style import SMALL, line_of
 
 # As parts of the extent of a portrait: features closer than the first are lost in the width of the
 # line; loops that stay within the second are hard to see; and the side of an inset.
@@ -28,7 +29,7 @@ def put_inset(axes: Axes, x: Array, y: Array, style: CurveStyle, name: str) -> N
     if section is None or place is None:
         return
     inset = axes.inset_axes((*place, _SIDE, _SIDE))
-    inset.plot(x, y, **style.line())
+    inset.plot(x, y, **line_of(style))
     inset.set_xlim(x.min() + np.ptp(x) * section[0])
     inset.set_ylim(y.min() + np.ptp(y) * section[1])
     inset.tick_params(labelsize=SMALL, direction="in", length=2.0)

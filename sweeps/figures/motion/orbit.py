@@ -7,9 +7,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweeps.figures.labels import Array, shown
-from sweeps.figures.motion.traces import ALONE, TIME_COURSES, both_blocks, draw_courses
-from sweeps.figures.style import PAGE, SKY, SMALL, TEXT, VERMILLION, new_figure
+from sweeps.charts.courses import ALONE, TIME_COURSES
+from sweeps.charts.labels import Array, shown
+from sweeps.charts.styles import SKY, VERMILLION
+from sweeps.figures.motion.traces import both_blocks, draw_courses
+from sweeps.figures.style import PAGE, SMALL, TEXT, line_of, new_figure
 from sweeps.human import counted
 
 _HEIGHT = 5.2  # inches
@@ -39,7 +41,7 @@ def orbit(ds: xr.Dataset) -> Figure:
 
 def _draw_portrait(axes: Axes, ds: xr.Dataset) -> None:
     x, v = shown(ds["lower_displacement"]), shown(ds["lower_velocity"])
-    axes.plot(x.values, v.values, **ALONE.line())
+    axes.plot(x.values, v.values, **line_of(ALONE))
     axes.plot(x.values[0], v.values[0], "o", color=VERMILLION, markersize=3.0, gid="start")
     axes.set_xlabel(x.label, fontsize=TEXT)
     axes.set_ylabel(v.label, fontsize=TEXT)

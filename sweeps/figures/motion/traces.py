@@ -5,11 +5,9 @@ And loops of the friction force.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from string import ascii_lowercase
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -17,67 +15,37 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from stickslip.variables import PARAMETERS, PULLED, TRAJECTORY
-from sweeps.figures.labels import Array, Quantity, shown, slice_label
-from sweeps.figures.layout import MOST_FACETS, Selection, selections
+from sweeps.charts.courses import (
+    ALONE,
+    LOWER,
+    PULL,
+    RELATIVE_MOTION,
+    TIME_COURSES,
+    UPPER,
+    Trace,
+    label_of,
+    row_of,
+    runs,
+    sections,
+)
+from sweeps.charts.labels import Array, shown
+from sweeps.charts.layout import MOST_FACETS, Selection
 from sweeps.figures.motion.insets import put_inset
 from sweeps.figures.style import (
-    BLACK,
     COLUMN,
-    SKY,
     SMALL,
     TEXT,
-    CurveStyle,
+    line_of,
     new_panels,
     put_legend,
     put_note,
     width_of,
 )
-from sweeps.human import did_you_mean
-
-# The dashes lie on a wide light line, so that both show while the blocks move together.
-LOWER = CurveStyle(SKY, 1.6)
-UPPER = CurveStyle(BLACK, 0.8, (0, (4.0, 2.0)))
-ALONE = CurveStyle(BLACK, 0.9)
 
 _MOST_PORTRAITS = 9
 _PULL_HEIGHT = 4.4  # inches
 _MOST_SLIPS, _LAST_SLIPS = 40, 8  # that lines tell apart over a column; that are shown beside many
 _BANDS = 300  # spans of time: about the points of a print
-
-
-class Trace(NamedTuple):
-    """A curve in time: a variable, or its difference from another one."""
-
-    name: str
-    minus: str | None = None
-    style: CurveStyle = ALONE
-
-    def quantity(self, ds: xr.Dataset) -> Quantity:
-        """Return a quantity in the unit in which it is shown."""
-        first = shown(ds[self.name])
-        if self.minus is None:
-            return first
-        second = shown(ds[self.minus])
-        symbol = f"${first.symbol.strip('$')} - {second.symbol.strip('$')}$"
-        return Quantity(first.values - second.values, symbol, first.units)
-
-
-TIME_COURSES = (
-    (Trace("lower_displacement", style=LOWER), Trace("upper_displacement", style=UPPER)),
-    (Trace("lower_velocity", style=LOWER), Trace("upper_velocity", style=UPPER)),
-    (Trace("elastic_stress"),),
-    (Trace("friction_force"),),
-)
-PULL = (
-    (Trace("upper_velocity"),),
-    (Trace("spring_force", style=LOWER), Trace("friction_force", style=UPPER)),
-    (Trace("order_parameter"),),
-)
-RELATIVE_MOTION = (
-    (Trace("upper_displacement", minus="lower_displacement"),),
-    (Trace("upper_velocity", minus="lower_velocity"),),
-)
 
 
 def time_courses(ds: xr.Dataset) -> Figure:
@@ -92,29 +60,18 @@ def draw_variables(ds: xr.Dataset, names: Sequence[str]) -> Figure:
 
     A variable that is in none has its own. Raises ValueError for an unknown one.
     """
-    rows = tuple(dict.fromkeys(_row_of(ds, name) for name in names))
+    rows = tuple(dict.fromkeys(row_of(ds, name) for name in names))
     figure = _stack(ds, rows, height=1.6 + 0.9 * len(rows))
     if any(len(row) > 1 for row in rows):
         put_legend(figure, both_blocks(), above=True)
     return figure
 
 
-def _row_of(ds: xr.Dataset, name: str) -> tuple[Trace, ...]:
-    along = ds["lower_displacement"].dims
-    known = [n for n in (*TRAJECTORY, *PULLED) if n in ds.data_vars and ds[n].dims == along]
-    full = next((n for n in known if ds[n].attrs.get("symbol") == name), name)
-    if full not in known:
-        hint = did_you_mean(name, known) or f"; there are {', '.join(known)}"
-        raise ValueError(f"unknown variable '{name}' of a trajectory{hint}")
-    standard = (row for row in TIME_COURSES if full in [trace.name for trace in row])
-    return next(standard, (Trace(full),))
-
-
 def both_blocks() -> list[Line2D]:
     """The lines of both blocks, for a legend of their time courses."""
     return [
-        Line2D([], [], **UPPER.line(), label="upper block $X$, $V$"),
-        Line2D([], [], **LOWER.line(), label="lower block $x$, $v$"),
+        Line2D([], [], **line_of(UPPER), label="upper block $X$, $V$"),
+        Line2D([], [], **line_of(LOWER), label="lower block $x$, $v$"),
     ]
 
 
@@ -135,8 +92,8 @@ def pull(ds: xr.Dataset) -> Figure:
     else:
         figure = _stack(ds, PULL, height=_PULL_HEIGHT)
     lines = [
-        Line2D([], [], **UPPER.line(), label="friction force $F$"),
-        Line2D([], [], **LOWER.line(), label="spring force $2Kx$"),
+        Line2D([], [], **line_of(UPPER), label="friction force $F$"),
+        Line2D([], [], **line_of(LOWER), label="spring force $2Kx$"),
     ]
     put_legend(figure, lines)
     return figure
@@ -152,7 +109,7 @@ def _many_slips(ds: xr.Dataset, slips: Array) -> Figure:
     for (left, right), traces in zip(panels, PULL, strict=True):
         _draw_bands(left, traces, ds)
         _draw_traces(right, traces, end)
-        left.set_ylabel(_label(ds, traces), fontsize=TEXT)
+        left.set_ylabel(label_of(ds, traces), fontsize=TEXT)
     panels[0, 0].set_title(f"{slips.size} slips, lowest to highest", fontsize=TEXT)
     panels[0, 1].set_title(f"the last {_LAST_SLIPS}", fontsize=TEXT)
     for axes in panels[-1]:
@@ -176,8 +133,8 @@ def _draw_bands(axes: Axes, traces: tuple[Trace, ...], ds: xr.Dataset) -> None:
 
 
 def _stack(ds: xr.Dataset, rows: tuple[tuple[Trace, ...], ...], height: float) -> Figure:
-    runs, note = _runs(ds, MOST_FACETS)
-    stacks = [_sections(run) for run in runs]
+    found, note = runs(ds, MOST_FACETS)
+    stacks = [sections(run) for run in found]
     size = (width_of(len(stacks)), height)
     figure, panels = new_panels(len(rows), len(stacks), size, sharex="col", sharey="row")
     for axes_of_column, stack in zip(panels.T, stacks, strict=True):
@@ -186,7 +143,7 @@ def _stack(ds: xr.Dataset, rows: tuple[tuple[Trace, ...], ...], height: float) -
         _name_sections(axes_of_column[0], stack)
         _name_time(axes_of_column[-1], stack)
     for axes, traces in zip(panels[:, 0], rows, strict=True):
-        axes.set_ylabel(_label(stacks[0][0].dataset, traces), fontsize=TEXT)
+        axes.set_ylabel(label_of(stacks[0][0].dataset, traces), fontsize=TEXT)
     figure.align_ylabels()
     put_note(figure, [note])
     return figure
@@ -197,7 +154,7 @@ def draw_courses(panels: list[Axes], rows: tuple[tuple[Trace, ...], ...], ds: xr
     stack = [Selection("", ds)]
     for axes, traces in zip(panels, rows, strict=True):
         _draw_traces(axes, traces, stack)
-        axes.set_ylabel(_label(ds, traces), fontsize=TEXT)
+        axes.set_ylabel(label_of(ds, traces), fontsize=TEXT)
     _name_time(panels[-1], stack)
 
 
@@ -209,18 +166,11 @@ def _draw_traces(axes: Axes, traces: tuple[Trace, ...], stack: list[Selection]) 
     for section in stack:
         time = shown(section.dataset["elapsed_time"]).values
         for trace in traces:
-            axes.plot(time, trace.quantity(section.dataset).values, **trace.style.line())
+            axes.plot(time, trace.quantity(section.dataset).values, **line_of(trace.style))
     for section in stack[1:]:
         border = float(np.nanmin(section.dataset["elapsed_time"].values))
         axes.axvline(border, color="0.5", linewidth=0.6, gid="border")
     axes.margins(x=0.0)
-
-
-def _label(ds: xr.Dataset, traces: tuple[Trace, ...]) -> str:
-    """All symbols of a panel, capitals first as in the paper, and their common unit."""
-    quantities = [trace.quantity(ds) for trace in reversed(traces)]
-    symbols = ", ".join(quantity.symbol for quantity in quantities)
-    return Quantity(quantities[0].values, symbols, quantities[0].units).label
 
 
 def _name_sections(axes: Axes, stack: list[Selection]) -> None:
@@ -255,13 +205,13 @@ def force_loops(ds: xr.Dataset) -> Figure:
 
 
 def _portraits(ds: xr.Dataset, across: str, upward: str) -> Figure:
-    portraits, note = _runs(ds, _MOST_PORTRAITS)
+    portraits, note = runs(ds, _MOST_PORTRAITS)
     figure, panels = _portrait_panels(len(portraits))
     for index, (axes, portrait) in enumerate(zip(panels, portraits, strict=True)):
         x, y = shown(portrait.dataset[across]), shown(portrait.dataset[upward])
         axes.axhline(0.0, color="0.8", linewidth=0.5, gid="origin")
         axes.axvline(0.0, color="0.8", linewidth=0.5, gid="origin")
-        axes.plot(x.values, y.values, **ALONE.line())
+        axes.plot(x.values, y.values, **line_of(ALONE))
         put_inset(axes, x.values, y.values, ALONE, "A")
         axes.set_xlabel(x.label, fontsize=TEXT)
         axes.set_ylabel(y.label, fontsize=TEXT)
@@ -283,28 +233,3 @@ def _portrait_panels(count: int) -> tuple[Figure, list[Axes]]:
 
 
 # --- the trajectories in a dataset: one along `elapsed_time`, or several along (axis, sample) ---
-
-
-def _runs(ds: xr.Dataset, most: int) -> tuple[list[Selection], str]:
-    """The trajectories, at most `most`, and a note where that leaves some out."""
-    along = ds["elapsed_time"].dims[-1]
-    dims = tuple(str(dim) for dim in ds["lower_displacement"].dims if dim != along)
-    return selections(ds, dims, most)
-
-
-def _sections(run: Selection) -> list[Selection]:
-    """The stretches of one trajectory along which its parameters do not change (Fig. 6).
-
-    Each begins with the instant at which the one before ends, so that no line is broken there.
-    """
-    ds = run.dataset
-    along = str(ds["elapsed_time"].dims[0])
-    stepped = [name for name in ds.coords if name in PARAMETERS and ds[name].dims == (along,)]
-    if not stepped:
-        return [run]
-    changes = [np.flatnonzero(np.diff(ds[name].values)) + 1 for name in stepped]
-    borders = [0, *np.unique(np.concatenate(changes)).tolist(), ds.sizes[along]]
-    return [
-        Selection(slice_label(ds, {along: start}), ds.isel({along: slice(max(start - 1, 0), stop)}))
-        for start, stop in itertools.pairwise(borders)
-    ]

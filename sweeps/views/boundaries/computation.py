@@ -13,6 +13,7 @@ from stickslip.kernels.families import KIND
 from stickslip.options import OPTIONS, Options
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS
+from sweeps.charts.axes import is_geometric
 from sweeps.config.load import Config, ConfigError
 from sweeps.config.schema import Execution
 from sweeps.engine.counts import InFlight
@@ -23,7 +24,6 @@ from sweeps.engine.order.listed import Listed
 from sweeps.engine.settings import options_of
 from sweeps.engine.signals import Stop
 from sweeps.exits import ExpectedError
-from sweeps.figures.layout import is_geometric
 from sweeps.grid import DIRECTION
 from sweeps.human import clock, counted
 from sweeps.views.boundaries.bisection import Axis, Bisection, Crossings, Floats, Kinds

@@ -9,10 +9,10 @@ import xarray as xr
 from bokeh.models import ColumnDataSource, HoverTool, Legend, LegendItem
 from bokeh.plotting import figure
 
-from sweeps.figures.borders import STYLES, parts_of
-from sweeps.figures.colours import code_name
-from sweeps.figures.style import BLACK
-from sweeps.views.charts.kinds import Cells
+from sweeps.charts.borders import STYLES, parts_of
+from sweeps.charts.chart import Cells
+from sweeps.charts.colours import code_name
+from sweeps.charts.styles import BLACK
 from sweeps.views.charts.scales import put_above
 
 _WIDTH, _APART = 1.5, 24  # pixels: of a line, between the types in the legend

@@ -14,13 +14,13 @@ from bokeh.models import ColumnDataSource, HoverTool, Range1d
 from bokeh.plotting import figure
 
 from stickslip.symbols import plain
-from sweeps.figures.curves import Curve
-from sweeps.figures.jumps import break_line
-from sweeps.figures.layout import Axis
-from sweeps.figures.maps import STRIP
-from sweeps.figures.style import BLACK
-from sweeps.views.charts.kinds import Cells, Chart, Cloud, Curves, ends_of
+from sweeps.charts.axes import STRIP, Axis, ends_of
+from sweeps.charts.chart import Cells, Chart, Cloud, Curves
+from sweeps.charts.curves import Curve
+from sweeps.charts.jumps import break_line
+from sweeps.charts.styles import BLACK
 from sweeps.views.charts.scales import (
+    PALETTE,
     add_colour_bar,
     line_style,
     mapper_of,
@@ -71,7 +71,7 @@ def _draw_curves(chart: Curves, height: int, explained: bool) -> figure:
     drawn.extra_y_ranges = {"height": Range1d(0.0, 1.0)}
     for number, curve in enumerate(chart.curves):
         _draw_curve(drawn, chart.across, number, curve)
-    drawn.yaxis.axis_label = chart.label
+    drawn.yaxis.axis_label = plain(chart.label)
     if len(chart.curves) > 1:
         in_a_row = {"columns": len(chart.curves), "spacing": 14}
         put_legend_above(drawn, **({"columns": 1} if explained else in_a_row))
@@ -81,13 +81,14 @@ def _draw_curves(chart: Curves, height: int, explained: bool) -> figure:
 
 def _draw_curve(drawn: figure, axis: Axis, number: int, curve: Curve) -> None:
     """Draw a curve with gaps at its jumps, dotted lines there, crosses for missing points."""
-    colour, across = {"color": curve.style.colour}, axis.quantity.values
-    named = {"legend_label": curve.label} if curve.label else {}
+    style, across = curve.style(PALETTE), axis.quantity.values
+    colour = {"color": style.colour}
+    named = {"legend_label": plain(curve.label)} if curve.label else {}
     x, y = break_line(axis, curve.values, curve.jumps)
-    source, look = ColumnDataSource({"x": x, "y": y}), line_style(curve.style)
+    source, look = ColumnDataSource({"x": x, "y": y}), line_style(style)
     drawn.line("x", "y", source=source, name=f"curve {number}", **look, **named)
     size = look["line_width"] + (_DOT if across.size <= _FEW else 0.0)
-    dots = {"size": max(size, _SMALL_DOT), "fill_color": curve.style.colour, "line_color": None}
+    dots = {"size": max(size, _SMALL_DOT), "fill_color": style.colour, "line_color": None}
     drawn.scatter("x", "y", source=source, **dots, **named)
     at = np.flatnonzero(curve.jumps)
     ends = {"x": axis.middles[at], "below": curve.values[at], "above": curve.values[at + 1]}
@@ -114,7 +115,7 @@ def _draw_cloud(chart: Cloud, height: int, explained: bool) -> figure:
     drawn.scatter(
         "x", "y", source=data, size=_POINT, fill_color=colour, line_color=None, name="cells"
     )
-    drawn.xaxis.axis_label, drawn.yaxis.axis_label = chart.labels
+    drawn.xaxis.axis_label, drawn.yaxis.axis_label = map(plain, chart.labels)
     across_up = ((drawn.xaxis, chart.x), (drawn.yaxis, chart.y))
     for (side, numbers), log in zip(across_up, chart.log, strict=True):
         if log and not (side is drawn.yaxis and chart.ends):

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from html import escape
 
-from matplotlib.colors import to_hex
-
-from sweeps.figures.colours import Colours, code_name, code_sentence
-from sweeps.figures.style import GREY
+from sweeps.charts.colours import Colours, code_name, code_sentence
+from sweeps.charts.styles import GREY
 from sweeps.views.charts.scales import palette_of
 
 
@@ -22,7 +20,7 @@ def kinds_html(colours: Colours) -> str:
 
 def missing_html() -> str:
     """Return the colour of points without a value."""
-    return _square(to_hex(GREY), "no value", "No result, or not defined at these points.")
+    return _square(GREY, "no value", "No result, or not defined at these points.")
 
 
 def _square(colour: str, text: str, meaning: str) -> str:

@@ -10,8 +10,8 @@ from bokeh.models import ColumnDataSource, Legend, LegendItem, Span
 from bokeh.plotting import figure
 
 from stickslip.symbols import plain
-from sweeps.figures.labels import Array, shown
-from sweeps.figures.motion.traces import ALONE, LOWER, UPPER, Trace
+from sweeps.charts.courses import ALONE, LOWER, UPPER, Trace
+from sweeps.charts.labels import Array, shown
 from sweeps.views.charts.scales import line_style, new_figure
 
 COURSES = (

@@ -18,18 +18,15 @@ from bokeh.models import (
     LogAxis,
     LogColorMapper,
 )
+from bokeh.palettes import Viridis256
 from bokeh.plotting import figure
-from matplotlib.colors import LogNorm, to_hex
 
 from stickslip.symbols import plain
-from sweeps.figures.colours import Colours
-from sweeps.figures.labels import shown
-from sweeps.figures.layout import Axis
-from sweeps.figures.maps import STRIP
-from sweeps.figures.style import GREY, CurveStyle
-from sweeps.views.charts.kinds import ends_of
+from sweeps.charts.axes import STRIP, Axis, ends_of
+from sweeps.charts.colours import Colours
+from sweeps.charts.labels import shown
+from sweeps.charts.styles import CURVES, GREY, CurveStyle, Palette
 
-_SHADES = 256
 _DECADES = 4  # of an axis on which 2 and 5 are named too
 _TEN = 9.9  # powers of ten alone follow one another by no less
 _PIXELS = 96.0 / 72.0  # of a screen, in a point of a printed picture
@@ -99,17 +96,25 @@ def round_numbers(low: float, high: float) -> list[float]:
 
 def mapper_of(colours: Colours) -> ColorMapper:
     """Return the colours of values, or of the places of codes, in the browser."""
-    norm = colours.norm
-    kind = LogColorMapper if isinstance(norm, LogNorm) else LinearColorMapper
-    look = {"palette": palette_of(colours), "nan_color": to_hex(GREY)}
-    return kind(low=norm.vmin, high=norm.vmax, **look)
+    kind = LogColorMapper if colours.log else LinearColorMapper
+    look = {"palette": palette_of(colours), "nan_color": GREY}
+    return kind(low=colours.low, high=colours.high, **look)
 
 
 def palette_of(colours: Colours) -> list[str]:
     """Return a colour for each code, or those of a scale of values from low to high."""
-    count = len(colours.codes)
-    places = range(count) if count else np.linspace(0.0, 1.0, _SHADES)
-    return [to_hex(colours.cmap(place)) for place in places]
+    if colours.is_named and colours.codes:
+        return colours.kinds
+    count = len(colours.codes) or len(Viridis256)
+    return [shade(place) for place in np.linspace(0.0, 1.0, count).tolist()]
+
+
+def shade(place: float) -> str:
+    """Return the colour of a value, from 0 to 1."""
+    return str(Viridis256[min(int(place * len(Viridis256)), len(Viridis256) - 1)])
+
+
+PALETTE = Palette([style.colour for style in CURVES], shade)
 
 
 def add_colour_bar(drawn: figure, title: str | None, mapper: ColorMapper) -> None:

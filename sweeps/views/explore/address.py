@@ -13,8 +13,8 @@ from urllib.parse import parse_qsl, urlencode
 import xarray as xr
 
 from stickslip.variables import canonical_name
+from sweeps.charts.at import places_at
 from sweeps.config.load import from_mapping
-from sweeps.figures.plot_options import places_at
 from sweeps.views.explore.beginning import Opened, lone, open_point, with_parameters
 from sweeps.views.explore.ranges import exact_text
 from sweeps.views.explore.texts import SECTIONS, changes_text

@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,17 +17,26 @@ from bokeh.plotting import figure
 from stickslip.orbit import Orbit
 from stickslip.symbols import plain
 from stickslip.variables import PARAMETERS, RESULTS
+from sweeps.charts.at import places_at
+from sweeps.charts.axes import MANY
+from sweeps.charts.borders import are_over, axes_of, elsewhere_than
+from sweeps.charts.chart import (
+    Cells,
+    Chart,
+    Curves,
+    Place,
+    axes_to_choose,
+    chart_of,
+    further_axes,
+    is_cloud,
+)
+from sweeps.charts.choice import Choice
+from sweeps.charts.colours import is_discrete
+from sweeps.charts.labels import slice_label
 from sweeps.figure_table import AMPLITUDES
-from sweeps.figures.borders import are_over, axes_of, elsewhere_than
-from sweeps.figures.colours import is_discrete
-from sweeps.figures.labels import slice_label
-from sweeps.figures.layout import MANY
-from sweeps.figures.plot_options import places_at
 from sweeps.grid import DIRECTION
 from sweeps.views.charts.borders import add_borders
-from sweeps.views.charts.choice import Choice, axes_to_choose, chart_of, further_axes, is_cloud
 from sweeps.views.charts.drawing import draw
-from sweeps.views.charts.kinds import Cells, Chart, Curves, Place
 from sweeps.views.charts.legends import kinds_html
 from sweeps.views.explore.address import value_text
 from sweeps.views.explore.beginning import Opened
@@ -192,7 +200,8 @@ class ChartView:
         choice = self._choice()
         try:
             further = further_axes(self._result, choice)
-            chart = chart_of(self._result, choice)
+            places = {dim: int(s.value) for dim, s in self.sliders.items()}
+            chart = chart_of(self._result, choice, places)
         except ValueError as error:
             self.message.text = html.escape(f"{error}.")
             return
@@ -203,7 +212,7 @@ class ChartView:
                 plain(slice_label(self._result, {dim: int(slider.value)}))
             )
             self._labels[dim].visible = slider.visible
-        self.log.visible = not is_discrete(self._result, choice.variable)
+        self.log.visible = not is_discrete(self._result, str(self.variable.value))
         kinds = None if isinstance(chart, Curves) else chart.colours
         self.legend.text = (
             f'<div class="kinds">{kinds_html(kinds)}</div>' if kinds and kinds.codes else ""
@@ -212,7 +221,7 @@ class ChartView:
         if self._borders is not None:
             self.message.text = html.escape(self._add_borders(drawn, chart, self._borders))
         drawn.on_event(Tap, self._tap)
-        self._drawn = chart, choice.variable, drawn
+        self._drawn = chart, str(self.variable.value), drawn
         self._place.children = [drawn]
         self._ring()
         self._redrawn()
@@ -231,8 +240,7 @@ class ChartView:
             None if select.value == _AUTOMATIC else str(select.value)
             for select in (self.across, self.up)
         )
-        choice = Choice(str(self.variable.value), across, up, log=bool(self.log.active))
-        return replace(choice, places={dim: int(s.value) for dim, s in self.sliders.items()})
+        return Choice(str(self.variable.value), across, up, log="z" if self.log.active else "")
 
     def _slider(self, dim: str) -> Slider:
         size = self._result.sizes[dim]

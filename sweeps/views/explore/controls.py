@@ -12,8 +12,8 @@ from bokeh.models import Column, Div, Row, Slider, TextInput
 from stickslip.parameters import ParameterError, Parameters
 from stickslip.symbols import as_html, plain
 from stickslip.variables import PARAMETERS, ParameterVariable
+from sweeps.charts.labels import typeset_units
 from sweeps.config.numbers import number
-from sweeps.figures.labels import typeset_units
 from sweeps.views.explore.ranges import Scale, exact_text, short_text
 
 GROUPS: dict[str, tuple[str, ...]] = {

@@ -11,10 +11,10 @@ from bokeh.layouts import column
 from bokeh.models import Button, Div
 
 from stickslip.parameters import Parameters
+from sweeps.charts.chart import Place
 from sweeps.config.load import Config
 from sweeps.exits import ExpectedError
 from sweeps.human import clock
-from sweeps.views.charts.kinds import Place
 from sweeps.views.charts.library import library
 from sweeps.views.charts.orbit_figures import DRAWN, columns_of
 from sweeps.views.explore import address

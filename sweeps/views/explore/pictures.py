@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from bokeh.models import ColumnDataSource
 from bokeh.plotting import figure
 
-from sweeps.figures.labels import Array
-from sweeps.figures.style import VERMILLION, CurveStyle
+from sweeps.charts.labels import Array
+from sweeps.charts.styles import VERMILLION, CurveStyle
 from sweeps.views.charts.orbit_figures import COURSES, NOTHING, TIME, MotionPictures, V, X
 from sweeps.views.charts.scales import line_style
 

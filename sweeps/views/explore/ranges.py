@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 from stickslip.variables import PARAMETERS
-from sweeps.figures.layout import is_geometric
+from sweeps.charts.axes import is_geometric
 
 _STEPS = 200  # a linear slider has this many steps, or up to five times as many
 _DECADE = 100  # steps of a logarithmic slider over a factor of ten

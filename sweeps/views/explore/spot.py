@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from stickslip.orbit import Orbit
 from stickslip.variables import PARAMETERS, RESULTS
-from sweeps.figures.labels import shown_number
-from sweeps.figures.layout import Axis
-from sweeps.views.charts.kinds import Chart, Cloud, Curves
+from sweeps.charts.axes import Axis
+from sweeps.charts.chart import Chart, Cloud, Curves
+from sweeps.charts.labels import shown_number
 from sweeps.views.explore.beginning import Opened
 
 

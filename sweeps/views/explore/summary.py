@@ -6,17 +6,15 @@ import html
 import math
 from collections.abc import Mapping
 
-from matplotlib.colors import to_hex
-
 from stickslip.orbit import Orbit
 from stickslip.parameters import Parameters
 from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.symbols import as_html
 from stickslip.variables import RESULTS
+from sweeps.charts.colours import code_name, kind_colour
+from sweeps.charts.labels import shown_number
 from sweeps.figure_table import AMPLITUDES
-from sweeps.figures.colours import code_name, kind_colour
-from sweeps.figures.labels import shown_number
 from sweeps.views.explore.motion import Motion
 
 _SMALL_PART = 0.01  # of the full force: errors of smaller amplitudes are relative to it
@@ -112,7 +110,7 @@ def _amplitudes(orbit: Orbit, errors: Mapping[str, float]) -> str:
 
 def _kind(orbit: Orbit) -> str:
     regime = Regime(orbit.regime)
-    square = f'<span class="square" style="background:{to_hex(kind_colour("regime", regime))}">'
+    square = f'<span class="square" style="background:{kind_colour("regime", regime)}">'
     name = code_name("regime", regime)
     return f'<p>{square}</span><b data-name="regime">{name}</b>. {regime.sentence}</p>'
 

@@ -13,11 +13,10 @@ from bokeh.layouts import column
 from bokeh.models import Model
 
 from stickslip.symbols import as_html, plain
-from sweeps.figures import data_of
-from sweeps.figures.borders import axes_of, require_borders_of
-from sweeps.figures.colours import Colours
-from sweeps.figures.plot_options import slice_at
-from sweeps.figures.style import styled
+from sweeps.charts.at import slice_at
+from sweeps.charts.borders import axes_of, require_borders_of
+from sweeps.charts.colours import Colours
+from sweeps.charts.data import data_of
 from sweeps.files.datasets import content_hash
 from sweeps.human import size_text
 from sweeps.views.charts.drawing import CROSSES
@@ -69,24 +68,23 @@ def built(
     part, where = _part(ds, name, at)
     if borders is not None:
         _refuse_other_borders(part, borders)
-    with styled():
-        part = ordered(part)
-        chosen = chosen_points(part, orbits)
-        count = itertools.count()
-        if chosen.size:
-            on_orbit(next(count), chosen.size)
-        found = packed_orbits(
-            part, chosen, workers=workers, on_motion=lambda: on_orbit(next(count), chosen.size)
-        )
-        views, variables = views_of(part), variables_of(part)
-        others = [*sources(part, variables), *(orbit.courses for orbit in found if orbit.courses)]
-        others += [nearest_source(part, chosen)] if found else []
-        data, hosts = _charts(part, views, variables, others, borders)
-        data |= _numbers(part, variables, name, at) | _orbits(chosen, found)
-        hosts |= _motion_hosts() if found else {}
-        warnings = [warning, *_versions(part, chosen)]
-        parts = _facts(part, ds, name, as_html(where), warnings)
-        parts |= _controls(part, views, variables, chosen)
+    part = ordered(part)
+    chosen = chosen_points(part, orbits)
+    count = itertools.count()
+    if chosen.size:
+        on_orbit(next(count), chosen.size)
+    found = packed_orbits(
+        part, chosen, workers=workers, on_motion=lambda: on_orbit(next(count), chosen.size)
+    )
+    views, variables = views_of(part), variables_of(part)
+    others = [*sources(part, variables), *(orbit.courses for orbit in found if orbit.courses)]
+    others += [nearest_source(part, chosen)] if found else []
+    data, hosts = _charts(part, views, variables, others, borders)
+    data |= _numbers(part, variables, name, at) | _orbits(chosen, found)
+    hosts |= _motion_hosts() if found else {}
+    warnings = [warning, *_versions(part, chosen)]
+    parts = _facts(part, ds, name, as_html(where), warnings)
+    parts |= _controls(part, views, variables, chosen)
     return page(str(ds.attrs.get("title", name)), parts, data, hosts)
 
 

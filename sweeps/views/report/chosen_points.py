@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS
-from sweeps.figures.labels import parameters_along
-from sweeps.figures.layout import MANY, is_scattered
-from sweeps.figures.missing import RESULT_STATUSES
+from sweeps.charts.axes import MANY, is_scattered
+from sweeps.charts.labels import parameters_along
+from sweeps.charts.missing import RESULT_STATUSES
 from sweeps.grid import CASE, DIRECTION
 
 Numbers = NDArray[np.int64]

@@ -15,9 +15,9 @@ from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.symbols import as_html
 from stickslip.variables import PARAMETERS, RESULTS
-from sweeps.figures.colours import code_name, code_sentence
-from sweeps.figures.labels import shown, slice_label
-from sweeps.figures.missing import trusted
+from sweeps.charts.colours import code_name, code_sentence
+from sweeps.charts.labels import shown, slice_label
+from sweeps.charts.missing import trusted
 from sweeps.grid import CASE
 from sweeps.views.report.chosen_points import failed_points, places_of
 

@@ -12,13 +12,13 @@ from bokeh.models import ColumnDataSource
 
 from stickslip.symbols import as_html, plain
 from stickslip.variables import PARAMETERS, RESULTS
+from sweeps.charts.axes import axis_of
+from sweeps.charts.colours import Colours, code_name, colours_of
+from sweeps.charts.curves import axis_limits
+from sweeps.charts.jumps import jumps
+from sweeps.charts.labels import DIRECTIONS, Array, Quantity, shown, slice_label
+from sweeps.charts.missing import trusted, value_range
 from sweeps.figure_table import AMPLITUDES
-from sweeps.figures.colours import Colours, code_name, colours_of
-from sweeps.figures.curves import axis_limits
-from sweeps.figures.jumps import jumps
-from sweeps.figures.labels import DIRECTIONS, Array, Quantity, shown, slice_label
-from sweeps.figures.layout import axis_of
-from sweeps.figures.missing import trusted, value_range
 from sweeps.grid import CASE, DIRECTION
 from sweeps.views.charts.legends import kinds_html, missing_html
 from sweeps.views.charts.scales import palette_of

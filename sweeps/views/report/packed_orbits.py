@@ -12,7 +12,7 @@ from bokeh.models import ColumnDataSource
 from numpy.typing import NDArray
 
 from stickslip.status import Status
-from sweeps.figures.colours import code_name
+from sweeps.charts.colours import code_name
 from sweeps.views.charts.orbit_figures import DRAWN, columns_of
 from sweeps.views.orbits import Motion, motions
 from sweeps.views.report.chosen_points import Numbers, places_of

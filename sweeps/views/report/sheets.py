@@ -23,18 +23,17 @@ from bokeh.models import (
     SingleIntervalTicker,
     Span,
 )
-from matplotlib.colors import to_hex
 
-from sweeps.figures.colours import Colours
-from sweeps.figures.labels import parameters_along
-from sweeps.figures.layout import Axis, axis_of, is_scattered, layout_of
-from sweeps.figures.maps import STRIP, cell_edges
-from sweeps.figures.style import GREY
+from sweeps.charts.axes import STRIP, Axis, axis_of, cell_edges, cells_of_pixels, is_scattered
+from sweeps.charts.chart import Cells, Chart, Cloud, Curves, chart_of, further_axes, is_cloud
+from sweeps.charts.choice import Choice
+from sweeps.charts.colours import Colours
+from sweeps.charts.labels import parameters_along
+from sweeps.charts.layout import layout_of
+from sweeps.charts.styles import GREY
 from sweeps.grid import CASE, DIRECTION
 from sweeps.views.charts.borders import add_borders
-from sweeps.views.charts.choice import Choice, chart_of, further_axes, is_cloud
 from sweeps.views.charts.drawing import draw
-from sweeps.views.charts.kinds import Cells, Chart, Cloud, Curves, cells_of_pixels
 from sweeps.views.charts.scales import add_colour_bar, palette_of
 from sweeps.views.report.numbers import symbol_of
 
@@ -69,8 +68,7 @@ class View:
 
     def choice(self, variable: str, scale: str) -> Choice:
         """Return what of the result is drawn; points of kinds lie over two parameters."""
-        up = variable if self.of_values and scale != "kinds" else self.up
-        return Choice(variable, self.across, up, log=scale == "log")
+        return Choice(variable, self.across, self.up, log="z" if scale == "log" else "")
 
 
 @dataclass(frozen=True)
@@ -118,7 +116,7 @@ def mappers_of(variables: Mapping[str, Colours]) -> dict[str, ColorMapper]:
     """Return what colours the values of each scale; the script sets its ends, or its kinds."""
     numbers = next(colours for colours in variables.values() if not colours.codes)
     # Any ends for now: Bokeh would look for some in values that have no logarithm.
-    look = {"palette": palette_of(numbers), "nan_color": to_hex(GREY), "low": 1.0, "high": 10.0}
+    look = {"palette": palette_of(numbers), "nan_color": GREY, "low": 1.0, "high": 10.0}
     linear = LinearColorMapper(name="colours linear", **look)
     return {"linear": linear, "log": LogColorMapper(name="colours log", **look), "kinds": linear}
 
@@ -133,7 +131,7 @@ def sheets_of(
     """Yield the sheet of a view for each scale; maps have the borders, which are theirs."""
     for scale, variable in _examples(variables):
         choice = view.choice(variable, scale)
-        chart = chart_of(ds, choice)
+        chart = chart_of(ds, choice, of_values=view.of_values and scale != "kinds")
         sheet = _sheet(ds, chart, f"{view.label}, {scale}", _TALL, mappers[scale])
         sheet.about["sliders"] = [_place(ds, dim) for dim in further_axes(ds, choice)]
         _add_marks(sheet.figure, chart)
@@ -153,7 +151,7 @@ def sheets_along(
     """Yield, for each scale, the sheet of the curve along an axis through a point of a map."""
     for scale, variable in _examples(variables):
         line = ds.isel({other: [0] for other in ds.sizes if other != dim})
-        chart = chart_of(line.squeeze(), Choice(variable, log=scale == "log"))
+        chart = chart_of(line.squeeze(), Choice(variable, log="z" if scale == "log" else ""))
         yield scale, _sheet(ds, chart, f"along {dim}, {scale}", _LOW, mappers[scale])
 
 

@@ -7,7 +7,8 @@ import pytest
 import xarray as xr
 from support.pictures import described, sweep
 
-from sweeps.views.charts.choice import Choice, chart_of
+from sweeps.charts.chart import chart_of
+from sweeps.charts.choice import Choice
 
 pytest.importorskip("bokeh", reason="bokeh is not installed")
 from bokeh.models import HoverTool

@@ -15,9 +15,9 @@ from support.browser import Tabs, chromium, tabs
 
 from stickslip import Status
 from sweeps import run
-from sweeps.figures.jumps import break_line
-from sweeps.views.charts.choice import Choice, chart_of
-from sweeps.views.charts.kinds import Curves
+from sweeps.charts.chart import Curves, chart_of
+from sweeps.charts.choice import Choice
+from sweeps.charts.jumps import break_line
 from sweeps.views.report import MOST_POINTS, ReportError, write_report
 
 pytest.importorskip("bokeh", reason="bokeh is not installed")
@@ -170,7 +170,7 @@ def test_in_a_browser_a_map_and_its_curves_are_those_of_the_result(
     opened.locator("#sliders label:visible input").press("End")
     opened.locator("button[data-point]").first.click()
     failed = {"temperature": 0, "spring_stiffness": 0, "rheological_index": 0}
-    chart = chart_of(ds, Choice(variable, places=failed))
+    chart = chart_of(ds, Choice(variable), failed)
     image = drawn(opened, "picture")["cells"]["image"]
     np.testing.assert_allclose(image, chart.image().ravel(), rtol=1e-6)
     assert np.isnan(image[0])

@@ -12,7 +12,7 @@ import xarray as xr
 from support.browser import Tabs, chromium, tabs
 
 from sweeps import run
-from sweeps.figures.plot_options import places_at
+from sweeps.charts.at import places_at
 from sweeps.views.report import write_report
 
 pytest.importorskip("bokeh", reason="bokeh is not installed")

@@ -6,25 +6,15 @@ import itertools
 import math
 from dataclasses import dataclass, replace
 
-import numpy as np
 import xarray as xr
 
 from stickslip.variables import PARAMETERS
-from sweeps.figures.labels import (
-    Array,
-    Quantity,
-    legend_label,
-    parameters_along,
-    shown,
-    slice_label,
-)
-from sweeps.figures.plot_options import ROLES, PlotOptions, named_roles
-from sweeps.figures.style import CURVES, CurveStyle, curve_style
-from sweeps.grid import CASE, DIRECTION
+from sweeps.charts.axes import MANY, NAMED, coordinate_of
+from sweeps.charts.choice import ROLES, Choice, named_roles
+from sweeps.charts.labels import shown, slice_label
+from sweeps.grid import DIRECTION
 
-MANY = len(CURVES)  # an axis is long when its points would need more curves than there are styles
 MOST_FACETS = 4  # columns that still fit on a page
-_NAMED = ("rheological_index", CASE)  # what has names rather than places on a scale, if it is short
 
 
 @dataclass(frozen=True)
@@ -50,33 +40,6 @@ class Layout:
 
 
 @dataclass(frozen=True)
-class Axis:
-    """A dimension as an axis: the order of its points, their shown values, names, and its scale.
-
-    `names` are those of points that are no numbers, or too few to lie on a scale.
-    """
-
-    dim: str
-    order: np.ndarray[tuple[int], np.dtype[np.int_]]
-    quantity: Quantity
-    label: str
-    geometric: bool
-    names: tuple[str, ...] = ()
-
-    @property
-    def middles(self) -> Array:
-        """The middles between neighbours, on the axis's own scale."""
-        below, above = self.quantity.values[:-1], self.quantity.values[1:]
-        return np.sqrt(below * above) if self.geometric else (below + above) / 2
-
-    @property
-    def steps(self) -> Array:
-        """The distances between neighbours, on the axis's own scale."""
-        values = np.log(self.quantity.values) if self.geometric else self.quantity.values
-        return np.diff(values)
-
-
-@dataclass(frozen=True)
 class Selection:
     """One slice of a dataset, and what to call it."""
 
@@ -85,14 +48,14 @@ class Selection:
 
 
 def layout_of(
-    ds: xr.Dataset, options: PlotOptions | None = None, *, discrete: bool = False, rows: int = 2
+    ds: xr.Dataset, choice: Choice | None = None, *, discrete: bool = False, rows: int = 2
 ) -> Layout:
     """Curves along one long axis, maps over two, facets beyond; a single point has no axis.
 
     Values that are `discrete` are drawn as maps. Where the variables take one of the `rows` of
     panels only, a short axis may take others. A dimension that finds no place has no role.
     """
-    named = named_roles(ds, options or PlotOptions())
+    named = named_roles(ds, choice or Choice())
     if "y" in named and "hue" in named:
         raise ValueError("y makes a map and hue makes curves: choose one of them")
     if discrete and "hue" in named:
@@ -114,7 +77,7 @@ def _strips(ds: xr.Dataset, hue: str) -> str:
 
     Raises ValueError for values on a scale, which would make a map.
     """
-    if ds[hue].dtype.kind in "fiu" and hue not in _NAMED:
+    if ds[hue].dtype.kind in "fiu" and hue not in NAMED:
         raise ValueError(f"kinds and counts make no curves for hue: a map has {hue} as y")
     return hue
 
@@ -153,64 +116,6 @@ def _rank(ds: xr.Dataset, dim: str) -> tuple[bool, bool, int]:
     return size <= MANY, dim not in PARAMETERS, -size
 
 
-def hue_style(hue: str | None, index: int, count: int) -> CurveStyle:
-    """Return the style of the curve for a value of the hue: fluids and cases are not ordered."""
-    ordered = hue in PARAMETERS and hue != "rheological_index"
-    return curve_style(index, count, ordered=ordered)
-
-
-def is_scattered(ds: xr.Dataset, dim: str) -> bool:
-    """Tell whether linked cases are in order along none of their parameters."""
-    steps = [np.diff(ds[name].values) for name in parameters_along(ds, dim)]
-    return bool(steps) and not any((step > 0).all() or (step < 0).all() for step in steps)
-
-
-def axis_of(ds: xr.Dataset, dim: str, *, log: bool = False, named: bool = False) -> Axis:
-    """The axis of a dimension; linked cases lie along the first parameter that tells them apart.
-
-    `log` asks for a logarithmic scale, and `named` for the names of the points of a short axis.
-    """
-    coordinate = _coordinate(ds, dim)
-    few = named and ds.sizes[dim] <= MANY
-    if coordinate.dtype.kind not in "fiu" or (few and dim in _NAMED):
-        return _named_axis(ds, dim)
-    order = np.argsort(shown(coordinate).values, kind="stable")
-    quantity = shown(coordinate[order])
-    if log and quantity.values[0] <= 0:
-        raise ValueError(f"a logarithmic scale needs numbers above 0, {coordinate.name} has others")
-    geometric = log or is_geometric(quantity.values)
-    return Axis(dim, order, quantity, _axis_label(ds, coordinate), geometric)
-
-
-def _named_axis(ds: xr.Dataset, dim: str) -> Axis:
-    places = np.arange(ds.sizes[dim])
-    labels = [legend_label(ds, dim, place) for place in range(places.size)]
-    names = tuple(label.replace(", ", ",\n", 1) for label in labels)
-    return Axis(dim, places, Quantity(places.astype(float), "", ""), "", False, names)
-
-
-def _coordinate(ds: xr.Dataset, dim: str) -> xr.DataArray:
-    for name in parameters_along(ds, dim):
-        if name == dim or np.unique(ds[name].values).size == ds.sizes[dim]:
-            return ds[name]
-    return ds[dim]
-
-
-def _axis_label(ds: xr.Dataset, coordinate: xr.DataArray) -> str:
-    label = shown(coordinate).label
-    along = parameters_along(ds, str(coordinate.dims[0]))
-    others = [shown(ds[name]).symbol for name in along if name != coordinate.name]
-    return f"{label}, linked with {', '.join(others)}" if others else label
-
-
-def is_geometric(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> bool:
-    """Tell whether sorted values have a common ratio, hence even steps on a log axis."""
-    if values.size < 3 or values[0] <= 0:
-        return False
-    steps = np.diff(np.log(values))
-    return bool(np.allclose(steps, steps.mean(), rtol=1e-6, atol=0))
-
-
 def selections(ds: xr.Dataset, dims: tuple[str, ...], most: int) -> tuple[list[Selection], str]:
     """The slices over `dims`, at most `most` of them, and a note where that leaves some out."""
     indices = list(itertools.product(*(range(ds.sizes[dim]) for dim in dims)))
@@ -232,7 +137,7 @@ def _left_out(ds: xr.Dataset, dims: tuple[str, ...], kept: int, count: int) -> s
     """Return a note on values that are not drawn; empty where all are."""
     if kept == count:
         return ""
-    names = ", ".join(shown(_coordinate(ds, dim)).symbol for dim in dims)
+    names = ", ".join(shown(coordinate_of(ds, dim)).symbol for dim in dims)
     return f"{kept} of {count} values of {names} are drawn."
 
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 
-from sweeps.figures.labels import Array
-from sweeps.figures.layout import Axis
-from sweeps.figures.missing import trusted
+from sweeps.charts.axes import Axis
+from sweeps.charts.labels import Array
+from sweeps.charts.missing import trusted
 
 _KINDS = ("regime", "orbit_periods", "melting_count")  # what tells one kind of motion from another
 _MARKED = 4.0  # times the steepest slope beside it: less is a bend
@@ -38,13 +37,6 @@ def break_line(axis: Axis, y: Array, places: Array) -> tuple[Array, Array]:
     """The curve with a gap in the middle of each jump."""
     at = np.flatnonzero(places)
     return np.insert(axis.quantity.values, at + 1, axis.middles[at]), np.insert(y, at + 1, np.nan)
-
-
-def draw_jumps(axes: Axes, axis: Axis, y: Array, places: Array, colour: str) -> None:
-    """A thin dotted vertical line in the middle of each jump."""
-    for i in np.flatnonzero(places):
-        middle = [axis.middles[i]] * 2
-        axes.plot(middle, y[i : i + 2], ":", color=colour, linewidth=0.7, gid="jump")
 
 
 def _changes(ds: xr.Dataset, shape: tuple[int, ...]) -> Array:

@@ -7,8 +7,9 @@ import pytest
 from support.pictures import GAMMAS, both_ways, failed, random_cases, sweep
 
 from stickslip.status import Status
-from sweeps.views.charts.choice import Choice, axes_to_choose, chart_of, further_axes
-from sweeps.views.charts.kinds import Cells, Cloud, Curves
+from stickslip.symbols import plain
+from sweeps.charts.chart import Cells, Cloud, Curves, axes_to_choose, chart_of, further_axes
+from sweeps.charts.choice import Choice
 
 STRESS = "elastic_stress_amplitude"
 T, K = np.linspace(150.0, 320.0, 35), np.geomspace(100.0, 1e4, 21)
@@ -30,7 +31,7 @@ def test_one_long_axis_gives_a_curve_for_each_value_of_the_other():
         "dilatant",
     ]
     np.testing.assert_allclose(chart.curves[1].values, ds[STRESS][:, 1] / 1e6)
-    assert chart.label == "σₑₗ,ₘₐₓ (MPa)"
+    assert plain(chart.label) == "σₑₗ,ₘₐₓ (MPa)"
     assert further_axes(ds, Choice(STRESS)) == []
     middle = float(ds[STRESS][10, 1]) / 1e6
     assert chart.place_at(T[10] + 1.0, middle) == {"temperature": 10, "rheological_index": 1}
@@ -46,8 +47,8 @@ def test_points_without_a_value_are_no_nearest_ones():
 
 def test_two_long_axes_give_a_map_and_the_others_are_cut():
     ds = sweep(temperature=T, spring_stiffness=K, rheological_index=GAMMA)
-    choice = Choice(STRESS, places={"rheological_index": 2})
-    chart = chart_of(ds, choice)
+    choice, places = Choice(STRESS), {"rheological_index": 2}
+    chart = chart_of(ds, choice, places)
     assert isinstance(chart, Cells)
     assert further_axes(ds, choice) == ["rheological_index"]
     assert chart.place_at(T[4] + 2.0, K[7] * 1.02) == {
@@ -73,7 +74,7 @@ def test_uneven_axes_keep_the_sizes_of_their_cells():
 
 def test_the_axes_may_be_chosen():
     ds = sweep(temperature=T, spring_stiffness=K, rheological_index=GAMMA)
-    chart = chart_of(ds, Choice(STRESS, across="spring_stiffness", up="rheological_index"))
+    chart = chart_of(ds, Choice(STRESS, x="spring_stiffness", y="rheological_index"))
     assert isinstance(chart, Cells)
     assert chart.across.geometric
     assert chart.up.names[0].startswith("pseudoplastic")
@@ -85,7 +86,7 @@ def test_the_axes_may_be_chosen():
     assert axes_to_choose(ds) == ["temperature", "spring_stiffness", "rheological_index"]
     assert axes_to_choose(ds.isel(temperature=0)) == []
     with pytest.raises(ValueError, match="is both x and y"):
-        chart_of(ds, Choice(STRESS, across="temperature", up="temperature"))
+        chart_of(ds, Choice(STRESS, x="temperature", y="temperature"))
 
 
 def test_kinds_along_one_axis_are_a_strip():
@@ -124,13 +125,13 @@ def test_a_curve_knows_its_jumps_and_the_range_of_all_values():
     assert low < 0.0
     assert high > float(ds[STRESS].max()) / 1e6
     ds[STRESS][3] = 0.0
-    heights = chart_of(ds, Choice(STRESS, log=True)).curves[0].values
+    heights = chart_of(ds, Choice(STRESS, log="z")).curves[0].values
     assert np.flatnonzero(np.isnan(heights)).tolist() == [3]
 
 
 def test_cases_may_lie_over_the_variable_itself():
     ds = random_cases(60, temperature=(150.0, 320.0), spring_stiffness=(100.0, 1e4))
-    chart = chart_of(ds, Choice(STRESS, across="temperature", up=STRESS))
+    chart = chart_of(ds, Choice(STRESS, x="temperature"), of_values=True)
     assert isinstance(chart, Cloud)
     np.testing.assert_allclose(chart.y, ds[STRESS] / 1e6)
     assert chart.colours is not None
@@ -147,10 +148,10 @@ def test_random_cases_are_a_cloud():
     for case in (0, 17, 59):
         x, y = (float(ds[name][case]) for name in chart.names)
         assert chart.place_at(x, y) == {"case": case}
-    swapped = chart_of(ds, Choice("regime", across="spring_stiffness"))
+    swapped = chart_of(ds, Choice("regime", x="spring_stiffness"))
     assert swapped.names == ("spring_stiffness", "temperature")
     with pytest.raises(ValueError, match="choose another parameter"):
-        chart_of(ds, Choice("regime", across="temperature", up="temperature"))
+        chart_of(ds, Choice("regime", x="temperature", y="temperature"))
 
 
 def test_the_next_point_of_a_map_is_in_the_next_cell_up_to_its_edge():

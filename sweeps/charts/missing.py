@@ -9,8 +9,8 @@ import xarray as xr
 
 from stickslip.status import Status
 from stickslip.variables import RESULTS
+from sweeps.charts.labels import shown
 from sweeps.figure_table import AMPLITUDES
-from sweeps.figures.labels import shown
 from sweeps.human import counted
 
 RESULT_STATUSES = [int(status) for status in Status if status.is_result]

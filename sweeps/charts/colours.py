@@ -1,0 +1,142 @@
+"""The colours of maps and points: named kinds, counts, or a scale of values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from stickslip.regime import Regime
+from stickslip.status import Status
+from stickslip.variables import RESULTS
+from sweeps.charts.labels import Array, shown
+from sweeps.charts.missing import trusted, value_range
+from sweeps.charts.styles import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    YELLOW,
+)
+
+KINDS = ("regime", "status")
+
+_MOST_COUNTS = 12  # different numbers that colours still tell apart
+_OTHER = "#999999"
+
+# One colour each, in every picture. A print without colours tells them apart as well: a liquid is
+# light, and the farther a motion is from a simple one, the darker it is.
+_REGIMES: dict[int, str] = {
+    Regime.LIQUID: "#9AD3F4",
+    Regime.LOCKED: BLUE,
+    Regime.STICK_SLIP_SYMMETRIC: ORANGE,
+    Regime.STICK_SLIP_ASYMMETRIC: VERMILLION,
+    Regime.SUBHARMONIC: "#00684C",
+    Regime.APERIODIC: "#5A1A50",
+    Regime.UNKNOWN: GREY,
+}
+_STATUSES: dict[int, str] = {
+    Status.OK: SKY,
+    Status.NOT_STATIONARY: ORANGE,
+    Status.STEP_LIMIT: YELLOW,
+    Status.DIVERGED: VERMILLION,
+    Status.REFUSED: "#737373",
+    Status.FAILED: BLACK,
+    Status.INVARIANT_VIOLATED: PURPLE,
+    Status.APERIODIC: BLUE,
+    Status.INACCURATE: GREEN,
+    Status.INTERPOLATED: "#BBDDF6",
+    Status.PENDING: GREY,
+}
+
+
+@dataclass(frozen=True)
+class Colours:
+    """Colours for the values of one variable: `codes` in order where they are kinds or counts.
+
+    `low` and `high` are the ends of the scale, in the unit shown; of codes, the outer edges of
+    their places in the order.
+    """
+
+    name: str
+    label: str
+    low: float
+    high: float
+    log: bool = False
+    codes: tuple[int, ...] = ()
+
+    def placed(self, ds: xr.Dataset) -> Array:
+        """Return the trusted values as colours take them: codes are their places in the order."""
+        values = shown(trusted(ds, self.name)).values
+        if self.codes:
+            places = np.searchsorted(self.codes, np.nan_to_num(values, nan=self.codes[0]))
+            values = np.where(np.isnan(values), np.nan, places)
+        return np.ma.masked_invalid(values)
+
+    @property
+    def is_named(self) -> bool:
+        """True for kinds, which have names and colours of their own; counts and values do not."""
+        return self.name in KINDS
+
+    @property
+    def names(self) -> list[str]:
+        """What the codes are called, in order."""
+        return [code_name(self.name, code) for code in self.codes]
+
+    @property
+    def kinds(self) -> list[str]:
+        """The colours of kinds, in order."""
+        return [kind_colour(self.name, code) for code in self.codes]
+
+
+def is_discrete(ds: xr.Dataset, name: str) -> bool:
+    """Tell whether a variable has few enough kinds or counts for a colour each."""
+    return name in KINDS or kinds_in(ds, name) is not None
+
+
+def kinds_in(ds: xr.Dataset, name: str) -> tuple[int, ...] | None:
+    """Return the trusted kinds or counts of a variable, in order; None if it has other values."""
+    if name not in RESULTS or not RESULTS[name].dtype.startswith("i"):
+        return None
+    values = trusted(ds, name).values
+    codes = tuple(int(code) for code in np.unique(values[np.isfinite(values)]))
+    return codes if name in KINDS or len(codes) <= _MOST_COUNTS else None
+
+
+def colours_of(ds: xr.Dataset, name: str, *, log: bool = False) -> Colours:
+    """Return the colours of a variable, the same for every slice of `ds`."""
+    label = shown(ds[name]).label
+    if codes := kinds_in(ds, name):
+        return Colours(name, label, -0.5, len(codes) - 0.5, codes=codes)
+    return Colours(name, label, *value_range(ds, name, log=log, with_zero=False), log)
+
+
+def code_name(name: str, code: int) -> str:
+    """Return the name of a code of a variable; that of a count is its number."""
+    if name == "regime" and code in list(Regime):
+        words = Regime(code).name.lower().replace("stick_slip_", "stick-slip, ")
+    elif name == "status" and code in list(Status):
+        words = Status(code).name.lower()
+    elif name == "orbit_periods" and code == 0:
+        words = "aperiodic"
+    else:
+        words = f"{name} {code}" if name in KINDS else str(code)
+    return words.replace("_", " ")
+
+
+def code_sentence(name: str, code: int) -> str:
+    """Return what a code of a variable means; nothing for a count."""
+    if name not in KINDS:
+        return ""
+    kinds: type[Regime] | type[Status] = Regime if name == "regime" else Status
+    return kinds(code).sentence if code in list(kinds) else "A code of another version."
+
+
+def kind_colour(name: str, code: int) -> str:
+    """Return the colour of a kind, the same in every picture."""
+    return {"regime": _REGIMES, "status": _STATUSES}[name].get(code, _OTHER)
