@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from sweeps.borders import Kind
     from sweeps.figures.look import Range
     from sweeps.measurements import Table
-    from sweeps.views.boundaries import Kind
-    from sweeps.views.points import Point
+    from sweeps.points import Point
 
 
 @xr.register_dataset_accessor("stickslip")  # type: ignore[no-untyped-call]
@@ -57,7 +57,7 @@ class StickslipAccessor:
         >>> ds.stickslip.at(T=251).parameters.temperature
         250.0
         """
-        from sweeps.views.points import point_of
+        from sweeps.points import point_of
 
         return replace(point_of(self._ds, **where), loose=True)
 
@@ -211,7 +211,7 @@ class StickslipAccessor:
             A ValueError: there is no such border, since the result has not one or two axes of
             single parameters, follows an axis, or is stochastic; or an argument is wrong.
         """
-        from sweeps.views.boundaries import boundaries
+        from sweeps.borders import boundaries
 
         return boundaries(self._ds, accuracy, kind, workers=workers)
 

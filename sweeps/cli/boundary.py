@@ -52,13 +52,13 @@ def boundary(
     thousandth of the axis. The lines are written as NetCDF, which `stickslip plot MAP --boundaries
     FILE` draws, or as a table.
     """
+    from sweeps.borders import BoundaryError, boundaries
     from sweeps.engine.existing import seal_note
     from sweeps.engine.signals import interruptible
     from sweeps.files.datasets import content_hash, open_result
     from sweeps.files.export import files_of
     from sweeps.files.outputs import Outputs
-    from sweeps.views.boundaries import BoundaryError, boundaries
-    from sweeps.views.points import version_differences
+    from sweeps.points import version_differences
 
     target = output or file.with_name(f"{file.stem}-boundaries.nc")
     paths = [target] if target.suffix == ".nc" else files_of(target)

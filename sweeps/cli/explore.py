@@ -65,8 +65,8 @@ def _beginning(target: Path | None) -> Beginning:
     """Return the initial content of the page; raises the errors of opening the file."""
     from sweeps.engine.existing import seal_note
     from sweeps.files.datasets import open_result
+    from sweeps.points import PointError
     from sweeps.views.explore import beginning
-    from sweeps.views.points import PointError
 
     if target is None:
         return beginning.of_nothing()

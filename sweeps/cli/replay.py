@@ -14,7 +14,7 @@ from sweeps.human import counted
 if TYPE_CHECKING:
     import xarray as xr
 
-    from sweeps.views.points import Point
+    from sweeps.points import Point
 
 
 def replay(
@@ -47,7 +47,7 @@ def replay(
     from sweeps.figures.save import pictures_of, rendered
     from sweeps.files.datasets import open_result, readable
     from sweeps.files.outputs import Outputs
-    from sweeps.views.points import point_of
+    from sweeps.points import point_of
 
     if start not in (None, "initial", "stationary"):
         stop_with(f"--start is initial or stationary, not {start}", Exit.USAGE)

@@ -12,7 +12,7 @@ from sweeps.config.load import from_mapping
 from sweeps.engine.trajectories import trajectory
 from sweeps.figures import draw
 from sweeps.files.datasets import open_result
-from sweeps.views.points import point_of
+from sweeps.points import point_of
 
 FILMS = """
 model: {omega: 15}

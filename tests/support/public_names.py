@@ -22,7 +22,7 @@ from sweeps.cli.app import app
 from sweeps.config.json_schema import json_schema
 from sweeps.config.load import from_mapping
 from sweeps.exits import Exit
-from sweeps.views.points import Point
+from sweeps.points import Point
 
 API = Path(__file__).parents[2] / "docs" / "api.md"
 GIVEN = (StickslipAccessor, Point)

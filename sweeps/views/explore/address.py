@@ -15,10 +15,10 @@ import xarray as xr
 from stickslip.variables import canonical_name
 from sweeps.charts.at import places_at
 from sweeps.config.load import from_mapping
+from sweeps.points import PointError
 from sweeps.views.explore.beginning import Opened, lone, open_point, with_parameters
 from sweeps.views.explore.ranges import exact_text
 from sweeps.views.explore.texts import SECTIONS, changes_text
-from sweeps.views.points import PointError
 
 _AT, KEPT, CHART = "at.", "kept.", "chart."
 

@@ -14,8 +14,8 @@ from stickslip.variables import PARAMETERS
 from sweeps.charts.labels import parameters_along, shown_number, slice_label
 from sweeps.config.load import Config, from_mapping
 from sweeps.config.schema import Integrator, Simulation
+from sweeps.points import Point, curve_or_map, point_of
 from sweeps.views.explore.ranges import Scale, scales_of
-from sweeps.views.points import Point, curve_or_map, point_of
 
 if TYPE_CHECKING:
     import xarray as xr

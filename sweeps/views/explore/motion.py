@@ -17,8 +17,8 @@ from stickslip.parameters import Parameters
 from stickslip.status import IntegrationError
 from stickslip.trajectory import simulate
 from sweeps.engine.settings import options_of
+from sweeps.points import periods_of
 from sweeps.views.explore.beginning import Opened
-from sweeps.views.points import periods_of
 
 if TYPE_CHECKING:
     import xarray as xr

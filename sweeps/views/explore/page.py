@@ -15,6 +15,7 @@ from sweeps.charts.chart import Place
 from sweeps.config.load import Config
 from sweeps.exits import ExpectedError
 from sweeps.human import clock
+from sweeps.points import periods_of
 from sweeps.views.charts.library import library
 from sweeps.views.charts.orbit_figures import DRAWN, columns_of
 from sweeps.views.explore import address
@@ -28,7 +29,6 @@ from sweeps.views.explore.pictures import OrbitPictures
 from sweeps.views.explore.settings import Settings
 from sweeps.views.explore.state import PageState
 from sweeps.views.explore.summary import kept_html, summary_html
-from sweeps.views.points import periods_of
 
 _LOOK = 200  # milliseconds between looks at whether something is still awaited
 _MOMENT = 0.4  # seconds: what takes no longer is not announced

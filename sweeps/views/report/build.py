@@ -19,9 +19,9 @@ from sweeps.charts.colours import Colours
 from sweeps.charts.data import data_of
 from sweeps.files.datasets import content_hash
 from sweeps.human import size_text
+from sweeps.points import point_of
 from sweeps.views.charts.drawing import CROSSES
 from sweeps.views.charts.orbit_figures import MotionPictures
-from sweeps.views.points import point_of
 from sweeps.views.report import MOST_POINTS, ReportError, facts
 from sweeps.views.report.chosen_points import (
     Numbers,

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from stickslip.status import Status
 from sweeps.charts.colours import code_name
+from sweeps.motions import Motion, motions
 from sweeps.views.charts.orbit_figures import DRAWN, columns_of
-from sweeps.views.orbits import Motion, motions
 from sweeps.views.report.chosen_points import Numbers, places_of
 
 

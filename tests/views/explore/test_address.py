@@ -8,9 +8,9 @@ import xarray as xr
 pytest.importorskip("bokeh", reason="bokeh is not installed")
 from stickslip import Parameters
 from sweeps.config.load import ConfigError, from_mapping
+from sweeps.points import PointError
 from sweeps.views.explore.address import opened_by, parts_of, read, under, within, written
 from sweeps.views.explore.beginning import lone, open_point, with_parameters
-from sweeps.views.points import PointError
 
 
 def test_a_point_between_those_of_a_file():

@@ -10,9 +10,9 @@ from stickslip import Parameters
 from stickslip.variables import PARAMETERS
 from sweeps import run
 from sweeps.config.load import from_mapping
+from sweeps.points import PointError
 from sweeps.views.explore.beginning import of_config, of_nothing, of_result
 from sweeps.views.explore.ranges import Scale
-from sweeps.views.points import PointError
 
 
 def test_nothing_is_the_papers_point():

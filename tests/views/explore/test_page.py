@@ -13,13 +13,13 @@ from support.sweeps.processes import wait_until
 
 from stickslip import Orbit, Parameters, stationary_orbit
 from sweeps.config.load import from_yaml
+from sweeps.points import point_of
 from sweeps.views.explore import address, motion
 from sweeps.views.explore import page as page_module
 from sweeps.views.explore import serving as module
 from sweeps.views.explore.beginning import Beginning, Opened, of_nothing, of_result
 from sweeps.views.explore.page import Page
 from sweeps.views.explore.summary import absolute_errors, amplitude_text
-from sweeps.views.points import point_of
 
 pytestmark = pytest.mark.slow  # a browser starts
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from support.bisecting import Model
 
-from sweeps.views.boundaries.bisection import NO_KIND, Axis, Bisection, Crossings, Floats, Kinds
-from sweeps.views.boundaries.joining import Line, Rims
+from sweeps.borders.bisection import NO_KIND, Axis, Bisection, Crossings, Floats, Kinds
+from sweeps.borders.joining import Line, Rims
 
 Shape = Callable[[Floats], Kinds]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.variables import RESULTS
-from sweeps.views.boundaries.bisection import NO_KIND
+from sweeps.borders.bisection import NO_KIND
 
 Kind = Literal["regime", "orbit"]
 

@@ -13,6 +13,8 @@ from stickslip.kernels.families import KIND
 from stickslip.options import OPTIONS, Options
 from stickslip.parameters import Parameters
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS
+from sweeps.borders.bisection import Axis, Bisection, Crossings, Floats, Kinds
+from sweeps.borders.kinds import NEEDED, Kind, numbered
 from sweeps.charts.axes import is_geometric
 from sweeps.config.load import Config, ConfigError
 from sweeps.config.schema import Execution
@@ -26,9 +28,7 @@ from sweeps.engine.signals import Stop
 from sweeps.exits import ExpectedError
 from sweeps.grid import DIRECTION
 from sweeps.human import clock, counted
-from sweeps.views.boundaries.bisection import Axis, Bisection, Crossings, Floats, Kinds
-from sweeps.views.boundaries.kinds import NEEDED, Kind, numbered
-from sweeps.views.points import config_of, config_without_axes, curve_or_map
+from sweeps.points import config_of, config_without_axes, curve_or_map
 
 _KIND = [Parameters._fields.index(name) for name in KIND]
 

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from stickslip.datasets import result_attributes
 from stickslip.variables import PARAMETERS, RESULTS
+from sweeps.borders.bisection import Crossings, Floats
+from sweeps.borders.computation import Map
+from sweeps.borders.joining import Line
+from sweeps.borders.kinds import PARTS, part_of
 from sweeps.files.attributes import global_attributes
-from sweeps.views.boundaries.bisection import Crossings, Floats
-from sweeps.views.boundaries.computation import Map
-from sweeps.views.boundaries.joining import Line
-from sweeps.views.boundaries.kinds import PARTS, part_of
 
 POINT = "boundary_point"
 

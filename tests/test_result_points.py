@@ -14,7 +14,7 @@ from stickslip import IntegrationError, Status
 from stickslip.variables import STROBOSCOPIC
 from sweeps import run
 from sweeps.files.datasets import open_result
-from sweeps.views.points import PointError, point_of
+from sweeps.points import PointError, point_of
 
 LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
 MAP = LOOSE | {"sweep": {"T": [200, 250, 300], "gamma": [-2 / 3, 0]}}

@@ -15,12 +15,12 @@ from stickslip.orbit import compute_orbits
 from stickslip.regime import Regime
 from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
+from sweeps.borders import BoundaryError, computation
+from sweeps.borders.table import types_of
 from sweeps.engine.executors import threads
 from sweeps.engine.executors.worker import Block, Task, compute_block
 from sweeps.engine.progress import Display, Scene
-from sweeps.views import boundaries as boundaries_module
-from sweeps.views.boundaries import BoundaryError, computation
-from sweeps.views.boundaries.table import types_of
+from sweeps import borders as boundaries_module
 
 MEETING = 2
 LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}

@@ -15,7 +15,7 @@ from sweeps.config.schema import Execution
 from sweeps.engine.order.follow import remember_starts
 from sweeps.engine.settings import options_of
 from sweeps.exits import ExpectedError
-from sweeps.views.points import Point, point_of
+from sweeps.points import Point, point_of
 
 # What the points of files that are of another version, or were edited, have raised.
 _OBSTACLES = (ExpectedError, IntegrationError, NoiseError, ArithmeticError, ValueError)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.bisecting import Model
 
-from sweeps.views.boundaries.bisection import (
+from sweeps.borders.bisection import (
     NO_KIND,
     Axis,
     Bisection,

@@ -6,12 +6,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from sweeps.borders.bisection import NO_KIND, Crossings, Floats
+from sweeps.borders.computation import BoundaryError, Map, map_of
+from sweeps.borders.joining import Line, Rims
+from sweeps.borders.kinds import PARTS, Kind
+from sweeps.borders.table import table_of
 from sweeps.engine.progress import display_of
-from sweeps.views.boundaries.bisection import NO_KIND, Crossings, Floats
-from sweeps.views.boundaries.computation import BoundaryError, Map, map_of
-from sweeps.views.boundaries.joining import Line, Rims
-from sweeps.views.boundaries.kinds import PARTS, Kind
-from sweeps.views.boundaries.table import table_of
 
 __all__ = ["BoundaryError", "Kind", "boundaries"]
 
