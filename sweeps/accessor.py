@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from sweeps.borders import Kind
     from sweeps.figures.look import Range
     from sweeps.measurements import Table
+    from sweeps.page.explore import Explorer
     from sweeps.points import Point
 
 
@@ -229,6 +230,15 @@ class StickslipAccessor:
 
         return summary_of(self._ds)
 
+    def explore(self, borders: xr.Dataset | None = None, *, port: int = 0) -> Explorer:
+        """Serve the page that `stickslip explore` opens, and show it in a notebook.
+
+        The arguments and errors are those of `sweeps.explore`.
+        """
+        from sweeps.page.explore import explore
+
+        return explore(self._ds, borders=borders, port=port)
+
     def report(self, path: str | Path, *, boundaries: xr.Dataset | None = None) -> Path:
         """Write the page of `stickslip report`, which needs no network, and return its path.
 
@@ -239,7 +249,7 @@ class StickslipAccessor:
 
         Raises ReportError if no page can be made, StorageError if it cannot be written.
         """
-        from sweeps.views.report import write_report
+        from sweeps.page import write_report
 
         # The page shows commands with this name; a result in memory has no file yet.
         source = self._ds.encoding.get("source", "FILE")

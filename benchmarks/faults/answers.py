@@ -25,7 +25,7 @@ _VALUES = (np.nan, np.inf, -np.inf, -1.0, 1e300, -1e300, 99.5)
 
 # The columns in which one of these values may be a right one, which nothing reveals.
 _FREE = {"asymmetry", "floquet_multiplier", "lyapunov_exponent", "power_balance_error"}
-_FREE |= {"dissipated_energy"}
+_FREE |= {"dissipated_energy", "dissipated_energy_error"}
 _FREE |= {f"{name}_amplitude_spread" for name in ("elastic_stress", "friction_force")}
 _COLUMNS = [i for i, name in enumerate(RESULT_COLUMNS) if name not in _FREE]
 

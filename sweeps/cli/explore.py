@@ -7,7 +7,7 @@ import shutil
 import sys
 import tempfile
 import threading
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,7 +17,7 @@ from sweeps.cli.shared import BoundariesOption, checked_config, say, stop_with
 from sweeps.exits import Exit
 
 if TYPE_CHECKING:
-    from sweeps.views.explore.beginning import Beginning
+    from sweeps.page.beginning import Beginning
 
 
 def explore(
@@ -28,6 +28,10 @@ def explore(
             help="Result file, whose points open on a click, or config. [default: the paper's]",
         ),
     ] = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=VALUE", help="Only the nearest point of an axis; SI units."),
+    ] = None,
     boundaries: BoundariesOption = None,
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="Port on this machine; 0 for a free one.")
@@ -37,17 +41,11 @@ def explore(
     ] = False,
 ) -> None:
     """Open a page with a slider for every parameter and the stationary orbit; Ctrl-C ends it."""
-    from sweeps.views import charts
+    from sweeps.page import require_bokeh
+    from sweeps.page.explore import server_of
 
-    if missing := charts.bokeh_is_missing():
-        stop_with(missing, Exit.USAGE)
-    from sweeps.views.explore.page import Page
-    from sweeps.views.explore.serving import PageServer
-
-    beginning = _beginning(target)
-    if boundaries is not None:
-        beginning = _with_borders(beginning, boundaries)
-    server = PageServer(lambda document: Page(beginning).open_in(document), port)
+    require_bokeh()
+    server = server_of(_beginning(target, at or (), boundaries), port)
     print(server.address)
     sys.stdout.flush()
     say("Press Ctrl-C to stop.")
@@ -61,40 +59,35 @@ def explore(
     server.run_until_signal(end)
 
 
-def _beginning(target: Path | None) -> Beginning:
-    """Return the initial content of the page; raises the errors of opening the file."""
+def _beginning(target: Path | None, at: Sequence[str], boundaries: Path | None) -> Beginning:
+    """Return the initial content of the page; raises the errors of opening the files."""
+    from sweeps.charts.at import slice_at
     from sweeps.engine.existing import seal_note
     from sweeps.files.datasets import open_result
+    from sweeps.page import beginning
     from sweeps.points import PointError
-    from sweeps.views.explore import beginning
 
+    is_result = target is not None and target.suffix.lower() not in (".yaml", ".yml")
+    if boundaries is not None and not is_result:
+        stop_with("--boundaries are drawn on the map of a result file: name one", Exit.USAGE)
+    if at and not is_result:
+        stop_with("--at takes a slice of a result file: name one", Exit.USAGE)
     if target is None:
         return beginning.of_nothing()
-    if target.suffix.lower() in (".yaml", ".yml"):
+    if not is_result:
         return beginning.of_config(checked_config(target, None), target.name)
     result, note = open_result(target), seal_note(target)
+    borders = None if boundaries is None else open_result(boundaries)
     if note:
         say(f"warning: {note}")
     try:
-        return beginning.of_result(result, target.name, (note,) if note else ())
+        result, _ = slice_at(result, at)
+    except ValueError as error:
+        stop_with(str(error), Exit.USAGE)
+    try:
+        return beginning.of_result(result, target.name, (note,) if note else (), borders)
     except PointError as error:
         raise PointError(f"{target}: {error}") from None
-
-
-def _with_borders(beginning: Beginning, file: Path) -> Beginning:
-    """Return the beginning with the borders of a file; ends if they are not of its result."""
-    from stickslip.symbols import plain
-    from sweeps.charts.borders import require_borders_of
-    from sweeps.files.datasets import open_result
-
-    if beginning.result is None:
-        stop_with("--boundaries are drawn on the map of a result file: name one", Exit.USAGE)
-    borders = open_result(file)
-    try:
-        require_borders_of(beginning.result, borders)
-    except ValueError as error:
-        stop_with(f"{file}: {plain(str(error))}", Exit.USAGE)
-    return replace(beginning, borders=borders)
 
 
 def has_display() -> bool:

@@ -55,7 +55,7 @@ def report(
     from sweeps.engine.signals import interruptible
     from sweeps.files.datasets import open_result
     from sweeps.files.outputs import Outputs
-    from sweeps.views.report import is_page_of_ours, page_of, require_bokeh
+    from sweeps.page import is_page_of_ours, page_of, require_bokeh
 
     require_bokeh()
     page = output or file.with_name(file.name.removesuffix(".nc") + ".html")

@@ -14,13 +14,13 @@ from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from stickslip.regime import Regime
 from stickslip.variables import RESULT_COLUMNS
+from sweeps import borders as boundaries_module
 from sweeps import run
 from sweeps.borders import BoundaryError, computation
 from sweeps.borders.table import types_of
 from sweeps.engine.executors import threads
 from sweeps.engine.executors.worker import Block, Task, compute_block
 from sweeps.engine.progress import Display, Scene
-from sweeps import borders as boundaries_module
 
 MEETING = 2
 LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}

@@ -15,6 +15,7 @@ from stickslip.kernels.adaptive.passes import (
     pass_kernel,
 )
 from stickslip.kernels.families import KIND, families
+from stickslip.kernels.interruption import check_interruption
 from stickslip.model.models import model_of
 from stickslip.model.scaling import Reduced
 from stickslip.numerics.adaptive import OK
@@ -54,5 +55,5 @@ def work_through(queue: Queue, task: Pass, physics: Physics) -> None:
         rows = alive[members]
         part, lanes = part_of(queue, rows), new_lanes(queue.states.shape[1] - 1)
         while pass_kernel(family)(part, lanes, task, _WORK) > 0:
-            pass
+            check_interruption()
         put_back(queue, rows, part)

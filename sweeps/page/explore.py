@@ -1,0 +1,117 @@
+"""`stickslip explore`: the page, served on this machine by a process that computes its orbits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from html import escape
+
+import xarray as xr
+
+from stickslip.parameters import Parameters
+from sweeps.config.load import from_mapping
+from sweeps.page import require_bokeh
+from sweeps.page.answers import answer_lines, as_json
+from sweeps.page.beginning import Beginning, of_config, of_nothing, of_result
+from sweeps.page.serving import Answer, PageServer, Query
+from sweeps.page.turns import Turns
+
+_HEIGHT = 900  # pixels of the page in a notebook
+# A notebook of this machine may show the page in a frame; nobody else may.
+_FRAMES = "frame-ancestors 'self' http://127.0.0.1:* http://localhost:*"
+
+
+def server_of(beginning: Beginning, port: int = 0) -> PageServer:
+    """Return the server of a page; raises PortError, and ReportError where Bokeh is missing."""
+    require_bokeh()
+    from sweeps.page.build import served  # Bokeh takes long to import
+
+    turns = Turns()
+
+    @cache  # whoever comes again gets the same
+    def text() -> bytes:
+        return served(beginning).encode("utf-8", errors="backslashreplace")
+
+    def page(_: Query) -> Answer:
+        headers = {"Content-Security-Policy": _FRAMES}
+        return Answer("text/html; charset=utf-8", text(), headers)
+
+    def orbit(query: Query) -> Answer:
+        return Answer("application/x-ndjson", _lines(query))
+
+    def _lines(query: Query) -> Iterator[bytes]:
+        return map(as_json, answer_lines(query, beginning, turns))
+
+    return PageServer({"/": page, "/orbit": orbit}, port)
+
+
+class Explorer:
+    """A page that this process serves for as long as it runs; a notebook shows it in place."""
+
+    def __init__(self, server: PageServer) -> None:
+        self._server = server
+        server.run_in_background()
+
+    @property
+    def address(self) -> str:
+        """Where the page is, with its token: for a browser of this machine."""
+        return self._server.address
+
+    @property
+    def forwarding(self) -> str:
+        """The command that brings the page to another machine, whose browser is to open it."""
+        port = self._server.port
+        return f"ssh -L {port}:127.0.0.1:{port} MACHINE"
+
+    def stop(self) -> None:
+        """End the page."""
+        self._server.stop()
+
+    def __repr__(self) -> str:
+        return f"<stickslip explore, at {self.address}>"
+
+    def _repr_html_(self) -> str:
+        address = escape(self.address)
+        frame = f'src="{address}" width="100%" height="{_HEIGHT}" style="border: 0"'
+        return (
+            f'<iframe {frame} title="stickslip explore" referrerpolicy="no-referrer"></iframe>'
+            f'<p>The page is served by the kernel of this notebook, at <a href="{address}" '
+            f'target="_blank" rel="noreferrer">{address}</a>, and ends with it. If the kernel runs '
+            f"on another machine, first run there from here: <code>{self.forwarding}</code></p>"
+        )
+
+
+def explore(
+    target: xr.Dataset | Parameters | None = None,
+    *,
+    borders: xr.Dataset | None = None,
+    port: int = 0,
+) -> Explorer:
+    """Serve the page that `stickslip explore` opens, and show it in a notebook.
+
+    Parameters
+    ----------
+    target
+        The result of a sweep, whose points open on a click, or the parameters of the first point;
+        the paper's by default.
+    borders
+        What `StickslipAccessor.boundaries` returns, drawn on the map over their axes.
+    port
+        Port on this machine; 0 for a free one.
+
+    Raises
+    ------
+    ReportError
+        Bokeh is not installed, or the result has too many points for a page.
+    PointError
+        `target` is no result of a sweep.
+    PortError
+        The port cannot be listened on.
+    """
+    if isinstance(target, xr.Dataset):
+        beginning = of_result(target, str(target.attrs.get("title", "")), borders=borders)
+    elif target is None:
+        beginning = of_nothing()
+    else:
+        beginning = of_config(from_mapping({"model": target._asdict()}), "")
+    return Explorer(server_of(beginning, port))

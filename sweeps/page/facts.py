@@ -1,0 +1,141 @@
+"""The facts in a page: how the points of a result ended, its config, its provenance.
+
+Whatever comes from the file is escaped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+import numpy as np
+import xarray as xr
+
+from stickslip.regime import Regime
+from stickslip.status import Status
+from stickslip.symbols import as_html
+from stickslip.variables import PARAMETERS, RESULTS
+from sweeps.charts.colours import code_name, code_sentence
+from sweeps.charts.labels import shown, slice_label
+from sweeps.charts.missing import trusted
+from sweeps.grid import CASE
+from sweeps.page.chosen_points import failed_points, places_of
+
+_MOST_FAILURES = 500  # rows that a browser lays out at once
+_LONGEST_TEXT = 200_000  # letters; the cases of a config may be megabytes
+
+
+def failures_table(ds: xr.Dataset) -> str:
+    """Return a table of the points without a result: where, with which status, what that means."""
+    failed = failed_points(ds)
+    if not failed.size:
+        return "<p>Every point that was computed has a result.</p>"
+    rows = [_failure(ds, number) for number in failed[:_MOST_FAILURES].tolist()]
+    more = failed.size - len(rows)
+    note = f"<p>{more} more are not listed.</p>" if more else ""
+    return _table(("point", "status", "what happened, and what may help"), rows) + note
+
+
+def _failure(ds: xr.Dataset, number: int) -> list[str]:
+    code = int(ds["status"].values.flat[number])
+    where = where_in_words(ds, number)
+    button = f'<button type="button" data-point="{number}">{where}</button>'
+    return [button, escape(code_name("status", code)), escape(code_sentence("status", code))]
+
+
+def where_in_words(ds: xr.Dataset, number: int) -> str:
+    """Return the values of the axes at a point, by its number in C order, as HTML."""
+    (index,) = places_of(ds, np.array([number]))
+    case = f"case {index[CASE]}, " if CASE in index else ""
+    return case + as_html(slice_label(ds, index)) or "the only point"
+
+
+def counts_table(ds: xr.Dataset) -> str:
+    """Return how many points have each status and each regime, and what these mean."""
+    statuses = ds["status"].values
+    rows = [["status", *row] for row in _counts(statuses, "status")]
+    if "regime" in ds:
+        regimes = trusted(ds, "regime").fillna(Regime.UNKNOWN).values
+        rows += [["regime", *row] for row in _counts(regimes, "regime")]
+    return _table(("variable", "kind", "points", "meaning"), rows)
+
+
+def _counts(codes: np.ndarray, name: str) -> list[list[str]]:
+    found, counts = np.unique(codes.astype(int), return_counts=True)
+    return [
+        [escape(code_name(name, code)), str(count), escape(code_sentence(name, code))]
+        for code, count in zip(found.tolist(), counts.tolist(), strict=True)
+    ]
+
+
+def largest_error(ds: xr.Dataset) -> str:
+    """Return a sentence with the largest error that a point states, and where that is."""
+    errors = trusted(ds, "amplitude_error").values.ravel() if "amplitude_error" in ds else None
+    if errors is None or not np.isfinite(errors).any():
+        return "No point states an error."
+    number = int(np.nanargmax(errors))
+    error = as_html(shown(xr.DataArray(float(f"{errors[number]:.1e}"))).value)
+    where = where_in_words(ds, number)
+    aperiodic = int(ds["status"].values.ravel()[number]) == Status.APERIODIC
+    kind = ", that of a mean over a motion that never closes" if aperiodic else ""
+    return f"The largest amplitude error is {error}, at {where}{kind}."
+
+
+def fixed_parameters(ds: xr.Dataset) -> str:
+    """Return the parameters that are the same at all points; what is not the paper's stands out."""
+    items = []
+    for name in PARAMETERS:
+        if name in ds.coords and ds[name].size == 1:
+            value = as_html(shown(ds[name]).equation)
+            usual = np.isclose(float(ds[name]), PARAMETERS[name].default, rtol=1e-12, atol=0.0)
+            text = value if usual else f"<strong>{value}</strong>"
+            items.append(f'<li title="{escape(PARAMETERS[name].meaning)}">{text}</li>')
+    return f'<ul class="parameters">{"".join(items)}</ul>'
+
+
+def readout_table(ds: xr.Dataset, parameters: Iterable[str], variables: Iterable[str]) -> str:
+    """Return a table of the numbers of a point, which the script of the page fills in order."""
+    rows = [
+        f'<tr class="parameter"><th scope="row">{_called(ds, name)}</th><td></td></tr>'
+        for name in parameters
+    ]
+    rows += [
+        f'<tr title="{escape(RESULTS[name].meaning)}">'
+        f'<th scope="row">{escape(name.replace("_", " "))}</th><td></td></tr>'
+        for name in variables
+    ]
+    return f'<table class="readout"><tbody>{"".join(rows)}</tbody></table>'
+
+
+def _called(ds: xr.Dataset, name: str) -> str:
+    words = escape(name.replace("_", " "))
+    return f"{words} {as_html(shown(ds[name]).symbol)}" if name in PARAMETERS else words
+
+
+def provenance_table(facts: Iterable[tuple[str, object]]) -> str:
+    """Names and texts, such as the attributes of a file."""
+    return _table((), [[escape(name), _text(str(value))] for name, value in facts])
+
+
+def config_text(config: str) -> str:
+    """Return the config of a result, as YAML."""
+    return f'<pre tabindex="0" role="group" aria-label="The config">{_text(config)}</pre>'
+
+
+def _text(text: str) -> str:
+    if len(text) <= _LONGEST_TEXT:
+        return escape(text)
+    return escape(text[:_LONGEST_TEXT]) + f"\n... ({len(text)} letters in the file)"
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table of cells that are HTML already; the first of a row says what it is of."""
+    titles = "".join(f'<th scope="col">{title}</th>' for title in head)
+    lines = [
+        f'<tr><th scope="row">{first}</th>{"".join(f"<td>{cell}</td>" for cell in others)}</tr>'
+        for first, *others in rows
+    ]
+    above = f"<thead><tr>{titles}</tr></thead>" if head else ""
+    body = f"{above}<tbody>{''.join(lines)}</tbody>"
+    box = 'class="wide" role="group" aria-label="Table" tabindex="0"'  # it scrolls where it is wide
+    return f"<div {box}><table>{body}</table></div>"

@@ -1,0 +1,156 @@
+"""The numbers of a result and what they are called, as the script of its page takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from html import escape
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from bokeh.models import ColumnDataSource
+
+from stickslip.symbols import as_html, plain
+from stickslip.variables import PARAMETERS, RESULTS
+from sweeps.charts.axes import axis_of
+from sweeps.charts.colours import Colours, code_name, colours_of
+from sweeps.charts.curves import axis_limits
+from sweeps.charts.jumps import jumps
+from sweeps.charts.labels import DIRECTIONS, Array, Quantity, shown, slice_label
+from sweeps.charts.missing import trusted, value_range
+from sweeps.figure_table import AMPLITUDES
+from sweeps.grid import CASE, DIRECTION
+from sweeps.page.chosen_points import Numbers, nearest_chosen
+from sweeps.page.legends import kinds_html, missing_html
+from sweeps.page.scales import palette_of
+
+# What a reader looks at first.
+_FIRST = (*AMPLITUDES, "regime", "status", "amplitude_error")
+
+
+def symbol_of(name: str) -> str:
+    """Return the symbol of a parameter; without one in plain letters it is called by its name."""
+    symbol = plain(f"${PARAMETERS[name].tex}$") if name in PARAMETERS else name
+    return name.replace("_", " ") if "_" in symbol else symbol
+
+
+def called(name: str) -> list[str]:
+    """Return what a quantity may be called in the address of the page: its name, and its symbol."""
+    known = PARAMETERS.get(name) or RESULTS.get(name)
+    return [name, known.symbol, plain(f"${known.tex}$")] if known else [name]
+
+
+def variables_of(ds: xr.Dataset) -> dict[str, Colours]:
+    """Return the result variables and their colours, first those that a reader looks at first."""
+    known = [name for name in RESULTS if name in ds.data_vars]
+    known.sort(key=lambda name: _FIRST.index(name) if name in _FIRST else len(_FIRST))
+    return {name: colours_of(ds, name) for name in known}
+
+
+def parameters_of(ds: xr.Dataset) -> list[str]:
+    """Return the parameters that vary, in the order of the axes."""
+    known = [name for name in (CASE, *PARAMETERS, DIRECTION) if name in ds.coords]
+    return [name for dim in ds["status"].dims for name in known if ds[name].dims == (dim,)]
+
+
+def parameter(ds: xr.Dataset, name: str) -> dict[str, Any]:
+    """Return what is said of a parameter: its symbol, unit, axis, and names of its values."""
+    coordinate = ds[name]
+    dim = str(coordinate.dims[0])
+    about: dict[str, Any] = {"name": name, "axis": list(ds["status"].dims).index(dim)}
+    if name == DIRECTION:
+        keys = coordinate.values.astype(str).tolist()
+        texts = [escape(DIRECTIONS.get(key, key)) for key in keys]
+        return about | {"prefix": "", "keys": keys, "texts": texts}
+    one = shown(xr.ones_like(coordinate, dtype=float))
+    symbol = as_html(one.symbol) if name in PARAMETERS else escape(name)
+    about |= {"prefix": f"{symbol} = ", "units": _unit(one), "factor": float(one.values[0])}
+    if name == "rheological_index" and name == dim and axis_of(ds, dim, named=True).names:
+        labels = [as_html(slice_label(ds, {dim: at})) for at in range(coordinate.size)]
+        about["texts"] = [label.rpartition(" = ")[2] for label in labels]
+    return about
+
+
+def variable(ds: xr.Dataset, name: str, colours: Colours) -> dict[str, Any]:
+    """Return what is said of a variable, and the ranges or kinds of its values."""
+    quantity, words = shown(trusted(ds, name)), name.replace("_", " ")
+    is_word = _is_word(quantity, words)
+    about = {
+        "name": name,
+        "called": called(name),
+        "label": words if is_word else plain(quantity.label),
+        "units": _unit(quantity),
+    }
+    heading = escape(words) if is_word else as_html(quantity.label)
+    title = f'<strong title="{escape(RESULTS[name].meaning)}">{heading}</strong>'
+    none = ""
+    if not np.isfinite(quantity.values).all():
+        none = missing_html()
+    if not colours.codes:
+        ranges = {"linear": _range(ds, name), "log": _range(ds, name, log=True)}
+        return about | {"legend": title + none, "ranges": ranges}
+    names = [escape(code_name(name, code)) for code in colours.codes]
+    ends = -0.5, len(names) - 0.5
+    ranges = {"kinds": (*ends, *ends)}
+    return about | {
+        "legend": title + kinds_html(colours) + none, "ranges": ranges,
+        "palette": palette_of(colours), "names": names,
+    }  # fmt: skip
+
+
+def _unit(quantity: Quantity) -> str:
+    return f" {as_html(quantity.units)}" if quantity.units else ""
+
+
+def _is_word(quantity: Quantity, words: str) -> bool:
+    """Return whether the symbol of a variable is a word that says less than its name."""
+    return plain(quantity.symbol).replace("_", " ") in words
+
+
+def _range(ds: xr.Dataset, name: str, *, log: bool = False) -> tuple[float, ...]:
+    """Return the range of a variable, for its colours, and the limits of its axis."""
+    ends = value_range(ds, name, log=log)
+    return (*ends, *axis_limits(*ends, log=log))
+
+
+def sources(ds: xr.Dataset, variables: Mapping[str, Colours]) -> Iterator[ColumnDataSource]:
+    """Yield the numbers of the points in C order: parameters, variables, and where these jump.
+
+    Kinds are their places among those that there are.
+    """
+    for name in parameters_of(ds):
+        if name != DIRECTION:
+            yield _source(name, ds[name].values.astype(float))
+    values = {name: np.ma.filled(c.placed(ds), np.nan) for name, c in variables.items()}
+    for name, numbers in values.items():
+        yield _source(name, numbers.astype(np.float32))
+    heights = {name: numbers for name, numbers in values.items() if not variables[name].codes}
+    bits = [list(values).index(name) for name in heights]
+    for dim in map(str, ds["status"].dims):
+        if dim != DIRECTION:
+            found = _jumps_along(ds, dim, np.stack([*heights.values()]))
+            yield _source(f"jumps along {dim}", _packed(found, bits))
+
+
+def nearest_source(ds: xr.Dataset, chosen: Numbers) -> ColumnDataSource:
+    """Return, for each point, which of those of its kind with an orbit in the page is nearest."""
+    return ColumnDataSource({"values": nearest_chosen(ds, chosen)}, name="values of nearest orbit")
+
+
+def _source(name: str, values: Array) -> ColumnDataSource:
+    return ColumnDataSource({"values": values.ravel()}, name=f"values of {name}")
+
+
+def _jumps_along(ds: xr.Dataset, dim: str, heights: Array) -> Array:
+    """Return whether each variable jumps over the interval behind each point (variable, ...)."""
+    axis = list(ds["status"].dims).index(dim) - ds["status"].ndim  # of the last axes of heights
+    steps = axis_of(ds, dim, named=True).steps
+    found = jumps(ds.transpose(..., dim), steps, np.moveaxis(heights, axis, -1))
+    ahead = [(0, 0)] * (found.ndim - 1) + [(0, 1)]
+    return np.moveaxis(np.pad(found, ahead), -1, axis)
+
+
+def _packed(found: Array, bits: list[int]) -> Array:
+    """Return for each point a number whose bits say of which variables something was found."""
+    weights = np.uint32(1) << np.array(bits, dtype=np.uint32)
+    return np.tensordot(weights, found.astype(np.uint32), axes=1)

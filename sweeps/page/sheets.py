@@ -1,0 +1,237 @@
+"""The charts of a page: which views there are, their figures, and what its script must know.
+
+There are three scales: of numbers, of their logarithms, and of kinds, which have colours instead. A
+map is one figure for all of them, other views have one for each. The script of the page puts the
+values of a variable and a slice into them.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from bokeh.models import (
+    ColorMapper,
+    CrosshairTool,
+    LinearColorMapper,
+    LogColorMapper,
+    Model,
+    SingleIntervalTicker,
+    Span,
+)
+
+from sweeps.charts.axes import STRIP, Axis, axis_of, cell_edges, cells_of_pixels, is_scattered
+from sweeps.charts.chart import Cells, Chart, Cloud, Curves, chart_of, further_axes, is_cloud
+from sweeps.charts.choice import Choice
+from sweeps.charts.colours import Colours
+from sweeps.charts.labels import parameters_along
+from sweeps.charts.layout import layout_of
+from sweeps.charts.styles import GREY
+from sweeps.grid import CASE, DIRECTION
+from sweeps.page.borders import add_borders
+from sweeps.page.drawing import draw
+from sweeps.page.numbers import symbol_of
+from sweeps.page.scales import add_colour_bar, palette_of
+
+SCALES = ("linear", "log", "kinds")
+_TALL, _LOW = 540, 276  # pixels: a view, and the curves through a point of a map
+# Pixels, of a mark that a point has an orbit in the page: a cell is seen around it, a point within.
+_MARKS: dict[type, float] = {Cells: 3.0, Curves: 5.0, Cloud: 10.0}
+
+
+@dataclass(frozen=True)
+class View:
+    """A way to look at a result; what finds no room is chosen with sliders.
+
+    `across` and `up` are axes or, of points, parameters; None for those of the standard picture.
+    `of_values` says that the variable itself goes up.
+    """
+
+    kind: str
+    across: str | None = None
+    up: str | None = None
+    of_values: bool = False
+
+    @property
+    def key(self) -> str:
+        """Return what it is called in the address of the page."""
+        return "-".join(name for name in (self.kind, self.across, self.up) if name)
+
+    @property
+    def label(self) -> str:
+        """Return what it is called where it is chosen."""
+        return f"{self.kind} over {' and '.join(symbol_of(n) for n in (self.across, self.up) if n)}"
+
+    def choice(self, variable: str, scale: str) -> Choice:
+        """Return what of the result is drawn; points of kinds lie over two parameters."""
+        return Choice(variable, self.across, self.up, log="z" if scale == "log" else "")
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A figure of a page, and what its script must know to fill it."""
+
+    figure: Model
+    about: dict[str, Any]
+
+
+def ordered(ds: xr.Dataset) -> xr.Dataset:
+    """Return the result with rising values along its axes; cases in no order stay as they are.
+
+    Dimensions of one point are none.
+    """
+    ds = ds.squeeze()
+    rising = [dim for dim in map(str, ds["status"].dims) if not _is_unordered(ds, dim)]
+    return ds.isel({dim: axis_of(ds, dim, named=True).order for dim in rising})
+
+
+def views_of(ds: xr.Dataset) -> list[View]:
+    """Return the views of a result, first its standard picture; none of a single point."""
+    if is_cloud(ds, Choice("status")):
+        along = parameters_along(ds, CASE)
+        maps = [View("points", x, y) for x, y in itertools.combinations(along, 2)]
+        return [*(View("points", x, of_values=True) for x in along), *maps]
+    layout = layout_of(ds)
+    if layout.x is None:
+        return []
+    long_first = sorted(map(str, ds.sizes), key=lambda dim: -ds.sizes[dim])
+    dims = [dim for dim in long_first if dim != DIRECTION and not _is_unordered(ds, dim)]
+    pairs = list(itertools.combinations(dims, 2))
+    if layout.y is None:
+        return [View("curves", layout.x), *(View("map", *pair) for pair in pairs)]
+    first = (layout.x, layout.y)
+    others = [pair for pair in pairs if set(pair) != set(first)]
+    return [View("map", *pair) for pair in (first, *others)]
+
+
+def _is_unordered(ds: xr.Dataset, dim: str) -> bool:
+    return dim == CASE and is_scattered(ds, dim)
+
+
+def mappers_of(variables: Mapping[str, Colours]) -> dict[str, ColorMapper]:
+    """Return what colours the values of each scale; the script sets its ends, or its kinds."""
+    numbers = next(colours for colours in variables.values() if not colours.codes)
+    # Any ends for now: Bokeh would look for some in values that have no logarithm.
+    look = {"palette": palette_of(numbers), "nan_color": GREY, "low": 1.0, "high": 10.0}
+    linear = LinearColorMapper(name="colours linear", **look)
+    return {"linear": linear, "log": LogColorMapper(name="colours log", **look), "kinds": linear}
+
+
+def sheets_of(
+    ds: xr.Dataset,
+    view: View,
+    variables: Mapping[str, Colours],
+    mappers: Mapping[str, ColorMapper],
+    borders: xr.Dataset | None = None,
+) -> Iterator[tuple[str, Sheet]]:
+    """Yield the sheet of a view for each scale; maps have the borders, which are theirs."""
+    for scale, variable in _examples(variables):
+        choice = view.choice(variable, scale)
+        chart = chart_of(ds, choice, of_values=view.of_values and scale != "kinds")
+        sheet = _sheet(ds, chart, f"{view.label}, {scale}", _TALL, mappers[scale])
+        sheet.about["sliders"] = [_place(ds, dim) for dim in further_axes(ds, choice)]
+        _add_marks(sheet.figure, chart)
+        if view.kind == "map":
+            if scale == "linear":
+                _add_logarithms(sheet.figure, mappers["log"])
+            if borders is not None and isinstance(chart, Cells):
+                add_borders(sheet.figure, chart, borders)
+            yield from dict.fromkeys(SCALES, sheet).items()
+            return
+        yield scale, sheet
+
+
+def sheets_along(
+    ds: xr.Dataset, dim: str, variables: Mapping[str, Colours], mappers: Mapping[str, ColorMapper]
+) -> Iterator[tuple[str, Sheet]]:
+    """Yield, for each scale, the sheet of the curve along an axis through a point of a map."""
+    for scale, variable in _examples(variables):
+        line = ds.isel({other: [0] for other in ds.sizes if other != dim})
+        chart = chart_of(line.squeeze(), Choice(variable, log="z" if scale == "log" else ""))
+        yield scale, _sheet(ds, chart, f"along {dim}, {scale}", _LOW, mappers[scale])
+
+
+def _add_logarithms(figure: Any, mapper: ColorMapper) -> None:
+    """Add the same cells, and a scale, in the colours of logarithms: the script shows one of both.
+
+    Bokeh does not paint an image anew where its colours become those of another mapper.
+    """
+    cells, *others = figure.renderers
+    logarithms = figure.add_glyph(cells.data_source, cells.glyph.clone(color_mapper=mapper))
+    figure.renderers = [cells, logarithms, *others]  # marks lie above both
+    add_colour_bar(figure, None, mapper)
+
+
+def _examples(variables: Mapping[str, Colours]) -> Iterator[tuple[str, str]]:
+    """Yield for each scale a variable that is drawn on it, if there is one."""
+    for scale in SCALES:
+        of_kinds = scale == "kinds"
+        of_scale = [name for name, c in variables.items() if bool(c.codes) == of_kinds]
+        if of_scale:
+            yield scale, of_scale[0]
+
+
+def _sheet(ds: xr.Dataset, chart: Chart, name: str, height: int, mapper: ColorMapper) -> Sheet:
+    figure = draw(chart, height=height, explained=False)
+    figure.name = name
+    for shape in figure.renderers:
+        _empty(shape)
+    about: dict[str, Any] = {"figure": name}
+    for bar in figure.right:
+        bar.color_mapper = mapper
+    if isinstance(chart, Cells):
+        figure.select_one({"name": "cells"}).glyph.color_mapper = mapper
+        about |= {"kind": "cells", "x": _ruler(ds, chart.across), "y": _ruler(ds, chart.up)}
+    elif isinstance(chart, Curves):
+        fixed = [[[_place(ds, dim), at] for dim, at in c.places.items()] for c in chart.curves]
+        about |= {"kind": "curves", "x": _ruler(ds, chart.across), "curves": fixed}
+    else:
+        if chart.ends is None and chart.colours:
+            figure.select_one({"name": "cells"}).glyph.fill_color.transform = mapper
+        about |= {"kind": "cloud", "axis": _place(ds, CASE), "heights": chart.ends is not None}
+        about["log"] = list(chart.log)
+        about["names"] = [chart.names[0], "" if chart.ends else chart.names[1]]
+        if chart.names[1] in ("regime", "status"):  # as heights they have names
+            figure.yaxis.ticker = SingleIntervalTicker(interval=1)
+    return Sheet(figure, about)
+
+
+def _empty(shape: Any) -> None:
+    """Take the values out of a shape; the script of the page puts those in that are looked at."""
+    data = shape.data_source.data
+    if "image" in data:
+        shape.data_source.data = {"image": [np.zeros((1, 1), dtype=np.float32)]}
+    elif "value" in data:
+        shape.data_source.data = {key: np.float32(values) for key, values in data.items()}
+    else:
+        shape.data_source.data = {key: [] for key in data}
+
+
+def _ruler(ds: xr.Dataset, axis: Axis) -> dict[str, Any]:
+    """Return where the points of an axis are, and which of them each pixel of a map belongs to."""
+    pixels = cells_of_pixels(axis)
+    is_even = pixels.size == axis.order.size
+    return {
+        "axis": -1 if axis.dim == STRIP else _place(ds, axis.dim),
+        "places": axis.quantity.values.tolist(),
+        "edges": cell_edges(axis).tolist(),
+        "pixels": None if is_even else pixels.tolist(),
+    }
+
+
+def _place(ds: xr.Dataset, dim: str) -> int:
+    return list(ds["status"].dims).index(dim)
+
+
+def _add_marks(figure: Any, chart: Chart) -> None:
+    """Mark the points that have an orbit in the page."""
+    size, fill = _MARKS[type(chart)], None if isinstance(chart, Cloud) else "white"
+    figure.scatter([], [], size=size, fill_color=fill, line_color="black", name="orbits")
+    if isinstance(chart, Cells):
+        look = {"level": "overlay", "line_alpha": 0.5}
+        lines = tuple(Span(dimension=way, **look) for way in ("width", "height"))
+        figure.add_tools(CrosshairTool(overlay=lines, name="crosshair"))

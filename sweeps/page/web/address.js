@@ -1,0 +1,141 @@
+// The end of the address: it says what the page shows, so that a link opens it there. `view`, `variable`,
+// `scale` and `zoom` choose the picture, `at.NAME` a place in the file and `pinned` the point there; of a page
+// that computes, parameters and settings name a point as `--set` does. `kept.` comes before what names the
+// orbit that is kept.
+
+// The values along an axis in the file.
+function valuesAlong(axis) {
+  const { name, keys } = parameters.find((one) => one.name === axes[axis].name);
+  return keys ?? model(`values of ${name}`).data.values;
+}
+
+// As few digits as tell a value from the others.
+function valueText(axis, at) {
+  const value = valuesAlong(axis)[at];
+  if (typeof value === "string") return value;
+  for (let digits = 4; digits < 17; digits++) {
+    const text = String(Number(value.toPrecision(digits)));
+    if (placeAlong(axis, text) === at) return text;
+  }
+  return String(value);
+}
+
+// Where a value of the address is on an axis: at the nearest one; nowhere if that is more than a step away.
+function placeAlong(axis, text) {
+  const values = valuesAlong(axis);
+  if (values.includes(text)) return values.indexOf(text);
+  const [wanted, low, high] = [text.trim() ? Number(text) : NaN, values[0], values.at(-1)];
+  if (!(wanted >= low - (values[1] - low) && wanted <= high + (high - values.at(-2)))) return undefined;
+  return indexOfLeast(Array.from(values, (value) => Math.abs(value - wanted)));
+}
+
+const partsOfPlace = (place) =>
+  Object.fromEntries(axes.map(({ name }, axis) => [`at.${name}`, valueText(axis, place[axis])]));
+
+// What names the point that is open, where its parameters do: it is none of the file.
+const ownParts = () => (live && state.opened && !state.opened.at ? state.opened.parts : {});
+
+function address() {
+  const kept = Object.entries(state.kept?.parts ?? {}).map(([key, text]) => [`kept.${key}`, text]);
+  const chosen = views.length ? [["view", element("view").value], ["variable", state.variable.name]] : [];
+  return new URLSearchParams([
+    ...chosen,
+    ...(state.log ? [["scale", "log"]] : []),
+    ...(state.zoom ? [["zoom", state.zoom.map((end) => String(Number(end.toPrecision(6)))).join(",")]] : []),
+    ...Object.entries(partsOfPlace(state.place)),
+    ...(state.pinned ? [["pinned", "yes"]] : []),
+    ...Object.entries(ownParts()),
+    ...kept,
+  ]);
+}
+
+// Browsers limit how often an address changes, and a slider that is drawn changes it often.
+let waiting;
+function remember() {
+  clearTimeout(waiting);
+  waiting = setTimeout(() => history.replaceState(null, "", `#${address()}`), 200);
+}
+
+function zoomOf(text) {
+  const ends = text.split(",").map(Number);
+  return ends.length === 4 && ends.every(Number.isFinite) ? ends : undefined;
+}
+
+// What the address may choose beside points.
+const CHOICES = new Map([
+  ["view", (text) => views[[...element("view").options].findIndex(({ value }) => value === text)]],
+  ["variable", (text) => variables.find(({ called }) => called.includes(text))],
+  ["scale", (text) => ["linear", "log"].find((one) => one === text)],
+  ["zoom", zoomOf],
+  ["pinned", (text) => ["no", "yes"].find((one) => one === text)],
+]);
+
+// What names one point: its place, where it is in the file; the parts that make it, where the page computes;
+// and what the page does not have.
+function readPoint(entries, start) {
+  const [place, parts, strange] = [[...start], {}, []];
+  for (const [key, text] of entries) {
+    const [, at, name] = key.match(/^(at\.)?(.*)$/);
+    const axis = at || !live ? axes.findIndex(({ called }) => called.includes(name)) : -1;
+    const index = axes[axis] && placeAlong(axis, text);
+    if (index !== undefined) place[axis] = index;
+    else if (live && !at) parts[key] = text; // who computes knows what there is
+    else strange.push(axes[axis] ? `${key}=${text}` : key);
+  }
+  return { place, parts, strange };
+}
+
+// What is chosen, and what names the point that is open and the one that is kept. A part of the page may be
+// named as well.
+function readAddress(hash) {
+  const entries = [...new URLSearchParams(element(hash) ? "" : hash)];
+  const [chosen, strange] = [{}, []];
+  for (const [key, text] of entries.filter(([one]) => CHOICES.has(one))) {
+    const found = CHOICES.get(key)(text);
+    if (found === undefined) strange.push(`${key}=${text}`);
+    else chosen[key] = found;
+  }
+  const ofPoint = entries.filter(([key]) => !CHOICES.has(key) && !key.startsWith("kept."));
+  const ofKept = entries.filter(([key]) => key.startsWith("kept.")).map(([key, text]) => [key.slice(5), text]);
+  const point = readPoint(ofPoint, page.start);
+  const kept = ofKept.length ? readPoint(ofKept, page.start) : null;
+  strange.push(...point.strange, ...(kept?.strange ?? []));
+  const order = (words) => entries.findIndex(([key, text]) => [key, `${key}=${text}`].includes(words));
+  return { chosen, point, kept, strange: strange.sort((one, other) => order(one) - order(other)) };
+}
+
+// Show what an address says; what it does not say, or says of no such thing, is as on a page without one.
+function recall(hash = location.hash.slice(1)) {
+  clearTimeout(waiting);
+  const { chosen, point, kept, strange } = readAddress(hash);
+  const { view = views[0], variable = variables[0], scale, zoom = null, pinned } = chosen;
+  // Or the pin would be at another point.
+  const isPinned = pinned === "yes" && !point.strange.length && axes.length > 0;
+  const log = scale === "log" && !variable?.names;
+  Object.assign(state, { view, variable, place: point.place, log, zoom, pinned: isPinned });
+  element("strange").textContent = strange.length ? `The address names ${strange.join(", ")}, which this page does not have.` : "";
+  element("strange").hidden = !strange.length;
+  if (views.length) {
+    draw();
+    if (zoom) zoomTo(zoom);
+  }
+  open(point, kept);
+}
+
+// Open the point of an address, and before it the one that is to be kept.
+function open(point, kept) {
+  if (live) {
+    const wanted = Object.keys(point.parts).length ? point.parts : state.pinned ? partsOfPlace(point.place) : firstParts();
+    const own = kept && (Object.keys(kept.parts).length ? kept.parts : partsOfPlace(kept.place));
+    keep(null);
+    if (own) ask(own, () => { keep(state.motion); ask(wanted); });
+    else ask(wanted);
+  } else if (orbits.length) {
+    keep(null);
+    if (kept) {
+      showOrbit(kept.place);
+      keep(state.motion);
+    }
+    showOrbit(point.place);
+  } else if (!views.length) look(state.place);
+}

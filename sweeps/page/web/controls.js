@@ -1,0 +1,137 @@
+// The controls of a page that computes: a slider and a box for every parameter, settings, copies, Reset.
+
+const DIGITS = 4; // of the values of a logarithmic slider
+
+const byName = (kind, name) => element(`${kind}-${name}`);
+
+// Sliders stand at values, or at logarithms of these.
+const positionOf = ({ log }, value) => (log ? Math.log10(value) : value);
+
+// The value at a position, as round as its distance to the next one allows.
+function valueOfSlider({ low, high, log, step }, position) {
+  if (position <= positionOf({ log }, low)) return low;
+  if (position >= positionOf({ log }, high)) return high;
+  if (log) return Number((10 ** position).toPrecision(DIGITS));
+  const decimals = Math.max(0, -Math.floor(Math.log10(step)));
+  return Number((Math.round(position / step) * step).toFixed(decimals));
+}
+
+// A slider becomes longer where a value lies beyond its end.
+function placeSlider(name, value) {
+  const scale = live.scales[name];
+  if (!scale.log || value > 0) {
+    scale.low = Math.min(scale.low, value);
+    scale.high = Math.max(scale.high, value);
+  }
+  const slider = byName("slider", name);
+  const [low, high] = [scale.low, scale.high].map((end) => positionOf(scale, end));
+  Object.assign(slider, { min: low, max: high });
+  slider.value = scale.log && value <= 0 ? low : positionOf(scale, value);
+  slider.ariaValueText = byName("box", name).value;
+}
+
+// Why what stands in some boxes is refused, by the names of parameters.
+const refusals = new Map();
+
+function markBox(name) {
+  const box = byName("box", name);
+  box.classList.toggle("refused", refusals.has(name));
+  box.ariaInvalid = refusals.has(name);
+}
+
+function showRefusals() {
+  Object.keys(live.scales).forEach(markBox);
+  const shown = (name) => `${state.opened?.texts[name] ?? ""} ${plainOf(live.units[name])}`.trim();
+  complain([...refusals].map(([name, why]) => `${why}. Shown is ${shown(name)}.`));
+}
+
+// The controls follow a point; a text that is refused stays in its box, but for a point that was chosen.
+function showControls({ texts, values, settings, at }) {
+  if (at) refusals.clear();
+  for (const [name, text] of Object.entries(texts)) {
+    if (refusals.has(name)) continue;
+    byName("box", name).value = text;
+    placeSlider(name, values[name]);
+  }
+  for (const menu of document.querySelectorAll("[data-setting]")) {
+    const text = settings[menu.dataset.setting];
+    if (![...menu.options].some(({ value }) => value === text)) menu.add(new Option(text));
+    menu.value = text;
+  }
+  showRefusals();
+}
+
+function showCopies({ config, command }) {
+  for (const [id, text] of Object.entries({ config, command })) element(`copy-${id}`).value = text;
+  for (const button of document.querySelectorAll("[data-copy]")) button.textContent = "Copy";
+}
+
+function complain(sentences) {
+  const lines = sentences.map((sentence) => {
+    const line = document.createElement("p");
+    line.textContent = sentence;
+    return line;
+  });
+  element("refusals").replaceChildren(...lines);
+}
+
+// What is computed keeps the values from before.
+function showRefusal({ refused, sentence }) {
+  for (const [name, why] of Object.entries(refused)) {
+    refusals.set(name, why);
+    if (state.opened?.parts[name]) state.wanted[name] = state.opened.parts[name];
+    else delete state.wanted[name];
+  }
+  showRefusals();
+  if (!refusals.size) complain([`The address asks for what this page does not have: ${sentence}.`]);
+}
+
+// The letters of a unit, which is HTML.
+const plainOf = (html) => new DOMParser().parseFromString(html, "text/html").body.textContent;
+
+// The parts of the point that is open with some changed; of those of a file the others are spelt out.
+function askFor(changes) {
+  state.pinned = false;
+  for (const name of Object.keys(changes)) refusals.delete(name);
+  ask({ ...state.wanted, ...changes });
+}
+
+// A setting that is chosen; others that it had in the config may not go along with it.
+function choose(key, text) {
+  const section = key.split(".")[0];
+  const others = Object.keys(state.wanted).filter((one) => section === "noise" && one.startsWith("noise."));
+  for (const other of others) delete state.wanted[other];
+  askFor({ [key]: text, ...(key === "integrator.rtol" && { "stationary.rtol": text }) });
+}
+
+const firstParts = () => live.first.at ?? live.first.parts;
+
+function reset() {
+  refusals.clear();
+  history.replaceState(null, "", location.pathname + location.search);
+  recall();
+}
+
+async function copy({ target }) {
+  await navigator.clipboard.writeText(element(target.dataset.copy).value);
+  target.textContent = "Copied";
+}
+
+function beginControls() {
+  state.wanted = { ...live.first.parts };
+  for (const name of Object.keys(live.scales)) {
+    const [slider, box] = ["slider", "box"].map((kind) => byName(kind, name));
+    slider.addEventListener("input", () => {
+      box.value = String(valueOfSlider(live.scales[name], Number(slider.value))).replace("e+", "e");
+      slider.ariaValueText = box.value;
+      askFor({ [name]: box.value });
+    });
+    box.addEventListener("change", () => askFor({ [name]: box.value }));
+  }
+  showControls(live.first);
+  for (const menu of document.querySelectorAll("[data-setting]")) {
+    menu.addEventListener("change", () => choose(menu.dataset.setting, menu.value));
+  }
+  for (const button of document.querySelectorAll("[data-copy]")) button.addEventListener("click", copy);
+  element("reset").addEventListener("click", reset);
+}

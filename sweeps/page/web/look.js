@@ -1,0 +1,138 @@
+// What is looked at: the picture, the numbers of a point, the pin, and the keys that move it.
+
+// Show what there is at a place and, on a map, the curves through it unless another is pinned.
+function look(place) {
+  const isOther = state.pinned && place !== state.place;
+  fillReadout("readout", place);
+  element("readout-heading").textContent = state.pinned && !isOther ? "Pinned point" : "Point";
+  element("replay").innerHTML = replayCommand(place);
+  const sheet = state.view?.[scaleNow()];
+  const lines = sheet?.kind === "cells" ? [sheet.x.axis, sheet.y.axis].filter((axis) => page.along[axis]) : [];
+  element("through").hidden = !lines.length;
+  lines.forEach((axis, at) => {
+    if (isOther) return;
+    const [id, along] = [["along-x", "along-y"][at], page.along[axis][scaleNow()]];
+    show(along, id, place);
+    mark(along, "mark", [place]);
+    element(`${id}-where`).innerHTML = `at ${whereText(place, (other) => other !== axis)}`;
+  });
+}
+
+// The ring is at the pin or, of a point that is none of the file, where its parameters are: dashed.
+function markOpened(sheet) {
+  if (state.pinned || !state.opened) mark(sheet, "mark", state.pinned ? [state.place] : []);
+  else markSpots(sheet, "mark", [spotOfOpened(sheet, state.opened)], [4, 3]);
+}
+
+function draw() {
+  element("view").selectedIndex = views.indexOf(state.view);
+  element("variable").selectedIndex = variables.indexOf(state.variable);
+  element("log").checked = state.log;
+  const sheet = state.view[scaleNow()];
+  const inSlice = (place) => sheet.sliders.every((axis) => place[axis] === state.place[axis]);
+  const marked = element("marks").checked ? orbits.map(({ point }) => placeOf(point)).filter(inSlice) : [];
+  show(sheet, "picture", state.place);
+  mark(sheet, "orbits", marked);
+  markOpened(sheet);
+  element("picture").ariaLabel = ["view", "variable"].map((id) => element(id).selectedOptions[0].text).join(": ");
+  element("legend").innerHTML = (sheet.heights ? regime : state.variable).legend;
+  element("release").hidden = live || !state.pinned;
+  element("log").disabled = Boolean(state.variable.names);
+  inputs.forEach((input, axis) => {
+    input.value = state.place[axis];
+    const slider = input.closest("div");
+    slider.hidden = !sheet.sliders.includes(axis);
+    const output = slider.querySelector("output");
+    output.innerHTML = whereText(state.place, (other) => other === axis);
+    input.ariaValueText = output.textContent; // its own value is the number of a point
+  });
+  look(state.place);
+}
+
+function change(changes) {
+  Object.assign(state, changes);
+  element("strange").hidden = true;
+  draw();
+  remember();
+}
+
+// The picture has the focus then: keys move the pin on.
+function pin(place) {
+  change({ place, pinned: true });
+  if (live) ask(partsOfPlace(place));
+  else if (orbits.length) showOrbit(place);
+  element("picture").focus({ preventScroll: true });
+}
+
+function release() {
+  if (state.pinned && !live) change({ pinned: false });
+}
+
+// Take over what the controls say; errors are looked at on a logarithmic scale.
+function read({ target }) {
+  const [view, variable] = [views[element("view").selectedIndex], variables[element("variable").selectedIndex]];
+  if (target.id === "variable") element("log").checked = !variable.names && variable.name.includes("error");
+  const place = inputs.map((input) => Number(input.value));
+  const log = element("log").checked && !variable.names;
+  const sliced = live ? { place } : { place, pinned: false };
+  change(target.type === "range" ? sliced : { view, variable, log, ...(view !== state.view && { zoom: null }) });
+}
+
+// --- keys: which way they go, across or upward, and how far ---
+
+const WAYS = {
+  ArrowLeft: [0, -1],
+  ArrowRight: [0, 1],
+  ArrowDown: [1, -1],
+  ArrowUp: [1, 1],
+  Home: [0, -Infinity],
+  End: [0, Infinity],
+};
+
+// The points among which there is no axis to go along: those of a cloud, or of all curves at one value.
+function placesAround(sheet) {
+  if (sheet.kind === "cells") return [];
+  if (sheet.kind === "curves") return placesOfCurves(sheet, state.place, state.place[sheet.x.axis]);
+  return Array.from({ length: axes[sheet.axis].size }, (_, at) => state.place.with(sheet.axis, at));
+}
+
+// The place next to the present one: along an axis, else the next point that is seen on that side.
+function placeBeside(sheet, [side, step]) {
+  const moved = (at, size) => Math.min(Math.max(at + step, 0), size - 1);
+  const axis = [sheet.x, sheet.y][side]?.axis ?? -1;
+  if (axis >= 0) return state.place.with(axis, moved(state.place[axis], axes[axis].size));
+  const seen = placesAround(sheet).map((place) => ({ place, spot: spotOf(sheet, place) }))
+    .filter(({ spot }) => spot.every(Number.isFinite))
+    .sort((one, other) => one.spot[side] - other.spot[side]);
+  const here = seen.findIndex(({ place }) => pointAt(place) === pointAt(state.place));
+  return seen[moved(here, seen.length)]?.place ?? state.place;
+}
+
+// Whether a key is for the picture: it has the focus, or nothing has. Of a page that is only read, keys
+// that scroll are left alone until a point is pinned, and while the picture is out of sight.
+function isForPicture({ key, altKey, ctrlKey, metaKey, shiftKey }) {
+  if (!WAYS[key] || altKey || ctrlKey || metaKey || shiftKey) return false;
+  const { top, bottom } = element("picture").getBoundingClientRect();
+  if (bottom < 0 || top > window.innerHeight) return false;
+  if (element("picture").contains(document.activeElement)) return true;
+  const scrolls = !["ArrowLeft", "ArrowRight"].includes(key);
+  return document.activeElement === document.body && (state.pinned || !scrolls);
+}
+
+// It would stay where the mouse is, away from the pin.
+function hideCrosshair(sheet) {
+  const crosshair = model(sheet.figure).toolbar.tools.find(({ name }) => name === "crosshair");
+  crosshair?.overlay.forEach((line) => { line.location = null; });
+}
+
+function press(event) {
+  if (event.key === "Escape") release();
+  if (!isForPicture(event)) return;
+  event.preventDefault(); // or the page scrolls
+  const sheet = state.view[scaleNow()];
+  pin(placeBeside(sheet, WAYS[event.key]));
+  hideCrosshair(sheet);
+  const values = new Set([state.variable, regime]);
+  const texts = [...values].map((one) => variableText(one, pointAt(state.place)));
+  element("spoken").innerHTML = `${whereText(state.place)}: ${texts.join(", ")}`;
+}

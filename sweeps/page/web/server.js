@@ -1,0 +1,111 @@
+// Requests to who computes. One is under way at a time; the latest that waits takes its place when it is
+// answered, or has taken long: then nobody needs its answer any more.
+
+const PATIENCE = 250; // milliseconds
+const MOMENT = 400; // milliseconds: what takes no longer is not announced
+const LOADING = 2000; // milliseconds: what is compiled already is loaded in less
+
+const tab = Array.from(crypto.getRandomValues(new Uint32Array(2))).join("-");
+let asked = 0;
+let next = null; // what is to be asked
+let flight = null; // what is asked
+
+// Ask for the point that some parts name; `after` is called when it is shown.
+function ask(parts, after = () => {}) {
+  next = { parts, after, since: next?.since ?? flight?.since ?? performance.now() };
+  if (!Object.keys(parts).some((key) => key.startsWith("at."))) state.wanted = { ...parts };
+  remember();
+  send();
+}
+
+function send() {
+  if (!next) return;
+  const early = flight ? PATIENCE - (performance.now() - flight.begun) : 0;
+  if (early > 0) {
+    setTimeout(send, early);
+    return;
+  }
+  flight?.abort.abort();
+  flight = { ...next, begun: performance.now(), abort: new AbortController(), doing: "" };
+  next = null;
+  receive(flight);
+}
+
+async function receive(request) {
+  const token = new URLSearchParams(location.search).get("token");
+  const query = new URLSearchParams({ token, tab, number: asked += 1, ...request.parts });
+  try {
+    const response = await fetch(`orbit?${query}`, { signal: request.abort.signal });
+    if (!response.ok) throw new Error(await response.text());
+    for await (const answer of linesOf(response.body)) take(request, answer);
+  } catch (error) {
+    if (request !== flight) return; // another one was sent
+    flight = null;
+    complain([`The orbit could not be had: ${error.message}. Is \`stickslip explore\` still running?`]);
+  }
+  send();
+}
+
+// The lines of JSON of a body, as they come.
+async function* linesOf(body) {
+  const reader = body.pipeThrough(new TextDecoderStream()).getReader();
+  let text = "";
+  for (;;) {
+    const { done, value } = await reader.read();
+    if (done) return;
+    const lines = (text + value).split("\n");
+    text = lines.pop();
+    for (const line of lines) yield JSON.parse(line);
+  }
+}
+
+function take(request, answer) {
+  if (request !== flight) return;
+  if (["waiting", "compiling", "computing"].includes(answer.state)) {
+    request.doing = answer.state;
+    return;
+  }
+  flight = null;
+  if (answer.state === "refused") showRefusal(answer);
+  if (answer.state !== "done") return;
+  showAnswer(answer);
+  request.after();
+}
+
+function unpacked(text) {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  return new Float32Array(bytes.buffer);
+}
+
+function showAnswer(answer) {
+  const { courses, periods, kept, at, parts } = answer;
+  const data = courses && Object.fromEntries(Object.entries(courses).map(([name, text]) => [name, unpacked(text)]));
+  state.opened = answer;
+  if (!next) { // or what was moved meanwhile would go back
+    state.wanted = { ...parts };
+    showControls(answer);
+  }
+  element("where").textContent = answer.label;
+  element("orbit-words").innerHTML = answer.summary;
+  drawMotion({ data, periods, words: kept, parts: at ?? parts });
+  showCopies(answer);
+  state.pinned = Boolean(at);
+  if (at) for (const [axis, { name }] of axes.entries()) state.place[axis] = placeAlong(axis, at[`at.${name}`]) ?? state.place[axis];
+  if (views.length) draw();
+  remember();
+}
+
+// Say what is awaited, where it takes longer than a moment.
+function announce() {
+  const awaited = flight ?? next;
+  const waited = awaited ? performance.now() - awaited.since : 0;
+  const clock = `${Math.floor(waited / 60000)}:${String(Math.floor(waited / 1000) % 60).padStart(2, "0")}`;
+  const words = {
+    waiting: `waiting for the orbits of other tabs … ${clock}`,
+    compiling: waited > LOADING ? `compiling for this processor: up to a minute, and kept for later runs (${clock})` : `computing … ${clock}`,
+  };
+  const text = waited > MOMENT ? (words[awaited.doing] ?? `computing … ${clock}`) : "";
+  if (element("state").textContent !== text) element("state").textContent = text;
+}
+
+const beginServer = () => setInterval(announce, 200);

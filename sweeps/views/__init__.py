@@ -1,1 +1,0 @@
-"""From a result back to its points: replay, the xarray accessor, pages to look around in."""

@@ -1,1 +1,0 @@
-"""A local page on which every parameter is a slider, and the orbit follows."""

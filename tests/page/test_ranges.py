@@ -1,0 +1,112 @@
+"""Sliders: their ranges, what a position means, and numbers as they are written."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stickslip.variables import PARAMETERS
+from sweeps.page.ranges import (
+    Scale,
+    exact_text,
+    scale_of,
+    scale_of_axis,
+    scales_of,
+    short_text,
+)
+
+LINEAR, LOGARITHMIC = Scale(100.0, 350.0), Scale(10.0, 1e5, logarithmic=True)
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_every_slider_reaches_the_papers_value_and_valid_ones_only(name: str):
+    scale, parameter = scale_of(name), PARAMETERS[name]
+    assert scale.lower <= parameter.default <= scale.upper
+    assert scale.lower < scale.upper
+    for end in scale.ends:
+        assert parameter.complaint(scale.value(end)) is None
+    value = scale.value(scale.position(parameter.default))
+    assert value == pytest.approx(parameter.default, rel=0.01, abs=1e-12)
+
+
+def test_what_spans_decades_is_logarithmic_and_temperatures_are_not():
+    for name in (
+        "viscosity_coefficient", "spring_stiffness", "angular_frequency", "drive_amplitude"
+    ):  # fmt: skip
+        assert scale_of(name).logarithmic
+        assert scale_of(name).upper >= 1e3 * scale_of(name).lower
+    assert not scale_of("temperature").logarithmic
+
+
+def test_values_of_a_linear_slider_are_round():
+    assert LINEAR.step == 1.0
+    assert LINEAR.value(227.0000001) == 227.0
+    assert Scale(-0.95, 1.0).value(-0.67) == -0.67
+    assert math.copysign(1.0, Scale(-2e-6, 2e-6).value(-1e-12)) == 1.0
+
+
+def test_values_of_a_logarithmic_slider_have_few_digits():
+    assert LOGARITHMIC.value(math.log10(3000.0)) == 3000.0
+    assert LOGARITHMIC.value(3.4765) == 2996.0
+
+
+@given(st.floats(1.0, 5.0))
+def test_a_position_survives_its_value(position: float):
+    value = LOGARITHMIC.value(position)
+    assert LOGARITHMIC.lower <= value <= LOGARITHMIC.upper
+    assert LOGARITHMIC.position(value) == pytest.approx(position, abs=1e-3)
+
+
+def test_beyond_the_ends_the_slider_stands_at_them():
+    assert LINEAR.position(400.0) == 350.0
+    assert LOGARITHMIC.position(-1.0) == LOGARITHMIC.ends[0]
+    assert LOGARITHMIC.position(0.0) == LOGARITHMIC.ends[0]
+
+
+def test_a_slider_grows_to_a_value_of_its_kind():
+    assert LINEAR.reaching(400.0) == Scale(100.0, 400.0)
+    assert LINEAR.reaching(200.0) == LINEAR
+    assert LOGARITHMIC.reaching(1e6).upper == 1e6
+    assert LOGARITHMIC.reaching(-1.0) == LOGARITHMIC
+
+
+def test_an_axis_gives_the_range():
+    assert scale_of_axis("temperature", [300.0, 150.0]) == Scale(150.0, 300.0)
+    assert scale_of_axis("spring_stiffness", [100.0, 1000.0, 1e4]).logarithmic
+    assert not scale_of_axis("spring_stiffness", [100.0, 200.0, 300.0]).logarithmic
+    assert scale_of_axis("temperature", [200.0, 200.0]) == scale_of("temperature")
+    scales = scales_of({"temperature": [150.0, 300.0]})
+    assert list(scales) == list(PARAMETERS)
+    assert scales["temperature"] == Scale(150.0, 300.0)
+    assert scales["block_mass"] == scale_of("block_mass")
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (200.0, "200"),
+        (8e-7, "8e-7"),
+        (-2 / 3, "-2/3"),
+        (4e12, "4e12"),
+        (0.0, "0"),
+        (0.1, "0.1"),
+        (1e-4, "1e-4"),
+    ],
+)
+def test_numbers_are_written_short(value: float, text: str):
+    assert exact_text(value) == short_text(value) == text
+
+
+def test_long_numbers_are_cut_in_a_box_only():
+    assert short_text(1730 / 7) == "247.143"
+    assert float(exact_text(1730 / 7)) == 1730 / 7
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_a_text_is_read_as_the_same_number(value: float):
+    from sweeps.page.controls import read_number
+
+    assert read_number(exact_text(value)) == value

@@ -1,0 +1,238 @@
+"""The page of `stickslip report`: what it holds, that it is safe and needs nothing else."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from support.browser import Tabs, chromium, tabs
+
+from stickslip import Status
+from sweeps import run
+from sweeps.charts.chart import Curves, chart_of
+from sweeps.charts.choice import Choice
+from sweeps.charts.jumps import break_line
+from sweeps.page import MOST_POINTS, ReportError, write_report
+
+pytest.importorskip("bokeh", reason="bokeh is not installed")
+
+__all__ = ["chromium", "tabs"]  # fixtures
+
+LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
+MAP = LOOSE | {
+    "title": "Odd </script><b>title</b> <!--",
+    "sweep": {
+        "T": {"linspace": [200, 300], "num": 9},
+        "K": {"geomspace": [500, 8000], "num": 9},
+        "gamma": [-2 / 3, 0],
+    },
+}
+LINE = LOOSE | {"sweep": {"omega": {"linspace": [36, 40], "num": 9}}, "follow": "omega"}
+
+
+@pytest.fixture(scope="module")
+def ds() -> xr.Dataset:
+    ds = run(MAP)
+    ds.status[0, 0, 0] = Status.DIVERGED
+    for name in ("elastic_stress_amplitude", "friction_force_amplitude", "amplitude_error"):
+        ds[name][0, 0, 0] = np.nan
+    return ds
+
+
+@pytest.fixture(scope="module")
+def page(ds: xr.Dataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("report") / "map.html"
+    write_report(ds, path, name="map <i>.nc", orbits=20)
+    return path
+
+
+def payload_of(page: Path) -> dict[str, Any]:
+    text = page.read_text("utf-8")
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
+    assert found
+    data: dict[str, Any] = json.loads(found[1])
+    return data
+
+
+def test_nothing_of_the_file_becomes_markup(page: Path) -> None:
+    text = page.read_text("utf-8")
+    assert "<b>title</b>" not in text
+    assert "map <i>.nc" not in text
+    assert "Odd &lt;/script&gt;&lt;b&gt;title" in text
+    payload = re.search(r'id="data">(.*?)</script>', text, re.DOTALL)
+    assert payload
+    assert "<" not in payload[1]
+
+
+def test_the_page_forbids_the_network(page: Path) -> None:
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', page.read_text("utf-8"))
+    assert policy
+    assert "default-src 'none'" in policy[1]
+    assert "http" not in policy[1]
+    assert not re.search(r'<(?:script|link|img)[^>]+(?:src|href)="http', page.read_text("utf-8"))
+
+
+def test_failed_points_have_an_orbit_and_stand_in_a_table(page: Path) -> None:
+    orbits = payload_of(page)["orbits"]
+    assert len(orbits) == 20
+    assert 0 in [orbit["point"] for orbit in orbits]
+    text = page.read_text("utf-8")
+    assert "diverged" in text
+    assert Status.DIVERGED.sentence.split(".", maxsplit=1)[0] in text
+
+
+def test_the_same_result_makes_the_same_page(ds: xr.Dataset, page: Path, tmp_path: Path) -> None:
+    write_report(ds, tmp_path / "again.html", name="map <i>.nc", orbits=20)
+    assert (tmp_path / "again.html").read_bytes() == page.read_bytes()
+
+
+@pytest.mark.parametrize("source", [LOOSE, LINE, LOOSE | {"sweep": {"T": [200.0, 250.0]}}])
+def test_every_kind_of_result_has_a_page(source: dict[str, Any], tmp_path: Path) -> None:
+    write_report(run(source), tmp_path / "a.html", name="a.nc", orbits=3)
+    assert payload_of(tmp_path / "a.html")["replay"] == "stickslip replay a.nc"
+
+
+def test_a_slice_can_be_taken_and_too_large_a_result_is_refused(
+    ds: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_report(ds, tmp_path / "a.html", name="a.nc", at=["gamma=0"], orbits=0)
+    assert payload_of(tmp_path / "a.html")["replay"].endswith("replay a.nc --at gamma=0")
+    some = ["gamma=0", "T=200,250"]
+    write_report(ds, tmp_path / "a.html", name="a.nc", at=some, orbits=0)
+    assert payload_of(tmp_path / "a.html")["replay"].endswith("replay a.nc --at gamma=0")
+    assert ds.status.size < MOST_POINTS
+    monkeypatch.setattr("sweeps.page.build.MOST_POINTS", 10)
+    with pytest.raises(ReportError, match=r"162 points, and a page holds 10.*--at temperature=200"):
+        write_report(ds, tmp_path / "b.html", name="b.nc")
+    assert not (tmp_path / "b.html").exists()
+
+
+def test_a_trajectory_is_no_result_of_a_sweep(ds: xr.Dataset, tmp_path: Path) -> None:
+    course = ds.stickslip.at(T=250, K=500, gamma=0).simulate()
+    with pytest.raises(ReportError, match="holds no result of a sweep"):
+        write_report(course, tmp_path / "a.html", name="a.nc")
+
+
+def test_the_accessor_writes_it_too(ds: xr.Dataset, tmp_path: Path) -> None:
+    part = ds.isel(temperature=slice(0, 3), spring_stiffness=0)
+    assert part.stickslip.report(tmp_path / "a.html").exists()
+
+
+@pytest.fixture
+def opened(tabs: Tabs, page: Path) -> Iterator[Any]:
+    """The page in a tab, which asks for nothing from elsewhere and has no errors."""
+    yield tabs.open(page.as_uri())
+    tabs.check()
+
+
+def test_in_a_browser_a_click_draws_an_orbit_and_a_slider_cuts(opened: Any) -> None:
+    box = opened.locator("#picture").bounding_box()
+    opened.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 0.5 * box["height"])
+    opened.wait_for_function("document.getElementById('readout').innerText.includes(' K\\n')")
+    before = opened.inner_text("#orbit-words")
+    opened.mouse.click(box["x"] + 0.7 * box["width"], box["y"] + 0.8 * box["height"])
+    opened.wait_for_function(
+        "before => document.getElementById('orbit-words').innerText !== before", arg=before
+    )
+    assert "stickslip replay" in opened.inner_text("#orbit-words")
+    assert opened.inner_text("#readout-heading") == "Pinned point"
+    shown = opened.inner_text("#sliders")
+    opened.locator("#sliders label:visible input").press("ArrowRight")
+    opened.wait_for_function(
+        "shown => document.getElementById('sliders').innerText !== shown", arg=shown
+    )
+
+
+def drawn(opened: Any, host: str) -> dict[str, Any]:
+    """The columns of all shapes of the figure that stands in a place, by the names of these."""
+    script = """host => {
+        const root = Bokeh.documents[0].roots()[["picture", "along-x", "along-y"].indexOf(host)];
+        const plain = (data) => Object.fromEntries(Object.entries(data).map(
+            ([name, values]) => [name, Array.from(name === "image" ? values[0] : values)]));
+        return Object.fromEntries(root.children[0].renderers.filter((shape) => shape.name).map(
+            (shape) => [shape.name, plain(shape.data_source.data)]));
+    }"""
+    shapes: dict[str, Any] = opened.evaluate(script, host)
+    return shapes
+
+
+@pytest.mark.parametrize("variable", ["friction_force_amplitude", "regime"])
+def test_in_a_browser_a_map_and_its_curves_are_those_of_the_result(
+    opened: Any, ds: xr.Dataset, variable: str
+) -> None:
+    opened.select_option("#variable", variable)
+    opened.locator("#sliders label:visible input").press("End")
+    opened.locator("button[data-point]").first.click()
+    failed = {"temperature": 0, "spring_stiffness": 0, "rheological_index": 0}
+    chart = chart_of(ds, Choice(variable), failed)
+    image = drawn(opened, "picture")["cells"]["image"]
+    np.testing.assert_allclose(image, chart.image().ravel(), rtol=1e-6)
+    assert np.isnan(image[0])
+    line = chart_of(ds.isel(spring_stiffness=0, rheological_index=0), Choice(variable))
+    along = drawn(opened, "along-x")
+    if variable == "regime":
+        np.testing.assert_array_equal(along["cells"]["image"], line.image()[0])
+    else:
+        x, y = break_line(line.across, line.curves[0].values, line.curves[0].jumps)
+        np.testing.assert_allclose(along["curve 0"]["x"], x)
+        np.testing.assert_allclose(along["curve 0"]["y"], y, rtol=1e-6)
+        assert along["missing 0"]["x"] == [200.0]
+        assert len(along["jumps 0"]["x"]) == line.curves[0].jumps.sum()
+
+
+def test_in_a_browser_a_mark_leaves_most_of_a_small_cell_to_its_colour(opened: Any) -> None:
+    dot = """() => Bokeh.documents[0].roots()[0].children[0].renderers
+        .find((shape) => shape.name === "orbits").glyph"""
+    width = opened.evaluate(f"({dot})().size.value + ({dot})().line_width.value")
+    cell = opened.locator("#picture").bounding_box()["height"] / 60
+    assert width**2 < 0.25 * cell**2
+
+
+def test_in_a_browser_both_ways_are_drawn_with_their_jumps(tabs: Tabs, tmp_path: Path) -> None:
+    ds = run(LINE)
+    write_report(ds, tmp_path / "a.html", name="a.nc", orbits=0)
+    chart = chart_of(ds, Choice("elastic_stress_amplitude"))
+    assert isinstance(chart, Curves)
+    shapes = drawn(tabs.open((tmp_path / "a.html").as_uri()), "picture")
+    tabs.check()
+    assert sum(curve.jumps.sum() for curve in chart.curves) > 0
+    for number, curve in enumerate(chart.curves):
+        x, y = break_line(chart.across, curve.values, curve.jumps)
+        np.testing.assert_allclose(shapes[f"curve {number}"]["x"], x)
+        np.testing.assert_allclose(shapes[f"curve {number}"]["y"], y, rtol=1e-6)
+
+
+def odd_results(ds: xr.Dataset) -> dict[str, xr.Dataset]:
+    """Results without a number, or a regime; of cases with one parameter; of kinds both ways."""
+    lost = ds.copy(deep=True)
+    lost["status"][:] = Status.DIVERGED
+    sample = {"sobol": 16, "seed": 1, "temperature": [150, 320]}
+    return {
+        "lost": lost,
+        "without regimes": ds.drop_vars("regime"),
+        "one parameter": run(LOOSE | {"sample": sample}),
+        "both ways": run(LINE),
+    }
+
+
+@pytest.mark.slow
+def test_in_a_browser_all_variables_and_views_of_odd_results_are_drawn(
+    tabs: Tabs, ds: xr.Dataset, tmp_path: Path
+) -> None:
+    for name, result in odd_results(ds).items():
+        path = tmp_path / f"{name}.html"
+        write_report(result, path, name=name, orbits=2)
+        tab = tabs.open(path.as_uri())
+        for view in range(tab.locator("#view option").count()):
+            tab.select_option("#view", index=view)
+            for variable in ("friction_force_amplitude", "regime", "status"):
+                if variable in result:
+                    tab.select_option("#variable", variable)
+                    assert drawn(tab, "picture"), name
+        tabs.check()
