@@ -233,6 +233,12 @@ class StickslipAccessor:
     def explore(self, borders: xr.Dataset | None = None, *, port: int = 0) -> Explorer:
         """Serve the page that `stickslip explore` opens, and show it in a notebook.
 
+        >>> ds = run({"sweep": {"T": [200, 250]}})
+        >>> page = ds.stickslip.explore()
+        >>> page.address.startswith("http://127.0.0.1:")
+        True
+        >>> page.stop()
+
         The arguments and errors are those of `sweeps.explore`.
         """
         from sweeps.page.explore import explore

@@ -89,6 +89,11 @@ def explore(
 ) -> Explorer:
     """Serve the page that `stickslip explore` opens, and show it in a notebook.
 
+    >>> page = explore(Parameters(temperature=250))
+    >>> page.address.startswith("http://127.0.0.1:")
+    True
+    >>> page.stop()
+
     Parameters
     ----------
     target

@@ -85,6 +85,10 @@ function readPoint(entries, start) {
   return { place, parts, strange };
 }
 
+// Where a page opens that is asked for nothing: of one that computes, at its first point.
+const startPlace = () =>
+  axes.map(({ name }, axis) => placeAlong(axis, live?.first.at?.[`at.${name}`] ?? "") ?? page.start[axis]);
+
 // What is chosen, and what names the point that is open and the one that is kept. A part of the page may be
 // named as well.
 function readAddress(hash) {
@@ -97,8 +101,8 @@ function readAddress(hash) {
   }
   const ofPoint = entries.filter(([key]) => !CHOICES.has(key) && !key.startsWith("kept."));
   const ofKept = entries.filter(([key]) => key.startsWith("kept.")).map(([key, text]) => [key.slice(5), text]);
-  const point = readPoint(ofPoint, page.start);
-  const kept = ofKept.length ? readPoint(ofKept, page.start) : null;
+  const point = readPoint(ofPoint, startPlace());
+  const kept = ofKept.length ? readPoint(ofKept, startPlace()) : null;
   strange.push(...point.strange, ...(kept?.strange ?? []));
   const order = (words) => entries.findIndex(([key, text]) => [key, `${key}=${text}`].includes(words));
   return { chosen, point, kept, strange: strange.sort((one, other) => order(one) - order(other)) };

@@ -49,8 +49,10 @@ function showRefusals() {
 function showControls({ texts, values, settings, at }) {
   if (at) refusals.clear();
   for (const [name, text] of Object.entries(texts)) {
-    if (refusals.has(name)) continue;
-    byName("box", name).value = text;
+    const box = byName("box", name);
+    const isEdited = box === document.activeElement && box.value !== box.dataset.shown;
+    if (refusals.has(name) || isEdited) continue;
+    box.value = box.dataset.shown = text;
     placeSlider(name, values[name]);
   }
   for (const menu of document.querySelectorAll("[data-setting]")) {
@@ -126,7 +128,10 @@ function beginControls() {
       slider.ariaValueText = box.value;
       askFor({ [name]: box.value });
     });
-    box.addEventListener("change", () => askFor({ [name]: box.value }));
+    box.addEventListener("change", () => {
+      box.dataset.shown = box.value;
+      askFor({ [name]: box.value });
+    });
   }
   showControls(live.first);
   for (const menu of document.querySelectorAll("[data-setting]")) {
