@@ -1,11 +1,10 @@
-"""A chart of a result: cells, curves or points; and which point is meant by a place in one.
+"""A chart of a result: cells, curves or points.
 
 All numbers are in shown units.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -15,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from stickslip.variables import RESULTS
-from sweeps.charts.axes import STRIP, Axis, axis_of, cell_edges, cells_of_pixels
+from sweeps.charts.axes import STRIP, Axis, axis_of, cells_of_pixels
 from sweeps.charts.choice import Choice
 from sweeps.charts.clouds import cases_to_scatter, fits_log
 from sweeps.charts.colours import Colours, colours_of, is_discrete
@@ -38,22 +37,6 @@ class Cells:
     values: Array
     places: Place
 
-    def place_at(self, x: float, y: float) -> Place | None:
-        """Return the place of the point whose cell is there."""
-        place = dict(self.places)
-        for axis, value in ((self.across, x), (self.up, y)):
-            index = int(np.searchsorted(cell_edges(axis), value)) - 1
-            if not 0 <= index < len(axis.order):
-                return None
-            if axis.dim != STRIP:
-                place[axis.dim] = int(axis.order[index])
-        return place
-
-    def neighbour(self, place: Place, right: int, up: int) -> Place:
-        """Return the place so many cells to the right of another one, and up."""
-        steps = ((self.across, right), (self.up, up))
-        return place | {a.dim: _along(a, place, step) for a, step in steps if a.dim != STRIP}
-
     def image(self) -> Array:
         """Return the values (up, across) on pixels of one size on the scales of the axes."""
         rows, columns = (cells_of_pixels(axis) for axis in (self.up, self.across))
@@ -70,24 +53,6 @@ class Curves:
     curves: tuple[Curve, ...]
     ends: tuple[float, float]
     log: bool
-
-    def place_at(self, x: float, y: float) -> Place | None:
-        """Return the place of the point of the nearest curve at the nearest value of the axis."""
-        index = _nearest(self.across, x)
-        heights = np.array([curve.values[index] for curve in self.curves])
-        distances = np.abs(np.nan_to_num(heights, nan=np.inf) - y)
-        if not np.isfinite(distances).any():
-            return None
-        curve = self.curves[int(np.argmin(distances))]
-        return curve.places | {self.across.dim: int(self.across.order[index])}
-
-    def neighbour(self, place: Place, right: int, up: int) -> Place:
-        """Return the place so many points to the right, on the curve that is so many higher."""
-        place = place | {self.across.dim: _along(self.across, place, right)}
-        index = self.across.order.tolist().index(place[self.across.dim])
-        places = [c.places for c in sorted(self.curves, key=lambda c: _height(c.values[index]))]
-        own = next((n for n, p in enumerate(places) if p.items() <= place.items()), 0)
-        return place | places[min(max(own + up, 0), len(places) - 1)]
 
 
 @dataclass(frozen=True)
@@ -106,19 +71,6 @@ class Cloud:
     colours: Colours | None
     values: Array
     places: Place
-
-    def place_at(self, x: float, y: float) -> Place | None:
-        """Return the place of the nearest point, as it is seen: both ranges are of one length."""
-        across = _distances(self.x, x, log=self.log[0])
-        up = _distances(self.y, y, log=self.log[1])
-        distances = np.nan_to_num(np.hypot(across, up), nan=np.inf)
-        return {**self.places, CASE: int(np.argmin(distances))}
-
-    def neighbour(self, place: Place, right: int, up: int) -> Place:
-        """Return the place of the point that comes next to the right, or next higher."""
-        order = np.argsort(self.y if up else self.x, kind="stable").tolist()
-        own = order.index(place[CASE]) + (up or right)
-        return place | {CASE: order[min(max(own, 0), len(order) - 1)]}
 
 
 Chart: TypeAlias = Cells | Curves | Cloud
@@ -227,15 +179,6 @@ def further_axes(result: xr.Dataset, choice: Choice) -> list[str]:
     return [str(dim) for dim, size in result.sizes.items() if size > 1 and dim not in taken]
 
 
-def axes_to_choose(result: xr.Dataset) -> list[str]:
-    """Return what may lie across or upward; nothing where there is no choice."""
-    if is_cloud(result, Choice("status")):
-        names = parameters_along(result, CASE)
-    else:
-        names = [str(dim) for dim, size in result.sizes.items() if size > 1 and dim != DIRECTION]
-    return names if len(names) > 2 else []
-
-
 def is_cloud(result: xr.Dataset, choice: Choice) -> bool:
     """Return whether the chart is one of points: linked cases in no order."""
     return CASE in result.sizes and cases_to_scatter(result, choice)
@@ -247,26 +190,3 @@ def _layout(result: xr.Dataset, choice: Choice) -> Layout:
     if discrete and layout.x and layout.y is None and result.sizes.get(DIRECTION, 1) > 1:
         return replace(layout, y=DIRECTION)  # a strip of kinds for each way
     return layout
-
-
-def _nearest(axis: Axis, value: float) -> int:
-    """Return the place on an axis that is nearest to a value, on its own scale."""
-    return int(np.clip(np.searchsorted(axis.middles, value), 0, len(axis.order) - 1))
-
-
-def _along(axis: Axis, place: Place, step: int) -> int:
-    """Return the place along an axis that is so many steps on, at most at its end."""
-    order = axis.order.tolist()
-    return int(order[min(max(order.index(place[axis.dim]) + step, 0), len(order) - 1)])
-
-
-def _height(value: float) -> float:
-    return value if math.isfinite(value) else -math.inf
-
-
-def _distances(values: Array, value: float, *, log: bool) -> Array:
-    """Return how far values are from one, as parts of their range."""
-    if log:
-        values, value = np.log(values), math.log(value)
-    span = np.nanmax(values) - np.nanmin(values)
-    return np.asarray((values - value) / (span or 1.0))

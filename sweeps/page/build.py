@@ -19,7 +19,6 @@ from sweeps.charts.axes import axis_of
 from sweeps.charts.borders import axes_of, require_borders_of
 from sweeps.charts.colours import Colours
 from sweeps.charts.data import data_of
-from sweeps.charts.labels import shown_number
 from sweeps.files.datasets import content_hash
 from sweeps.human import size_text
 from sweeps.page import MOST_POINTS, ReportError, facts
@@ -45,7 +44,6 @@ from sweeps.page.numbers import (
 )
 from sweeps.page.orbit_figures import MotionPictures
 from sweeps.page.packed_orbits import PackedOrbit, packed_orbits
-from sweeps.page.ranges import exact_text
 from sweeps.page.sheets import (
     Sheet,
     View,
@@ -132,8 +130,6 @@ def served(beginning: Beginning) -> str:
     data["live"] = {
         "first": point_data(first, result),
         "scales": scales_data(beginning.scales),
-        "shown": {name: float(shown_number(name, 1.0).values) for name in PARAMETERS},
-        "default": {name: exact_text(p.default) for name, p in PARAMETERS.items()},
         "units": {name: as_html(units_of(PARAMETERS[name])) for name in PARAMETERS},
     }
     parts |= _hints("", with_orbits=True)

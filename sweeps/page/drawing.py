@@ -10,12 +10,13 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, HoverTool, Range1d
+from bokeh.models import ColumnDataSource, Range1d
 from bokeh.plotting import figure
 
 from stickslip.symbols import plain
 from sweeps.charts.axes import STRIP, Axis, ends_of
 from sweeps.charts.chart import Cells, Chart, Cloud, Curves
+from sweeps.charts.colours import Colours
 from sweeps.charts.curves import Curve
 from sweeps.charts.jumps import break_line
 from sweeps.charts.styles import BLACK
@@ -37,13 +38,9 @@ CROSSES = 0.97
 """How far up missing points of curves are marked, as a part of the height."""
 
 
-def draw(chart: Chart, *, height: int = _HEIGHT, explained: bool = True) -> figure:
-    """Return the figure of a chart.
-
-    Where it is not `explained`, the page around it names what the colours are: it may change. What
-    kinds there are, the page names in any case (`legends`).
-    """
-    drawn = _DRAWN_BY[type(chart)](chart, height, explained)
+def draw(chart: Chart, height: int = _HEIGHT) -> figure:
+    """Return the figure of a chart; what its colours are the page around it says: it may change."""
+    drawn = _DRAWN_BY[type(chart)](chart, height)
     source = ColumnDataSource({"x": [], "y": []})
     for colour, width in (("white", 5.0), (BLACK, 2.5)):  # seen on any colour
         ring = {"fill_color": None, "line_color": colour, "line_width": width, "size": _MARK}
@@ -51,30 +48,26 @@ def draw(chart: Chart, *, height: int = _HEIGHT, explained: bool = True) -> figu
     return drawn
 
 
-def _draw_cells(chart: Cells, height: int, explained: bool) -> figure:
+def _draw_cells(chart: Cells, height: int) -> figure:
     drawn = _figure(chart.across, chart.up, height)
     (left, right), (bottom, top) = ends_of(chart.across), ends_of(chart.up)
     mapper = mapper_of(chart.colours)
-    image = drawn.image(
+    drawn.image(
         image=[chart.image()], x=left, y=bottom, dw=right - left, dh=top - bottom,
         color_mapper=mapper, name="cells",
     )  # fmt: skip
-    _explain(drawn, chart, mapper, explained)
-    if explained and not chart.colours.codes:
-        tips = [(plain(chart.colours.label), "@image")]
-        drawn.add_tools(HoverTool(renderers=[image], tooltips=tips))
+    _add_scale(drawn, chart.colours, mapper)
     return drawn
 
 
-def _draw_curves(chart: Curves, height: int, explained: bool) -> figure:
+def _draw_curves(chart: Curves, height: int) -> figure:
     drawn = _figure(chart.across, None, height, log=chart.log, y_range=Range1d(*chart.ends))
     drawn.extra_y_ranges = {"height": Range1d(0.0, 1.0)}
     for number, curve in enumerate(chart.curves):
         _draw_curve(drawn, chart.across, number, curve)
     drawn.yaxis.axis_label = plain(chart.label)
     if len(chart.curves) > 1:
-        in_a_row = {"columns": len(chart.curves), "spacing": 14}
-        put_legend_above(drawn, **({"columns": 1} if explained else in_a_row))
+        put_legend_above(drawn, columns=len(chart.curves), spacing=14)
         drawn.legend.click_policy = "hide"
     return drawn
 
@@ -104,7 +97,7 @@ def _draw_curve(drawn: figure, axis: Axis, number: int, curve: Curve) -> None:
     )  # fmt: skip
 
 
-def _draw_cloud(chart: Cloud, height: int, explained: bool) -> figure:
+def _draw_cloud(chart: Cloud, height: int) -> figure:
     kinds = ["log" if log else "linear" for log in chart.log]
     ends = {"y_range": Range1d(*chart.ends)} if chart.ends else {}
     drawn = new_figure(height=height, x_axis_type=kinds[0], y_axis_type=kinds[1], **ends)
@@ -120,19 +113,18 @@ def _draw_cloud(chart: Cloud, height: int, explained: bool) -> figure:
     for (side, numbers), log in zip(across_up, chart.log, strict=True):
         if log and not (side is drawn.yaxis and chart.ends):
             put_round_ticks(side, numbers.min(), numbers.max())
-    if mapper:
-        _explain(drawn, chart, mapper, explained)
+    if chart.colours:
+        _add_scale(drawn, chart.colours, mapper)
     return drawn
 
 
-def _explain(drawn: figure, chart: Cells | Cloud, mapper: Any, explained: bool) -> None:
-    """Put a scale of values beside a figure; kinds are named by the page around it."""
-    assert chart.colours is not None
-    if not chart.colours.codes:
-        add_colour_bar(drawn, plain(chart.colours.label) if explained else None, mapper)
+def _add_scale(drawn: figure, colours: Colours, mapper: Any) -> None:
+    """Put a scale of values beside a figure; kinds are named by the page around it (`legends`)."""
+    if not colours.codes:
+        add_colour_bar(drawn, mapper)
 
 
-_DRAWN_BY: dict[type, Callable[[Any, int, bool], figure]] = {
+_DRAWN_BY: dict[type, Callable[[Any, int], figure]] = {
     Cells: _draw_cells,
     Curves: _draw_curves,
     Cloud: _draw_cloud,

@@ -117,10 +117,9 @@ def shade(place: float) -> str:
 PALETTE = Palette([style.colour for style in CURVES], shade)
 
 
-def add_colour_bar(drawn: figure, title: str | None, mapper: ColorMapper) -> None:
+def add_colour_bar(drawn: figure, mapper: ColorMapper) -> None:
     """Put a scale of values beside a figure."""
-    bar = ColorBar(color_mapper=mapper, title=title, width=12, padding=6)
-    bar.update(title_text_font_style="normal", title_text_font_size="11px")
+    bar = ColorBar(color_mapper=mapper, width=12, padding=6)
     drawn.add_layout(bar, "right")
 
 

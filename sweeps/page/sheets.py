@@ -163,7 +163,7 @@ def _add_logarithms(figure: Any, mapper: ColorMapper) -> None:
     cells, *others = figure.renderers
     logarithms = figure.add_glyph(cells.data_source, cells.glyph.clone(color_mapper=mapper))
     figure.renderers = [cells, logarithms, *others]  # marks lie above both
-    add_colour_bar(figure, None, mapper)
+    add_colour_bar(figure, mapper)
 
 
 def _examples(variables: Mapping[str, Colours]) -> Iterator[tuple[str, str]]:
@@ -176,7 +176,7 @@ def _examples(variables: Mapping[str, Colours]) -> Iterator[tuple[str, str]]:
 
 
 def _sheet(ds: xr.Dataset, chart: Chart, name: str, height: int, mapper: ColorMapper) -> Sheet:
-    figure = draw(chart, height=height, explained=False)
+    figure = draw(chart, height)
     figure.name = name
     for shape in figure.renderers:
         _empty(shape)

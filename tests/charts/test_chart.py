@@ -8,7 +8,7 @@ from support.pictures import GAMMAS, both_ways, failed, random_cases, sweep
 
 from stickslip.status import Status
 from stickslip.symbols import plain
-from sweeps.charts.chart import Cells, Cloud, Curves, axes_to_choose, chart_of, further_axes
+from sweeps.charts.chart import Cells, Cloud, Curves, chart_of, further_axes
 from sweeps.charts.choice import Choice
 
 STRESS = "elastic_stress_amplitude"
@@ -33,15 +33,12 @@ def test_one_long_axis_gives_a_curve_for_each_value_of_the_other():
     np.testing.assert_allclose(chart.curves[1].values, ds[STRESS][:, 1] / 1e6)
     assert plain(chart.label) == "σₑₗ,ₘₐₓ (MPa)"
     assert further_axes(ds, Choice(STRESS)) == []
-    middle = float(ds[STRESS][10, 1]) / 1e6
-    assert chart.place_at(T[10] + 1.0, middle) == {"temperature": 10, "rheological_index": 1}
-    assert chart.place_at(-1e9, 1e9) == {"temperature": 0, "rheological_index": 0}
+    assert [curve.places["rheological_index"] for curve in chart.curves] == [0, 1, 2]
 
 
-def test_points_without_a_value_are_no_nearest_ones():
+def test_points_without_a_value_are_gaps():
     ds = failed(sweep(temperature=T, rheological_index=GAMMA), Status.DIVERGED, temperature=3)
     chart = chart_of(ds, Choice(STRESS))
-    assert chart.place_at(T[3], 0.0) is None
     assert np.isnan(chart.curves[0].values[3])
 
 
@@ -51,13 +48,7 @@ def test_two_long_axes_give_a_map_and_the_others_are_cut():
     chart = chart_of(ds, choice, places)
     assert isinstance(chart, Cells)
     assert further_axes(ds, choice) == ["rheological_index"]
-    assert chart.place_at(T[4] + 2.0, K[7] * 1.02) == {
-        "temperature": 4,
-        "spring_stiffness": 7,
-        "rheological_index": 2,
-    }
-    assert chart.place_at(100.0, K[7]) is None
-    assert chart.place_at(T[4], 1e6) is None
+    assert chart.places == {"rheological_index": 2}
     assert chart.image().shape == (21, 35)
     np.testing.assert_allclose(chart.image(), ds[STRESS][:, :, 2].T / 1e6, rtol=1e-6)
 
@@ -78,13 +69,6 @@ def test_the_axes_may_be_chosen():
     assert isinstance(chart, Cells)
     assert chart.across.geometric
     assert chart.up.names[0].startswith("pseudoplastic")
-    assert chart.place_at(K[3], 2.0) == {
-        "temperature": 0,
-        "spring_stiffness": 3,
-        "rheological_index": 2,
-    }
-    assert axes_to_choose(ds) == ["temperature", "spring_stiffness", "rheological_index"]
-    assert axes_to_choose(ds.isel(temperature=0)) == []
     with pytest.raises(ValueError, match="is both x and y"):
         chart_of(ds, Choice(STRESS, x="temperature", y="temperature"))
 
@@ -93,7 +77,6 @@ def test_kinds_along_one_axis_are_a_strip():
     ds = regimes(sweep(temperature=T))
     chart = chart_of(ds, Choice("regime"))
     assert isinstance(chart, Cells)
-    assert chart.place_at(T[5], 0.2) == {"temperature": 5}
     assert chart.colours.codes == (0, 2)
     assert np.unique(chart.image()).tolist() == [0.0, 1.0]
 
@@ -102,9 +85,7 @@ def test_both_ways_are_two_curves():
     ds = both_ways(sweep(angular_frequency=np.linspace(5.0, 50.0, 20)))
     chart = chart_of(ds, Choice(STRESS))
     assert [curve.label for curve in chart.curves] == ["upward", "downward"]
-    lower = chart.curves[1].values[4]
-    place = chart.place_at(float(ds.angular_frequency[4]), lower)
-    assert place == {"angular_frequency": 4, "direction": 1}
+    assert chart.curves[1].places == {"direction": 1}
 
 
 def test_kinds_both_ways_are_two_strips():
@@ -136,7 +117,6 @@ def test_cases_may_lie_over_the_variable_itself():
     np.testing.assert_allclose(chart.y, ds[STRESS] / 1e6)
     assert chart.colours is not None
     assert chart.colours.name == "regime"
-    assert chart.place_at(float(ds.temperature[17]), chart.y[17]) == {"case": 17}
 
 
 def test_random_cases_are_a_cloud():
@@ -145,38 +125,9 @@ def test_random_cases_are_a_cloud():
     chart = chart_of(ds, Choice("regime"))
     assert isinstance(chart, Cloud)
     assert chart.names == ("temperature", "spring_stiffness")
-    for case in (0, 17, 59):
-        x, y = (float(ds[name][case]) for name in chart.names)
-        assert chart.place_at(x, y) == {"case": case}
+    np.testing.assert_array_equal(chart.x, ds.temperature)
+    np.testing.assert_array_equal(chart.y, ds.spring_stiffness)
     swapped = chart_of(ds, Choice("regime", x="spring_stiffness"))
     assert swapped.names == ("spring_stiffness", "temperature")
     with pytest.raises(ValueError, match="choose another parameter"):
         chart_of(ds, Choice("regime", x="temperature", y="temperature"))
-
-
-def test_the_next_point_of_a_map_is_in_the_next_cell_up_to_its_edge():
-    chart = chart_of(sweep(temperature=T[::-1], spring_stiffness=K), Choice(STRESS))
-    place = {"temperature": 3, "spring_stiffness": 20}
-    assert chart.neighbour(place, 1, 0) == {"temperature": 2, "spring_stiffness": 20}
-    assert chart.neighbour(place, 0, -1) == {"temperature": 3, "spring_stiffness": 19}
-    assert chart.neighbour(place, 0, 1) == place
-
-
-def test_the_next_point_of_curves_is_on_the_same_one_or_on_the_next_higher():
-    ds = sweep(temperature=T, rheological_index=GAMMA)
-    chart = chart_of(ds, Choice(STRESS))
-    place = {"temperature": 10, "rheological_index": 1}
-    assert chart.neighbour(place, -1, 0) == {"temperature": 9, "rheological_index": 1}
-    higher = chart.neighbour(place, 0, 1)["rheological_index"]
-    assert float(ds[STRESS][10, higher]) > float(ds[STRESS][10, 1])
-    assert chart.neighbour(chart.neighbour(place, 0, 1), 0, -1) == place
-
-
-def test_the_next_of_points_in_no_order_is_the_next_to_the_right_or_above():
-    chart = chart_of(
-        random_cases(temperature=(150.0, 320.0), spring_stiffness=(100.0, 1e4)), Choice("regime")
-    )
-    assert isinstance(chart, Cloud)
-    right, above = (chart.neighbour({"case": 5}, *step)["case"] for step in ((1, 0), (0, 1)))
-    assert chart.x[right] == min(chart.x[chart.x > chart.x[5]])
-    assert chart.y[above] == min(chart.y[chart.y > chart.y[5]])
