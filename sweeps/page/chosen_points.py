@@ -50,7 +50,7 @@ def chosen_points(ds: xr.Dataset, most: int) -> Numbers:
 
     The one that is looked at first; all that have no result; then both sides of the boundaries
     between regimes, for at most half of what is left, every kind of boundary in turn; then points
-    that are spread evenly over the axes.
+    that are spread evenly over the axes, or drawn where cases are in no order.
     """
     chosen = _start(ds)[:most]
     failed = np.setdiff1d(failed_points(ds), chosen)
@@ -58,7 +58,9 @@ def chosen_points(ds: xr.Dataset, most: int) -> Numbers:
     chosen = np.union1d(chosen, _both_sides(_boundaries(ds), (most - chosen.size) // 2))
     free = np.isin(ds["status"].values, RESULT_STATUSES)
     free.ravel()[chosen] = False
-    return np.union1d(chosen, _spread(free, most - chosen.size))
+    unordered = CASE in ds.dims and is_scattered(ds, CASE)
+    spread = _drawn if unordered else _spread
+    return np.union1d(chosen, spread(free, most - chosen.size))
 
 
 def _start(ds: xr.Dataset) -> Numbers:
@@ -121,6 +123,16 @@ def _spread(free: NDArray[np.bool_], most: int) -> Numbers:
     _, first = np.unique(numbers, return_index=True)
     drawn = numbers[np.sort(first)]
     return np.asarray(drawn[free.ravel()[drawn]][:most])
+
+
+def _drawn(free: NDArray[np.bool_], most: int) -> Numbers:
+    """Return at most `most` of the free points, drawn at random, the same ones each time.
+
+    Cases in no order have no axis to spread over: every fourth number of a Sobol sequence lies in
+    one part of its box.
+    """
+    known = np.flatnonzero(free)
+    return np.random.default_rng(0).permutation(known)[:most]
 
 
 def nearest_chosen(ds: xr.Dataset, chosen: Numbers) -> NDArray[np.uint16]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 from support.pictures import failed, random_cases, sweep
 
 from stickslip.status import Status
@@ -82,6 +83,16 @@ def test_the_nearest_orbit_is_one_of_the_same_kind_where_there_is_one(ds):
     assert near[4, 6] == near[4, 8] == 0
     assert (near[20:] == 3).all()
     assert nearest_chosen(ds, np.array([far, liquid]))[4 * 20 + 7] == 0  # any: none is asymmetric
+
+
+def test_of_a_sobol_sequence_points_of_the_whole_box_have_orbits():
+    ds = random_cases(1024, temperature=(150.0, 320.0), spring_stiffness=(100.0, 1e4))
+    drawn = qmc.scale(qmc.Sobol(2, rng=1).random(1024), [150.0, 100.0], [320.0, 1e4])
+    names = ("temperature", "spring_stiffness")
+    ds = ds.assign_coords({n: ("case", v) for n, v in zip(names, drawn.T, strict=True)})
+    chosen = chosen_points(ds, 200)
+    counts, *_ = np.histogram2d(*drawn[chosen].T, bins=4, range=[(150.0, 320.0), (100.0, 1e4)])
+    assert counts.min() >= 4
 
 
 def test_among_cases_in_no_order_the_nearest_has_similar_parameters():
