@@ -213,6 +213,7 @@ def test_in_a_browser_that_line_goes_with_the_next_change_and_nothing_moves(
         "#view=none&variable=constructor&temperature=warm&spring_stiffness=&pinned=maybe",
         "#%E0%A4%A&&==&temperature=NaN&spring_stiffness=1e999&scale=log2",
         "#look",
+        "#%E2%80%A8%0A",
     ],
 )
 def test_in_a_browser_garbage_in_the_address_changes_nothing(

@@ -75,7 +75,8 @@ const CHOICES = new Map([
 function readPoint(entries, start) {
   const [place, parts, strange] = [[...start], {}, []];
   for (const [key, text] of entries) {
-    const [, at, name] = key.match(/^(at\.)?(.*)$/);
+    const at = key.startsWith("at.");
+    const name = at ? key.slice(3) : key;
     const axis = at || !live ? axes.findIndex(({ called }) => called.includes(name)) : -1;
     const index = axes[axis] && placeAlong(axis, text);
     if (index !== undefined) place[axis] = index;
