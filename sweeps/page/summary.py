@@ -20,6 +20,7 @@ from sweeps.page.motion import Motion
 _SMALL_PART = 0.01  # of the full force: errors of smaller amplitudes are relative to it
 _FEWEST, _MOST = 2, 7  # digits of an amplitude
 _DIGITS = 3  # of everything else
+_TIMES = "\u00a0×\u00a0"  # a line does not break within a number
 
 # What is shown where it says something.
 _FURTHER = {
@@ -143,7 +144,7 @@ def _value(name: str, value: float, error: float = 0.0) -> str:
     quantity = shown_number(name, value)
     number = _number(float(quantity.values), _DIGITS)
     if error:
-        number += f" ± {_number(float(shown_number(name, error).values), _FEWEST)}"
+        number += f" ±\u00a0{_number(float(shown_number(name, error).values), _FEWEST)}"
     return f"{number} {as_html(quantity.units)}".rstrip()
 
 
@@ -151,7 +152,7 @@ def _number(value: float, digits: int) -> str:
     if value == 0.0:
         return "0"
     mantissa, _, exponent = f"{value:#.{digits}g}".partition("e")
-    power = f" × 10<sup>{int(exponent)}</sup>" if exponent else ""
+    power = f"{_TIMES}10<sup>{int(exponent)}</sup>" if exponent else ""
     return f"{mantissa.rstrip('.')}{power}".replace("-", "−")
 
 

@@ -224,11 +224,20 @@ def click(view: View, across: float, up: float) -> None:
     view.page.mouse.click(x, frame["y"] + (1.0 - up) * frame["height"])
 
 
-@pytest.mark.parametrize("width", [390, 700])
+# Of a map: what is said of an orbit is beside its portrait, or above it, and not beneath.
+_APART = """() => {
+  const [words, portrait] = ["orbit-words", "portrait"].map((id) => document.getElementById(id));
+  const [one, other] = [words.getBoundingClientRect(), portrait.getBoundingClientRect()];
+  return one.left + words.scrollWidth <= other.left || one.bottom <= other.top;
+}"""
+
+
+@pytest.mark.parametrize("width", [390, 700, 1160, 1200, 1400])
 def test_it_fits_narrow_screens_and_phones(map_view: View, width: int):
     map_view.page.set_viewport_size({"width": width, "height": 844})
     try:
         wait_until(lambda: map_view.page.evaluate("document.documentElement.scrollWidth") <= width)
+        wait_until(lambda: map_view.page.evaluate(_APART))
     finally:
         map_view.page.set_viewport_size({"width": 1500, "height": 950})
 

@@ -32,7 +32,7 @@ def test_amplitudes_have_the_digits_that_are_known():
     assert amplitude_text(name, 4.304778e6, 4.3e6 * 3e-8) == "4.304778 MPa"
     assert amplitude_text(name, 4.304778e6, 4.3e6 * 2e-3) == "4.3 MPa"
     assert amplitude_text("friction_force_amplitude", 2.8e-3, 0.0) == "2.800000 mN"
-    assert amplitude_text(name, 3e-16, 0.5) == "below 5.0 × 10<sup>−7</sup> MPa"
+    assert amplitude_text(name, 3e-16, 0.5) == "below 5.0\u00a0×\u00a010<sup>−7</sup> MPa"
     assert amplitude_text(name, float("nan"), 1.0) == "—"
 
 
