@@ -255,12 +255,10 @@ class StickslipAccessor:
 
         Raises ReportError if no page can be made, StorageError if it cannot be written.
         """
-        from sweeps.page import write_report
+        from sweeps.page import name_of, write_report
 
-        # The page shows commands with this name; a result in memory has no file yet.
-        source = self._ds.encoding.get("source", "FILE")
         page = path_of(path)
-        write_report(self._ds.compute(), page, name=Path(source).name, borders=boundaries)
+        write_report(self._ds.compute(), page, name=name_of(self._ds), borders=boundaries)
         return page
 
 

@@ -31,6 +31,11 @@ class ReportError(ExpectedError, ValueError):
     """No page can be made of a result; the message says what to do."""
 
 
+def name_of(ds: xr.Dataset) -> str:
+    """Return what commands on a page call a result; one in memory has no file yet."""
+    return Path(ds.encoding.get("source", "FILE")).name
+
+
 def write_report(ds: xr.Dataset, path: Path, **options: Any) -> None:
     """Write a page to look around in a result, with the options of `page_of`.
 

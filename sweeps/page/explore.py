@@ -10,7 +10,7 @@ import xarray as xr
 
 from stickslip.parameters import Parameters
 from sweeps.config.load import from_mapping
-from sweeps.page import require_bokeh
+from sweeps.page import name_of, require_bokeh
 from sweeps.page.answers import answer_lines, as_json
 from sweeps.page.beginning import Beginning, of_config, of_nothing, of_result
 from sweeps.page.serving import Answer, PageServer, Query
@@ -68,7 +68,7 @@ class Explorer:
         self._server.stop()
 
     def __repr__(self) -> str:
-        return f"<stickslip explore, at {self.address}>"
+        return f"stickslip explore at {self.address}"  # as it is copied, up to a space
 
     def _repr_html_(self) -> str:
         address = escape(self.address)
@@ -114,7 +114,7 @@ def explore(
         The port cannot be listened on.
     """
     if isinstance(target, xr.Dataset):
-        beginning = of_result(target, str(target.attrs.get("title", "")), borders=borders)
+        beginning = of_result(target, name_of(target), borders=borders)
     elif target is None:
         beginning = of_nothing()
     else:

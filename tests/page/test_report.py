@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,8 @@ from sweeps import run
 from sweeps.charts.chart import Curves, chart_of
 from sweeps.charts.choice import Choice
 from sweeps.charts.jumps import break_line
-from sweeps.page import MOST_POINTS, ReportError, write_report
+from sweeps.page import MOST_POINTS, ReportError, name_of, write_report
+from sweeps.page.explore import explore
 
 pytest.importorskip("bokeh", reason="bokeh is not installed")
 
@@ -236,3 +238,15 @@ def test_in_a_browser_all_variables_and_views_of_odd_results_are_drawn(
                     tab.select_option("#variable", variable)
                     assert drawn(tab, "picture"), name
         tabs.check()
+
+
+def test_commands_of_a_page_name_the_file_of_a_result_whatever_its_title_is():
+    ds = run({"title": "A title", "sweep": {"T": [200, 250]}, **LOOSE})
+    assert name_of(ds) == "FILE"
+    ds.encoding["source"] = "/somewhere/mine.nc"
+    page = explore(ds)
+    try:
+        with urllib.request.urlopen(page.address, timeout=60) as served:
+            assert b'"replay":"stickslip replay mine.nc"' in served.read()
+    finally:
+        page.stop()

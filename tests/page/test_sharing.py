@@ -190,7 +190,11 @@ def test_in_a_browser_the_page_names_what_an_address_asks_for_in_vain(
     tab = follow(address)
     line = tab.locator("#strange[role=status]")
     sentence = f"The address names {words}, which this page does not have." if words else ""
-    assert line.text_content() == sentence
+    ranges = (
+        "It has temperature from 200 to 300, spring_stiffness from 500 to 8000, "
+        "rheological_index from -0.6667 to 0."
+    )
+    assert line.text_content() == (f"{sentence} {ranges}" if words else "")
     assert line.is_visible() == bool(words)
     assert tab.inner_text("#readout-heading") == heading
 

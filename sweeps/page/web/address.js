@@ -86,6 +86,12 @@ function readPoint(entries, start) {
   return { place, parts, strange };
 }
 
+// What axes there are, for who asked for another value or name; in the units of the file, as addresses are.
+const axesInWords = () => {
+  const ranges = axes.map(({ name, size }, axis) => `${name} from ${valueText(axis, 0)} to ${valueText(axis, size - 1)}`);
+  return ranges.length ? ` It has ${ranges.join(", ")}.` : "";
+};
+
 // Where a page opens that is asked for nothing: of one that computes, at its first point.
 const startPlace = () =>
   axes.map(({ name }, axis) => placeAlong(axis, live?.first.at?.[`at.${name}`] ?? "") ?? page.start[axis]);
@@ -118,7 +124,7 @@ function recall(hash = location.hash.slice(1)) {
   const isPinned = pinned === "yes" && !point.strange.length && axes.length > 0;
   const log = scale === "log" && !variable?.names;
   Object.assign(state, { view, variable, place: point.place, log, zoom, pinned: isPinned });
-  element("strange").textContent = strange.length ? `The address names ${strange.join(", ")}, which this page does not have.` : "";
+  element("strange").textContent = strange.length ? `The address names ${strange.join(", ")}, which this page does not have.${axesInWords()}` : "";
   element("strange").hidden = !strange.length;
   if (views.length) {
     draw();
