@@ -85,7 +85,11 @@ TABLES: dict[str, Table] = {
     "engine": Table("engine", ("grids", "huge"), sweep_tables.engine),
     "accuracy": Table("orbits", ("accuracy",), orbit_tables.accuracy),
     "derivatives": Table("derivatives", ("together", "derivatives"), orbit_tables.derivatives),
-    "fits": Table("fit", ("random", "starts", "three"), orbit_tables.fits),
+    "fits": Table(
+        "fit",
+        ("random_1", "random_2", "random_3", "random_4", "four", "undescribed", "starts", "three"),
+        orbit_tables.fits,
+    ),
     "orbit_times": Table("orbits", ("time",), orbit_tables.orbit_times),
     "against_peers": Table("work_precision", ("fluids",), solver_tables.against_peers),
     "random_fluids": Table("work_precision", ("random",), solver_tables.random_fluids),
