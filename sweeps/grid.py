@@ -6,15 +6,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.parameters import Parameters
 from sweeps.config.load import Config
-
-_PIECE = 1 << 16  # values of a list that are looked at together
 
 CASE, DIRECTION = "case", "direction"
 
@@ -84,10 +82,9 @@ class Grid:
         positions = np.unravel_index(indices, self.shape) if self.dims else ()
         along = dict(zip(self.dims, positions, strict=True))
         rows = np.empty((len(indices), len(Parameters._fields)))
+        rows[:] = [self.fixed.get(name, np.nan) for name in Parameters._fields]
         for column, name in enumerate(Parameters._fields):
-            if name in self.fixed:
-                rows[:, column] = self.fixed[name]
-            else:
+            if name not in self.fixed:
                 (dim,), values = self.coords[name]
                 rows[:, column] = values[along[dim]]
         return rows
@@ -96,74 +93,12 @@ class Grid:
         """Return the distinct values of a parameter over the grid, in increasing order."""
         return np.unique(self.fixed[name] if name in self.fixed else self.coords[name][1])
 
-    def locate(self, rows: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return the numbers of the points with these parameters, -1 if the grid has no such point.
-
-        Points are the same if all parameters are equal as floats, whichever of them are swept,
-        linked or fixed, here or in the grid that the rows come from.
-        """
-        columns = dict(zip(Parameters._fields, np.asarray(rows).T, strict=True))
-        found = np.ones(len(rows), dtype=bool)
-        for name, value in self.fixed.items():
-            found &= columns[name] == value
-        numbers = np.zeros(len(rows), dtype=np.int64)
-        for dim, length in zip(self.dims, self.shape, strict=True):
-            if (
-                dim == DIRECTION
-            ):  # both directions have the same parameters: return the upward point
-                numbers *= length
-                continue
-            tied = [name for name in columns if name in self.coords and dim in self.coords[name][0]]
-            position = _position([(self.coords[name][1], columns[name]) for name in tied])
-            found &= position >= 0
-            numbers = numbers * length + position
-        return np.where(found, numbers, -1)
-
-    def counterparts(self, indices: NDArray[np.int64], other: Self) -> NDArray[np.int64]:
-        """Return the numbers of points of this grid in another, -1 where it has no such point."""
-        found = other.locate(self.rows(indices))
-        if self.followed != other.followed:
-            return np.full_like(found, -1)
-        ways = len(DIRECTIONS) if self.followed else 1
-        return np.where(found < 0, -1, found + indices % ways)
-
     def lines(self) -> NDArray[np.int64]:
         """Return the lines of successive points, (lines, points): up, then down again."""
         axis = self.dims.index(str(self.followed))
         numbers = np.moveaxis(np.arange(self.size).reshape(self.shape), axis, -2)
         numbers = numbers.reshape(-1, self.shape[axis], len(DIRECTIONS))
         return np.concatenate([numbers[:, :, 0], numbers[:, ::-1, 1]], axis=1)
-
-
-def _position(pairs: list[tuple[NDArray[Any], NDArray[np.float64]]]) -> NDArray[np.int64]:
-    """Return the index at which all lists have the wanted values, else -1; pairs (list, wanted)."""
-    wanted = len(pairs[0][1])
-    likely = np.flatnonzero(_occur(*pairs[0]))
-    for values, sought in pairs[1:]:
-        likely = likely[_occur(values[likely], sought)]
-    codes = np.zeros(len(likely) + wanted, dtype=np.int64)
-    for values, sought in pairs:
-        distinct, ranks = np.unique(np.concatenate([values[likely], sought]), return_inverse=True)
-        # Renumbered after each list, so that many long lists do not overflow an integer.
-        _, codes = np.unique(codes * len(distinct) + ranks, return_inverse=True)
-    position = np.full(len(codes), -1)
-    position[codes[: len(likely)]] = likely
-    return position[codes[len(likely) :]]
-
-
-def _occur(values: NDArray[Any], sought: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which of a list (n,) are among the values sought.
-
-    A list may have as many values as the grid has points, and to sort it would copy it several
-    times: it is looked through in pieces, which takes a byte for each value.
-    """
-    known, found = np.unique(sought), np.zeros(len(values), dtype=bool)
-    if len(known):
-        for begin in range(0, len(values), _PIECE):
-            piece = values[begin : begin + _PIECE]
-            places = np.searchsorted(known, piece).clip(max=len(known) - 1)
-            found[begin : begin + _PIECE] = known[places] == piece
-    return found
 
 
 def _frozen(values: object, dtype: type[np.generic]) -> NDArray[np.generic]:

@@ -1,28 +1,29 @@
 """The identity of points: when two computations are the same.
 
-A point is the same if all its parameters are equal as floats and the settings below are equal.
-Title, output, execution, plot and simulation never enter, nor does an edit of the sources that
-changes no number.
+A point is the same if all its parameters are equal as floats and the settings below are equal: then
+it has the same key, in whichever grid it lies. Title, output, execution, plot and simulation never
+enter, nor does an edit of the sources that changes no number.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.kernels.version import NUMERICS_VERSION
+from stickslip.keys import Keys, keys_of_lines, keys_of_points, secret_of
 from stickslip.variables import PARAMETERS
-from sweeps.config.load import Config
-from sweeps.config.schema import without_newer
+from sweeps.config.load import Config, from_mapping
 from sweeps.grid import Grid
 
 Settings = Mapping[str, Any]
 
-KEY_BYTES = 16
+_PIECE = 1 << 14  # points whose keys are made together
 _NEAR = 1e-9  # relative: closer values differ by rounding rather than by intention
 
 
@@ -43,14 +44,94 @@ def differences(old: Settings, new: Settings) -> list[str]:
     ]
 
 
-def key_of(settings: Settings, grid: Grid) -> bytes:
-    """Return the key of a computation: under one key, a point's number has one meaning."""
-    parts = [dict(settings), without_newer(grid.fixed), NUMERICS_VERSION]
-    digest = hashlib.blake2b(json.dumps(parts, sort_keys=True).encode(), digest_size=KEY_BYTES)
-    for name, (dims, values) in sorted(grid.coords.items()):
-        place = [grid.dims.index(dim) for dim in dims]
-        digest.update(f"{name}{place}{len(values)}\0".encode() + values.tobytes())
-    return digest.digest()
+class PointKeys:
+    """The keys of a grid's points, and the points that keys stand for.
+
+    A key stands for the parameters of a point, `settings` that are not the default, and the
+    numerics version; along a followed line for those of the points before it too, unless each is
+    taken `alone`. A config refuses cases that repeat, so that each point of a grid has its own.
+    """
+
+    def __init__(
+        self,
+        grid: Grid,
+        settings: Settings,
+        *,
+        alone: bool = False,
+        version: object = NUMERICS_VERSION,
+    ) -> None:
+        chosen = {name: v for name, v in settings.items() if _defaults().get(name) != v}
+        self._secret = secret_of(json.dumps(chosen, sort_keys=True), version)
+        self._grid, self._alone = grid, alone or not grid.followed
+
+    def of(self, numbers: NDArray[np.int64]) -> Keys:
+        """Return the keys (n, 2) of points by their numbers (n,)."""
+        if self._alone:
+            return keys_of_points(self._grid.rows(numbers), self._secret)
+        return self._along_lines[numbers]
+
+    def find(self, keys: Keys) -> NDArray[np.int64]:
+        """Return the number (n,) of a point with each key (n, 2), -1 where the grid has none.
+
+        It takes eight bytes for each point of the grid.
+        """
+        found = np.full(len(keys), -1)
+        if not len(keys):
+            return found
+        words, mask = self._sorted
+        sought = keys[:, 0] & ~mask
+        left = np.argsort(sought)  # neighbours are found in the same part of the memory
+        place = np.empty(len(keys), dtype=np.int64)
+        place[left] = np.searchsorted(words, sought[left])
+        while len(left := left[place[left] < len(words)]):
+            word = words[place[left]]
+            likely = word & ~mask == sought[left]
+            left, candidates = left[likely], (word[likely] & mask).astype(np.int64)
+            right = (self.of(candidates) == keys[left]).all(axis=1)
+            found[left[right]] = candidates[right]
+            left = left[~right]
+            place[left] += 1
+        return found
+
+    def numbers_of(self, points: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return the number (n,) of each of some points (n, parameters), as `find` does.
+
+        They are each taken alone: of the two directions of a followed line that is the upward one.
+        """
+        return self.find(keys_of_points(points, self._secret))
+
+    @cached_property
+    def _sorted(self) -> tuple[NDArray[np.uint64], np.uint64]:
+        """The points in the order of their keys, a word for each, and a mask.
+
+        The last bits of a word, those of the mask, are the number of the point, the others those of
+        its key: so it is sorted where it lies.
+        """
+        size = self._grid.size
+        mask = np.uint64((1 << size.bit_length()) - 1)
+        words = np.empty(size, dtype=np.uint64)
+        for first in range(0, size, _PIECE):
+            numbers = np.arange(first, min(first + _PIECE, size))
+            words[numbers] = self.of(numbers)[:, 0] & ~mask | numbers.astype(np.uint64)
+        words.sort()
+        return words, mask
+
+    @cached_property
+    def _along_lines(self) -> Keys:
+        """The keys (size, 2) of all points of followed lines."""
+        keys = np.empty((self._grid.size, 2), dtype=np.uint64)
+        lines = self._grid.lines()
+        at_once = max(_PIECE // lines.shape[1], 1)
+        for some in (lines[first : first + at_once] for first in range(0, len(lines), at_once)):
+            points = self._grid.rows(some.ravel())
+            keys[some] = keys_of_lines(points.reshape(*some.shape, -1), self._secret)
+        return keys
+
+
+@cache
+def _defaults() -> Settings:
+    """Return the settings of a config that says nothing of them."""
+    return settings_of(from_mapping({}))
 
 
 def near_duplicates(old: Grid, new: Grid) -> list[str]:

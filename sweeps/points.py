@@ -31,6 +31,7 @@ from sweeps.engine.trajectories import trajectory
 from sweeps.exits import ExpectedError
 from sweeps.files.attributes import software
 from sweeps.grid import CASE, DIRECTION, DIRECTIONS, Grid
+from sweeps.identity import PointKeys
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -308,7 +309,8 @@ def _line_before(
     way = chosen[DIRECTION].item()
     if way not in DIRECTIONS:
         raise PointError(f"the direction {way!r} is none of {', '.join(DIRECTIONS)}")
-    number = grid.locate(point)[0] + DIRECTIONS.index(way)
+    upward = PointKeys(grid, {}, alone=True).numbers_of(point)[0]
+    number = upward + DIRECTIONS.index(way)
     (line,) = (line.tolist() for line in grid.lines() if number in line)
     return grid.rows(np.array(line[: line.index(number)], dtype=np.int64))
 

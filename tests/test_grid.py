@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import tracemalloc
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from hypothesis import strategies as st
 
 from stickslip.parameters import Parameters
 from sweeps.config.load import from_mapping
-from sweeps.grid import CASE, Grid
+from sweeps.grid import Grid
 
 BOTH = {
     "model": {"M": 0.5},
@@ -108,7 +107,7 @@ def test_a_range_outside_the_grid_is_an_error(start: int, stop: int) -> None:
         Grid.from_config(from_mapping(BOTH)).points(start, stop)
 
 
-# --- points by their numbers, and back ---
+# --- points by their numbers ---
 
 
 def test_rows_are_the_points_with_these_numbers_in_any_order() -> None:
@@ -117,109 +116,6 @@ def test_rows_are_the_points_with_these_numbers_in_any_order() -> None:
     numbers = np.array([11, 0, 3, 3, 7])
     np.testing.assert_array_equal(grid.rows(numbers), everything[numbers])
     assert grid.rows(numbers[:0]).shape == (0, len(Parameters._fields))
-    assert grid.locate(grid.rows(numbers)).tolist() == numbers.tolist()
-    assert grid.locate(grid.rows(numbers[:0])).shape == (0,)
-
-
-values = st.sampled_from([0.5, 1.0, 1.5, 2.0, 250.0, 1e4])
-
-
-@st.composite
-def grids(draw: st.DrawFn) -> Grid:
-    """Up to three axes and cases, whose values, in any order, other grids are likely to have too.
-
-    The second parameter of the cases repeats values.
-    """
-    mapping: dict[str, dict[str, object]] = {"model": {"M": draw(values)}, "sweep": {}, "cases": {}}
-    for name in draw(st.permutations(["T", "k", "K"]))[: draw(st.integers(0, 3))]:
-        mapping["sweep"][name] = draw(st.lists(values, min_size=1, max_size=4, unique=True))
-    count = draw(st.integers(0, 4))
-    if count:
-        linked = draw(
-            st.lists(
-                st.tuples(values, st.sampled_from([1.0, 2.0])),
-                min_size=count,
-                max_size=count,
-                unique=True,
-            )
-        )
-        mapping["cases"] = {"omega": [a for a, _ in linked], "X_m": [b for _, b in linked]}
-    return Grid.from_config(from_mapping(mapping))
-
-
-@given(grid=grids())
-def test_every_point_is_found_where_it_is(grid: Grid) -> None:
-    found = grid.locate(grid.points(0, grid.size))
-    assert found.dtype == np.int64
-    np.testing.assert_array_equal(found, np.arange(grid.size))
-
-
-@given(here=grids(), there=grids())
-def test_a_point_is_found_in_another_grid_if_and_only_if_all_parameters_are_equal(
-    here: Grid, there: Grid
-) -> None:
-    numbers = {row: number for number, row in enumerate(rows(there))}
-    expected = [numbers.get(row, -1) for row in rows(here)]
-    assert there.locate(here.points(0, here.size)).tolist() == expected
-
-
-@pytest.mark.parametrize("form", ["linspace", "geomspace"])
-def test_a_refined_grid_has_the_points_of_the_coarse_one(form: str) -> None:
-    def axis(ends: list[float], count: int) -> dict[str, object]:
-        return {form: ends, "num": count}
-
-    coarse, fine = (
-        Grid.from_config(
-            from_mapping({"sweep": {"T": axis([150, 320], n), "k": axis([1e4, 2e5], m)}})
-        )
-        for n, m in ((18, 20), (171, 39))
-    )
-    found = fine.locate(coarse.points(0, coarse.size))
-    expected = np.arange(0, 171, 10)[:, None] * 39 + np.arange(0, 39, 2)
-    np.testing.assert_array_equal(found, expected.ravel())
-    back = coarse.locate(fine.points(0, fine.size))
-    assert (back >= 0).sum() == coarse.size
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e-300])
-def test_a_row_with_a_value_that_no_axis_has_is_not_found(value: float) -> None:
-    grid = Grid.from_config(from_mapping(BOTH))
-    everything = np.repeat(grid.points(5, 6), 20, axis=0)
-    everything[np.arange(20), np.arange(20)] = value
-    assert grid.locate(everything).tolist() == [-1] * 20
-    everything = np.repeat(grid.points(5, 6), 20, axis=0)
-    bit = np.nextafter(everything, np.inf)
-    everything[np.arange(20), np.arange(20)] = bit[np.arange(20), np.arange(20)]
-    assert grid.locate(everything).tolist() == [-1] * 20
-
-
-def test_many_linked_lists_of_many_values_are_told_apart() -> None:
-    rng, count = np.random.default_rng(1), 1024
-    names = Parameters._fields[:12]
-    cases = {name: ((1.0 + rng.permutation(count)) / count).tolist() for name in names}
-    grid = Grid.from_config(from_mapping({"cases": cases}))
-    found = grid.locate(grid.points(0, count)[::-1])
-    np.testing.assert_array_equal(found, np.arange(count)[::-1])
-    mixed = grid.points(0, count)
-    mixed[:, 0] = np.roll(mixed[:, 0], 1)  # each value is known, but not together
-    assert (grid.locate(mixed) == -1).all()
-
-
-@pytest.mark.parametrize("dim", ["temperature", CASE])
-def test_a_few_points_of_a_long_list_are_found_without_copies_of_it(dim: str) -> None:
-    """A resumed sweep looks for chunk after chunk of its points in a grid that may be one list."""
-    long = np.linspace(150.0, 320.0, 2_000_000)
-    lists = {"temperature": long} | ({"block_mass": long[::-1]} if dim == CASE else {})
-    coords = {name: ((dim,), values) for name, values in lists.items()}
-    fixed = {name: 1.0 for name in Parameters._fields if name not in lists}
-    grid = Grid((dim,), long.shape, coords, fixed)
-    numbers = np.arange(0, len(long), 1000)
-    rows = grid.rows(numbers)
-    tracemalloc.start()
-    np.testing.assert_array_equal(grid.locate(rows), numbers)
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    assert peak < 0.5 * long.nbytes
 
 
 def test_a_grid_cannot_be_changed() -> None:

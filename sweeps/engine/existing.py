@@ -21,14 +21,13 @@ from stickslip.variables import PARAMETERS, RESULT_COLUMNS, asked_columns
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.pull import refuse_pull
 from sweeps.config.yaml_reader import read_mapping
-from sweeps.engine.order.follow import lines_of, unchanged
 from sweeps.engine.order.part import Part
 from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import data_sha256, seal_key
 from sweeps.files.chunks import Chunks
 from sweeps.files.columns import STATUS, Rows
 from sweeps.files.datasets import DAMAGE
-from sweeps.files.journal import Journal, readable_manifest
+from sweeps.files.journal import Journal
 from sweeps.files.outputs import WAYS_OUT as WAYS_OUT  # handed on
 from sweeps.files.outputs import RefusalError as RefusalError
 from sweeps.files.results import (
@@ -40,16 +39,12 @@ from sweeps.files.results import (
     read_rows,
     whole_chunks,
 )
-from sweeps.files.run_folder import RunFolder
 from sweeps.files.watch import require_readable
 from sweeps.grid import CASE, DIRECTION, Grid
 from sweeps.human import counted
-from sweeps.identity import Settings, differences, key_of, near_duplicates, settings_of
+from sweeps.identity import PointKeys, Settings, differences, near_duplicates, settings_of
 
 Points = Iterator[tuple[NDArray[np.int64], Rows]]
-
-# Which points (n,), by their numbers (n,) and rows (n, columns), are not to be kept.
-Drop = Callable[[NDArray[np.int64], Rows], NDArray[np.bool_]]
 
 _NAMED = 5  # differences that a message lists
 
@@ -61,7 +56,6 @@ class Target:
     config: Config
     grid: Grid
     settings: Settings
-    key: bytes
     chunks: Chunks
     part: Part | None = None
 
@@ -78,7 +72,7 @@ class Target:
                 "others; leave out --part, or `refine`"
             )
         grid, settings = Grid.from_config(config), settings_of(config)
-        return cls(config, grid, settings, key_of(settings, grid), Chunks(grid.shape), part)
+        return cls(config, grid, settings, Chunks(grid.shape), part)
 
     @property
     def points(self) -> int:
@@ -90,10 +84,15 @@ class Target:
         """Flags (grid.size,) of the points that are to be computed."""
         return self.part.points(self.grid) if self.part else np.broadcast_to(True, self.grid.size)
 
-    def failed(self, indices: NDArray[np.int64], rows: Rows) -> NDArray[np.bool_]:
-        """Return which points (n,) with rows (n, columns) are asked for and did not end ok."""
-        ok = np.isin(rows[:, STATUS], [status for status in Status if status.is_result])
-        return np.asarray(~ok & self.needed[indices])
+    @cached_property
+    def sha256(self) -> str:
+        """The hash of its config."""
+        return self.config.sha256()
+
+    @cached_property
+    def keys(self) -> PointKeys:
+        """The keys of its points."""
+        return PointKeys(self.grid, self.settings)
 
 
 @dataclass(frozen=True)
@@ -140,38 +139,22 @@ class ExistingPoints:
             )
         return lines
 
-    def carried(self, grid: Grid, drop: Drop | None = None) -> Points:
-        """Yield the points that a grid has too, by their numbers there, but those to be dropped."""
-        usable = self._usable(grid, drop)
+    def carried(self, target: Target) -> Points:
+        """Yield the points that a target has too, by their numbers there."""
+        keys = PointKeys(self.grid, self.settings)
         for indices, rows in self.points():
-            numbers = self.grid.counterparts(indices, grid)
-            kept = numbers >= 0
-            if usable is not None:
-                kept &= usable[indices]
-            if drop is not None:
-                kept &= ~drop(numbers, rows)
-            yield numbers[kept], rows[kept]
+            numbers = target.keys.find(keys.of(indices))
+            yield numbers[numbers >= 0], rows[numbers >= 0]
 
-    def _usable(self, grid: Grid, drop: Drop | None) -> NDArray[np.bool_] | None:
-        """Return which points (n,) of followed lines a grid would follow alike; None: all.
+    def refuse_lost_points(self, target: Target) -> None:
+        """Raise RefusalError if finished points have no place in the grid of a target.
 
-        What follows a point that is dropped is computed anew with it.
+        On a followed line they may have another key there: then they are computed anew.
         """
-        if not (self.grid.followed and self.grid.followed == grid.followed):
-            return None
-        usable = unchanged(self.grid, grid)
-        if drop is not None:
-            for indices, rows in self.points():
-                gone = drop(self.grid.counterparts(indices, grid), rows)
-                usable &= ~lines_of(self.grid, indices[gone])
-        return usable
-
-    def refuse_lost_points(self, grid: Grid) -> None:
-        """Raise RefusalError if finished points have no place in a grid."""
-        lost, example = 0, None
+        keys, lost, example = PointKeys(target.grid, self.settings, alone=True), 0, None
         for indices, _ in self.points():
             rows = self.grid.rows(indices)
-            gone = np.flatnonzero(grid.locate(rows) < 0)
+            gone = np.flatnonzero(keys.numbers_of(rows) < 0)
             lost += len(gone)
             if len(gone) and example is None:
                 example = dict(zip(Parameters._fields, rows[gone[0]].tolist(), strict=True))
@@ -238,31 +221,25 @@ def found_in_journal(path: Path, manifest: dict[str, Any]) -> ExistingPoints:
     config = _config_of(lambda: manifest["config"], path)
     grid = Grid.from_config(config)
 
+    settings, chunks = settings_of(config), Chunks(grid.shape)
+
     def points() -> Points:
-        journal = Journal.open(path, manifest, Chunks(grid.shape), grid.size, readonly=True)
-        with closing(journal):
-            for indices, rows in journal.records():
-                computed = rows[:, STATUS] != Status.INTERPOLATED
-                yield indices[computed], rows[computed]
+        keys = PointKeys(grid, settings)
+        with closing(Journal.open(path, manifest, keys, chunks, readonly=True)) as journal:
+            for number in range(len(chunks)):
+                rows = journal.chunk(number)
+                finished = np.flatnonzero(~np.isnan(rows[:, STATUS]))
+                yield chunks.range(number)[0] + finished, rows[finished]
 
     return ExistingPoints(
         name=f"the journal in {path.parent}",
         config=config,
         grid=grid,
-        settings=settings_of(config),
+        settings=settings,
         points=points,
         processors=frozenset(manifest["processors"]),
         history=manifest["history"],
     )
-
-
-def found_beside(folder: RunFolder) -> list[ExistingPoints]:
-    """Return all finished points for an output; raises RefusalError and StorageError."""
-    manifest = readable_manifest(folder.journal)
-    found = [found_in_journal(folder.journal, manifest)] if manifest else []
-    if folder.output.exists() and not (manifest and manifest["afresh"]):
-        found.append(found_in_file(folder.output))
-    return found
 
 
 def seal_note(path: Path) -> str:

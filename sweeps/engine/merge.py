@@ -75,8 +75,11 @@ def _write(
     points = _agreeing(sources, target.grid.size)
     with storage_errors(f"cannot write into {folder.path}", folder.path):
         # Not the journal of a sweep: a merge that is killed is given again, not resumed.
-        journal = Journal.create(folder.merged, manifest, target.chunks, target.grid.size, points)
+        journal = Journal.create(folder.merged, manifest, target.keys, target.chunks)
     with closing(journal):
+        with storage_errors(f"cannot write into {folder.path}", folder.path):
+            for numbers, rows in points:
+                journal.append(numbers, rows)
         if not partial:
             _refuse_gaps(journal, sources)
         made = JournaledResult(target, journal, folder, None)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import itertools
+import math
+import os
 import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import closing
@@ -21,8 +22,8 @@ from sweeps.engine.existing import (
     ExistingPoints,
     RefusalError,
     Target,
-    found_beside,
     found_in_file,
+    found_in_journal,
 )
 from sweeps.engine.order.follow import lines_of
 from sweeps.engine.order.part import Part
@@ -33,6 +34,10 @@ from sweeps.files.journal import BYTES_PER_POINT, Journal, Manifest, readable_ma
 from sweeps.files.results import RESULT_BYTES, RESULT_BYTES_PER_POINT, Written, contents
 from sweeps.files.run_folder import RunFolder
 from sweeps.human import counted, reason, size_text
+
+# Bytes of memory for each point of a grid: its place in the journal, its status, its key; that of
+# its line too, where an axis is followed; its row several times, where a grid is refined.
+_HELD, _FOLLOWED, _REFINED = 16, 48, 800
 
 
 @dataclass(frozen=True)
@@ -56,26 +61,33 @@ class PreparedJournal:
 class Decision:
     """What a sweep does with what is there: decided by reading alone, nothing is changed yet.
 
-    A journal that begins with this `manifest` is continued or, without one, a journal is begun with
-    the points of the `sources`, `afresh` if it is to replace the output whatever that holds. Where
-    `complete` holds something, the output is exactly what is asked for, and no journal is needed.
+    A journal that begins with this `manifest` is continued, in which there are the points of
+    `journal`; those of `file` are to be taken over into it. Without one a journal is begun,
+    `afresh` if it is to replace the output whatever that holds. Where `complete` holds something,
+    the output is exactly what is asked for, and no journal is needed.
     """
 
     manifest: Manifest | None = None
-    sources: tuple[ExistingPoints, ...] = ()
+    journal: ExistingPoints | None = None
+    file: ExistingPoints | None = None
     afresh: bool = False
     complete: Written | None = None
+
+    @property
+    def sources(self) -> list[ExistingPoints]:
+        """All points that are there."""
+        return [found for found in (self.journal, self.file) if found]
 
     def there(self, target: Target, folder: RunFolder) -> NDArray[np.bool_]:
         """Return which points (size,) of a target are not computed again."""
         if self.complete is not None:
             return target.needed
-        if self.manifest is not None:
-            with closing(_opened(target, folder, self.manifest, readonly=True)) as journal:
-                return journal.done
         done = np.zeros(target.grid.size, dtype=bool)
-        for found in self.sources:
-            for numbers, _ in found.carried(target.grid):
+        if self.manifest is not None:
+            with closing(opened_journal(target, folder, self.manifest, readonly=True)) as journal:
+                done |= journal.done
+        if self.file is not None:
+            for numbers, _ in self.file.carried(target):
                 done[numbers] = True
         return done
 
@@ -123,6 +135,7 @@ def decide(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Decisio
     Raises RefusalError if existing points were computed with other settings or by another
     version, or would be lost; StorageError.
     """
+    _require_memory(target)
     if not (folder.output.exists() or folder.journal.exists()):
         require_room(folder, target.points, target.points)  # before they take memory
     if (complete := _complete_already(target, folder, policy)) is not None:
@@ -130,16 +143,16 @@ def decide(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Decisio
     manifest = _manifest(folder, policy)
     if manifest and not policy.overwrite:
         _refuse_another_part(manifest, target, folder.output)
-    if manifest and _continues(manifest, target, folder.output, policy):
-        return Decision(manifest)
-    if policy.overwrite:
+    if policy.overwrite and not (manifest and _is_same_overwriting(manifest, target)):
         return Decision(afresh=True)
-    sources = found_beside(folder)
-    for found in sources:
+    journal = found_in_journal(folder.journal, manifest) if manifest else None
+    file = found_in_file(folder.output) if _is_to_be_read(folder.output, manifest) else None
+    decision = Decision(manifest, journal, file, afresh=bool(manifest and manifest["afresh"]))
+    for found in decision.sources:
         found.refuse_differences(target)
-        found.refuse_lost_points(target.grid)
-    # It stays afresh when its config grows.
-    return Decision(sources=tuple(sources), afresh=bool(manifest and manifest["afresh"]))
+        if found.config.sha256() != target.sha256:
+            found.refuse_lost_points(target)
+    return decision
 
 
 def prepare_journal(
@@ -149,9 +162,44 @@ def prepare_journal(
 
     Raises StorageError.
     """
-    if decision.manifest is not None:
-        return _resumed(target, folder, decision.manifest, policy)
-    return _created(target, folder, decision, policy)
+    manifest = decision.manifest
+    with storage_errors(f"cannot write into {folder.path}", folder.path):
+        if manifest is None:
+            begun = manifest_of(target, folder.output, decision.sources, afresh=decision.afresh)
+            begun["output"] = None if decision.file else begun["output"]
+            journal = Journal.create(folder.journal, begun, target.keys, target.chunks)
+        else:
+            journal = opened_journal(target, folder, manifest)
+        damaged = journal.damaged
+        try:
+            _take_over(target, folder, decision, journal)
+            if policy.retry_failed:
+                journal.note(journal.manifest | {"retried": journal.records})
+                forget_failures(journal, target)
+        except BaseException:
+            journal.close()
+            raise
+    count, names = int(np.count_nonzero(journal.done)), [s.name for s in decision.sources]
+    if manifest is not None and is_of(manifest, target):
+        names[0] = "its journal"
+    warnings = [line for found in decision.sources for line in found.warnings(target)]
+    if damaged:
+        warnings.append(f"{damaged} damaged bytes of {folder.journal} were passed over")
+    found = [f"{count} in {' and '.join(names)}"] if count else []
+    return PreparedJournal(journal, found, warnings)
+
+
+def _take_over(target: Target, folder: RunFolder, decision: Decision, journal: Journal) -> None:
+    """Have a journal hold the points of a file, and say what it is the journal of."""
+    if decision.file is not None:
+        for numbers, rows in decision.file.carried(target):
+            journal.append(numbers, rows)
+        journal.flush()  # before the manifest says that nothing else is in the file
+    if decision.file is not None or not is_of(journal.manifest, target):
+        # What was begun afresh stays so when its config grows, and what is retried is.
+        before = journal.manifest
+        note = manifest_of(target, folder.output, decision.sources, afresh=before["afresh"])
+        journal.note(note | {"retried": before["retried"]})
 
 
 def require_room(folder: RunFolder, left: int, total: int) -> None:
@@ -164,6 +212,26 @@ def require_room(folder: RunFolder, left: int, total: int) -> None:
             f"{counted(total, 'point')} may need {size_text(needed)}; make room, or write "
             "elsewhere with -o"
         )
+
+
+def _require_memory(target: Target) -> None:
+    """Raise StorageError where the grid alone takes more memory than the machine has."""
+    each = _REFINED if target.config.refine else _FOLLOWED if target.grid.followed else _HELD
+    needed, there = each * target.grid.size, _memory()
+    if needed > there:
+        raise StorageError(
+            f"a sweep of {counted(target.grid.size, 'point')} takes {size_text(needed)} of memory, "
+            f"and this machine has {size_text(there)}; take fewer values, or sweep one part of the "
+            "grid after the other, each into a file of its own"
+        )
+
+
+def _memory() -> float:
+    """Return the bytes of memory of this machine, where that can be told."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, OSError, ValueError):
+        return math.inf
 
 
 @contextlib.contextmanager
@@ -196,7 +264,7 @@ def _complete_already(target: Target, folder: RunFolder, policy: ExistingPolicy)
     pending = _lacks_needed(found, written, target)
     if pending or (policy.retry_failed and failures(written.statuses)):
         return None
-    return Decision(sources=(found,), complete=written)
+    return Decision(file=found, complete=written)
 
 
 def _lacks_needed(found: ExistingPoints, written: Written, target: Target) -> bool:
@@ -209,15 +277,21 @@ def _lacks_needed(found: ExistingPoints, written: Written, target: Target) -> bo
     return bool((target.needed & ~done).any())
 
 
-def _continues(manifest: Manifest, target: Target, output: Path, policy: ExistingPolicy) -> bool:
-    """Return whether a journal is of this computation, and this command left it behind."""
-    if manifest["key"] != target.key.hex():
-        return False
-    if manifest["config"].get("refine") != target.config.resolved().get("refine"):
-        return False  # what was interpolated is no point
-    if policy.overwrite:
-        return bool(manifest["afresh"] and not manifest["finished"])
-    return bool(manifest["afresh"]) or manifest["output"] == fingerprint(output)
+def is_of(manifest: Manifest, target: Target) -> bool:
+    """Return whether a journal is that of a target, and not of points of it alone."""
+    return bool(manifest["sha256"] == target.sha256)
+
+
+def _is_same_overwriting(manifest: Manifest, target: Target) -> bool:
+    """Return whether a journal was begun afresh, as it is asked for now, and is not finished."""
+    return bool(manifest["afresh"] and not manifest["finished"] and is_of(manifest, target))
+
+
+def _is_to_be_read(output: Path, manifest: Manifest | None) -> bool:
+    """Return whether an output may have points that a journal does not have."""
+    if manifest is None:
+        return output.exists()
+    return not manifest["afresh"] and output.exists() and manifest["output"] != fingerprint(output)
 
 
 def _refuse_another_part(manifest: Manifest, target: Target, output: Path) -> None:
@@ -239,52 +313,23 @@ def _name_of_part(target: Target) -> str:
     return str(target.part) if target.part else ""
 
 
-def _resumed(
-    target: Target, folder: RunFolder, manifest: Manifest, policy: ExistingPolicy
-) -> PreparedJournal:
-    journal = _opened(target, folder, manifest)
-    damaged = journal.damaged
-    if policy.retry_failed and failures(journal.statuses):
-        journal = _without_failures(journal, target, folder)
-    found = [f"{journal.done.sum()} in its journal"] if journal.done.any() else []
-    passed = f"{damaged} damaged bytes of {folder.journal} were passed over"
-    return PreparedJournal(journal, found, [passed] if damaged else [])
-
-
-def _opened(
+def opened_journal(
     target: Target, folder: RunFolder, manifest: Manifest, *, readonly: bool = False
 ) -> Journal:
-    size = target.grid.size
-    return Journal.open(folder.journal, manifest, target.chunks, size, readonly=readonly)
+    """Open the journal of a target, without the failed points that are to be computed again."""
+    keys, chunks = target.keys, target.chunks
+    journal = Journal.open(folder.journal, manifest, keys, chunks, readonly=readonly)
+    forget_failures(journal, target)
+    return journal
 
 
-def _without_failures(old: Journal, target: Target, folder: RunFolder) -> Journal:
-    gone = [indices[target.failed(indices, rows)] for indices, rows in old.records()]
-    lost = np.zeros(target.grid.size, dtype=bool)
-    lost[np.concatenate(gone)] = True
-    if target.grid.followed:  # what follows a failed point is computed anew with it
-        lost = lines_of(target.grid, np.flatnonzero(lost))
-    kept = ((i[~lost[i]], rows[~lost[i]]) for i, rows in old.records())
-    with closing(old):
-        return Journal.create(folder.journal, old.manifest, target.chunks, target.grid.size, kept)
-
-
-def _created(
-    target: Target, folder: RunFolder, decision: Decision, policy: ExistingPolicy
-) -> PreparedJournal:
-    """Return a new journal with the points of the sources that the target has too."""
-    sources = decision.sources
-    manifest = manifest_of(target, folder.output, sources, afresh=decision.afresh)
-    drop = target.failed if policy.retry_failed else None
-    carried = itertools.chain(*(found.carried(target.grid, drop) for found in sources))
-    with storage_errors(f"cannot write into {folder.path}", folder.path):
-        journal = Journal.create(folder.journal, manifest, target.chunks, target.grid.size, carried)
-    count, names = int(np.count_nonzero(journal.done)), " and ".join(s.name for s in sources)
-    return PreparedJournal(
-        journal,
-        [f"{count} in {names}"] if count else [],
-        [line for found in sources for line in found.warnings(target)],
-    )
+def forget_failures(journal: Journal, target: Target) -> None:
+    """Count as not there what had failed when its points were asked for again."""
+    if count := journal.manifest["retried"]:
+        failed = journal.failures_before(count) & target.needed
+        if target.grid.followed:  # what follows a failed point is computed anew with it
+            failed = lines_of(target.grid, np.flatnonzero(failed))
+        journal.forget(failed)
 
 
 def manifest_of(
@@ -292,13 +337,14 @@ def manifest_of(
 ) -> Manifest:
     """Return what a journal says of its computation, and of where its points come from."""
     return {
-        "key": target.key.hex(),
+        "sha256": target.sha256,
         "config": target.config.resolved(),
         "columns": list(RESULT_COLUMNS),
         "numerics_version": NUMERICS_VERSION,
         "afresh": afresh,
         "part": _name_of_part(target),
         "finished": False,
+        "retried": 0,
         "output": fingerprint(output),
         "processors": sorted({name for found in sources for name in found.processors}),
         "history": next((found.history for found in sources if found.history), ""),

@@ -10,11 +10,12 @@ import numpy as np
 
 from stickslip.status import Status
 from sweeps.engine.counts import tally
-from sweeps.engine.existing import found_in_file, found_in_journal
+from sweeps.engine.existing import Target, found_in_file, found_in_journal
 from sweeps.engine.order.part import Part
+from sweeps.engine.resume import opened_journal
 from sweeps.files.atomic import refuse_odd_output
 from sweeps.files.chunks import Chunks
-from sweeps.files.journal import Journal, Manifest, readable_manifest
+from sweeps.files.journal import Manifest, readable_manifest
 from sweeps.files.results import contents
 from sweeps.files.run_folder import RunFolder
 
@@ -40,13 +41,11 @@ def state_of(output: Path) -> dict[str, Any]:
 
 
 def _state_of_journal(folder: RunFolder, manifest: Manifest) -> dict[str, Any]:
-    grid, part = found_in_journal(folder.journal, manifest).grid, manifest.get("part", "")
-    needed = Part.parse(part).points(grid) if part else np.ones(grid.size, dtype=bool)
-    with closing(
-        Journal.open(folder.journal, manifest, Chunks(grid.shape), grid.size, readonly=True)
-    ) as journal:
+    part, config = manifest.get("part", ""), found_in_journal(folder.journal, manifest).config
+    target = Target.of(config, Part.parse(part) if part else None)
+    with closing(opened_journal(target, folder, manifest, readonly=True)) as journal:
         statuses = journal.statuses.copy()
-        statuses[Status.PENDING] = np.count_nonzero(needed & ~journal.done)
+        statuses[Status.PENDING] = np.count_nonzero(target.needed & ~journal.done)
     whole = statuses[Status.PENDING] == 0 and folder.output.exists()
     named = {"part": part} if part else {}
     return named | {"state": "complete" if whole else "interrupted"} | tally(statuses)

@@ -20,6 +20,7 @@ from sweeps.engine.resume import (
     ExistingPolicy,
     PreparedJournal,
     decide,
+    forget_failures,
     named_after,
     prepare_journal,
     require_room,
@@ -27,8 +28,7 @@ from sweeps.engine.resume import (
 from sweeps.engine.signals import Stop, listening
 from sweeps.exits import Exit, ExpectedError
 from sweeps.files.atomic import StorageError, fingerprint, refuse_odd_output
-from sweeps.files.journal import Journal, readable_manifest
-from sweeps.files.record_log import DamagedRecordError
+from sweeps.files.journal import DamagedRecordError, Journal, readable_manifest
 from sweeps.files.results import Written
 from sweeps.files.run_folder import RunFolder
 from sweeps.human import counted
@@ -97,16 +97,17 @@ def sweep(
                 try:
                     return _finished(result, recorder, keep_journal=keep_journal)
                 except DamagedRecordError:
-                    _recover(journal, console)
+                    _recover(journal, target, console)
             raise StorageError(
                 f"{folder.journal} is damaged again and again while it is in use; the disk or "
                 "another program changes it. Write elsewhere with -o"
             )
 
 
-def _recover(journal: Journal, console: Console) -> None:
+def _recover(journal: Journal, target: Target, console: Console) -> None:
     """Count what was damaged in the journal since it was opened as not computed."""
     lost = journal.recover()
+    forget_failures(journal, target)
     console.say(
         f"warning: {journal.path} was damaged during the sweep; {counted(lost, 'point')} to "
         "compute again"

@@ -20,6 +20,7 @@ class Chunks:
 
     def __init__(self, shape: tuple[int, ...], most: int = CHUNK_POINTS) -> None:
         self._shape = shape
+        self.size = math.prod(shape)
         inner, split = 1, max(len(shape) - 1, 0)
         while split > 0 and inner * shape[split] <= most:
             inner *= shape[split]

@@ -1,17 +1,24 @@
 """The journal of a sweep: its finished points, appended and never changed.
 
-A log whose first record is a manifest (what is computed, as JSON) and whose others are finished
-points: their numbers in the grid and their result rows. Each carries the key of the computation
-that it belongs to. A journal is read by the numerics version that began it.
+A file of records of one size: the key of a point, its result row, and a checksum over both. A
+record counts wherever its key is asked for, so that nothing is translated when a config grows, and
+the last sound one of a key counts. What is computed stands beside it, as JSON (the manifest). A
+journal is read by the numerics version that began it.
+
+A torn write or a damaged byte costs the record that it is in, but no other, and no wrong bytes are
+ever returned. That holds for every read, not only the first: a file can be damaged while it is
+open.
 """
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 import json
+import os
+import stat
 import time
-from array import array
-from collections.abc import Iterable, Iterator
-from contextlib import closing
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Self, cast
 
@@ -19,124 +26,125 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.kernels.version import NUMERICS_VERSION
+from stickslip.keys import checksums
+from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
-from sweeps.files.atomic import StorageError, replacing
+from sweeps.files.atomic import StorageError, begin, remove, replacing
 from sweeps.files.chunks import Chunks
 from sweeps.files.columns import STATUS, STATUS_CODES, Rows, status_counts
-from sweeps.files.record_log import RecordLog
+from sweeps.identity import PointKeys
 
 Indices = NDArray[np.int64]
 Manifest = dict[str, Any]
+Records = NDArray[np.uint64]
 
-BYTES_PER_POINT = 8 * (1 + len(RESULT_COLUMNS))
+# A record in words of eight bytes: two of the key, the row, and the checksum.
+_KEY, _ROW, _SUM = slice(0, 2), slice(2, -1), -1
+_WORDS = 2 + len(RESULT_COLUMNS) + 1
+BYTES_PER_POINT = 8 * _WORDS
 
-_MANIFEST, _ROWS = b"M", b"R"
+# Records that are written and read together, which fit into a core's cache; and so many that nobody
+# asked for are read along rather than passed over.
+_AT_ONCE, _GAP = 1 << 11, 256
+
+_COPIED = 1 << 20  # bytes at a time
 
 # A power cut costs what was finished since the last flush; a killed process costs nothing.
 _SECONDS_BETWEEN_FLUSHES = 0.5
 
+_OLDER = b"\x9fslip\r\n\n"  # begins the journals of versions that kept them otherwise
+
+_ABSENT = -1
+
+
+class DamagedRecordError(StorageError):
+    """A record that is no longer what was appended."""
+
 
 class Journal:
-    """The finished points of one computation on a grid of `size` points.
+    """The finished points of a grid, which has these `keys`, in a file.
 
     `done` (size,) tells which points are there, `statuses` (128,) how many have each status,
-    `chunks` how they are cut, `manifest` what they belong to; its key is that of the records.
+    `chunks` how they are cut, `manifest` what is computed. `damaged` counts the bytes that were
+    passed over when it was opened.
+
+    Interpolated points have no key: they are kept in memory alone, and made again by whoever opens
+    the file.
     """
 
-    def __init__(self, log: RecordLog, manifest: Manifest, chunks: Chunks, size: int) -> None:
-        self._log, self._key, self.chunks = log, bytes.fromhex(manifest["key"]), chunks
-        self.manifest = manifest
-        self.done = np.zeros(size, dtype=bool)
-        self.statuses = np.zeros(STATUS_CODES, dtype=np.int64)
-        self._chunk, self._offset, self._count = array("q"), array("q"), array("q")
+    def __init__(
+        self, path: Path, handle: int, manifest: Manifest, keys: PointKeys, chunks: Chunks
+    ) -> None:
+        self.path, self.manifest, self.chunks = path, manifest, chunks
+        self._handle, self._keys = handle, keys
+        self._count = 0
         self._room: Rows | None = None
         self._flushed = time.monotonic()
+        self._forget_all()
 
     @classmethod
-    def create(
-        cls,
-        path: Path,
-        manifest: Manifest,
-        chunks: Chunks,
-        size: int,
-        carried: Iterable[tuple[Indices, Rows]] = (),
-    ) -> Self:
-        """Create a journal that replaces an older one once it holds all `carried` points.
-
-        Raises OSError; then the older one is as it was, or the new one is whole.
-        """
-        journal = None
+    def create(cls, path: Path, manifest: Manifest, keys: PointKeys, chunks: Chunks) -> Self:
+        """Create a journal without points, in place of an older one; raises OSError."""
+        remove(manifest_path(path))
+        begin(path)
+        journal = cls.open(path, manifest, keys, chunks)
         try:
-            with replacing(path, path.with_name(path.name + ".new")) as new:
-                journal = cls(RecordLog.create(new), manifest, chunks, size)
-                journal.note(manifest)
-                for indices, rows in carried:
-                    journal.append(indices, rows)
-            journal._log.path = path
+            journal.note(manifest)
         except BaseException:
-            if journal is not None:
-                journal.close()
+            journal.close()
             raise
         return journal
 
     @classmethod
     def open(
-        cls, path: Path, manifest: Manifest, chunks: Chunks, size: int, *, readonly: bool = False
+        cls,
+        path: Path,
+        manifest: Manifest,
+        keys: PointKeys,
+        chunks: Chunks,
+        *,
+        readonly: bool = False,
     ) -> Self:
         """Open the journal in a file; unless `readonly`, a torn end is cut off.
 
-        Only records with the key of the manifest count: those of another computation are as good as
-        not there. Raises OSError.
+        Raises OSError.
         """
-        log = RecordLog.open(path, readonly=readonly)
+        journal = cls(path, _opened(path, readonly=readonly), manifest, keys, chunks)
         try:
-            journal = cls(log, manifest, chunks, size)
             journal._scan()
             if not readonly:
-                log.cut_torn_end()
+                journal._cut()
         except BaseException:
-            log.close()
+            journal.close()
             raise
         return journal
 
     def close(self) -> None:
         """Close the file; the journal must not be used afterwards."""
-        self._log.close()
-
-    @property
-    def path(self) -> Path:
-        """The file."""
-        return self._log.path
-
-    @property
-    def damaged(self) -> int:
-        """Number of bytes that were skipped when it was opened."""
-        return self._log.damaged
+        os.close(self._handle)
 
     def recover(self) -> int:
-        """Keep the records that are still intact, and return how many points were lost.
+        """Keep the records that are still sound, and return how many points were lost.
 
         Raises OSError.
         """
         before = np.count_nonzero(self.done)
-        self.done[:], self.statuses[:] = False, 0
-        self._chunk, self._offset, self._count = array("q"), array("q"), array("q")
-        manifest, self.manifest = self.manifest, {}
-        self._log.begin_again()
+        self._forget_all()
         self._scan()
-        self._log.cut_torn_end()
-        if self.manifest != manifest:
-            self.note(manifest)
+        self._cut()
         return int(before - np.count_nonzero(self.done))
 
     def note(self, manifest: Manifest) -> None:
-        """Record a manifest, which replaces the previous one; raises OSError."""
-        text = np.frombuffer(json.dumps(manifest).encode(), np.uint8)
-        self._log.append(_MANIFEST, self._key, text)
+        """Write down a manifest, which replaces the previous one; raises OSError."""
+        text = json.dumps(manifest)
+        path = manifest_path(self.path)
+        path.parent.mkdir(parents=True, exist_ok=True)  # the folder may have been deleted meanwhile
+        with replacing(path, path.with_name(f"{path.name}.new"), follow=False) as new:
+            new.write_text(f"{_digest(text)}\n{text}\n", encoding="utf-8")
         self.manifest = manifest
 
     def append(self, indices: Indices, rows: Rows) -> None:
-        """Record finished points: (n,) numbers and (n, columns) rows; earlier records stay valid.
+        """Record finished points: (n,) numbers and (n, columns) rows; what is there stays.
 
         Raises OSError; then what is noted as done is there, whole.
         """
@@ -144,72 +152,172 @@ class Journal:
             raise ValueError("a row without a status is no finished point")
         fresh = ~self.done[indices]
         order = np.flatnonzero(fresh)[np.argsort(indices[fresh], kind="stable")]
-        indices, rows = indices[order].astype("<i8"), rows[order].astype("<f8")
-        borders = np.flatnonzero(np.diff(self.chunks.of(indices))) + 1
-        for first, last in zip([0, *borders], [*borders, len(indices)], strict=True):
-            if last > first:
-                part, results = indices[first:last], rows[first:last]
-                start = self._log.append(_ROWS, self._key, part, results)
-                self._count_in(start, part, results)
+        indices, rows = indices[order], rows[order]
+        interpolated = rows[:, STATUS] == Status.INTERPOLATED
+        self._write(indices[~interpolated], rows[~interpolated])
+        if interpolated.any():
+            self._interpolated = indices[interpolated], rows[interpolated]
+            self._count_in(*self._interpolated)
         if time.monotonic() - self._flushed >= _SECONDS_BETWEEN_FLUSHES:
             self.flush()
 
-    def flush(self) -> None:
-        """Flush everything to disk."""
-        self._log.flush()
-        self._flushed = time.monotonic()
+    def forget(self, points: NDArray[np.bool_]) -> None:
+        """Count points (size,) as not there; what is appended of them later takes their place."""
+        gone = np.flatnonzero(points & self.done)
+        for _, rows in self._rows_of(gone):
+            self.statuses -= status_counts(rows[:, STATUS])
+        self._place[gone], self.done[gone] = _ABSENT, False
 
-    def _count_in(self, start: int, indices: Indices, rows: Rows) -> None:
-        self.done[indices] = True
-        self.statuses += status_counts(rows[:, STATUS])
-        self._chunk.append(int(self.chunks.of(indices[:1])[0]))
-        self._offset.append(start)
-        self._count.append(len(indices))
+    def flush(self) -> None:
+        """Flush everything to disk; files that were deleted meanwhile are made again."""
+        if not self.path.exists():
+            self._put_back()
+        os.fsync(self._handle)
+        self._flushed = time.monotonic()
 
     def chunk(self, number: int) -> Rows:
         """Return the result rows (n, columns) of a chunk, in order; NaN for points not recorded.
 
         They are valid until the next call: new memory for each would take longer than filling it.
-        Raises DamagedRecordError if a record is no longer what was appended; so does
-        `records`.
+        Raises DamagedRecordError if a record is no longer what was appended.
         """
-        begin, end = self.chunks.range(number)
-        if self._room is None or len(self._room) < end - begin:
-            self._room = np.empty((end - begin, len(RESULT_COLUMNS)))
-        found = self._room[: end - begin]
+        first, end = self.chunks.range(number)
+        if self._room is None or len(self._room) < end - first:
+            self._room = np.empty((end - first, len(RESULT_COLUMNS)))
+        found = self._room[: end - first]
         found.fill(np.nan)
-        for record in np.flatnonzero(np.frombuffer(self._chunk, dtype=np.int64) == number):
-            indices, rows = self._points(self._offset[record], self._count[record])
-            found[indices - begin] = rows
+        there = np.flatnonzero(self._place[first:end] != _ABSENT)
+        for some, rows in self._rows_of(first + there):
+            found[there[some]] = rows
+        numbers, rows = self._interpolated
+        own = slice(*np.searchsorted(numbers, [first, end]))
+        found[numbers[own] - first] = rows[own]
         return found
 
     def rows(self) -> Rows:
         """Return the result rows (size, columns) of all points; NaN where a point is not there."""
         return np.concatenate([self.chunk(number).copy() for number in range(len(self.chunks))])
 
-    def records(self) -> Iterator[tuple[Indices, Rows]]:
-        """Yield all finished points, record by record: (n,) numbers and (n, columns) rows."""
-        for start, count in zip(self._offset, self._count, strict=True):
-            yield self._points(start, count)
+    def failures_before(self, count: int) -> NDArray[np.bool_]:
+        """Return which points (size,) have no result, by one of the first `count` records."""
+        failed = np.zeros(len(self.done), dtype=bool)
+        early = np.flatnonzero((self._place != _ABSENT) & (self._place < count))
+        ok = [status for status in Status if status.is_result]
+        for some, rows in self._rows_of(early):
+            failed[early[some]] = ~np.isin(rows[:, STATUS], ok)
+        return failed
 
-    def _points(self, start: int, count: int) -> tuple[Indices, Rows]:
-        length = count * 8 * (1 + len(RESULT_COLUMNS))
-        return self._split(self._log.read(start, length, self._key))
+    @property
+    def records(self) -> int:
+        """The number of records in the file."""
+        return self._count
 
-    def _split(self, payload: bytes) -> tuple[Indices, Rows]:
-        count = len(payload) // (8 * (1 + len(RESULT_COLUMNS)))
-        indices = np.frombuffer(payload, "<i8", count)
-        rows = np.frombuffer(payload, "<f8", offset=8 * count)
-        return indices, rows.reshape(count, len(RESULT_COLUMNS))
+    # --- records ---
+
+    def _write(self, indices: Indices, rows: Rows) -> None:
+        """Append records of points; a write that fails is cut off again."""
+        for first in range(0, len(indices), _AT_ONCE):
+            part = slice(first, first + _AT_ONCE)
+            records = np.empty((len(indices[part]), _WORDS), np.uint64)
+            records[:, _KEY] = self._keys.of(indices[part])
+            records.view(np.float64)[:, _ROW] = rows[part]
+            records[:, _SUM] = checksums(records)
+            try:
+                _write_all(self._handle, _bytes_of(records), self._count * BYTES_PER_POINT)
+            except OSError:
+                with contextlib.suppress(OSError):
+                    self._cut()
+                raise
+            self._place[indices[part]] = np.arange(self._count, self._count + len(records))
+            self._count += len(records)
+            self._count_in(indices[part], rows[part])
+
+    def _count_in(self, indices: Indices, rows: Rows) -> None:
+        self.done[indices] = True
+        self.statuses += status_counts(rows[:, STATUS])
+
+    def _forget_all(self) -> None:
+        size = self.chunks.size
+        self._place = np.full(size, _ABSENT, dtype=np.int32)
+        self.done = np.zeros(size, dtype=bool)
+        self.statuses = np.zeros(STATUS_CODES, dtype=np.int64)
+        self._interpolated = np.empty(0, np.int64), np.empty((0, len(RESULT_COLUMNS)))
+        self.damaged = 0
 
     def _scan(self) -> None:
-        for record in self._log.scan():
-            if record.kind == _MANIFEST:
-                self.manifest = json.loads(record.payload)
-            elif record.key == self._key:
-                indices, rows = self._split(record.payload)
-                if not self.done[indices].any():  # a point counts once, as it was recorded first
-                    self._count_in(record.start, indices, rows)
+        """Find the points of the file, of which the last record of each counts."""
+        length = os.fstat(self._handle).st_size
+        self._count, self.damaged = divmod(length, BYTES_PER_POINT)
+        status = np.full(len(self.done), Status.PENDING, dtype=np.uint8)
+        for first in range(0, self._count, _AT_ONCE):
+            records = self._read(first, min(first + _AT_ONCE, self._count))
+            sound = _are_sound(records)
+            self.damaged += BYTES_PER_POINT * int(np.count_nonzero(~sound))
+            places, records = first + np.flatnonzero(sound), records[sound]
+            numbers = self._keys.find(records[:, _KEY])
+            known = numbers != _ABSENT
+            self._place[numbers[known]] = places[known]  # of equal ones the last is kept
+            status[numbers[known]] = records.view(np.float64)[known, _ROW][:, STATUS]
+        self.done = status != Status.PENDING
+        self.statuses += status_counts(status[self.done])
+
+    def _rows_of(self, numbers: Indices) -> Iterator[tuple[Indices, Rows]]:
+        """Yield which of some points, given by their numbers (n,), and the rows of these.
+
+        All of them come, some at a time, in the order in which they are in the file.
+        """
+        places = self._place[numbers]
+        order = np.argsort(places, kind="stable")
+        for first in range(0, len(order), _AT_ONCE):
+            some = order[first : first + _AT_ONCE]
+            records = self._gathered(places[some])
+            same = np.array_equal(records[:, _KEY], self._keys.of(numbers[some]))
+            if not (same and _are_sound(records).all()):
+                raise DamagedRecordError(
+                    f"{self.path} was damaged while it was in use; give the same command again"
+                )
+            yield some, records.view(np.float64)[:, _ROW]
+
+    def _gathered(self, places: NDArray[np.int32]) -> Records:
+        """Return the records (n, words) at increasing places (n,), of which some lie together."""
+        borders = np.flatnonzero(np.diff(places) > _GAP) + 1
+        stretches = np.split(places, borders)
+        found = [self._read(int(each[0]), int(each[-1]) + 1)[each - each[0]] for each in stretches]
+        return np.concatenate(found) if len(found) > 1 else found[0]
+
+    def _read(self, first: int, end: int) -> Records:
+        """Return the records from one number to before another; what is missing is damaged."""
+        room = bytearray((end - first) * BYTES_PER_POINT)
+        view, start = memoryview(room), first * BYTES_PER_POINT
+        while view and (count := os.preadv(self._handle, [view], start)):
+            view, start = view[count:], start + count
+        return np.frombuffer(room, "<u8").reshape(-1, _WORDS).astype(np.uint64, copy=False)
+
+    def _cut(self) -> None:
+        """Cut off what does not make up a record."""
+        os.ftruncate(self._handle, self._count * BYTES_PER_POINT)
+
+    def _put_back(self) -> None:
+        """Write the contents of the open file to its path again, and continue there."""
+        if not manifest_path(self.path).exists():
+            self.note(self.manifest)
+        end = self._count * BYTES_PER_POINT
+        with replacing(self.path) as new:
+            handle = os.open(new, os.O_RDWR | os.O_NOFOLLOW)
+            try:
+                for start in range(0, end, _COPIED):
+                    piece = os.pread(self._handle, min(_COPIED, end - start), start)
+                    _write_all(handle, piece, start)
+            except BaseException:
+                os.close(handle)
+                raise
+        os.close(self._handle)
+        self._handle = handle
+
+
+def manifest_path(path: Path) -> Path:
+    """Return where the manifest of a journal is."""
+    return path.with_name(f"{path.name}.json")
 
 
 def readable_manifest(path: Path) -> Manifest | None:
@@ -219,24 +327,71 @@ def readable_manifest(path: Path) -> Manifest | None:
     it cannot be read.
     """
     try:
-        log = RecordLog.open(path, readonly=True)
+        handle = _opened(path, readonly=True)
     except FileNotFoundError:
         return None
-    with closing(log):
-        payloads = [record.payload for record in log.scan() if record.kind == _MANIFEST]
-    if not payloads:
+    with os.fdopen(handle, "rb") as file:
+        head = file.read(len(_OLDER))
+    text = _written(manifest_path(path))
+    if not (head or text):
+        return None  # it was just being created
+    if head == _OLDER and not text:
+        raise _of_another_version(path, "which kept its points in another form")
+    digest, _, text = text.partition("\n")
+    if _digest(text.rstrip("\n")) != digest:
         raise StorageError(
-            f"the beginning of {path} is damaged, so it is unknown which points it holds; move "
-            "the file away to keep it, or use --overwrite to start afresh"
+            f"{manifest_path(path)} is damaged or missing, so it is unknown which points {path} "
+            "holds; move both away to keep them, or use --overwrite to start afresh"
         )
-    manifest = cast(Manifest, json.loads(payloads[-1]))
+    manifest = cast(Manifest, json.loads(text))
     version, columns = manifest.get("numerics_version"), manifest.get("columns")
-    if version != NUMERICS_VERSION or columns != list(RESULT_COLUMNS):
-        what = "with other result variables"
-        if version != NUMERICS_VERSION:
-            what = f"numerics version {version}, this is {NUMERICS_VERSION}"
-        raise StorageError(
-            f"{path} was begun by another version of stickslip ({what}) and cannot be continued; "
-            "finish it with that version, or use --overwrite to start afresh"
-        )
+    if version != NUMERICS_VERSION:
+        what = f"numerics version {version}, this is {NUMERICS_VERSION}"
+        raise _of_another_version(path, what)
+    if columns != list(RESULT_COLUMNS):
+        raise _of_another_version(path, "with other result variables")
     return manifest
+
+
+def _of_another_version(path: Path, what: str) -> StorageError:
+    return StorageError(
+        f"{path} was begun by another version of stickslip ({what}) and cannot be continued; "
+        "finish it with that version, or use --overwrite to start afresh"
+    )
+
+
+def _written(path: Path) -> str:
+    """Return the text of a file; nothing where it is missing or no text."""
+    try:
+        return path.read_text(encoding="utf-8") if path.is_file() else ""
+    except (FileNotFoundError, UnicodeDecodeError):
+        return ""
+
+
+def _opened(path: Path, *, readonly: bool) -> int:
+    """Return the handle of an ordinary file."""
+    # Without O_NONBLOCK, opening a pipe would wait for its other end.
+    handle = os.open(path, (os.O_RDONLY if readonly else os.O_RDWR) | os.O_NONBLOCK)
+    if not stat.S_ISREG(os.fstat(handle).st_mode):
+        os.close(handle)
+        raise StorageError(f"{path} is not an ordinary file; move it away")
+    return handle
+
+
+def _are_sound(records: Records) -> NDArray[np.bool_]:
+    return np.asarray(checksums(records) == records[:, _SUM])
+
+
+def _bytes_of(records: Records) -> bytes:
+    return records.astype("<u8", copy=False).tobytes()
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _write_all(handle: int, data: bytes, position: int) -> None:
+    part = memoryview(data)
+    while part:
+        written = os.pwrite(handle, part, position)
+        part, position = part[written:], position + written

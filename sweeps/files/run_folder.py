@@ -19,6 +19,7 @@ from filelock import FileLock, Timeout
 from sweeps.exits import Exit, ExpectedError
 from sweeps.files.atomic import StorageError, flush, followed, remove, replacing, storage_errors
 from sweeps.files.attributes import command_line, now
+from sweeps.files.journal import manifest_path
 from sweeps.human import reason
 
 _BEATS_EVERY = 1.0  # seconds
@@ -131,8 +132,9 @@ class RunFolder:
 
     def discard_leftovers(self) -> None:
         """Remove unfinished files of a killed run, but not its journal."""
-        half_made = (self.path / f"{name}.new" for name in ("merged", "journal"))
-        for path in (self.result, self.merged, *half_made, self._next_beat):
+        manifests = [manifest_path(path) for path in (self.journal, self.merged)]
+        half_made = [path.with_name(f"{path.name}.new") for path in manifests]
+        for path in (self.result, self.merged, manifests[1], *half_made, self._next_beat):
             remove(path)
 
     def remove(self, *, keep_journal: bool = False) -> None:
@@ -144,6 +146,7 @@ class RunFolder:
             self.heartbeat.unlink(missing_ok=True)
             if not keep_journal:
                 self.journal.unlink(missing_ok=True)
+                manifest_path(self.journal).unlink(missing_ok=True)
                 self._lock.unlink(missing_ok=True)
                 self.path.rmdir()
 

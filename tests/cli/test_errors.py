@@ -171,7 +171,7 @@ def test_a_write_that_fails_at_the_end_keeps_the_old_file(
     assert (code, out) == (5, "")
     assert "cannot write a.nc: No space left on device" in err
     assert {path: path.read_bytes() for path in Path().iterdir() if path.is_file()} == before
-    assert entries("a.nc.run") == ["heartbeat.json", "journal", "lock"]
+    assert entries("a.nc.run") == ["heartbeat.json", "journal", "journal.json", "lock"]
     code, _, err = command(*again)
     assert (code, err) == (0, "1 point: 1 in its journal; 0 to compute\n")
     assert open_result(Path("a.nc")).temperature == [300.0]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import json
 import os
-import re
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -26,10 +26,9 @@ from support.sweeps.sweeping import (
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import load
-from sweeps.files.chunks import Chunks
+from sweeps.engine.existing import Target
 from sweeps.files.datasets import open_result, write_dataset
-from sweeps.files.journal import Journal, readable_manifest
-from sweeps.grid import Grid
+from sweeps.files.journal import Journal, manifest_path, readable_manifest
 
 FOUR = "sweep: {temperature: [200, 225, 250, 275]}\n"
 FIVE = "sweep: {temperature: [200, 225, 250, 275, 300]}\n"
@@ -127,15 +126,15 @@ JOURNAL = Path("b.nc.run/journal")
 
 
 def noting(config: str, change: dict[str, object]) -> None:
-    manifest, grid = readable_manifest(JOURNAL), Grid.from_config(load(config))
-    Journal.create(JOURNAL, manifest | change, Chunks(grid.shape), grid.size).close()
+    target = Target.of(load(config))
+    journal = Journal.open(JOURNAL, {}, target.keys, target.chunks)
+    journal.note(readable_manifest(JOURNAL) | change)
+    journal.close()
 
 
-def damage_manifests(_: str) -> None:
-    damaged = bytearray(JOURNAL.read_bytes())
-    for word in re.finditer(b"processors", bytes(damaged)):
-        damaged[word.start()] ^= 1  # in all of them, wherever they stand
-    JOURNAL.write_bytes(damaged)
+def damage_manifest(_: str) -> None:
+    text = manifest_path(JOURNAL).read_text()
+    manifest_path(JOURNAL).write_text(text.replace("processors", "processorz"))
 
 
 def put_a_pipe(_: str) -> None:
@@ -151,7 +150,10 @@ ANOTHER = "b.nc.run/journal was begun by another version of stickslip"
     [
         (lambda c: noting(c, {"numerics_version": NUMERICS_VERSION + 1}), ANOTHER),
         (lambda c: noting(c, {"columns": [*RESULT_COLUMNS, "verdict"]}), ANOTHER),
-        (damage_manifests, "the beginning of b.nc.run/journal is damaged"),
+        (
+            damage_manifest,
+            "b.nc.run/journal.json is damaged or missing, so it is unknown which points",
+        ),
         (put_a_pipe, "b.nc.run/journal is not an ordinary file; move it away"),
     ],
 )
@@ -314,6 +316,26 @@ def test_retry_failed_computes_exactly_the_failed_points(shell: Shell) -> None:
     assert (code, err) == (0, "4 points: 2 in b.nc; 2 to compute\n")
     assert shell.values("temperature") == [225.0, 275.0]
     assert hash_of("b.nc") == hash_of("a.nc")
+
+
+@pytest.mark.parametrize("text", [FOUR, FIVE])
+def test_an_interrupted_retry_goes_on_without_the_option(shell: Shell, text: str) -> None:
+    def poison(rows: np.ndarray) -> None:
+        if len(shell.computed) != 0:
+            raise ValueError("poison")
+
+    config = write("b.yaml", FOUR, LOOSE, ONE_BY_ONE)
+    shell.disturb = poison
+    assert "3 failed" in shell("sweep", config, "-o", "b.nc").out
+    shell.interrupted("sweep", config, "-o", "b.nc", "--retry-failed", after=2)
+    done = {point.temperature for point in shell.computed}
+    assert len(done) == 2
+    write("b.yaml", text, LOOSE, ONE_BY_ONE)
+    status = json.loads(shell("status", "b.nc", "--json").out)
+    assert (status["state"], status["failed"], status["done"]) == ("interrupted", 0, 1 + len(done))
+    assert shell("sweep", config, "-o", "b.nc").code == 0
+    assert not done & set(shell.values("temperature"))
+    assert hash_of("b.nc") == hash_at_once(config)
 
 
 def test_retry_failed_of_an_interrupted_sweep_keeps_what_is_ok(shell: Shell) -> None:

@@ -28,8 +28,7 @@ from sweeps.engine.state import state_of
 from sweeps.engine.sweep import sweep
 from sweeps.files.atomic import StorageError
 from sweeps.files.datasets import content_hash, open_result
-from sweeps.files.journal import Journal
-from sweeps.files.record_log import DamagedRecordError
+from sweeps.files.journal import DamagedRecordError, Journal
 from sweeps.files.results import Written
 from sweeps.files.run_folder import InUseError, RunFolder
 from sweeps.grid import Grid

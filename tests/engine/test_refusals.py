@@ -22,7 +22,6 @@ from sweeps.config.load import load
 from sweeps.engine import resume
 from sweeps.engine.existing import Target
 from sweeps.files import run_folder
-from sweeps.files.chunks import Chunks
 from sweeps.files.journal import Journal
 from sweeps.files.run_folder import RunFolder
 
@@ -52,8 +51,7 @@ def journal_of(text: str, **changes: object) -> None:
     target, folder = Target.of(load("other.yaml")), RunFolder(A)
     folder.path.mkdir()
     manifest = resume.manifest_of(target, Path("none.nc"), [], afresh=False) | changes
-    size = target.grid.size
-    rows = Journal.create(folder.journal, manifest, Chunks(target.grid.shape), size)
+    rows = Journal.create(folder.journal, manifest, target.keys, target.chunks)
     row = np.zeros((1, len(manifest["columns"])))
     rows.append(np.array([0]), row)
     rows.close()
@@ -148,7 +146,7 @@ REFUSED: dict[str, tuple[Callable[[pytest.MonkeyPatch], object], int, str]] = {
     "a damaged journal": (
         lambda _: (Path("a.nc.run").mkdir(), Path("a.nc.run/journal").write_text("none")),
         5,
-        "the beginning of a.nc.run/journal is damaged",
+        "a.nc.run/journal.json is damaged or missing",
     ),
     # the disk
     "no room": (
@@ -156,6 +154,12 @@ REFUSED: dict[str, tuple[Callable[[pytest.MonkeyPatch], object], int, str]] = {
                        without_room(patch)),
         5,
         "has 64.0 KiB left, but the sweep of 10000 points",
+    ),
+    "no memory": (
+        lambda patch: (config("sweep: {T: {linspace: [1, 2], num: 10000}}\n"), A.unlink(),
+                       patch.setattr(resume, "_memory", lambda: 1e5)),
+        5,
+        "a sweep of 10000 points takes 156.2 KiB of memory, and this machine has 97.7 KiB",
     ),
     "no room for more": (
         lambda patch: (config("sweep: {T: {linspace: [200, 250], num: 1001}}\n"),

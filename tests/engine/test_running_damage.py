@@ -17,7 +17,7 @@ from sweeps.engine.outcome import JournaledResult
 from sweeps.files.journal import BYTES_PER_POINT, Journal
 
 A_YAML = "sweep: {temperature: [200, 210, 230, 250, 270]}\n" + LOOSE + ONE_BY_ONE
-RECORDS = 4 * (56 + BYTES_PER_POINT)  # bytes of the four blocks that are there
+RECORDS = 4 * BYTES_PER_POINT  # bytes of the four blocks that are there
 RUN, JOURNAL = Path("a.nc.run"), Path("a.nc.run/journal")
 
 

@@ -23,8 +23,8 @@ integrator: {rtol: 1e-4}
 stationary: {rtol: 1e-4, window: 20}
 """,
 }
-# How many points a block has, and within which records of the journal the sweep is killed.
-KILLS = {"followed": (None, [3]), "refined": (16, [3, 9]), "stochastic": (1, [3, 2])}
+# How many points a block has, and within which blocks for the journal the sweep is killed.
+KILLS = {"followed": (None, [1]), "refined": (16, [1, 7]), "stochastic": (1, [1, 2])}
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -32,12 +32,12 @@ def test_workers_blocks_processes_and_kills_change_nothing(shell: Shell, kind: s
     write("a.yaml", KINDS[kind])
     hashes = {content_hash(run("a.yaml", workers=workers)) for workers in (1, 2, 8)}
     assert shell("sweep", "a.yaml", "-o", "b.nc", "--backend", "loky").code == 0
-    points, records = KILLS[kind]
+    points, numbers = KILLS[kind]
     blocks = [] if points is None else ["--set", f"execution.block_points={points}"]
     command = ["sweep", "a.yaml", "-o", "a.nc", *blocks]
-    for record in records:
-        block = ("sweeps.files.record_log:RecordLog", "append", record)
-        process = child(command, Mishap("os", "pwrite", 3, "half", within=block))
+    for number in numbers:
+        block = ("sweeps.files.journal:Journal", "append", number)
+        process = child(command, Mishap("os", "pwrite", 1, "half", within=block))
         process.join(HANGS)
         assert process.exitcode == -9
     assert shell(*command).code == 0

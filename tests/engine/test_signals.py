@@ -261,7 +261,8 @@ def left_over(folder: Path) -> list[str]:
 
 
 def in_run_folder(output: str) -> list[str]:
-    return [f"{output}.run/{name}" for name in ("heartbeat.json", "journal", "lock")]
+    names = ("heartbeat.json", "journal", "journal.json", "lock")
+    return [f"{output}.run/{name}" for name in names]
 
 
 @pytest.mark.slow

@@ -151,7 +151,7 @@ def test_plan_tells_points_blocks_bytes_and_time_and_writes_nothing(shell: Shell
     points, blocks, size, duration = out.splitlines()
     assert points == "points: 400"
     assert int(blocks.removeprefix("blocks: ")) >= 1
-    assert size == "bytes: up to 35.2 KiB for the result, 90.6 KiB for the journal while it runs"
+    assert size == "bytes: up to 35.2 KiB for the result, 96.9 KiB for the journal while it runs"
     told = r"time: .* s on 3 workers \(threads\), from a sample of (\d+); rare points that .*"
     found = re.fullmatch(told, duration)
     assert found is not None

@@ -53,7 +53,7 @@ def test_a_disk_without_room_is_told_before_anything_is_computed(
     monkeypatch.setattr(worker, "compute_orbits", lambda *_, **__: pytest.fail("computed"))
     monkeypatch.setattr(Target, "needed", property(lambda _: pytest.fail("took memory")))
     with pytest.raises(
-        StorageError, match=r"has 1000 bytes left, but the sweep of 40 points may need 140\.6 KiB"
+        StorageError, match=r"has 1000 bytes left, but the sweep of 40 points may need 141\.2 KiB"
     ):
         swept(tmp_path / "a.nc")
 
@@ -62,7 +62,7 @@ def test_leftovers_of_a_killed_run_are_taken_away(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     folder = RunFolder(path)
     folder.path.mkdir()
-    for name in ("result.nc", "merged", "merged.new", "journal.new", "heartbeat.json"):
+    for name in ("result.nc", "merged", "merged.json", "journal.json.new", "heartbeat.json"):
         (folder.path / name).write_bytes(b"half")
     swept(path)
     assert [entry.name for entry in tmp_path.iterdir()] == ["a.nc"]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,24 +17,35 @@ from support.marks import one_then
 
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.orbit import failed_row
+from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
+from sweeps.config.load import from_mapping
 from sweeps.files.atomic import StorageError
 from sweeps.files.chunks import Chunks
 from sweeps.files.columns import STATUS
-from sweeps.files.journal import BYTES_PER_POINT, Journal, readable_manifest
+from sweeps.files.journal import (
+    BYTES_PER_POINT,
+    DamagedRecordError,
+    Journal,
+    manifest_path,
+    readable_manifest,
+)
+from sweeps.grid import Grid
+from sweeps.identity import PointKeys
 
 COLUMNS = len(RESULT_COLUMNS)
-KEY, OTHER = b"k" * 16, b"o" * 16
 SHAPE = (3, 5, 2)
 SIZE = 30
 CHUNKS = Chunks(SHAPE, most=4)  # several chunks, the last along the second axis a thin one
-MANIFEST = {
-    "key": KEY.hex(),
-    "numerics_version": NUMERICS_VERSION,
-    "columns": list(RESULT_COLUMNS),
-    "number": 1,
-}
-OTHERS = MANIFEST | {"key": OTHER.hex()}
+AXES = {"T": [200, 210, 220], "k": [1e4, 2e4, 3e4, 4e4, 5e4], "K": [2000, 3000]}
+MANIFEST = {"numerics_version": NUMERICS_VERSION, "columns": list(RESULT_COLUMNS), "number": 1}
+
+
+def keys_of(axes: dict[str, Any], **settings: Any) -> PointKeys:
+    return PointKeys(Grid.from_config(from_mapping({"sweep": axes})), settings)
+
+
+KEYS = keys_of(AXES)
 
 
 def result_rows() -> np.ndarray:
@@ -57,31 +68,21 @@ def blocks(count: int = 20, seed: int = 2) -> list[np.ndarray]:
 
 def created(path: Path, parts: list[np.ndarray]) -> None:
     """A journal with these points, each part a block."""
-    journal = Journal.create(path, MANIFEST, CHUNKS, SIZE)
+    journal = Journal.create(path, MANIFEST, KEYS, CHUNKS)
     for part in parts:
         journal.append(part, ROWS[part])
     journal.close()
 
 
-def opened(path: Path, manifest: dict[str, Any] = MANIFEST, *, readonly: bool = True) -> Journal:
+def opened(path: Path, keys: PointKeys = KEYS, *, readonly: bool = True) -> Journal:
     """The journal in a file."""
-    return Journal.open(path, manifest, CHUNKS, SIZE, readonly=readonly)
-
-
-def recorded(journal: Journal) -> np.ndarray:
-    """All rows that a journal has, NaN where it has none; no point comes twice."""
-    found, times = np.full((SIZE, COLUMNS), np.nan), np.zeros(SIZE, dtype=int)
-    for indices, rows in journal.records():
-        found[indices] = rows
-        times[indices] += 1
-    np.testing.assert_array_equal(times, journal.done)
-    return found
+    return Journal.open(path, MANIFEST, keys, CHUNKS, readonly=readonly)
 
 
 def assert_sound(journal: Journal, expected: np.ndarray) -> None:
     """These points are there, bit for bit, and no others."""
     np.testing.assert_array_equal(journal.done, expected)
-    assert recorded(journal)[expected].tobytes() == ROWS[expected].tobytes()
+    assert journal.rows()[expected].tobytes() == ROWS[expected].tobytes()
     statuses = ROWS[expected, STATUS].astype(int)
     np.testing.assert_array_equal(journal.statuses, np.bincount(statuses, minlength=128))
     for number in range(len(CHUNKS)):
@@ -91,9 +92,9 @@ def assert_sound(journal: Journal, expected: np.ndarray) -> None:
         assert np.isnan(chunk[~there]).all()
 
 
-def assert_file(path: Path, expected: np.ndarray, manifest: dict[str, Any] = MANIFEST) -> None:
+def assert_file(path: Path, expected: np.ndarray) -> None:
     """The same for who opens the file now."""
-    journal = opened(path, manifest)
+    journal = opened(path)
     assert_sound(journal, expected)
     journal.close()
 
@@ -120,28 +121,26 @@ def test_what_is_appended_comes_back_bit_for_bit_in_any_order(
     for readonly in (True, False):
         journal = opened(path, readonly=readonly)
         assert_sound(journal, only(np.arange(SIZE)))
-        assert (journal.manifest, journal.damaged) == (MANIFEST, 0)
+        assert journal.damaged == 0
         journal.close()
-    assert path.stat().st_size <= 800 + SIZE * BYTES_PER_POINT + 56 * (SIZE + 1)
+    assert path.stat().st_size == SIZE * BYTES_PER_POINT
 
 
 def test_an_appended_point_is_there_at_once(path: Path) -> None:
     first, second = blocks(2)
-    journal = Journal.create(path, MANIFEST, CHUNKS, SIZE)
+    journal = Journal.create(path, MANIFEST, KEYS, CHUNKS)
     assert_sound(journal, only())
     journal.append(first, ROWS[first])
     assert_sound(journal, only(first))
     shuffled = np.random.default_rng(4).permutation(second)
     journal.append(shuffled, ROWS[shuffled])
     assert_sound(journal, only(first, second))
-    chunks = [np.unique(CHUNKS.of(indices)).tolist() for indices, _ in journal.records()]
-    assert chunks == [[number] for part in (first, second) for number in np.unique(CHUNKS.of(part))]
     journal.append(second[:0], ROWS[:0])
     journal.close()
     assert_file(path, only(first, second))
 
 
-def test_a_point_counts_once_and_the_first_one_wins(path: Path) -> None:
+def test_a_point_is_recorded_once(path: Path) -> None:
     created(path, [np.arange(10)])
     journal = opened(path, readonly=False)
     again = np.arange(5, 20)
@@ -158,10 +157,42 @@ def test_a_point_counts_once_and_the_first_one_wins(path: Path) -> None:
     assert_file(path, only(np.arange(20)))
 
 
-def test_records_of_another_key_are_as_good_as_not_there(path: Path) -> None:
+def test_the_last_record_of_a_point_counts(path: Path) -> None:
+    created(path, [np.arange(10)])
+    journal = opened(path, readonly=False)
+    failed = journal.failures_before(journal.records)
+    assert failed.any()
+    assert not journal.failures_before(0).any()
+    journal.forget(failed)
+    assert_sound(journal, only(np.arange(10)) & ~failed)
+    better = np.full((np.count_nonzero(failed), COLUMNS), 2.0)
+    better[:, STATUS] = Status.OK
+    journal.append(np.flatnonzero(failed), better)
+    for found in (journal, again := opened(path)):
+        assert (found.rows()[failed] == better).all()
+        assert found.statuses.sum() == found.done.sum() == 10
+        assert not found.failures_before(found.records).any()
+    journal.close()
+    again.close()
+
+
+def test_points_are_found_by_their_keys_in_whichever_grid(path: Path) -> None:
+    created(path, blocks(3))
+    more = AXES | {"K": [1000, 3000, 2000]}
+    grid = Grid.from_config(from_mapping({"sweep": more}))
+    journal = Journal.open(path, MANIFEST, keys_of(more), Chunks(grid.shape))
+    rows = journal.rows().reshape(*grid.shape, COLUMNS)
+    expected = ROWS.reshape(*SHAPE, COLUMNS)
+    assert np.isnan(rows[:, :, 0]).all()
+    assert rows[:, :, 1].tobytes() == expected[:, :, 1].tobytes()
+    assert rows[:, :, 2].tobytes() == expected[:, :, 0].tobytes()
+    journal.close()
+
+
+def test_records_of_other_settings_are_as_good_as_not_there(path: Path) -> None:
     first, second = blocks(2)
     created(path, [first])
-    other = opened(path, OTHERS, readonly=False)
+    other = opened(path, keys_of(AXES, seed=2), readonly=False)
     assert_sound(other, only())
     other.append(np.arange(SIZE), np.full((SIZE, COLUMNS), 3.0))
     other.close()
@@ -173,6 +204,22 @@ def test_records_of_another_key_are_as_good_as_not_there(path: Path) -> None:
     assert_file(path, only(first, second))
 
 
+def test_interpolated_points_are_kept_in_memory_alone(path: Path) -> None:
+    created(path, [np.arange(10)])
+    size = path.stat().st_size
+    journal = opened(path, readonly=False)
+    rows = ROWS[10:].copy()
+    rows[:, STATUS] = Status.INTERPOLATED
+    shuffled = np.random.default_rng(4).permutation(20)
+    journal.append(10 + shuffled, rows[shuffled])
+    assert journal.rows()[10:].tobytes() == rows.tobytes()
+    assert journal.done.all()
+    assert journal.statuses[Status.INTERPOLATED] == 20
+    journal.close()
+    assert path.stat().st_size == size
+    assert_file(path, only(np.arange(10)))
+
+
 def test_the_last_manifest_counts(path: Path) -> None:
     created(path, [np.arange(3)])
     journal = opened(path, readonly=False)
@@ -180,21 +227,38 @@ def test_the_last_manifest_counts(path: Path) -> None:
     journal.append(np.arange(3, 6), ROWS[3:6])
     assert journal.manifest == MANIFEST | {"number": 2}
     journal.close()
-    again = opened(path)
-    assert again.manifest == MANIFEST | {"number": 2}
-    again.close()
+    assert readable_manifest(path) == MANIFEST | {"number": 2}
     assert_file(path, only(np.arange(6)))
 
 
-def test_the_manifest_can_be_read_alone(path: Path) -> None:
+def test_a_manifest_is_read_whole_or_not_at_all(path: Path) -> None:
     assert readable_manifest(path) is None
     created(path, [np.arange(3)])
     assert readable_manifest(path) == MANIFEST
-    for content in (b"no journal, but a text that somebody put here\n" * 3, b""):
-        path.write_bytes(content)
-        with pytest.raises(StorageError, match="it is unknown which points it holds"):
+    beside = manifest_path(path)
+    content = beside.read_bytes()
+    for place in range(len(content) - 1):  # the last byte ends the line
+        damaged = bytearray(content)
+        damaged[place] ^= 0x10
+        beside.write_bytes(damaged)
+        with pytest.raises(StorageError, match="it is unknown which points"):
             readable_manifest(path)
-    assert_file(path, only())
+    for length in (0, 10, len(content) - 2):
+        beside.write_bytes(content[:length])
+        with pytest.raises(StorageError, match="it is unknown which points"):
+            readable_manifest(path)
+    beside.unlink()
+    with pytest.raises(StorageError, match="it is unknown which points"):
+        readable_manifest(path)
+    assert_file(path, only(np.arange(3)))
+    path.write_bytes(b"")  # it was just being created
+    assert readable_manifest(path) is None
+
+
+def test_a_journal_of_an_older_form_is_refused(path: Path) -> None:
+    path.write_bytes(b"\x9fslip\r\n\n" + bytes(100))
+    with pytest.raises(StorageError, match="begun by another version of stickslip"):
+        readable_manifest(path)
 
 
 def test_looking_changes_nothing(path: Path) -> None:
@@ -215,43 +279,54 @@ def test_looking_changes_nothing(path: Path) -> None:
 # --- disks and processes that fail ---
 
 
-def failing(number: int, call: Callable[..., Any]) -> Callable[..., Any]:
-    """`call`, but the one with this number, from 0, does half its work and reports a full disk."""
-    calls = iter(range(1_000_000))
+def filling_up(room: int) -> Callable[..., int]:
+    """A write that has so many bytes of room, and then reports a full disk."""
+    left, write = [room], os.pwrite
 
-    def attempt(*args: Any, **settings: Any) -> Any:
-        if next(calls) == number:
-            if call is os.pwrite:
-                handle, content, position = args
-                call(handle, content[: len(content) // 2], position)
+    def attempt(handle: int, content: memoryview, position: int) -> int:
+        if not left[0]:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        return call(*args, **settings)
+        written = write(handle, content[: left[0]], position)
+        left[0] -= written
+        return written
 
     return attempt
 
 
-@pytest.mark.parametrize("number", range(6))
-def test_a_full_disk_leaves_the_file_sound(
-    path: Path, monkeypatch: pytest.MonkeyPatch, number: int
+def test_a_disk_that_is_full_after_any_byte_leaves_the_file_sound(
+    path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    there, more = np.arange(4), np.arange(4, 10)  # in two chunks: six writes
+    there, more = np.arange(4), np.arange(4, 6)
     created(path, [there])
     before = path.read_bytes()
-    journal = opened(path, readonly=False)
-    with monkeypatch.context() as broken:
-        broken.setattr(os, "pwrite", failing(number, os.pwrite))
-        with pytest.raises(OSError, match=os.strerror(errno.ENOSPC)):
-            journal.append(more, ROWS[more])
-    assert path.read_bytes() == before or number > 2
-    assert path.read_bytes().startswith(before)
-    again = opened(path)
-    assert again.damaged == 0
-    assert_sound(again, journal.done)
-    again.close()
-    journal.append(more, ROWS[more])
-    assert_sound(journal, only(there, more))
-    journal.close()
-    assert_file(path, only(there, more))
+    for room in range(2 * BYTES_PER_POINT):
+        path.write_bytes(before)
+        journal = opened(path, readonly=False)
+        with monkeypatch.context() as broken:
+            broken.setattr(os, "pwrite", filling_up(room))
+            with pytest.raises(OSError, match=os.strerror(errno.ENOSPC)):
+                journal.append(more, ROWS[more])
+        assert path.read_bytes() == before
+        assert_sound(journal, only(there))
+        journal.append(more, ROWS[more])
+        assert_sound(journal, only(there, more))
+        journal.close()
+        assert_file(path, only(there, more))
+
+
+def test_what_a_killed_process_has_written_of_a_record_is_cut_off(path: Path) -> None:
+    there, more = np.arange(4), np.arange(4, 6)
+    created(path, [there, more])
+    content = path.read_bytes()
+    for length in range(4 * BYTES_PER_POINT, len(content)):
+        path.write_bytes(content[:length])
+        journal = opened(path, readonly=False)
+        whole = only(np.arange(length // BYTES_PER_POINT))
+        assert_sound(journal, whole)
+        assert path.stat().st_size == np.count_nonzero(whole) * BYTES_PER_POINT
+        journal.append(more, ROWS[more])
+        journal.close()
+        assert_file(path, only(there, more))
 
 
 def test_a_write_that_takes_several_calls_is_whole(
@@ -263,69 +338,7 @@ def test_a_write_that_takes_several_calls_is_whole(
     assert_file(path, only(np.arange(SIZE)))
 
 
-class Died(BaseException):
-    """What no `except Exception` catches."""
-
-
-def carried(parts: list[np.ndarray], *, die: bool = False) -> Iterator[tuple[np.ndarray, ...]]:
-    for part in parts:
-        yield part, ROWS[part]
-    if die:
-        raise Died
-
-
-@pytest.mark.parametrize(
-    ("owner", "name"), [(os, "pwrite"), (os, "fsync"), (os, "open"), (Path, "replace")]
-)
-def test_a_new_journal_takes_the_place_of_the_old_one_whole_or_not_at_all(
-    path: Path, monkeypatch: pytest.MonkeyPatch, owner: Any, name: str
-) -> None:
-    old, new = only(np.arange(7)), only(np.arange(20))
-    for number in range(1000):
-        created(path, [np.arange(7)])
-        before = path.read_bytes()
-        with monkeypatch.context() as broken:
-            broken.setattr(owner, name, failing(number, getattr(owner, name)))
-            try:
-                journal = Journal.create(
-                    path, OTHERS, CHUNKS, SIZE, carried(np.array_split(np.arange(20), 4))
-                )
-            except OSError as error:
-                assert error.errno == errno.ENOSPC  # noqa: PT017 - the last round must not raise
-            else:
-                break
-        assert list(path.parent.iterdir()) == [path]
-        replaced = path.read_bytes() != before
-        # Only the last step, having the folder on the disk, comes after the new one is in place.
-        assert not replaced or (name, number) in (("fsync", 1), ("open", 3))
-        assert_file(path, new if replaced else old, OTHERS if replaced else MANIFEST)
-    assert 0 < number < 1000
-    assert_sound(journal, new)
-    journal.close()
-    assert_file(path, new, OTHERS)
-
-
-def test_a_source_that_fails_leaves_the_old_journal(path: Path) -> None:
-    created(path, [np.arange(7)])
-    before = path.read_bytes()
-    with pytest.raises(Died):
-        Journal.create(path, OTHERS, CHUNKS, SIZE, carried(blocks(3), die=True))
-    assert list(path.parent.iterdir()) == [path]
-    assert path.read_bytes() == before
-
-
 # --- damage ---
-
-
-def numbered_blocks(path: Path) -> tuple[bytes, np.ndarray, list[np.ndarray]]:
-    """A journal of 20 records, where each of them ends, and its points; first the manifest's."""
-    journal = Journal.create(path, MANIFEST, Chunks((SIZE,)), SIZE)
-    ends, parts = [path.stat().st_size], blocks(20)
-    for part in parts:
-        journal.append(part, ROWS[part])
-        ends.append(path.stat().st_size)
-    journal.close()
-    return path.read_bytes(), np.array(ends), [np.empty(0, dtype=np.int64), *parts]
 
 
 def assert_healed(path: Path, journal: Journal) -> None:
@@ -333,10 +346,7 @@ def assert_healed(path: Path, journal: Journal) -> None:
     missing = ~journal.done
     journal.append(np.flatnonzero(missing), ROWS[missing])
     journal.close()
-    journal = Journal.open(path, MANIFEST, Chunks((SIZE,)), SIZE, readonly=True)
-    assert recorded(journal).tobytes() == ROWS.tobytes()
-    assert journal.chunk(0).tobytes() == ROWS.tobytes()
-    journal.close()
+    assert_file(path, only(np.arange(SIZE)))
 
 
 # Every so many bytes; all of them in the long run.
@@ -348,50 +358,44 @@ STRIDES = one_then("faults", [7, 1])
 def test_no_damaged_byte_brings_in_a_wrong_number_or_takes_a_sound_record_away(
     path: Path, stride: int
 ) -> None:
-    content, ends, parts = numbered_blocks(path)
+    order = np.concatenate(blocks(20))
+    created(path, [*order[:, None]])
+    content = path.read_bytes()
     flips = np.random.default_rng(3).integers(1, 256, size=len(content))
     for offset in range(0, len(content), stride):
         damaged = bytearray(content)
         damaged[offset] ^= int(flips[offset])
         path.write_bytes(damaged)
-        journal = Journal.open(path, MANIFEST, Chunks((SIZE,)), SIZE)
-        hit = int(np.searchsorted(ends, offset, side="right"))
-        there = journal.done.copy()
-        assert recorded(journal)[there].tobytes() == ROWS[there].tobytes()
-        there[parts[hit]] = True
-        assert there.all()
-        assert journal.manifest == MANIFEST
+        journal = opened(path, readonly=False)
+        assert_sound(journal, ~only(order[[offset // BYTES_PER_POINT]]))
+        assert journal.damaged == BYTES_PER_POINT
         assert_healed(path, journal)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stride", STRIDES)
-def test_a_torn_tail_costs_its_own_record_wherever_it_is_torn(path: Path, stride: int) -> None:
-    content, ends, parts = numbered_blocks(path)
-    for length in range(0, len(content), stride):
-        path.write_bytes(content[:length])
-        journal = Journal.open(path, MANIFEST, Chunks((SIZE,)), SIZE)
-        whole = int(np.searchsorted(ends, length, side="right"))
-        expected = only(*parts[:whole])
-        np.testing.assert_array_equal(journal.done, expected)
-        assert recorded(journal)[expected].tobytes() == ROWS[expected].tobytes()
-        kept = int(ends[whole - 1]) if whole else 0
-        assert journal.damaged == length - kept
-        assert path.stat().st_size == kept
-        assert_healed(path, journal)
-
-
-def test_sound_records_are_found_behind_any_length_of_rubbish(path: Path) -> None:
-    first, second = blocks(2)
-    created(path, [first])
+def test_a_byte_that_changes_while_it_is_open_is_seen(path: Path, stride: int) -> None:
+    created(path, [np.arange(SIZE)])
     content = path.read_bytes()
     journal = opened(path, readonly=False)
-    journal.append(second, ROWS[second])
-    journal.close()
-    tail = path.read_bytes()[len(content) :]
-    for length in (1, 55, 57, *range((1 << 20) - 9, (1 << 20) + 9)):  # read a mebibyte at a time
-        path.write_bytes(content + b"\x9f" * length + tail)
-        journal = opened(path)
-        assert_sound(journal, only(first, second))
-        assert journal.damaged == length
-        journal.close()
+    for offset in range(0, len(content), stride):
+        damaged = bytearray(content)
+        damaged[offset] ^= 0x10
+        path.write_bytes(damaged)
+        hit = CHUNKS.of(np.array([offset // BYTES_PER_POINT]))[0]
+        with pytest.raises(DamagedRecordError, match="was damaged while it was in use"):
+            journal.chunk(hit)
+    assert journal.recover() == 1
+    assert_healed(path, journal)
+
+
+def test_the_places_of_two_records_that_were_exchanged_are_seen(path: Path) -> None:
+    created(path, [np.arange(SIZE)])
+    content = path.read_bytes()
+    journal = opened(path, readonly=False)
+    first, second = content[:BYTES_PER_POINT], content[BYTES_PER_POINT : 2 * BYTES_PER_POINT]
+    path.write_bytes(second + first + content[2 * BYTES_PER_POINT :])
+    with pytest.raises(DamagedRecordError):
+        journal.chunk(0)
+    assert journal.recover() == 0
+    assert_healed(path, journal)

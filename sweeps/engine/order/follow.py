@@ -6,18 +6,18 @@ point without a result it goes on from the last one that had one.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.kernels.points import final_columns
+from stickslip.keys import keys_of_lines, secret_of
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
-from sweeps.grid import DIRECTION, Grid
+from sweeps.grid import Grid
 
 Indices = NDArray[np.int64]
 
@@ -89,12 +89,9 @@ def remember_starts(lines: Sequence[NDArray[np.float64]], options: Options) -> N
 
 
 def _keys(points: NDArray[np.float64], options: Options) -> list[bytes]:
-    """Return a hash of a line's points (n, parameters) up to each of them."""
-    digest, keys = hashlib.sha256(repr(options).encode()), []
-    for point in points:
-        digest.update(point.tobytes())
-        keys.append(digest.digest())
-    return keys
+    """Return a key of a line's points (n, parameters) up to each of them."""
+    (keys,) = keys_of_lines(points[None], secret_of(repr(options)))
+    return [key.tobytes() for key in keys]
 
 
 def _followed(
@@ -112,22 +109,6 @@ def _followed(
         settled = np.isin(rows[:, _STATUS], _RESULTS)
         states = np.where(settled[:, None], finals, states)
         yield rows, states
-
-
-def unchanged(grid: Grid, other: Grid) -> NDArray[np.bool_]:
-    """Return which points (grid.size,) have the same predecessors on a line of another grid.
-
-    A value that an axis gains changes all that comes after it.
-    """
-    axis = str(grid.followed)
-    mine, theirs = grid.coords[axis][1], other.coords[axis][1]
-    common = min(len(mine), len(theirs))
-    differing = np.flatnonzero(mine[:common] != theirs[:common])
-    same = int(differing[0]) if len(differing) else common
-    place = np.unravel_index(np.arange(grid.size), grid.shape)
-    along = dict(zip(grid.dims, place, strict=True))
-    whole = same == len(mine) == len(theirs)
-    return np.asarray((along[DIRECTION] == 0) & (along[axis] < same) | whole)
 
 
 def lines_of(grid: Grid, points: Indices) -> NDArray[np.bool_]:

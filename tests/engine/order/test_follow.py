@@ -17,7 +17,7 @@ from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
 from sweeps.config.load import from_mapping
 from sweeps.engine.order import follow as following
-from sweeps.engine.order.follow import Lines, follow, lines_of, start_after, unchanged
+from sweeps.engine.order.follow import Lines, follow, lines_of, start_after
 from sweeps.engine.order.product import Costs
 from sweeps.engine.plan import plan
 from sweeps.files.datasets import open_result
@@ -141,15 +141,6 @@ def test_lines_are_dealt_out_evenly() -> None:
     sizes = [len(block) // 4 for block in Lines(grid, nothing, slots=2)]
     assert sizes == [16, 16, 8]
     assert [len(block) // 4 for block in Lines(grid, nothing, slots=20)] == [2] * 20
-
-
-def test_a_value_changes_all_that_comes_after_it() -> None:
-    old, longer, denser = (
-        grid_of(omega=w) for w in ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0, 4.0], [1.0, 2.0, 2.5, 3.0])
-    )
-    assert unchanged(old, old).all()
-    assert unchanged(old, longer).tolist() == [True, False] * 3
-    assert unchanged(old, denser).tolist() == [True, False] * 2 + [False] * 2
 
 
 # --- sweeps ---------------------------------------------------------------------------------------
