@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stickslip.status import Status
 from sweeps.engine.executors.worker import Block, Task
 from sweeps.engine.order.product import Costs
-from sweeps.engine.signals import Stop
+from sweeps.engine.signals import LONGEST_STOP, Stop
 from sweeps.engine.store import Store
 from sweeps.files.columns import failures
 from sweeps.human import clock, counted, duration, points_per_time
@@ -77,7 +77,8 @@ class InFlight:
         awaited = self.awaited
         lost = self.points - awaited.points
         given_up = f"giving up {counted(lost, 'point')} that may take minutes, for the next run"
-        finishing = f"finishing {awaited}" if awaited.tasks else ""
+        longest = f"finishing {awaited}, for {LONGEST_STOP:.0f} s at most"
+        finishing = longest if awaited.tasks else ""
         return "; ".join(filter(None, [finishing, given_up if lost else ""]))
 
     def __str__(self) -> str:

@@ -91,11 +91,11 @@ def computed_blocks(
 
     Points that take more than `limit` drive periods, where it is not 0, come back `pending`.
 
-    After a request to stop no further block is begun. Those in flight still come, but for points
-    that may take any time (`Task.is_unlimited`): they are given up. Where workers die, the blocks
-    in flight are computed again one at a time and in ever smaller pieces, until the point, or the
-    line, is alone that no worker survives; it gets the status `failed`. `in_flight` always knows
-    which tasks have not come back. Raises ExecutorError.
+    After a request to stop no further block is begun. Those in flight still come for a while, but
+    for points that may take any time (`Task.is_unlimited`): they are given up. Where workers die,
+    the blocks in flight are computed again one at a time and in ever smaller pieces, until the
+    point, or the line, is alone that no worker survives; it gets the status `failed`. `in_flight`
+    always knows which tasks have not come back. Raises ExecutorError.
     """
     stragglers = Stragglers(block_points, ever=not grid.followed)
     tasks = _Tasks(grid, options, blocks, stragglers, executor, stop, in_flight, limit)

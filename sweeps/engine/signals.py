@@ -23,6 +23,9 @@ from sweeps.human import Messages
 
 _T = TypeVar("_T")
 
+LONGEST_STOP = 20.0
+"""Seconds that a stop waits: ordinary blocks take some, and batch systems kill after thirty."""
+
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 _SECONDS = {"": 1.0, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
@@ -56,6 +59,7 @@ class Stop:
         self._deadline = None if max_runtime is None else time.monotonic() + max_runtime
         self.reason = ""
         self.code = Exit.STOPPED
+        self._since = 0.0
         self.at_a_stop: Callable[[], str] = lambda: ""
         self.at_once: list[Callable[[], None]] = []
 
@@ -67,9 +71,15 @@ class Stop:
         return bool(self.reason)
 
     def request(self, reason: str, code: Exit = Exit.STOPPED) -> None:
-        """End when the blocks in flight are finished; the first reason counts."""
+        """End when the blocks in flight are finished, or `is_over`; the first reason counts."""
         if not self.reason:
+            self._since = time.monotonic()
             self.reason, self.code = reason, code
+
+    @property
+    def is_over(self) -> bool:
+        """True if what is in flight is not waited for any longer."""
+        return bool(self.reason) and time.monotonic() - self._since >= LONGEST_STOP
 
 
 @contextlib.contextmanager

@@ -182,14 +182,13 @@ def test_a_stop_waits_for_what_has_a_limit_and_gives_up_the_rest(clock: Clock) -
     assert flying.at_a_stop() == ""
     flying.begin(replace(task(0, 10), patience=64))
     clock.now += 6.0
-    assert flying.at_a_stop() == "finishing 10 points in flight, the oldest for 0:06"
+    waits = "finishing 10 points in flight, the oldest for 0:06, for 20 s at most"
+    assert flying.at_a_stop() == waits
     flying.begin(task(20, 1))
-    assert flying.at_a_stop() == (
-        "finishing 10 points in flight, the oldest for 0:06; giving up 1 point that may take "
-        "minutes, for the next run"
-    )
+    gives_up = "giving up 1 point that may take minutes, for the next run"
+    assert flying.at_a_stop() == f"{waits}; {gives_up}"
     flying.end(block_of(replace(task(0, 10), patience=64)))
-    assert flying.at_a_stop() == "giving up 1 point that may take minutes, for the next run"
+    assert flying.at_a_stop() == gives_up
     flying.clear()
     flying.begin(replace(task(0, 10), line=5))  # lines that are followed are ordinary blocks
-    assert flying.at_a_stop() == "finishing 10 points in flight"
+    assert flying.at_a_stop() == "finishing 10 points in flight, for 20 s at most"

@@ -11,11 +11,15 @@ import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from support.sweeps.processes import HANGS, Running, default_signals
+from support.sweeps.sweeping import LOOSE, Shell, hash_at_once, hash_of, write
 
 from sweeps.engine import signals
+from sweeps.engine.executors import worker
 from sweeps.engine.signals import Stop, interruptible, listening, parse_duration, wait_for
 from sweeps.exits import Exit
 
@@ -258,6 +262,29 @@ def test_ctrl_c_does_not_wait_for_the_work(stubborn: str) -> None:
 
 def left_over(folder: Path) -> list[str]:
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+
+@pytest.mark.parametrize("more", ["follow: omega\n", "execution: {block_points: 12}\n"])
+def test_a_stop_gives_up_what_takes_longer_than_a_while(
+    shell: Shell, monkeypatch: pytest.MonkeyPatch, more: str
+) -> None:
+    monkeypatch.setattr(signals, "LONGEST_STOP", 0.2)
+    write("a.yaml", "sweep: {omega: [10, 11, 12, 13, 14, 15]}\n", LOOSE, more)
+    released, results = threading.Event(), worker._results
+
+    def slow(*block: Any) -> np.ndarray:
+        os.kill(os.getpid(), signal.SIGTERM)
+        released.wait(HANGS)
+        return results(*block)
+
+    with monkeypatch.context() as patch, default_signals():
+        patch.setattr(worker, "_results", slow)
+        code, _, err = shell("sweep", "a.yaml", "-o", "a.nc")
+    assert code == 4
+    assert re.search(r"\n(Stopped: SIGTERM\. 0 of \d+ points are kept in a\.nc\.run)", err)
+    released.set()
+    assert shell("sweep", "a.yaml", "-o", "a.nc").code == 0
+    assert hash_of("a.nc") == hash_at_once("a.yaml")
 
 
 def in_run_folder(output: str) -> list[str]:

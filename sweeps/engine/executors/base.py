@@ -72,7 +72,7 @@ class Workers(ABC):
         """Yield the finished blocks of the tasks; a task is taken when it can be begun soon.
 
         After a request to stop, blocks that no worker is there for do not come, nor those that may
-        take any time.
+        take any time, nor after a while any others.
 
         Raises WorkersLostError when nothing else can come: the tasks whose blocks have not come
         are to be given again.
@@ -147,6 +147,8 @@ class Executor(Workers):
             with contextlib.suppress(queue.Empty):
                 return finished.get(timeout=_LOOK_SECONDS)
             if stop.requested and all(task.is_unlimited for task in in_flight.values()):
+                return None
+            if stop.is_over:
                 return None
             if time.monotonic() - since < _SILENCE_SECONDS:
                 continue
