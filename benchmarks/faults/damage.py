@@ -20,8 +20,9 @@ def journals(quick: bool, folder: Path) -> dict[str, Any]:
         arena.attack(running, what, lambda _, fault=flip_: fault, spared=BLOCK)
     killed = arena.new()
     ended(killed, begin(killed, *SWEEP, before=_Kill(6)))
-    for _ in range(3 if quick else 1000):
-        at_rest(arena, rng, resting, killed, "a.nc.run/journal")
+    for number in range(3 if quick else 1000):
+        what = "journal.json" if number % 5 == 2 else "journal"
+        at_rest(arena, rng, resting, killed, f"a.nc.run/{what}")
     return {
         "flips of a running journal": running.as_dict(),
         "damaged journals at rest": resting.as_dict(),
