@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import statistics
-
 from pages.numbers import Results, Rows, digits, seconds, signed
 
 
@@ -86,16 +84,12 @@ SUMS = (
 def fits(*parts: Results) -> Rows:
     """Return how often fits of synthetic measurements are right, and what they take.
 
-    `parts` are the quarters of the random sets, then the scenes of four free parameters, those
-    that no parameters describe, and the two that start from four places.
+    `parts` are the quarters of the random sets, which may be fitted beside other work, and the two
+    that start from four places, whose times are told.
     """
-    *quarters, four, undescribed, starts, three = parts
+    *quarters, starts, three = parts
     sums = {name: sum(each[name] for each in quarters) for name in SUMS}
     worst = max(each["exact_worst"] for each in quarters)
-    times = [taken for each in quarters for taken in each["seconds"]]
-    held = sum(round(four["covered"][name] * of) for name, of in four["parameters"].items())
-    known = sum(four["parameters"].values())
-    wrong = f"{undescribed['off_beyond']} of {undescribed['sets']}"
     rows = {
         "random sets; across a jump": f"{sums['sets']}; {sums['across_jumps']}",
         "exceptions; chi2 above that of the true parameters": (
@@ -107,18 +101,6 @@ def fits(*parts: Results) -> Rows:
         "parameters named as not determined": str(sums["undetermined"]),
         "without noise: largest error; above 1e-4": (
             f"{worst:.1e}; {sums['exact_beyond']} of {sums['exact_parameters']}"
-        ),
-        "time of a fit: median, largest": (
-            f"{seconds(statistics.median(times))}, {seconds(max(times))}"
-        ),
-        "four parameters: sets; exceptions; chi2 above the true one's": (
-            f"{four['sets']}; {four['exceptions']}; {four['false_minima']}"
-        ),
-        "... true value within the interval of 95 %; time": (
-            f"{held / known:.1%} of {known}; {seconds(four['seconds']['median'])}"
-        ),
-        "described by none: exceptions; chi2 off that of its orbits by more than 1e-6": (
-            f"{undescribed['exceptions']}; {wrong}"
         ),
         "k, γ of ten forces from four starts: largest difference; time": _agreement(starts),
         "k, γ, K of 42 values from four starts: largest difference; time": _agreement(three),

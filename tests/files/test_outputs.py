@@ -108,9 +108,9 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
 
 FULL = {
     "before anything": None,
-    "before the journal": Mishap("os", "pwrite", 1, kills=False),
+    "before the journal": Mishap("sweeps.files.journal", "begin", kills=False),
     "before the trial": Mishap("netCDF4", "Dataset", 1, of="'w'", kills=False),
-    "before the first block": Mishap("os", "pwrite", 6, kills=False),
+    "before the first block": Mishap("os", "pwrite", 1, kills=False),
     "before the result": Mishap("netCDF4", "Dataset", 2, of="'w'", kills=False),
     "while the result is filled": Mishap("sweeps.files.results:Digests", "add", kills=False),
 }
