@@ -29,7 +29,7 @@ from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.keys import checksums
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
-from sweeps.files.atomic import StorageError, begin, remove, replacing
+from sweeps.files.atomic import StorageError, begin, replacing
 from sweeps.files.chunks import Chunks
 from sweeps.files.columns import STATUS, STATUS_CODES, Rows, status_counts
 from sweeps.identity import PointKeys
@@ -85,7 +85,6 @@ class Journal:
     @classmethod
     def create(cls, path: Path, manifest: Manifest, keys: PointKeys, chunks: Chunks) -> Self:
         """Create a journal without points, in place of an older one; raises OSError."""
-        remove(manifest_path(path))
         begin(path)
         journal = cls.open(path, manifest, keys, chunks)
         try:
@@ -163,7 +162,7 @@ class Journal:
 
     def forget(self, points: NDArray[np.bool_]) -> None:
         """Count points (size,) as not there; what is appended of them later takes their place."""
-        gone = np.flatnonzero(points & self.done)
+        gone = np.flatnonzero(points & (self._place != _ABSENT))
         for _, rows in self._rows_of(gone):
             self.statuses -= status_counts(rows[:, STATUS])
         self._place[gone], self.done[gone] = _ABSENT, False
