@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 # A megabyte of each variable: the unit that is read, filled, compressed and written.
 CHUNK_POINTS = 131_072
@@ -36,11 +35,6 @@ class Chunks:
 
     def __len__(self) -> int:
         return self._outer * self._per_length
-
-    def of(self, indices: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the number of the chunk that each point is in."""
-        outer, within = np.divmod(indices, self._length * self._inner)
-        return np.asarray(outer * self._per_length + within // (self._inner * self._thickness))
 
     def range(self, number: int) -> tuple[int, int]:
         """Return the first point of a chunk, and the one after its last."""

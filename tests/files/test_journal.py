@@ -382,7 +382,8 @@ def test_a_byte_that_changes_while_it_is_open_is_seen(path: Path, stride: int) -
         damaged = bytearray(content)
         damaged[offset] ^= 0x10
         path.write_bytes(damaged)
-        hit = CHUNKS.of(np.array([offset // BYTES_PER_POINT]))[0]
+        ends = [CHUNKS.range(number)[1] for number in range(len(CHUNKS))]
+        hit = int(np.searchsorted(ends, offset // BYTES_PER_POINT, side="right"))
         with pytest.raises(DamagedRecordError, match="was damaged while it was in use"):
             journal.chunk(hit)
     assert journal.recover() == 1
