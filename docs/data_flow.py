@@ -33,8 +33,8 @@ STAGES = (
         ("numbers 0 … N−1,", "each a row of parameters"),
         (
             ("sweeps/engine/existing.py", "skip points that exist already"),
-            ("sweeps/engine/order/product.py", "shuffle, cut into blocks of a second"),
-            ("sweeps/engine/dispatch.py", "hand blocks to workers"),
+            ("stickslip/dispatch/blocks.py", "shuffle, cut into blocks of a second"),
+            ("stickslip/dispatch/ask.py", "hand blocks to workers"),
             ("stickslip/orbit.py", "choose the method; refuse unstable steps"),
         ),
     ),

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import joblib
 import numpy as np
-from joblib.parallel import get_active_backend
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.accessors import register_accessors
 from stickslip.datasets import parameter_scalars, result_variables
+from stickslip.dispatch.ask import ask
+from stickslip.dispatch.backend import own_workers
+from stickslip.dispatch.blocks import SMALLEST_BLOCK, Blocks
+from stickslip.dispatch.compilation import compile_kinds
+from stickslip.dispatch.workers import Workers
 from stickslip.kernels.families import KIND
 from stickslip.options import Options, options_for_orbits
-from stickslip.orbit import compute_orbits, prepare_kernels
+from stickslip.orbit import prepared_points
 from stickslip.parameters import ParameterError, Parameters
 from stickslip.variables import (
     ENERGY_COEFFICIENTS,
@@ -34,8 +39,7 @@ if TYPE_CHECKING:
 POINT = "point"
 """The dimension of points that are given as lists."""
 
-# Blocks for each worker: some, since points differ in cost, but each with points for all lanes.
-_BLOCKS_EACH, _FEW = 4, 32
+log = logging.getLogger(__name__)
 
 _KIND = [Parameters._fields.index(name) for name in KIND]
 _ENERGY = [Parameters._fields.index(name) for name in ENERGY_COEFFICIENTS]
@@ -45,7 +49,7 @@ def stationary_orbits(points: Points, **options: Any) -> xr.Dataset:
     """Return the stationary orbits of many points, computed together over the cores.
 
     Each is that of `stationary_orbit`, bit for bit that of a sweep, at a fraction of the time. The
-    threads are those of `joblib.parallel_config(n_jobs=...)`, by default one for each core.
+    workers are those of `joblib.parallel_config(...)`, by default threads, one for each core.
 
     >>> ds = stationary_orbits({"temperature": [200, 250, 300], "k": 1e5})
     >>> ds.friction_force_amplitude.round(5).values.tolist()
@@ -132,21 +136,24 @@ def rows_of(places: xr.Dataset) -> NDArray[np.float64]:
     return rows
 
 
-def orbit_rows(rows: NDArray[np.float64], options: Options) -> NDArray[np.float64]:
-    """Return the result rows (n, columns) of points (n, parameters), computed over the cores."""
+def orbit_rows(
+    rows: NDArray[np.float64], options: Options, workers: Workers | None = None
+) -> NDArray[np.float64]:
+    """Return the result rows (n, columns) of points (n, parameters).
+
+    They are computed by `workers`, left out those of `own_workers`. Raises NoiseError.
+    """
     results = np.empty((len(rows), len(RESULT_COLUMNS)))
-    prepare_kernels(options, rows[:, _KIND])  # in one thread: the others would wait for it
-    jobs = get_active_backend()[1] or -1
-    with joblib.parallel_config("threading"):  # loky would warn in a process of multiprocessing
-        workers = joblib.effective_n_jobs(jobs)
-    blocks = max(1, min(_BLOCKS_EACH * workers, len(rows) // _FEW))
-    # Each block has points from all over, so that they cost about the same.
-    members = [np.arange(first, len(rows), blocks) for first in range(blocks)]
-    # Threads, whatever is configured: the kernels release the interpreter's lock.
-    parallel = joblib.Parallel(n_jobs=jobs, require="sharedmem")
-    computed = parallel(joblib.delayed(compute_orbits)(rows[some], options) for some in members)
-    for some, (found, _) in zip(members, computed, strict=True):
-        results[some] = found
+    prepared_points(rows, options.noise)
+    compile_kinds(options, rows[:, _KIND])  # here: each worker would do it anew
+    with own_workers() if workers is None else nullcontext(workers) as able:
+        # A late point begins anew with the others, which pays where several blocks wait in turn.
+        several = len(rows) > 2 * SMALLEST_BLOCK * able.slots
+        order = Blocks(np.zeros(len(rows), dtype=bool), able.slots, defers=several)
+        for block in ask(lambda some: rows[some], order, options, able):
+            results[block.indices] = block.results
+            for message in block.messages:
+                log.error(message)
     return results
 
 

@@ -2,6 +2,8 @@
 
 from enum import IntEnum
 
+from stickslip.dispatch.errors import ExecutorError
+
 
 class Exit(IntEnum):
     """The exit codes of commands, for batch scripts."""
@@ -19,3 +21,12 @@ class ExpectedError(Exception):
     """A failure whose message says what to do; the command line prints it and exits with `code`."""
 
     code = Exit.USAGE
+
+
+EXPECTED = (ExpectedError, ExecutorError)
+"""The failures whose message says what to do."""
+
+
+def code_of(error: ExpectedError | ExecutorError) -> Exit:
+    """Return the exit code of such a failure; where workers were lost, the rest can still come."""
+    return error.code if isinstance(error, ExpectedError) else Exit.STOPPED

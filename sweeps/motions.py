@@ -11,8 +11,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip import IntegrationError, NoiseError
+from stickslip.dispatch.lines import remember_starts
 from sweeps.config.schema import Execution
-from sweeps.engine.order.follow import remember_starts
 from sweeps.engine.settings import options_of
 from sweeps.exits import ExpectedError
 from sweeps.points import Point, point_of

@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stickslip.datasets import result_values
+from stickslip.dispatch.lines import start_after
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.orbit import Orbit, compute_orbits, orbit_of_row
 from stickslip.parameters import Parameters
@@ -25,7 +26,6 @@ from sweeps.charts.at import places_at, with_numbers
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.schema import Noise
 from sweeps.config.yaml_reader import read_mapping
-from sweeps.engine.order.follow import start_after
 from sweeps.engine.settings import options_of
 from sweeps.engine.trajectories import trajectory
 from sweeps.exits import ExpectedError

@@ -11,12 +11,12 @@ from support.points import orbits, refuse_nothing, row
 
 from stickslip import Parameters, Status
 from stickslip.compiled.cache import source_hash
+from stickslip.dispatch.task import Task, compute_block
 from stickslip.kernels.adaptive import driver as adaptive
 from stickslip.kernels.euler_cromer import driver as euler_cromer
 from stickslip.options import METHODS, Options
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS, RESULTS
-from sweeps.engine.executors.worker import Task, compute_block
 
 VISCOUS = {"elastic_coefficient": 0.0}
 COARSE = {"method": "euler-cromer", "dt": 2e-5}
@@ -165,5 +165,5 @@ def test_every_status_is_provoked_here() -> None:
     provoked = {status for _, _, status in ENDINGS}
     provoked |= {Status.OK, Status.INVARIANT_VIOLATED, Status.FAILED}
     provoked |= {Status.APERIODIC}  # by claims/test_aperiodic.py
-    provoked |= {Status.INTERPOLATED}  # by engine/order/test_refine.py
+    provoked |= {Status.INTERPOLATED}  # by engine/test_refine.py
     assert provoked == set(Status) - {Status.PENDING}  # which means that nothing was computed

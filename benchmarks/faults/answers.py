@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from faults.arena import CONFIG, Tally
+from stickslip.dispatch import threads
+from stickslip.dispatch.errors import ExecutorError
+from stickslip.dispatch.task import Block, Task
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import from_yaml
-from sweeps.engine.executors import threads
-from sweeps.engine.executors.base import ExecutorError
-from sweeps.engine.executors.worker import Block, Task
 from sweeps.engine.run import run as run_sweep
 from sweeps.files.datasets import content_hash
 

@@ -44,7 +44,7 @@ class _BeforeBlock:
         self._block = block
 
     def __call__(self) -> None:
-        from sweeps.engine.executors import worker
+        from stickslip.dispatch import task as worker
 
         real, begun = worker.compute_orbits, 0
 

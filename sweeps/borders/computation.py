@@ -9,6 +9,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import xarray as xr
 
+from stickslip.dispatch.ask import ask
+from stickslip.dispatch.backend import own_workers
+from stickslip.dispatch.compilation import compile_kinds
+from stickslip.dispatch.in_flight import InFlight
+from stickslip.dispatch.listed import Listed
+from stickslip.dispatch.task import Block
 from stickslip.kernels.families import KIND
 from stickslip.options import OPTIONS, Options
 from stickslip.parameters import Parameters
@@ -18,13 +24,8 @@ from sweeps.borders.kinds import NEEDED, Kind, numbered
 from sweeps.charts.axes import is_geometric
 from sweeps.config.load import Config, ConfigError
 from sweeps.config.schema import Execution
-from sweeps.engine.counts import InFlight
-from sweeps.engine.dispatch import computed_blocks, make_executor
-from sweeps.engine.executors.kernels import compile_kinds
-from sweeps.engine.executors.worker import Block
-from sweeps.engine.order.listed import Listed
+from sweeps.engine.counts import in_flight_text
 from sweeps.engine.settings import options_of
-from sweeps.engine.signals import Stop
 from sweeps.exits import ExpectedError
 from sweeps.grid import DIRECTION
 from sweeps.human import clock, counted
@@ -69,7 +70,7 @@ class Bisecting:
     @property
     def outlook(self) -> str:
         """The points in flight: those beside a motion that never closes take long."""
-        return str(self.in_flight)
+        return in_flight_text(self.in_flight)
 
 
 @dataclass(frozen=True)
@@ -139,17 +140,10 @@ class Map:
 
     def _computed(self, points: Listed, *, limit: int = 0) -> Iterator[Block]:
         """Yield the blocks of a list of points, which may grow meanwhile."""
-        execution, flying = Execution(backend="threads", workers=self.workers), InFlight()
-        self.progress.in_flight = flying
-        with make_executor(execution) as executor:
-            for block in computed_blocks(
-                points,
-                self._options,
-                points,
-                executor,
-                Stop(),
-                flying,
-                limit=limit,
+        flying = self.progress.in_flight = InFlight()
+        with own_workers(self.workers) as workers:
+            for block in ask(
+                points.rows, points, self._options, workers, in_flight=flying, limit=limit
             ):
                 self.progress.done += len(block.indices)
                 yield block

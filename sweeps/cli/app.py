@@ -30,7 +30,7 @@ from sweeps.cli.report import report
 from sweeps.cli.shared import stop_with
 from sweeps.cli.streams import discard, lasting_streams, plain_warnings
 from sweeps.cli.sweeps import plan, status, sweep
-from sweeps.exits import Exit, ExpectedError
+from sweeps.exits import EXPECTED, Exit, code_of
 from sweeps.paths import path_of
 
 _SWEEPS = (new, sweep, plan, status, check)
@@ -128,8 +128,8 @@ def _run() -> None:
         raise
     except KeyboardInterrupt:  # outside of what typer guards
         stop_with("Interrupted; only files named above were kept.", Exit.INTERRUPTED)
-    except ExpectedError as error:
-        stop_with(str(error), error.code)
+    except EXPECTED as error:
+        stop_with(str(error), code_of(error))
     except BrokenPipeError:
         discard(sys.stdout)  # the reader of our output is gone: end quietly
         sys.exit(Exit.DONE)

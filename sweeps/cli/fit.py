@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sweeps.cli.shared import (
+    BackendOption,
     NoProgressOption,
+    SchedulerOption,
     SetOption,
     WorkersOption,
     checked_config,
+    execution_changes,
     print_names,
     say,
     stop_with,
@@ -55,6 +58,8 @@ def fit(
     ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")] = False,
     workers: WorkersOption = None,
+    backend: BackendOption = None,
+    scheduler: SchedulerOption = None,
     no_progress: NoProgressOption = False,
 ) -> None:
     """Fit parameters to measurements, and draw data, fitted curve and residuals.
@@ -69,7 +74,8 @@ def fit(
     target = output or Path("results") / f"{data.stem}-fit.nc"
     if target.suffix != ".nc":
         stop_with(f"{target}: -o names a NetCDF file, which ends in .nc", Exit.USAGE)
-    settled = checked_config(config, set_)
+    changes = execution_changes(workers, backend, scheduler)
+    settled = checked_config(config, [*(set_ or []), *changes])
     ranges, measured = _ranges(free), read_data(data)
     for line in odd_values(measured, settled, data):
         say(f"warning: {line}")
@@ -84,7 +90,6 @@ def fit(
                     ranges,
                     settled,
                     profile=profile,
-                    workers=workers,
                     progress=not no_progress,
                 ),
                 "Interrupted; nothing was kept.",

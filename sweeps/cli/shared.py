@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
+from sweeps.executor_table import EXECUTORS
 from sweeps.exits import Exit
 from sweeps.human import printable, size_text
 
 if TYPE_CHECKING:
     from sweeps.config.load import Config
-    from sweeps.engine.order.part import Part
+    from sweeps.engine.part import Part
     from sweeps.files.outputs import Outputs
 
 ConfigArgument = Annotated[
@@ -31,6 +32,12 @@ SetOption = Annotated[
     ),
 ]
 WorkersOption = Annotated[int | None, typer.Option(min=1, help="Number of threads or processes.")]
+BackendOption = Annotated[
+    str | None, typer.Option(metavar="|".join(EXECUTORS), help="Where to compute the points.")
+]
+SchedulerOption = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler, such as tcp://host:8786.")
+]
 BoundariesOption = Annotated[
     Path | None,
     typer.Option(metavar="FILE", help="Borders of `stickslip boundary`, drawn on the map."),

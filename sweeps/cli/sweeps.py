@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from sweeps.cli.shared import (
+    BackendOption,
     ConfigArgument,
     NoProgressOption,
     OutputOption,
+    SchedulerOption,
     SetOption,
     WorkersOption,
     checked_config,
@@ -23,23 +25,15 @@ from sweeps.cli.shared import (
     stop_with,
 )
 from sweeps.cli.streams import discard
-from sweeps.executor_table import EXECUTORS
 from sweeps.exits import Exit, ExpectedError
 from sweeps.human import counted
 
 if TYPE_CHECKING:
     from sweeps.config.load import Config
-    from sweeps.engine.order.part import Part
     from sweeps.engine.outcome import Outcome
+    from sweeps.engine.part import Part
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop
-
-BackendOption = Annotated[
-    str | None, typer.Option(metavar="|".join(EXECUTORS), help="Where to compute the points.")
-]
-SchedulerOption = Annotated[
-    str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler, such as tcp://host:8786.")
-]
 
 PartOption = Annotated[
     str | None,
@@ -109,7 +103,7 @@ def sweep(
 
 def _part(text: str | None) -> Part | None:
     """Return the part that an option names; an invalid one ends the command."""
-    from sweeps.engine.order.part import Part
+    from sweeps.engine.part import Part
 
     try:
         return None if text is None else Part.parse(text)

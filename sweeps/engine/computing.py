@@ -1,24 +1,44 @@
-"""The loop that computes the points missing in a store: a journal, or memory."""
+"""The points of a grid: their kernels, their blocks, and the loop over those a store lacks."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.dispatch.ask import Order, ask
+from stickslip.dispatch.blocks import Blocks
+from stickslip.dispatch.compilation import compile_kinds
+from stickslip.dispatch.lines import Lines
+from stickslip.dispatch.task import Block
+from stickslip.dispatch.workers import Workers
+from stickslip.kernels.families import KIND
+from stickslip.options import Options
 from sweeps.config.load import Config
 from sweeps.engine.counts import Counts
-from sweeps.engine.dispatch import finished_blocks
-from sweeps.engine.executors.base import Workers
-from sweeps.engine.executors.kernels import compile_kernels
-from sweeps.engine.executors.worker import Block
-from sweeps.engine.order.refine import refinement_of
 from sweeps.engine.progress import Compiling
+from sweeps.engine.refine import refinement_of
 from sweeps.engine.settings import options_of
 from sweeps.engine.signals import Stop, wait_for
 from sweeps.engine.store import Store
 from sweeps.grid import Grid
+
+
+def compile_kernels(options: Options, grid: Grid) -> None:
+    """Compile or load what the points of a grid need."""
+    compile_kinds(options, kinds_of(grid))
+
+
+def kinds_of(grid: Grid) -> NDArray[np.float64]:
+    """Return the kinds (n, k) of points that may occur in a grid, as `compile_kinds` takes them.
+
+    Of a coefficient of the free energy it matters only whether it is 0.
+    """
+    index, *coefficients = (grid.values(name) for name in KIND)
+    either = [{value != 0.0: value for value in values}.values() for values in coefficients]
+    return np.array(list(product(index, *either)))
 
 
 def compiled(config: Config, grid: Grid, stop: Stop, *, wanted: bool) -> bool:
@@ -32,6 +52,19 @@ def compiled(config: Config, grid: Grid, stop: Stop, *, wanted: bool) -> bool:
     with Compiling(wanted=wanted) as compiling:
         stop.at_once.append(compiling.stop)
         return wait_for(lambda: compile_kernels(options_of(config), grid), stop)
+
+
+def order_of(
+    grid: Grid, done: NDArray[np.bool_], workers: Workers, block_points: int | None = None
+) -> Order:
+    """Cut what is not done (size,) into blocks: of points, or of lines where an axis is followed.
+
+    They have `block_points`, where that is given, and last some seconds else; lines are whole.
+    """
+    if grid.followed:
+        return Lines(grid.lines(), done, workers.slots)
+    seconds, slots = workers.block_seconds, workers.slots
+    return Blocks(done, slots, seconds=seconds, block_points=block_points)
 
 
 def missing_blocks(
@@ -51,18 +84,19 @@ def missing_blocks(
     Raises ExecutorError.
     """
     options, refinement = options_of(config), refinement_of(config.refine, grid)
+    most = config.execution.block_points
     for points in refinement.rounds(store.rows) if refinement else [needed]:
         done = store.done | ~points
         left = len(done) - int(np.count_nonzero(done))
         counts.goal = counts.done + left
-        blocks = finished_blocks(
-            grid,
+        blocks = ask(
+            grid.rows,
+            order_of(grid, done, executor, most),
             options,
-            done,
             executor,
-            stop,
-            counts.in_flight,
-            block_points=config.execution.block_points,
+            stop=stop,
+            in_flight=counts.in_flight,
+            most=most,
         )
         for block in blocks:
             # A line is computed as a whole where one of its points is missing.

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.dispatch.blocks import Costs
+from stickslip.dispatch.in_flight import InFlight
+from stickslip.dispatch.stop import LONGEST_STOP, Stop
 from stickslip.status import Status
-from sweeps.engine.executors.worker import Block, Task
-from sweeps.engine.order.product import Costs
-from sweeps.engine.signals import LONGEST_STOP, Stop
 from sweeps.engine.store import Store
 from sweeps.files.columns import failures
 from sweeps.human import clock, counted, duration, points_per_time
@@ -20,75 +20,24 @@ from sweeps.human import clock, counted, duration, points_per_time
 _SOON = 5.0  # seconds in flight that are not worth a word
 
 
-class InFlight:
-    """The tasks that workers have and have not brought back, and since when they have each.
+def in_flight_text(in_flight: InFlight) -> str:
+    """Return it as text, as in `512 points in flight, the oldest for 1:03`; nothing for none."""
+    ages = in_flight.ages
+    if not ages:
+        return ""
+    count, oldest = sum(points for points, _ in ages), ages[0][1]
+    waited = f", the oldest for {clock(oldest)}" if oldest >= _SOON else ""
+    return f"{counted(count, 'point')} in flight{waited}"
 
-    Other threads and signal handlers, which must not wait for a lock, look at it at any moment:
-    every method changes or copies the table in one step.
-    """
 
-    def __init__(self) -> None:
-        self._begun: dict[int, tuple[Task, float]] = {}
-
-    def begin(self, task: Task) -> None:
-        """Take note of a task that is handed out."""
-        self._begun[int(task.indices[0])] = task, time.monotonic()
-
-    def end(self, answer: object) -> Task | None:
-        """Take note of what has come back; returns the task that it seems to be the block of."""
-        if not isinstance(answer, Block):
-            return None
-        try:
-            task, _ = self._begun.pop(int(answer.indices[0]))
-        except (TypeError, ValueError, LookupError, OverflowError):  # no number, or that of no task
-            return None
-        return task
-
-    def clear(self) -> list[Task]:
-        """Forget all tasks; returns them."""
-        begun, self._begun = self._begun, {}
-        return [task for task, _ in begun.values()]
-
-    @property
-    def tasks(self) -> list[Task]:
-        """The tasks in flight."""
-        return [task for task, _ in list(self._begun.values())]
-
-    @property
-    def ages(self) -> list[tuple[int, float]]:
-        """The points of each task and its seconds in flight, the oldest task first."""
-        now = time.monotonic()
-        return [(len(task.indices), now - begun) for task, begun in list(self._begun.values())]
-
-    @property
-    def points(self) -> int:
-        """The number of points in flight."""
-        return sum(points for points, _ in self.ages)
-
-    @property
-    def awaited(self) -> InFlight:
-        """The tasks that a stop waits for."""
-        part = InFlight()
-        part._begun = {n: own for n, own in self._begun.copy().items() if not own[0].is_unlimited}
-        return part
-
-    def at_a_stop(self) -> str:
-        """Say what a stop waits for, and what it gives up; nothing where neither is."""
-        awaited = self.awaited
-        lost = self.points - awaited.points
-        given_up = f"giving up {counted(lost, 'point')} that may take minutes, for the next run"
-        longest = f"finishing {awaited}, for {LONGEST_STOP:.0f} s at most"
-        finishing = longest if awaited.tasks else ""
-        return "; ".join(filter(None, [finishing, given_up if lost else ""]))
-
-    def __str__(self) -> str:
-        """Say it, as in `512 points in flight, the oldest for 1:03`; nothing where none is."""
-        ages = self.ages
-        if not ages:
-            return ""
-        count, oldest = sum(points for points, _ in ages), ages[0][1]
-        waited = f", the oldest for {clock(oldest)}" if oldest >= _SOON else ""
-        return f"{counted(count, 'point')} in flight{waited}"
+def stop_text(in_flight: InFlight) -> str:
+    """Say what a stop waits for, and what it gives up; nothing where neither is."""
+    awaited = in_flight.awaited
+    lost = in_flight.points - awaited.points
+    given_up = f"giving up {counted(lost, 'point')} that may take minutes, for the next run"
+    longest = f"finishing {in_flight_text(awaited)}, for {LONGEST_STOP:.0f} s at most"
+    finishing = longest if awaited.tasks else ""
+    return "; ".join(filter(None, [finishing, given_up if lost else ""]))
 
 
 class Counts:
@@ -183,7 +132,7 @@ class Counts:
     @property
     def outlook(self) -> str:
         """Rate, remaining time and points in flight as text, as far as they are known."""
-        in_flight = str(self.in_flight)
+        in_flight = in_flight_text(self.in_flight)
         parts = ["stopping"] if self._stop.reason and in_flight else []
         if self.computed:
             parts.append(points_per_time(self.rate))

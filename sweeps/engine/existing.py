@@ -21,7 +21,7 @@ from stickslip.variables import PARAMETERS, RESULT_COLUMNS, asked_columns
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.pull import refuse_pull
 from sweeps.config.yaml_reader import read_mapping
-from sweeps.engine.order.part import Part
+from sweeps.engine.part import Part
 from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import data_sha256, seal_key
 from sweeps.files.chunks import Chunks

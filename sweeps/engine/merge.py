@@ -18,8 +18,8 @@ from sweeps.engine.existing import (
     Target,
     found_in_file,
 )
-from sweeps.engine.order.part import Part
 from sweeps.engine.outcome import JournaledResult
+from sweeps.engine.part import Part
 from sweeps.engine.resume import manifest_of
 from sweeps.files.atomic import StorageError, fingerprint, storage_errors
 from sweeps.files.columns import Rows

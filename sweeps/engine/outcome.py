@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.status import Status
 from sweeps.engine.existing import Target
-from sweeps.engine.order.part import Part
+from sweeps.engine.part import Part
 from sweeps.exits import Exit
 from sweeps.files.atomic import StorageError, fingerprint
 from sweeps.files.attributes import breaks_of, global_attributes

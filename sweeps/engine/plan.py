@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -11,20 +10,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.dispatch.ask import ask
+from stickslip.dispatch.blocks import PILOT_BLOCKS, Costs, Given, pilot_blocks, pilot_points
+from stickslip.dispatch.workers import Workers
 from stickslip.options import Options
 from sweeps.config.load import Config
-from sweeps.engine.dispatch import blocks_of, make_executor
-from sweeps.engine.executors.base import Workers
-from sweeps.engine.executors.kernels import compile_kernels
-from sweeps.engine.executors.worker import task_of
+from sweeps.engine.computing import compile_kernels, order_of
+from sweeps.engine.executors import make_executor
 from sweeps.engine.existing import Target
-from sweeps.engine.order.part import Part
-from sweeps.engine.order.product import PILOT_BLOCKS, Costs, pilot_blocks, pilot_points
-from sweeps.engine.order.refine import refinement_of
+from sweeps.engine.part import Part
 from sweeps.engine.progress import SILENT, Compiling
+from sweeps.engine.refine import refinement_of
 from sweeps.engine.resume import intention
 from sweeps.engine.settings import options_of
-from sweeps.engine.signals import Stop
 from sweeps.files.journal import BYTES_PER_POINT
 from sweeps.files.results import RESULT_BYTES_PER_POINT
 from sweeps.grid import Grid
@@ -74,9 +72,9 @@ def plan(
             costs, slots = _pilot(target.grid, options, done, executor), executor.slots
             block = execution.block_points or max(1, costs.points_in(executor.block_seconds))
             blocks = math.ceil(left / block)
-    if left and target.grid.followed:
-        blocks = sum(1 for _ in blocks_of(target.grid, done, slots))
-        slots = min(slots, blocks)  # a line is computed by one worker
+            if target.grid.followed:
+                blocks = sum(1 for _ in order_of(target.grid, done, executor))
+                slots = min(slots, blocks)  # a line is computed by one worker
     return Plan(
         points=points,
         there=points - left,
@@ -103,12 +101,11 @@ def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Work
     """
 
     def costs_in_blocks_of(points: int) -> Costs:
-        costs = Costs()
-        pilot: Iterable[NDArray[np.int64]] = pilot_blocks(done, points)
+        costs, order = Costs(), Given(pilot_blocks(done, points))
         if grid.followed:  # whole lines, one block for each worker
-            pilot = islice(blocks_of(grid, done, executor.slots), executor.slots)
-        tasks = (task_of(grid, block, options) for block in pilot)
-        for block in executor.blocks(tasks, Stop()):
+            lines = order_of(grid, done, executor)
+            order = Given(list(islice(lines, executor.slots)), lines.line)
+        for block in ask(grid.rows, order, options, executor):
             costs.learn(len(block.indices), block.seconds)
         return costs
 

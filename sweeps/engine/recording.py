@@ -10,17 +10,18 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.dispatch.task import Block
 from sweeps.config.schema import Execution
 from sweeps.engine.computing import compiled, missing_blocks
-from sweeps.engine.counts import Counts
-from sweeps.engine.dispatch import make_executor
-from sweeps.engine.executors.worker import Block
+from sweeps.engine.counts import Counts, stop_text
+from sweeps.engine.executors import make_executor
 from sweeps.engine.existing import Target
 from sweeps.engine.outcome import Console, Outcome
 from sweeps.engine.progress import display_of
 from sweeps.engine.signals import Stop
 from sweeps.exits import Exit
 from sweeps.files.atomic import StorageError
+from sweeps.files.columns import STATUS, failures, status_counts
 from sweeps.files.journal import Journal
 from sweeps.files.run_folder import RunFolder
 from sweeps.human import counted, reason
@@ -48,7 +49,7 @@ class Recorder:
             executor = stack.enter_context(make_executor(config.execution))
             display = stack.enter_context(display_of(counts, wanted=self._console.progress))
             stop.at_once += [executor.kill, display.stop]
-            stop.at_a_stop = counts.in_flight.at_a_stop
+            stop.at_a_stop = lambda: stop_text(counts.in_flight)
             counts.begin(lambda: executor.slots, stop)
             stack.enter_context(self._folder.beating(lambda: self._beat(config.execution)))
             blocks = missing_blocks(
@@ -119,9 +120,10 @@ class Recorder:
 
     def _stop_if_all_fail(self, first: Block) -> None:
         alone = self._counts.done == self._counts.computed and self._counts.left > 0
-        if alone and first.failures == len(first.indices):
+        failed = failures(status_counts(first.results[:, STATUS]))
+        if alone and failed == len(first.indices):
             self._stop.request(
-                f"all of the first block failed ({counted(first.failures, 'point')}); if that is "
+                f"all of the first block failed ({counted(failed, 'point')}); if that is "
                 "meant, the same command resumes",
                 code=Exit.FAILED_POINTS,
             )

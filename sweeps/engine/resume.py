@@ -25,14 +25,14 @@ from sweeps.engine.existing import (
     found_in_file,
     found_in_journal,
 )
-from sweeps.engine.order.follow import lines_of
-from sweeps.engine.order.part import Part
+from sweeps.engine.part import Part
 from sweeps.files.atomic import StorageError, fingerprint, refuse_odd_output, storage_errors
 from sweeps.files.attributes import now
 from sweeps.files.columns import failures
 from sweeps.files.journal import BYTES_PER_POINT, Journal, Manifest, readable_manifest
 from sweeps.files.results import RESULT_BYTES, RESULT_BYTES_PER_POINT, Written, contents
 from sweeps.files.run_folder import RunFolder
+from sweeps.grid import Grid
 from sweeps.human import counted, reason, size_text
 
 # Bytes of memory for each point of a grid: its place in the journal, its status, its key; that of
@@ -359,3 +359,11 @@ def _manifest(folder: RunFolder, policy: ExistingPolicy) -> Manifest | None:
         if policy.overwrite:  # a damaged journal is dropped
             return None
         raise
+
+
+def lines_of(grid: Grid, points: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which points (grid.size,) lie on a line with one of these."""
+    lines, chosen = grid.lines(), np.zeros(grid.size, dtype=bool)
+    chosen[points] = True
+    chosen[lines] = chosen[lines].any(axis=1, keepdims=True)
+    return chosen

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import joblib
 
 from stickslip.accessors import register_accessors
+from stickslip.dispatch.task import Block
 from stickslip.status import Status
 from sweeps.config.load import Config, from_mapping
 from sweeps.config.schema import Execution
-from sweeps.engine.executors.worker import Block
 from sweeps.engine.in_memory import run_in_memory
 from sweeps.engine.outcome import Console, Outcome
 from sweeps.engine.progress import is_in_notebook

@@ -18,13 +18,12 @@ from concurrent.futures import Future, wait
 from types import FrameType
 from typing import TypeVar
 
+from stickslip.dispatch import stop
+from stickslip.dispatch.stop import in_thread
 from sweeps.exits import Exit
 from sweeps.human import Messages
 
 _T = TypeVar("_T")
-
-LONGEST_STOP = 20.0
-"""Seconds that a stop waits: ordinary blocks take some, and batch systems kill after thirty."""
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -47,7 +46,7 @@ def parse_duration(text: str) -> float:
     return seconds
 
 
-class Stop:
+class Stop(stop.Stop):
     """A request to end a sweep early, with its reason and exit code.
 
     `at_a_stop` says what is finished first, and what is given up; an empty text where nothing is
@@ -55,11 +54,10 @@ class Stop:
     """
 
     def __init__(self, max_runtime: float | None = None, *, ends_process: bool = True) -> None:
+        super().__init__()
         self.ends_process = ends_process
         self._deadline = None if max_runtime is None else time.monotonic() + max_runtime
-        self.reason = ""
         self.code = Exit.STOPPED
-        self._since = 0.0
         self.at_a_stop: Callable[[], str] = lambda: ""
         self.at_once: list[Callable[[], None]] = []
 
@@ -71,15 +69,10 @@ class Stop:
         return bool(self.reason)
 
     def request(self, reason: str, code: Exit = Exit.STOPPED) -> None:
-        """End when the blocks in flight are finished, or `is_over`; the first reason counts."""
+        """End as the parent says, with an exit code."""
         if not self.reason:
-            self._since = time.monotonic()
-            self.reason, self.code = reason, code
-
-    @property
-    def is_over(self) -> bool:
-        """True if what is in flight is not waited for any longer."""
-        return bool(self.reason) and time.monotonic() - self._since >= LONGEST_STOP
+            self.code = code
+        super().request(reason)
 
 
 @contextlib.contextmanager
@@ -162,20 +155,6 @@ def wait_for(work: Callable[[], None], stop: Stop) -> bool:
             return False
     outcome.result()
     return True
-
-
-def in_thread(work: Callable[[], _T]) -> Future[_T]:
-    """Begin `work` in a thread that does not keep the process alive; returns its outcome to be."""
-    outcome: Future[_T] = Future()
-
-    def attempt() -> None:
-        try:
-            outcome.set_result(work())
-        except BaseException as error:  # noqa: BLE001 - raised where it is waited for
-            outcome.set_exception(error)
-
-    threading.Thread(target=attempt, daemon=True).start()
-    return outcome
 
 
 def _is_over(outcome: Future[_T]) -> bool:

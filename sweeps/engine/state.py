@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.status import Status
 from sweeps.engine.counts import tally
 from sweeps.engine.existing import Target, found_in_file, found_in_journal
-from sweeps.engine.order.part import Part
+from sweeps.engine.part import Part
 from sweeps.engine.resume import opened_journal
 from sweeps.files.atomic import refuse_odd_output
 from sweeps.files.chunks import Chunks

@@ -13,8 +13,8 @@ from stickslip.status import Status
 from sweeps.config.load import Config
 from sweeps.engine.counts import Counts
 from sweeps.engine.existing import RefusalError, Target
-from sweeps.engine.order.part import Part
 from sweeps.engine.outcome import Console, JournaledResult, Outcome
+from sweeps.engine.part import Part
 from sweeps.engine.recording import Recorder
 from sweeps.engine.resume import (
     ExistingPolicy,

@@ -23,7 +23,7 @@ from stickslip.trajectory import TIME, simulate
 from sweeps.config.load import Config
 from sweeps.config.pull import Drive
 from sweeps.config.schema import Simulation
-from sweeps.engine.executors.kernels import compile_kernels
+from sweeps.engine.computing import compile_kernels
 from sweeps.engine.progress import SILENT, Compiling
 from sweeps.engine.settings import options_of
 from sweeps.exits import ExpectedError

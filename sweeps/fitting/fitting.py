@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from joblib.parallel import get_active_backend
 
 from stickslip.accessors import register_accessors
+from stickslip.dispatch.workers import Workers
 from sweeps.config.checks import warnings_of_columns
 from sweeps.config.load import Config
+from sweeps.engine.executors import workers_of
 from sweeps.engine.progress import display_of
 from sweeps.engine.settings import options_of, read_config
 from sweeps.exits import ExpectedError
@@ -102,7 +103,8 @@ def fit(
     profile
         Compute intervals by the profile likelihood as well, which takes several times as long.
     workers
-        Threads; by default what `joblib.parallel_config` says, else one for each core.
+        Threads or processes, counted as joblib's `n_jobs`; by default what
+        `joblib.parallel_config` says, then what `execution` in the config says.
     progress
         Show how many trials have been computed.
 
@@ -124,6 +126,8 @@ def fit(
     ------
     ConfigError, DataError, FreeError
         The config, the data or the free parameters have mistakes; all of them are named.
+    ExecutorError
+        The workers that are asked for cannot be had, or were lost.
     FitError
         lmfit is missing; the config has axes or a stochastic film; a profile with a single free
         parameter, or with no more data than parameters.
@@ -149,8 +153,8 @@ def fit_measured(
     config: Config,
     *,
     profile: bool,
-    workers: int | None,
     progress: bool,
+    workers: int | None = None,
 ) -> xr.Dataset:
     """Return the fit of measurements that have been read; see `fit`."""
     _require_lmfit()
@@ -158,14 +162,14 @@ def fit_measured(
     from sweeps.fitting.refinement import Search
     from sweeps.fitting.statistics import profile_intervals
 
-    jobs = workers or get_active_backend()[1] or -1
-    search = Search(model_of(data, free, config, jobs))
-    if profile:
-        _refuse_profile(search.model)
-    with display_of(_Fitting(search), wanted=progress):
-        found, known = best_of(search)
-        intervals = profile_intervals(search, found, known) if profile else None
-    result = fit_dataset(found, known, config, intervals, search.computed)
+    with workers_of(config.execution, workers) as able:
+        search = Search(model_of(data, free, config, able))
+        if profile:
+            _refuse_profile(search.model)
+        with display_of(_Fitting(search), wanted=progress):
+            found, known = best_of(search)
+            intervals = profile_intervals(search, found, known) if profile else None
+        result = fit_dataset(found, known, config, intervals, search.computed)
     register_accessors()
     return result
 
@@ -228,7 +232,9 @@ def _draws(search: Search, found: Fit, known: Statistics) -> list[Trial]:
     return drawn(search, found, known) if jumps_within(search, found, known).any() else []
 
 
-def model_of(data: Measurements, free: Free, config: Config, jobs: int = -1) -> Model:
+def model_of(
+    data: Measurements, free: Free, config: Config, workers: Workers | None = None
+) -> Model:
     """Return the model of measurements with some parameters free; raises FreeError, FitError."""
     options = options_of(config)
     if varied := [*config.sweep, *config.cases]:
@@ -243,7 +249,7 @@ def model_of(data: Measurements, free: Free, config: Config, jobs: int = -1) -> 
     if options.physics.chance:
         raise FitError("noise: a mean of random paths cannot be fitted; leave out 'stochastic'")
     fixed = config.parameters()
-    return Model(data, free_parameters(free, fixed, data.parameters), fixed, options, jobs)
+    return Model(data, free_parameters(free, fixed, data.parameters), fixed, options, workers)
 
 
 def _refuse_profile(model: Model) -> None:

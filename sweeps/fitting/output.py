@@ -51,7 +51,7 @@ def fit_dataset(
     Along `datum`: `measured_value`, `measured_error`, `fitted_value`, `residual`, and so on; along
     `free_parameter`: `parameter_value`, `parameter_standard_error`, and so on.
     """
-    curve = run_in_memory(curve_config(fit, config), workers=fit.model.jobs)
+    curve = run_in_memory(curve_config(fit, config), workers=fit.model.workers)
     about = {
         "chi2": fit.trial.chi2,
         "degrees_of_freedom": fit.dof,

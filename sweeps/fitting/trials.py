@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
-import joblib
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.dispatch.workers import Workers
 from stickslip.options import METHODS, Options
 from stickslip.orbit import failed_row
 from stickslip.parameters import Parameters
@@ -154,14 +154,14 @@ def _ratios(measured: Floats, fitted: Floats) -> Floats:
 class Model:
     """The model at the rows of measurements, with some parameters free.
 
-    `jobs` are threads, counted as by joblib.
+    It is computed by `workers`, left out those that `orbit_rows` takes.
     """
 
     data: Measurements
     free: Sequence[FreeParameter]
     fixed: Parameters
     options: Options
-    jobs: int = -1
+    workers: Workers | None = None
 
     def trials(
         self, places: Floats, budget: Budget | None, wanted: NDArray[np.bool_] | None = None
@@ -267,8 +267,8 @@ class Model:
         if valid.any():
             # Of rows that differ in nothing one is computed.
             different, places_of = np.unique(flat[valid], axis=0, return_inverse=True)
-            with joblib.parallel_config(n_jobs=self.jobs):  # counts in the thread that sets it
-                results[valid] = orbit_rows(different, options)[places_of.ravel()]
+            found = orbit_rows(different, options, self.workers)
+            results[valid] = found[places_of.ravel()]
         return results.reshape(*points.shape[:2], -1)
 
     def _is_valid(self, u: Floats) -> bool:

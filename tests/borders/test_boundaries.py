@@ -10,6 +10,8 @@ import pytest
 import xarray as xr
 
 from stickslip import Parameters, Status, stationary_orbit
+from stickslip.dispatch import threads
+from stickslip.dispatch.task import Block, Task, compute_block
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from stickslip.regime import Regime
@@ -18,8 +20,6 @@ from sweeps import borders as boundaries_module
 from sweeps import run
 from sweeps.borders import BoundaryError, computation
 from sweeps.borders.table import types_of
-from sweeps.engine.executors import threads
-from sweeps.engine.executors.worker import Block, Task, compute_block
 from sweeps.engine.progress import Display, Scene
 
 MEETING = 2

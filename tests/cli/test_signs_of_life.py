@@ -17,7 +17,7 @@ HASTY = """\
 import time
 from pathlib import Path
 from sweeps.engine import computing, counts, plan, progress, trajectories
-from sweeps.engine.executors import threads
+from stickslip.dispatch import threads
 from sweeps.cli import main
 counts._SOON = 0.1
 progress._MOMENT = 0.0

@@ -7,8 +7,10 @@ from dataclasses import replace
 import pytest
 from support.sweeps.watching import Clock, advanced, block_of, found, task
 
+from stickslip.dispatch import in_flight as in_flight_module
+from stickslip.dispatch.in_flight import InFlight
 from sweeps.engine import counts as counts_module
-from sweeps.engine.counts import Counts, InFlight
+from sweeps.engine.counts import Counts, stop_text
 from sweeps.engine.signals import Stop
 
 
@@ -17,7 +19,8 @@ from sweeps.engine.signals import Stop
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     """Time that stands still unless a test moves it."""
     clock = Clock()
-    monkeypatch.setattr(counts_module, "time", clock)
+    for module in (counts_module, in_flight_module):
+        monkeypatch.setattr(module, "time", clock)
     return clock
 
 
@@ -179,16 +182,16 @@ def test_tasks_that_are_given_up_are_forgotten(clock: Clock) -> None:
 
 def test_a_stop_waits_for_what_has_a_limit_and_gives_up_the_rest(clock: Clock) -> None:
     flying = InFlight()
-    assert flying.at_a_stop() == ""
+    assert stop_text(flying) == ""
     flying.begin(replace(task(0, 10), patience=64))
     clock.now += 6.0
     waits = "finishing 10 points in flight, the oldest for 0:06, for 20 s at most"
-    assert flying.at_a_stop() == waits
+    assert stop_text(flying) == waits
     flying.begin(task(20, 1))
     gives_up = "giving up 1 point that may take minutes, for the next run"
-    assert flying.at_a_stop() == f"{waits}; {gives_up}"
+    assert stop_text(flying) == f"{waits}; {gives_up}"
     flying.end(block_of(replace(task(0, 10), patience=64)))
-    assert flying.at_a_stop() == gives_up
+    assert stop_text(flying) == gives_up
     flying.clear()
     flying.begin(replace(task(0, 10), line=5))  # lines that are followed are ordinary blocks
-    assert flying.at_a_stop() == "finishing 10 points in flight, for 20 s at most"
+    assert stop_text(flying) == "finishing 10 points in flight, for 20 s at most"

@@ -69,7 +69,7 @@ execution: {workers: 2, block_points: 10}
 NOTING = """\
 import os, sys
 import numpy as np
-from sweeps.engine.executors import worker
+from stickslip.dispatch import task as worker
 from sweeps.cli.app import main
 log = os.open("begun", os.O_WRONLY | os.O_APPEND | os.O_CREAT)
 compute_orbits = worker.compute_orbits
@@ -161,8 +161,8 @@ PLACES = {
     "before the result has its name": Mishap("pathlib:Path", "replace", of="result.nc"),
     "after the result has its name": Mishap("pathlib:Path", "replace", 1, "after", of="result.nc"),
     "after all is flushed": Mishap("sweeps.files.atomic", "flush", 2, "after", within=RESULT),
-    "before the journal is taken away": Mishap("pathlib:Path", "unlink", of="journal')"),
-    "after the journal is taken away": Mishap("pathlib:Path", "unlink", 1, "after", of="journal')"),
+    "before the journal is taken away": Mishap("pathlib:Path", "unlink", 2, of="journal')"),
+    "after the journal is taken away": Mishap("pathlib:Path", "unlink", 2, "after", of="journal')"),
 }
 
 

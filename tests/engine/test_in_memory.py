@@ -17,12 +17,12 @@ from support.sweeps.processes import Running
 from support.sweeps.workers import HERE, POISON, needs_dask, poisoned_block
 
 from stickslip import Parameters, Status, stationary_orbit
+from stickslip.dispatch import backend, threads
+from stickslip.dispatch.task import Block
+from stickslip.dispatch.workers import Tasks
 from stickslip.variables import asked_columns
 from sweeps.config.schema import Execution
-from sweeps.engine import computing, in_memory
-from sweeps.engine.executors import threads
-from sweeps.engine.executors.base import Tasks
-from sweeps.engine.executors.worker import Block
+from sweeps.engine import computing, executors
 from sweeps.engine.run import run
 from sweeps.engine.signals import Stop
 from sweeps.files.datasets import content_hash, open_result, write_dataset
@@ -97,7 +97,7 @@ def watched(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
     Watched.made.clear()
     monkeypatch.setattr(joblib, "Parallel", Watched)
-    monkeypatch.setattr(in_memory, "make_executor", refused)
+    monkeypatch.setattr(executors, "make_executor", refused)
     return Watched.made
 
 
@@ -155,7 +155,7 @@ def test_a_point_that_kills_a_process_of_joblib_costs_itself_alone(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     monkeypatch.setenv("PYTHONPATH", HERE)
-    monkeypatch.setattr(in_memory, "compute_block", poisoned_block)
+    monkeypatch.setattr(backend, "compute_block", poisoned_block)
     with joblib.parallel_config("loky", n_jobs=2):
         ds = run(executed(block_points=2))
     poison = ds.temperature == POISON
@@ -186,7 +186,7 @@ class Careless(threads.ThreadExecutor):
 
 
 def test_lost_blocks_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(in_memory, "make_executor", lambda execution: Careless(execution.workers))
+    monkeypatch.setattr(executors, "make_executor", lambda execution: Careless(execution.workers))
     with pytest.raises(RuntimeError, match="only 7 of 9 points"):
         run(executed(workers=1, block_points=2))
 
@@ -212,7 +212,7 @@ def test_ctrl_c_does_not_wait_for_blocks_in_flight() -> None:
     code = (
         "import time\n"
         "from sweeps import run\n"
-        "from sweeps.engine.executors import threads\n"
+        "from stickslip.dispatch import threads\n"
         "def stuck(task):\n"
         "    print('ready', flush=True)\n"
         "    time.sleep(1000)\n"

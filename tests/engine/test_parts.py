@@ -11,17 +11,17 @@ import pytest
 from support.marks import marked
 
 from stickslip import Status
+from stickslip.dispatch import task as worker
+from stickslip.dispatch.task import Block
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
 from sweeps.config.load import Config, from_mapping
 from sweeps.engine import recording
-from sweeps.engine.executors import worker
-from sweeps.engine.executors.worker import Block
 from sweeps.engine.existing import RefusalError
 from sweeps.engine.merge import merge
-from sweeps.engine.order.part import Part
 from sweeps.engine.outcome import Console, JournaledResult, Outcome
+from sweeps.engine.part import Part
 from sweeps.engine.plan import plan
 from sweeps.engine.resume import ExistingPolicy
 from sweeps.engine.state import state_of

@@ -29,6 +29,7 @@ from support.sweeps.watching import (
     terminal_of,
 )
 
+from stickslip.dispatch import in_flight
 from sweeps.engine import counts as counts_module
 from sweeps.engine import progress
 from sweeps.engine.counts import Counts
@@ -39,7 +40,7 @@ from sweeps.engine.progress import Compiling, display_of
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     """Time that stands still unless a test moves it."""
     clock = Clock()
-    for module in (counts_module, progress):
+    for module in (counts_module, in_flight, progress):
         monkeypatch.setattr(module, "time", clock)
     return clock
 

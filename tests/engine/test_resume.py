@@ -10,8 +10,8 @@ import pytest
 from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of, write
 
 from stickslip import Parameters
+from stickslip.dispatch import task as worker
 from sweeps.config.load import load
-from sweeps.engine.executors import worker
 from sweeps.files.datasets import open_result
 from sweeps.grid import Grid
 from sweeps.human import counted

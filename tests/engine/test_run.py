@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 from support.sweeps.processes import default_signals
 
+from stickslip.dispatch.task import Block
 from sweeps import run
 from sweeps.config.load import ConfigError, from_mapping
 from sweeps.engine import recording
-from sweeps.engine.executors.worker import Block
 from sweeps.engine.existing import RefusalError
 from sweeps.engine.run import StoppedError
 from sweeps.files.datasets import content_hash, open_result

@@ -18,8 +18,9 @@ import pytest
 from support.sweeps.processes import HANGS, Running, default_signals
 from support.sweeps.sweeping import LOOSE, Shell, hash_at_once, hash_of, write
 
+from stickslip.dispatch import stop as stopping
+from stickslip.dispatch import task as worker
 from sweeps.engine import signals
-from sweeps.engine.executors import worker
 from sweeps.engine.signals import Stop, interruptible, listening, parse_duration, wait_for
 from sweeps.exits import Exit
 
@@ -37,7 +38,8 @@ class Clock:
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     clock = Clock()
-    monkeypatch.setattr(signals, "time", clock)
+    for module in (signals, stopping):
+        monkeypatch.setattr(module, "time", clock)
     return clock
 
 
@@ -268,7 +270,7 @@ def left_over(folder: Path) -> list[str]:
 def test_a_stop_gives_up_what_takes_longer_than_a_while(
     shell: Shell, monkeypatch: pytest.MonkeyPatch, more: str
 ) -> None:
-    monkeypatch.setattr(signals, "LONGEST_STOP", 0.2)
+    monkeypatch.setattr(stopping, "LONGEST_STOP", 0.2)
     write("a.yaml", "sweep: {omega: [10, 11, 12, 13, 14, 15]}\n", LOOSE, more)
     released, results = threading.Event(), worker._results
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from stickslip.dispatch import task as worker
 from sweeps.config.load import from_mapping
-from sweeps.engine.executors import worker
 from sweeps.engine.existing import Target
 from sweeps.engine.outcome import Console
 from sweeps.engine.sweep import sweep

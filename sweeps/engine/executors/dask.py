@@ -14,21 +14,22 @@ from typing import Any, Self
 from filelock import FileLock
 
 from stickslip.compiled.cache import cache_folder, source_hash
+from stickslip.dispatch.errors import ExecutorError, WorkerMismatchError, WorkersLostError
+from stickslip.dispatch.stop import in_thread
+from stickslip.dispatch.task import Block, Task, compute_block
+from stickslip.dispatch.workers import Executor, first_line
 from stickslip.kernels.families import KIND
 from stickslip.orbit import prepare_kernels
 from stickslip.parameters import Parameters
 from sweeps.config.schema import Execution
-from sweeps.engine.executors.base import (
-    AddressError,
-    Executor,
-    ExecutorError,
-    WorkersLostError,
-    first_line,
-)
-from sweeps.engine.executors.worker import Block, Task, WorkerMismatchError, compute_block
-from sweeps.engine.signals import in_thread
+from sweeps.exits import ExpectedError
 
 log = logging.getLogger(__name__)
+
+
+class AddressError(ExpectedError, ExecutorError):
+    """An address at which no scheduler will ever answer this process."""
+
 
 _ANSWER_SECONDS = 5.0  # for a scheduler to answer
 _CONNECT_SECONDS = 15.0  # for a client to be ready

@@ -7,11 +7,12 @@ from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
+from stickslip.dispatch.children import children_started, process_pool
+from stickslip.dispatch.errors import WorkersLostError
+from stickslip.dispatch.stop import Stop
+from stickslip.dispatch.task import Block, Task, compute_block
+from stickslip.dispatch.workers import Executor, Tasks, first_line
 from sweeps.config.schema import Execution
-from sweeps.engine.executors.base import Executor, Tasks, WorkersLostError, first_line
-from sweeps.engine.executors.children import children_started, process_pool
-from sweeps.engine.executors.worker import Block, Task, compute_block
-from sweeps.engine.signals import Stop
 
 
 class ProcessExecutor(Executor):

@@ -34,9 +34,9 @@ from support.sweeps.workers import (
     wait_for_blocks,
 )
 
+from stickslip.dispatch.errors import ExecutorError, WorkersLostError
 from stickslip.status import Status
 from sweeps.engine.executors import dask as dask_executor
-from sweeps.engine.executors.base import ExecutorError, WorkersLostError
 from sweeps.engine.executors.dask import ClusterExecutor
 from sweeps.engine.run import run
 from sweeps.engine.settings import read_config

@@ -33,13 +33,15 @@ from support.sweeps.workers import (
     wait_for_blocks,
 )
 
+from stickslip.compiled.cache import source_hash
+from stickslip.dispatch.ask import ask
+from stickslip.dispatch.blocks import Blocks
+from stickslip.dispatch.errors import ExecutorError, WorkersLostError
+from stickslip.dispatch.task import Task
+from stickslip.dispatch.workers import Executor
 from stickslip.status import Status
 from sweeps.config.schema import Execution
-from sweeps.engine.counts import InFlight
-from sweeps.engine.dispatch import finished_blocks, make_executor
-from sweeps.engine.executors import dask, processes
-from sweeps.engine.executors.base import Executor, ExecutorError, WorkersLostError
-from sweeps.engine.executors.worker import Task, task_of
+from sweeps.engine.executors import dask, make_executor, processes
 from sweeps.engine.run import run
 from sweeps.engine.settings import options_of, read_config
 from sweeps.engine.signals import Stop
@@ -192,7 +194,8 @@ def test_processes_do_not_outlive_the_command() -> None:
 def tasks() -> list[Task]:
     config = read_config("a.yaml")
     grid = Grid.from_config(config)
-    return [task_of(grid, np.array([i]), options_of(config)) for i in range(6)]
+    options, code = options_of(config), source_hash()
+    return [Task(np.array([i]), grid.points(i, i + 1), options, code) for i in range(6)]
 
 
 class Scripted(Executor):
@@ -234,7 +237,7 @@ def test_workers_that_cannot_begin_cost_no_point(tasks: list[Task]) -> None:
     done = np.arange(grid.size) >= len(tasks)
     pool = Scripted(1, [WorkersLostError("no module named queue")] * 9)
     with pytest.raises(ExecutorError, match=r"before they compute anything \(no module named qu"):
-        list(finished_blocks(grid, options, done, pool, Stop(), InFlight()))
+        list(ask(grid.rows, Blocks(done, pool.slots), options, pool))
 
 
 def test_one_process_of_a_machine_compiles_at_a_time(

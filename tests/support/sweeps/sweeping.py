@@ -17,13 +17,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from stickslip.dispatch import task as worker
 from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
 from support.sweeps.commands import Result, result_of
 from support.sweeps.commands import entries as entries  # handed on
 from support.sweeps.processes import HANGS, default_signals
 from sweeps.cli.app import main
-from sweeps.engine.executors import worker
 from sweeps.engine.run import run
 from sweeps.engine.signals import Stop
 from sweeps.files.datasets import content_hash, open_result

@@ -21,9 +21,9 @@ import numpy as np
 import pytest
 
 from stickslip import Options, Status
+from stickslip.dispatch.task import Block, Task
 from support.sweeps.processes import HANGS, default_signals, ends_with_its_test
 from sweeps.engine.counts import Counts
-from sweeps.engine.executors.worker import Block, Task
 from sweeps.engine.store import Memory
 
 HIDDEN, VISIBLE = "\x1b[?25l", "\x1b[?25h"

@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 
 import sweeps
+from stickslip.dispatch.task import Block, Task, compute_block
 from stickslip.orbit import compute_orbits
 from support.sweeps.processes import HANGS, Running, default_signals, wait_until
 from sweeps.config.load import Config
-from sweeps.engine.executors.worker import Block, Task, compute_block
 from sweeps.engine.settings import options_of
 from sweeps.files.attributes import result_dataset
 from sweeps.files.datasets import content_hash, open_result
@@ -94,7 +94,8 @@ def poisoned_block(task: Task) -> Block:
 
 
 _MODULES = (
-    "from support.sweeps import workers; from sweeps.engine.executors import base, dask, processes"
+    "from support.sweeps import workers; from sweeps.engine.executors import dask, processes; "
+    "from stickslip.dispatch import workers as base"
 )
 
 

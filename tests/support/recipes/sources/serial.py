@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from concurrent.futures import Future
 
+from stickslip.dispatch.task import Block, Task, compute_block
+from stickslip.dispatch.workers import Executor
 from sweeps.config.schema import Execution
-from sweeps.engine.executors.base import Executor
-from sweeps.engine.executors.worker import Block, Task, compute_block
 
 
 class SerialExecutor(Executor):

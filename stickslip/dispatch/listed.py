@@ -17,12 +17,13 @@ _FEWEST, _MOST = 64, 1024
 
 
 class Listed:
-    """A list of points that grows; of a grid it has what tasks are made of, of `Blocks` the rest.
+    """A list of points that grows; the interface is that of `Blocks`.
 
     A block is a share of all that are not finished, one for each of so many `slots`.
     """
 
-    followed: ClassVar[None] = None
+    line: ClassVar[int] = 1
+    defers: ClassVar[bool] = True
 
     def __init__(self, slots: int) -> None:
         self._points = np.empty((0, len(Parameters._fields)))

@@ -15,19 +15,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.dispatch.children import children_started, process_pool
+from stickslip.dispatch.workers import first_line
 from stickslip.options import Options
 from stickslip.orbit import compile_families, prepare_kernels, uncompiled
-from sweeps.engine.executors.base import first_line
-from sweeps.engine.executors.children import children_started, process_pool
-from sweeps.engine.executors.worker import kinds_of
-from sweeps.grid import Grid
 
 log = logging.getLogger(__name__)
-
-
-def compile_kernels(options: Options, grid: Grid) -> None:
-    """Compile or load what the grid needs."""
-    compile_kinds(options, kinds_of(grid))
 
 
 def compile_kinds(options: Options, kinds: NDArray[np.float64]) -> None:

@@ -15,8 +15,8 @@ from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
 from sweeps.config.load import from_mapping
 from sweeps.config.refinement import Refine
-from sweeps.engine.order.refine import Refinement
 from sweeps.engine.plan import plan
+from sweeps.engine.refine import Refinement
 from sweeps.engine.settings import read_config
 from sweeps.files.datasets import open_result
 from sweeps.grid import Grid

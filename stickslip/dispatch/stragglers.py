@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled.simd import LANES
+from stickslip.dispatch.blocks import Costs
+from stickslip.measure.results import STATUS
 from stickslip.status import Status
-from sweeps.engine.order.product import Costs
-from sweeps.files.columns import STATUS, Rows
 
 _PATIENCE = 64  # drive periods; of a hundred points less than one needs more
 
@@ -47,7 +47,7 @@ class Stragglers:
         seldom = self._late <= _FEW + _SELDOM * self._tried
         return _PATIENCE if seldom and self._ever else 0
 
-    def finished(self, indices: NDArray[np.int64], rows: Rows) -> NDArray[np.bool_]:
+    def finished(self, indices: NDArray[np.int64], rows: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which points (n,) of a block, with rows (n, columns), are not late."""
         late = rows[:, STATUS] == Status.PENDING
         self._tried += len(late)

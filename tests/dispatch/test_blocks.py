@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweeps.engine.order.product import PILOT_BLOCKS, Blocks, Costs, pilot_blocks
+from stickslip.dispatch.blocks import PILOT_BLOCKS, Blocks, Costs, pilot_blocks
 
 costs = st.lists(st.tuples(st.integers(1, 500), st.floats(0.0, 1e4)), max_size=20)
 

@@ -7,21 +7,21 @@ point without a result it goes on from the last one that had one.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.kernels.points import final_columns
 from stickslip.keys import keys_of_lines, secret_of
+from stickslip.measure.results import STATUS
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
-from sweeps.grid import Grid
 
 Indices = NDArray[np.int64]
 
-_STATUS = RESULT_COLUMNS.index("status")
 _RESULTS = [status for status in Status if status.is_result]
 
 # As many lines as keep the lanes of a kernel busy; more would only come back later.
@@ -35,11 +35,14 @@ _MOST_KNOWN = 20_000
 class Lines:
     """Cuts the lines that are not done into blocks of a few; the interface is that of `Blocks`.
 
-    A line with a point that is missing is computed as a whole: its points need each other.
+    `lines` (lines, points) are the numbers of their points. One with a point that is missing is
+    computed as a whole: its points need each other.
     """
 
-    def __init__(self, grid: Grid, done: NDArray[np.bool_], slots: int) -> None:
-        lines = grid.lines()
+    defers: ClassVar[bool] = False
+
+    def __init__(self, lines: Indices, done: NDArray[np.bool_], slots: int) -> None:
+        self.line = lines.shape[1]
         self._lines = lines[~done[lines].all(axis=1)]
         self._at_once = max(1, min(_MOST_LINES, -(-len(self._lines) // slots)))
 
@@ -106,14 +109,6 @@ def _followed(
         states = np.full((len(lines), len(final_columns(options.physics))), np.nan)
     for points in np.moveaxis(lines, 1, 0):
         rows, finals = compute_orbits(points, options, states)
-        settled = np.isin(rows[:, _STATUS], _RESULTS)
+        settled = np.isin(rows[:, STATUS], _RESULTS)
         states = np.where(settled[:, None], finals, states)
         yield rows, states
-
-
-def lines_of(grid: Grid, points: Indices) -> NDArray[np.bool_]:
-    """Return which points (grid.size,) lie on a line with one of these."""
-    lines, chosen = grid.lines(), np.zeros(grid.size, dtype=bool)
-    chosen[points] = True
-    chosen[lines] = chosen[lines].any(axis=1, keepdims=True)
-    return chosen

@@ -1,30 +1,26 @@
-"""The points of a grid over the workers of an executor, whatever happens to the workers."""
+"""Points over workers, whatever happens to the workers: the one way to rows of results."""
 
 from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from importlib import import_module
 from itertools import chain
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.compiled.cache import source_hash
+from stickslip.dispatch.errors import ExecutorError, WorkersLostError
+from stickslip.dispatch.in_flight import InFlight
+from stickslip.dispatch.stop import Stop
+from stickslip.dispatch.stragglers import Stragglers
+from stickslip.dispatch.task import Block, Task, failed_block, is_answer
+from stickslip.dispatch.workers import Workers
 from stickslip.options import Options
 from stickslip.variables import RESULT_COLUMNS
-from sweeps.config.schema import Execution
-from sweeps.engine.counts import InFlight
-from sweeps.engine.executors.base import Executor, ExecutorError, Workers, WorkersLostError
-from sweeps.engine.executors.worker import Block, Task, failed_block, is_answer, task_of
-from sweeps.engine.order.follow import Lines
-from sweeps.engine.order.listed import Listed
-from sweeps.engine.order.product import Blocks
-from sweeps.engine.order.stragglers import Stragglers
-from sweeps.engine.signals import Stop
-from sweeps.executor_table import EXECUTORS
-from sweeps.grid import Grid
 
 log = logging.getLogger(__name__)
 
@@ -38,101 +34,91 @@ _WRONG = (
     "and the same command resumes"
 )
 
-
-def make_executor(execution: Execution) -> Executor:
-    """Make the executor that a config asks for; entering it may raise ExecutorError."""
-    module = import_module(f"sweeps.engine.executors.{EXECUTORS[execution.backend].module}")
-    executor: Executor = module.executor_for(execution)
-    return executor
+RowsOf: TypeAlias = Callable[[NDArray[np.int64]], NDArray[np.float64]]
+"""The parameters (n, parameters) of points by their numbers (n,)."""
 
 
-def blocks_of(
-    grid: Grid,
-    done: NDArray[np.bool_],
-    slots: int,
-    *,
-    seconds: float = 1.0,
-    block_points: int | None = None,
-) -> Blocks | Lines:
-    """Cut blocks of points, or of whole lines where an axis is followed; arguments as `Blocks`."""
-    if grid.followed:
-        return Lines(grid, done, slots)
-    return Blocks(done, slots, seconds=seconds, block_points=block_points)
+class Order(Protocol):
+    """The order in which points are computed: their numbers, cut into blocks.
+
+    `line` points at a time belong together, each starting from the one before; 1 for points alone.
+    Late points are left over, and computed together, where it `defers` them.
+    """
+
+    @property
+    def line(self) -> int: ...  # noqa: D102 - a protocol
+    @property
+    def defers(self) -> bool: ...  # noqa: D102
+
+    def __iter__(self) -> Iterator[NDArray[np.int64]]: ...
+
+    def learn(self, points: int, seconds: float) -> None:
+        """Take in what a finished block cost."""
 
 
-def finished_blocks(
-    grid: Grid,
+def ask(
+    rows_of: RowsOf,
+    order: Order,
     options: Options,
-    done: NDArray[np.bool_],
-    executor: Workers,
-    stop: Stop,
-    in_flight: InFlight,
+    workers: Workers,
     *,
-    block_points: int | None = None,
-) -> Iterator[Block]:
-    """Compute the points of a grid that are not done; as `computed_blocks` does."""
-    seconds, slots = executor.block_seconds, executor.slots
-    blocks = blocks_of(grid, done, slots, seconds=seconds, block_points=block_points)
-    yield from computed_blocks(grid, options, blocks, executor, stop, in_flight, block_points)
-
-
-def computed_blocks(
-    grid: Grid | Listed,
-    options: Options,
-    blocks: Blocks | Lines | Listed,
-    executor: Workers,
-    stop: Stop,
-    in_flight: InFlight,
-    block_points: int | None = None,
-    *,
+    stop: Stop | None = None,
+    in_flight: InFlight | None = None,
+    most: int | None = None,
     limit: int = 0,
 ) -> Iterator[Block]:
-    """Compute blocks of points, and yield them as they are finished; there may come more meanwhile.
+    """Compute points, and yield their blocks as they are finished; more may be ordered meanwhile.
 
     Points that take more than `limit` drive periods, where it is not 0, come back `pending`.
 
-    After a request to stop no further block is begun. Those in flight still come for a while, but
-    for points that may take any time (`Task.is_unlimited`): they are given up. Where workers die,
-    the blocks in flight are computed again one at a time and in ever smaller pieces, until the
-    point, or the line, is alone that no worker survives; it gets the status `failed`. `in_flight`
-    always knows which tasks have not come back. Raises ExecutorError.
+    Late points are computed together at the end, `most` at a time where that is given. After a
+    request to stop no further block is begun. Those in flight still come for a while, but for
+    points that may take any time (`Task.is_unlimited`): they are given up. Where workers die, the
+    blocks in flight are computed again one at a time and in ever smaller pieces, until the point,
+    or the line, is alone that no worker survives; it gets the status `failed`. `in_flight` always
+    knows which tasks have not come back. Raises ExecutorError.
     """
-    stragglers = Stragglers(block_points, ever=not grid.followed)
-    tasks = _Tasks(grid, options, blocks, stragglers, executor, stop, in_flight, limit)
+    stop, in_flight = stop or Stop(), in_flight or InFlight()
+    tasks = _Tasks(rows_of, order, options, workers, stop, in_flight, most, limit)
     # There may be tasks again after there was none: those of points that came back as late.
     while (first := next(tasks, None)) is not None:
         try:
-            for block in executor.blocks(chain([first], tasks), stop):
+            for block in workers.blocks(chain([first], tasks), stop):
                 if len((finished := tasks.finished(block)).indices):
                     yield finished
         except WorkersLostError:
-            _require_workers(task_of(grid, _NONE, options), executor, stop)
+            _require_workers(tasks.task_of(_NONE), workers, stop)
             for task in in_flight.clear():
-                yield from _suspect(replace(task, patience=0), executor, stop, in_flight)
+                yield from _suspect(replace(task, patience=0), workers, stop, in_flight)
 
 
 class _Tasks:
-    """The tasks of a sweep; the threads of an executor may take them too."""
+    """The tasks of all points; the threads of an executor may take them too."""
 
     def __init__(
         self,
-        grid: Grid | Listed,
+        rows_of: RowsOf,
+        order: Order,
         options: Options,
-        blocks: Blocks | Lines | Listed,
-        stragglers: Stragglers,
-        executor: Workers,
+        workers: Workers,
         stop: Stop,
         in_flight: InFlight,
+        most: int | None,
         limit: int,
     ) -> None:
-        self._grid, self._options, self._stop, self._limit = grid, options, stop, limit
-        self._blocks, self._cut = blocks, iter(blocks)
-        self._stragglers = stragglers
+        self._rows_of, self._options, self._stop, self._limit = rows_of, options, stop, limit
+        self._order, self._cut = order, iter(order)
+        self._stragglers = Stragglers(most, ever=order.defers)
         self._rest: list[NDArray[np.int64]] = []
         self._late: set[int] = set()  # first points of tasks for late points
         self._wrong: set[int] = set()  # first points of tasks that came back wrong once
-        self._in_flight, self._executor = in_flight, executor
+        self._in_flight, self._workers = in_flight, workers
         self._lock = threading.Lock()
+
+    def task_of(self, indices: NDArray[np.int64], patience: int = 0) -> Task:
+        """Make the task of computing some of the points."""
+        points, line = self._rows_of(indices), self._order.line
+        return Task(indices, points, self._options, source_hash(), line, patience, self._limit)
 
     def __iter__(self) -> Iterator[Task]:
         return self
@@ -153,15 +139,15 @@ class _Tasks:
         late = self._stragglers.together()
         if late is None and (block := next(self._cut, None)) is not None:
             patience = 0 if self._limit else self._stragglers.patience
-            return task_of(self._grid, block, self._options, patience, self._limit)
+            return self.task_of(block, patience)
         if late is None:
             if not any(task.patience for task in self._in_flight.tasks):
-                self._rest += self._stragglers.rest(self._executor.slots)
+                self._rest += self._stragglers.rest(self._workers.slots)
             if not self._rest:
                 raise StopIteration
             late = self._rest.pop(0)
         self._late.add(int(late[0]))
-        return task_of(self._grid, late, self._options, limit=self._limit)
+        return self.task_of(late)
 
     def finished(self, block: Block) -> Block:
         """Take in a block that has come back; returns it without the points that are late.
@@ -175,7 +161,7 @@ class _Tasks:
                 self._rest.append(self._once_more(task))
                 return Block(_NONE, np.empty((0, len(RESULT_COLUMNS))))
             late = int(block.indices[0]) in self._late
-            learning = self._stragglers if late else self._blocks
+            learning = self._stragglers if late else self._order
             learning.learn(len(block.indices), block.seconds)
             if self._limit:
                 return block
@@ -190,13 +176,13 @@ class _Tasks:
         return task.indices
 
 
-def _require_workers(nothing: Task, executor: Workers, stop: Stop) -> None:
+def _require_workers(nothing: Task, workers: Workers, stop: Stop) -> None:
     """Raise ExecutorError if workers do not even survive a task without points.
 
     Then the deaths are no point's fault: a worker that cannot begin never worked.
     """
     try:
-        for _ in executor.blocks(iter([nothing]), stop):
+        for _ in workers.blocks(iter([nothing]), stop):
             pass
     except WorkersLostError as error:
         raise ExecutorError(
@@ -205,7 +191,7 @@ def _require_workers(nothing: Task, executor: Workers, stop: Stop) -> None:
         ) from error
 
 
-def _suspect(task: Task, executor: Workers, stop: Stop, in_flight: InFlight) -> Iterator[Block]:
+def _suspect(task: Task, workers: Workers, stop: Stop, in_flight: InFlight) -> Iterator[Block]:
     """Compute a task that may have killed its worker, and nothing beside it."""
     deaths, reason = 0, ""
     while deaths < _DEATHS_OF_A_POINT:
@@ -213,7 +199,7 @@ def _suspect(task: Task, executor: Workers, stop: Stop, in_flight: InFlight) -> 
             return
         in_flight.begin(task)
         try:
-            for block in executor.blocks(iter([task]), stop):
+            for block in workers.blocks(iter([task]), stop):
                 expected = in_flight.end(block)
                 if expected is None or not is_answer(block, expected):
                     raise ExecutorError(_WRONG)
@@ -223,7 +209,7 @@ def _suspect(task: Task, executor: Workers, stop: Stop, in_flight: InFlight) -> 
             in_flight.clear()
             if len(task.indices) > task.line:
                 for half in _halves(task):
-                    yield from _suspect(half, executor, stop, in_flight)
+                    yield from _suspect(half, workers, stop, in_flight)
                 return
             deaths, reason = deaths + error.deaths, str(error)
     yield failed_block(task, reason)

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from stickslip.compiled.cache import is_kept
+from stickslip.dispatch import compilation as kernels
 from stickslip.kernels.adaptive.passes import pass_kernel
 from stickslip.kernels.families import KIND, Family
 from stickslip.options import DEFAULTS, Options
 from stickslip.orbit import prepare_kernels, uncompiled
 from sweeps.config.load import from_mapping
-from sweeps.engine.executors import kernels
+from sweeps.engine.computing import compile_kernels
 from sweeps.grid import Grid
 
 INDICES = [-2 / 3, 0.0, 2 / 3]
@@ -36,7 +37,7 @@ def test_families_that_are_missing_are_compiled_in_processes_meanwhile(
 ) -> None:
     monkeypatch.setattr(kernels, "uncompiled", lambda _, kinds: kinds[:2])
     monkeypatch.setattr(kernels, "_cores", lambda: 2)
-    kernels.compile_kernels(DEFAULTS, GRID)
+    compile_kernels(DEFAULTS, GRID)
     assert prepared == [[], FLUIDS]
 
 
@@ -47,7 +48,7 @@ def test_a_family_alone_is_compiled_here_and_what_all_share_meanwhile(
     monkeypatch.setattr(kernels, "uncompiled", lambda _, kinds: kinds[:1])
     monkeypatch.setattr(kernels, "_cores", lambda: 2)
     monkeypatch.setattr(kernels, "compile_families", lambda _, kinds: here.append(kinds.tolist()))
-    kernels.compile_kernels(DEFAULTS, GRID)
+    compile_kernels(DEFAULTS, GRID)
     assert here == [FLUIDS[:1]]
     assert prepared == [FLUIDS]  # what another process was asked for is not seen here
 
@@ -59,7 +60,7 @@ def test_one_core_or_nothing_to_do_needs_no_process(
     monkeypatch.setattr(kernels, "uncompiled", lambda _, kinds: kinds[: 2 - cores])
     monkeypatch.setattr(kernels, "_cores", lambda: cores)
     monkeypatch.setattr(kernels, "_elsewhere", None)
-    kernels.compile_kernels(DEFAULTS, GRID)
+    compile_kernels(DEFAULTS, GRID)
     assert prepared == [FLUIDS]
 
 
@@ -74,7 +75,7 @@ def test_what_fails_is_made_afterwards(
     monkeypatch.setattr(kernels, "uncompiled", lambda _, kinds: kinds[:missing])
     monkeypatch.setattr(kernels, "_cores", lambda: 2)
     monkeypatch.setattr(kernels, "compile_families", _fail)
-    kernels.compile_kernels(DEFAULTS, GRID)
+    compile_kernels(DEFAULTS, GRID)
     assert prepared == asked
 
 

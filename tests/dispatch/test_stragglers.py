@@ -16,13 +16,13 @@ from support.sweeps.processes import HANGS, default_signals
 from support.sweeps.sweeping import Shell, hash_at_once, hash_of
 
 from stickslip import Status
+from stickslip.dispatch import task as worker
+from stickslip.dispatch.stragglers import Stragglers
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
 from sweeps.config.load import from_mapping
-from sweeps.engine.executors import worker
-from sweeps.engine.order.stragglers import Stragglers
 from sweeps.files.columns import STATUS
 from sweeps.files.datasets import content_hash, open_result
 from sweeps.grid import Grid

@@ -14,9 +14,9 @@ from concurrent.futures import Future
 from itertools import islice
 from typing import Self
 
-from sweeps.engine.executors.worker import Block, Task
-from sweeps.engine.signals import Stop
-from sweeps.exits import Exit, ExpectedError
+from stickslip.dispatch.errors import WorkersLostError
+from stickslip.dispatch.stop import Stop
+from stickslip.dispatch.task import Block, Task
 
 Tasks = Iterator[Task]
 Finished = queue.SimpleQueue[Future[Block]]
@@ -24,29 +24,6 @@ InFlight = dict[Future[Block], Task]
 
 _SILENCE_SECONDS = 5.0  # without a finished block, until the executor is asked for the reason
 _LOOK_SECONDS = 0.5  # a signal that arrives just before a wait begins is heard after it
-
-
-class ExecutorError(ExpectedError, RuntimeError):
-    """The workers cannot be had, or were lost; what is finished is kept."""
-
-    code = Exit.STOPPED
-
-
-class AddressError(ExecutorError):
-    """An address at which no scheduler will ever answer this process."""
-
-    code = Exit.USAGE
-
-
-class WorkersLostError(RuntimeError):
-    """Workers died; any of the blocks that have not come back may have killed them.
-
-    Each of those blocks has seen the end of `deaths` workers.
-    """
-
-    def __init__(self, reason: str, deaths: int = 1) -> None:
-        super().__init__(reason)
-        self.deaths = deaths
 
 
 class Workers(ABC):

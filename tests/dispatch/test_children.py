@@ -15,7 +15,7 @@ import sweeps
 ROOT = Path(sweeps.__file__).parents[1]
 
 POOL = """
-from sweeps.engine.executors.children import children_started, process_pool
+from stickslip.dispatch.children import children_started, process_pool
 with children_started():
     pool = process_pool(1)
     future = pool.submit(abs, -1)
@@ -35,7 +35,7 @@ def test_a_process_repeats_no_warning_of_the_cache(tmp_path: Path) -> None:
     """As the main process has said it, and each kernel of each process would say it again."""
     script = tmp_path / "script.py"
     script.write_text(
-        "from sweeps.engine.executors.children import children_started, process_pool\n"
+        "from stickslip.dispatch.children import children_started, process_pool\n"
         "if __name__ == '__main__':\n"
         "    with children_started():\n"
         "        pool = process_pool(1)\n"

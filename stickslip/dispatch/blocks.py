@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +14,7 @@ Indices = NDArray[np.int64]
 
 _FIRST_BLOCK = 256  # points, before anything is known of their cost
 # Fewer points do not keep the lanes of a kernel busy, more need memory and gain nothing.
-_SMALLEST_BLOCK, _LARGEST_BLOCK = 64, 16_384
+SMALLEST_BLOCK, _LARGEST_BLOCK = 64, 16_384
 
 # A large grid is dealt out in runs of neighbours, so that a block touches few slabs of the result.
 _RUNS, _LONGEST_RUN = 16_384, 4096
@@ -34,8 +36,11 @@ class Blocks:
 
     `done` (size,), which is not changed, tells which points need not be computed, `slots` how many
     blocks are computed at the same time, `seconds` what a block should take on one core, unless
-    `block_points` is its fixed size.
+    `block_points` is its fixed size. Late points may be left over where it `defers` them.
     """
+
+    line: ClassVar[int] = 1
+    """The points that belong together: each alone."""
 
     def __init__(
         self,
@@ -44,10 +49,12 @@ class Blocks:
         *,
         seconds: float = 1.0,
         block_points: int | None = None,
+        defers: bool = True,
     ) -> None:
         self._taken = done.copy()
         self.left = len(done) - int(np.count_nonzero(done))
         self._slots, self._seconds, self._fixed = slots, seconds, block_points
+        self.defers = defers
         self._seconds_per_point: float | None = None
 
     def __iter__(self) -> Iterator[Indices]:
@@ -75,7 +82,22 @@ class Blocks:
         cost = self._seconds_per_point
         wanted = _FIRST_BLOCK if cost is None else int(self._seconds / max(cost, 1e-9))
         fair = self.left // (2 * self._slots)
-        return max(_SMALLEST_BLOCK, min(wanted, fair, _LARGEST_BLOCK))
+        return max(SMALLEST_BLOCK, min(wanted, fair, _LARGEST_BLOCK))
+
+
+@dataclass(frozen=True)
+class Given:
+    """Blocks that are cut already, in which `line` points at a time belong together."""
+
+    blocks: Sequence[Indices]
+    line: int = 1
+    defers: ClassVar[bool] = False
+
+    def __iter__(self) -> Iterator[Indices]:
+        return iter(self.blocks)
+
+    def learn(self, points: int, seconds: float) -> None:
+        """Nothing: no block is to be cut."""
 
 
 class Costs:

@@ -11,15 +11,16 @@ from support.marks import one_then
 from support.sweeps.sweeping import LOOSE, Shell, hash_at_once, hash_of, write
 
 from stickslip import Parameters, Status
+from stickslip.dispatch import lines as following
+from stickslip.dispatch.blocks import Costs
+from stickslip.dispatch.lines import Lines, follow, start_after
 from stickslip.options import METHODS, Options
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
 from sweeps.config.load import from_mapping
-from sweeps.engine.order import follow as following
-from sweeps.engine.order.follow import Lines, follow, lines_of, start_after
-from sweeps.engine.order.product import Costs
 from sweeps.engine.plan import plan
+from sweeps.engine.resume import lines_of
 from sweeps.files.datasets import open_result
 from sweeps.grid import Grid
 
@@ -130,7 +131,7 @@ def test_a_line_with_a_point_missing_is_computed_as_a_whole() -> None:
     grid = grid_of(T=[1, 2, 3], omega=[1, 2])
     done = np.ones(grid.size, dtype=bool)
     done[5] = False
-    (block,) = Lines(grid, done, slots=2)
+    (block,) = Lines(grid.lines(), done, slots=2)
     assert block.tolist() == grid.lines()[1].tolist()
     assert lines_of(grid, np.array([5])).nonzero()[0].tolist() == sorted(block)
 
@@ -138,9 +139,9 @@ def test_a_line_with_a_point_missing_is_computed_as_a_whole() -> None:
 def test_lines_are_dealt_out_evenly() -> None:
     grid = grid_of(T=list(range(1, 41)), omega=[1, 2])
     nothing = np.zeros(grid.size, dtype=bool)
-    sizes = [len(block) // 4 for block in Lines(grid, nothing, slots=2)]
+    sizes = [len(block) // 4 for block in Lines(grid.lines(), nothing, slots=2)]
     assert sizes == [16, 16, 8]
-    assert [len(block) // 4 for block in Lines(grid, nothing, slots=20)] == [2] * 20
+    assert [len(block) // 4 for block in Lines(grid.lines(), nothing, slots=20)] == [2] * 20
 
 
 # --- sweeps ---------------------------------------------------------------------------------------

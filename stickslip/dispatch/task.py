@@ -6,32 +6,22 @@ import logging
 import math
 import time
 from dataclasses import dataclass, replace
-from itertools import product
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled.cache import processor, source_hash
-from stickslip.kernels.families import KIND
+from stickslip.dispatch.errors import WorkerMismatchError
+from stickslip.dispatch.lines import follow
+from stickslip.measure.results import STATUS
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits, failed_row
 from stickslip.plausibility import are_possible, suspicious_balance, suspicious_stress
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
-from sweeps.engine.order.follow import follow
-from sweeps.engine.order.listed import Listed
-from sweeps.exits import Exit, ExpectedError
-from sweeps.files.columns import STATUS, failures, status_counts
-from sweeps.grid import Grid
 
 log = logging.getLogger(__name__)
-
-
-class WorkerMismatchError(ExpectedError, RuntimeError):
-    """A worker runs other sources than the sweep: its numbers would not be those of the sweep."""
-
-    code = Exit.STOPPED
 
 
 @dataclass(frozen=True)
@@ -78,33 +68,6 @@ class Block:
     def part(self, which: NDArray[np.bool_]) -> Block:
         """Return the same with some of the points (n,) alone."""
         return replace(self, indices=self.indices[which], results=self.results[which])
-
-    @property
-    def failures(self) -> int:
-        """The number of points that did not end ok."""
-        return failures(status_counts(self.results[:, STATUS]))
-
-
-def task_of(
-    grid: Grid | Listed,
-    indices: NDArray[np.int64],
-    options: Options,
-    patience: int = 0,
-    limit: int = 0,
-) -> Task:
-    """Make the task of computing these points of a grid, or of a list."""
-    line = grid.lines().shape[1] if grid.followed else 1
-    return Task(indices, grid.rows(indices), options, source_hash(), line, patience, limit)
-
-
-def kinds_of(grid: Grid) -> NDArray[np.float64]:
-    """Return the kinds (n, k) of points that may occur in a grid, as `prepare_kernels` takes them.
-
-    Of a coefficient of the free energy it matters only whether it is 0.
-    """
-    index, *coefficients = (grid.values(name) for name in KIND)
-    either = [{value != 0.0: value for value in values}.values() for values in coefficients]
-    return np.array(list(product(index, *either)))
 
 
 def compute_block(task: Task) -> Block:

@@ -1,0 +1,1 @@
+"""Points over workers: whoever needs rows of results asks for them here."""

@@ -1,0 +1,70 @@
+"""The workers that `joblib.parallel_config` names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures.process import BrokenProcessPool
+
+import joblib
+from joblib.parallel import get_active_backend
+
+from stickslip.dispatch.children import children_started
+from stickslip.dispatch.errors import WorkersLostError
+from stickslip.dispatch.stop import Stop
+from stickslip.dispatch.task import Block, compute_block
+from stickslip.dispatch.threads import ThreadExecutor
+from stickslip.dispatch.workers import Tasks, Workers, first_line
+
+
+def own_workers(jobs: int | None = None) -> Workers:
+    """Return the workers that `joblib.parallel_config` names, else threads of this process.
+
+    `jobs` are counted as joblib's `n_jobs`; left out, they are those of `parallel_config`, else one
+    for each core.
+    """
+    jobs = jobs or named_jobs() or -1
+    if named := named_workers(jobs):
+        return named
+    with joblib.parallel_config("threading"):  # loky would warn in a process of multiprocessing
+        return ThreadExecutor(joblib.effective_n_jobs(jobs))
+
+
+def named_jobs() -> int | None:
+    """Return the `n_jobs` that `joblib.parallel_config` names."""
+    jobs: int | None = get_active_backend()[1]
+    return jobs
+
+
+def named_workers(jobs: int) -> Workers | None:
+    """Return the workers of the backend that `joblib.parallel_config` names; None for none."""
+    # A preference of ours does not change a backend that is named.
+    threads, processes = (get_active_backend(prefer=kind)[0] for kind in ("threads", "processes"))
+    return JoblibWorkers(jobs) if threads is processes else None
+
+
+class JoblibWorkers(Workers):
+    """Compute tasks on the backend that `joblib.parallel_config` names, whichever it is.
+
+    joblib hands out the next tasks before the block that has come is taken in. That loses nothing
+    in memory; a journal would lose more in a kill than what is in flight.
+    """
+
+    def __init__(self, jobs: int) -> None:
+        super().__init__(slots=joblib.effective_n_jobs(jobs))
+        self._jobs = jobs
+
+    def __exit__(self, *exception: object) -> None:
+        pass  # joblib ends its workers, or keeps them for the next call
+
+    def blocks(self, tasks: Tasks, stop: Stop) -> Iterator[Block]:  # noqa: ARG002 - its shape
+        """Yield the finished blocks of the tasks; raises WorkersLostError."""
+        # Blocks are small and read once, so that mapping them into memory as files gains nothing.
+        parallel = joblib.Parallel(
+            self._jobs, return_as="generator_unordered", batch_size=1, max_nbytes=None
+        )
+        try:
+            with children_started():
+                blocks = parallel(joblib.delayed(compute_block)(task) for task in tasks)
+            yield from blocks
+        except BrokenProcessPool as error:
+            raise WorkersLostError(first_line(error)) from error

@@ -1,0 +1,52 @@
+"""A request to end early, and threads that keep no process alive."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import TypeVar
+
+_T = TypeVar("_T")
+
+LONGEST_STOP = 20.0
+"""Seconds that a stop waits: ordinary blocks take some, and batch systems kill after thirty."""
+
+
+class Stop:
+    """A request to begin no further block; any thread, and any signal handler, may make it."""
+
+    def __init__(self) -> None:
+        self.reason = ""
+        self._since = 0.0
+
+    @property
+    def requested(self) -> bool:
+        """True if no further block is to begin."""
+        return bool(self.reason)
+
+    def request(self, reason: str) -> None:
+        """End when the blocks in flight are finished, or `is_over`; the first reason counts."""
+        if not self.reason:
+            self._since = time.monotonic()
+            self.reason = reason
+
+    @property
+    def is_over(self) -> bool:
+        """True if what is in flight is not waited for any longer."""
+        return bool(self.reason) and time.monotonic() - self._since >= LONGEST_STOP
+
+
+def in_thread(work: Callable[[], _T]) -> Future[_T]:
+    """Begin `work` in a thread that does not keep the process alive; returns its outcome to be."""
+    outcome: Future[_T] = Future()
+
+    def attempt() -> None:
+        try:
+            outcome.set_result(work())
+        except BaseException as error:  # noqa: BLE001 - raised where it is waited for
+            outcome.set_exception(error)
+
+    threading.Thread(target=attempt, daemon=True).start()
+    return outcome

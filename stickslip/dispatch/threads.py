@@ -1,0 +1,29 @@
+"""Threads of this process: the kernels release the interpreter's lock."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+from functools import partial
+
+from stickslip.dispatch.stop import in_thread
+from stickslip.dispatch.task import Block, Task, compute_block
+from stickslip.dispatch.workers import Executor
+
+
+class ThreadExecutor(Executor):
+    """Computes tasks in threads of this process, each in one of its own.
+
+    They are daemons: after Ctrl-C those of `concurrent.futures` would keep the interpreter alive
+    until their blocks are finished, which can take minutes.
+    """
+
+    def __exit__(self, *exception: object) -> None:
+        pass  # a thread ends with its block
+
+    def most_in_flight(self) -> int:
+        """Return one for each slot: handing over takes no time, so blocks are cut late."""
+        return self.slots
+
+    def submit(self, task: Task) -> Future[Block]:
+        """Hand a task to a thread."""
+        return in_thread(partial(compute_block, task))

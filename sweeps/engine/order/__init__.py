@@ -1,1 +1,0 @@
-"""In which order the points of a sweep are computed: one module for each order."""
