@@ -34,6 +34,7 @@ ATTACKS = {
     "results": damage.results,
     "operations": kills.failures,
     "kills": kills.kills,
+    "memory": kills.memory,
     "together": together.run,
     "workers": workers.run,
     "outputs": outputs.run,

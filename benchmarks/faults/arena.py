@@ -14,7 +14,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from dataclasses import dataclass, field
 from functools import cache
 from multiprocessing import util
@@ -42,7 +42,7 @@ OLDER = "T=[150, 320]"
 SWEEP = ("sweep", "a.yaml", "-o", "a.nc", "--no-progress")
 
 # How a command may end that something befell: done, failed points, stopped, storage, killed.
-_ENDINGS = (0, 3, 4, 5, 130, -9)
+ENDINGS = (0, 3, 4, 5, 130, -9)
 # ... or with a word about the config, which could not be read.
 _UNREAD = (2, "a.yaml: cannot be read")
 
@@ -194,9 +194,26 @@ class _Arm(NamedTuple):
         )
 
 
-def number_of_operations(folder: Path, *arguments: str) -> int:
-    """Return how many operations on files in a folder an undisturbed command makes."""
-    process = begin(folder, *arguments, before=_Counting(str(shim()), str(folder)))
+def without_memory(number: int, *, lasting: bool = False) -> Callable[[], None]:
+    """Return what arms the shim in a child: it is refused that piece of memory."""
+    return _Refuse(str(shim()), number, lasting)
+
+
+class _Refuse(NamedTuple):
+    library: str
+    number: int
+    lasting: bool
+
+    def __call__(self) -> None:
+        ctypes.CDLL(self.library).arm_memory(ctypes.c_long(self.number), int(self.lasting))
+
+
+def number_of_operations(folder: Path, *arguments: str, of: str = "operations") -> int:
+    """Return how many operations on files in a folder an undisturbed command makes.
+
+    Or, `of` allocations, how many pieces of memory it asks for.
+    """
+    process = begin(folder, *arguments, before=_Counting(str(shim()), str(folder), of))
     if (end := ended(folder, process)).code != 0:
         raise RuntimeError(f"fails without a fault: {end.said}")
     counted = folder / "operations"
@@ -208,14 +225,16 @@ def number_of_operations(folder: Path, *arguments: str) -> int:
 class _Counting:
     """Arms the shim so that it only counts, and writes the count at the end."""
 
-    def __init__(self, library: str, folder: str) -> None:
-        self._library, self._folder = library, folder
+    def __init__(self, library: str, folder: str, of: str) -> None:
+        self._library, self._folder, self._of = library, folder, of
 
     def __call__(self) -> None:
         library = ctypes.CDLL(self._library)
-        library.operations.restype = ctypes.c_long
+        count = getattr(library, self._of)
+        count.restype = ctypes.c_long
         library.arm(self._folder.encode(), ctypes.c_long(10**9), 0, 0)
-        util.Finalize(None, lambda: self._write(library.operations()), exitpriority=1)
+        library.arm_memory(ctypes.c_long(10**12), 0)
+        util.Finalize(None, lambda: self._write(count()), exitpriority=1)
 
     def _write(self, count: int) -> None:
         Path(self._folder, "operations").write_text(str(count))
@@ -254,29 +273,44 @@ class Arena:
         shutil.rmtree(folder.parent)
 
     def attack(
-        self, tally: Tally, what: str, before: Callable[[Path], Callable[[], None]], spared: int = 0
+        self,
+        tally: Tally,
+        what: str,
+        before: Callable[[Path], Callable[[], None]],
+        spared: int = 0,
+        endings: Container[int] = ENDINGS,
     ) -> None:
         """Run a sweep with a fault; `spared` points may be computed again though journaled."""
         folder = self.new()
         process = begin(folder, *SWEEP, before=before(folder))
-        self.judge(tally, what, folder, ended(folder, process), spared)
+        self.judge(tally, what, folder, ended(folder, process), spared, endings)
         self.clear(folder)
 
     def is_right(self, folder: Path) -> bool:
         """Return whether the result there is that of an undisturbed sweep."""
         return content_hash(open_result(folder / "a.nc")) == self.expected
 
-    def judge(self, tally: Tally, what: str, folder: Path, end: Ended, spared: int = 0) -> None:
+    def judge(
+        self,
+        tally: Tally,
+        what: str,
+        folder: Path,
+        end: Ended,
+        spared: int = 0,
+        endings: Container[int] = ENDINGS,
+    ) -> None:
         """Count how a sweep ended that something befell, and whether it still comes to its end."""
-        verdict, why = self._verdict(folder, end, spared)
+        verdict, why = self._verdict(folder, end, spared, endings)
         tally.count(verdict, f"{what}: {why}")
 
-    def _verdict(self, folder: Path, end: Ended, spared: int) -> tuple[str, str]:
+    def _verdict(
+        self, folder: Path, end: Ended, spared: int, endings: Container[int]
+    ) -> tuple[str, str]:
         output = folder / "a.nc"
         if end.code is None:
             return "hung", end.said[-300:]
         unread = end.code == _UNREAD[0] and _UNREAD[1] in end.said
-        if not (end.code in _ENDINGS or unread) or "Traceback" in end.said:
+        if not (end.code in endings or unread) or "Traceback" in end.said:
             return "wrong", f"exit code {end.code}: {end.said[-300:]}"
         found = content_hash(open_result(output))
         if found != self.expected and (end.code == 0 or found != self.old_hash):

@@ -4,11 +4,26 @@ from __future__ import annotations
 
 import errno
 import random
+import signal
 import time
 from pathlib import Path
 from typing import Any
 
-from faults.arena import SWEEP, Arena, Tally, armed, begin, ended, number_of_operations, shim
+from faults.arena import (
+    ENDINGS,
+    SWEEP,
+    Arena,
+    Tally,
+    armed,
+    begin,
+    ended,
+    number_of_operations,
+    shim,
+    without_memory,
+)
+
+# A sentence, or the end that libraries written in C choose: the program cannot tell them.
+_WITHOUT_MEMORY = (1, -signal.SIGABRT, -signal.SIGSEGV)
 
 ERRORS = (errno.ENOSPC, errno.EIO, errno.EACCES)  # no space, a broken disk, no permission
 
@@ -37,6 +52,21 @@ def failures(quick: bool, folder: Path) -> dict[str, Any]:
     return {"failing file operations": tally.as_dict()}
 
 
+def memory(quick: bool, folder: Path) -> dict[str, Any]:
+    """Refuse memory, once or from then on."""
+    arena, rng, tally = Arena(folder), random.Random(3), Tally()
+    pieces = _operations(arena, of="allocations") if shim() else 0
+    for _ in range((4 if quick else 200) if pieces else 0):
+        number, lasting = rng.randint(1, pieces), rng.random() < 0.5
+        arena.attack(
+            tally,
+            f"piece {number} of memory{' and all later ones' * lasting} refused",
+            lambda _, n=number, for_good=lasting: without_memory(n, lasting=for_good),
+            endings=(*ENDINGS, *_WITHOUT_MEMORY),
+        )
+    return {"memory that is refused": tally.as_dict()}
+
+
 def _at_random(arena: Arena, rng: random.Random, count: int) -> Tally:
     tally, longest = Tally(), _duration(arena)
     for _ in range(count):
@@ -60,9 +90,9 @@ def _before_operations(arena: Arena, rng: random.Random, count: int) -> Tally:
     return tally
 
 
-def _operations(arena: Arena) -> int:
+def _operations(arena: Arena, of: str = "operations") -> int:
     folder = arena.new()
-    count = number_of_operations(folder, *SWEEP)
+    count = number_of_operations(folder, *SWEEP, of=of)
     arena.clear(folder)
     return count
 

@@ -1,4 +1,5 @@
-/* Counts the operations on files below one folder, and lets the process die or fail at one of them.
+/* Counts the operations on files below one folder, or the pieces of memory that are asked for, and
+   lets the process die or fail at one of them.
 
    Preloaded; does nothing until it is armed. Built by arena.py where there is a compiler. */
 #define _GNU_SOURCE
@@ -92,3 +93,28 @@ ON_PATH(link, (const char *path, const char *other), (path, other))
 ON_PATH(unlink, (const char *path), (path))
 ON_PATH(rmdir, (const char *path), (path))
 ON_PATH(mkdir, (const char *path, mode_t mode), (path, mode))
+
+/* Memory: what a library of C gets by `new`, what numpy gets, and Python's objects that are not
+   small. The functions of glibc itself, since dlsym asks for memory too. */
+extern void *__libc_malloc(size_t size);
+extern void *__libc_calloc(size_t count, size_t size);
+extern void *__libc_realloc(void *old, size_t size);
+
+static long wanted, refused = -1;
+static int for_good;
+
+void arm_memory(long number, int forever) { wanted = 0, refused = number, for_good = forever; }
+
+long allocations(void) { return wanted; }
+
+static int is_refused(void) {
+    if (refused < 0) return 0;
+    long number = __sync_add_and_fetch(&wanted, 1);
+    if (number != refused && !(for_good && number > refused)) return 0;
+    errno = ENOMEM;
+    return 1;
+}
+
+void *malloc(size_t size) { return is_refused() ? NULL : __libc_malloc(size); }
+void *calloc(size_t count, size_t size) { return is_refused() ? NULL : __libc_calloc(count, size); }
+void *realloc(void *old, size_t size) { return is_refused() ? NULL : __libc_realloc(old, size); }
