@@ -14,6 +14,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from joblib.parallel import get_active_backend
+from support.marks import one_then
 
 from stickslip import (
     NoiseError,
@@ -23,6 +25,8 @@ from stickslip import (
     stationary_orbit,
     stationary_orbits,
 )
+from stickslip.dispatch import backend
+from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULTS, asked_columns
 from sweeps import run
 
@@ -89,6 +93,34 @@ def test_the_number_of_threads_changes_no_bit(jobs: int) -> None:
     with joblib.parallel_config(n_jobs=jobs):
         ds = stationary_orbits(points, rtol=1e-4)
     xr.testing.assert_identical(ds, stationary_orbits(points, rtol=1e-4))
+
+
+@pytest.mark.parametrize("kind", one_then("stress", ["threading", "loky"]))
+def test_joblib_says_where_they_are_computed(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    compute = backend.JoblibWorkers.blocks
+
+    def watched(self: backend.JoblibWorkers, *arguments: Any) -> Any:
+        asked.append(type(get_active_backend()[0]).__name__)
+        return compute(self, *arguments)
+
+    monkeypatch.setattr(backend.JoblibWorkers, "blocks", watched)
+    points = {"T": np.linspace(150.0, 320.0, 70)}
+    expected = stationary_orbits(points, rtol=1e-4)
+    assert asked == []
+    with joblib.parallel_config(kind, n_jobs=2):
+        xr.testing.assert_identical(stationary_orbits(points, rtol=1e-4), expected)
+    assert asked == [f"{kind.capitalize()}Backend"]
+
+
+def test_late_points_among_many_and_few_have_the_same_bits() -> None:
+    odd = {"k": 22802, "K": 2349.9, "T": 205.9, "window": 40, "rtol": 1e-4}
+    options = {name: odd.pop(name) for name in ("window", "rtol")}
+    many = stationary_orbits(odd | {"omega": np.linspace(34.0, 37.0, 300)}, **options)
+    assert (many.status == Status.APERIODIC).any()
+    for some in (slice(0, 300, 50), slice(20, 21)):
+        few = stationary_orbits(odd | {"omega": many.angular_frequency.values[some]}, **options)
+        xr.testing.assert_equal(few, many.isel(point=some))
 
 
 def test_options_are_those_of_a_single_orbit() -> None:

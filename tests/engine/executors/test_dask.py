@@ -12,6 +12,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import joblib
+import numpy as np
 import pytest
 from support.sweeps.processes import wait_until
 from support.sweeps.workers import (
@@ -34,8 +36,11 @@ from support.sweeps.workers import (
     wait_for_blocks,
 )
 
+from stickslip import stationary_orbits
 from stickslip.dispatch.errors import ExecutorError, WorkersLostError
+from stickslip.dispatch.task import Task
 from stickslip.status import Status
+from sweeps import fit
 from sweeps.engine.executors import dask as dask_executor
 from sweeps.engine.executors.dask import ClusterExecutor
 from sweeps.engine.run import run
@@ -82,6 +87,34 @@ def test_a_cluster_gives_the_same_content_and_is_left_empty(
         assert content_hash(ds) == expected
         assert max(most) <= 2 * 2 + 2  # in flight, and just being released
         wait_until(lambda: tasks() == 0)
+
+
+@pytest.mark.slow
+def test_a_fit_and_a_table_of_points_are_computed_on_a_cluster(
+    cluster: Cluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from distributed import Client
+
+    cluster.worker(), cluster.worker()
+    data = {"T": [200.0, 250.0, 300.0], "F_max": [3e-3, 1.5e-3, 1.2e-3]}
+    loose = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
+    execution = {"execution": {"backend": "dask", "scheduler": cluster.address}}
+    submitted: list[Task] = []
+    submit = ClusterExecutor.submit
+
+    def watched(self: ClusterExecutor, task: Task) -> Any:
+        submitted.append(task)
+        return submit(self, task)
+
+    monkeypatch.setattr(ClusterExecutor, "submit", watched)
+    there, here = fit(data, "k", loose | execution), fit(data, "k", loose)
+    assert len(submitted) > 10
+    assert there.parameter_value.values.tobytes() == here.parameter_value.values.tobytes()
+    assert content_hash(there) == content_hash(here)
+    points = {"T": np.linspace(150.0, 320.0, 70)}
+    with Client(cluster.address), joblib.parallel_config("dask"):
+        table = stationary_orbits(points, rtol=1e-4)
+    assert table.equals(stationary_orbits(points, rtol=1e-4))
 
 
 # --- workers and schedulers that die ---
