@@ -32,12 +32,12 @@ from shared.timing import median_seconds, medians_in_turn, timed
 
 import stickslip
 import sweeps
-from stickslip.dispatch.compilation import compile_kernels
 from stickslip.options import Options
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
 from sweeps.config.paper import shipped_config
+from sweeps.engine.computing import compile_kernels
 from sweeps.engine.in_memory import compute
 from sweeps.engine.settings import options_of, read_config
 from sweeps.figures import draw, save

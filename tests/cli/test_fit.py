@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,7 +13,6 @@ from numpy.typing import NDArray
 from support.sweeps.commands import Command
 
 from stickslip import stationary_orbits
-from stickslip.options import Options
 from stickslip.orbit import failed_row
 from stickslip.parameters import Parameters
 from stickslip.points import orbit_rows
@@ -99,8 +99,8 @@ def test_temperatures_in_celsius_are_told_before_anything_is_computed(
 def test_data_without_a_fitted_value_and_bounds_are_told(
     command: Command, table: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def without_the_first(rows: NDArray[np.float64], options: Options) -> NDArray[np.float64]:
-        found = orbit_rows(rows, options)
+    def without_the_first(rows: NDArray[np.float64], *others: Any) -> NDArray[np.float64]:
+        found = orbit_rows(rows, *others)
         cold = rows[:, Parameters._fields.index("temperature")] == T[0]
         found[cold] = failed_row(Status.STEP_LIMIT)
         return found

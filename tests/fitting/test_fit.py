@@ -43,7 +43,7 @@ T = np.linspace(160.0, 310.0, 10)
 JUMP = 235.0
 
 
-def made_rows(rows: Floats, _: Options) -> Floats:
+def made_rows(rows: Floats, _: Options, *_others: Any) -> Floats:
     """Result rows of a model of few operations: F is a sum of powers, with a jump of a third.
 
     T_c changes it by 2 % on the whole, near 290 K. Beyond k = 2e5 the motion is chaotic at 160 K,
@@ -198,10 +198,10 @@ def test_a_trial_without_a_value_is_not_compared_with_one_that_has_all(made: Non
 LATE = 1000  # periods after which the orbit at the first temperature is found, where it is late
 
 
-def late_rows(value: float) -> Callable[[Floats, Options], Floats]:
+def late_rows(value: float) -> Callable[..., Floats]:
     """Return rows of the made model that have, below k = 3e4 at 160 K, a late orbit of a force."""
 
-    def rows_of(rows: Floats, options: Options) -> Floats:
+    def rows_of(rows: Floats, options: Options, *_: Any) -> Floats:
         results = made_rows(rows, options)
         column = dict(zip(Parameters._fields, rows.T, strict=True))
         late = (column["viscosity_coefficient"] < 3e4) & (column["temperature"] < 165.0)
@@ -290,7 +290,7 @@ def _require_its_own_chi2(temperature: Floats, force: Floats) -> float:
 EDGE = 7.3e4
 
 
-def edged_rows(rows: Floats, options: Options) -> Floats:
+def edged_rows(rows: Floats, options: Options, *_: Any) -> Floats:
     """Return rows of the made model whose force at 160 K falls towards a jump like a logarithm."""
     results = made_rows(rows, options)
     column = dict(zip(Parameters._fields, rows.T, strict=True))
