@@ -113,6 +113,7 @@ TABLES: dict[str, Table] = {
             "results",
             "operations",
             "kills",
+            "memory",
             "together",
             "workers",
             "outputs",
