@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from faults import damage, kills, outputs, page, planted, together, workers
+from faults import damage, kills, kinds, outputs, page, planted, together, workers
 from shared.measuring import measure
 
 Tallies = dict[str, dict[str, Any]]
@@ -35,6 +35,7 @@ ATTACKS = {
     "operations": kills.failures,
     "kills": kills.kills,
     "memory": kills.memory,
+    "kinds": kinds.run,
     "together": together.run,
     "workers": workers.run,
     "outputs": outputs.run,

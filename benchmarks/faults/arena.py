@@ -1,4 +1,4 @@
-"""A small sweep that grows an older result, in a process that faults befall, and a close look.
+"""A small sweep in a process that faults befall, and a close look; by default it grows a result.
 
 Every fault is followed by the same command without it, which must come to the right end.
 """
@@ -244,20 +244,39 @@ class _Counting:
 
 
 class Arena:
-    """Folders in which the same sweep begins again and again: it grows an older result."""
+    """Folders in which the same sweep begins again and again.
 
-    def __init__(self, folder: Path) -> None:
-        self.root = folder
-        (folder / "a.yaml").write_text(CONFIG)
-        self.expected = content_hash(run(folder / "a.yaml"))
-        self.old = folder / "old" / "a.nc"
-        self.old.parent.mkdir()
-        shutil.copy(folder / "a.yaml", self.old.parent)
-        first = ended(self.old.parent, begin(self.old.parent, *SWEEP, "--set", OLDER))
-        if first.code != 0:
-            raise RuntimeError(first.said)
-        self.old_hash = content_hash(open_result(self.old))
-        self._number = 0
+    It grows an older result where `older` holds the words for that one.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        config: str = CONFIG,
+        words: tuple[str, ...] = SWEEP,
+        older: tuple[str, ...] = ("--set", OLDER),
+    ) -> None:
+        self.root, self._words, self._number = folder, words, 0
+        folder.mkdir(exist_ok=True)
+        (folder / "a.yaml").write_text(config)
+        self.old, self.old_hash, self._older_points = folder / "old" / "a.nc", "", 0
+        if older:
+            self.old.parent.mkdir()
+            shutil.copy(folder / "a.yaml", self.old.parent)
+            self.old_hash, self._older_points = self._undisturbed(self.old.parent, *older)
+        whole = self.new()
+        self.expected, computed = self._undisturbed(whole)
+        self._points = computed + self._older_points
+        self.clear(whole)
+        if "--part" not in words and content_hash(run(folder / "a.yaml")) != self.expected:
+            raise RuntimeError("a sweep into a file and one in memory have unlike results")
+
+    def _undisturbed(self, folder: Path, *more: str) -> tuple[str, int]:
+        """Return the hash of the result of a sweep that nothing befalls, and how much it took."""
+        end = ended(folder, begin(folder, *self._words, *more))
+        if end.code != 0:
+            raise RuntimeError(end.said)
+        return content_hash(open_result(folder / "a.nc")), _computed(folder / "a.nc")
 
     def new(self) -> Path:
         """Return a folder with the config and the older result."""
@@ -265,7 +284,8 @@ class Arena:
         folder = self.root / f"{self._number}" / "work"
         folder.mkdir(parents=True)
         shutil.copy(self.root / "a.yaml", folder)
-        shutil.copy(self.old, folder / "a.nc")
+        if self.old_hash:
+            shutil.copy(self.old, folder / "a.nc")
         return folder
 
     def clear(self, folder: Path) -> None:
@@ -282,7 +302,7 @@ class Arena:
     ) -> None:
         """Run a sweep with a fault; `spared` points may be computed again though journaled."""
         folder = self.new()
-        process = begin(folder, *SWEEP, before=before(folder))
+        process = begin(folder, *self._words, before=before(folder))
         self.judge(tally, what, folder, ended(folder, process), spared, endings)
         self.clear(folder)
 
@@ -312,18 +332,21 @@ class Arena:
         unread = end.code == _UNREAD[0] and _UNREAD[1] in end.said
         if not (end.code in endings or unread) or "Traceback" in end.said:
             return "wrong", f"exit code {end.code}: {end.said[-300:]}"
-        found = content_hash(open_result(output))
+        found = content_hash(open_result(output)) if output.exists() else ""
         if found != self.expected and (end.code == 0 or found != self.old_hash):
             return "wrong", f"another result with exit code {end.code}: {end.said[-300:]}"
         kept = _journaled(output)
         (folder / "a.nc.timing.json").unlink(missing_ok=True)
-        again = ended(folder, begin(folder, *SWEEP))
+        again = ended(folder, begin(folder, *self._words))
         if again.code is None:
             return "hung", f"the same command again: {again.said[-300:]}"
         if again.code != 0 or content_hash(open_result(output)) != self.expected:
             return "wrong", f"the same command again: exit code {again.code}: {again.said[-300:]}"
         computed = _computed(output)
-        if computed > POINTS - max(kept, 2) + spared and found != self.expected:
+        if (
+            computed > self._points - max(kept, self._older_points) + spared
+            and found != self.expected
+        ):
             return "lost", f"{computed} points computed again, {kept} were in the journal"
         return "survived", ""
 

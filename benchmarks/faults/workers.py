@@ -9,6 +9,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -67,26 +69,33 @@ def _workers(process: subprocess.Popen[bytes]) -> list[psutil.Process]:
 def _cluster(arena: Arena, rng: random.Random, tally: Tally, mishap: str) -> None:
     """Strike a scheduler or one of two workers: it dies, freezes or gives wrong answers."""
     folder = arena.new()
-    file = folder.parent / "scheduler.json"
-    processes = [_dask("scheduler", "--port", "0", "--scheduler-file", str(file))]
-    try:
-        while not (file.exists() and file.read_text().endswith("}")):
-            time.sleep(0.05)
-        address = json.loads(file.read_text())["address"]
-        worker = ("worker", address, "--nthreads", "1", "--no-nanny")
-        lies = ("--preload", "faults.answers") if mishap == "wrong answers" else ()
-        processes += [_dask(*worker, *lies), _dask(*worker)]
+    lies = ("--preload", "faults.answers") if mishap == "wrong answers" else ()
+    with cluster(folder.parent, *lies) as (address, processes):
         sweep = sweep_afresh(folder, "--scheduler", address, "--max-runtime", "12s")
         if not lies:
             time.sleep(rng.uniform(1.0, 5.0))
             struck = processes[1 if mishap.startswith("worker") else 0]
             struck.send_signal(signal.SIGSTOP if mishap.endswith("frozen") else signal.SIGKILL)
         arena.judge(tally, mishap, folder, ended_afresh(folder, sweep))
+    arena.clear(folder)
+
+
+@contextmanager
+def cluster(folder: Path, *first: str) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+    """Start a scheduler and two workers, one with the arguments `first`; yield its address too."""
+    file = folder / "scheduler.json"
+    processes = [_dask("scheduler", "--port", "0", "--scheduler-file", str(file))]
+    try:
+        while not (file.exists() and file.read_text().endswith("}")):
+            time.sleep(0.05)
+        address = json.loads(file.read_text())["address"]
+        worker = ("worker", address, "--nthreads", "1", "--no-nanny")
+        processes += [_dask(*worker, *first), _dask(*worker)]
+        yield address, processes
     finally:
         for process in processes:
             process.kill()
             process.wait()
-    arena.clear(folder)
 
 
 def _dask(kind: str, *arguments: str) -> subprocess.Popen[bytes]:
