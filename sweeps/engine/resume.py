@@ -8,7 +8,8 @@ import os
 import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -48,15 +49,6 @@ class ExistingPolicy:
     retry_failed: bool = False
 
 
-@dataclass
-class PreparedJournal:
-    """The journal to write into, what its points come from, and what looks odd about them."""
-
-    journal: Journal
-    found: list[str]
-    warnings: list[str]
-
-
 @dataclass(frozen=True)
 class Decision:
     """What a sweep does with what is there: decided by reading alone, nothing is changed yet.
@@ -67,6 +59,9 @@ class Decision:
     the output is exactly what is asked for, and no journal is needed.
     """
 
+    target: Target
+    folder: RunFolder
+    policy: ExistingPolicy
     manifest: Manifest | None = None
     journal: ExistingPoints | None = None
     file: ExistingPoints | None = None
@@ -78,31 +73,82 @@ class Decision:
         """All points that are there."""
         return [found for found in (self.journal, self.file) if found]
 
-    def there(self, target: Target, folder: RunFolder) -> NDArray[np.bool_]:
-        """Return which points (size,) of a target are not computed again."""
+    @cached_property
+    def there(self) -> NDArray[np.bool_]:
+        """Flags (size,) of the points of the target that are not computed again."""
         if self.complete is not None:
-            return target.needed
-        done = np.zeros(target.grid.size, dtype=bool)
+            return self.target.needed
+        done = np.zeros(self.target.grid.size, dtype=bool)
         if self.manifest is not None:
-            with closing(opened_journal(target, folder, self.manifest, readonly=True)) as journal:
+            opened = opened_journal(self.target, self.folder, self.manifest, readonly=True)
+            with closing(opened) as journal:
                 done |= journal.done
         if self.file is not None:
-            for numbers, _ in self.file.carried(target):
+            for numbers, _ in self.file.carried(self.target):
                 done[numbers] = True
         return done
-
-
-@dataclass(frozen=True)
-class Intention:
-    """What a sweep would compute: a target, of which the points of `there` (size,) are not new."""
-
-    target: Target
-    there: NDArray[np.bool_]
 
     @property
     def missing(self) -> NDArray[np.bool_]:
         """Flags (size,) of the points that would be computed."""
         return self.target.needed & ~self.there
+
+    def begin(self) -> Journal:
+        """Return the journal of this computation, with every point that is there already.
+
+        Raises StorageError.
+        """
+        with storage_errors(f"cannot write into {self.folder.path}", self.folder.path):
+            journal = self._opened()
+            try:
+                self._take_over(journal)
+                if self.policy.retry_failed:
+                    journal.note(journal.manifest | {"retried": journal.records})
+                    forget_failures(journal, self.target)
+            except BaseException:
+                journal.close()
+                raise
+        return journal
+
+    def found(self, journal: Journal) -> str:
+        """Return how many points are there and where, in words; nothing without any."""
+        count, names = int(np.count_nonzero(journal.done)), [each.name for each in self.sources]
+        if self.manifest is not None and is_of(self.manifest, self.target):
+            names[0] = "its journal"
+        return f"{count} in {' and '.join(names)}" if count else ""
+
+    def warnings(self, journal: Journal) -> list[str]:
+        """Return a line for each thing that looks odd about the points that are there."""
+        lines = [line for found in self.sources for line in found.warnings(self.target)]
+        if journal.damaged:
+            lines.append(
+                f"{journal.damaged} damaged bytes of {self.folder.journal} were passed over"
+            )
+        return lines
+
+    def _opened(self) -> Journal:
+        """Return the journal that is continued, or one that is begun."""
+        target, folder = self.target, self.folder
+        if self.manifest is not None:
+            return opened_journal(target, folder, self.manifest)
+        begun = self._manifest(self.afresh)
+        if self.file:  # which is read until the journal holds all of it
+            begun["output"] = None
+        return Journal.create(folder.journal, begun, target.keys, target.chunks)
+
+    def _take_over(self, journal: Journal) -> None:
+        """Have a journal hold the points of a file, and say what it is the journal of."""
+        if self.file is not None:
+            for numbers, rows in self.file.carried(self.target):
+                journal.append(numbers, rows)
+            journal.flush()  # before the manifest says that nothing else is in the file
+        if self.file is not None or not is_of(journal.manifest, self.target):
+            # What was begun afresh stays so when its config grows, and what is retried is.
+            before = journal.manifest
+            journal.note(self._manifest(before["afresh"]) | {"retried": before["retried"]})
+
+    def _manifest(self, afresh: bool) -> Manifest:
+        return manifest_of(self.target, self.folder.output, self.sources, afresh=afresh)
 
 
 def intention(
@@ -110,8 +156,8 @@ def intention(
     output: Path,
     part: Part | None = None,
     policy: ExistingPolicy = ExistingPolicy(),
-) -> Intention:
-    """Return what a sweep of a config into an output would compute; nothing is changed.
+) -> Decision:
+    """Return what a sweep of a config into an output would do; nothing is changed.
 
     Raises whatever the sweep would refuse before it computes: RefusalError, PulledError,
     InUseError, StorageError.
@@ -120,10 +166,10 @@ def intention(
     target, folder = Target.of(config, part), RunFolder(output)
     with named_after(output):
         folder.require_free()
-        there = decide(target, folder, policy).there(target, folder)
-        needed = np.count_nonzero(target.needed | there)
-        require_room(folder, int(np.count_nonzero(target.needed & ~there)), int(needed))
-    return Intention(target, there)
+        decision = decide(target, folder, policy)
+        needed = np.count_nonzero(target.needed | decision.there)
+        require_room(folder, int(np.count_nonzero(decision.missing)), int(needed))
+    return decision
 
 
 def decide(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Decision:
@@ -138,68 +184,26 @@ def decide(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Decisio
     _require_memory(target)
     if not (folder.output.exists() or folder.journal.exists()):
         require_room(folder, target.points, target.points)  # before they take memory
-    if (complete := _complete_already(target, folder, policy)) is not None:
+    nothing = Decision(target, folder, policy)
+    if (complete := _complete_already(nothing)) is not None:
         return complete
-    manifest = _manifest(folder, policy)
+    manifest = _found_manifest(folder, policy)
     if manifest and not policy.overwrite:
         _refuse_another_part(manifest, target, folder.output)
     if policy.overwrite and not (manifest and _is_same_overwriting(manifest, target)):
-        return Decision(afresh=True)
-    journal = found_in_journal(folder.journal, manifest) if manifest else None
-    file = found_in_file(folder.output) if _is_to_be_read(folder.output, manifest) else None
-    decision = Decision(manifest, journal, file, afresh=bool(manifest and manifest["afresh"]))
+        return replace(nothing, afresh=True)
+    decision = replace(
+        nothing,
+        manifest=manifest,
+        journal=found_in_journal(folder.journal, manifest) if manifest else None,
+        file=found_in_file(folder.output) if _is_to_be_read(folder.output, manifest) else None,
+        afresh=bool(manifest and manifest["afresh"]),
+    )
     for found in decision.sources:
         found.refuse_differences(target)
         if found.config.sha256() != target.sha256:
             found.refuse_lost_points(target)
     return decision
-
-
-def prepare_journal(
-    target: Target, folder: RunFolder, policy: ExistingPolicy, decision: Decision
-) -> PreparedJournal:
-    """Return the journal of this computation, with every point that is there already.
-
-    Raises StorageError.
-    """
-    manifest = decision.manifest
-    with storage_errors(f"cannot write into {folder.path}", folder.path):
-        if manifest is None:
-            begun = manifest_of(target, folder.output, decision.sources, afresh=decision.afresh)
-            begun["output"] = None if decision.file else begun["output"]
-            journal = Journal.create(folder.journal, begun, target.keys, target.chunks)
-        else:
-            journal = opened_journal(target, folder, manifest)
-        damaged = journal.damaged
-        try:
-            _take_over(target, folder, decision, journal)
-            if policy.retry_failed:
-                journal.note(journal.manifest | {"retried": journal.records})
-                forget_failures(journal, target)
-        except BaseException:
-            journal.close()
-            raise
-    count, names = int(np.count_nonzero(journal.done)), [s.name for s in decision.sources]
-    if manifest is not None and is_of(manifest, target):
-        names[0] = "its journal"
-    warnings = [line for found in decision.sources for line in found.warnings(target)]
-    if damaged:
-        warnings.append(f"{damaged} damaged bytes of {folder.journal} were passed over")
-    found = [f"{count} in {' and '.join(names)}"] if count else []
-    return PreparedJournal(journal, found, warnings)
-
-
-def _take_over(target: Target, folder: RunFolder, decision: Decision, journal: Journal) -> None:
-    """Have a journal hold the points of a file, and say what it is the journal of."""
-    if decision.file is not None:
-        for numbers, rows in decision.file.carried(target):
-            journal.append(numbers, rows)
-        journal.flush()  # before the manifest says that nothing else is in the file
-    if decision.file is not None or not is_of(journal.manifest, target):
-        # What was begun afresh stays so when its config grows, and what is retried is.
-        before = journal.manifest
-        note = manifest_of(target, folder.output, decision.sources, afresh=before["afresh"])
-        journal.note(note | {"retried": before["retried"]})
 
 
 def require_room(folder: RunFolder, left: int, total: int) -> None:
@@ -248,23 +252,23 @@ def named_after(output: Path) -> Iterator[None]:
         ) from error
 
 
-def _complete_already(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Decision | None:
+def _complete_already(nothing: Decision) -> Decision | None:
     """Return the decision where the output holds exactly what is asked for, else None.
 
     Raises StorageError if it cannot be read; where it does not fit, `decide` says so.
     """
-    output = folder.output
-    if policy.overwrite or folder.journal.exists() or not output.exists():
+    target, folder, policy = nothing.target, nothing.folder, nothing.policy
+    if policy.overwrite or folder.journal.exists() or not folder.output.exists():
         return None
-    found = found_in_file(output)
+    found = found_in_file(folder.output)
     same = found.config.resolved_yaml() == target.config.resolved_yaml()
     if not same or not found.fits(target):
         return None
-    written = contents(output, target.chunks)
+    written = contents(folder.output, target.chunks)
     pending = _lacks_needed(found, written, target)
     if pending or (policy.retry_failed and failures(written.statuses)):
         return None
-    return Decision(file=found, complete=written)
+    return replace(nothing, file=found, complete=written)
 
 
 def _lacks_needed(found: ExistingPoints, written: Written, target: Target) -> bool:
@@ -352,7 +356,7 @@ def manifest_of(
     }
 
 
-def _manifest(folder: RunFolder, policy: ExistingPolicy) -> Manifest | None:
+def _found_manifest(folder: RunFolder, policy: ExistingPolicy) -> Manifest | None:
     try:
         return readable_manifest(folder.journal)
     except StorageError:

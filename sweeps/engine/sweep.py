@@ -17,12 +17,11 @@ from sweeps.engine.outcome import Console, JournaledResult, Outcome
 from sweeps.engine.part import Part
 from sweeps.engine.recording import Recorder
 from sweeps.engine.resume import (
+    Decision,
     ExistingPolicy,
-    PreparedJournal,
     decide,
     forget_failures,
     named_after,
-    prepare_journal,
     require_room,
 )
 from sweeps.engine.signals import Stop, listening
@@ -80,13 +79,12 @@ def sweep(
             ended = _ended(target, output, decision.complete, missing=0)
             console.say(f"{output} is complete: {counted(ended.points, 'point')}, nothing to do")
             return ended
-        prepared = prepare_journal(target, folder, policy, decision)
-        with closing(prepared.journal) as journal:
+        with closing(decision.begin()) as journal:
             result = JournaledResult(target, journal, folder, before)
             needed = target.needed | journal.done  # points of other parts are kept
             counts = Counts(int(np.count_nonzero(needed)), journal)
             recorder = Recorder(journal, folder, counts, console, stop)
-            _announce(target, prepared, counts, console)
+            _announce(decision, journal, counts, console)
             require_room(folder, counts.left, counts.total)
             result.try_writing()
             for _ in range(_RECOVERIES):
@@ -114,13 +112,14 @@ def _recover(journal: Journal, target: Target, console: Console) -> None:
     )
 
 
-def _announce(target: Target, prepared: PreparedJournal, counts: Counts, console: Console) -> None:
+def _announce(decision: Decision, journal: Journal, counts: Counts, console: Console) -> None:
     """Say what exists already and what is to be computed."""
-    for warning in prepared.warnings:
+    for warning in decision.warnings(journal):
         console.say(f"warning: {warning}")
+    target = decision.target
     shape = target.grid.shape
     product = f" ({' x '.join(map(str, shape))})" if len(shape) > 1 else ""
-    found = f": {', '.join(prepared.found)}" if prepared.found else ""
+    found = f": {there}" if (there := decision.found(journal)) else ""
     part = f"part {target.part}, " if target.part else ""
     points = counted(target.grid.size, "point")
     points = f"{counts.total} of {points}" if target.part else points
@@ -165,8 +164,7 @@ def _export(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Outcom
     _refuse_partial(folder, policy)
     policy = replace(policy, overwrite=False, retry_failed=False)
     before = fingerprint(folder.output)
-    decision = decide(target, folder, policy)
-    with closing(prepare_journal(target, folder, policy, decision).journal) as journal:
+    with closing(decide(target, folder, policy).begin()) as journal:
         written = JournaledResult(target, journal, folder, before).write()
         missing = int(np.count_nonzero(target.needed & ~journal.done))
         if not missing:
