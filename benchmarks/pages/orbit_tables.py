@@ -84,10 +84,11 @@ SUMS = (
 def fits(*parts: Results) -> Rows:
     """Return how often fits of synthetic measurements are right, and what they take.
 
-    `parts` are the quarters of the random sets, which may be fitted beside other work, and the two
-    that start from four places, whose times are told.
+    `parts` are the quarters of the random sets, which may be fitted beside other work, those of
+    four parameters and of what no parameters describe, and the two that start from four places,
+    whose times are told.
     """
-    *quarters, starts, three = parts
+    *quarters, four, undescribed, starts, three = parts
     sums = {name: sum(each[name] for each in quarters) for name in SUMS}
     worst = max(each["exact_worst"] for each in quarters)
     rows = {
@@ -102,10 +103,21 @@ def fits(*parts: Results) -> Rows:
         "without noise: largest error; above 1e-4": (
             f"{worst:.1e}; {sums['exact_beyond']} of {sums['exact_parameters']}"
         ),
+        "k, γ, T_c, A: exceptions; false minima; within the interval": _four(four),
+        "what nothing describes: chi2 from that of its own orbits, at most": (
+            f"{undescribed['off_worst']:.1e}, of {undescribed['sets']} sets"
+        ),
         "k, γ of ten forces from four starts: largest difference; time": _agreement(starts),
         "k, γ, K of 42 values from four starts: largest difference; time": _agreement(three),
     }
     return [("what", "value"), *rows.items()]
+
+
+def _four(found: Results) -> str:
+    known = found["parameters"]
+    covered = sum(count * (found["covered"][name] or 0.0) for name, count in known.items())
+    total = sum(known.values())
+    return f"{found['exceptions']}; {found['false_minima']}; {covered / total:.1%} of {total}"
 
 
 def _agreement(found: Results) -> str:

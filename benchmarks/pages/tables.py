@@ -87,7 +87,7 @@ TABLES: dict[str, Table] = {
     "derivatives": Table("derivatives", ("together", "derivatives"), orbit_tables.derivatives),
     "fits": Table(
         "fit",
-        ("random_1", "random_2", "random_3", "random_4", "starts", "three"),
+        ("random_1", "random_2", "random_3", "random_4", "four", "undescribed", "starts", "three"),
         orbit_tables.fits,
     ),
     "orbit_times": Table("orbits", ("time",), orbit_tables.orbit_times),
