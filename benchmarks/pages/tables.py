@@ -114,6 +114,7 @@ TABLES: dict[str, Table] = {
             "operations",
             "kills",
             "memory",
+            "kinds",
             "together",
             "workers",
             "outputs",
