@@ -1,6 +1,6 @@
 """Attacks on sweeps: kills, failing files, damage, full disks, signals; and what became of each.
 
-Half an hour and more on two cores. The attacks are in `benchmarks/faults/`; a kind that is tried
+Two hours and more on two cores. The attacks are in `benchmarks/faults/`; a kind that is tried
 alone (`bench_faults.py operations workers`) leaves the others as they are in the record.
 """
 

@@ -14,6 +14,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Container
 from dataclasses import dataclass, field
 from functools import cache
@@ -259,6 +260,7 @@ class Arena:
         self.root, self._words, self._number = folder, words, 0
         folder.mkdir(exist_ok=True)
         (folder / "a.yaml").write_text(config)
+        in_memory = content_hash(run(folder / "a.yaml"))  # which compiles, too
         self.old, self.old_hash, self._older_points = folder / "old" / "a.nc", "", 0
         if older:
             self.old.parent.mkdir()
@@ -268,7 +270,7 @@ class Arena:
         self.expected, computed = self._undisturbed(whole)
         self._points = computed + self._older_points
         self.clear(whole)
-        if "--part" not in words and content_hash(run(folder / "a.yaml")) != self.expected:
+        if "--part" not in words and in_memory != self.expected:
             raise RuntimeError("a sweep into a file and one in memory have unlike results")
 
     def _undisturbed(self, folder: Path, *more: str) -> tuple[str, int]:
@@ -304,6 +306,15 @@ class Arena:
         folder = self.new()
         process = begin(folder, *self._words, before=before(folder))
         self.judge(tally, what, folder, ended(folder, process), spared, endings)
+        self.clear(folder)
+
+    def kill(self, tally: Tally, late: float) -> None:
+        """Kill a sweep so many seconds after it has begun, and judge what it left."""
+        folder = self.new()
+        process = begin(folder, *self._words)
+        time.sleep(late)
+        process.kill()
+        self.judge(tally, f"killed after {late:.3f} s", folder, ended(folder, process))
         self.clear(folder)
 
     def is_right(self, folder: Path) -> bool:

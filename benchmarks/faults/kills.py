@@ -70,12 +70,7 @@ def memory(quick: bool, folder: Path) -> dict[str, Any]:
 def _at_random(arena: Arena, rng: random.Random, count: int) -> Tally:
     tally, longest = Tally(), _duration(arena)
     for _ in range(count):
-        folder, late = arena.new(), rng.uniform(0.0, longest)
-        process = begin(folder, *SWEEP)
-        time.sleep(late)
-        process.kill()
-        arena.judge(tally, f"killed after {late:.3f} s", folder, ended(folder, process))
-        arena.clear(folder)
+        arena.kill(tally, rng.uniform(0.0, longest))
     return tally
 
 

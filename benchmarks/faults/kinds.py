@@ -14,8 +14,6 @@ from faults.arena import (
     Arena,
     Tally,
     armed,
-    begin,
-    ended,
     ended_afresh,
     number_of_operations,
     shim,
@@ -100,13 +98,8 @@ def _kills(folder: Path, kind: Kind, rng: random.Random, count: int) -> Tally:
         if attempt % 2 and operations:
             number = rng.randint(1, operations)
             arena.attack(tally, f"before operation {number}", lambda f, n=number: armed(f, n, 0))
-            continue
-        where, late = arena.new(), rng.uniform(0.0, longest)
-        process = begin(where, *words)
-        time.sleep(late)
-        process.kill()
-        arena.judge(tally, f"after {late:.3f} s", where, ended(where, process))
-        arena.clear(where)
+        else:
+            arena.kill(tally, rng.uniform(0.0, longest))
     return tally
 
 

@@ -71,12 +71,12 @@ def ask(
 
     Points that take more than `limit` drive periods, where it is not 0, come back `pending`.
 
-    Late points are computed together at the end, `most` at a time where that is given. After a
-    request to stop no further block is begun. Those in flight still come for a while, but for
-    points that may take any time (`Task.is_unlimited`): they are given up. Where workers die, the
-    blocks in flight are computed again one at a time and in ever smaller pieces, until the point,
-    or the line, is alone that no worker survives; it gets the status `failed`. `in_flight` always
-    knows which tasks have not come back. Raises ExecutorError.
+    Late points are computed together at the end where the order defers them, `most` at a time where
+    that is given. After a request to stop no further block is begun. Those in flight still come for
+    a while, but for points that may take any time (`Task.is_unlimited`): they are given up. Where
+    workers die, the blocks in flight are computed again one at a time and in ever smaller pieces,
+    until the point, or the line, is alone that no worker survives; it gets the status `failed`.
+    `in_flight` always knows which tasks have not come back. Raises ExecutorError.
     """
     stop, in_flight = stop or Stop(), in_flight or InFlight()
     tasks = _Tasks(rows_of, order, options, workers, stop, in_flight, most, limit)
