@@ -73,7 +73,7 @@ class PointKeys:
     def find(self, keys: Keys) -> NDArray[np.int64]:
         """Return the number (n,) of a point with each key (n, 2), -1 where the grid has none.
 
-        It takes eight bytes for each point of the grid.
+        It takes eight bytes for each point of the grid, until they are released.
         """
         found = np.full(len(keys), -1)
         if not len(keys):
@@ -92,6 +92,10 @@ class PointKeys:
             left = left[~right]
             place[left] += 1
         return found
+
+    def release(self) -> None:
+        """Give back the memory that finding takes; who finds again sorts the points again."""
+        self.__dict__.pop("_sorted", None)
 
     def numbers_of(self, points: NDArray[np.float64]) -> NDArray[np.int64]:
         """Return the number (n,) of each of some points (n, parameters), as `find` does.

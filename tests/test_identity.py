@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from typing import Any
 
 import numpy as np
@@ -252,6 +253,20 @@ def test_keys_that_begin_alike_are_told_apart(monkeypatch: pytest.MonkeyPatch) -
     assert known.find(known.of(numbers)).tolist() == numbers.tolist()
     strange = PointKeys(grid, settings(integrator={"rtol": 1e-5})).of(numbers)
     assert (known.find(strange) == -1).all()
+
+
+def test_keys_that_were_released_take_no_memory_and_are_found_again() -> None:
+    grid = grid_of(sweep={"T": {"linspace": [150, 250], "num": 10_000}})
+    known, some = PointKeys(grid, settings()), np.arange(grid.size)[::1000]
+    held = []
+    tracemalloc.start()
+    for _ in range(2):
+        assert known.find(known.of(some)).tolist() == some.tolist()
+        held.append(tracemalloc.get_traced_memory()[0])
+        known.release()
+        held.append(tracemalloc.get_traced_memory()[0])
+    tracemalloc.stop()
+    assert min(held[0] - held[1], held[2] - held[3]) >= 8 * grid.size
 
 
 def test_a_setting_at_its_default_changes_no_key() -> None:

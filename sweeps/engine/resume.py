@@ -108,6 +108,7 @@ class Decision:
             except BaseException:
                 journal.close()
                 raise
+        self.target.keys.release()  # what is computed from here on has its number
         return journal
 
     def found(self, journal: Journal) -> str:
