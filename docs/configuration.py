@@ -12,7 +12,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from stickslip.variables import OBSERVABLES, PARAMETERS, RESULTS, canonical_name
+from stickslip.variables import PARAMETERS, canonical_name
 from sweeps.config.json_schema import json_schema
 from sweeps.config.load import KEYS, from_yaml
 
@@ -39,7 +39,6 @@ def with_tables(page: str) -> str:
         "parameters": _parameters,
         "axes": _axes,
         "sample_keys": _sample_keys,
-        "observables": _observables,
     }
 
     def made(match: re.Match[str]) -> str:
@@ -112,15 +111,6 @@ def _sample_keys() -> str:
         for key in own
     )  # fmt: skip
     return table("| key | default | valid | meaning |", rows)
-
-
-def _observables() -> str:
-    rows = (
-        (f"`{group}`", ", ".join(f"`{v.name}`" for v in RESULTS.values() if v.observable == group),
-         meaning)
-        for group, meaning in OBSERVABLES.items()
-    )  # fmt: skip
-    return table("| group | variables | hold |", rows)
 
 
 def _valid(schema: Mapping[str, Any]) -> str:

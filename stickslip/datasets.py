@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stickslip.regime import Regime
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS, asked_columns
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 
 _FLAGS = {"status": Status, "regime": Regime}
 
@@ -33,20 +33,16 @@ def result_attributes(name: str) -> dict[str, Any]:
 
 
 def result_variables(
-    rows: NDArray[np.float64],
-    dims: tuple[str, ...],
-    shape: tuple[int, ...],
-    observables: Collection[str] = (),
+    rows: NDArray[np.float64], dims: tuple[str, ...], shape: tuple[int, ...]
 ) -> dict[str, tuple[tuple[str, ...], NDArray[np.generic], dict[str, Any]]]:
     """Return the result variables of points in C order: dimensions, values, attributes.
 
-    `rows` (points, columns) are in the order of `RESULT_COLUMNS`; of the `observables` those that
-    were asked for.
+    `rows` (points, columns) are in the order of `RESULT_COLUMNS`.
     """
     columns = dict(zip(RESULT_COLUMNS, rows.T, strict=True))
     return {
         name: (dims, result_values(name, columns[name]).reshape(shape), result_attributes(name))
-        for name in asked_columns(observables)
+        for name in RESULT_COLUMNS
     }
 
 

@@ -106,7 +106,7 @@ def sensitivities(
     steps = [_Step.of(rows, name, part) for name in parameters for part in _PARTS]
     results = orbit_rows(np.concatenate([rows, *(step.rows for step in steps)]), chosen)
     results = results.reshape(1 + len(steps), len(rows), len(RESULT_COLUMNS))
-    found = results_at(places, results[0], chosen)
+    found = results_at(places, results[0])
     moved = np.array([step.by for step in steps]).reshape(len(parameters), len(_PARTS), len(rows))
     around = results[1:].reshape(*moved.shape, len(RESULT_COLUMNS))
     same = _same_motion(results[0], around)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from importlib import import_module
 from numbers import Real
 from types import MappingProxyType
@@ -126,27 +126,19 @@ class Physics(NamedTuple):
     strain: str = ADIABATIC
     chance: bool = False
     """True where every step draws a random number; False for the typical path of the noise."""
-    observed: bool = False
-    """True where a measurement integrates what the optional observables are made of."""
     drive: str = COSINE
     """The motion of the upper block, a name of `model.drive.UPPER`; it follows from the point."""
 
     @property
     def typical(self) -> Physics:
-        """The same equations with the typical path of the noise, without observables."""
-        return self._replace(chance=False, observed=False)
-
-    @property
-    def unobserved(self) -> Physics:
-        """The same equations without observables."""
-        return self._replace(observed=False)
+        """The same equations with the typical path of the noise."""
+        return self._replace(chance=False)
 
     def __str__(self) -> str:
         strain = "" if self.strain == ADIABATIC else f",strain={self.strain}"
         drive = "" if self.drive == COSINE else f",{self.drive}"
-        flags = {"stochastic": self.chance, "observed": self.observed}
-        chosen = "".join(f",{name}" for name, holds in flags.items() if holds)
-        return f"{self.friction}{strain}{drive}{chosen}"
+        chance = ",stochastic" if self.chance else ""
+        return f"{self.friction}{strain}{drive}{chance}"
 
 
 class Range(NamedTuple):
@@ -270,7 +262,7 @@ class Options:
     finer tolerances, and is not ok if those do not help. `realizations` and `seed` belong to the
     noise 'stochastic'. `stationary_rtol` is the remaining distance to the limit in
     (x/X_m, v/(X_m omega)); `accelerate` extrapolates clearly contracting sequences. `observables`
-    names groups of result variables to compute as well.
+    changes nothing: all of them are computed.
 
     >>> Options(rtol=1e-8).method
     'adaptive'
@@ -292,7 +284,7 @@ class Options:
     seed: int = OPTIONS["seed"].default
     friction: str = "power-law"
     strain: str = ADIABATIC
-    observables: tuple[str, ...] = ()
+    observables: tuple[str, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         """Raise OptionError for invalid values and combinations."""
@@ -314,9 +306,9 @@ class Options:
         for name in self.observables:
             if name not in OBSERVABLES:
                 yield f"observables must be of {', '.join(OBSERVABLES)}, not {name!r}"
-        for name, field in (("strain", "strains"), ("noise", "noises")):
+        for name, feature in (("strain", "strains"), ("noise", "noises")):
             value = getattr(self, name)
-            able = methods_for(field, value)
+            able = methods_for(feature, value)
             if self.method in METHODS and value in choices[name] and self.method not in able:
                 yield f"{name} {value!r} needs the method {' or '.join(able)}"
         for name, option in OPTIONS.items():
@@ -327,8 +319,7 @@ class Options:
     @property
     def physics(self) -> Physics:
         """The equations to integrate."""
-        chance, observed = self.noise == STOCHASTIC, bool(self.observables)
-        return Physics(self.friction, self.strain, chance, observed)
+        return Physics(self.friction, self.strain, chance=self.noise == STOCHASTIC)
 
     def settings(self) -> Settings:
         """The options in the form that kernels take."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import namedtuple
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -26,7 +25,7 @@ from stickslip.parameters import Parameters, given_or_default
 from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.tables import value_table
-from stickslip.variables import RESULT_COLUMNS, RESULTS, asked_columns
+from stickslip.variables import RESULT_COLUMNS, RESULTS
 
 _NOISE = Parameters._fields.index("noise_intensity")
 _PERIODS = RESULT_COLUMNS.index("periods_integrated")
@@ -48,9 +47,9 @@ class Orbit(TypedOrbit):
     """The observables of one stationary orbit, in SI units.
 
     `variables.RESULTS` gives their meanings. Unless `status` is ok, the amplitudes are NaN and the
-    counts -1; observables are NaN if they were not asked for. `state` is (x, v, ln phi), followed
-    by the strain if that relaxes, at the start of a drive period on the orbit, or where the search
-    ended. Two orbits are equal if all of it is, of which NaN equals NaN.
+    counts -1. `state` is (x, v, ln phi), followed by the strain if that relaxes, at the start of a
+    drive period on the orbit, or where the search ended. Two orbits are equal if all of it is, of
+    which NaN equals NaN.
 
     >>> orbit = stationary_orbit()
     >>> orbit.status.name, orbit.melting_count, round(orbit.friction_force_amplitude, 6)
@@ -68,9 +67,6 @@ class Orbit(TypedOrbit):
     def _repr_html_(self) -> str:
         """Return the display of a notebook: the status in words, and the observables."""
         values = {name: getattr(self, name) for name in RESULT_COLUMNS}
-        for name in set(RESULT_COLUMNS) - set(asked_columns()):
-            if math.isnan(values[name]):  # not asked for
-                del values[name]
         return f"<p>{self.status.sentence}</p>{value_table(values, RESULTS)}"
 
 
@@ -96,10 +92,8 @@ def prepared_points(points: np.ndarray, noise: str) -> np.ndarray:
 
 
 def typical_options(options: Options) -> Options:
-    """The options with the typical path in place of stochastic noise, without its observables."""
-    if not options.physics.chance:
-        return options
-    return replace(options, noise=TYPICAL_PATH, observables=())
+    """The options with the typical path in place of stochastic noise."""
+    return replace(options, noise=TYPICAL_PATH) if options.physics.chance else options
 
 
 def prepare_kernels(options: Options, kinds: np.ndarray) -> None:
@@ -165,8 +159,7 @@ def compute_orbits(
     Returns
     -------
     results
-        (n, columns) in the order of `variables.RESULT_COLUMNS`; NaN in those of observables that
-        were not asked for.
+        (n, columns) in the order of `variables.RESULT_COLUMNS`.
     finals
         (n, columns) in the order of `kernels.points.final_columns`.
 
@@ -176,10 +169,7 @@ def compute_orbits(
         phi_0 = 0 without noise.
     """
     compute = _compute_ensembles if options.physics.chance else _compute_paths
-    results, finals = compute(points, options, starts, patience, limit)
-    asked = asked_columns(options.observables)
-    results[:, [name not in asked for name in RESULT_COLUMNS]] = np.nan
-    return results, finals
+    return compute(points, options, starts, patience, limit)
 
 
 def _compute_paths(
@@ -328,7 +318,7 @@ def stationary_orbit(
     accelerate
         Extrapolate a clearly contracting sequence instead of iterating it to the end.
     observables
-        Groups of further result variables, of `variables.OBSERVABLES`: "harmonics", "moments".
+        Groups of result variables, of `variables.OBSERVABLES`. All are computed whatever it says.
 
     Returns
     -------

@@ -87,15 +87,14 @@ def stationary_orbits(points: Points, **options: Any) -> xr.Dataset:
         Shapes that do not broadcast; DataArrays whose coordinates differ.
     """
     places, chosen = places_of(points), options_for_orbits(**options)
-    return results_at(places, orbit_rows(rows_of(places), chosen), chosen)
+    return results_at(places, orbit_rows(rows_of(places), chosen))
 
 
-def results_at(places: xr.Dataset, rows: NDArray[np.float64], options: Options) -> xr.Dataset:
+def results_at(places: xr.Dataset, rows: NDArray[np.float64]) -> xr.Dataset:
     """Return the result rows (points, columns) of points as a Dataset with their coordinates."""
     register_accessors()
     dims, shape = tuple(map(str, places.sizes)), tuple(places.sizes.values())
-    results = result_variables(rows, dims, shape, options.observables)
-    return places.assign(results)
+    return places.assign(result_variables(rows, dims, shape))
 
 
 def places_of(points: Points) -> xr.Dataset:

@@ -57,7 +57,7 @@ def pulled(
     sections, ends, jumps = _sections(parameters, course, end)
     table = np.empty((samples + 1, 9))
     cycles, counts = np.empty((_MOST_MELTINGS + 1, len(CYCLE))), np.zeros(3, np.int64)
-    kernel = pulled_trajectory(options.physics.unobserved._replace(drive=PULL))
+    kernel = pulled_trajectory(options.physics._replace(drive=PULL))
     spacing = end / samples
     status = Status(
         kernel(sections, ends, jumps, options.settings(), state, spacing, table, cycles, counts)

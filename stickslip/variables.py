@@ -10,7 +10,7 @@ import math
 import re
 import sys
 import unicodedata
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from types import MappingProxyType
@@ -93,7 +93,7 @@ class ResultVariable(Variable):
 
     `dtype` is the type in files; `missing` is the value of points without a result. That of a point
     with a result is finite and within `lower` and `upper`; an orbit may lack it where it is not one
-    that each has `always`. One of an `observable` is computed only if that is asked for.
+    that each has `always`.
     """
 
     dtype: str = "f8"
@@ -101,7 +101,6 @@ class ResultVariable(Variable):
     lower: float = -sys.float_info.max
     upper: float = sys.float_info.max
     always: bool = True
-    observable: str | None = None
 
 
 def _positive(
@@ -245,13 +244,8 @@ PHASES: Mapping[str, Variable] = _by_name(
         "order parameter of a film that follows this strain"),
 )
 
-OBSERVABLES: Mapping[str, str] = MappingProxyType(
-    {
-        "harmonics": "the first harmonic of the friction force, in and out of phase with the drive",
-        "moments": "the root mean square of the friction force and the mean of its absolute value",
-    }
-)
-"""Groups of result variables that are computed only on request."""
+OBSERVABLES = ("harmonics", "moments")
+"""What `observables` may name; it changes nothing, since all result variables are computed."""
 
 _ORBIT = "over the stationary orbit"
 _HALF = (
@@ -340,23 +334,20 @@ RESULTS: Mapping[str, ResultVariable] = _by_name(
         lower=0.0),
     ResultVariable("friction_force_in_phase", "F'", "F'", "N",
         "first harmonic of the friction force, in phase with the drive",
-        f"{_FIRST}, {_PERIODS}; F'/{_MACHINE}", always=False, observable="harmonics"),
+        f"{_FIRST}, {_PERIODS}; F'/{_MACHINE}"),
     ResultVariable("friction_force_in_phase_error", "error of F'", r"\mathrm{error\ of}\ F'", "N",
-        "estimated error of the first harmonic in phase with the drive", _STATED, lower=0.0,
-        always=False, observable="harmonics"),
+        "estimated error of the first harmonic in phase with the drive", _STATED, lower=0.0),
     ResultVariable("friction_force_out_of_phase", "F''", "F''", "N",
         "first harmonic of the friction force, in phase with the velocity of the drive",
-        f"{_FIRST}, {_PERIODS}; F''/{_MACHINE}", always=False, observable="harmonics"),
+        f"{_FIRST}, {_PERIODS}; F''/{_MACHINE}"),
     ResultVariable("friction_force_out_of_phase_error", "error of F''",
         r"\mathrm{error\ of}\ F''", "N",
         "estimated error of the first harmonic in phase with the velocity of the drive", _STATED,
-        lower=0.0, always=False, observable="harmonics"),
+        lower=0.0),
     ResultVariable("friction_force_rms", "F_rms", r"F_\mathrm{rms}", "N",
-        f"root mean square of the friction force {_ORBIT}", _WINDOW, lower=0.0, always=False,
-        observable="moments"),
+        f"root mean square of the friction force {_ORBIT}", _WINDOW, lower=0.0),
     ResultVariable("friction_force_mean_abs", "mean |F|", r"\mathrm{mean}\,|F|", "N",
-        f"mean absolute value of the friction force {_ORBIT}", _WINDOW, lower=0.0, always=False,
-        observable="moments"),
+        f"mean absolute value of the friction force {_ORBIT}", _WINDOW, lower=0.0),
     ResultVariable("status", "status", r"\mathrm{status}", "1",
         "how the computation of the point ended", dtype="i1", missing=127, lower=0.0, upper=127.0),
 )
@@ -385,17 +376,7 @@ def unbounded(*coefficients: float) -> str | None:
 
 
 RESULT_COLUMNS: tuple[str, ...] = tuple(RESULTS)
-"""Columns of a result row, in the order of the registry; NaN where one was not asked for."""
-
-
-def asked_columns(observables: Collection[str] = ()) -> tuple[str, ...]:
-    """Return the columns that are computed with these observables, in order."""
-    return tuple(
-        name
-        for name, variable in RESULTS.items()
-        if variable.observable is None or variable.observable in observables
-    )
-
+"""Columns of a result row, in the order of the registry."""
 
 STARTING = ("initial_displacement", "initial_velocity", "initial_order_parameter")
 """The parameters that only set how a motion begins."""

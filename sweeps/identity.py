@@ -32,7 +32,7 @@ def settings_of(config: Config) -> Settings:
     parts = {name: section.used() for name, section in config.defining().items()}
     flat = {f"{name}.{key}": v for name, part in parts.items() for key, v in part.items()}
     followed = {"follow": config.follow} if config.follow else {}  # refined points are the same
-    return flat | followed | config.asked()
+    return flat | followed
 
 
 def differences(old: Settings, new: Settings) -> list[str]:

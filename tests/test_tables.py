@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stickslip import Parameters, stationary_orbit
 from stickslip.tables import value_table
-from stickslip.variables import PARAMETERS, asked_columns
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 
 
 def test_parameters_stand_in_a_table_and_changed_ones_stand_out() -> None:
@@ -19,7 +19,7 @@ def test_an_orbit_says_how_it_ended_and_what_was_measured() -> None:
     orbit = stationary_orbit(rtol=1e-4)
     shown = orbit._repr_html_()
     assert orbit.status.sentence in shown
-    assert shown.count("<tr") == len(asked_columns())
+    assert shown.count("<tr") == len(RESULT_COLUMNS)
     assert ">stick_slip_symmetric<" in shown
     assert f"{orbit.friction_force_amplitude:.7g}" in shown
 

@@ -60,9 +60,7 @@ def _locked(count: int) -> np.ndarray:
 
 
 def _options(rtol: float) -> Options:
-    return Options(
-        rtol=rtol, stationary_rtol=rtol, max_periods=1000, max_error=1.0, observables=("harmonics",)
-    )
+    return Options(rtol=rtol, stationary_rtol=rtol, max_periods=1000, max_error=1.0)
 
 
 def _answer(points: np.ndarray, *, closed: bool) -> dict[str, Any]:

@@ -82,8 +82,7 @@ def _statistics(
     relative = np.empty(len(points))
     write_relative_errors(points, means, errors, relative)
     results[:, _COLUMN["amplitude_error"]] += relative
-    # A typical path is computed without observables: of the harmonic only the scatter is known.
-    results[:, _ERROR_COLUMNS] += np.nan_to_num(typical[:, _ERROR_COLUMNS])
+    results[:, _ERROR_COLUMNS] += typical[:, _ERROR_COLUMNS]
     results[:, _COLUMN["periods_integrated"]] += paths * (_DROPPED + window)
     return results
 

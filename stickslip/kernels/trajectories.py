@@ -115,7 +115,7 @@ def write_trajectory(
     Arguments as of the kernels, described in `adaptive/adaptive_trajectory.py`; `stream` belongs to
     stochastic noise.
     """
-    physics = physics_at(point, options.physics.unobserved)
+    physics = physics_at(point, options.physics)
     kernel = METHODS[options.method].kernels.trajectory_kernel(physics)
     numbers = new_stream() if stream is None else stream
     return int(kernel(point, options.settings(), start, per_period, numbers, samples))

@@ -52,14 +52,13 @@ class Slot(NamedTuple):
 
     `unit` is an index into the units of `results.slot_units`. If a sum is an integral over time,
     `integrand` is an inline function of a Moment, which must be the same in the mirror image of the
-    motion. An integral is `optional` if kernels leave it 0 unless they are made for observables.
+    motion.
     """
 
     meaning: str
     reducer: int
     unit: int
     integrand: Callable[..., float] | None = None
-    optional: bool = False
 
 
 STRESS, FORCE, WORK, TIME, NUMBER, IMPULSE, SIZE, SQUARE = range(8)
@@ -133,13 +132,13 @@ RECORD_TABLE = (
     Slot("changes from a soft solid to a hard one, and back", SUM, NUMBER),
     Slot("first known one of these", PHASE, NUMBER),
     Slot("last known one of these", PHASE, NUMBER),
-    Slot("elapsed time", SUM, TIME, _one, optional=True),
-    Slot("integral of F cos(omega t)", SUM, IMPULSE, _in_phase, optional=True),
-    Slot("integral of -F sin(omega t)", SUM, IMPULSE, _out_of_phase, optional=True),
-    Slot("F cos(omega t), by the block's motion", SUM, IMPULSE, _motion_in_phase, optional=True),
-    Slot("-F sin(omega t), by its motion", SUM, IMPULSE, _motion_out_of_phase, optional=True),
-    Slot("integral of F^2", SUM, SQUARE, _square, optional=True),
-    Slot("integral of |F|", SUM, SIZE, _size, optional=True),
+    Slot("elapsed time", SUM, TIME, _one),
+    Slot("integral of F cos(omega t)", SUM, IMPULSE, _in_phase),
+    Slot("integral of -F sin(omega t)", SUM, IMPULSE, _out_of_phase),
+    Slot("F cos(omega t), by the block's motion", SUM, IMPULSE, _motion_in_phase),
+    Slot("-F sin(omega t), by its motion", SUM, IMPULSE, _motion_out_of_phase),
+    Slot("integral of F^2", SUM, SQUARE, _square),
+    Slot("integral of |F|", SUM, SIZE, _size),
 )
 """The slots of a record, in order: the only list of them."""
 
@@ -306,24 +305,22 @@ def accumulator(lanes: int, first: int) -> Accumulator:
     return Accumulator(clear, see_extremum, see_phase, see_solid, add, mirror)
 
 
-def make_see_integrals(
-    record: Accumulator, weights: tuple[float, ...], *, observed: bool = False
-) -> Callable[..., None]:
+def make_see_integrals(record: Accumulator, weights: tuple[float, ...]) -> Callable[..., None]:
     """Return the function that adds a step to the integrals of a record, with quadrature weights.
 
-    To the optional ones only if it is made for `observed` motions.
     Its arguments are (lanes, lane, moments, duration, accepted), with `moments` at the nodes. It is
     written out: indexing the moments by a variable would prevent vectorisation.
     """
     lines, names = [], dict[str, Any](add=record.add)
-    for slot, (_, _, _, integrand, optional) in enumerate(RECORD_TABLE):
-        if integrand is not None and (observed or not optional):
+    for slot, (_, _, _, integrand) in enumerate(RECORD_TABLE):
+        if integrand is not None:
             names[f"integrand{slot}"] = integrand
             values = [f"integrand{slot}(moments[{node}])" for node in range(len(weights))]
             terms = (f" + {w!r} * {value}" for w, value in zip(weights, values, strict=True))
             # The 0 leaves only one way to fuse.
             mean = values[0] if weights == (1.0,) else f"0.0{''.join(terms)}"
             lines.append(f"add(lanes, lane, {slot}, duration * ({mean}), accepted)")
-    name = f"see_integrals[{len(weights)}{',observed' if observed else ''}]"
-    see: Any = make_function(name, "lanes, lane, moments, duration, accepted", lines, names)
+    see: Any = make_function(
+        f"see_integrals[{len(weights)}]", "lanes, lane, moments, duration, accepted", lines, names
+    )
     return see

@@ -69,10 +69,7 @@ def _variable(ds: xr.Dataset, name: str) -> str:
         hint = did_you_mean(name, [*symbols, *names]) or f"; there are {', '.join(names)}"
         raise ValueError(f"unknown variable '{name}'{hint}")
     if name not in ds.variables:
-        group = RESULTS[name].observable
-        asking = f" with `observables: [{group}]`" if group else ""
-        why = "was not asked for" if group else "is of an older version"
-        raise ValueError(f"this file lacks {name}: it {why}; sweep it again{asking}")
+        raise ValueError(f"this file lacks {name}: it is of an older version; sweep it again")
     return name
 
 

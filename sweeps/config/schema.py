@@ -366,7 +366,7 @@ class Config(Group):
     noise: Noise = Noise()
     film: Film = Film()
     observables: Observables = Field(
-        (), description="Further result variables; they take a little more time."
+        (), description="Without effect: all result variables are computed."
     )
     execution: Execution = Execution()
     plot: Plot = Plot()
@@ -418,7 +418,6 @@ class Config(Group):
             "cases": {name: list(values) for name, values in self.cases.items()},
             **self.order(),
             **{name: section.used() for name, section in self.defining().items()},
-            **self.asked(),
             "plot": self.plot.model_dump(exclude_none=True),
             "simulation": self.simulation.model_dump(mode="json", exclude_none=True),
         }
@@ -427,10 +426,6 @@ class Config(Group):
         """Return the keys that say which points are computed, and in which order."""
         follow = {} if self.follow is None else {"follow": self.follow}
         return follow | ({} if self.refine is None else {"refine": self.refine.resolved()})
-
-    def asked(self) -> dict[str, Any]:
-        """Return the key that asks for further result variables, if there are any."""
-        return {"observables": list(self.observables)} if self.observables else {}
 
     def resolved_yaml(self) -> str:
         """Return `resolved` as YAML; it is an equal config but for `execution` and `output`."""
@@ -441,7 +436,7 @@ class Config(Group):
         resolved = self.resolved()
         parts: dict[str, Any] = {key: resolved[key] for key in (*PARAMETER_SECTIONS, *DEFINING)}
         parts["model"] = without_newer(parts["model"])
-        parts |= self.order() | self.asked()
+        parts |= self.order()
         # As pairs, because the order of the axes is the order of the dimensions.
         parts["sweep"] = list(parts["sweep"].items())
         canonical = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.parameters import Parameters
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS, RESULT_COLUMNS, asked_columns
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.pull import refuse_pull
 from sweeps.config.yaml_reader import read_mapping
@@ -268,7 +268,7 @@ def _refuse_other_file(
             f"{path} was computed by numerics version {version}, this is {NUMERICS_VERSION}, whose "
             f"numbers are not the same; {WAYS_OUT}"
         )
-    if missing := [name for name in asked_columns() if name not in variables]:
+    if missing := [name for name in RESULT_COLUMNS if name not in variables]:
         raise RefusalError(
             f"{path} lacks {', '.join(missing)}, which this version computes of every point; it "
             f"can still be drawn and replayed; {WAYS_OUT}"

@@ -81,7 +81,6 @@ class JournaledResult:
             self.target.chunks,
             self.attributes(),
             self.folder.result,
-            self.target.config.observables,
         )
 
     def write(self, path: Path | None = None) -> Written:
@@ -106,7 +105,6 @@ class JournaledResult:
             self.attributes(),
             self.folder.result,
             output,
-            self.target.config.observables,
         )
 
     def attributes(self) -> dict[str, str]:

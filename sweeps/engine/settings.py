@@ -39,7 +39,6 @@ def options_of(config: Config) -> Options:
         realizations=_or_default(config.noise.realizations, DEFAULTS.realizations),
         friction=config.film.friction,
         strain=config.film.strain,
-        observables=config.observables,
     )
 
 

@@ -122,7 +122,6 @@ def pull_summary(ds: xr.Dataset) -> Iterator[str]:
 
 def _compile_kernels(config: Config) -> None:
     """Compile or load what `simulate` needs: a trajectory of no steps calls the same kernels."""
-    config = config.model_copy(update={"observables": ()})  # a trajectory has none of them
     if config.simulation.drive:
         _simulated(config.model_copy(update={"simulation": _MOMENT}), config.parameters())
         return

@@ -58,7 +58,7 @@ def result_dataset(config: Config, grid: Grid, results: NDArray[np.float64]) -> 
     """
     import xarray as xr
 
-    data = result_variables(results, grid.dims, grid.shape, config.observables)
+    data = result_variables(results, grid.dims, grid.shape)
     digests = [hashlib.sha256(values.tobytes()).hexdigest() for _, values, _ in data.values()]
     along = {name: xr.Variable(*described) for name, described in coordinates(grid).items()}
     seal = {"data_sha256": data_sha256(seal_key(config.resolved_yaml(), places(grid)), digests)}

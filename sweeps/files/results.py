@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from stickslip.datasets import result_attributes, result_values
 from stickslip.status import Status
-from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS, asked_columns
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps.files.atomic import begin, remove, replacing, storage_errors
 from sweeps.files.attributes import (
     Place,
@@ -64,20 +64,19 @@ def write_result(
     attributes: Mapping[str, str],
     temporary: Path,
     path: Path,
-    observables: Collection[str] = (),
 ) -> Written:
     """Write a result to `temporary`, read it back, and let it replace an older one.
 
     `rows` gives the result rows (n, columns) of a chunk, of which NaN rows become `pending`;
     `statuses` (128,) says how many points of each status that makes. The seal is added to the
-    `attributes`, which hold the config. Of the `observables` those are written that were asked for.
+    `attributes`, which hold the config.
 
     Raises StorageError if the file cannot be written or does not read back as it should; an
     older one is as it was.
     """
     with storage_errors(f"cannot write {path}", path.parent), replacing(path, temporary):
         with _new_file(temporary, grid) as file:
-            _define(file, grid, chunks, attributes, observables)
+            _define(file, grid, chunks, attributes)
             digests = _fill(file, chunks, rows)
             key = seal_key(attributes["config"], places(grid))
             file.data_sha256 = data_sha256(key, digests)
@@ -89,13 +88,7 @@ def write_result(
         return written
 
 
-def try_writing(
-    grid: Grid,
-    chunks: Chunks,
-    attributes: Mapping[str, str],
-    temporary: Path,
-    observables: Collection[str] = (),
-) -> None:
+def try_writing(grid: Grid, chunks: Chunks, attributes: Mapping[str, str], temporary: Path) -> None:
     """Write a result without its numbers, and remove it again: errors are better before the sweep.
 
     Raises StorageError.
@@ -104,7 +97,7 @@ def try_writing(
         try:
             begin(temporary)
             with _new_file(temporary, grid) as file:
-                _define(file, grid, chunks, attributes, observables)
+                _define(file, grid, chunks, attributes)
         finally:
             remove(temporary)
 
@@ -122,18 +115,14 @@ def _new_file(path: Path, grid: Grid) -> Iterator[netCDF4.Dataset]:
 
 
 def _define(
-    file: netCDF4.Dataset,
-    grid: Grid,
-    chunks: Chunks,
-    attributes: Mapping[str, str],
-    observables: Collection[str],
+    file: netCDF4.Dataset, grid: Grid, chunks: Chunks, attributes: Mapping[str, str]
 ) -> None:
     file.setncatts(attributes)
     for dim, length in zip(grid.dims, grid.shape, strict=True):
         file.createDimension(dim, length)
     along = coordinates(grid)
     attached = " ".join(name for name in along if name not in grid.dims)
-    for name in asked_columns(observables):
+    for name in RESULT_COLUMNS:
         dtype = RESULTS[name].dtype
         fill = np.nan if dtype.startswith("f") else False
         packed = {"chunksizes": chunks.extent, **_COMPRESSION} if grid.dims else {}

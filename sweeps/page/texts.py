@@ -20,7 +20,6 @@ def config_text(opened: Opened, periods: int = 1) -> str:
     written: dict[str, Any] = {
         "model": changed_parameters(config.parameters()),
         **changed_settings(config),
-        **config.asked(),
     }
     written["simulation"] = {"periods": periods, "start": "stationary"}
     return _remark(opened) + block_yaml(written)

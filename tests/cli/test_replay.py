@@ -17,7 +17,6 @@ CONFIG: dict[str, Any] = {
     "integrator": {"rtol": 1e-4},
     "stationary": {"rtol": 1e-4},
     "sweep": {"T": [200, 300], "gamma": [-2 / 3, 0]},
-    "observables": ["harmonics"],
 }
 POINT = ("--at", "T=200", "--at", "gamma=-2/3")
 

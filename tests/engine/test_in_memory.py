@@ -20,7 +20,7 @@ from stickslip import Parameters, Status, stationary_orbit
 from stickslip.dispatch import backend, threads
 from stickslip.dispatch.task import Block
 from stickslip.dispatch.workers import Tasks
-from stickslip.variables import asked_columns
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.schema import Execution
 from sweeps.engine import computing, executors
 from sweeps.engine.run import run
@@ -60,7 +60,7 @@ def test_a_point_is_the_stationary_orbit_of_its_parameters(reference: xr.Dataset
         p = Parameters(temperature=temperature, rheological_index=0.0)
         orbit = stationary_orbit(p, rtol=1e-4)
         point = reference.sel(temperature=temperature, rheological_index=0.0)
-        for name in asked_columns():
+        for name in RESULT_COLUMNS:
             np.testing.assert_equal(point[name].item(), getattr(orbit, name), err_msg=name)
 
 

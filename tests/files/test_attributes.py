@@ -22,7 +22,7 @@ from stickslip.compiled.cache import processor, source_hash
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.parameters import Parameters
 from stickslip.regime import Regime
-from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS, asked_columns
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps.config.load import Config, from_mapping, from_yaml
 from sweeps.engine.run import run
 from sweeps.engine.trajectories import trajectories, trajectory
@@ -52,7 +52,7 @@ SWEEPS: dict[str, dict[str, Any]] = {
     "two axes": {"sweep": {"T": [200, 250], "gamma": [-2 / 3, 0, 2 / 3]}},
     "cases": {"cases": CASES},
     "an axis and cases": {"sweep": {"T": [200, 250, 300]}, "cases": CASES},
-    "one point": {"observables": ["moments"]},
+    "one point": {},
 }
 SHORT = {"simulation": {"periods": 1, "samples_per_period": 20}}
 
@@ -85,9 +85,8 @@ all_sweeps = pytest.mark.parametrize("stored", ["an axis and cases", "one point"
 
 @all_sweeps
 def test_variables_types_units_and_fill_values(stored: netCDF4.Dataset) -> None:
-    asked = asked_columns(() if stored["status"].dimensions else ("moments",))
-    assert {*stored.variables} - {*PARAMETERS, "case"} == set(asked)
-    for name in asked:
+    assert {*stored.variables} - {*PARAMETERS, "case"} == set(RESULT_COLUMNS)
+    for name in RESULT_COLUMNS:
         declared = RESULTS[name]
         variable, is_float = stored[name], declared.dtype == "f8"
         assert variable.dtype == np.dtype(declared.dtype), name
@@ -154,7 +153,7 @@ def test_dimensions_follow_the_config() -> None:
 def test_each_result_lands_at_its_point() -> None:
     config = SWEEPS["two axes"]
     ds, results = made(config), rows(6)
-    for name in asked_columns():
+    for name in RESULT_COLUMNS:
         column = RESULT_COLUMNS.index(name)
         np.testing.assert_array_equal(ds[name].values, results[:, column].reshape(2, 3))
     chosen = ds.sel(temperature=250, rheological_index=0)

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from stickslip import Status, simulate
-from stickslip.variables import RESULTS, asked_columns
+from stickslip.variables import RESULT_COLUMNS, RESULTS
 from sweeps import run
 from sweeps.config.load import from_mapping
 from sweeps.engine.trajectories import trajectories
@@ -22,8 +22,7 @@ from sweeps.files.chunks import Chunks
 from sweeps.files.export import TableError, files_of, refuse_other_data, tables
 from sweeps.files.outputs import Outputs
 
-COLUMNS = asked_columns(["moments"])
-FLOATS = [name for name in COLUMNS if RESULTS[name].dtype == "f8"]
+FLOATS = [name for name in RESULT_COLUMNS if RESULTS[name].dtype == "f8"]
 # What a writer that rounds, or drops a sign, changes.
 ODD = [-2 / 3, 0.1 + 0.2, 1e-18, 5e-324, 1.7976931348623157e308, -0.0]
 
@@ -32,7 +31,6 @@ CONFIG: dict[str, Any] = {
     "stationary": {"rtol": 1e-4},
     "sweep": {"T": [200, 250, 300]},
     "cases": {"k": [5e4, 6e4], "K": [2000, 3000]},
-    "observables": ["moments"],
 }
 
 
@@ -63,7 +61,7 @@ def test_a_row_for_each_point_with_all_digits(ds: xr.Dataset, tmp_path: Path) ->
     rows = rows_of(table)
     assert list(rows[0]) == [
         *("temperature", "case", "viscosity_coefficient", "spring_stiffness"),
-        *COLUMNS,
+        *RESULT_COLUMNS,
     ]
     assert len(rows) == 6
     for number, row in enumerate(rows):

@@ -13,7 +13,7 @@ import pytest
 
 from stickslip import Status
 from stickslip.orbit import failed_row
-from stickslip.variables import RESULT_COLUMNS, asked_columns
+from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping
 from sweeps.engine.existing import RefusalError, found_in_file
 from sweeps.engine.in_memory import compute
@@ -33,9 +33,7 @@ CASES = {"drive_amplitude": [0.4e-6, 0.8e-6], "angular_frequency": [20, 10]}
 SWEEPS: dict[str, dict[str, Any]] = {
     "no axis": LOOSE,
     "one axis": LOOSE | {"sweep": {"T": [200, 220, 250, 300]}},
-    "three axes": LOOSE
-    | {"sweep": {"T": [200, 250], "gamma": [-2 / 3, 0], "K": [2e3, 3e3, 4e3]}}
-    | {"observables": ["harmonics"]},
+    "three axes": LOOSE | {"sweep": {"T": [200, 250], "gamma": [-2 / 3, 0], "K": [2e3, 3e3, 4e3]}},
     "cases": LOOSE | {"cases": CASES},
     "an axis and cases": LOOSE | {"title": "with °", "sweep": {"T": [200, 250]}, "cases": CASES},
 }
@@ -61,7 +59,7 @@ def write(
         "statuses": status_counts(np.nan_to_num(results[:, STATUS], nan=Status.PENDING)),
         "temporary": path.with_name("result.new"),
     }
-    settings |= {"observables": config.observables} | changes
+    settings |= changes
     attributes = global_attributes(config)
     return write_result(grid, chunks, attributes=attributes, path=path, **settings)
 
@@ -124,8 +122,6 @@ def test_rows_come_back_from_the_file(tmp_path: Path, config: dict[str, Any], mo
         if grid.dims:
             assert file["status"].chunking() == list(chunks.extent)
             assert file["asymmetry"].filters()["zlib"]
-    asked = asked_columns(settings.observables)
-    rows[:, [name not in asked for name in RESULT_COLUMNS]] = np.nan
     np.testing.assert_array_equal(found, rows)
     codes = np.where(np.isnan(rows[:, STATUS]), Status.PENDING, np.nan_to_num(rows[:, STATUS]))
     np.testing.assert_array_equal(written.statuses, np.bincount(codes.astype(int), minlength=128))
@@ -281,7 +277,6 @@ def test_pending_points_of_a_file_are_not_finished(tmp_path: Path) -> None:
     rows[[0, 4, 11]] = np.nan
     rows[7] = failed_row()
     write(settings, rows, tmp_path / "a.nc")
-    rows[:, [name not in asked_columns(["harmonics"]) for name in RESULT_COLUMNS]] = np.nan
     ((indices, found),) = found_in_file(tmp_path / "a.nc").points()
     np.testing.assert_array_equal(indices, [1, 2, 3, 5, 6, 7, 8, 9, 10])
     np.testing.assert_array_equal(found, rows[indices])

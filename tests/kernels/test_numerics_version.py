@@ -22,7 +22,7 @@ from support.marks import marked
 from stickslip import Options, Parameters
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.orbit import compute_orbits
-from stickslip.variables import RESULT_COLUMNS, asked_columns
+from stickslip.variables import RESULT_COLUMNS
 
 VERSION = 17
 MADE_ON = ("znver4", "0.68.1", "0.50.0")
@@ -86,7 +86,7 @@ TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
 # The table's rows of result variables that it is older than; to be emptied when it is renewed.
 YOUNGER: dict[str, tuple[float, ...]] = {}
 # Results on request are NaN here.
-HASHED = [RESULT_COLUMNS.index(name) for name in asked_columns() if name not in YOUNGER]
+HASHED = [RESULT_COLUMNS.index(name) for name in RESULT_COLUMNS if name not in YOUNGER]
 ADVICE = "the numbers have changed: raise NUMERICS_VERSION and renew this table"
 COLUMNS = [
     RESULT_COLUMNS.index(name)

@@ -57,8 +57,8 @@ def test_a_point_is_told_with_regime_and_status():
     assert motion.courses.sizes["elapsed_time"] == 2001
 
 
-def test_energy_and_observables_are_told_with_their_units():
-    motion = compute(opened({"observables": ["harmonics"]}))
+def test_energy_and_harmonics_are_told_with_their_units():
+    motion = compute(opened({}))
     orbit, told = motion.orbit, words(summary_html(motion))
     assert isinstance(orbit, Orbit)
     assert f"energy dissipated per period {1e9 * orbit.dissipated_energy:#.3g} ± " in told

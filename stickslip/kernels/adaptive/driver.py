@@ -76,11 +76,10 @@ def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel
     """Yield the further kernels that points of these kinds (n, k) need; see `families.KIND`."""
     settings, width = options.settings(), model_of(options.physics).width
     task = Pass(TRAVEL, settings.rtol, settings.rtol, 0, 0, False)
-    for physics in dict.fromkeys((options.physics.unobserved, options.physics)):
-        for family, _ in families(physics, kinds):
-            no_points = new_queue(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
-            kernel = pass_kernel(family)
-            yield FamilyKernel(kernel, partial(kernel, no_points, new_lanes(width), task, 0))
+    for family, _ in families(options.physics, kinds):
+        no_points = new_queue(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
+        kernel = pass_kernel(family)
+        yield FamilyKernel(kernel, partial(kernel, no_points, new_lanes(width), task, 0))
 
 
 def largest_step(points: np.ndarray, options: Options) -> np.ndarray:

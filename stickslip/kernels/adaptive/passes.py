@@ -442,9 +442,7 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
         rhs, jacobian, weight, problems, RODAS4P2, operations, ROOM, functions.step_limits
     )
     step = make_step(rhs, RODAS4P2, operations)
-    record = recording.make_see(
-        problems, functions, two_solids=two_solids, observed=physics.observed
-    )
+    record = recording.make_see(problems, functions, two_solids=two_solids)
     begin_record = recording.make_begin(problems, functions)
     variations = make_variations(problems, functions, model_of(physics).components)
     see = _make_see(record, variations.carry)

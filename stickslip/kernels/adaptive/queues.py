@@ -6,7 +6,6 @@ import numpy as np
 
 from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.passes import (
-    MEASURE,
     OUTCOME,
     Pass,
     Queue,
@@ -50,7 +49,6 @@ def put_back(queue: tuple[np.ndarray, ...], rows: np.ndarray, part: tuple[np.nda
 def work_through(queue: Queue, task: Pass, physics: Physics) -> None:
     """Take the points of a queue that are still ok through a pass in lanes, family by family."""
     alive = np.flatnonzero(queue.counts[:, OUTCOME] == OK)
-    physics = physics if task.mode >= MEASURE else physics.unobserved
     for family, members in families(physics, queue.points[:, _KIND][alive]):
         rows = alive[members]
         part, lanes = part_of(queue, rows), new_lanes(queue.states.shape[1] - 1)

@@ -139,13 +139,13 @@ def make_moment(equations: Equations) -> Any:
     return moment
 
 
-def _make_see_work(equations: Equations, *, observed: bool) -> Any:
-    """Return the function that adds a step to the integrals of a record, optional if `observed`.
+def _make_see_work(equations: Equations) -> Any:
+    """Return the function that adds a step to the integrals of a record.
 
     Its arguments are (lanes, lane, problem, step, nodes, accepted).
     """
     stored_energy, moment = equations.stored_energy, make_moment(equations)
-    see_integrals = make_see_integrals(record, WEIGHTS, observed=observed)
+    see_integrals = make_see_integrals(record, WEIGHTS)
 
     @inline
     def see_work(
@@ -233,16 +233,15 @@ def make_see(
     functions: ProblemFunctions,
     *,
     two_solids: bool,
-    observed: bool,
 ) -> Any:
     """Return the function (lanes) that records the last step of every lane where it was accepted.
 
-    `problems(lanes, lane)` is the problem of a lane; `observed` adds the optional integrals.
+    `problems(lanes, lane)` is the problem of a lane.
     """
     see_solid = _see_either_solid if two_solids else _see_one_solid
     node, observables_and_rates = make_node(functions), functions.equations.observables_and_rates
     step_of, strain = step_reader(functions.width), functions.equations.strain
-    see_work = _make_see_work(functions.equations, observed=observed)
+    see_work = _make_see_work(functions.equations)
 
     @inline
     def lane_see(lane: int, lanes: np.ndarray) -> None:

@@ -28,8 +28,7 @@ def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel
     tasks = March(no_points, nothing, np.empty((0, WIDTH)), options.physics).tasks
     noisy = options.noise != NO_NOISE
     for measured in (False, True):
-        physics = options.physics if measured else options.physics.unobserved
-        for family, _ in families(physics, kinds):
+        for family, _ in families(options.physics, kinds):
             kernel = march_kernel(family, noisy, measured)
             yield FamilyKernel(kernel, partial(kernel, tasks, nothing, 0))
 

@@ -74,16 +74,15 @@ class March:
 
     def march(self, measured: bool = False) -> None:
         """Take the started points to their ends; the status of each is then OK or DIVERGED."""
-        physics = self.physics if measured else self.physics.unobserved
-        for family, noisy, queue in self._families(physics):
+        for family, noisy, queue in self._families():
             march = march_kernel(family, noisy, measured)
             while np.any(self.tasks.status[queue] == PENDING):
                 march(self.tasks, queue, _AT_A_TIME)
 
-    def _families(self, physics: Physics) -> Iterator[tuple[Family, bool, np.ndarray]]:
+    def _families(self) -> Iterator[tuple[Family, bool, np.ndarray]]:
         """Yield groups of points that share a kernel: family, whether there is noise, indices."""
         pending = np.flatnonzero(self.tasks.status == PENDING)
-        for family, members in families(physics, self.points[:, _KIND][pending]):
+        for family, members in families(self.physics, self.points[:, _KIND][pending]):
             rows = pending[members]
             with_noise = self.points[rows, _NOISE] > 0.0
             for noisy in (False, True):

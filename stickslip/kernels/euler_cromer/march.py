@@ -126,14 +126,9 @@ def _make_increments(stress_and_force: Any, *, noisy: bool, chance: bool) -> Any
     return noisy_increments if noisy else increments
 
 
-def _make_observe(
-    stress_and_force: Any, *, measured: bool, two_solids: bool, observed: bool
-) -> Any:
-    """Return the function (p, V, y, lanes, lane) that records a step, represented by its start.
-
-    `observed` adds the optional integrals.
-    """
-    see_integrals = make_see_integrals(_record, (1.0,), observed=observed)
+def _make_observe(stress_and_force: Any, *, measured: bool, two_solids: bool) -> Any:
+    """Return the function (p, V, y, lanes, lane) that records a step, represented by its start."""
+    see_integrals = make_see_integrals(_record, (1.0,))
 
     @inline
     def ignore(p: _Lane, V: float, y: State, lanes: np.ndarray, lane: int) -> None:
@@ -193,12 +188,7 @@ def march_kernel(family: Family, noisy: bool, measured: bool) -> Any:
     march = make_euler_cromer_lanes(
         _make_parameters(family),
         _make_increments(stress_and_force, noisy=noisy, chance=chance is not NO_RANDOM_NUMBERS),
-        _make_observe(
-            stress_and_force,
-            measured=measured,
-            two_solids=family.higher,
-            observed=family.physics.observed,
-        ),
+        _make_observe(stress_and_force, measured=measured, two_solids=family.higher),
         [_make_sine(tone) for tone in drive.TONES_OF[family.physics.drive]],
         row_length(family.physics),
         chance,

@@ -52,7 +52,7 @@ def _make_see(model: Model) -> Any:
     equations = model.equations
     observables, strain = equations.observables, equations.strain
     power, loss = equations.power, equations.loss
-    see_integrals = make_see_integrals(_record, (1.0,), observed=model.physics.observed)
+    see_integrals = make_see_integrals(_record, (1.0,))
 
     @jit
     def see(
