@@ -14,16 +14,11 @@ from stickslip.kernels.adaptive import tangents
 from stickslip.kernels.adaptive.adaptive_trajectory import adaptive_trajectory
 from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.passes import (
-    APERIODIC,
     ATTEMPTED,
     CYCLE,
     HALVES,
     MEASURE,
-    NOT_STATIONARY,
     OUTCOME,
-    REFINEMENT,
-    SETTLE,
-    TIGHTEST,
     TRAVEL,
     VARY,
     Pass,
@@ -34,6 +29,15 @@ from stickslip.kernels.adaptive.passes import (
 )
 from stickslip.kernels.adaptive.queues import part_of, put_back, reduced_queue, work_through
 from stickslip.kernels.adaptive.rows import Orbits, measured_of, row_kernels
+from stickslip.kernels.adaptive.settling import (
+    APERIODIC,
+    NOT_STATIONARY,
+    REFINEMENT,
+    TIGHTEST,
+    Search,
+    search_kernels,
+    settle,
+)
 from stickslip.kernels.adaptive.walk import AdaptiveWalk, StochasticWalk, TangentWalk
 from stickslip.kernels.families import FamilyKernel, families
 from stickslip.kernels.observation import Watched, aperiodic_rows, spreads_of, watch
@@ -74,12 +78,14 @@ trajectory_kernel = adaptive_trajectory
 
 def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel]:
     """Yield the further kernels that points of these kinds (n, k) need; see `families.KIND`."""
-    settings, width = options.settings(), model_of(options.physics).width
-    task = Pass(TRAVEL, settings.rtol, settings.rtol, 0, 0, False)
+    width, no_rows = model_of(options.physics).width, np.empty(0, np.int64)
     for family, _ in families(options.physics, kinds):
         no_points = new_queue(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
-        kernel = pass_kernel(family)
-        yield FamilyKernel(kernel, partial(kernel, no_points, new_lanes(width), task, 0))
+        kernel, nothing = pass_kernel(family), Pass(TRAVEL, 0, 0)
+        yield FamilyKernel(
+            kernel, partial(kernel, no_points, no_rows, new_lanes(width), nothing, 0)
+        )
+    yield from search_kernels(kinds, options.physics)
 
 
 def largest_step(points: np.ndarray, options: Options) -> np.ndarray:
@@ -164,7 +170,7 @@ def stochastic_walk(
     queue = reduced_queue(points, physics.typical)
     _start_elsewhere(points, starts, queue, physics)
     queue = queue._replace(points=np.hstack([queue.points, streams]))
-    return StochasticWalk(points, queue, _measuring(_finer(options), options), physics)
+    return StochasticWalk(points, queue, _finer(options), options.settings().max_steps, physics)
 
 
 def _start_elsewhere(
@@ -175,11 +181,6 @@ def _start_elsewhere(
     states = starts[rows].copy()
     conversion_of(physics).scale_states(points[rows], states)
     queue.states[rows, :-1] = states[:, :-1]  # the first step stays short
-
-
-def _measuring(rtol: float, options: Options) -> Pass:
-    """Return the pass that measures cycles at a tolerance."""
-    return Pass(MEASURE, rtol, rtol, 0, options.settings().max_steps, False)
 
 
 def _finer(options: Options) -> float:
@@ -196,15 +197,14 @@ def _measure(points: np.ndarray, queue: Queue, options: Options, *, again: bool 
     rounded more widely: with `again` a cycle is spent first to let that decay.
     """
     settings, physics, finer = options.settings(), options.physics, _finer(options)
-    components = model_of(physics).components
+    components, most = model_of(physics).components, settings.max_steps
     begins = queue.states.copy()
-    work_through(queue, _measuring(finer, options)._replace(mode=VARY), physics)
+    work_through(queue, VARY, finer, most, physics)
     coarse = part_of(queue, np.arange(len(points)))
-    measuring = _measuring(settings.rtol, options)
     if again:
-        work_through(coarse, measuring._replace(mode=TRAVEL), physics)
+        work_through(coarse, TRAVEL, settings.rtol, most, physics)
     began = coarse.states.copy()
-    work_through(coarse, measuring, physics)
+    work_through(coarse, MEASURE, settings.rtol, most, physics)
     queue.counts[:, [ATTEMPTED, OUTCOME]] = coarse.counts[:, [ATTEMPTED, OUTCOME]]
     near = tangents.neighbours_of(queue, begins, finer, physics)
     begun, ended, others_begun, others_ended = (
@@ -220,7 +220,7 @@ def _measure(points: np.ndarray, queue: Queue, options: Options, *, again: bool 
         begins,
         coarse.measured,
         tangents.symmetric(queue, begins, settings.stationary_rtol, finer, physics),
-        _spreads(points, queue, begins, _measuring(finer, options), physics),
+        _spreads(points, queue, begins, options),
         near.multipliers,
         near.slopes,
         missed=tangents.weighted(missed, components),
@@ -277,7 +277,7 @@ def _settle(
     settings, physics = options.settings(), options.physics
     task = _search_of(settings)
     if 0 < patience < settings.max_periods:
-        work_through(queue, task._replace(max_halves=2 * patience), physics)
+        settle(queue, task._replace(max_halves=2 * patience), physics)
         unfinished = np.isin(queue.counts[:, OUTCOME], (NOT_STATIONARY, APERIODIC))
         queue.counts[unfinished, OUTCOME] = int(Status.PENDING)
         return []
@@ -285,13 +285,13 @@ def _settle(
     # First for short cycles; then, for motions whose neighbours approach them, for long ones.
     for late in (False, True):
         part = part_of(queue, pending)
-        work_through(part, task._replace(late=late), physics)
+        settle(part, task._replace(late=late), physics)
         put_back(queue, pending, part)
         pending = pending[part.counts[:, OUTCOME] == APERIODIC]
         if not len(pending):
             break
-        watching = _measuring(_watching_tolerance(settings), options)
-        walk = TangentWalk(points[pending], part_of(queue, pending), watching, physics)
+        rtol, most = _watching_tolerance(settings), settings.max_steps
+        walk = TangentWalk(points[pending], part_of(queue, pending), rtol, most, physics)
         watched = watch(walk, settings.window, decisive=late)
         put_back(queue, pending, _after_watching(walk, watched))
         found = watched.aperiodic
@@ -310,11 +310,11 @@ def _watching_tolerance(settings: Settings) -> float:
     return max(finer, TIGHTEST)
 
 
-def _search_of(settings: Settings) -> Pass:
-    """Return the pass that brings points to their orbits."""
+def _search_of(settings: Settings) -> Search:
+    """Return the search that brings points to their orbits."""
     distance = min(settings.stationary_rtol, _LOOSEST)
     halves, steps = 2 * settings.max_periods, settings.max_steps
-    return Pass(SETTLE, settings.rtol, distance, halves, steps, settings.accelerate)
+    return Search(settings.rtol, distance, halves, steps, settings.accelerate)
 
 
 def _after_watching(walk: TangentWalk, watched: Watched) -> Queue:
@@ -327,9 +327,7 @@ def _after_watching(walk: TangentWalk, watched: Watched) -> Queue:
     return queue
 
 
-def _spreads(
-    points: np.ndarray, queue: Queue, begins: np.ndarray, measuring: Pass, physics: Physics
-) -> np.ndarray:
+def _spreads(points: np.ndarray, queue: Queue, begins: np.ndarray, options: Options) -> np.ndarray:
     """Standard deviations (n, 2) of the amplitudes of single drive periods, SI units."""
     spreads = np.zeros((len(points), 2))
     rows = np.flatnonzero((queue.counts[:, OUTCOME] == OK) & (queue.counts[:, CYCLE] > 2))
@@ -338,5 +336,7 @@ def _spreads(
         part.states[:] = begins[rows]
         # A cycle of an odd number of half periods is half an orbit.
         periods = np.where(cycles % 2 == 1, cycles, cycles // 2)
-        spreads[rows] = spreads_of(AdaptiveWalk(points[rows], part, measuring, physics), periods)
+        most = options.settings().max_steps
+        walk = AdaptiveWalk(points[rows], part, _finer(options), most, options.physics)
+        spreads[rows] = spreads_of(walk, periods)
     return spreads

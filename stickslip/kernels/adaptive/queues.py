@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.passes import (
     OUTCOME,
+    Lanes,
     Pass,
     Queue,
+    fresh_control,
     new_lanes,
     new_queue,
     pass_kernel,
@@ -20,7 +24,8 @@ from stickslip.model.scaling import Reduced
 from stickslip.numerics.adaptive import OK
 from stickslip.options import Physics
 
-_KIND = [Reduced._fields.index(name) for name in KIND]
+KINDS = [Reduced._fields.index(name) for name in KIND]
+"""The columns of `families.KIND` among reduced parameters."""
 
 # Attempts of all lanes together in one call of a kernel: about a second, so that Ctrl-C is noticed.
 _WORK = 2_000_000
@@ -46,12 +51,22 @@ def put_back(queue: tuple[np.ndarray, ...], rows: np.ndarray, part: tuple[np.nda
         whole[rows] = piece
 
 
-def work_through(queue: Queue, task: Pass, physics: Physics) -> None:
-    """Take the points of a queue that are still ok through a pass in lanes, family by family."""
-    alive = np.flatnonzero(queue.counts[:, OUTCOME] == OK)
-    for family, members in families(physics, queue.points[:, _KIND][alive]):
-        rows = alive[members]
-        part, lanes = part_of(queue, rows), new_lanes(queue.states.shape[1] - 1)
-        while pass_kernel(family)(part, lanes, task, _WORK) > 0:
-            check_interruption()
-        put_back(queue, rows, part)
+def work_through(
+    queue: Queue, mode: int, rtol: float, max_steps: int, physics: Physics, halves: int = 0
+) -> None:
+    """Take the points of a queue that are still ok through a pass at a tolerance.
+
+    As many half periods as its cycle has for each, or `halves` for all, in at most `max_steps`.
+    """
+    alive, task = np.flatnonzero(queue.counts[:, OUTCOME] == OK), Pass(mode, halves, max_steps)
+    queue.rtols[alive], queue.control[alive] = rtol, fresh_control(len(alive))
+    lanes = new_lanes(queue.states.shape[1] - 1)
+    for family, members in families(physics, queue.points[:, KINDS][alive]):
+        take_through(pass_kernel(family), queue, alive[members], lanes, task)
+
+
+def take_through(kernel: Any, queue: Queue, which: np.ndarray, lanes: Lanes, task: Pass) -> None:
+    """Take the points in the rows `which` (m,), all of one family, through a pass in lanes."""
+    lanes.rows[:], lanes.cursor[:] = -1, (0, -1)
+    while kernel(queue, which, lanes, task, _WORK) > 0:
+        check_interruption()

@@ -16,7 +16,6 @@ from stickslip.kernels.adaptive.passes import (
     OUTCOME,
     TRAVEL,
     VARY,
-    Pass,
     Queue,
     new_queue,
 )
@@ -88,7 +87,7 @@ def _run(
 ) -> Queue:
     queue = new_queue(points, states.copy())
     queue.counts[:, CYCLE] = cycles
-    work_through(queue, Pass(mode, rtol, rtol, 0, _MAX_STEPS, False), physics)
+    work_through(queue, mode, rtol, _MAX_STEPS, physics)
     return queue
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.kernels.adaptive.conversion import conversion_of
-from stickslip.kernels.adaptive.passes import ATTEMPTED, CYCLE, OUTCOME, Pass, Queue
+from stickslip.kernels.adaptive.passes import ATTEMPTED, MEASURE, OUTCOME, Queue
 from stickslip.kernels.adaptive.queues import part_of, work_through
 from stickslip.kernels.adaptive.tangents import Tangents
 from stickslip.measure.accumulate import RECORD
@@ -18,13 +18,17 @@ PENDING = int(Status.PENDING)
 
 
 class AdaptiveWalk:
-    """The motions of points (n, parameters) from the states of a `queue`, by measuring passes."""
+    """The motions of points (n, parameters) from the states of a `queue`, by measuring passes.
 
-    def __init__(self, points: np.ndarray, queue: Queue, measuring: Pass, physics: Physics) -> None:
-        self.points, self.measuring, self.physics = points, measuring, physics
+    At the tolerance `rtol`, in at most `max_steps` a period.
+    """
+
+    def __init__(
+        self, points: np.ndarray, queue: Queue, rtol: float, max_steps: int, physics: Physics
+    ) -> None:
+        self.points, self.rtol, self.max_steps, self.physics = points, rtol, max_steps, physics
         self.queue = self._lanes = part_of(queue, np.arange(len(points)))
-        # A pass of two half periods is a drive period.
-        self.queue.counts[:, CYCLE], self.queue.counts[:, OUTCOME] = 2, OK
+        self.queue.counts[:, OUTCOME] = OK
 
     def states(self) -> np.ndarray:
         """Return the stroboscopic states (n, columns) in SI units, with the next step."""
@@ -35,7 +39,7 @@ class AdaptiveWalk:
     def next_period(self) -> np.ndarray:
         """Advance by a drive period; return its records (n, RECORD) in SI units."""
         self._lanes.counts[:, ATTEMPTED] = 0  # each period has the whole budget
-        work_through(self._lanes, self.measuring, self.physics)
+        work_through(self._lanes, MEASURE, self.rtol, self.max_steps, self.physics, halves=2)
         records = np.empty((len(self.points), RECORD))
         conversion_of(self.physics).write_stretches(self.points, self.queue.measured, records)
         return records
@@ -43,9 +47,8 @@ class AdaptiveWalk:
     def part(self, which: np.ndarray) -> AdaptiveWalk:
         """Return the walk of these motions alone, from where they are."""
         rows = np.flatnonzero(which)
-        return AdaptiveWalk(
-            self.points[rows], part_of(self.queue, rows), self.measuring, self.physics
-        )
+        queue = part_of(self.queue, rows)
+        return AdaptiveWalk(self.points[rows], queue, self.rtol, self.max_steps, self.physics)
 
     def outcomes(self) -> np.ndarray:
         """Return the Status (n,) of each motion so far."""
@@ -65,14 +68,16 @@ class StochasticWalk(AdaptiveWalk):
 class TangentWalk(AdaptiveWalk):
     """Motions with copies that carry tangents; both go through the lanes together."""
 
-    def __init__(self, points: np.ndarray, queue: Queue, measuring: Pass, physics: Physics) -> None:
-        super().__init__(points, queue, measuring, physics)
+    def __init__(
+        self, points: np.ndarray, queue: Queue, rtol: float, max_steps: int, physics: Physics
+    ) -> None:
+        super().__init__(points, queue, rtol, max_steps, physics)
         count = len(points)
         # One queue for motions and copies, so that lanes are full; both are views of it.
         self._lanes = part_of(self.queue, np.tile(np.arange(count), 2))
         self.queue = Queue(*(column[:count] for column in self._lanes))
         self._copies = Queue(*(column[count:] for column in self._lanes))
-        self._tangents = Tangents(count, measuring.rtol, model_of(physics).components)
+        self._tangents = Tangents(count, rtol, model_of(physics).components)
 
     def next_period(self) -> np.ndarray:
         """Advance the motions and copies displaced from them by a drive period."""

@@ -13,8 +13,9 @@ import numpy as np
 
 from stickslip.kernels.adaptive import tangents
 from stickslip.kernels.adaptive.conversion import conversion_of
-from stickslip.kernels.adaptive.passes import APERIODIC, CYCLE, OUTCOME, SETTLE, VARY, Pass
+from stickslip.kernels.adaptive.passes import CYCLE, OUTCOME, VARY
 from stickslip.kernels.adaptive.queues import reduced_queue, work_through
+from stickslip.kernels.adaptive.settling import APERIODIC, Search, settle
 from stickslip.measure.accumulate import INTEGRALS, RECORD
 from stickslip.numerics.adaptive import OK
 from stickslip.options import Options
@@ -54,10 +55,9 @@ def settle_from(
     queue.states[:] = finals
     conversion.scale_states(points, queue.states)
     queue.counts[:, OUTCOME] = statuses
-    task = Pass(SETTLE, _RTOL, _RTOL, halves, _MAX_STEPS, accelerate=True)
-    work_through(queue, task, physics)
+    settle(queue, Search(_RTOL, _RTOL, halves, _MAX_STEPS, accelerate=True), physics)
     begins = queue.states.copy()
-    work_through(queue, task._replace(mode=VARY), physics)
+    work_through(queue, VARY, _RTOL, _MAX_STEPS, physics)
     wandered = (statuses == OK) & (queue.counts[:, OUTCOME] == APERIODIC)
     statuses[:] = np.where(wandered, INACCURATE, queue.counts[:, OUTCOME])
     records, cycles = np.empty((len(points), RECORD)), queue.counts[:, CYCLE]

@@ -1,0 +1,311 @@
+"""The search for orbits: points are taken half a period further and judged, until all are settled.
+
+The march advances and decides nothing; here a jitted loop hands the states to the searches of
+`numerics/periodic/search.py` and carries out their verdicts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from stickslip.compiled.decorators import inline, jit, kernel_factory, named_kernel
+from stickslip.compiled.fields import make_row_reader
+from stickslip.compiled.simd import LANES
+from stickslip.kernels.adaptive.passes import (
+    ATTEMPTED,
+    CYCLE,
+    HALVES,
+    HIGHEST,
+    LOWEST,
+    OUTCOME,
+    TRAVEL,
+    Pass,
+    Queue,
+    fresh_control,
+    new_lanes,
+    new_queue,
+    pass_kernel,
+)
+from stickslip.kernels.adaptive.queues import KINDS, take_through
+from stickslip.kernels.adaptive.states import StateFunctions, state_functions
+from stickslip.kernels.families import Family, FamilyKernel, families
+from stickslip.kernels.problem import rounding_speed
+from stickslip.model import drive, solids
+from stickslip.model.models import model_of
+from stickslip.model.noise import clearance, freezes_late, in_between
+from stickslip.model.rhs import Equations
+from stickslip.model.scaling import Reduced
+from stickslip.model.state import FILM, STATE
+from stickslip.numerics.adaptive import OK
+from stickslip.numerics.periodic import search
+from stickslip.options import Physics
+from stickslip.parameters import Parameters
+from stickslip.status import Status
+
+NOT_STATIONARY, APERIODIC = int(Status.NOT_STATIONARY), int(Status.APERIODIC)
+
+REFINEMENT = 0.1
+"""The finer tolerance of the search, and of the measurement, as a fraction of the coarser one."""
+
+TIGHTEST = 1e-13
+"""The smallest tolerance: below it rounding dominates."""
+
+# The largest tolerance on the way to an orbit: beyond it a film may miss the moment at which it
+# freezes, and end on another orbit.
+_SEARCH = 1e-5
+
+# The longest jump, in units of the scaled position, of a film that may freeze late: short enough
+# not to skip the periods in which it does.
+_LATE_JUMP = 0.1
+
+# Points at a time: a search keeps 15 to 18 kB for each.
+_POINTS_AT_A_TIME = 2048
+
+_reduced_of = make_row_reader(Reduced)
+
+
+class Search(NamedTuple):
+    """The tolerance of a search, the distance to the limit, and its budgets."""
+
+    rtol: float
+    distance: float
+    max_halves: int
+    max_steps: int
+    accelerate: bool
+    late: bool = False
+    """True for a search that continues one which found no cycle."""
+
+
+@inline
+def _coarser(task: Search) -> float:
+    """The tolerance at which a search begins."""
+    return min(task.rtol, _SEARCH)
+
+
+@inline
+def _finer(task: Search, cuts: int) -> float:
+    """The tolerance of a search after so many cuts; the first puts the noise below the aim."""
+    first = min(task.rtol * REFINEMENT, _SEARCH, max(task.distance, TIGHTEST))
+    return first * REFINEMENT ** (cuts - 1)
+
+
+@inline
+def _first(task: Search) -> float:
+    """The tolerance of a search that begins, or begins again."""
+    return _finer(task, 1) if task.late else _coarser(task)
+
+
+@inline
+def _longest_jump(p: Parameters, phi: float, waits: bool) -> float:
+    """Longest jump allowed: a jump must not skip the periods in which a film freezes late.
+
+    A film that `waits` may freeze, but was liquid throughout the last half period.
+    """
+    if not (freezes_late(p) or waits):
+        return np.inf
+    return 0.0 if in_between(p, phi) else _LATE_JUMP
+
+
+def _make_limit_search(equations: Equations) -> Any:
+    """Return the function that limits the jumps of a search after a half period.
+
+    It takes (memory, p, u_s, phi, lowest, highest): the speed below which a cusp is rounded, the
+    order parameter at its end, and the extremes of ln(phi) during it. Where a film may still
+    freeze, a jump must not skip the moment (docs/decisions/late-freezing.md).
+    """
+    strain_amplitude, rounded = equations.strain_amplitude, equations.law.rounded
+    upper_displacement = equations.upper.displacement
+
+    @jit
+    def out_of_reach(p: Parameters, u_s: float, phi: float) -> tuple[float, float]:
+        """Where a liquid film cannot freeze: gain and least distance of `search.keep_clear`."""
+        strain = strain_amplitude(p, 1.0)
+        if drive.highest_harmonic(p) > 1.0 or not strain > 0.0:  # the bound is that of a sine
+            return np.inf, np.inf
+        critical = solids.solidification_strain(p) / strain
+        gain, least = clearance(p, critical)
+        # Friction makes a passage through rest longer, with a cusp there most of all.
+        stress, slope, _ = rounded(p, critical, phi, u_s)
+        return gain + slope * p.contact_area, least + stress * p.contact_area
+
+    @jit
+    def limit_search(
+        memory: Any, p: Parameters, u_s: float, phi: float, lowest: float, highest: float
+    ) -> None:
+        least_phi, most_phi = math.exp(lowest), math.exp(highest)
+        solid = solids.solid_threshold(p)
+        contracting = solids.parts_never(p, least_phi, most_phi)
+        # In a liquid that cannot freeze the peaks do not matter.
+        may_freeze = p.temperature < solids.solidification_temperature(p, 0.0)
+        peak = STATE[FILM].weight * max(highest, STATE[FILM].floor) if may_freeze else 0.0
+        longest = _longest_jump(p, phi, may_freeze and most_phi < solid)
+        search.limit_jumps(memory, longest, contracting, peak)
+        if not may_freeze:
+            return
+        search.limit_spirals(memory)
+        if least_phi < solid:
+            gain, least = np.inf, np.inf
+            if most_phi < solid:
+                gain, least = out_of_reach(p, u_s, most_phi)
+            centre, stiffness = upper_displacement(p, 0.0), 2.0 * p.spring_stiffness
+            search.keep_clear(memory, centre, stiffness, gain, least)
+
+    return limit_search
+
+
+class _Kernels(NamedTuple):
+    """The kernels of searches for one family.
+
+    `rows` (n,) are those of the points in the queue, `memories` (n,) their searches, `places` (m,)
+    those of them, in these arrays, that a kernel works on.
+    """
+
+    start: Any
+    """(queue, rows, memories, task): begin all searches at the states of the queue."""
+
+    judge: Any
+    """(queue, rows, places, memories, task): judge the half period that points have just taken, and
+    move their states. It puts those that go on first in `places`, and returns their number."""
+
+
+def _kernels(family: Family) -> _Kernels:
+    """Return the kernels of a family, the same for every rheological index and kind of noise."""
+    return _search_kernels(family._replace(physics=family.physics.typical, gamma=None))
+
+
+def _make_limit(family: Family) -> Any:
+    """Return the function (queue, row, memory) that limits the jumps of a search."""
+    model = model_of(family.physics)
+    values_of: Any = model.values(None, higher=family.higher)
+    limit_search = _make_limit_search(model.equations)
+
+    @jit
+    def limit(queue: Queue, row: int, memory: Any) -> None:
+        p, film = values_of(_reduced_of(queue.points[row])), queue.film[row]
+        u_s, phi = rounding_speed(p, queue.rtols[row]), math.exp(queue.states[row, FILM])
+        limit_search(memory, p, u_s, phi, film[LOWEST], film[HIGHEST])
+
+    return limit
+
+
+def _make_carry_out(state: StateFunctions, width: int) -> Any:
+    """Return the function (queue, row, memory, task) that carries out the verdict of a search.
+
+    It returns a Status, or -1 where the search goes on.
+    """
+    of_row, judged, unjudged, moved = state.of_row, state.judged, state.unjudged, state.moved
+
+    @inline
+    def put_state(row: np.ndarray, y: Any) -> None:
+        for component in range(width):
+            row[component] = y[component]
+
+    @jit
+    def carry_out(queue: Queue, row: int, memory: Any, task: Search) -> int:
+        y, counts = of_row(queue.states[row]), queue.counts[row]
+        # The search counts its own halves; those of earlier ones have used the budget too.
+        budget = task.max_halves - (counts[HALVES] - memory.applications)
+        counts[HALVES] += 1
+        verdict, dx, dv = search.judge(memory, judged(y), task.distance, queue.rtols[row], budget)
+        y = moved(y, dx, dv)
+        put_state(queue.states[row], y)
+        if verdict == search.SETTLED:
+            # The remaining way to the limit is known: the measurement begins nearer to it.
+            dx, dv = search.last_correction(memory)
+            put_state(queue.states[row], moved(y, dx, dv))
+            counts[CYCLE], queue.ratios[row] = search.found(memory)
+            return OK
+        if verdict == search.EXHAUSTED:
+            return NOT_STATIONARY
+        if verdict == search.WANDERING:
+            return APERIODIC
+        if verdict == search.FINER:
+            queue.rtols[row] = _finer(task, memory.fineness)
+        elif verdict == search.RESTORE:
+            # A jump has led astray: return to the state before it, as at the start of a search.
+            put_state(queue.states[row], unjudged(memory.stored))
+            queue.rtols[row] = _first(task)
+        return -1
+
+    return carry_out
+
+
+@kernel_factory
+def _search_kernels(family: Family) -> _Kernels:
+    model = model_of(family.physics)
+    state = state_functions(model.components)
+    of_row, judged = state.of_row, state.judged
+    limit, carry_out = _make_limit(family), _make_carry_out(state, model.width)
+
+    def start(queue: Queue, rows: np.ndarray, memories: np.ndarray, task: Search) -> None:
+        for place in range(len(rows)):
+            row = rows[place]
+            queue.rtols[row] = _first(task)
+            z = judged(of_row(queue.states[row]))
+            search.start(memories[place], z, 2, task.accelerate, True, task.late)
+
+    def judge(
+        queue: Queue, rows: np.ndarray, places: np.ndarray, memories: np.ndarray, task: Search
+    ) -> int:
+        going = 0
+        for i in range(len(places)):
+            place = places[i]
+            row, memory = rows[place], memories[place]
+            if queue.counts[row, OUTCOME] == OK:  # else the way ended before the half period did
+                limit(queue, row, memory)
+                outcome = carry_out(queue, row, memory, task)
+                if outcome < 0:
+                    places[going] = place
+                    going += 1
+                else:
+                    queue.counts[row, OUTCOME] = outcome
+        return going
+
+    named = (named_kernel(f"{each.__name__}_search[{family}]", each) for each in (start, judge))
+    return _Kernels(*named)
+
+
+def search_kernels(kinds: np.ndarray, physics: Physics) -> Iterator[FamilyKernel]:
+    """Yield the kernels that searches of points of these kinds (n, k) need; see `families.KIND`."""
+    task, width = Search(1.0, 1.0, 0, 0, True), model_of(physics).width
+    queue = new_queue(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
+    rows, memories = np.empty(0, np.int64), np.empty(0, search.memory_of(width))
+    for kernels in {_kernels(family) for family, _ in families(physics, kinds)}:
+        yield FamilyKernel(kernels.start, partial(kernels.start, queue, rows, memories, task))
+        yield FamilyKernel(kernels.judge, partial(kernels.judge, queue, rows, rows, memories, task))
+
+
+def settle(queue: Queue, task: Search, physics: Physics) -> None:
+    """Bring the points of a queue that are still ok to their orbits, at phase 0.
+
+    Their outcomes are OK with the cycle and its contraction, or a Status: APERIODIC where a search
+    wanders, NOT_STATIONARY where its budget is spent.
+    """
+    alive = np.flatnonzero(queue.counts[:, OUTCOME] == OK)
+    queue.control[alive] = fresh_control(len(alive))
+    for family, members in families(physics, queue.points[:, KINDS][alive]):
+        rows = alive[members]
+        for first in range(0, len(rows), _POINTS_AT_A_TIME):
+            _settle(queue, rows[first : first + _POINTS_AT_A_TIME], task, family)
+
+
+def _settle(queue: Queue, rows: np.ndarray, task: Search, family: Family) -> None:
+    width, (start, judge) = queue.states.shape[1] - 1, _kernels(family)
+    memories, lanes = np.zeros(len(rows), search.memory_of(width)), new_lanes(width)
+    kernel, half = pass_kernel(family), Pass(TRAVEL, 1, task.max_steps)
+    start(queue, rows, memories, task)
+    places = np.arange(len(rows))
+    while len(places):
+        which = rows[places]
+        before = queue.counts[which, ATTEMPTED]
+        take_through(kernel, queue, which, lanes, half)
+        if len(places) > LANES:
+            # The longest way first, so that all lanes have work until the end.
+            steps = queue.counts[which, ATTEMPTED] - before
+            places = places[np.argsort(-steps, kind="stable")]
+        places = places[: judge(queue, rows, places, memories, task)]
