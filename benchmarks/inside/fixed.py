@@ -50,7 +50,7 @@ def reference_period(points: np.ndarray, finals: np.ndarray, rtol: float) -> np.
     queue.states[:] = finals
     conversion_of(PHYSICS).scale_states(points, queue.states)
     half_periods(queue)[:] = 2
-    work_through(queue, passes.Pass(passes.MEASURE, rtol, rtol, 0, 10**9, False), PHYSICS)
+    work_through(queue, passes.MEASURE, rtol, 10**9, PHYSICS)
     conversion_of(PHYSICS).write_records(points, half_periods(queue), queue.measured, records)
     return records
 

@@ -8,6 +8,7 @@ from inside.defaults import PHYSICS, WIDTH, amplitudes_of
 from stickslip.kernels.adaptive import passes
 from stickslip.kernels.adaptive.conversion import conversion_of
 from stickslip.kernels.adaptive.queues import reduced_queue, work_through
+from stickslip.kernels.adaptive.settling import Search, settle
 from stickslip.measure.accumulate import RECORD
 from stickslip.options import Options
 
@@ -18,7 +19,8 @@ def end_states(
     """Return SI states (x, v, ln phi) after some periods, (n, 3), attempted steps and statuses."""
     queue = reduced_queue(points, PHYSICS)
     half_periods(queue)[:] = 2 * periods
-    work_through(queue, _search_pass(options)._replace(mode=passes.TRAVEL), PHYSICS)
+    settings = options.settings()
+    work_through(queue, passes.TRAVEL, settings.rtol, settings.max_steps, PHYSICS)
     conversion_of(PHYSICS).restore_states(points, queue.states)
     counts = queue.counts
     return queue.states[:, :-1], counts[:, passes.ATTEMPTED], counts[:, passes.OUTCOME]
@@ -32,7 +34,10 @@ def lane_end(row: np.ndarray, options: Options, periods: int) -> float:
 def search(points: np.ndarray, options: Options) -> passes.Queue:
     """Return a queue of points after the search for their orbits."""
     queue = reduced_queue(points, PHYSICS)
-    work_through(queue, _search_pass(options), PHYSICS)
+    settings = options.settings()
+    halves, steps = 2 * settings.max_periods, settings.max_steps
+    distance, accelerate = settings.stationary_rtol, settings.accelerate
+    settle(queue, Search(settings.rtol, distance, halves, steps, accelerate), PHYSICS)
     return queue
 
 
@@ -50,22 +55,11 @@ def first_period(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.n
     """Return SI states (x, v, phi) after a period from the start, (n, 3), and amplitudes."""
     queue, conversion = reduced_queue(points, PHYSICS), conversion_of(PHYSICS)
     half_periods(queue)[:] = 2
-    work_through(queue, _search_pass(options)._replace(mode=passes.MEASURE), PHYSICS)
+    settings = options.settings()
+    work_through(queue, passes.MEASURE, settings.rtol, settings.max_steps, PHYSICS)
     records = np.empty((len(points), RECORD))
     conversion.write_records(points, half_periods(queue), queue.measured, records)
     conversion.restore_states(points, queue.states)
     ends = queue.states[:, :WIDTH].copy()
     ends[:, 2] = np.exp(ends[:, 2])
     return ends, amplitudes_of(records)
-
-
-def _search_pass(options: Options) -> passes.Pass:
-    settings = options.settings()
-    return passes.Pass(
-        passes.SETTLE,
-        settings.rtol,
-        settings.stationary_rtol,
-        2 * settings.max_periods,
-        settings.max_steps,
-        settings.accelerate,
-    )

@@ -16,7 +16,7 @@ from support.scalar_twins import adaptive_periods, euler_cromer_period
 from stickslip import Parameters, Status
 from stickslip.kernels.adaptive import queues
 from stickslip.kernels.adaptive.conversion import conversion_of
-from stickslip.kernels.adaptive.passes import CYCLE, MEASURE, OUTCOME, TRAVEL, Pass
+from stickslip.kernels.adaptive.passes import CYCLE, MEASURE, OUTCOME, TRAVEL
 from stickslip.kernels.trajectories import start_kernel
 from stickslip.measure.accumulate import (
     FORCE,
@@ -69,8 +69,7 @@ def adaptive_lanes() -> tuple[np.ndarray, np.ndarray]:
     queue = queues.reduced_queue(points, DEFAULTS.physics)
     queue.counts[:, CYCLE] = 2
     for mode in (TRAVEL, MEASURE):  # a period without a record: the very start is in none
-        task = Pass(mode, TOLERANCE, TOLERANCE, 0, 10**7, False)
-        queues.work_through(queue, task, DEFAULTS.physics)
+        queues.work_through(queue, mode, TOLERANCE, 10**7, DEFAULTS.physics)
     assert np.all(queue.counts[:, OUTCOME] == Status.OK)
     records = np.empty((len(points), RECORD))
     conversion = conversion_of(DEFAULTS.physics)

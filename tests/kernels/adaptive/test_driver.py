@@ -13,7 +13,7 @@ from support.points import GAMMAS, amplitude_errors, orbits, row
 from stickslip import Options, Parameters, Status, simulate
 from stickslip.compiled.simd import LANES
 from stickslip.kernels.adaptive.conversion import conversion_of
-from stickslip.kernels.adaptive.passes import ATTEMPTED, CYCLE, OUTCOME, TRAVEL, Pass
+from stickslip.kernels.adaptive.passes import ATTEMPTED, CYCLE, OUTCOME, TRAVEL
 from stickslip.kernels.adaptive.queues import reduced_queue, work_through
 from stickslip.measure.results import STATUS
 from stickslip.options import DEFAULTS
@@ -59,7 +59,7 @@ def test_trajectories_in_lanes_end_where_those_of_the_scalar_drive_end() -> None
     points = np.array([row(rheological_index=g) for g in (*GAMMAS, -0.5)])
     queue = reduced_queue(points, DEFAULTS.physics)
     queue.counts[:, CYCLE] = 2
-    work_through(queue, Pass(TRAVEL, 1e-9, 1e-9, 0, 10**7, False), DEFAULTS.physics)
+    work_through(queue, TRAVEL, 1e-9, 10**7, DEFAULTS.physics)
     conversion_of(DEFAULTS.physics).restore_states(points, queue.states)
     steps = queue.counts[:, ATTEMPTED]
     assert np.all(queue.counts[:, OUTCOME] == Status.OK)

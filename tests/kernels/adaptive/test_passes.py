@@ -1,4 +1,4 @@
-"""A pass through a queue: in one go or in portions, with the same bits."""
+"""A pass through a queue: in one go, in portions or half period by half period, the same bits."""
 
 from __future__ import annotations
 
@@ -15,33 +15,49 @@ LAW = DEFAULTS.physics
 PSEUDOPLASTIC = Family(LAW, -2 / 3)
 
 
-def worked(points: np.ndarray, task: passes.Pass, attempts: int) -> tuple[passes.Queue, int]:
+POINTS = rows("temperature", np.linspace(180.0, 290.0, 21))
+
+
+def worked(task: passes.Pass, attempts: int) -> tuple[passes.Queue, int]:
     """A queue of pseudoplastic points after a pass, in portions of so many attempts."""
-    kernel = passes.pass_kernel(PSEUDOPLASTIC)
-    queue, lanes, calls = queues.reduced_queue(points, LAW), passes.new_lanes(3), 0
-    left = len(points)
-    queue.counts[:, passes.CYCLE] = 3
+    kernel, which = passes.pass_kernel(PSEUDOPLASTIC), np.arange(len(POINTS))
+    queue, lanes, calls = queues.reduced_queue(POINTS, LAW), passes.new_lanes(3), 0
+    left = len(POINTS)
+    queue.rtols[:], queue.counts[:, passes.CYCLE] = 1e-4, 3
     while left > 0:
         previous = left
-        left = kernel(queue, lanes, task, attempts)
+        left = kernel(queue, which, lanes, task, attempts)
         calls += 1
         assert 0 <= left <= previous
-    assert kernel(queue, lanes, task, attempts) == 0
+    assert kernel(queue, which, lanes, task, attempts) == 0
     return queue, calls
 
 
-@pytest.mark.parametrize("mode", [passes.TRAVEL, passes.SETTLE, passes.MEASURE])
+@pytest.mark.parametrize("mode", [passes.TRAVEL, passes.MEASURE, passes.VARY])
 def test_a_pass_in_portions_gives_the_same_bits(mode: int) -> None:
-    points = rows("temperature", np.linspace(180.0, 290.0, 21))
-    task = passes.Pass(mode, 1e-4, 1e-4, 400, 1_000_000, True)
-    whole, calls = worked(points, task, 10**9)
+    task = passes.Pass(mode, 0, 1_000_000)
+    whole, calls = worked(task, 10**9)
     assert calls == 1
     assert np.all(whole.counts[:, passes.OUTCOME] == Status.OK)
     for attempts in (1, 7, 1000):
-        pieces, calls = worked(points, task, attempts)
+        pieces, calls = worked(task, attempts)
         assert calls > 1
         for ours, theirs in zip(pieces, whole, strict=True):
             np.testing.assert_array_equal(ours, theirs, strict=True)
+
+
+def test_a_motion_that_is_cut_into_half_periods_has_the_same_bits() -> None:
+    whole, _ = worked(passes.Pass(passes.TRAVEL, 5, 1_000_000), 10**9)
+    kernel, lanes = passes.pass_kernel(PSEUDOPLASTIC), passes.new_lanes(3)
+    queue, which = queues.reduced_queue(POINTS, LAW), np.arange(len(POINTS))
+    queue.rtols[:], queue.counts[:, passes.CYCLE] = 1e-4, 3
+    for half in range(5):
+        # In any company and order.
+        for part in (which[half % 2 :: 2], which[1 - half % 2 :: 2][::-1]):
+            task = passes.Pass(passes.TRAVEL, 1, 1_000_000)
+            queues.take_through(kernel, queue, part, lanes, task)
+    for ours, theirs in zip(queue, whole, strict=True):
+        np.testing.assert_array_equal(ours, theirs, strict=True)
 
 
 def test_points_that_have_failed_take_part_in_no_further_pass() -> None:
@@ -50,7 +66,7 @@ def test_points_that_have_failed_take_part_in_no_further_pass() -> None:
     queue.counts[1, passes.OUTCOME] = Status.DIVERGED
     queue.counts[:, passes.CYCLE] = 2
     before = queue.states[1].copy()
-    queues.work_through(queue, passes.Pass(passes.TRAVEL, 1e-4, 1e-4, 0, 10**6, False), LAW)
+    queues.work_through(queue, passes.TRAVEL, 1e-4, 10**6, LAW)
     assert queue.counts[:, passes.OUTCOME].tolist() == [Status.OK, Status.DIVERGED, Status.OK]
     np.testing.assert_array_equal(queue.states[1], before)
     assert np.all(queue.counts[[0, 2], passes.ATTEMPTED] > 0)
