@@ -8,8 +8,8 @@ from inside.defaults import PHYSICS, WIDTH, amplitudes_of
 from inside.lanes import half_periods
 from inside.scalar import scalar_end
 from stickslip.kernels.adaptive import passes
-from stickslip.kernels.adaptive.conversion import conversion_of
-from stickslip.kernels.adaptive.queues import reduced_queue, work_through
+from stickslip.kernels.orbits.conversion import conversion_of
+from stickslip.kernels.orbits.motions import reduced_queue, work_through
 from stickslip.kernels.euler_cromer.lanes import March
 from stickslip.kernels.plain_iteration import judging
 from stickslip.kernels.plain_iteration.starts import write_starts, write_steps

@@ -6,9 +6,9 @@ import numpy as np
 
 from inside.defaults import PHYSICS, WIDTH, amplitudes_of
 from stickslip.kernels.adaptive import passes
-from stickslip.kernels.adaptive.conversion import conversion_of
-from stickslip.kernels.adaptive.queues import reduced_queue, work_through
-from stickslip.kernels.adaptive.settling import Search, settle
+from stickslip.kernels.orbits.conversion import conversion_of
+from stickslip.kernels.orbits.motions import reduced_queue, work_through
+from stickslip.kernels.orbits.settling import Search, settle
 from stickslip.measure.accumulate import RECORD
 from stickslip.options import Options
 

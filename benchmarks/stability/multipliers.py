@@ -21,8 +21,8 @@ from shared.points import (
 )
 
 from stability.stated import wide
-from stickslip.kernels.adaptive.conversion import conversion_of
-from stickslip.kernels.adaptive.queues import reduced_queue
+from stickslip.kernels.orbits.conversion import conversion_of
+from stickslip.kernels.orbits.motions import reduced_queue
 from stickslip.kernels.adaptive.tangents import travelled
 from stickslip.model.models import model_of
 from stickslip.options import Options

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stickslip.kernels.observation import Walk, Watched, aperiodic_rows, write_relative_errors
+from stickslip.kernels.orbits.watching import Walk, Watched, aperiodic_rows, write_relative_errors
 from stickslip.kernels.streams import streams_of
 from stickslip.measure.accumulate import INTEGRALS
 from stickslip.measure.results import STATUS

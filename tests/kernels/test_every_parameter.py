@@ -14,8 +14,8 @@ from support.marches import FAST_DT, fast, period
 from support.scalar_twins import adaptive_periods, euler_cromer_period
 
 from stickslip import Parameters, Status
-from stickslip.kernels.adaptive import queues
-from stickslip.kernels.adaptive.conversion import conversion_of
+from stickslip.kernels.orbits import motions
+from stickslip.kernels.orbits.conversion import conversion_of
 from stickslip.kernels.adaptive.passes import CYCLE, MEASURE, OUTCOME, TRAVEL
 from stickslip.kernels.trajectories import start_kernel
 from stickslip.measure.accumulate import (
@@ -66,10 +66,10 @@ def by_lanes(method: str) -> Measured:
 
 def adaptive_lanes() -> tuple[np.ndarray, np.ndarray]:
     points = np.array(list(POINTS.values()))
-    queue = queues.reduced_queue(points, DEFAULTS.physics)
+    queue = motions.reduced_queue(points, DEFAULTS.physics)
     queue.counts[:, CYCLE] = 2
     for mode in (TRAVEL, MEASURE):  # a period without a record: the very start is in none
-        queues.work_through(queue, mode, TOLERANCE, 10**7, DEFAULTS.physics)
+        motions.work_through(queue, mode, TOLERANCE, 10**7, DEFAULTS.physics)
     assert np.all(queue.counts[:, OUTCOME] == Status.OK)
     records = np.empty((len(points), RECORD))
     conversion = conversion_of(DEFAULTS.physics)

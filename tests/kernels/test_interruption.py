@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from stickslip import Parameters, stationary_orbit
-from stickslip.kernels.adaptive import queues
+from stickslip.kernels.orbits import motions
 from stickslip.kernels.interruption import check_interruption, checked_by
 
 

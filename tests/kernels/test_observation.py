@@ -9,7 +9,7 @@ import pytest
 from support.points import orbits, row
 
 from stickslip import Status
-from stickslip.kernels import observation
+from stickslip.kernels.orbits import watching
 from stickslip.kernels.plain_iteration import judging
 from stickslip.numerics.periodic import search
 from stickslip.regime import Regime
@@ -47,7 +47,7 @@ def test_what_attracts_is_searched_on(wandering: None) -> None:
 def test_what_does_not_is_measured_over_the_window(
     wandering: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(observation, "LEAST_GROWTH", -np.inf)
+    monkeypatch.setattr(watching, "LEAST_GROWTH", -np.inf)
     found = orbits(POINT, **SHORT)
     assert (found.status, found.regime) == (Status.APERIODIC, Regime.APERIODIC)
     assert (found.orbit_periods, found.periods_integrated) == (0, 3 + 128)

@@ -10,7 +10,7 @@ from support.parameters import random_parameters
 from support.reduced import reduced_of
 from support.symmetries import SYMMETRIES, Symmetry, transformed
 
-from stickslip.kernels.adaptive.queues import reduced_queue
+from stickslip.kernels.orbits.motions import reduced_queue
 from stickslip.model import drive, film, scaling
 from stickslip.model.models import model_of
 from stickslip.model.rhs import Equations

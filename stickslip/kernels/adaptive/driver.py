@@ -12,24 +12,32 @@ import numpy as np
 
 from stickslip.kernels.adaptive import tangents
 from stickslip.kernels.adaptive.adaptive_trajectory import adaptive_trajectory
-from stickslip.kernels.adaptive.conversion import conversion_of
+from stickslip.kernels.adaptive.march import AdaptiveMarch, AdaptiveWalk, StochasticWalk
 from stickslip.kernels.adaptive.passes import (
-    ATTEMPTED,
-    CYCLE,
-    HALVES,
     MEASURE,
-    OUTCOME,
     TRAVEL,
     VARY,
     Pass,
-    Queue,
     new_lanes,
-    new_queue,
     pass_kernel,
+    work_through,
 )
-from stickslip.kernels.adaptive.queues import part_of, put_back, reduced_queue, work_through
 from stickslip.kernels.adaptive.rows import Orbits, measured_of, row_kernels
-from stickslip.kernels.adaptive.settling import (
+from stickslip.kernels.families import FamilyKernel, families
+from stickslip.kernels.orbits.conversion import conversion_of
+from stickslip.kernels.orbits.finding import find_orbits
+from stickslip.kernels.orbits.motions import (
+    ATTEMPTED,
+    CYCLE,
+    HALVES,
+    OUTCOME,
+    Motions,
+    motions_of,
+    new_motions,
+    part_of,
+    put_back,
+)
+from stickslip.kernels.orbits.settling import (
     APERIODIC,
     NOT_STATIONARY,
     REFINEMENT,
@@ -38,9 +46,7 @@ from stickslip.kernels.adaptive.settling import (
     search_kernels,
     settle,
 )
-from stickslip.kernels.adaptive.walk import AdaptiveWalk, StochasticWalk, TangentWalk
-from stickslip.kernels.families import FamilyKernel, families
-from stickslip.kernels.observation import Watched, aperiodic_rows, spreads_of, watch
+from stickslip.kernels.orbits.watching import Watched, aperiodic_rows, spreads_of
 from stickslip.kernels.points import write_results
 from stickslip.kernels.problem import rounding_speed
 from stickslip.model.drive import lengthened
@@ -48,7 +54,7 @@ from stickslip.model.models import model_of
 from stickslip.model.scaling import Reduced
 from stickslip.numerics.adaptive import OK
 from stickslip.numerics.spectrum import rest_points
-from stickslip.options import Options, Physics, Settings
+from stickslip.options import Options, Settings
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 
@@ -80,7 +86,7 @@ def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel
     """Yield the further kernels that points of these kinds (n, k) need; see `families.KIND`."""
     width, no_rows = model_of(options.physics).width, np.empty(0, np.int64)
     for family, _ in families(options.physics, kinds):
-        no_points = new_queue(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
+        no_points = new_motions(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
         kernel, nothing = pass_kernel(family), Pass(TRAVEL, 0, 0)
         yield FamilyKernel(
             kernel, partial(kernel, no_points, no_rows, new_lanes(width), nothing, 0)
@@ -130,30 +136,29 @@ def orbits(
         Drive periods after which a point is left pending; 0 for no limit.
     """
     physics = options.physics
-    queue = reduced_queue(points, physics)
-    _start_elsewhere(points, starts, queue, physics)
-    aperiodic = _settle(points, queue, options, patience)
-    orbits = _measure(points, queue, options)
+    motions = motions_of(points, physics, starts)
+    aperiodic = _settle(points, motions, options, patience)
+    orbits = _measure(points, motions, options)
     for _ in range(_MOST_CORRECTIONS):
-        rows = _off_the_orbit(points, queue, orbits, options)
+        rows = _off_the_orbit(points, motions, orbits, options)
         if not len(rows):
             break
-        part = part_of(queue, rows)
+        part = part_of(motions, rows)
         part.states[:] = _corrected(part, orbits, rows, options)
         # The state is that at the end of the measured cycle: one more has been integrated.
         part.counts[:, HALVES] += part.counts[:, CYCLE]
         put_back(orbits, rows, _measure(points[rows], part, options, again=True))
-        put_back(queue, rows, part)
+        put_back(motions, rows, part)
     # Still moving after all corrections: the offset, and with it the error, is unknown.
     orbits.offsets[_moved(orbits)] = np.nan
-    finals[:], ends = orbits.begins, queue.states.copy()
+    finals[:], ends = orbits.begins, motions.states.copy()
     for states in (finals, ends):
         conversion_of(physics).restore_states(points, states)
     rtol = options.settings().rtol
-    measured = measured_of(points, queue, orbits, finals, ends, rtol, physics)
+    measured = measured_of(points, motions, orbits, finals, ends, rtol, physics)
     write_results(points, measured, results)
     for rows, watched in aperiodic:
-        periods = (queue.counts[rows, HALVES] + 1) // 2
+        periods = (motions.counts[rows, HALVES] + 1) // 2
         results[rows] = aperiodic_rows(points[rows], watched, periods)
         finals[rows] = watched.ends
 
@@ -167,20 +172,9 @@ def stochastic_walk(
     (n, STREAM) distinguish their random numbers.
     """
     physics = options.physics
-    queue = reduced_queue(points, physics.typical)
-    _start_elsewhere(points, starts, queue, physics)
-    queue = queue._replace(points=np.hstack([queue.points, streams]))
-    return StochasticWalk(points, queue, _finer(options), options.settings().max_steps, physics)
-
-
-def _start_elsewhere(
-    points: np.ndarray, starts: np.ndarray, queue: Queue, physics: Physics
-) -> None:
-    """Put those points for which `starts` (n, columns) holds a state into that state."""
-    rows = np.flatnonzero(~np.isnan(starts[:, 0]))
-    states = starts[rows].copy()
-    conversion_of(physics).scale_states(points[rows], states)
-    queue.states[rows, :-1] = states[:, :-1]  # the first step stays short
+    motions = motions_of(points, physics.typical, starts)
+    motions = motions._replace(points=np.hstack([motions.points, streams]))
+    return StochasticWalk(points, motions, _finer(options), options.settings().max_steps, physics)
 
 
 def _finer(options: Options) -> float:
@@ -188,28 +182,30 @@ def _finer(options: Options) -> float:
     return max(REFINEMENT * options.settings().rtol, TIGHTEST)
 
 
-def _measure(points: np.ndarray, queue: Queue, options: Options, *, again: bool = False) -> Orbits:
-    """Measure settled orbits: the finer measurement stays in the queue, all else is returned.
+def _measure(
+    points: np.ndarray, motions: Motions, options: Options, *, again: bool = False
+) -> Orbits:
+    """Measure settled orbits: the finer measurement stays in the motions, all else is returned.
 
-    The queue begins in states on the orbits. The coarser measurement begins where the finer one
+    The motions begin in states on the orbits. The coarser measurement begins where the finer one
     ends, so that the two differ if the first state was off the orbit by something that decays
     quickly. They also differ if the finer one's state is off the coarser orbit, whose cusp is
     rounded more widely: with `again` a cycle is spent first to let that decay.
     """
     settings, physics, finer = options.settings(), options.physics, _finer(options)
     components, most = model_of(physics).components, settings.max_steps
-    begins = queue.states.copy()
-    work_through(queue, VARY, finer, most, physics)
-    coarse = part_of(queue, np.arange(len(points)))
+    begins = motions.states.copy()
+    work_through(motions, VARY, finer, most, physics)
+    coarse = part_of(motions, np.arange(len(points)))
     if again:
         work_through(coarse, TRAVEL, settings.rtol, most, physics)
     began = coarse.states.copy()
     work_through(coarse, MEASURE, settings.rtol, most, physics)
-    queue.counts[:, [ATTEMPTED, OUTCOME]] = coarse.counts[:, [ATTEMPTED, OUTCOME]]
-    near = tangents.neighbours_of(queue, begins, finer, physics)
+    motions.counts[:, [ATTEMPTED, OUTCOME]] = coarse.counts[:, [ATTEMPTED, OUTCOME]]
+    near = tangents.neighbours_of(motions, begins, finer, physics)
     begun, ended, others_begun, others_ended = (
         tangents.floored(states, components)
-        for states in (begins, queue.states, began, coarse.states)
+        for states in (begins, motions.states, began, coarse.states)
     )
     missed, others_missed = ended - begun, others_ended - others_begun
     offsets = rest_points(near.maps, missed) - missed
@@ -219,8 +215,8 @@ def _measure(points: np.ndarray, queue: Queue, options: Options, *, again: bool 
     return Orbits(
         begins,
         coarse.measured,
-        tangents.symmetric(queue, begins, settings.stationary_rtol, finer, physics),
-        _spreads(points, queue, begins, options),
+        tangents.symmetric(motions, begins, settings.stationary_rtol, finer, physics),
+        _spreads(points, motions, begins, options),
         near.multipliers,
         near.slopes,
         missed=tangents.weighted(missed, components),
@@ -230,7 +226,7 @@ def _measure(points: np.ndarray, queue: Queue, options: Options, *, again: bool 
 
 
 def _off_the_orbit(
-    points: np.ndarray, queue: Queue, orbits: Orbits, options: Options
+    points: np.ndarray, motions: Motions, orbits: Orbits, options: Options
 ) -> np.ndarray:
     """Return the points (m,) whose measurement visibly began off their orbit.
 
@@ -240,7 +236,7 @@ def _off_the_orbit(
     """
     off, rtol = np.zeros(len(points), dtype=bool), options.settings().rtol
     write = row_kernels(options.physics).write_off_the_orbit
-    write(points, lengthened(points), queue, orbits, rtol, off)
+    write(points, lengthened(points), motions, orbits, rtol, off)
     off |= _moved(orbits)
     return np.flatnonzero(off & ~np.isnan(orbits.offsets[:, 0]))
 
@@ -250,14 +246,14 @@ def _moved(orbits: Orbits) -> np.ndarray:
     return np.asarray(np.abs(orbits.missed).max(axis=1) > _MOVED)
 
 
-def _corrected(queue: Queue, orbits: Orbits, rows: np.ndarray, options: Options) -> np.ndarray:
+def _corrected(motions: Motions, orbits: Orbits, rows: np.ndarray, options: Options) -> np.ndarray:
     """Return states (m, width + 1) nearer to the orbits of these rows.
 
-    They are those of the queue, a cycle later, corrected by a Newton step if that is small. A long
-    step of ln(phi) is left out: the film does not respond linearly to it, and follows the motion,
-    which is corrected.
+    They are those a cycle later, corrected by a Newton step if that is small. A long step of
+    ln(phi) is left out: the film does not respond linearly to it, and follows the motion, which is
+    corrected.
     """
-    states, offsets = queue.states.copy(), orbits.offsets[rows]
+    states, offsets = motions.states.copy(), orbits.offsets[rows]
     small = np.abs(offsets[:, :2]).max(axis=1) <= _LONGEST_CORRECTION * options.rtol
     weighted = tangents.weighted(offsets, model_of(options.physics).components)
     steps = np.where(np.abs(weighted) <= _MOVED, offsets, 0.0)
@@ -266,38 +262,21 @@ def _corrected(queue: Queue, orbits: Orbits, rows: np.ndarray, options: Options)
 
 
 def _settle(
-    points: np.ndarray, queue: Queue, options: Options, patience: int
+    points: np.ndarray, motions: Motions, options: Options, patience: int
 ) -> list[tuple[np.ndarray, Watched]]:
-    """Bring the points of the queue to their orbits; return rows and records of the aperiodic ones.
+    """Bring motions to their orbits; return rows and records of the aperiodic ones.
 
-    A point that wanders is watched. If its neighbours approach it, the search goes on for longer
-    cycles; if there is none either, it is aperiodic. A point that takes longer than the patience is
-    left pending.
+    A point that takes longer than the patience is left pending.
     """
-    settings, physics = options.settings(), options.physics
-    task = _search_of(settings)
-    if 0 < patience < settings.max_periods:
-        settle(queue, task._replace(max_halves=2 * patience), physics)
-        unfinished = np.isin(queue.counts[:, OUTCOME], (NOT_STATIONARY, APERIODIC))
-        queue.counts[unfinished, OUTCOME] = int(Status.PENDING)
-        return []
-    pending, aperiodic = np.arange(len(points)), []
-    # First for short cycles; then, for motions whose neighbours approach them, for long ones.
-    for late in (False, True):
-        part = part_of(queue, pending)
-        settle(part, task._replace(late=late), physics)
-        put_back(queue, pending, part)
-        pending = pending[part.counts[:, OUTCOME] == APERIODIC]
-        if not len(pending):
-            break
-        rtol, most = _watching_tolerance(settings), settings.max_steps
-        walk = TangentWalk(points[pending], part_of(queue, pending), rtol, most, physics)
-        watched = watch(walk, settings.window, decisive=late)
-        put_back(queue, pending, _after_watching(walk, watched))
-        found = watched.aperiodic
-        aperiodic.append((pending[found], watched.part(found)))
-        pending = pending[queue.counts[pending, OUTCOME] == OK]
-    return aperiodic
+    settings, rows = options.settings(), np.arange(len(points))
+    rtol, task = _watching_tolerance(settings), _search_of(settings)
+    march = AdaptiveMarch(points, motions, options.physics, settings.max_steps, rtol)
+    if not 0 < patience < settings.max_periods:
+        return find_orbits(march, task, settings.window)
+    settle(march, rows, task._replace(max_halves=2 * patience))
+    unfinished = np.isin(motions.counts[:, OUTCOME], (NOT_STATIONARY, APERIODIC))
+    motions.counts[unfinished, OUTCOME] = int(Status.PENDING)
+    return []
 
 
 def _watching_tolerance(settings: Settings) -> float:
@@ -313,26 +292,17 @@ def _watching_tolerance(settings: Settings) -> float:
 def _search_of(settings: Settings) -> Search:
     """Return the search that brings points to their orbits."""
     distance = min(settings.stationary_rtol, _LOOSEST)
-    halves, steps = 2 * settings.max_periods, settings.max_steps
-    return Search(settings.rtol, distance, halves, steps, settings.accelerate)
+    return Search(settings.rtol, distance, 2 * settings.max_periods, settings.accelerate)
 
 
-def _after_watching(walk: TangentWalk, watched: Watched) -> Queue:
-    """Return the queue of a walk with its outcomes; motions that were stopped are to go on."""
-    queue = walk.queue
-    outcomes = queue.counts[:, OUTCOME]
-    queue.counts[:, HALVES] += 2 * watched.periods
-    outcomes[outcomes == int(Status.PENDING)] = OK
-    outcomes[watched.aperiodic] = APERIODIC
-    return queue
-
-
-def _spreads(points: np.ndarray, queue: Queue, begins: np.ndarray, options: Options) -> np.ndarray:
+def _spreads(
+    points: np.ndarray, motions: Motions, begins: np.ndarray, options: Options
+) -> np.ndarray:
     """Standard deviations (n, 2) of the amplitudes of single drive periods, SI units."""
     spreads = np.zeros((len(points), 2))
-    rows = np.flatnonzero((queue.counts[:, OUTCOME] == OK) & (queue.counts[:, CYCLE] > 2))
+    rows = np.flatnonzero((motions.counts[:, OUTCOME] == OK) & (motions.counts[:, CYCLE] > 2))
     if len(rows):
-        part, cycles = part_of(queue, rows), queue.counts[rows, CYCLE]
+        part, cycles = part_of(motions, rows), motions.counts[rows, CYCLE]
         part.states[:] = begins[rows]
         # A cycle of an odd number of half periods is half an orbit.
         periods = np.where(cycles % 2 == 1, cycles, cycles // 2)

@@ -1,8 +1,8 @@
-"""The adaptive method in lanes: kernels that work through a queue of points.
+"""The adaptive method in lanes: kernels that take many motions along.
 
 A point is integrated half a drive period at a time, over phases 0 to pi in its own units
 (model/scaling.py), and then mirrored, which maps its orbit onto itself. A lane takes the next point
-of the queue as soon as its own is finished. A kernel works for a given number of attempts and
+as soon as its own is finished. A kernel works for a given number of attempts and
 leaves everything it needs to go on in the arrays that it was given.
 """
 
@@ -18,45 +18,49 @@ from stickslip.compiled.fields import make_lane_reader
 from stickslip.compiled.simd import LANES
 from stickslip.kernels.adaptive import recording
 from stickslip.kernels.adaptive.recording import ROOM, SLOTS, get, put, stream_begin
-from stickslip.kernels.adaptive.states import StateFunctions, state_functions
 from stickslip.kernels.adaptive.variations import (
     Variations,
     columns_begin,
     make_variations,
     room_of,
-    stored_of,
 )
-from stickslip.kernels.families import Family
+from stickslip.kernels.families import Family, families
+from stickslip.kernels.interruption import check_interruption
+from stickslip.kernels.orbits.motions import (
+    ATTEMPTED,
+    CYCLE,
+    GROWS,
+    HIGHEST,
+    KINDS,
+    LOWEST,
+    OUTCOME,
+    REMEMBERED,
+    Motions,
+    fresh_control,
+)
+from stickslip.kernels.orbits.states import StateFunctions, state_functions
 from stickslip.kernels.problem import Problem, problem_functions, problem_of, rounding_speed
 from stickslip.kernels.streams import STREAM
 from stickslip.measure.accumulate import RECORD
 from stickslip.model.models import model_of
 from stickslip.model.scaling import Reduced
 from stickslip.model.solids import Thresholds
-from stickslip.numerics import step_control
 from stickslip.numerics.adaptive import DIVERGED, OK, STEP_LIMIT
 from stickslip.numerics.adaptive_lanes import make_attempt
-from stickslip.numerics.lane_array import aligned
+from stickslip.numerics.lane_array import aligned, lane_vectors
 from stickslip.numerics.linear import algebra
 from stickslip.numerics.rosenbrock import make_step
 from stickslip.numerics.tableaus import RODAS4P2
 from stickslip.options import Physics
 
-TRAVEL, MEASURE, VARY = range(3)
-"""Kinds of passes through a queue: with the range of the film; with a record; the same, and how
-small displacements of the first state move the motion and its extrema."""
-
-# Columns of `counts`, integers. HALVES: half periods of the search; CYCLE: half periods after which
-# the orbit closes; ATTEMPTED: steps attempted, over all passes; OUTCOME: a Status.
-HALVES, CYCLE, ATTEMPTED, OUTCOME, COUNT_COLUMNS = range(5)
-
-GROWS, REMEMBERED, CONTROL = range(3)
-"""Columns of `control`: whether the next step may be longer, and the memory of the step control."""
-
-LOWEST, HIGHEST = range(2)
-"""Columns of `film`."""
+# Attempts of all lanes together in one call of a kernel: about a second, so that Ctrl-C is noticed.
+_WORK = 2_000_000
 
 _reduced_of = make_lane_reader(Reduced, SLOTS.parameters, get)
+
+TRAVEL, MEASURE, VARY = range(3)
+"""Kinds of passes: with the range of the film; with a record; the same, and how
+small displacements of the first state move the motion and its extrema."""
 
 
 class Pass(NamedTuple):
@@ -68,29 +72,6 @@ class Pass(NamedTuple):
     mode: int
     halves: int
     max_steps: int
-
-
-class Queue(NamedTuple):
-    """The points of a pass; rows are points.
-
-    `points` (n, reduced parameters), as `Reduced`, followed by a stream of random numbers if the
-    noise is stochastic; `rtols` (n,), the tolerance of each. In and out: `states` (n, width + 1),
-    the state in the point's own units and the next step, at phase 0; `control` (n, CONTROL), with
-    which a motion that is cut into pieces has the same bits; `counts` (n, COUNT_COLUMNS). Out:
-    `film` (n, 2), the lowest and highest ln(phi) of the last half period of a pass without record;
-    `measured` (n, RECORD); `ratios` (n,), the contraction of the orbit; `varied`
-    (n, `variations.stored_of(width)`).
-    """
-
-    points: np.ndarray
-    rtols: np.ndarray
-    states: np.ndarray
-    control: np.ndarray
-    counts: np.ndarray
-    film: np.ndarray
-    measured: np.ndarray
-    ratios: np.ndarray
-    varied: np.ndarray
 
 
 class Lanes(NamedTuple):
@@ -118,27 +99,6 @@ def new_lanes(width: int) -> Lanes:
     )
 
 
-def new_queue(points: np.ndarray, states: np.ndarray) -> Queue:
-    """Return a queue of points (n, reduced parameters) in these states (n, width + 1)."""
-    n = len(points)
-    return Queue(
-        points,
-        np.zeros(n),
-        states,
-        control=fresh_control(n),
-        counts=np.zeros((n, COUNT_COLUMNS), np.int64),
-        film=np.zeros((n, 2)),
-        measured=np.zeros((n, RECORD)),
-        ratios=np.zeros(n),
-        varied=np.zeros((n, stored_of(states.shape[1] - 1))),
-    )
-
-
-def fresh_control(n: int) -> np.ndarray:
-    """Return the `control` (n, CONTROL) of motions that begin."""
-    return np.tile((1.0, step_control.START), (n, 1))
-
-
 @jit
 def _park(lanes: Lanes, lane: int) -> None:
     """Park an idle lane: with an infinite end and limit it raises no event."""
@@ -148,21 +108,21 @@ def _park(lanes: Lanes, lane: int) -> None:
 
 
 @jit
-def _close(lanes: Lanes, queue: Queue, lane: int, status: int) -> None:
+def _close(lanes: Lanes, motions: Motions, lane: int, status: int) -> None:
     """Store the outcome of the point in a lane."""
     row, values = lanes.rows[lane], lanes.values
-    width, counts = queue.states.shape[1] - 1, queue.counts[row]
+    width, counts = motions.states.shape[1] - 1, motions.counts[row]
     for component in range(width):
-        queue.states[row, component] = get(values, SLOTS.state + component, lane)
-    queue.states[row, width] = get(values, SLOTS.step, lane)
-    queue.control[row, GROWS] = get(values, SLOTS.grows, lane)
-    queue.control[row, REMEMBERED] = get(values, SLOTS.remembered, lane)
-    queue.film[row, LOWEST] = get(values, recording.LOWEST, lane)
-    queue.film[row, HIGHEST] = get(values, recording.HIGHEST, lane)
+        motions.states[row, component] = get(values, SLOTS.state + component, lane)
+    motions.states[row, width] = get(values, SLOTS.step, lane)
+    motions.control[row, GROWS] = get(values, SLOTS.grows, lane)
+    motions.control[row, REMEMBERED] = get(values, SLOTS.remembered, lane)
+    motions.film[row, LOWEST] = get(values, recording.LOWEST, lane)
+    motions.film[row, HIGHEST] = get(values, recording.HIGHEST, lane)
     counts[ATTEMPTED] += int(get(values, SLOTS.attempts, lane))
     counts[OUTCOME] = status
     for slot in range(RECORD):
-        queue.measured[row, slot] = get(values, recording.RECORD_BEGIN + slot, lane)
+        motions.measured[row, slot] = get(values, recording.RECORD_BEGIN + slot, lane)
 
 
 def make_problems(family: Family) -> Any:
@@ -182,16 +142,30 @@ def make_problems(family: Family) -> Any:
     return higher_problem if family.higher else problem
 
 
-def _make_load(state: StateFunctions, begin_record: Any, begin_columns: Any, streams: int) -> Any:
+def _make_begin_half(width: int) -> Any:
+    """Return the function (values, lane, y) that puts a lane at phase 0 in a state."""
+    put_state = lane_vectors(LANES, width).put
+
+    @jit
+    def begin_half(values: np.ndarray, lane: int, y: Any) -> None:
+        put_state(values, SLOTS.state, lane, y)
+        put(values, SLOTS.time, lane, 0.0)
+
+    return begin_half
+
+
+def _make_load(
+    state: StateFunctions, width: int, begin_record: Any, begin_columns: Any, streams: int
+) -> Any:
     """Return the function that puts the next of the points into a lane, or parks the lane.
 
     `streams` is the first slot of its stream of random numbers, 0 if there is none.
     """
-    row_state, begin_half = state.of_row, state.begin_half
+    row_state, begin_half = state.of_row, _make_begin_half(width)
     reduced = len(Reduced._fields)
 
     @jit
-    def load(lanes: Lanes, queue: Queue, which: np.ndarray, task: Pass, lane: int) -> None:
+    def load(lanes: Lanes, motions: Motions, which: np.ndarray, task: Pass, lane: int) -> None:
         values = lanes.values
         if lanes.cursor[0] >= len(which):
             _park(lanes, lane)
@@ -200,21 +174,21 @@ def _make_load(state: StateFunctions, begin_record: Any, begin_columns: Any, str
         row = which[lanes.cursor[0]]
         lanes.cursor[0] += 1
         for slot in range(reduced):
-            put(values, SLOTS.parameters + slot, lane, queue.points[row, slot])
+            put(values, SLOTS.parameters + slot, lane, motions.points[row, slot])
         if streams > 0:
             for slot in range(STREAM):
-                put(values, streams + slot, lane, queue.points[row, reduced + slot])
-        begin_half(values, lane, row_state(queue.states[row]))
+                put(values, streams + slot, lane, motions.points[row, reduced + slot])
+        begin_half(values, lane, row_state(motions.states[row]))
         # Half a period is pi in the units of a point. Nothing of the previous point stays in the
         # lane: a result must not depend, to its last bit, on the other points of a sweep.
         put(values, SLOTS.end, lane, math.pi)
-        put(values, SLOTS.step, lane, queue.states[row, queue.states.shape[1] - 1])
-        put(values, SLOTS.grows, lane, queue.control[row, GROWS])
-        put(values, SLOTS.remembered, lane, queue.control[row, REMEMBERED])
-        put(values, SLOTS.rtol, lane, queue.rtols[row])
+        put(values, SLOTS.step, lane, motions.states[row, motions.states.shape[1] - 1])
+        put(values, SLOTS.grows, lane, motions.control[row, GROWS])
+        put(values, SLOTS.remembered, lane, motions.control[row, REMEMBERED])
+        put(values, SLOTS.rtol, lane, motions.rtols[row])
         put(values, SLOTS.attempts, lane, 0.0)
         # All passes of a point share one budget of steps.
-        put(values, SLOTS.limit, lane, float(task.max_steps - queue.counts[row, ATTEMPTED]))
+        put(values, SLOTS.limit, lane, float(task.max_steps - motions.counts[row, ATTEMPTED]))
         lanes.rows[lane], lanes.halves[lane] = row, 0
         recording.begin_following(values, lane)
         if task.mode >= MEASURE:
@@ -226,15 +200,16 @@ def _make_load(state: StateFunctions, begin_record: Any, begin_columns: Any, str
 
 
 def _make_handle_event(
-    state: StateFunctions, begin_record: Any, refine: Any, variations: Variations
+    state: StateFunctions, width: int, begin_record: Any, refine: Any, variations: Variations
 ) -> Any:
     """Return the function that handles an event in a lane: it gives a status, or -1 to go on."""
     mirror_record = recording.record.mirror
-    mirrored, get_state, begin_half = state.mirrored, state.get, state.begin_half
+    mirrored, get_state = state.mirrored, lane_vectors(LANES, width).get
+    begin_half = _make_begin_half(width)
     mirror_columns, store_columns = variations.mirror, variations.store
 
     @jit
-    def after_half(lanes: Lanes, queue: Queue, task: Pass, lane: int) -> int:
+    def after_half(lanes: Lanes, motions: Motions, task: Pass, lane: int) -> int:
         values, row = lanes.values, lanes.rows[lane]
         begin_half(values, lane, mirrored(get_state(values, SLOTS.state, lane)))
         if task.mode >= MEASURE:
@@ -243,22 +218,22 @@ def _make_handle_event(
             begin_record(values, lane, False)
         if task.mode == VARY:
             mirror_columns(values, lane)
-            store_columns(values, lane, queue.varied[row])
+            store_columns(values, lane, motions.varied[row])
         lanes.halves[lane] += 1
-        most = task.halves if task.halves > 0 else queue.counts[row, CYCLE]
+        most = task.halves if task.halves > 0 else motions.counts[row, CYCLE]
         if lanes.halves[lane] >= most:
             return OK
         recording.begin_following(values, lane)
         return -1
 
     @jit
-    def handle_event(lanes: Lanes, queue: Queue, task: Pass, lane: int) -> int:
+    def handle_event(lanes: Lanes, motions: Motions, task: Pass, lane: int) -> int:
         values = lanes.values
         # First the inside of the step, then its end, which would begin a new half period.
         if task.mode >= MEASURE and get(values, recording.PROMISING, lane) > 0.0:
             refine(values, lane, task.mode == VARY)
         if get(values, SLOTS.time, lane) >= get(values, SLOTS.end, lane):
-            return after_half(lanes, queue, task, lane)
+            return after_half(lanes, motions, task, lane)
         if get(values, SLOTS.stuck, lane) > 0.0:
             return DIVERGED
         exhausted = get(values, SLOTS.attempts, lane) >= get(values, SLOTS.limit, lane)
@@ -301,9 +276,9 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
 
     With `two_solids` changes between a soft and a hard solid are counted.
 
-    It maps (queue, which, lanes, task, attempts) to the number of unfinished ones of the points in
-    the rows `which` (m,): it works for that many attempts of all lanes together, and is to be
-    called again until the number is 0.
+    It maps (motions, which, lanes, task, attempts) to the number of unfinished motions in the rows
+    `which` (m,): it works for that many attempts of all lanes together, and is to be called again
+    until the number is 0.
     """
     functions = problem_functions(physics)
     state = state_functions(model_of(physics).components)
@@ -319,14 +294,14 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
     see = _make_see(record, variations.carry)
     refine = recording.make_refine(problems, functions, step, variations.note)
     kick, streams = _make_noise(problems, functions.width, chance=physics.chance)
-    load = _make_load(state, begin_record, variations.begin, streams)
-    handle_event = _make_handle_event(state, begin_record, refine, variations)
+    load = _make_load(state, functions.width, begin_record, variations.begin, streams)
+    handle_event = _make_handle_event(state, functions.width, begin_record, refine, variations)
 
-    def work(queue: Queue, which: np.ndarray, lanes: Lanes, task: Pass, attempts: int) -> int:
+    def work(motions: Motions, which: np.ndarray, lanes: Lanes, task: Pass, attempts: int) -> int:
         if lanes.cursor[1] < 0:  # the first call
             lanes.cursor[1] = LANES
             for lane in range(LANES):
-                load(lanes, queue, which, task, lane)
+                load(lanes, motions, which, task, lane)
         while lanes.cursor[1] > 0 and attempts > 0:
             # First vector code for all lanes; then, one by one, the few lanes that raised an event.
             attempts -= 1
@@ -335,10 +310,10 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
             kick(lanes.values)
             for lane in range(LANES):
                 if get(lanes.values, SLOTS.event, lane) > 0.0 and lanes.rows[lane] >= 0:
-                    status = handle_event(lanes, queue, task, lane)
+                    status = handle_event(lanes, motions, task, lane)
                     if status >= 0:
-                        _close(lanes, queue, lane, status)
-                        load(lanes, queue, which, task, lane)
+                        _close(lanes, motions, lane, status)
+                        load(lanes, motions, which, task, lane)
         # Points that wait, and those in busy lanes.
         return len(which) - lanes.cursor[0] + lanes.cursor[1]
 
@@ -350,3 +325,26 @@ def pass_kernel(family: Family) -> Any:
     """Return the kernel of a family of fluids, as `make_pass` describes it."""
     work = make_pass(make_problems(family), family.physics, two_solids=family.higher)
     return named_kernel(f"adaptive_pass[{family}]", work)
+
+
+def take_through(
+    kernel: Any, motions: Motions, which: np.ndarray, lanes: Lanes, task: Pass
+) -> None:
+    """Take the motions in the rows `which` (m,), all of one family, through a pass in lanes."""
+    lanes.rows[:], lanes.cursor[:] = -1, (0, -1)
+    while kernel(motions, which, lanes, task, _WORK) > 0:
+        check_interruption()
+
+
+def work_through(
+    motions: Motions, mode: int, rtol: float, max_steps: int, physics: Physics, halves: int = 0
+) -> None:
+    """Take the motions that are still ok through a pass at a tolerance.
+
+    As many half periods as its cycle has for each, or `halves` for all, in at most `max_steps`.
+    """
+    alive, task = np.flatnonzero(motions.counts[:, OUTCOME] == OK), Pass(mode, halves, max_steps)
+    motions.rtols[alive], motions.control[alive] = rtol, fresh_control(len(alive))
+    lanes = new_lanes(motions.width)
+    for family, members in families(physics, motions.points[:, KINDS][alive]):
+        take_through(pass_kernel(family), motions, alive[members], lanes, task)

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stickslip.compiled.decorators import inline, jit, kernel_factory, named_kernel
-from stickslip.kernels.adaptive.conversion import make_record_units
-from stickslip.kernels.adaptive.passes import CYCLE, HALVES, OUTCOME, Queue
+from stickslip.kernels.orbits.conversion import make_record_units
+from stickslip.kernels.orbits.motions import CYCLE, HALVES, OUTCOME, Motions
 from stickslip.kernels.points import parameters_of
 from stickslip.kernels.problem import rounding_speed
 from stickslip.measure.accumulate import (
@@ -201,17 +201,17 @@ def _write_uncertainties(
 class RowKernels(NamedTuple):
     """The kernels of a model; `points` (n, parameters) in SI units.
 
-    `longer` are the points `lengthened`. The `queue` is that after the finer measurement of the
+    `longer` are the points `lengthened`. The `motions` are those after the finer measurement of the
     `orbits`, `rtol` the coarser tolerance.
     """
 
     write_off_the_orbit: Any
-    """(points, longer, queue, orbits, rtol, off): write which measurements (n,) began too far off
+    """(points, longer, motions, orbits, rtol, off): write which measurements (n,) began too far off
     the orbit: by the change of the extrema with the offset or, if no melting blurs them, by the
     difference of the two measurements."""
 
     write_errors: Any
-    """(points, longer, queue, orbits, rtol, records, errors, uncertainties): write the records
+    """(points, longer, motions, orbits, rtol, records, errors, uncertainties): write the records
     (n, RECORD) of whole orbits in SI units, the errors (n,) of their amplitudes, and those of their
     integrals, (n, RECORD)."""
 
@@ -230,15 +230,19 @@ def _row_kernels(physics: Physics) -> RowKernels:
     def write_off_the_orbit(
         points: np.ndarray,
         longer: np.ndarray,
-        queue: Queue,
+        motions: Motions,
         orbits: Orbits,
         rtol: float,
         off: np.ndarray,
     ) -> None:
         record, other, changes = np.empty(RECORD), np.empty(RECORD), np.empty(len(INTEGRALS))
         for i in range(points.shape[0]):
-            if queue.counts[i, OUTCOME] == OK:
-                p, cycle, fine = parameters_of(points[i]), queue.counts[i, CYCLE], queue.measured[i]
+            if motions.counts[i, OUTCOME] == OK:
+                p, cycle, fine = (
+                    parameters_of(points[i]),
+                    motions.counts[i, CYCLE],
+                    motions.measured[i],
+                )
                 own = own_units(parameters_of(longer[i]))
                 write_whole_orbit(fine, own, cycle, record)
                 write_whole_orbit(orbits.coarse[i], own, cycle, other)
@@ -252,7 +256,7 @@ def _row_kernels(physics: Physics) -> RowKernels:
     def write_errors(
         points: np.ndarray,
         longer: np.ndarray,
-        queue: Queue,
+        motions: Motions,
         orbits: Orbits,
         rtol: float,
         records: np.ndarray,
@@ -261,15 +265,15 @@ def _row_kernels(physics: Physics) -> RowKernels:
     ) -> None:
         other, astray, changes = np.empty(RECORD), np.zeros(width), np.empty((3, len(INTEGRALS)))
         for i in range(points.shape[0]):
-            if queue.counts[i, OUTCOME] != OK:
+            if motions.counts[i, OUTCOME] != OK:
                 continue
-            p, cycle, record = parameters_of(points[i]), queue.counts[i, CYCLE], records[i]
+            p, cycle, record = parameters_of(points[i]), motions.counts[i, CYCLE], records[i]
             own = own_units(parameters_of(longer[i]))
-            write_whole_orbit(queue.measured[i], own, cycle, record)
+            write_whole_orbit(motions.measured[i], own, cycle, record)
             write_whole_orbit(orbits.coarse[i], own, cycle, other)
             cusped = has_cusp(p)
             shift_part, least = _parts_of_error(p, record, cusped)
-            fine, slopes = queue.measured[i], orbits.slopes[i]
+            fine, slopes = motions.measured[i], orbits.slopes[i]
             error = _DIFFERENCE_PART * relative_difference(p, other, record)
             # The smallest error as one of the position: near resonance it changes the force by
             # hundreds of times as much.
@@ -298,7 +302,7 @@ def _row_kernels(physics: Physics) -> RowKernels:
 
 def measured_of(
     points: np.ndarray,
-    queue: Queue,
+    motions: Motions,
     orbits: Orbits,
     begins: np.ndarray,
     ends: np.ndarray,
@@ -310,11 +314,11 @@ def measured_of(
     `begins` and `ends` (n, width + 1) are the states (x, v, psi, ...) before and after the finer
     measurement, in SI units; the others as in `RowKernels`.
     """
-    n, halves, cycles = len(points), queue.counts[:, HALVES], queue.counts[:, CYCLE]
-    statuses, errors = queue.counts[:, OUTCOME], np.zeros(n)
+    n, halves, cycles = len(points), motions.counts[:, HALVES], motions.counts[:, CYCLE]
+    statuses, errors = motions.counts[:, OUTCOME], np.zeros(n)
     records, uncertainties = np.zeros((n, RECORD)), np.zeros((n, RECORD))
     row_kernels(physics).write_errors(
-        points, lengthened(points), queue, orbits, rtol, records, errors, uncertainties
+        points, lengthened(points), motions, orbits, rtol, records, errors, uncertainties
     )
     return Measured(
         records=records,

@@ -11,16 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.kernels.adaptive.passes import (
-    CYCLE,
-    OUTCOME,
-    TRAVEL,
-    VARY,
-    Queue,
-    new_queue,
-)
-from stickslip.kernels.adaptive.queues import work_through
+from stickslip.kernels.adaptive.passes import TRAVEL, VARY, work_through
 from stickslip.kernels.adaptive.variations import LEAST_WEIGHT
+from stickslip.kernels.orbits.motions import CYCLE, OUTCOME, Motions, new_motions
 from stickslip.measure.accumulate import SENSITIVE
 from stickslip.model.models import model_of
 from stickslip.model.state import Component
@@ -73,8 +66,8 @@ def travelled(
 
     `points` (n, reduced parameters), `states` (n, width + 1), `cycles` (n,); mirrored as in lanes.
     """
-    queue = _run(points, states, cycles, TRAVEL, rtol, physics)
-    return _images(queue, model_of(physics).components)
+    motions = _run(points, states, cycles, TRAVEL, rtol, physics)
+    return _images(motions, model_of(physics).components)
 
 
 def _run(
@@ -84,17 +77,17 @@ def _run(
     mode: int,
     rtol: float,
     physics: Physics,
-) -> Queue:
-    queue = new_queue(points, states.copy())
-    queue.counts[:, CYCLE] = cycles
-    work_through(queue, mode, rtol, _MAX_STEPS, physics)
-    return queue
+) -> Motions:
+    motions = new_motions(points, states.copy())
+    motions.counts[:, CYCLE] = cycles
+    work_through(motions, mode, rtol, _MAX_STEPS, physics)
+    return motions
 
 
-def _images(queue: Queue, components: Components) -> np.ndarray:
-    """The states of a queue, (n, width); NaN for those that failed."""
-    ends = floored(queue.states, components)
-    ends[queue.counts[:, OUTCOME] != OK] = np.nan
+def _images(motions: Motions, components: Components) -> np.ndarray:
+    """The states of motions, (n, width); NaN for those that failed."""
+    ends = floored(motions.states, components)
+    ends[motions.counts[:, OUTCOME] != OK] = np.nan
     return ends
 
 
@@ -111,53 +104,55 @@ class Neighbours(NamedTuple):
     slopes: np.ndarray
 
 
-def neighbours_of(queue: Queue, begins: np.ndarray, rtol: float, physics: Physics) -> Neighbours:
+def neighbours_of(
+    motions: Motions, begins: np.ndarray, rtol: float, physics: Physics
+) -> Neighbours:
     """Return the results of a VARY pass from states `begins` (n, width + 1) on settled orbits.
 
-    `queue` is that after the pass, at the tolerance `rtol`. A cycle of an odd number of half
+    `motions` are those after the pass, at the tolerance `rtol`. A cycle of an odd number of half
     periods is half an orbit.
     """
-    cycles, components = queue.counts[:, CYCLE], model_of(physics).components
-    maps, slopes = _linear_maps(queue, components)
+    cycles, components = motions.counts[:, CYCLE], model_of(physics).components
+    maps, slopes = _linear_maps(motions, components)
     largest = spectral_radii(maps)
     largest[cycles > _SHORT] = np.inf  # until measured at a tight tolerance
     largest[np.isnan(maps[:, 0, 0])] = np.nan
     for tight in _TIGHT:
         rows, tolerance = np.flatnonzero(largest > 1.0), min(rtol, tight)
         if len(rows):
-            again = _run(queue.points[rows], begins[rows], cycles[rows], VARY, tolerance, physics)
+            again = _run(motions.points[rows], begins[rows], cycles[rows], VARY, tolerance, physics)
             maps[rows], slopes[rows] = _linear_maps(again, components)
             largest[rows] = spectral_radii(np.ascontiguousarray(maps[rows]))
     return Neighbours(np.where(cycles % 2 == 1, largest**2, largest), maps, slopes)
 
 
-def _linear_maps(queue: Queue, components: Components) -> tuple[np.ndarray, np.ndarray]:
+def _linear_maps(motions: Motions, components: Components) -> tuple[np.ndarray, np.ndarray]:
     """Return the maps (n, width, width) of small displacements, and `Neighbours.slopes`.
 
-    `queue` is that after a VARY pass; NaN where a motion failed.
+    `motions` are those after a VARY pass; NaN where a motion failed.
     """
-    n, width = len(queue.states), len(components)
-    maps = queue.varied[:, : width * width].reshape(n, width, width).transpose(0, 2, 1).copy()
-    slopes = queue.varied[:, width * width :].reshape(n, len(SENSITIVE), width).copy()
+    n, width = len(motions.states), len(components)
+    maps = motions.varied[:, : width * width].reshape(n, width, width).transpose(0, 2, 1).copy()
+    slopes = motions.varied[:, width * width :].reshape(n, len(SENSITIVE), width).copy()
     # Below the floor of a component all its values count as one.
     floors = np.array([component.floor for component in components])
-    maps[queue.states[:, :width] <= floors] = 0.0
-    failed = queue.counts[:, OUTCOME] != OK
+    maps[motions.states[:, :width] <= floors] = 0.0
+    failed = motions.counts[:, OUTCOME] != OK
     maps[failed], slopes[failed] = np.nan, np.nan
     return maps, slopes
 
 
 def symmetric(
-    queue: Queue, begins: np.ndarray, stationary_rtol: float, rtol: float, physics: Physics
+    motions: Motions, begins: np.ndarray, stationary_rtol: float, rtol: float, physics: Physics
 ) -> np.ndarray:
     """Tell which of the settled orbits (n,) are their own mirror images half a drive period later.
 
-    `queue` holds their cycles; `begins` (n, width + 1) are states on them.
+    `motions` hold their cycles; `begins` (n, width + 1) are states on them.
     """
-    cycles = queue.counts[:, CYCLE]
-    rows = np.flatnonzero((queue.counts[:, OUTCOME] == OK) & (cycles == 2))
+    cycles = motions.counts[:, CYCLE]
+    rows = np.flatnonzero((motions.counts[:, OUTCOME] == OK) & (cycles == 2))
     images = travelled(
-        queue.points[rows], begins[rows], np.ones(len(rows), np.int64), rtol, physics
+        motions.points[rows], begins[rows], np.ones(len(rows), np.int64), rtol, physics
     )
     components = model_of(physics).components
     apart = weighted(images - floored(begins[rows], components), components)

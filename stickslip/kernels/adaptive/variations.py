@@ -36,7 +36,7 @@ from stickslip.kernels.adaptive.recording import (
     step_reader,
     stream_begin,
 )
-from stickslip.kernels.adaptive.states import state_functions
+from stickslip.kernels.orbits.states import state_functions
 from stickslip.kernels.problem import Problem, ProblemFunctions
 from stickslip.kernels.streams import STREAM
 from stickslip.measure.accumulate import (
@@ -74,11 +74,6 @@ def columns_begin(width: int) -> int:
 def room_of(width: int) -> int:
     """Number of slots: columns, slopes, and the last changes of integrands."""
     return (width + len(SENSITIVE) + len(INTEGRALS)) * width
-
-
-def stored_of(width: int) -> int:
-    """Length of what a queue keeps of a point: the columns, then the slopes."""
-    return (width + len(SENSITIVE)) * width
 
 
 class Variations(NamedTuple):

@@ -14,7 +14,7 @@ from stickslip.kernels.euler_cromer.march import march_kernel
 from stickslip.kernels.families import FamilyKernel, families
 from stickslip.kernels.fastest_rates import largest_stable_step
 from stickslip.kernels.plain_iteration import orbits as plain
-from stickslip.kernels.plain_iteration.motions import WIDTH
+from stickslip.kernels.plain_iteration.march import WIDTH
 from stickslip.options import NO_NOISE, Options
 from stickslip.parameters import Parameters
 

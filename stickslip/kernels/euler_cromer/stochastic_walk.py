@@ -9,8 +9,7 @@ import numpy as np
 from stickslip.kernels.euler_cromer.lanes import March
 from stickslip.kernels.euler_cromer.layout import SLOTS
 from stickslip.kernels.euler_cromer.random_signs import GROUP
-from stickslip.kernels.plain_iteration.motions import Motions
-from stickslip.kernels.plain_iteration.plain_walk import PlainWalk
+from stickslip.kernels.plain_iteration.march import PlainMarch, PlainWalk
 from stickslip.kernels.streams import PERIOD, SIGNS, STREAM
 from stickslip.options import Options, Physics
 
@@ -43,5 +42,5 @@ def make_stochastic_walk(
     points: np.ndarray, starts: np.ndarray, streams: np.ndarray, options: Options
 ) -> PlainWalk:
     """Return motions with stochastic noise; arguments as in `adaptive.driver.stochastic_walk`."""
-    motions = Motions(partial(_RandomMarch, streams), points, starts, options)
-    return PlainWalk(motions, np.arange(len(points)))
+    march = PlainMarch(partial(_RandomMarch, streams), points, starts, options)
+    return march.walk(np.arange(len(points)))

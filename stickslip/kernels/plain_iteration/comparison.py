@@ -11,12 +11,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stickslip.compiled.decorators import kernel
 from stickslip.kernels.adaptive import tangents
-from stickslip.kernels.adaptive.conversion import conversion_of
-from stickslip.kernels.adaptive.passes import CYCLE, OUTCOME, VARY
-from stickslip.kernels.adaptive.queues import reduced_queue, work_through
-from stickslip.kernels.adaptive.settling import APERIODIC, Search, settle
+from stickslip.kernels.adaptive.march import AdaptiveMarch
+from stickslip.kernels.adaptive.passes import VARY, work_through
+from stickslip.kernels.orbits.conversion import conversion_of
+from stickslip.kernels.orbits.motions import CYCLE, OUTCOME, motions_of
+from stickslip.kernels.orbits.settling import APERIODIC, Search, settle
+from stickslip.kernels.points import parameters_of
 from stickslip.measure.accumulate import INTEGRALS, RECORD
+from stickslip.measure.results import relative_difference
 from stickslip.numerics.adaptive import OK
 from stickslip.options import Options
 from stickslip.status import Status
@@ -26,6 +30,10 @@ INACCURATE = int(Status.INACCURATE)
 # The reference's own error at the paper's step is 1e-9.
 _RTOL = 1e-9
 _MAX_STEPS = 20_000_000
+
+
+# The difference of two records counts both extrema; an amplitude is half of their difference.
+_AMPLITUDE_PART = 0.5
 
 
 class Known(NamedTuple):
@@ -51,21 +59,32 @@ def settle_from(
     """
     physics, halves = options.physics, 2 * options.max_periods
     conversion = conversion_of(physics)
-    queue = reduced_queue(points, physics)
-    queue.states[:] = finals
-    conversion.scale_states(points, queue.states)
-    queue.counts[:, OUTCOME] = statuses
-    settle(queue, Search(_RTOL, _RTOL, halves, _MAX_STEPS, accelerate=True), physics)
-    begins = queue.states.copy()
-    work_through(queue, VARY, _RTOL, _MAX_STEPS, physics)
-    wandered = (statuses == OK) & (queue.counts[:, OUTCOME] == APERIODIC)
-    statuses[:] = np.where(wandered, INACCURATE, queue.counts[:, OUTCOME])
-    records, cycles = np.empty((len(points), RECORD)), queue.counts[:, CYCLE]
-    conversion.write_records(points, cycles, queue.measured, records)
+    motions = motions_of(points, physics)
+    motions.states[:] = finals
+    conversion.scale_states(points, motions.states)
+    motions.counts[:, OUTCOME] = statuses
+    march = AdaptiveMarch(points, motions, physics, _MAX_STEPS)
+    settle(march, np.flatnonzero(statuses == OK), Search(_RTOL, _RTOL, halves, accelerate=True))
+    begins = motions.states.copy()
+    work_through(motions, VARY, _RTOL, _MAX_STEPS, physics)
+    wandered = (statuses == OK) & (motions.counts[:, OUTCOME] == APERIODIC)
+    statuses[:] = np.where(wandered, INACCURATE, motions.counts[:, OUTCOME])
+    records, cycles = np.empty((len(points), RECORD)), motions.counts[:, CYCLE]
+    conversion.write_records(points, cycles, motions.measured, records)
     whole = np.where(cycles % 2 == 1, 2 * cycles, np.maximum(cycles, 1))  # 0 where none was found
     return Known(
         records,
         records[:, list(INTEGRALS)] / whole[:, None],
-        tangents.symmetric(queue, begins, options.stationary_rtol, _RTOL, physics),
-        tangents.neighbours_of(queue, begins, _RTOL, physics).multipliers,
+        tangents.symmetric(motions, begins, options.stationary_rtol, _RTOL, physics),
+        tangents.neighbours_of(motions, begins, _RTOL, physics).multipliers,
     )
+
+
+@kernel
+def write_errors(
+    points: np.ndarray, records: np.ndarray, references: np.ndarray, errors: np.ndarray
+) -> None:
+    """Write the errors (n,) of amplitudes from `records` (n, RECORD) and those of `references`."""
+    for i in range(points.shape[0]):
+        difference = relative_difference(parameters_of(points[i]), records[i], references[i])
+        errors[i] = _AMPLITUDE_PART * difference

@@ -27,9 +27,15 @@ def write_starts(points: np.ndarray, states: np.ndarray) -> None:
         states[i, 0], states[i, 1], states[i, 2] = x, v, math.exp(psi)
 
 
+def finals_of(points: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """Return states (n, 3), (x, v, phi), as finals (n, columns): (x, v, ln phi), the next step."""
+    finals = np.empty((len(points), states.shape[1] + 1))
+    _write_finals(points, states, finals)
+    return finals
+
+
 @kernel
-def write_finals(points: np.ndarray, states: np.ndarray, finals: np.ndarray) -> None:
-    """Write states (n, 3), (x, v, phi), as finals (n, columns): (x, v, ln phi), the next step."""
+def _write_finals(points: np.ndarray, states: np.ndarray, finals: np.ndarray) -> None:
     for i in range(finals.shape[0]):
         finals[i, 0], finals[i, 1] = states[i, 0], states[i, 1]
         finals[i, 2] = math.log(states[i, 2])

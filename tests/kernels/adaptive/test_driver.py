@@ -12,9 +12,9 @@ from support.points import GAMMAS, amplitude_errors, orbits, row
 
 from stickslip import Options, Parameters, Status, simulate
 from stickslip.compiled.simd import LANES
-from stickslip.kernels.adaptive.conversion import conversion_of
+from stickslip.kernels.orbits.conversion import conversion_of
 from stickslip.kernels.adaptive.passes import ATTEMPTED, CYCLE, OUTCOME, TRAVEL
-from stickslip.kernels.adaptive.queues import reduced_queue, work_through
+from stickslip.kernels.orbits.motions import reduced_queue, work_through
 from stickslip.measure.results import STATUS
 from stickslip.options import DEFAULTS
 from stickslip.orbit import compute_orbits

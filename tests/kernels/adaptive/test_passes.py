@@ -7,7 +7,8 @@ import pytest
 from support.points import rows
 
 from stickslip import Status
-from stickslip.kernels.adaptive import passes, queues
+from stickslip.kernels.adaptive import passes
+from stickslip.kernels.orbits import motions
 from stickslip.kernels.families import Family
 from stickslip.options import DEFAULTS
 
@@ -21,7 +22,7 @@ POINTS = rows("temperature", np.linspace(180.0, 290.0, 21))
 def worked(task: passes.Pass, attempts: int) -> tuple[passes.Queue, int]:
     """A queue of pseudoplastic points after a pass, in portions of so many attempts."""
     kernel, which = passes.pass_kernel(PSEUDOPLASTIC), np.arange(len(POINTS))
-    queue, lanes, calls = queues.reduced_queue(POINTS, LAW), passes.new_lanes(3), 0
+    queue, lanes, calls = motions.reduced_queue(POINTS, LAW), passes.new_lanes(3), 0
     left = len(POINTS)
     queue.rtols[:], queue.counts[:, passes.CYCLE] = 1e-4, 3
     while left > 0:
@@ -49,24 +50,24 @@ def test_a_pass_in_portions_gives_the_same_bits(mode: int) -> None:
 def test_a_motion_that_is_cut_into_half_periods_has_the_same_bits() -> None:
     whole, _ = worked(passes.Pass(passes.TRAVEL, 5, 1_000_000), 10**9)
     kernel, lanes = passes.pass_kernel(PSEUDOPLASTIC), passes.new_lanes(3)
-    queue, which = queues.reduced_queue(POINTS, LAW), np.arange(len(POINTS))
+    queue, which = motions.reduced_queue(POINTS, LAW), np.arange(len(POINTS))
     queue.rtols[:], queue.counts[:, passes.CYCLE] = 1e-4, 3
     for half in range(5):
         # In any company and order.
         for part in (which[half % 2 :: 2], which[1 - half % 2 :: 2][::-1]):
             task = passes.Pass(passes.TRAVEL, 1, 1_000_000)
-            queues.take_through(kernel, queue, part, lanes, task)
+            motions.take_through(kernel, queue, part, lanes, task)
     for ours, theirs in zip(queue, whole, strict=True):
         np.testing.assert_array_equal(ours, theirs, strict=True)
 
 
 def test_points_that_have_failed_take_part_in_no_further_pass() -> None:
     points = rows("temperature", [200.0, 210.0, 220.0])
-    queue = queues.reduced_queue(points, LAW)
+    queue = motions.reduced_queue(points, LAW)
     queue.counts[1, passes.OUTCOME] = Status.DIVERGED
     queue.counts[:, passes.CYCLE] = 2
     before = queue.states[1].copy()
-    queues.work_through(queue, passes.TRAVEL, 1e-4, 10**6, LAW)
+    motions.work_through(queue, passes.TRAVEL, 1e-4, 10**6, LAW)
     assert queue.counts[:, passes.OUTCOME].tolist() == [Status.OK, Status.DIVERGED, Status.OK]
     np.testing.assert_array_equal(queue.states[1], before)
     assert np.all(queue.counts[[0, 2], passes.ATTEMPTED] > 0)

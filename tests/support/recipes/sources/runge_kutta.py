@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stickslip.compiled.decorators import jit, kernel, kernel_factory, named_kernel
-from stickslip.kernels.adaptive.states import state_functions
+from stickslip.kernels.orbits.states import state_functions
 from stickslip.kernels.families import FamilyKernel
 from stickslip.kernels.fastest_rates import largest_stable_step
 from stickslip.kernels.plain_iteration import orbits as plain

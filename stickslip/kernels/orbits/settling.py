@@ -1,39 +1,35 @@
-"""The search for orbits: points are taken half a period further and judged, until all are settled.
+"""The search for orbits: motions are taken a step of the map further and judged, until all settle.
 
-The march advances and decides nothing; here a jitted loop hands the states to the searches of
+A march advances and decides nothing; here a jitted loop hands the states to the searches of
 `numerics/periodic/search.py` and carries out their verdicts.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from stickslip.compiled.decorators import inline, jit, kernel_factory, named_kernel
 from stickslip.compiled.fields import make_row_reader
 from stickslip.compiled.simd import LANES
-from stickslip.kernels.adaptive.passes import (
+from stickslip.kernels.families import Family, FamilyKernel, families
+from stickslip.kernels.orbits.motions import (
     ATTEMPTED,
     CYCLE,
     HALVES,
     HIGHEST,
+    KINDS,
     LOWEST,
     OUTCOME,
-    TRAVEL,
-    Pass,
-    Queue,
+    Motions,
     fresh_control,
-    new_lanes,
-    new_queue,
-    pass_kernel,
+    new_motions,
 )
-from stickslip.kernels.adaptive.queues import KINDS, take_through
-from stickslip.kernels.adaptive.states import StateFunctions, state_functions
-from stickslip.kernels.families import Family, FamilyKernel, families
+from stickslip.kernels.orbits.states import StateFunctions, state_functions
 from stickslip.kernels.problem import rounding_speed
 from stickslip.model import drive, solids
 from stickslip.model.models import model_of
@@ -64,19 +60,39 @@ _SEARCH = 1e-5
 _LATE_JUMP = 0.1
 
 # Points at a time: a search keeps 15 to 18 kB for each.
-_POINTS_AT_A_TIME = 2048
+POINTS_AT_A_TIME = 2048
 
 _reduced_of = make_row_reader(Reduced)
 
 
+class March(Protocol):
+    """A method's way to take motions along, and nothing else: it neither judges nor measures."""
+
+    motions: Motions
+    physics: Physics
+    per_period: int
+    """Applications of its map in a drive period: 2 by half periods and mirror images, else 1."""
+
+    def advance(self, family: Family) -> Callable[[np.ndarray], None]:
+        """Return the function that takes the rows (m,), all of a family, an application further.
+
+        It leaves their states, steps attempted and outcomes in the motions, and, where they can be
+        jumped with, the range of the film.
+        """
+        ...
+
+
 class Search(NamedTuple):
-    """The tolerance of a search, the distance to the limit, and its budgets."""
+    """The tolerance of a search, the distance to the limit, and its budget of half periods.
+
+    A march without a tolerance is searched with an `rtol` of 0, and never jumped with.
+    """
 
     rtol: float
     distance: float
     max_halves: int
-    max_steps: int
     accelerate: bool
+    per_period: int = 2
     late: bool = False
     """True for a search that continues one which found no cycle."""
 
@@ -166,11 +182,11 @@ class _Kernels(NamedTuple):
     """
 
     start: Any
-    """(queue, rows, memories, task): begin all searches at the states of the queue."""
+    """(motions, rows, memories, task): begin all searches at the states of the motions."""
 
     judge: Any
-    """(queue, rows, places, memories, task): judge the half period that points have just taken, and
-    move their states. It puts those that go on first in `places`, and returns their number."""
+    """(motions, rows, places, memories, task): judge what points have just gone through, and move
+    their states. It puts those that go on first in `places`, and returns their number."""
 
 
 def _kernels(family: Family) -> _Kernels:
@@ -179,22 +195,22 @@ def _kernels(family: Family) -> _Kernels:
 
 
 def _make_limit(family: Family) -> Any:
-    """Return the function (queue, row, memory) that limits the jumps of a search."""
+    """Return the function (motions, row, memory) that limits the jumps of a search."""
     model = model_of(family.physics)
     values_of: Any = model.values(None, higher=family.higher)
     limit_search = _make_limit_search(model.equations)
 
     @jit
-    def limit(queue: Queue, row: int, memory: Any) -> None:
-        p, film = values_of(_reduced_of(queue.points[row])), queue.film[row]
-        u_s, phi = rounding_speed(p, queue.rtols[row]), math.exp(queue.states[row, FILM])
+    def limit(motions: Motions, row: int, memory: Any) -> None:
+        p, film = values_of(_reduced_of(motions.points[row])), motions.film[row]
+        u_s, phi = rounding_speed(p, motions.rtols[row]), math.exp(motions.states[row, FILM])
         limit_search(memory, p, u_s, phi, film[LOWEST], film[HIGHEST])
 
     return limit
 
 
 def _make_carry_out(state: StateFunctions, width: int) -> Any:
-    """Return the function (queue, row, memory, task) that carries out the verdict of a search.
+    """Return the function (motions, row, memory, task) that carries out the verdict of a search.
 
     It returns a Status, or -1 where the search goes on.
     """
@@ -206,30 +222,31 @@ def _make_carry_out(state: StateFunctions, width: int) -> Any:
             row[component] = y[component]
 
     @jit
-    def carry_out(queue: Queue, row: int, memory: Any, task: Search) -> int:
-        y, counts = of_row(queue.states[row]), queue.counts[row]
-        # The search counts its own halves; those of earlier ones have used the budget too.
-        budget = task.max_halves - (counts[HALVES] - memory.applications)
-        counts[HALVES] += 1
-        verdict, dx, dv = search.judge(memory, judged(y), task.distance, queue.rtols[row], budget)
+    def carry_out(motions: Motions, row: int, memory: Any, task: Search) -> int:
+        y, counts = of_row(motions.states[row]), motions.counts[row]
+        # The search counts its own applications; what came before has used the budget too.
+        halves = 2 // task.per_period
+        budget = (task.max_halves - counts[HALVES]) // halves + memory.applications
+        counts[HALVES] += halves
+        verdict, dx, dv = search.judge(memory, judged(y), task.distance, motions.rtols[row], budget)
         y = moved(y, dx, dv)
-        put_state(queue.states[row], y)
+        put_state(motions.states[row], y)
         if verdict == search.SETTLED:
             # The remaining way to the limit is known: the measurement begins nearer to it.
             dx, dv = search.last_correction(memory)
-            put_state(queue.states[row], moved(y, dx, dv))
-            counts[CYCLE], queue.ratios[row] = search.found(memory)
+            put_state(motions.states[row], moved(y, dx, dv))
+            counts[CYCLE], motions.ratios[row] = search.found(memory)
             return OK
         if verdict == search.EXHAUSTED:
             return NOT_STATIONARY
         if verdict == search.WANDERING:
             return APERIODIC
         if verdict == search.FINER:
-            queue.rtols[row] = _finer(task, memory.fineness)
+            motions.rtols[row] = _finer(task, memory.fineness)
         elif verdict == search.RESTORE:
             # A jump has led astray: return to the state before it, as at the start of a search.
-            put_state(queue.states[row], unjudged(memory.stored))
-            queue.rtols[row] = _first(task)
+            put_state(motions.states[row], unjudged(memory.stored))
+            motions.rtols[row] = _first(task)
         return -1
 
     return carry_out
@@ -242,28 +259,30 @@ def _search_kernels(family: Family) -> _Kernels:
     of_row, judged = state.of_row, state.judged
     limit, carry_out = _make_limit(family), _make_carry_out(state, model.width)
 
-    def start(queue: Queue, rows: np.ndarray, memories: np.ndarray, task: Search) -> None:
+    def start(motions: Motions, rows: np.ndarray, memories: np.ndarray, task: Search) -> None:
         for place in range(len(rows)):
             row = rows[place]
-            queue.rtols[row] = _first(task)
-            z = judged(of_row(queue.states[row]))
-            search.start(memories[place], z, 2, task.accelerate, True, task.late)
+            motions.rtols[row] = _first(task)
+            z = judged(of_row(motions.states[row]))
+            refinable = task.rtol > 0.0
+            search.start(memories[place], z, task.per_period, task.accelerate, refinable, task.late)
 
     def judge(
-        queue: Queue, rows: np.ndarray, places: np.ndarray, memories: np.ndarray, task: Search
+        motions: Motions, rows: np.ndarray, places: np.ndarray, memories: np.ndarray, task: Search
     ) -> int:
         going = 0
         for i in range(len(places)):
             place = places[i]
             row, memory = rows[place], memories[place]
-            if queue.counts[row, OUTCOME] == OK:  # else the way ended before the half period did
-                limit(queue, row, memory)
-                outcome = carry_out(queue, row, memory, task)
+            if motions.counts[row, OUTCOME] == OK:  # else the way ended before the map did
+                if task.rtol > 0.0:
+                    limit(motions, row, memory)
+                outcome = carry_out(motions, row, memory, task)
                 if outcome < 0:
                     places[going] = place
                     going += 1
                 else:
-                    queue.counts[row, OUTCOME] = outcome
+                    motions.counts[row, OUTCOME] = outcome
         return going
 
     named = (named_kernel(f"{each.__name__}_search[{family}]", each) for each in (start, judge))
@@ -272,40 +291,37 @@ def _search_kernels(family: Family) -> _Kernels:
 
 def search_kernels(kinds: np.ndarray, physics: Physics) -> Iterator[FamilyKernel]:
     """Yield the kernels that searches of points of these kinds (n, k) need; see `families.KIND`."""
-    task, width = Search(1.0, 1.0, 0, 0, True), model_of(physics).width
-    queue = new_queue(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
+    task, width = Search(1.0, 1.0, 0, True), model_of(physics).width
+    nobody = new_motions(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
     rows, memories = np.empty(0, np.int64), np.empty(0, search.memory_of(width))
-    for kernels in {_kernels(family) for family, _ in families(physics, kinds)}:
-        yield FamilyKernel(kernels.start, partial(kernels.start, queue, rows, memories, task))
-        yield FamilyKernel(kernels.judge, partial(kernels.judge, queue, rows, rows, memories, task))
+    for start, judge in {_kernels(family) for family, _ in families(physics, kinds)}:
+        yield FamilyKernel(start, partial(start, nobody, rows, memories, task))
+        yield FamilyKernel(judge, partial(judge, nobody, rows, rows, memories, task))
 
 
-def settle(queue: Queue, task: Search, physics: Physics) -> None:
-    """Bring the points of a queue that are still ok to their orbits, at phase 0.
+def settle(march: March, rows: np.ndarray, task: Search) -> None:
+    """Bring the motions in these rows (m,) to their orbits, at phase 0.
 
     Their outcomes are OK with the cycle and its contraction, or a Status: APERIODIC where a search
     wanders, NOT_STATIONARY where its budget is spent.
     """
-    alive = np.flatnonzero(queue.counts[:, OUTCOME] == OK)
-    queue.control[alive] = fresh_control(len(alive))
-    for family, members in families(physics, queue.points[:, KINDS][alive]):
-        rows = alive[members]
-        for first in range(0, len(rows), _POINTS_AT_A_TIME):
-            _settle(queue, rows[first : first + _POINTS_AT_A_TIME], task, family)
+    motions = march.motions
+    motions.control[rows] = fresh_control(len(rows))
+    for family, members in families(march.physics, motions.points[:, KINDS][rows]):
+        for first in range(0, len(members), POINTS_AT_A_TIME):
+            _settle(march, rows[members[first : first + POINTS_AT_A_TIME]], task, family)
 
 
-def _settle(queue: Queue, rows: np.ndarray, task: Search, family: Family) -> None:
-    width, (start, judge) = queue.states.shape[1] - 1, _kernels(family)
-    memories, lanes = np.zeros(len(rows), search.memory_of(width)), new_lanes(width)
-    kernel, half = pass_kernel(family), Pass(TRAVEL, 1, task.max_steps)
-    start(queue, rows, memories, task)
-    places = np.arange(len(rows))
+def _settle(march: March, rows: np.ndarray, task: Search, family: Family) -> None:
+    motions, advance, (start, judge) = march.motions, march.advance(family), _kernels(family)
+    memories, places = np.zeros(len(rows), search.memory_of(motions.width)), np.arange(len(rows))
+    start(motions, rows, memories, task)
     while len(places):
         which = rows[places]
-        before = queue.counts[which, ATTEMPTED]
-        take_through(kernel, queue, which, lanes, half)
+        before = motions.counts[which, ATTEMPTED]
+        advance(which)
         if len(places) > LANES:
             # The longest way first, so that all lanes have work until the end.
-            steps = queue.counts[which, ATTEMPTED] - before
+            steps = motions.counts[which, ATTEMPTED] - before
             places = places[np.argsort(-steps, kind="stable")]
-        places = places[: judge(queue, rows, places, memories, task)]
+        places = places[: judge(motions, rows, places, memories, task)]

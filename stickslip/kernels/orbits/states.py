@@ -1,4 +1,4 @@
-"""States in lanes, rows and searches: small functions for the components of a model."""
+"""States in rows and searches: small functions for the components of a model."""
 
 from __future__ import annotations
 
@@ -7,27 +7,12 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from stickslip.compiled.decorators import jit
 from stickslip.compiled.fields import make_map
-from stickslip.compiled.simd import LANES
-from stickslip.kernels.adaptive.recording import SLOTS, put
 from stickslip.model.state import Component
-from stickslip.numerics.lane_array import lane_vectors
 
 
 class StateFunctions(NamedTuple):
-    """Compiled operations on a state y of the lanes."""
-
-    get: Callable[..., Any]
-    """(values, slot, lane): the state that begins in a slot."""
-
-    put: Callable[..., None]
-    """(values, slot, lane, y): write it."""
-
-    begin_half: Callable[..., None]
-    """(values, lane, y): put a lane at phase 0."""
+    """Compiled operations on a state y in the units of a point."""
 
     of_row: Callable[..., Any]
     """(row): the state held by the first numbers of a row."""
@@ -49,8 +34,6 @@ class StateFunctions(NamedTuple):
 def state_functions(components: tuple[Component, ...]) -> StateFunctions:
     """Return the operations on states of these components."""
     width, numbered = len(components), list(enumerate(components))
-    vectors = lane_vectors(LANES, width)
-    put_state = vectors.put
 
     def made(name: str, arguments: str, values: list[str]) -> Any:
         return make_map(f"{name}[{width}]", arguments, values, {})
@@ -68,15 +51,7 @@ def state_functions(components: tuple[Component, ...]) -> StateFunctions:
     shifts = {0: " + dx", 1: " + du", -1: ""}
     moved = [f"y[{i}]{shifts[i if i < 2 else c.follows]}" for i, c in numbered]
 
-    @jit
-    def begin_half(values: np.ndarray, lane: int, y: Any) -> None:
-        put_state(values, SLOTS.state, lane, y)
-        put(values, SLOTS.time, lane, 0.0)
-
     return StateFunctions(
-        get=vectors.get,
-        put=put_state,
-        begin_half=begin_half,
         of_row=made("of_row", "row", [f"row[{i}]" for i in range(width)]),
         mirrored=made("mirrored", "y", [f"{c.mirror} * y[{i}]" for i, c in numbered]),
         judged=made("judged", "y", [judged(i, c) for i, c in numbered]),

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stickslip.compiled.decorators import inline, kernel_factory, named_kernel
-from stickslip.kernels.adaptive.states import state_functions
+from stickslip.kernels.orbits.states import state_functions
 from stickslip.kernels.points import FIRST_STEP, parameters_of
 from stickslip.measure.results import (
     RecordUnits,

@@ -1,0 +1,57 @@
+"""How motions come to their orbits: searched, watched where they wander, and searched again.
+
+The same for all methods.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+
+from stickslip.kernels.orbits.motions import HALVES, OUTCOME
+from stickslip.kernels.orbits.settling import APERIODIC, March, Search, settle
+from stickslip.kernels.orbits.watching import Watched, watch
+from stickslip.numerics.adaptive import OK
+from stickslip.status import Status
+
+PENDING = int(Status.PENDING)
+
+
+class WatchedMarch(March, Protocol):
+    """A march whose motions can be watched on the way."""
+
+    def walk(self, rows: np.ndarray) -> Any:
+        """Return the `TangentWalk` of the motions in these rows (m,)."""
+        ...
+
+    def rejoin(self, rows: np.ndarray, walk: Any) -> None:
+        """Let the motions go on from where a walk of these rows (m,) has led."""
+        ...
+
+
+def find_orbits(march: WatchedMarch, task: Search, window: int) -> list[tuple[np.ndarray, Watched]]:
+    """Bring the motions that are ok to their orbits; return rows and records of the aperiodic ones.
+
+    A motion that wanders is watched over a window of drive periods. If its neighbours approach it,
+    the search goes on for longer cycles; if there is none either, it is aperiodic.
+    """
+    counts, aperiodic = march.motions.counts, []
+    pending = np.flatnonzero(counts[:, OUTCOME] == OK)
+    # First for short cycles; then, for motions whose neighbours approach them, for long ones.
+    for late in (False, True):
+        settle(march, pending, task._replace(late=late))
+        pending = pending[counts[pending, OUTCOME] == APERIODIC]
+        if not len(pending):
+            break
+        walk = march.walk(pending)
+        watched = watch(walk, window, decisive=late)
+        march.rejoin(pending, walk)
+        outcomes = walk.outcomes()
+        outcomes[outcomes == PENDING] = OK  # its neighbours approach it: it goes on
+        outcomes[watched.aperiodic] = APERIODIC
+        counts[pending, OUTCOME] = outcomes
+        counts[pending, HALVES] += 2 * watched.periods
+        aperiodic.append((pending[watched.aperiodic], watched.part(watched.aperiodic)))
+        pending = pending[outcomes == OK]
+    return aperiodic

@@ -1,0 +1,112 @@
+"""Many motions side by side, in the units of their points: what a search moves, and a march."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip.kernels.families import KIND
+from stickslip.kernels.orbits.conversion import conversion_of
+from stickslip.measure.accumulate import RECORD, SENSITIVE
+from stickslip.model.models import model_of
+from stickslip.model.scaling import Reduced
+from stickslip.numerics import step_control
+from stickslip.options import Physics
+
+# Columns of `counts`, integers. HALVES: half periods of the search; CYCLE: half periods after which
+# the orbit closes; ATTEMPTED: steps attempted; OUTCOME: a Status.
+HALVES, CYCLE, ATTEMPTED, OUTCOME, COUNT_COLUMNS = range(5)
+
+GROWS, REMEMBERED, CONTROL = range(3)
+"""Columns of `control`: whether the next step may be longer, and the memory of the step control."""
+
+LOWEST, HIGHEST = range(2)
+"""Columns of `film`."""
+
+KINDS = [Reduced._fields.index(name) for name in KIND]
+"""The columns of `families.KIND` among reduced parameters."""
+
+
+class Motions(NamedTuple):
+    """The motions of n points, a row each.
+
+    `points` (n, reduced parameters), as `Reduced`, followed by a stream of random numbers if the
+    noise is stochastic; `rtols` (n,), the tolerance of each; `states` (n, width + 1), the state in
+    the point's own units and the next step, at phase 0; `control` (n, CONTROL), with which a motion
+    that is cut into pieces has the same bits; `counts` (n, COUNT_COLUMNS). `film` (n, 2) has the
+    lowest and highest ln(phi) of the last half period without record; `measured` (n, RECORD);
+    `ratios` (n,) the contraction of an orbit; `varied` (n, `varied_of(width)`) how small
+    displacements of the first state move the motion, and its extrema and integrals.
+    """
+
+    points: np.ndarray
+    rtols: np.ndarray
+    states: np.ndarray
+    control: np.ndarray
+    counts: np.ndarray
+    film: np.ndarray
+    measured: np.ndarray
+    ratios: np.ndarray
+    varied: np.ndarray
+
+    @property
+    def width(self) -> int:
+        """Number of state variables."""
+        return self.states.shape[1] - 1
+
+
+def varied_of(width: int) -> int:
+    """Length of a row of `varied`: a column for each component, then their slopes."""
+    return (width + len(SENSITIVE)) * width
+
+
+def new_motions(points: np.ndarray, states: np.ndarray) -> Motions:
+    """Return the motions of points (n, reduced parameters) in these states (n, width + 1)."""
+    n = len(points)
+    return Motions(
+        points,
+        np.zeros(n),
+        states,
+        control=fresh_control(n),
+        counts=np.zeros((n, COUNT_COLUMNS), np.int64),
+        film=np.zeros((n, 2)),
+        measured=np.zeros((n, RECORD)),
+        ratios=np.zeros(n),
+        varied=np.zeros((n, varied_of(states.shape[1] - 1))),
+    )
+
+
+def fresh_control(n: int) -> np.ndarray:
+    """Return the `control` (n, CONTROL) of motions that begin."""
+    return np.tile((1.0, step_control.START), (n, 1))
+
+
+def motions_of(points: np.ndarray, physics: Physics, starts: np.ndarray | None = None) -> Motions:
+    """Return the motions of points (n, parameters) in SI units, at their starts.
+
+    `starts` (n, columns), laid out as finals, has other states to begin in; a row of NaN stands for
+    the point's own.
+    """
+    n, width = len(points), model_of(physics).width
+    motions = new_motions(np.empty((n, len(Reduced._fields))), np.empty((n, width + 1)))
+    conversion_of(physics).reduce_points(points, motions.points, motions.states)
+    if starts is not None:
+        rows = np.flatnonzero(~np.isnan(starts[:, 0]))
+        states = starts[rows].copy()
+        conversion_of(physics).scale_states(points[rows], states)
+        motions.states[rows, :-1] = states[:, :-1]  # the first step stays short
+    return motions
+
+
+def part_of(motions: Motions, rows: np.ndarray) -> Motions:
+    """Return a copy of these rows (m,)."""
+    return Motions(*(column[rows] for column in motions))
+
+
+def put_back(
+    motions: tuple[np.ndarray, ...], rows: np.ndarray, part: tuple[np.ndarray, ...]
+) -> None:
+    """Write a copy of some rows (m,) back into motions, or into other columns of points."""
+    for whole, piece in zip(motions, part, strict=True):
+        whole[rows] = piece
