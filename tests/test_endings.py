@@ -104,9 +104,9 @@ def colder(points: np.ndarray) -> np.ndarray:
 
 
 def adaptive_of_colder_films(monkeypatch: pytest.MonkeyPatch) -> None:
-    reduced = adaptive.reduced_queue
+    motions_of = adaptive.motions_of
     monkeypatch.setattr(
-        adaptive, "reduced_queue", lambda points, physics: reduced(colder(points), physics)
+        adaptive, "motions_of", lambda points, *others: motions_of(colder(points), *others)
     )
 
 

@@ -10,10 +10,10 @@ import pytest
 from support.points import orbits, row, rows
 
 from stickslip import NoiseError, OptionError, Options, Parameters, Status, simulate
-from stickslip.kernels.orbits.conversion import conversion_of
 from stickslip.kernels.adaptive.passes import pass_kernel
 from stickslip.kernels.adaptive.rows import row_kernels
 from stickslip.kernels.families import Family
+from stickslip.kernels.orbits.conversion import conversion_of
 from stickslip.kernels.points import final_columns
 from stickslip.numerics.spectrum import spectral_radii
 from stickslip.options import DEFAULTS, METHODS

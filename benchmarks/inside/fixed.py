@@ -8,10 +8,11 @@ from inside.defaults import PHYSICS, WIDTH, amplitudes_of
 from inside.lanes import half_periods
 from inside.scalar import scalar_end
 from stickslip.kernels.adaptive import passes
-from stickslip.kernels.orbits.conversion import conversion_of
-from stickslip.kernels.orbits.motions import reduced_queue, work_through
+from stickslip.kernels.adaptive.passes import work_through
 from stickslip.kernels.euler_cromer.lanes import March
-from stickslip.kernels.plain_iteration import judging
+from stickslip.kernels.orbits.conversion import conversion_of
+from stickslip.kernels.orbits.motions import motions_of
+from stickslip.kernels.plain_iteration.comparison import write_errors
 from stickslip.kernels.plain_iteration.starts import write_starts, write_steps
 from stickslip.kernels.points import parameters_of, write_results
 from stickslip.measure.accumulate import RECORD
@@ -46,12 +47,12 @@ def reference_period(points: np.ndarray, finals: np.ndarray, rtol: float) -> np.
 
     `finals` (n, columns) as `points.final_columns`.
     """
-    queue, records = reduced_queue(points, PHYSICS), np.empty((len(points), RECORD))
-    queue.states[:] = finals
-    conversion_of(PHYSICS).scale_states(points, queue.states)
-    half_periods(queue)[:] = 2
-    work_through(queue, passes.MEASURE, rtol, 10**9, PHYSICS)
-    conversion_of(PHYSICS).write_records(points, half_periods(queue), queue.measured, records)
+    motions, records = motions_of(points, PHYSICS), np.empty((len(points), RECORD))
+    motions.states[:] = finals
+    conversion_of(PHYSICS).scale_states(points, motions.states)
+    half_periods(motions)[:] = 2
+    work_through(motions, passes.MEASURE, rtol, 10**9, PHYSICS)
+    conversion_of(PHYSICS).write_records(points, half_periods(motions), motions.measured, records)
     return records
 
 
@@ -70,7 +71,7 @@ def fixed_period(
     march.start(np.arange(1))
     march.march(measured=True)
     records, errors, nothing = march.records(), np.empty(1), np.zeros((1, 2))
-    judging.write_errors(points, records, near[None], errors)
+    write_errors(points, records, near[None], errors)
     measured = Measured(
         records=records, uncertainties=np.zeros_like(records), cycles=np.full(1, 2), begins=start,
         ends=march.states(), symmetric=np.zeros(1, np.bool_), amplitudes=amplitudes_of(records),

@@ -21,9 +21,9 @@ from shared.points import (
 )
 
 from stability.stated import wide
-from stickslip.kernels.orbits.conversion import conversion_of
-from stickslip.kernels.orbits.motions import reduced_queue
 from stickslip.kernels.adaptive.tangents import travelled
+from stickslip.kernels.orbits.conversion import conversion_of
+from stickslip.kernels.orbits.motions import motions_of
 from stickslip.model.models import model_of
 from stickslip.options import Options
 from stickslip.orbit import compute_orbits
@@ -109,7 +109,7 @@ def _central_map(
     physics = Options().physics
     width = model_of(physics).width
     sizes = size * np.where(np.arange(width) == 2, _FILM, 1.0)
-    reduced = reduced_queue(points, physics).points
+    reduced = motions_of(points, physics).points
     columns = []
     for component in range(width):
         ends = []

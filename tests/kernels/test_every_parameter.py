@@ -14,9 +14,9 @@ from support.marches import FAST_DT, fast, period
 from support.scalar_twins import adaptive_periods, euler_cromer_period
 
 from stickslip import Parameters, Status
-from stickslip.kernels.orbits import motions
+from stickslip.kernels.adaptive.passes import MEASURE, TRAVEL, work_through
 from stickslip.kernels.orbits.conversion import conversion_of
-from stickslip.kernels.adaptive.passes import CYCLE, MEASURE, OUTCOME, TRAVEL
+from stickslip.kernels.orbits.motions import CYCLE, OUTCOME, motions_of
 from stickslip.kernels.trajectories import start_kernel
 from stickslip.measure.accumulate import (
     FORCE,
@@ -66,16 +66,16 @@ def by_lanes(method: str) -> Measured:
 
 def adaptive_lanes() -> tuple[np.ndarray, np.ndarray]:
     points = np.array(list(POINTS.values()))
-    queue = motions.reduced_queue(points, DEFAULTS.physics)
-    queue.counts[:, CYCLE] = 2
+    motions = motions_of(points, DEFAULTS.physics)
+    motions.counts[:, CYCLE] = 2
     for mode in (TRAVEL, MEASURE):  # a period without a record: the very start is in none
-        motions.work_through(queue, mode, TOLERANCE, 10**7, DEFAULTS.physics)
-    assert np.all(queue.counts[:, OUTCOME] == Status.OK)
+        work_through(motions, mode, TOLERANCE, 10**7, DEFAULTS.physics)
+    assert np.all(motions.counts[:, OUTCOME] == Status.OK)
     records = np.empty((len(points), RECORD))
     conversion = conversion_of(DEFAULTS.physics)
-    conversion.write_records(points, queue.counts[:, CYCLE], queue.measured, records)
-    conversion.restore_states(points, queue.states)
-    states = queue.states[:, :-1]
+    conversion.write_records(points, motions.counts[:, CYCLE], motions.measured, records)
+    conversion.restore_states(points, motions.states)
+    states = motions.states[:, :-1]
     return np.column_stack([states[:, :2], np.exp(states[:, 2])]), records
 
 

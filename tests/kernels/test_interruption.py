@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from stickslip import Parameters, stationary_orbit
-from stickslip.kernels.orbits import motions
+from stickslip.kernels.adaptive import passes
 from stickslip.kernels.interruption import check_interruption, checked_by
 
 
@@ -14,7 +14,7 @@ class EndError(Exception):
 
 
 def test_a_search_that_lasts_ends_with_what_its_check_raises(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(queues, "_WORK", 10)
+    monkeypatch.setattr(passes, "_WORK", 10)
     calls = []
 
     def check() -> None:

@@ -24,7 +24,7 @@ from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 
-VERSION = 17
+VERSION = 18
 MADE_ON = ("znver4", "0.68.1", "0.50.0")
 """Processor, numba and llvmlite of the table."""
 
@@ -84,9 +84,35 @@ TABLE: list[tuple[Changes, Options, tuple[float, float, int], str]] = [
      (5864948.885053765, 0.0035892968479467415, 48), "e9ad859af905618f"),
 ]  # fmt: skip
 # The table's rows of result variables that it is older than; to be emptied when it is renewed.
-YOUNGER: dict[str, tuple[float, ...]] = {}
-# Results on request are NaN here.
-HASHED = [RESULT_COLUMNS.index(name) for name in RESULT_COLUMNS if name not in YOUNGER]
+YOUNGER: dict[str, tuple[float, ...]] = {
+    "friction_force_in_phase": (
+        -6.86524953247e-06, -3.75869904238e-05, 0.00476686251167, 0.00476796261054,
+        0.00153432285869, 0.00322350377987, 0.000151357860108, 0.00154503128708,
+        0.000162230761025, 0.00239970633325, 0.00382881686341, 8.80406786331e-07,
+        1.13455922508e-06, 9.48331965308e-07, 0.000249159178589,
+    ),
+    "friction_force_out_of_phase": (
+        0.00133022557629, 0.00118627100533, 7.36364894063e-05, 1.32224665009e-05,
+        0.00219416013583, 1.85157825853e-05, 0.000665677026615, 0.002137856321,
+        0.000555319997179, 0.00238370830697, 0.00188044370351, 4.9709051538e-07,
+        1.69858488754e-07, 4.48383259917e-07, 0.000697622762388,
+    ),
+    "friction_force_rms": (
+        0.00121201824443, 0.000942530744053, 0.00337108247082, 0.00337144638328,
+        0.00190137076858, 0.00227939863789, 0.000491611134987, 0.00187059730961,
+        0.000415750601249, 0.00239184028245, 0.00301687239672, 7.14943683543e-07,
+        8.11202050667e-07, 7.41774271659e-07, 0.000919073153001,
+    ),
+    "friction_force_mean_abs": (
+        0.000920044860779, 0.000816755913038, 0.00303596346376, 0.00303533618521,
+        0.0017353573859, 0.00205231200006, 0.000466109891058, 0.00170490012678,
+        0.000392160319387, 0.00215341283548, 0.00271340726062, 6.4383726385e-07,
+        7.30338013367e-07, 6.67983641884e-07, 0.000554031457368,
+    ),
+}  # fmt: skip
+# Estimates of errors are differences of which other machines have other digits.
+BLURRED = ("friction_force_in_phase_error", "friction_force_out_of_phase_error")
+HASHED = [i for i, name in enumerate(RESULT_COLUMNS) if name not in (*YOUNGER, *BLURRED)]
 ADVICE = "the numbers have changed: raise NUMERICS_VERSION and renew this table"
 COLUMNS = [
     RESULT_COLUMNS.index(name)
@@ -130,10 +156,10 @@ def test_the_numbers_are_those_of_the_version(i: int) -> None:
 @pytest.mark.parametrize("name", YOUNGER)
 @pytest.mark.parametrize("i", ROWS)
 def test_the_numbers_of_younger_variables_are_those_of_the_version(i: int, name: str) -> None:
-    found, p = results_of(i)[0], Parameters(**dict(TABLE[i][0]))
+    found = results_of(i)[0]
     value = found[RESULT_COLUMNS.index(name)]
-    # Of a locked film it is a small difference of large numbers: the digits are those of F V.
-    largest = found[RESULT_COLUMNS.index("friction_force_max")] * 4.0 * abs(p.drive_amplitude)
+    # Of a locked film it is a small difference of large numbers: the digits are those of F.
+    largest = found[RESULT_COLUMNS.index("friction_force_max")]
     assert value == pytest.approx(YOUNGER[name][i], rel=1e-9, abs=1e-9 * largest), (ADVICE, value)
 
 

@@ -10,7 +10,7 @@ from support.parameters import random_parameters
 from support.reduced import reduced_of
 from support.symmetries import SYMMETRIES, Symmetry, transformed
 
-from stickslip.kernels.orbits.motions import reduced_queue
+from stickslip.kernels.orbits.motions import motions_of
 from stickslip.model import drive, film, scaling
 from stickslip.model.models import model_of
 from stickslip.model.rhs import Equations
@@ -153,7 +153,7 @@ def test_a_drive_of_one_tone_is_the_unit_of_length_and_another_is_no_faster(law:
     one, every = (scaling.model_values(None, one_tone=known)(q) for known in (True, False))
     assert (one.drive_amplitude, one.third_harmonic, one.fifth_harmonic) == (1.0, 0.0, 0.0)
     assert (every.third_harmonic, every.fifth_harmonic) == (0.5, -0.1)
-    reduced = reduced_queue(np.array([p]), Physics(law)).points[0]
+    reduced = motions_of(np.array([p]), Physics(law)).points[0]
     own = scaling.model_values(None)(scaling.Reduced(*reduced.tolist()))
     assert drive.largest_speed(own) == pytest.approx(1.0, rel=1e-15)
 

@@ -332,7 +332,9 @@ def take_through(
 ) -> None:
     """Take the motions in the rows `which` (m,), all of one family, through a pass in lanes."""
     lanes.rows[:], lanes.cursor[:] = -1, (0, -1)
-    while kernel(motions, which, lanes, task, _WORK) > 0:
+    left = len(which)
+    while left > 0:
+        left = kernel(motions, which, lanes, task, _WORK)
         check_interruption()
 
 

@@ -12,9 +12,9 @@ from support.points import GAMMAS, amplitude_errors, orbits, row
 
 from stickslip import Options, Parameters, Status, simulate
 from stickslip.compiled.simd import LANES
+from stickslip.kernels.adaptive.passes import TRAVEL, work_through
 from stickslip.kernels.orbits.conversion import conversion_of
-from stickslip.kernels.adaptive.passes import ATTEMPTED, CYCLE, OUTCOME, TRAVEL
-from stickslip.kernels.orbits.motions import reduced_queue, work_through
+from stickslip.kernels.orbits.motions import ATTEMPTED, CYCLE, OUTCOME, motions_of
 from stickslip.measure.results import STATUS
 from stickslip.options import DEFAULTS
 from stickslip.orbit import compute_orbits
@@ -57,14 +57,14 @@ def random_points(
 
 def test_trajectories_in_lanes_end_where_those_of_the_scalar_drive_end() -> None:
     points = np.array([row(rheological_index=g) for g in (*GAMMAS, -0.5)])
-    queue = reduced_queue(points, DEFAULTS.physics)
-    queue.counts[:, CYCLE] = 2
-    work_through(queue, TRAVEL, 1e-9, 10**7, DEFAULTS.physics)
-    conversion_of(DEFAULTS.physics).restore_states(points, queue.states)
-    steps = queue.counts[:, ATTEMPTED]
-    assert np.all(queue.counts[:, OUTCOME] == Status.OK)
+    motions = motions_of(points, DEFAULTS.physics)
+    motions.counts[:, CYCLE] = 2
+    work_through(motions, TRAVEL, 1e-9, 10**7, DEFAULTS.physics)
+    conversion_of(DEFAULTS.physics).restore_states(points, motions.states)
+    steps = motions.counts[:, ATTEMPTED]
+    assert np.all(motions.counts[:, OUTCOME] == Status.OK)
     assert np.all((steps > 500) & (steps < 100_000))
-    for point, state in zip(points, queue.states, strict=True):
+    for point, state in zip(points, motions.states, strict=True):
         p = Parameters(*point)
         ds = simulate(p, periods=1, samples_per_period=4, rtol=1e-10)
         X_m, V_m = p.drive_amplitude, p.drive_amplitude * p.angular_frequency

@@ -8,8 +8,8 @@ import numpy as np
 
 from stickslip import Options, Parameters
 from stickslip.kernels.adaptive import rows
-from stickslip.kernels.adaptive.passes import new_queue
 from stickslip.kernels.fastest_rates import fastest_rate
+from stickslip.kernels.orbits.motions import new_motions
 from stickslip.kernels.points import write_results
 from stickslip.kernels.trajectories import observables_kernel
 
@@ -17,10 +17,10 @@ physics = Options(friction=sys.argv[1]).physics
 points = np.array([Parameters()])
 fastest_rate(points, physics.friction)
 observables_kernel(physics)(points[0], np.zeros(1), np.ones((1, 3)), 0.0, np.zeros((1, 6)))
-queue = new_queue(np.zeros((1, 40)), np.zeros((1, 4)))
+motions = new_motions(np.zeros((1, 40)), np.zeros((1, 4)))
 orbits = rows.Orbits(
     np.zeros((1, 4)),
-    queue.measured.copy(),
+    motions.measured.copy(),
     np.zeros(1, bool),
     np.zeros((1, 2)),
     np.zeros(1),
@@ -30,5 +30,5 @@ orbits = rows.Orbits(
     np.zeros((1, 3)),
 )
 states, results = np.zeros((1, 4)), np.zeros((1, 30))
-measured = rows.measured_of(points, queue, orbits, states, states, 1e-6, physics)
+measured = rows.measured_of(points, motions, orbits, states, states, 1e-6, physics)
 write_results(points, measured, results)

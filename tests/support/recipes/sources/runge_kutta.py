@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stickslip.compiled.decorators import jit, kernel, kernel_factory, named_kernel
-from stickslip.kernels.orbits.states import state_functions
 from stickslip.kernels.families import FamilyKernel
 from stickslip.kernels.fastest_rates import largest_stable_step
+from stickslip.kernels.orbits.states import state_functions
 from stickslip.kernels.plain_iteration import orbits as plain
-from stickslip.kernels.plain_iteration.motions import WIDTH
+from stickslip.kernels.plain_iteration.march import WIDTH
 from stickslip.kernels.points import parameters_of
 from stickslip.measure.accumulate import (
     FORCE_MAX,
@@ -195,7 +195,7 @@ def write_records(
 
 
 class March:
-    """The march of plain iteration: arguments as of `motions.MakeMarch`, the rest as `March`."""
+    """The march of plain iteration: arguments as of `march.MakeMarch`, the rest as `March`."""
 
     def __init__(
         self, points: np.ndarray, steps: np.ndarray, states: np.ndarray, physics: Physics
@@ -207,13 +207,13 @@ class March:
         self.clear_records(np.arange(len(points)))
 
     def states(self) -> np.ndarray:
-        """As `motions.March`."""
+        """As `plain_iteration.march.March`."""
         states = self._states * (1.0, -1.0, 1.0)
         states[:, 2] = np.exp(states[:, 2])
         return states
 
     def period(self, which: np.ndarray, limits: np.ndarray, *, measured: bool) -> np.ndarray:
-        """As `motions.March`."""
+        """As `plain_iteration.march.March`."""
         outcomes = np.empty(len(which), np.int64)
         self._march(
             self._points, self._steps, which, limits, measured, self._states, self._records,
@@ -222,11 +222,11 @@ class March:
         return outcomes
 
     def clear_records(self, which: np.ndarray) -> None:
-        """As `motions.March`."""
+        """As `plain_iteration.march.March`."""
         clear_records(self._records, which)
 
     def records(self, closed: bool = True) -> np.ndarray:
-        """As `motions.March`."""
+        """As `plain_iteration.march.March`."""
         records = np.empty_like(self._records)
         write_records(self._points, self._records, closed, records)
         return records

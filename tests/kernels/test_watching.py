@@ -9,9 +9,9 @@ import pytest
 from support.points import orbits, row
 
 from stickslip import Status
-from stickslip.kernels.orbits import watching
-from stickslip.kernels.plain_iteration import judging
-from stickslip.numerics.periodic import search
+from stickslip.kernels.families import Family
+from stickslip.kernels.orbits import settling, watching
+from stickslip.kernels.orbits.motions import OUTCOME, Motions
 from stickslip.regime import Regime
 
 SHORT: dict[str, Any] = {
@@ -23,15 +23,22 @@ POINT = row(elastic_coefficient=0.0)
 @pytest.fixture
 def wandering(monkeypatch: pytest.MonkeyPatch) -> None:
     """The search loses the way after the third period, once."""
-    judge, calls = judging.judge, []
+    kernels, calls = settling._kernels, []
 
-    def lost(*arrays: Any) -> None:
-        judge(*arrays)
-        calls.append(1)
-        if len(calls) == 3:
-            arrays[-1][arrays[2]] = search.WANDERING
+    def kernels_that_lose(family: Family) -> Any:
+        start, judge = kernels(family)
 
-    monkeypatch.setattr(judging, "judge", lost)
+        def lost(motions: Motions, rows: np.ndarray, places: np.ndarray, *others: Any) -> int:
+            going = judge(motions, rows, places, *others)
+            calls.append(1)
+            if len(calls) != 3:
+                return int(going)
+            motions.counts[rows[places], OUTCOME] = Status.APERIODIC
+            return 0
+
+        return start, lost
+
+    monkeypatch.setattr(settling, "_kernels", kernels_that_lose)
 
 
 def test_what_attracts_is_searched_on(wandering: None) -> None:
