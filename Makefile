@@ -18,7 +18,7 @@ help:
 	@echo "make stress     the long tests of the numerics, with every fluid and method"
 	@echo "make faults     the long tests of kills, failing disks and damage, and their table; hours"
 	@echo "make lint       ruff, mypy and the import contracts"
-	@echo "make generated  the schema of configs, docs/configuration.md and the types of parameters"
+	@echo "make generated  the schema of configs and docs/configuration.md"
 	@echo "make docs       the documentation as a site, with computed tutorial and gallery"
 	@echo "make bench      the benchmarks with pictures and tables; hours, on an idle machine"
 	@echo "make tables     the pictures and tables of the benchmarks from their records"
@@ -72,7 +72,6 @@ tables: $(VENV)/.core
 generated: $(VENV)/.core
 	$(BIN)/stickslip schema > configs/stickslip.schema.json
 	$(BIN)/python docs/configuration.py
-	$(BIN)/python docs/declared.py
 
 SITE := docs/_build
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from stickslip.parameters import Parameters, given_or_default
 from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.tables import value_table
-from stickslip.variables import RESULT_COLUMNS, RESULTS
+from stickslip.variables import RESULT_COLUMNS, RESULTS, OrbitValues
 
 _NOISE = Parameters._fields.index("noise_intensity")
 _PERIODS = RESULT_COLUMNS.index("periods_integrated")
@@ -37,13 +36,8 @@ _TIGHTEST = 1e-12
 
 _PHI_0 = Parameters._fields.index("initial_order_parameter")
 
-if TYPE_CHECKING:
-    from stickslip.declared import TypedOrbit
-else:
-    TypedOrbit = namedtuple("TypedOrbit", (*RESULT_COLUMNS, "state"), module=__name__)
 
-
-class Orbit(TypedOrbit):
+class Orbit(OrbitValues):
     """The observables of one stationary orbit, in SI units.
 
     `variables.RESULTS` gives their meanings. Unless `status` is ok, the amplitudes are NaN and the

@@ -1,25 +1,20 @@
-"""The parameters of the model: a NamedTuple of floats that compiled code takes as it is.
-
-Names, units, defaults and valid ranges are declared in `variables.PARAMETERS`.
-"""
+"""The parameters of the model, checked. Their declarations are in `variables.ParameterValues`."""
 
 from __future__ import annotations
 
 import inspect
-from collections import namedtuple
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self, Unpack
 
 from stickslip.tables import value_table
-from stickslip.variables import ENERGY_COEFFICIENTS, PARAMETERS, full_names, unbounded
-
-if TYPE_CHECKING:
-    from stickslip.declared import ParameterValues as ParameterValues
-    from stickslip.declared import TypedParameters
-else:
-    # No defaults: compiled code that forgets a parameter does not compile.
-    ParameterValues = namedtuple("ParameterValues", PARAMETERS, module=__name__)
-    TypedParameters = ParameterValues
+from stickslip.variables import (
+    ENERGY_COEFFICIENTS,
+    PARAMETERS,
+    ParameterKeywords,
+    full_names,
+    unbounded,
+)
+from stickslip.variables import ParameterValues as ParameterValues
 
 
 class ParameterError(ValueError):
@@ -31,7 +26,7 @@ class ParameterError(ValueError):
     """
 
 
-class Parameters(TypedParameters):
+class Parameters(ParameterValues):
     """The parameters of the model in SI units; the defaults are the paper's Fig. 3.
 
     They are given by name or by the paper's symbol. Every value is converted to a float (one
@@ -53,17 +48,28 @@ class Parameters(TypedParameters):
 
     __slots__ = ()
 
-    if not TYPE_CHECKING:  # there, the names are those of `declared.pyi`
+    # What Shift-Tab in a notebook shows, and IPython completes.
+    __signature__ = inspect.Signature(
+        [
+            inspect.Parameter(
+                name,
+                inspect.Parameter.POSITIONAL_OR_KEYWORD,
+                default=known.default,
+                annotation=float,
+            )
+            for name, known in PARAMETERS.items()
+        ]
+    )
 
-        def __new__(cls, *args: float, **kwargs: float) -> Self:
-            """Check and convert the values."""
-            return super().__new__(cls, *_checked(args, kwargs))
+    def __new__(cls, *args: float, **kwargs: Unpack[ParameterKeywords]) -> Self:
+        """Check and convert the values."""
+        return super().__new__(cls, *_checked(args, dict(kwargs)))
 
-        def _replace(self, **changes: float) -> Self:
-            return type(self)(**(self._asdict() | full_names(changes)))
+    def _replace(self, **changes: Unpack[ParameterKeywords]) -> Self:
+        return type(self)(*(self._asdict() | full_names(changes)).values())
 
     @classmethod
-    def _make(cls, iterable: Iterable[Any]) -> Self:
+    def _make(cls, iterable: Iterable[Any]) -> Self:  # type: ignore[override]
         values = tuple(iterable)
         if len(values) != len(cls._fields):
             raise TypeError(f"expected {len(cls._fields)} values, not {len(values)}")
@@ -75,27 +81,11 @@ class Parameters(TypedParameters):
         return value_table(values, PARAMETERS, bold=changed)
 
 
-def _describe() -> None:
-    """Give `Parameters` the signature and the description that its registry declares."""
-    one = inspect.Parameter.POSITIONAL_OR_KEYWORD
-    signature = inspect.Signature(
-        [
-            inspect.Parameter(name, one, default=variable.default, annotation="float")
-            for name, variable in PARAMETERS.items()
-        ]
-    )
-    described = "".join(
-        f"    {name} : float\n"
-        f"        {variable.meaning}, {variable.symbol} [{variable.unit or 1}], "
-        f"by default {variable.default:g}\n"
-        for name, variable in PARAMETERS.items()
-    )
-    Parameters.__signature__ = signature  # type: ignore[attr-defined]
-    section = f"Parameters\n    ----------\n{described}\n    Raises\n"
-    Parameters.__doc__ = str(Parameters.__doc__).replace("Raises\n", section, 1)
-
-
-_describe()
+Parameters.__doc__ = f"{Parameters.__doc__}\n    Parameters\n    ----------\n" + "".join(
+    f"    {name} : float\n"
+    f"        {known.meaning}, {known.symbol} [{known.unit or 1}], by default {known.default:g}\n"
+    for name, known in PARAMETERS.items()
+)
 
 
 def given_or_default(parameters: Parameters | None) -> Parameters:

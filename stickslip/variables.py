@@ -11,11 +11,14 @@ import re
 import sys
 import unicodedata
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
+from functools import partial
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Annotated, Any, NamedTuple, TypedDict, TypeVar, get_origin, get_type_hints
 
+from stickslip.regime import Regime
+from stickslip.status import Status
 from stickslip.symbols import LOWERED
 
 
@@ -23,16 +26,18 @@ from stickslip.symbols import LOWERED
 class Variable:
     """A named quantity: its symbol in ASCII and in mathtext, its unit (UDUNITS) and its meaning.
 
-    A unit that hangs on another quantity, which UDUNITS cannot say, is `written` for people.
+    A unit that hangs on another quantity, which UDUNITS cannot say, is `written` for people. The
+    name is that under which the quantity is declared, `kind` the type of its values.
     """
 
-    name: str
     symbol: str
     tex: str
     units: str
     meaning: str
     comment: str = ""
     written: str = field(default="", kw_only=True)
+    name: str = field(default="", kw_only=True)
+    kind: type = field(default=float, kw_only=True)
 
     @property
     def unit(self) -> str:
@@ -91,156 +96,200 @@ class ParameterVariable(Variable):
 class ResultVariable(Variable):
     """An observable of a stationary orbit: a column of result rows and a variable of files.
 
-    `dtype` is the type in files; `missing` is the value of points without a result. That of a point
-    with a result is finite and within `lower` and `upper`; an orbit may lack it where it is not one
-    that each has `always`.
+    The value of a point with a result is finite and within `lower` and `upper`; an orbit may lack
+    it where it is not one that each has `always`.
     """
 
-    dtype: str = "f8"
-    missing: float = math.nan
     lower: float = -sys.float_info.max
     upper: float = sys.float_info.max
     always: bool = True
 
+    @property
+    def dtype(self) -> str:
+        """The type in files."""
+        return _IN_FILES[self.kind][0]
 
-def _positive(
-    name: str, symbol: str, tex: str, units: str, meaning: str, **more: Any
-) -> ParameterVariable:
-    return ParameterVariable(name, symbol, tex, units, meaning, lower=0.0, lower_open=True, **more)
+    @property
+    def missing(self) -> float:
+        """The value of points without a result."""
+        return _IN_FILES[self.kind][1]
 
 
-def _not_negative(
-    name: str, symbol: str, tex: str, units: str, meaning: str, comment: str = "", **more: Any
-) -> ParameterVariable:
-    return ParameterVariable(name, symbol, tex, units, meaning, comment, lower=0.0, **more)
+_IN_FILES: dict[type, tuple[str, float]] = {
+    float: ("f8", math.nan), int: ("i4", -1), Regime: ("i1", 127), Status: ("i1", 127)
+}  # fmt: skip
+
+_positive = partial(ParameterVariable, lower=0.0, lower_open=True)
+_not_negative = partial(ParameterVariable, lower=0.0)
 
 
 _V = TypeVar("_V", bound=Variable)
 _Value = TypeVar("_Value")
 
 
-def _by_name(*variables: _V) -> Mapping[str, _V]:
-    return MappingProxyType({variable.name: variable for variable in variables})
+def _by_name(**variables: _V) -> Mapping[str, _V]:
+    named = {name: replace(variable, name=name) for name, variable in variables.items()}
+    return MappingProxyType(named)
+
+
+def _declared(values: type) -> Mapping[str, Any]:
+    """Return the variables with which the fields of a NamedTuple are annotated, by name."""
+    hints = get_type_hints(values, include_extras=True)
+    return MappingProxyType(
+        {
+            name: replace(hint.__metadata__[0], name=name, kind=hint.__origin__)
+            for name, hint in hints.items()
+            if get_origin(hint) is Annotated
+        }
+    )
 
 
 # Formatted by hand, to keep each declaration on as few lines as it needs.
 # fmt: off
-PARAMETERS: Mapping[str, ParameterVariable] = _by_name(
-    _not_negative("temperature", "T", "T", "K", "lubricant temperature", default=200.0),
-    _not_negative("viscosity_coefficient", "k", "k", "Pa s", "viscosity coefficient",
+class ParameterValues(NamedTuple):
+    """The parameters: a tuple of floats that compiled code takes as it is.
+
+    There are no defaults: code that forgets a parameter does not compile.
+    """
+
+    temperature: Annotated[float, _not_negative("T", "T", "K", "lubricant temperature",
+        default=200.0)]
+    viscosity_coefficient: Annotated[float, _not_negative("k", "k", "Pa s", "viscosity coefficient",
         "numerically the effective viscosity at a strain rate of 1 s-1; "
-        "its dimension is Pa s^(gamma+1), Eq. 7", default=5e4, written="Pa s^(gamma+1)"),
-    _not_negative("spring_stiffness", "K", "K", "N m-1", "stiffness of each of the two springs",
-        default=3000.0),
-    ParameterVariable("rheological_index", "gamma", r"\gamma", "1", "rheological index",
-        "pseudoplastic below 0, Newtonian at 0, dilatant above 0", lower=-1.0, lower_open=True,
-        default=-2 / 3, measured_in=()),
-    _positive("angular_frequency", "omega", r"\omega", "rad s-1", "angular frequency of the drive",
-        default=10.0),
-    ParameterVariable("drive_amplitude", "X_m", "X_m", "m", "displacement amplitude of the drive",
-        nonzero=True, default=0.8e-6, directed=True),
-    _positive("block_mass", "M", "M", "kg", "mass of the lower block", default=0.4),
-    ParameterVariable("initial_displacement", "x_0", "x_0", "m",
+        "its dimension is Pa s^(gamma+1), Eq. 7",
+        default=5e4, written="Pa s^(gamma+1)")]
+    spring_stiffness: Annotated[float, _not_negative("K", "K", "N m-1",
+        "stiffness of each of the two springs", default=3000.0)]
+    rheological_index: Annotated[float, ParameterVariable("gamma", r"\gamma", "1",
+        "rheological index", "pseudoplastic below 0, Newtonian at 0, dilatant above 0", lower=-1.0,
+        lower_open=True, default=-2 / 3, measured_in=())]
+    angular_frequency: Annotated[float, _positive("omega", r"\omega", "rad s-1",
+        "angular frequency of the drive", default=10.0)]
+    drive_amplitude: Annotated[float, ParameterVariable("X_m", "X_m", "m",
+        "displacement amplitude of the drive", nonzero=True, default=0.8e-6, directed=True)]
+    block_mass: Annotated[float, _positive("M", "M", "kg", "mass of the lower block", default=0.4)]
+    initial_displacement: Annotated[float, ParameterVariable("x_0", "x_0", "m",
         "initial displacement of the lower block", default=0.0, directed=True,
-        measured_in=("drive_amplitude",)),
-    ParameterVariable("initial_velocity", "v_0", "v_0", "m s-1",
+        measured_in=("drive_amplitude",))]
+    initial_velocity: Annotated[float, ParameterVariable("v_0", "v_0", "m s-1",
         "initial velocity of the lower block", default=0.0, directed=True,
-        measured_in=("drive_amplitude", "angular_frequency")),
-    ParameterVariable("initial_order_parameter", "phi_0", r"\varphi_0", "1",
-        "initial order parameter", lower=0.0, upper=2.0, default=0.0, measured_in=()),
-    _positive("film_thickness", "h", "h", "m", "thickness of the lubricant film", default=1e-9),
-    _positive("strain_relaxation_time", "tau", r"\tau_\varepsilon", "s", "strain relaxation time",
-        default=1e-8),
-    _positive("contact_area", "A", "A", "m2", "contact area of the blocks", default=0.6e-9),
-    _positive("kinetic_coefficient", "delta", r"\delta", "m3 J-1 s-1", "kinetic coefficient",
-        default=100.0),
-    _not_negative("thermal_coefficient", "alpha", r"\alpha", "J K-1 m-3",
-        "thermal coefficient of the free energy", default=0.95),
-    _not_negative("critical_temperature", "T_c", "T_c", "K", "critical temperature",
-        default=290.0),
-    _not_negative("elastic_coefficient", "a", "a", "Pa", "elastic coefficient of the free energy",
-        default=4e12),
-    _not_negative("cubic_coefficient", "b", "b", "J m-3", "cubic coefficient of the free energy",
-        default=230.0, phi_power=1, phi_sign=-1),
-    _not_negative("quartic_coefficient", "c", "c", "J m-3",
-        "quartic coefficient of the free energy", default=850.0, phi_power=2),
-    _not_negative("noise_intensity", "D", "D", "s-1", "noise intensity",
-        "dphi = -delta f'(phi) dt + sqrt(2 D) dW, reflected at phi = 0", default=1e-18),
-    _not_negative("quintic_coefficient", "d", "d", "J m-3",
+        measured_in=("drive_amplitude", "angular_frequency"))]
+    initial_order_parameter: Annotated[float, ParameterVariable("phi_0", r"\varphi_0", "1",
+        "initial order parameter", lower=0.0, upper=2.0, default=0.0, measured_in=())]
+    film_thickness: Annotated[float, _positive("h", "h", "m", "thickness of the lubricant film",
+        default=1e-9)]
+    strain_relaxation_time: Annotated[float, _positive("tau", r"\tau_\varepsilon", "s",
+        "strain relaxation time", default=1e-8)]
+    contact_area: Annotated[float, _positive("A", "A", "m2", "contact area of the blocks",
+        default=0.6e-9)]
+    kinetic_coefficient: Annotated[float, _positive("delta", r"\delta", "m3 J-1 s-1",
+        "kinetic coefficient", default=100.0)]
+    thermal_coefficient: Annotated[float, _not_negative("alpha", r"\alpha", "J K-1 m-3",
+        "thermal coefficient of the free energy", default=0.95)]
+    critical_temperature: Annotated[float, _not_negative("T_c", "T_c", "K", "critical temperature",
+        default=290.0)]
+    elastic_coefficient: Annotated[float, _not_negative("a", "a", "Pa",
+        "elastic coefficient of the free energy", default=4e12)]
+    cubic_coefficient: Annotated[float, _not_negative("b", "b", "J m-3",
+        "cubic coefficient of the free energy", default=230.0, phi_power=1, phi_sign=-1)]
+    quartic_coefficient: Annotated[float, _not_negative("c", "c", "J m-3",
+        "quartic coefficient of the free energy", default=850.0, phi_power=2)]
+    noise_intensity: Annotated[float, _not_negative("D", "D", "s-1", "noise intensity",
+        "dphi = -delta f'(phi) dt + sqrt(2 D) dW, reflected at phi = 0", default=1e-18)]
+    quintic_coefficient: Annotated[float, _not_negative("d", "d", "J m-3",
         "quintic coefficient of the free energy", "needs a sextic coefficient e > 0", default=0.0,
-        in_paper=False, phi_power=3, phi_sign=-1, measured_in=("quartic_coefficient",)),
-    _not_negative("sextic_coefficient", "e", "e", "J m-3", "sextic coefficient of the free energy",
+        in_paper=False, phi_power=3, phi_sign=-1, measured_in=("quartic_coefficient",))]
+    sextic_coefficient: Annotated[float, _not_negative("e", "e", "J m-3",
+        "sextic coefficient of the free energy",
         "with d it lets a soft solid exist beside a hard one", default=0.0, in_paper=False,
-        phi_power=4, measured_in=("quartic_coefficient",)),
-    ParameterVariable("third_harmonic", "a_3", "a_3", "1",
+        phi_power=4, measured_in=("quartic_coefficient",))]
+    third_harmonic: Annotated[float, ParameterVariable("a_3", "a_3", "1",
         "amplitude of the drive's third harmonic, over X_m",
         "X = X_m (cos(omega t) + a_3 cos(3 omega t) + a_5 cos(5 omega t))", default=0.0,
-        in_paper=False, measured_in=()),
-    ParameterVariable("fifth_harmonic", "a_5", "a_5", "1",
+        in_paper=False, measured_in=())]
+    fifth_harmonic: Annotated[float, ParameterVariable("a_5", "a_5", "1",
         "amplitude of the drive's fifth harmonic, over X_m", default=0.0, in_paper=False,
-        measured_in=()),
-)
+        measured_in=())]
 
-_ORDER_PARAMETER = Variable(
-    "order_parameter", "phi", r"\varphi", "1", "order parameter of the film")
+
+PARAMETERS: Mapping[str, ParameterVariable] = _declared(ParameterValues)
+
+ParameterKeywords = TypedDict("ParameterKeywords", {  # noqa: UP013 - a line for each is longer
+    "temperature": float, "T": float, "viscosity_coefficient": float, "k": float,
+    "spring_stiffness": float, "K": float, "rheological_index": float, "gamma": float, "γ": float,
+    "angular_frequency": float, "omega": float, "ω": float, "drive_amplitude": float, "X_m": float,
+    "block_mass": float, "M": float, "initial_displacement": float, "x_0": float,
+    "initial_velocity": float, "v_0": float, "initial_order_parameter": float, "phi_0": float,
+    "φ_0": float, "film_thickness": float, "h": float, "strain_relaxation_time": float,
+    "tau": float, "τ": float, "contact_area": float, "A": float, "kinetic_coefficient": float,
+    "delta": float, "δ": float, "thermal_coefficient": float, "alpha": float, "α": float,
+    "critical_temperature": float, "T_c": float, "elastic_coefficient": float, "a": float,
+    "cubic_coefficient": float, "b": float, "quartic_coefficient": float, "c": float,
+    "noise_intensity": float, "D": float, "quintic_coefficient": float, "d": float,
+    "sextic_coefficient": float, "e": float, "third_harmonic": float, "a_3": float,
+    "fifth_harmonic": float, "a_5": float,
+}, total=False)
+"""The names and symbols by which parameters are given, as type checkers and editors need them."""
+
+_ORDER_PARAMETER = Variable("phi", r"\varphi", "1", "order parameter of the film")
 _ELASTIC_STRAIN = Variable(
-    "elastic_strain", "epsilon_el", r"\varepsilon_\mathrm{el}", "1", "elastic shear strain")
+    "epsilon_el", r"\varepsilon_\mathrm{el}", "1", "elastic shear strain")
 
 TRAJECTORY: Mapping[str, Variable] = _by_name(
-    Variable("elapsed_time", "t", "t", "s", "time since the start"),
-    Variable("upper_displacement", "X", "X", "m", "displacement of the upper block"),
-    Variable("lower_displacement", "x", "x", "m", "displacement of the lower block"),
-    Variable("upper_velocity", "V", "V", "m s-1", "velocity of the upper block"),
-    Variable("lower_velocity", "v", "v", "m s-1", "velocity of the lower block"),
-    _ORDER_PARAMETER,
-    _ELASTIC_STRAIN,
-    Variable("elastic_stress", "sigma_el", r"\sigma_\mathrm{el}", "Pa", "elastic shear stress"),
-    Variable("viscous_stress", "sigma_v", r"\sigma_v", "Pa", "viscous shear stress"),
-    Variable("friction_force", "F", "F", "N", "friction force between the blocks"),
+    elapsed_time=Variable("t", "t", "s", "time since the start"),
+    upper_displacement=Variable("X", "X", "m", "displacement of the upper block"),
+    lower_displacement=Variable("x", "x", "m", "displacement of the lower block"),
+    upper_velocity=Variable("V", "V", "m s-1", "velocity of the upper block"),
+    lower_velocity=Variable("v", "v", "m s-1", "velocity of the lower block"),
+    order_parameter=_ORDER_PARAMETER,
+    elastic_strain=_ELASTIC_STRAIN,
+    elastic_stress=Variable("sigma_el", r"\sigma_\mathrm{el}", "Pa", "elastic shear stress"),
+    viscous_stress=Variable("sigma_v", r"\sigma_v", "Pa", "viscous shear stress"),
+    friction_force=Variable("F", "F", "N", "friction force between the blocks"),
 )
 
 PULLED: Mapping[str, Variable] = _by_name(
-    Variable("spring_force", "2Kx", "2Kx", "N", "force of the springs of the lower block"),
-    Variable("melting_time", "t_m", r"t_\mathrm{m}", "s", "time at which the film melts"),
-    Variable("slip_period", "t_s", r"t_\mathrm{s}", "s", "time since the melting before"),
-    Variable("spring_force_max", "max 2Kx", r"\max 2Kx", "N",
+    spring_force=Variable("2Kx", "2Kx", "N", "force of the springs of the lower block"),
+    melting_time=Variable("t_m", r"t_\mathrm{m}", "s", "time at which the film melts"),
+    slip_period=Variable("t_s", r"t_\mathrm{s}", "s", "time since the melting before"),
+    spring_force_max=Variable("max 2Kx", r"\max 2Kx", "N",
         "largest spring force of a cycle, from one melting to the next"),
-    Variable("spring_force_min", "min 2Kx", r"\min 2Kx", "N", "least spring force of a cycle"),
-    Variable("slip_force_max", "max F", r"\max F", "N", "largest friction force of a cycle"),
-    Variable("slip_force_min", "min F", r"\min F", "N", "least friction force of a cycle"),
-    Variable("slip_force_mean", "mean F", r"\overline{F}", "N", "mean friction force of a cycle"),
+    spring_force_min=Variable("min 2Kx", r"\min 2Kx", "N", "least spring force of a cycle"),
+    slip_force_max=Variable("max F", r"\max F", "N", "largest friction force of a cycle"),
+    slip_force_min=Variable("min F", r"\min F", "N", "least friction force of a cycle"),
+    slip_force_mean=Variable("mean F", r"\overline{F}", "N", "mean friction force of a cycle"),
 )
 """What the trajectory of a pulled block has besides: a force in time, and its slip cycles."""
 
 STROBOSCOPIC: Mapping[str, Variable] = _by_name(
-    Variable("period", "n", "n", "1", "drive periods since the start"),
-    Variable("stroboscopic_displacement", "x_n", "x_n", "m",
+    period=Variable("n", "n", "1", "drive periods since the start"),
+    stroboscopic_displacement=Variable("x_n", "x_n", "m",
         "displacement of the lower block at the beginning of a drive period"),
-    Variable("stroboscopic_velocity", "v_n", "v_n", "m s-1",
+    stroboscopic_velocity=Variable("v_n", "v_n", "m s-1",
         "velocity of the lower block at the beginning of a drive period"),
 )
 
 PHASES: Mapping[str, Variable] = _by_name(
-    _ORDER_PARAMETER,
-    _ELASTIC_STRAIN,
-    Variable("free_energy", "f", "f", "J m-3", "density of the free energy"),
-    Variable("melting_temperature", "T_c0", r"T_{c0}", "K",
+    order_parameter=_ORDER_PARAMETER,
+    elastic_strain=_ELASTIC_STRAIN,
+    free_energy=Variable("f", "f", "J m-3", "density of the free energy"),
+    melting_temperature=Variable("T_c0", r"T_{c0}", "K",
         "temperature above which a solid film melts"),
-    Variable("solidification_temperature", "T_c^0", r"T_c^0", "K",
+    solidification_temperature=Variable("T_c^0", r"T_c^0", "K",
         "temperature below which a liquid film solidifies"),
-    Variable("melting_strain", "epsilon_c0", r"\varepsilon_{c0}", "1",
+    melting_strain=Variable("epsilon_c0", r"\varepsilon_{c0}", "1",
         "strain above which a solid film melts", "0 if it is liquid at any strain"),
-    Variable("solidification_strain", "epsilon_c^0", r"\varepsilon_c^0", "1",
+    solidification_strain=Variable("epsilon_c^0", r"\varepsilon_c^0", "1",
         "strain below which a liquid film solidifies", "0 if it does at no strain"),
-    Variable("equilibrium_strain", "epsilon_el", r"\varepsilon_\mathrm{el}", "1",
+    equilibrium_strain=Variable("epsilon_el", r"\varepsilon_\mathrm{el}", "1",
         "strain under which a film with this order parameter is stationary"),
-    Variable("equilibrium_stability", "stable", r"\mathrm{stable}", "1",
+    equilibrium_stability=Variable("stable", r"\mathrm{stable}", "1",
         "1 if a film that is stationary at this order parameter is stable there, else 0"),
-    Variable("ramped_strain", "epsilon_el", r"\varepsilon_\mathrm{el}", "1",
+    ramped_strain=Variable("epsilon_el", r"\varepsilon_\mathrm{el}", "1",
         "elastic strain that slowly rises from 0 and falls again"),
-    Variable("ramp_direction", "ramp", r"\mathrm{ramp}", "1",
+    ramp_direction=Variable("ramp", r"\mathrm{ramp}", "1",
         "whether the strain rises or falls"),
-    Variable("ramped_order_parameter", "phi", r"\varphi", "1",
+    ramped_order_parameter=Variable("phi", r"\varphi", "1",
         "order parameter of a film that follows this strain"),
 )
 
@@ -266,91 +315,96 @@ _WINDOW = (
 )
 _STATED = "of aperiodic orbits and stochastic films three standard errors of the mean"
 
-RESULTS: Mapping[str, ResultVariable] = _by_name(
-    ResultVariable("elastic_stress_amplitude", "sigma_el,max", r"\sigma_\mathrm{el,max}", "Pa",
-        "amplitude of the elastic stress", _HALF, lower=0.0),
-    ResultVariable("friction_force_amplitude", "F_max", r"F_\mathrm{max}", "N",
-        "amplitude of the friction force", _HALF, lower=0.0),
-    ResultVariable("elastic_stress_max", "max sigma_el", r"\max\sigma_\mathrm{el}", "Pa",
-        f"maximum of the elastic stress {_ORBIT}", _ALL),
-    ResultVariable("elastic_stress_min", "min sigma_el", r"\min\sigma_\mathrm{el}", "Pa",
-        f"minimum of the elastic stress {_ORBIT}", _ALL),
-    ResultVariable("friction_force_max", "max F", r"\max F", "N",
-        f"maximum of the friction force {_ORBIT}", _ALL),
-    ResultVariable("friction_force_min", "min F", r"\min F", "N",
-        f"minimum of the friction force {_ORBIT}", _ALL),
-    ResultVariable("dissipated_energy", "W", "W", "J",
+class OrbitValues(NamedTuple):
+    """The values of an orbit: those of a result row, and a state."""
+
+    elastic_stress_amplitude: Annotated[float, ResultVariable("sigma_el,max",
+        r"\sigma_\mathrm{el,max}", "Pa", "amplitude of the elastic stress", _HALF, lower=0.0)]
+    friction_force_amplitude: Annotated[float, ResultVariable("F_max", r"F_\mathrm{max}", "N",
+        "amplitude of the friction force", _HALF, lower=0.0)]
+    elastic_stress_max: Annotated[float, ResultVariable("max sigma_el", r"\max\sigma_\mathrm{el}",
+        "Pa", f"maximum of the elastic stress {_ORBIT}", _ALL)]
+    elastic_stress_min: Annotated[float, ResultVariable("min sigma_el", r"\min\sigma_\mathrm{el}",
+        "Pa", f"minimum of the elastic stress {_ORBIT}", _ALL)]
+    friction_force_max: Annotated[float, ResultVariable("max F", r"\max F", "N",
+        f"maximum of the friction force {_ORBIT}", _ALL)]
+    friction_force_min: Annotated[float, ResultVariable("min F", r"\min F", "N",
+        f"minimum of the friction force {_ORBIT}", _ALL)]
+    dissipated_energy: Annotated[float, ResultVariable("W", "W", "J",
         "work of the drive per drive period, over the stationary orbit",
         "the integral of F V, measured as that of F (V - v), what film and block dissipate in a "
         "period, as the orbit closes; of aperiodic orbits and stochastic films the mean over the "
-        "measured periods"),
-    ResultVariable("dissipated_energy_error", "error of W", r"\mathrm{error\ of}\ W", "J",
-        "estimated error of the dissipated energy", _STATED, lower=0.0),
-    ResultVariable("amplitude_error", "error", r"\mathrm{error}", "1",
+        "measured periods")]
+    dissipated_energy_error: Annotated[float, ResultVariable("error of W", r"\mathrm{error\ of}\ W",
+        "J", "estimated error of the dissipated energy", _STATED, lower=0.0)]
+    amplitude_error: Annotated[float, ResultVariable("error", r"\mathrm{error}", "1",
         "estimated relative error of the worse of the two amplitudes",
         "relative to max(amplitude, 1 % of max(2K, M omega^2)|X_m|, summed over the harmonics), "
         "divided by A for the stress; "
         "of aperiodic orbits and stochastic films three standard errors of the mean, plus the "
-        "error of the typical path", lower=0.0, upper=100.0),
-    ResultVariable("power_balance_error", "power balance", r"\mathrm{power\ balance}", "1",
-        f"relative violation of the power balance {_ORBIT}",
-        "|work of the drive - dissipation - energy gained| / integral of |F V|", lower=0.0),
-    ResultVariable("orbit_periods", "n", "n", "1",
+        "error of the typical path",
+        lower=0.0, upper=100.0)]
+    power_balance_error: Annotated[float, ResultVariable("power balance",
+        r"\mathrm{power\ balance}", "1", f"relative violation of the power balance {_ORBIT}",
+        "|work of the drive - dissipation - energy gained| / integral of |F V|", lower=0.0)]
+    orbit_periods: Annotated[int, ResultVariable("n", "n", "1",
         "drive periods after which the stationary orbit closes",
-        "0 if it is aperiodic, or the film stochastic", dtype="i4", missing=-1, lower=0.0),
-    ResultVariable("melting_count", "meltings", r"n_\mathrm{melt}", "1",
+        "0 if it is aperiodic, or the film stochastic", lower=0.0)]
+    melting_count: Annotated[int, ResultVariable("meltings", r"n_\mathrm{melt}", "1",
         f"number of solid to liquid transitions {_ORBIT}",
-        f"solid from phi >= b/2c, melted at phi <= 0.1 b/2c; {_ALL}", dtype="i4", missing=-1,
-        lower=0.0),
-    ResultVariable("solid_transition_count", "solid transitions", r"n_\mathrm{solid}", "1",
-        f"number of changes between a soft and a hard solid {_ORBIT}",
-        "sixth-order free energy only; changes through the liquid do not count",
-        dtype="i4", missing=-1, lower=0.0),
-    ResultVariable("asymmetry", "asymmetry", r"\mathrm{asymmetry}", "1",
+        f"solid from phi >= b/2c, melted at phi <= 0.1 b/2c; {_ALL}", lower=0.0)]
+    solid_transition_count: Annotated[int, ResultVariable("solid transitions", r"n_\mathrm{solid}",
+        "1", f"number of changes between a soft and a hard solid {_ORBIT}",
+        "sixth-order free energy only; changes through the liquid do not count", lower=0.0)]
+    asymmetry: Annotated[float, ResultVariable("asymmetry", r"\mathrm{asymmetry}", "1",
         "asymmetry of the elastic stress: |max + min| / (max - min)", "0 if max - min < 1 Pa",
-        lower=0.0),
-    ResultVariable("periods_integrated", "periods", r"n_\mathrm{periods}", "1",
+        lower=0.0)]
+    periods_integrated: Annotated[int, ResultVariable("periods", r"n_\mathrm{periods}", "1",
         "drive periods integrated for this point",
-        "including confirmation and measurement, without the run of the error estimate", dtype="i4",
-        missing=-1, lower=0.0),
-    ResultVariable("solid_fraction", "solid fraction", r"\mathrm{solid\ fraction}", "1",
-        f"fraction of the time in which the film is solid, {_ORBIT}",
-        "with the thresholds of the melting count", lower=0.0, upper=1.0),
-    ResultVariable("regime", "regime", r"\mathrm{regime}", "1",
-        "kind of motion of the orbit", _TYPICAL, dtype="i1", missing=127, lower=0.0, upper=5.0),
-    ResultVariable("floquet_multiplier", "multiplier", r"|\mu|", "1",
+        "including confirmation and measurement, without the run of the error estimate", lower=0.0)]
+    solid_fraction: Annotated[float, ResultVariable("solid fraction", r"\mathrm{solid\ fraction}",
+        "1", f"fraction of the time in which the film is solid, {_ORBIT}",
+        "with the thresholds of the melting count", lower=0.0, upper=1.0)]
+    regime: Annotated[Regime, ResultVariable("regime", r"\mathrm{regime}", "1",
+        "kind of motion of the orbit", _TYPICAL, lower=0.0, upper=5.0)]
+    floquet_multiplier: Annotated[float, ResultVariable("multiplier", r"|\mu|", "1",
         "modulus of the largest Floquet multiplier of the orbit",
         "by finite differences of the map of (x, v, ln phi) over the orbit; resolved to about the "
-        f"root of the tolerance; {_TYPICAL}", lower=0.0, always=False),
-    ResultVariable("lyapunov_exponent", "Lyapunov exponent", r"\lambda", "1",
-        "largest Lyapunov exponent of an aperiodic orbit, per drive period", always=False),
-    ResultVariable("elastic_stress_amplitude_spread", "spread of sigma_el,max",
+        f"root of the tolerance; {_TYPICAL}",
+        lower=0.0, always=False)]
+    lyapunov_exponent: Annotated[float, ResultVariable("Lyapunov exponent", r"\lambda", "1",
+        "largest Lyapunov exponent of an aperiodic orbit, per drive period", always=False)]
+    elastic_stress_amplitude_spread: Annotated[float, ResultVariable("spread of sigma_el,max",
         r"\mathrm{sd}\,\sigma_\mathrm{el,max}", "Pa",
         "standard deviation of the elastic stress amplitudes of single drive periods", _SPREAD,
-        lower=0.0),
-    ResultVariable("friction_force_amplitude_spread", "spread of F_max",
+        lower=0.0)]
+    friction_force_amplitude_spread: Annotated[float, ResultVariable("spread of F_max",
         r"\mathrm{sd}\,F_\mathrm{max}", "N",
         "standard deviation of the friction force amplitudes of single drive periods", _SPREAD,
-        lower=0.0),
-    ResultVariable("friction_force_in_phase", "F'", "F'", "N",
+        lower=0.0)]
+    friction_force_in_phase: Annotated[float, ResultVariable("F'", "F'", "N",
         "first harmonic of the friction force, in phase with the drive",
-        f"{_FIRST}, {_PERIODS}; F'/{_MACHINE}"),
-    ResultVariable("friction_force_in_phase_error", "error of F'", r"\mathrm{error\ of}\ F'", "N",
-        "estimated error of the first harmonic in phase with the drive", _STATED, lower=0.0),
-    ResultVariable("friction_force_out_of_phase", "F''", "F''", "N",
+        f"{_FIRST}, {_PERIODS}; F'/{_MACHINE}")]
+    friction_force_in_phase_error: Annotated[float, ResultVariable("error of F'",
+        r"\mathrm{error\ of}\ F'", "N",
+        "estimated error of the first harmonic in phase with the drive", _STATED, lower=0.0)]
+    friction_force_out_of_phase: Annotated[float, ResultVariable("F''", "F''", "N",
         "first harmonic of the friction force, in phase with the velocity of the drive",
-        f"{_FIRST}, {_PERIODS}; F''/{_MACHINE}"),
-    ResultVariable("friction_force_out_of_phase_error", "error of F''",
+        f"{_FIRST}, {_PERIODS}; F''/{_MACHINE}")]
+    friction_force_out_of_phase_error: Annotated[float, ResultVariable("error of F''",
         r"\mathrm{error\ of}\ F''", "N",
         "estimated error of the first harmonic in phase with the velocity of the drive", _STATED,
-        lower=0.0),
-    ResultVariable("friction_force_rms", "F_rms", r"F_\mathrm{rms}", "N",
-        f"root mean square of the friction force {_ORBIT}", _WINDOW, lower=0.0),
-    ResultVariable("friction_force_mean_abs", "mean |F|", r"\mathrm{mean}\,|F|", "N",
-        f"mean absolute value of the friction force {_ORBIT}", _WINDOW, lower=0.0),
-    ResultVariable("status", "status", r"\mathrm{status}", "1",
-        "how the computation of the point ended", dtype="i1", missing=127, lower=0.0, upper=127.0),
-)
+        lower=0.0)]
+    friction_force_rms: Annotated[float, ResultVariable("F_rms", r"F_\mathrm{rms}", "N",
+        f"root mean square of the friction force {_ORBIT}", _WINDOW, lower=0.0)]
+    friction_force_mean_abs: Annotated[float, ResultVariable("mean |F|", r"\mathrm{mean}\,|F|", "N",
+        f"mean absolute value of the friction force {_ORBIT}", _WINDOW, lower=0.0)]
+    status: Annotated[Status, ResultVariable("status", r"\mathrm{status}", "1",
+        "how the computation of the point ended", lower=0.0, upper=127.0)]
+    state: tuple[float, ...]
+
+
+RESULTS: Mapping[str, ResultVariable] = _declared(OrbitValues)
 
 # fmt: on
 

@@ -22,6 +22,7 @@ from stickslip.symbols import plain
 from stickslip.variables import (
     PARAMETERS,
     RESULTS,
+    ParameterKeywords,
     ParameterVariable,
     canonical_name,
     canonical_result,
@@ -234,3 +235,11 @@ def test_the_signature_shows_all_names_and_defaults() -> None:
     assert {name: each.default for name, each in shown.items()} == Parameters()._asdict()
     description = inspect.getdoc(Parameters)
     assert all(f"{v.symbol} [{v.unit or 1}]" in description for v in PARAMETERS.values())
+
+
+def test_type_checkers_know_all_names_and_symbols() -> None:
+    greek = {canonical_name(name) for name in ParameterKeywords.__annotations__}
+    assert greek == set(PARAMETERS)
+    known = set(ParameterKeywords.__annotations__)
+    assert known >= {*PARAMETERS, *(variable.symbol for variable in PARAMETERS.values())}
+    assert set(ParameterKeywords.__annotations__.values()) == {float}

@@ -199,7 +199,7 @@ BY_UNIT = {
 
 def declared(monkeypatch: pytest.MonkeyPatch, unit: str) -> int:
     """The index in `Units` of the scale of a further parameter in this unit."""
-    extra = ParameterVariable("extra", "e", "e", unit, "extra", default=3.0)
+    extra = ParameterVariable("e", "e", unit, "extra", name="extra", default=3.0)
     monkeypatch.setattr(scaling, "PARAMETERS", PARAMETERS | {"extra": extra})
     return scaling._unit_of("extra")
 

@@ -92,12 +92,13 @@ def said_by_tests(copy: Path, tests: str, *chosen: str) -> str:
     return output_of(code, copy, cache=copy / "cache").stdout
 
 
-LAST_PARAMETER = '    _not_negative("noise_intensity",'
+LAST_PARAMETER = "    noise_intensity: "
 
 
 def parameter(name: str, symbol: str, unit: str, more: str) -> Edit:
     """A parameter in the registry."""
-    text = f'    _not_negative("{name}", "{symbol}", "{symbol}", "{unit}", "{name}", {more}),\n'
+    declared = f'_not_negative("{symbol}", "{symbol}", "{unit}", "{name}", {more})'
+    text = f"    {name}: Annotated[float, {declared}]\n"
     return Edit("stickslip/variables.py", LAST_PARAMETER, text)
 
 
@@ -113,7 +114,7 @@ RK4 = """        "rk4": Method(
         ),
 """
 
-STATUS_COLUMN = '    ResultVariable("status",'
+STATUS_COLUMN = "    status: Annotated"
 
 RECIPES = {
     "friction law": [
@@ -159,7 +160,8 @@ RECIPES = {
         Edit(
             "stickslip/variables.py",
             STATUS_COLUMN,
-            '    ResultVariable("dissipated_work", "W_d", "W_d", "J", "work lost in the film"),\n',
+            "    dissipated_work: Annotated[\n"
+            '        float, ResultVariable("W_d", "W_d", "J", "work lost in the film")]\n',
         ),
         Edit(
             "stickslip/measure/results.py",
@@ -235,8 +237,9 @@ RECIPES = {
         Edit(
             "stickslip/variables.py",
             LAST_PARAMETER,
-            '    ParameterVariable("seventh_harmonic", "a_7", "a_7", "1", "seventh harmonic",\n'
-            "        default=0.0, in_paper=False, measured_in=()),\n",
+            "    seventh_harmonic: Annotated[float, ParameterVariable(\n"
+            '        "a_7", "a_7", "1", "seventh harmonic", default=0.0,\n'
+            "        in_paper=False, measured_in=())]\n",
         ),
         Edit(
             "stickslip/model/drive.py",
@@ -248,7 +251,7 @@ RECIPES = {
         Edit(
             "stickslip/variables.py",
             STATUS_COLUMN,
-            '    ResultVariable("friction_work", "W_f", "W_f", "J", "work of friction"),\n',
+            '    friction_work: Annotated[float, ResultVariable("W_f", "W_f", "J", "friction")]\n',
         ),
         Edit(
             "stickslip/measure/results.py",
