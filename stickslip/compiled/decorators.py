@@ -3,6 +3,9 @@
 `error_model="numpy"`: a division by zero gives inf, which the drives detect, instead of an
 exception that neither a loop over lanes nor a GPU thread could raise. `nogil`: blocks of points run
 on threads. Never `fastmath=True`: it lets NaN pass `err <= 1` (docs/decisions/compiled-code.md).
+`_nrt=False`: compiled code works in the arrays of its caller, who holds them; counting references
+to them, each time with an atomic operation, makes a step in lanes a fifth longer. What makes arrays
+of its own says so, or does not compile.
 """
 
 from __future__ import annotations
@@ -18,7 +21,12 @@ from stickslip.compiled.cache import CacheFolder, SteadyCache, warn_once
 from stickslip.compiled.compilers import Part, SealedCompiler
 
 # No C wrapper: nobody calls these functions from C, and each wrapper is compiled as a function.
-_FLAGS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+_FLAGS: dict[str, Any] = {
+    "error_model": "numpy",
+    "nogil": True,
+    "no_cfunc_wrapper": True,
+    "_nrt": False,
+}
 
 KERNEL_NAMES: set[str] = set()
 _factories = threading.RLock()
@@ -35,6 +43,11 @@ def jit(function: Callable[..., Any]) -> Any:
     return Part(function, targetoptions={**_FLAGS, "fastmath": _FASTMATH})
 
 
+def jit_making_arrays(function: Callable[..., Any]) -> Any:
+    """Declare the same for a function that makes arrays, or calls one that returns them."""
+    return Part(function, targetoptions={**_FLAGS, "fastmath": _FASTMATH, "_nrt": True})
+
+
 def inline(function: Callable[..., Any]) -> Any:
     """Declare a small scalar function to be inlined in its callers: every equation of the model."""
     return Part(function, targetoptions={**_FLAGS, "fastmath": _FASTMATH, "forceinline": True})
@@ -46,7 +59,16 @@ def kernel(function: Callable[..., Any]) -> Any:
     Numba's own check covers only the file of the kernel, so an edit of the physics in another file
     would go unnoticed; the cache folder is therefore named by a hash of all sources.
     """
-    return named_kernel(f"{function.__module__}.{function.__qualname__}", function)
+    return named_kernel(_full_name(function), function)
+
+
+def kernel_making_arrays(function: Callable[..., Any]) -> Any:
+    """Declare the same for a function that makes arrays."""
+    return named_kernel(_full_name(function), function, makes_arrays=True)
+
+
+def _full_name(function: Callable[..., Any]) -> str:
+    return f"{function.__module__}.{function.__qualname__}"
 
 
 def kernel_factory(make: Callable[..., Any]) -> Callable[..., Any]:
@@ -63,7 +85,7 @@ def kernel_factory(make: Callable[..., Any]) -> Callable[..., Any]:
     return kernel_of
 
 
-def named_kernel(name: str, function: Callable[..., Any]) -> Any:
+def named_kernel(name: str, function: Callable[..., Any], *, makes_arrays: bool = False) -> Any:
     """Declare a kernel made by a factory; `name` identifies it by the factory's arguments.
 
     The name is the kernel's symbol and its entry in the cache. It must not depend on the order in
@@ -76,7 +98,8 @@ def named_kernel(name: str, function: Callable[..., Any]) -> Any:
         raise ValueError(f"there is a kernel called {name} already")
     KERNEL_NAMES.add(name)
     function.__qualname__ = name
-    dispatcher = numba.njit(**_FLAGS, fastmath=_FASTMATH, pipeline_class=SealedCompiler)(function)
+    flags = _FLAGS | {"fastmath": _FASTMATH, "_nrt": makes_arrays}
+    dispatcher = numba.njit(**flags, pipeline_class=SealedCompiler)(function)
     try:
         with CacheFolder():
             dispatcher._cache = SteadyCache(function)  # as njit(cache=True), but with our class

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.compiled.decorators import inline, jit
+from stickslip.compiled.decorators import inline, jit, jit_making_arrays
 from stickslip.compiled.fields import make_function
 from stickslip.compiled.simd import LANES, for_lanes
 from stickslip.numerics.adaptive import DIVERGED, OK
@@ -118,7 +118,7 @@ def make_euler_cromer_lanes(
     check = _make_check(parameters, sines)
     fill, look = _make_fill(check), _make_look(check)
 
-    @jit
+    @jit_making_arrays
     def work(tasks: Tasks, queue: np.ndarray, budget: int) -> int:
         lanes, row_of = aligned(slots * WIDTH), np.empty(WIDTH, np.int64)
         active, following = fill(tasks, queue, lanes, row_of, 0, 0)

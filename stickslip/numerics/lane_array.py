@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.compiled.decorators import inline, jit
+from stickslip.compiled.decorators import inline, jit_making_arrays
 from stickslip.compiled.fields import make_function, make_map
 from stickslip.numerics.linear import Vector
 
@@ -61,7 +61,7 @@ def lane_vectors(lanes: int, width: int) -> LaneVectors:
     )
 
 
-@jit
+@jit_making_arrays
 def aligned(size: int) -> np.ndarray:
     """Return zeros aligned to a cache line: vectors across two make a step 1.3 times as long."""
     line = 8

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from stickslip.compiled.decorators import jit, kernel
+from stickslip.compiled.decorators import jit, kernel_making_arrays
 
 # With 2^24 factors the norm of a power gives the radius to 1e-6 even if eigenvectors are nearly
 # parallel.
@@ -80,7 +80,7 @@ def _spectral_radius(power: np.ndarray, squared: np.ndarray) -> float:
     return math.exp(logarithm)
 
 
-@kernel
+@kernel_making_arrays
 def spectral_radii(matrices: np.ndarray) -> np.ndarray:
     """Return the moduli (n,) of the largest eigenvalues of `matrices` (n, m, m); NaN for NaN.
 
@@ -117,7 +117,7 @@ def _eliminate(matrix: np.ndarray, target: np.ndarray) -> None:
         target[row] /= matrix[row, row]
 
 
-@kernel
+@kernel_making_arrays
 def rest_points(maps: np.ndarray, shifts: np.ndarray) -> np.ndarray:
     """Return the fixed points (n, m) of y -> A y + s.
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stickslip.compiled import elementary
-from stickslip.compiled.decorators import jit
+from stickslip.compiled.decorators import jit_making_arrays
 from stickslip.compiled.elementary import (
     cube_root,
     exponentials,
@@ -34,7 +34,7 @@ EXPONENTS = 10.0 ** RNG.uniform(-300.0, 300.0, 50_000)
 PHASES = np.linspace(1.0, 8.0, 50_001)  # three exponents: the guesses of the roots have this period
 
 
-@jit
+@jit_making_arrays
 def _column(function: Any, x: np.ndarray) -> np.ndarray:
     values = np.empty(x.shape[0])
     for i in range(x.shape[0]):
@@ -42,7 +42,7 @@ def _column(function: Any, x: np.ndarray) -> np.ndarray:
     return values
 
 
-@jit
+@jit_making_arrays
 def _pair_of_columns(function: Any, x: np.ndarray) -> np.ndarray:
     values = np.empty((2, x.shape[0]))
     for i in range(x.shape[0]):

@@ -43,7 +43,7 @@ def adaptive_trajectory(physics: Physics) -> Any:
         return with_phi(relative_state(p, t, y))
 
     trajectory = make_trajectory(width, make_period(functions), relative, motion)
-    return named_kernel(f"adaptive_trajectory[{physics}]", trajectory)
+    return named_kernel(f"adaptive_trajectory[{physics}]", trajectory, makes_arrays=True)
 
 
 def _make_period(functions: ProblemFunctions) -> Any:

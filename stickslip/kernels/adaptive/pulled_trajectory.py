@@ -10,7 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.compiled.decorators import inline, jit, kernel_factory, named_kernel
+from stickslip.compiled.decorators import (
+    inline,
+    jit,
+    jit_making_arrays,
+    kernel_factory,
+    named_kernel,
+)
 from stickslip.compiled.elementary import exponentials
 from stickslip.compiled.fields import make_map, make_row_reader
 from stickslip.kernels.adaptive.recording import NODES, WEIGHTS, vertex
@@ -109,7 +115,7 @@ def _make_see_extremes(functions: ProblemFunctions) -> Any:
     def force(problem: Problem, y: State) -> float:
         return observables(problem.p, y, exponentials(y[FILM])[0], problem.u_s)[1]
 
-    @jit
+    @jit_making_arrays
     def see_extremes(
         problem: Problem, h: float, y0: State, y1: State, d1: State, d2: State, row: np.ndarray
     ) -> None:

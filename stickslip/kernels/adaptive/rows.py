@@ -7,7 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.compiled.decorators import inline, jit, kernel_factory, named_kernel
+from stickslip.compiled.decorators import (
+    inline,
+    jit,
+    jit_making_arrays,
+    kernel_factory,
+    named_kernel,
+)
 from stickslip.kernels.orbits.conversion import make_record_units
 from stickslip.kernels.orbits.motions import CYCLE, HALVES, OUTCOME, Motions
 from stickslip.kernels.points import parameters_of
@@ -101,7 +107,7 @@ class Orbits(NamedTuple):
     shifts: np.ndarray
 
 
-@jit
+@jit_making_arrays
 def _error_of_displacement(
     p: Parameters,
     measured: np.ndarray,
@@ -297,7 +303,9 @@ def _row_kernels(physics: Physics) -> RowKernels:
             )
 
     kernels = (write_off_the_orbit, write_errors)
-    return RowKernels(*(named_kernel(f"{k.__name__}[{physics}]", k) for k in kernels))
+    return RowKernels(
+        *(named_kernel(f"{k.__name__}[{physics}]", k, makes_arrays=True) for k in kernels)
+    )
 
 
 def measured_of(

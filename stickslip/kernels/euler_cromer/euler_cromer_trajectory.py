@@ -77,4 +77,4 @@ def euler_cromer_trajectory(physics: Physics) -> Any:
         return y, h, used, status
 
     trajectory = make_trajectory(len(STATE), period, _with_phi, _as_it_is)
-    return named_kernel(f"euler_cromer_trajectory[{physics}]", trajectory)
+    return named_kernel(f"euler_cromer_trajectory[{physics}]", trajectory, makes_arrays=True)

@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from stickslip.compiled.decorators import kernel
+from stickslip.compiled.decorators import kernel_making_arrays
 from stickslip.kernels.points import parameters_of, write_results
 from stickslip.measure.accumulate import FORCE_MAX, INTEGRALS, RECORD, STRESS_MAX
 from stickslip.measure.results import (
@@ -159,7 +159,7 @@ def spreads_of(walk: DivisibleWalk, periods: np.ndarray) -> np.ndarray:
     return np.array(whole).reshape(-1, 2)
 
 
-@kernel
+@kernel_making_arrays
 def write_relative_errors(
     points: np.ndarray, means: np.ndarray, errors: np.ndarray, relative: np.ndarray
 ) -> None:

@@ -171,7 +171,10 @@ def kernels_of(physics: Physics) -> Kernels:
                     return DIVERGED
         return OK
 
-    return Kernels(*(named_kernel(f"rk4_{k.__name__}[{physics}]", k) for k in (march, trajectory)))
+    return Kernels(
+        named_kernel(f"rk4_march[{physics}]", march),
+        named_kernel(f"rk4_trajectory[{physics}]", trajectory, makes_arrays=True),
+    )
 
 
 @kernel
