@@ -122,7 +122,7 @@ def test_points_that_are_left_pending_stay_so() -> None:
 
 
 def test_a_path_that_fails_decides(monkeypatch: pytest.MonkeyPatch) -> None:
-    from stickslip.kernels.adaptive.walk import StochasticWalk
+    from stickslip.kernels.adaptive.march import StochasticWalk
 
     def failing(walk: StochasticWalk) -> np.ndarray:
         outcomes = np.zeros(len(walk.points), np.int64)

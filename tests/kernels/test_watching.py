@@ -28,13 +28,13 @@ def wandering(monkeypatch: pytest.MonkeyPatch) -> None:
     def kernels_that_lose(family: Family) -> Any:
         start, judge = kernels(family)
 
-        def lost(motions: Motions, rows: np.ndarray, places: np.ndarray, *others: Any) -> int:
-            going = judge(motions, rows, places, *others)
+        def lost(motions: Motions, rows: np.ndarray, *others: Any) -> tuple[int, int]:
+            going, begun = judge(motions, rows, *others)
             calls.append(1)
             if len(calls) != 3:
-                return int(going)
-            motions.counts[rows[places], OUTCOME] = Status.APERIODIC
-            return 0
+                return going, begun
+            motions.counts[rows, OUTCOME] = Status.APERIODIC
+            return 0, 0
 
         return start, lost
 

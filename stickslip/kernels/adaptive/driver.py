@@ -89,7 +89,7 @@ def family_kernels(kinds: np.ndarray, options: Options) -> Iterator[FamilyKernel
         no_points = new_motions(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
         kernel, nothing = pass_kernel(family), Pass(TRAVEL, 0, 0)
         yield FamilyKernel(
-            kernel, partial(kernel, no_points, no_rows, new_lanes(width), nothing, 0)
+            kernel, partial(kernel, no_points, no_rows, new_lanes(width, 0), nothing, 0)
         )
     yield from search_kernels(kinds, options.physics)
 

@@ -2,8 +2,8 @@
 
 A point is integrated half a drive period at a time, over phases 0 to pi in its own units
 (model/scaling.py), and then mirrored, which maps its orbit onto itself. A lane takes the next point
-as soon as its own is finished. A kernel works for a given number of attempts and
-leaves everything it needs to go on in the arrays that it was given.
+as soon as its own has ended. A kernel returns some points that have ended while others are under
+way, and leaves everything it needs to go on in the arrays that it was given.
 """
 
 from __future__ import annotations
@@ -27,9 +27,14 @@ from stickslip.kernels.adaptive.variations import (
 from stickslip.kernels.families import Family, families
 from stickslip.kernels.interruption import check_interruption
 from stickslip.kernels.orbits.motions import (
+    AHEAD,
     ATTEMPTED,
+    CONTROL,
     CYCLE,
+    DONE,
+    FILM_COLUMNS,
     GROWS,
+    HALVES,
     HIGHEST,
     KINDS,
     LOWEST,
@@ -58,15 +63,16 @@ _WORK = 2_000_000
 
 _reduced_of = make_lane_reader(Reduced, SLOTS.parameters, get)
 
-TRAVEL, MEASURE, VARY = range(3)
-"""Kinds of passes: with the range of the film; with a record; the same, and how
-small displacements of the first state move the motion and its extrema."""
+TRAVEL, SEARCH, MEASURE, VARY = range(4)
+"""Kinds of passes: without a record; the same, for a search, which wants some half periods and what
+each has led to; with a record; the same, and how small displacements of the first state move the
+motion and its extrema."""
 
 
 class Pass(NamedTuple):
     """The kind of a pass, how many half periods it takes, and the budget of steps of a point.
 
-    With 0 half periods each point goes through its own cycle.
+    With 0 half periods each point goes through its own cycle, or what its search wants.
     """
 
     mode: int
@@ -74,53 +80,106 @@ class Pass(NamedTuple):
     max_steps: int
 
 
+WAITING, BUSY, ENDED, LANE_COUNTS = range(4)
+
+
 class Lanes(NamedTuple):
     """The complete state of the lanes between two calls of a kernel.
 
     `values` (slots*LANES,); `rows` (LANES,) the point in each lane, -1 if idle; `halves` (LANES,)
-    half periods of this pass; `cursor` (2,) the next of the points and the number of busy lanes,
-    -1 before the first call.
+    half periods of this pass; `queue` (n,) the points that wait for a lane; `ended` (2*LANES,)
+    those that ended in the last call. `counts` (LANE_COUNTS,): points WAITING, lanes BUSY, points
+    ENDED.
     """
 
     values: np.ndarray
     rows: np.ndarray
     halves: np.ndarray
-    cursor: np.ndarray
+    queue: np.ndarray
+    ended: np.ndarray
+    counts: np.ndarray
 
 
-def new_lanes(width: int) -> Lanes:
-    """Return lanes that have not begun, for states of this many components."""
+def new_lanes(width: int, most: int) -> Lanes:
+    """Return idle lanes, for states of this many components, and a queue for `most` points."""
     return Lanes(
         # Not compiled: that would take half a second for a single call.
         values=aligned.py_func((columns_begin(width) + room_of(width)) * LANES),
         rows=np.full(LANES, -1, np.int64),
         halves=np.zeros(LANES, np.int64),
-        cursor=np.array([0, -1]),
+        queue=np.empty(most, np.int64),
+        ended=np.empty(2 * LANES, np.int64),
+        counts=np.zeros(LANE_COUNTS, np.int64),
     )
+
+
+@jit
+def _enough(lanes: Lanes) -> bool:
+    """Tell whether points that have ended should be judged before the others go on.
+
+    They are enough to fill all lanes, or half of the lanes wait for them.
+    """
+    counts = lanes.counts
+    idle = counts[WAITING] == 0 and 2 * counts[BUSY] <= LANES
+    return counts[ENDED] >= LANES or (counts[ENDED] > 0 and idle)
+
+
+@jit
+def _next_row(lanes: Lanes, motions: Motions) -> int:
+    """Take out of the queue the point that has gone farthest: all wait for the longest search."""
+    queue, counts, farthest = lanes.queue, motions.counts, 0
+    for i in range(1, lanes.counts[WAITING]):
+        if counts[queue[i], HALVES] > counts[queue[farthest], HALVES]:
+            farthest = i
+    row = queue[farthest]
+    lanes.counts[WAITING] -= 1
+    queue[farthest] = queue[lanes.counts[WAITING]]
+    return int(row)
 
 
 @jit
 def _park(lanes: Lanes, lane: int) -> None:
     """Park an idle lane: with an infinite end and limit it raises no event."""
-    lanes.rows[lane] = -1
     put(lanes.values, SLOTS.end, lane, np.inf)
     put(lanes.values, SLOTS.limit, lane, np.inf)
 
 
 @jit
-def _close(lanes: Lanes, motions: Motions, lane: int, status: int) -> None:
-    """Store the outcome of the point in a lane."""
-    row, values = lanes.rows[lane], lanes.values
-    width, counts = motions.states.shape[1] - 1, motions.counts[row]
+def _store_ahead(lanes: Lanes, motions: Motions, lane: int) -> None:
+    """Store what a half period has led to, as `ahead_of` says, with all attempts of the pass."""
+    values, ahead, row, half = lanes.values, motions.ahead, lanes.rows[lane], lanes.halves[lane]
+    width = motions.states.shape[1] - 1
+    control, film = width + 1, width + 1 + CONTROL
+    for component in range(width):
+        ahead[row, half, component] = get(values, SLOTS.state + component, lane)
+    ahead[row, half, width] = get(values, SLOTS.step, lane)
+    ahead[row, half, control + GROWS] = get(values, SLOTS.grows, lane)
+    ahead[row, half, control + REMEMBERED] = get(values, SLOTS.remembered, lane)
+    ahead[row, half, film + LOWEST] = get(values, recording.LOWEST, lane)
+    ahead[row, half, film + HIGHEST] = get(values, recording.HIGHEST, lane)
+    ahead[row, half, film + FILM_COLUMNS] = get(values, SLOTS.attempts, lane)
+
+
+@jit
+def _close(lanes: Lanes, motions: Motions, lane: int, status: int, mode: int) -> None:
+    """Store the outcome of the point in a lane, which is idle then."""
+    row, values, width = lanes.rows[lane], lanes.values, motions.states.shape[1] - 1
+    if mode == SEARCH and status != OK:
+        _store_ahead(lanes, motions, lane)
+    lanes.rows[lane] = -1
+    lanes.ended[lanes.counts[ENDED]] = row
+    lanes.counts[ENDED] += 1
+    lanes.counts[BUSY] -= 1
+    motions.counts[row, OUTCOME] = status
+    motions.counts[row, DONE] = lanes.halves[lane]
+    if mode == SEARCH:
+        return
     for component in range(width):
         motions.states[row, component] = get(values, SLOTS.state + component, lane)
     motions.states[row, width] = get(values, SLOTS.step, lane)
-    motions.control[row, GROWS] = get(values, SLOTS.grows, lane)
-    motions.control[row, REMEMBERED] = get(values, SLOTS.remembered, lane)
-    motions.film[row, LOWEST] = get(values, recording.LOWEST, lane)
-    motions.film[row, HIGHEST] = get(values, recording.HIGHEST, lane)
-    counts[ATTEMPTED] += int(get(values, SLOTS.attempts, lane))
-    counts[OUTCOME] = status
+    motions.counts[row, ATTEMPTED] += int(get(values, SLOTS.attempts, lane))
+    if mode == TRAVEL:
+        return
     for slot in range(RECORD):
         motions.measured[row, slot] = get(values, recording.RECORD_BEGIN + slot, lane)
 
@@ -157,7 +216,7 @@ def _make_begin_half(width: int) -> Any:
 def _make_load(
     state: StateFunctions, width: int, begin_record: Any, begin_columns: Any, streams: int
 ) -> Any:
-    """Return the function that puts the next of the points into a lane, or parks the lane.
+    """Return the function that puts the next point of the queue into an idle lane, or parks it.
 
     `streams` is the first slot of its stream of random numbers, 0 if there is none.
     """
@@ -165,14 +224,13 @@ def _make_load(
     reduced = len(Reduced._fields)
 
     @jit
-    def load(lanes: Lanes, motions: Motions, which: np.ndarray, task: Pass, lane: int) -> None:
+    def load(lanes: Lanes, motions: Motions, task: Pass, lane: int) -> None:
         values = lanes.values
-        if lanes.cursor[0] >= len(which):
+        if lanes.counts[WAITING] == 0:
             _park(lanes, lane)
-            lanes.cursor[1] -= 1
             return
-        row = which[lanes.cursor[0]]
-        lanes.cursor[0] += 1
+        row = _next_row(lanes, motions)
+        lanes.counts[BUSY] += 1
         for slot in range(reduced):
             put(values, SLOTS.parameters + slot, lane, motions.points[row, slot])
         if streams > 0:
@@ -219,9 +277,11 @@ def _make_handle_event(
         if task.mode == VARY:
             mirror_columns(values, lane)
             store_columns(values, lane, motions.varied[row])
+        if task.mode == SEARCH:
+            _store_ahead(lanes, motions, lane)
         lanes.halves[lane] += 1
-        most = task.halves if task.halves > 0 else motions.counts[row, CYCLE]
-        if lanes.halves[lane] >= most:
+        wanted = motions.counts[row, AHEAD if task.mode == SEARCH else CYCLE]
+        if lanes.halves[lane] >= (task.halves if task.halves > 0 else wanted):
             return OK
         recording.begin_following(values, lane)
         return -1
@@ -251,7 +311,7 @@ def _make_see(record: Any, carry: Any) -> Any:
             record(values)
         if mode == VARY:
             carry(values)
-        if mode == TRAVEL:
+        if mode == SEARCH:
             recording.follow_film(values)
 
     return see
@@ -276,9 +336,9 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
 
     With `two_solids` changes between a soft and a hard solid are counted.
 
-    It maps (motions, which, lanes, task, attempts) to the number of unfinished motions in the rows
-    `which` (m,): it works for that many attempts of all lanes together, and is to be called again
-    until the number is 0.
+    It maps (motions, more, lanes, task, attempts) to the number of motions that have not ended,
+    those in lanes and queue and `more` rows (m,): it works for that many attempts of all lanes
+    together, or until some have ended, and is to be called again until the number is 0.
     """
     functions = problem_functions(physics)
     state = state_functions(model_of(physics).components)
@@ -297,12 +357,17 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
     load = _make_load(state, functions.width, begin_record, variations.begin, streams)
     handle_event = _make_handle_event(state, functions.width, begin_record, refine, variations)
 
-    def work(motions: Motions, which: np.ndarray, lanes: Lanes, task: Pass, attempts: int) -> int:
-        if lanes.cursor[1] < 0:  # the first call
-            lanes.cursor[1] = LANES
-            for lane in range(LANES):
-                load(lanes, motions, which, task, lane)
-        while lanes.cursor[1] > 0 and attempts > 0:
+    def work(motions: Motions, more: np.ndarray, lanes: Lanes, task: Pass, attempts: int) -> int:
+        counts = lanes.counts
+        for row in more:
+            lanes.queue[counts[WAITING]] = row
+            counts[WAITING] += 1
+        for lane in range(LANES):
+            if lanes.rows[lane] < 0:
+                load(lanes, motions, task, lane)
+        counts[ENDED] = 0
+        goes_on = counts[BUSY] > 0  # asking the arrays before each attempt takes a fifth more time
+        while goes_on and attempts > 0:
             # First vector code for all lanes; then, one by one, the few lanes that raised an event.
             attempts -= 1
             attempt(lanes.values)
@@ -312,10 +377,10 @@ def make_pass(problems: Any, physics: Physics, *, two_solids: bool = False) -> A
                 if get(lanes.values, SLOTS.event, lane) > 0.0 and lanes.rows[lane] >= 0:
                     status = handle_event(lanes, motions, task, lane)
                     if status >= 0:
-                        _close(lanes, motions, lane, status)
-                        load(lanes, motions, which, task, lane)
-        # Points that wait, and those in busy lanes.
-        return len(which) - lanes.cursor[0] + lanes.cursor[1]
+                        _close(lanes, motions, lane, status, task.mode)
+                        load(lanes, motions, task, lane)
+                        goes_on = counts[BUSY] > 0 and not _enough(lanes)
+        return counts[WAITING] + counts[BUSY]
 
     return work
 
@@ -327,15 +392,30 @@ def pass_kernel(family: Family) -> Any:
     return named_kernel(f"adaptive_pass[{family}]", work)
 
 
-def take_through(
-    kernel: Any, motions: Motions, which: np.ndarray, lanes: Lanes, task: Pass
-) -> None:
-    """Take the motions in the rows `which` (m,), all of one family, through a pass in lanes."""
-    lanes.rows[:], lanes.cursor[:] = -1, (0, -1)
-    left = len(which)
-    while left > 0:
-        left = kernel(motions, which, lanes, task, _WORK)
+class InLanes:
+    """Motions of one family on their way through a pass."""
+
+    def __init__(self, motions: Motions, family: Family, task: Pass) -> None:
+        self._motions, self._kernel, self._task = motions, pass_kernel(family), task
+        self._lanes = new_lanes(motions.width, len(motions.points))
+
+    def go_on(self, more: np.ndarray) -> np.ndarray:
+        """Take motions along, and `more` rows; return those of some that have ended.
+
+        None if all have. They are valid until the next call.
+        """
+        ended, counts = self._lanes.ended, self._lanes.counts
+        left = self._kernel(self._motions, more, self._lanes, self._task, _WORK)
         check_interruption()
+        while left and not counts[ENDED]:
+            left = self._kernel(self._motions, more[:0], self._lanes, self._task, _WORK)
+            check_interruption()
+        return ended[: counts[ENDED]]
+
+    def finish(self, more: np.ndarray) -> None:
+        """Take all to the end."""
+        while len(self.go_on(more)):
+            more = more[:0]
 
 
 def work_through(
@@ -347,6 +427,5 @@ def work_through(
     """
     alive, task = np.flatnonzero(motions.counts[:, OUTCOME] == OK), Pass(mode, halves, max_steps)
     motions.rtols[alive], motions.control[alive] = rtol, fresh_control(len(alive))
-    lanes = new_lanes(motions.width)
     for family, members in families(physics, motions.points[:, KINDS][alive]):
-        take_through(pass_kernel(family), motions, alive[members], lanes, task)
+        InLanes(motions, family, task).finish(alive[members])

@@ -15,13 +15,17 @@ from stickslip.numerics import step_control
 from stickslip.options import Physics
 
 # Columns of `counts`, integers. HALVES: half periods of the search; CYCLE: half periods after which
-# the orbit closes; ATTEMPTED: steps attempted; OUTCOME: a Status.
-HALVES, CYCLE, ATTEMPTED, OUTCOME, COUNT_COLUMNS = range(5)
+# the orbit closes; ATTEMPTED: steps attempted; OUTCOME: a Status; AHEAD: how many applications a
+# search wants next; DONE: how many came to their end.
+HALVES, CYCLE, ATTEMPTED, OUTCOME, AHEAD, DONE, COUNT_COLUMNS = range(7)
+
+MOST_AHEAD = 8
+"""The most applications of a map before a search judges them."""
 
 GROWS, REMEMBERED, CONTROL = range(3)
 """Columns of `control`: whether the next step may be longer, and the memory of the step control."""
 
-LOWEST, HIGHEST = range(2)
+LOWEST, HIGHEST, FILM_COLUMNS = range(3)
 """Columns of `film`."""
 
 KINDS = [Reduced._fields.index(name) for name in KIND]
@@ -35,7 +39,9 @@ class Motions(NamedTuple):
     noise is stochastic; `rtols` (n,), the tolerance of each; `states` (n, width + 1), the state in
     the point's own units and the next step, at phase 0; `control` (n, CONTROL), with which a motion
     that is cut into pieces has the same bits; `counts` (n, COUNT_COLUMNS). `film` (n, 2) has the
-    lowest and highest ln(phi) of the last half period without record; `measured` (n, RECORD);
+    lowest and highest ln(phi) of the last half period without record; `ahead` (n, MOST_AHEAD,
+    columns) what each application has led to that is not judged yet, as `ahead_of` says; `measured`
+    (n, RECORD);
     `ratios` (n,) the contraction of an orbit; `varied` (n, `varied_of(width)`) how small
     displacements of the first state move the motion, and its extrema and integrals.
     """
@@ -46,6 +52,7 @@ class Motions(NamedTuple):
     control: np.ndarray
     counts: np.ndarray
     film: np.ndarray
+    ahead: np.ndarray
     measured: np.ndarray
     ratios: np.ndarray
     varied: np.ndarray
@@ -56,6 +63,11 @@ class Motions(NamedTuple):
         return self.states.shape[1] - 1
 
 
+def ahead_of(width: int) -> int:
+    """Length of a row of `ahead`: a row of `states`, `control` and `film`, and attempted steps."""
+    return width + 1 + CONTROL + FILM_COLUMNS + 1
+
+
 def varied_of(width: int) -> int:
     """Length of a row of `varied`: a column for each component, then their slopes."""
     return (width + len(SENSITIVE)) * width
@@ -63,17 +75,18 @@ def varied_of(width: int) -> int:
 
 def new_motions(points: np.ndarray, states: np.ndarray) -> Motions:
     """Return the motions of points (n, reduced parameters) in these states (n, width + 1)."""
-    n = len(points)
+    n, width = len(points), states.shape[1] - 1
     return Motions(
         points,
         np.zeros(n),
         states,
         control=fresh_control(n),
         counts=np.zeros((n, COUNT_COLUMNS), np.int64),
-        film=np.zeros((n, 2)),
+        film=np.zeros((n, FILM_COLUMNS)),
+        ahead=np.zeros((n, MOST_AHEAD, ahead_of(width))),
         measured=np.zeros((n, RECORD)),
         ratios=np.zeros(n),
-        varied=np.zeros((n, varied_of(states.shape[1] - 1))),
+        varied=np.zeros((n, varied_of(width))),
     )
 
 

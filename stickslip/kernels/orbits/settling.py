@@ -18,12 +18,17 @@ from stickslip.compiled.fields import make_row_reader
 from stickslip.compiled.simd import LANES
 from stickslip.kernels.families import Family, FamilyKernel, families
 from stickslip.kernels.orbits.motions import (
+    AHEAD,
     ATTEMPTED,
+    CONTROL,
     CYCLE,
+    DONE,
+    FILM_COLUMNS,
     HALVES,
     HIGHEST,
     KINDS,
     LOWEST,
+    MOST_AHEAD,
     OUTCOME,
     Motions,
     fresh_control,
@@ -59,8 +64,15 @@ _SEARCH = 1e-5
 # not to skip the periods in which it does.
 _LATE_JUMP = 0.1
 
-# Points at a time: a search keeps 15 to 18 kB for each.
-POINTS_AT_A_TIME = 2048
+# Searches at a time, of 15 to 18 kB each: so many that no lane waits, and so few that a long search
+# begins early, while there are others to go on beside it.
+AT_A_TIME = 4 * LANES
+
+# For every so many applications that no verdict has disturbed a search takes one more at a time:
+# fewer than one in so many is dropped.
+_UNDISTURBED = 8
+
+_STAYS, _LEAVES = -1, -2
 
 _reduced_of = make_row_reader(Reduced)
 
@@ -73,11 +85,13 @@ class March(Protocol):
     per_period: int
     """Applications of its map in a drive period: 2 by half periods and mirror images, else 1."""
 
-    def advance(self, family: Family) -> Callable[[np.ndarray], None]:
-        """Return the function that takes the rows (m,), all of a family, an application further.
+    def advance(self, family: Family) -> Callable[[np.ndarray], np.ndarray]:
+        """Return the function that takes motions of a family an application further.
 
-        It leaves their states, steps attempted and outcomes in the motions, and, where they can be
-        jumped with, the range of the film.
+        It takes them AHEAD applications further, or less. It is given the rows (m,) of some more,
+        and returns those of some that have come to the end (k,), while others are still under way;
+        none if all have. What each application has led to is in `Motions.ahead`, their number in
+        DONE, and in OUTCOME whether they failed in the next one.
         """
         ...
 
@@ -177,16 +191,17 @@ def _make_limit_search(equations: Equations) -> Any:
 class _Kernels(NamedTuple):
     """The kernels of searches for one family.
 
-    `rows` (n,) are those of the points in the queue, `memories` (n,) their searches, `places` (m,)
-    those of them, in these arrays, that a kernel works on.
+    `rows` (m,) are those of the points to work on, `places` (n,) where each row has its search
+    among the `memories` (k,).
     """
 
     start: Any
-    """(motions, rows, memories, task): begin all searches at the states of the motions."""
+    """(motions, rows, places, memories, task): begin searches at the states of the motions."""
 
     judge: Any
-    """(motions, rows, places, memories, task): judge what points have just gone through, and move
-    their states. It puts those that go on first in `places`, and returns their number."""
+    """(motions, rows, waiting, places, memories, task): judge what points have gone through, and
+    move their states; begin with the first of those `waiting` (w,) in the place of a search that
+    has ended. It puts those that go on first in `rows`; returns their number and how many began."""
 
 
 def _kernels(family: Family) -> _Kernels:
@@ -212,7 +227,8 @@ def _make_limit(family: Family) -> Any:
 def _make_carry_out(state: StateFunctions, width: int) -> Any:
     """Return the function (motions, row, memory, task) that carries out the verdict of a search.
 
-    It returns a Status, or -1 where the search goes on.
+    It returns a Status, or _STAYS or _LEAVES where the search goes on, from this state or from
+    another, or at another tolerance.
     """
     of_row, judged, unjudged, moved = state.of_row, state.judged, state.unjudged, state.moved
 
@@ -247,9 +263,49 @@ def _make_carry_out(state: StateFunctions, width: int) -> Any:
             # A jump has led astray: return to the state before it, as at the start of a search.
             put_state(motions.states[row], unjudged(memory.stored))
             motions.rtols[row] = _first(task)
-        return -1
+        return _STAYS if verdict == search.GO_ON else _LEAVES
 
     return carry_out
+
+
+@jit
+def _take_over(motions: Motions, row: int, application: int) -> None:
+    """Take over what an application has led to, as `ahead_of` says."""
+    ahead, width = motions.ahead, motions.states.shape[1] - 1
+    control, film = width + 1, width + 1 + CONTROL
+    for column in range(width + 1):
+        motions.states[row, column] = ahead[row, application, column]
+    for column in range(CONTROL):
+        motions.control[row, column] = ahead[row, application, control + column]
+    for column in range(FILM_COLUMNS):
+        motions.film[row, column] = ahead[row, application, film + column]
+
+
+def _make_judge_motion(limit: Any, carry_out: Any) -> Any:
+    """Return the function (motions, row, memory, task) that judges what a motion has gone through.
+
+    One application after the other, until one moves the state: what comes after it is dropped. It
+    returns a Status, or a negative number where the search goes on.
+    """
+
+    @jit
+    def judge_motion(motions: Motions, row: int, memory: Any, task: Search) -> int:
+        counts, outcome, used = motions.counts[row], _STAYS, 0
+        while outcome == _STAYS and used < counts[DONE]:
+            _take_over(motions, row, used)
+            used += 1
+            if task.rtol > 0.0:
+                limit(motions, row, memory)
+            outcome = carry_out(motions, row, memory, task)
+        if outcome == _STAYS and counts[OUTCOME] != OK:  # the way ended before the map did
+            _take_over(motions, row, used)
+            used += 1
+            outcome = counts[OUTCOME]
+        counts[ATTEMPTED] += int(motions.ahead[row, used - 1, -1])
+        counts[AHEAD] = min(max(memory.newest // _UNDISTURBED, 1), MOST_AHEAD)
+        return outcome
+
+    return judge_motion
 
 
 @kernel_factory
@@ -257,33 +313,42 @@ def _search_kernels(family: Family) -> _Kernels:
     model = model_of(family.physics)
     state = state_functions(model.components)
     of_row, judged = state.of_row, state.judged
-    limit, carry_out = _make_limit(family), _make_carry_out(state, model.width)
+    judge_motion = _make_judge_motion(_make_limit(family), _make_carry_out(state, model.width))
 
-    def start(motions: Motions, rows: np.ndarray, memories: np.ndarray, task: Search) -> None:
-        for place in range(len(rows)):
-            row = rows[place]
-            motions.rtols[row] = _first(task)
-            z = judged(of_row(motions.states[row]))
-            refinable = task.rtol > 0.0
-            search.start(memories[place], z, task.per_period, task.accelerate, refinable, task.late)
+    @jit
+    def begin(motions: Motions, row: int, memory: Any, task: Search) -> None:
+        motions.rtols[row], motions.counts[row, AHEAD] = _first(task), 1
+        z, refinable = judged(of_row(motions.states[row])), task.rtol > 0.0
+        search.start(memory, z, task.per_period, task.accelerate, refinable, task.late)
+
+    def start(
+        motions: Motions, rows: np.ndarray, places: np.ndarray, memories: np.ndarray, task: Search
+    ) -> None:
+        for row in rows:
+            begin(motions, row, memories[places[row]], task)
 
     def judge(
-        motions: Motions, rows: np.ndarray, places: np.ndarray, memories: np.ndarray, task: Search
-    ) -> int:
+        motions: Motions,
+        rows: np.ndarray,
+        waiting: np.ndarray,
+        places: np.ndarray,
+        memories: np.ndarray,
+        task: Search,
+    ) -> tuple[int, int]:
         going = 0
-        for i in range(len(places)):
-            place = places[i]
-            row, memory = rows[place], memories[place]
-            if motions.counts[row, OUTCOME] == OK:  # else the way ended before the map did
-                if task.rtol > 0.0:
-                    limit(motions, row, memory)
-                outcome = carry_out(motions, row, memory, task)
-                if outcome < 0:
-                    places[going] = place
-                    going += 1
-                else:
-                    motions.counts[row, OUTCOME] = outcome
-        return going
+        for i in range(len(rows)):
+            row = rows[i]
+            outcome = judge_motion(motions, row, memories[places[row]], task)
+            if outcome < 0:
+                rows[i], rows[going] = rows[going], row
+                going += 1
+            motions.counts[row, OUTCOME] = max(outcome, OK)
+        begun = min(len(rows) - going, len(waiting))
+        for i in range(begun):
+            row, place = waiting[i], places[rows[going + i]]
+            rows[going + i], places[row] = row, place
+            begin(motions, row, memories[place], task)
+        return going + begun, begun
 
     named = (named_kernel(f"{each.__name__}_search[{family}]", each) for each in (start, judge))
     return _Kernels(*named)
@@ -295,8 +360,8 @@ def search_kernels(kinds: np.ndarray, physics: Physics) -> Iterator[FamilyKernel
     nobody = new_motions(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
     rows, memories = np.empty(0, np.int64), np.empty(0, search.memory_of(width))
     for start, judge in {_kernels(family) for family, _ in families(physics, kinds)}:
-        yield FamilyKernel(start, partial(start, nobody, rows, memories, task))
-        yield FamilyKernel(judge, partial(judge, nobody, rows, rows, memories, task))
+        yield FamilyKernel(start, partial(start, nobody, rows, rows, memories, task))
+        yield FamilyKernel(judge, partial(judge, nobody, rows, rows, rows, memories, task))
 
 
 def settle(march: March, rows: np.ndarray, task: Search) -> None:
@@ -305,23 +370,21 @@ def settle(march: March, rows: np.ndarray, task: Search) -> None:
     Their outcomes are OK with the cycle and its contraction, or a Status: APERIODIC where a search
     wanders, NOT_STATIONARY where its budget is spent.
     """
-    motions = march.motions
-    motions.control[rows] = fresh_control(len(rows))
-    for family, members in families(march.physics, motions.points[:, KINDS][rows]):
-        for first in range(0, len(members), POINTS_AT_A_TIME):
-            _settle(march, rows[members[first : first + POINTS_AT_A_TIME]], task, family)
+    march.motions.control[rows] = fresh_control(len(rows))
+    for family, members in families(march.physics, march.motions.points[:, KINDS][rows]):
+        _settle(march, rows[members], task, family)
 
 
 def _settle(march: March, rows: np.ndarray, task: Search, family: Family) -> None:
+    """Settle rows (m,) of one family; a search that ends leaves its memory to the next point."""
     motions, advance, (start, judge) = march.motions, march.advance(family), _kernels(family)
-    memories, places = np.zeros(len(rows), search.memory_of(motions.width)), np.arange(len(rows))
-    start(motions, rows, memories, task)
-    while len(places):
-        which = rows[places]
-        before = motions.counts[which, ATTEMPTED]
-        advance(which)
-        if len(places) > LANES:
-            # The longest way first, so that all lanes have work until the end.
-            steps = motions.counts[which, ATTEMPTED] - before
-            places = places[np.argsort(-steps, kind="stable")]
-        places = places[: judge(motions, rows, places, memories, task)]
+    memories = np.zeros(min(len(rows), AT_A_TIME), search.memory_of(motions.width))
+    places = np.empty(len(motions.points), np.int64)  # among the memories, by row
+    first, waiting = rows[: len(memories)], rows[len(memories) :]
+    places[first] = np.arange(len(memories))
+    start(motions, first, places, memories, task)
+    ended = advance(first)
+    while len(ended):
+        going, begun = judge(motions, ended, waiting, places, memories, task)
+        waiting = waiting[begun:]
+        ended = advance(ended[:going])

@@ -11,7 +11,7 @@ from stickslip.kernels.adaptive.tangents import Tangents, travelled
 from stickslip.kernels.families import Family
 from stickslip.kernels.orbits import watching
 from stickslip.kernels.orbits.conversion import conversion_of
-from stickslip.kernels.orbits.motions import ATTEMPTED, OUTCOME, motions_of
+from stickslip.kernels.orbits.motions import ATTEMPTED, DONE, OUTCOME, motions_of
 from stickslip.kernels.plain_iteration.starts import (
     finals_of,
     states_of,
@@ -82,14 +82,16 @@ class PlainMarch:
         self._left = np.full(count, settings.max_steps)
         self.periods = np.zeros(count, np.int64)
 
-    def advance(self, family: Family) -> Callable[[np.ndarray], None]:  # noqa: ARG002 - as others
-        """Return the function that takes the rows (m,) a period further."""
+    def advance(self, family: Family) -> Callable[[np.ndarray], np.ndarray]:  # noqa: ARG002 - as others
+        """Return the function that takes rows (m,) a period further, all of them."""
 
-        def period(which: np.ndarray) -> None:
+        def period(which: np.ndarray) -> np.ndarray:
             self.next_period(which, measured=False)
             finals = np.ascontiguousarray(self.finals()[which])
             conversion_of(self.physics.typical).scale_states(self.points[which], finals)
-            self.motions.states[which] = finals
+            self.motions.ahead[which, 0, : WIDTH + 1] = finals
+            self.motions.counts[which, DONE] = self.motions.counts[which, OUTCOME] == OK
+            return which
 
         return period
 

@@ -85,12 +85,8 @@ def test_an_attempt_in_lanes_is_packed(gamma: float | None) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("gamma", one_then("stress", [*GAMMAS, None]))
 def test_a_measurement_in_lanes_is_packed(gamma: float | None) -> None:
-    assert_vectors(
-        assembly(
-            recording.make_see(problems_of(gamma), FUNCTIONS, two_solids=False, observed=False)
-        ),
-        200,
-    )
+    see = recording.make_see(problems_of(gamma), FUNCTIONS, two_solids=False)
+    assert_vectors(assembly(see), 200)
 
 
 @pytest.mark.slow

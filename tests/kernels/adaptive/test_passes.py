@@ -9,7 +9,15 @@ from support.points import rows
 from stickslip import Status
 from stickslip.kernels.adaptive import passes
 from stickslip.kernels.families import Family
-from stickslip.kernels.orbits.motions import ATTEMPTED, CYCLE, OUTCOME, Motions, motions_of
+from stickslip.kernels.orbits.motions import (
+    AHEAD,
+    ATTEMPTED,
+    CYCLE,
+    DONE,
+    OUTCOME,
+    Motions,
+    motions_of,
+)
 from stickslip.options import DEFAULTS
 
 LAW = DEFAULTS.physics
@@ -21,44 +29,67 @@ POINTS = rows("temperature", np.linspace(180.0, 290.0, 21))
 
 def worked(task: passes.Pass, attempts: int) -> tuple[Motions, int]:
     """The motions of pseudoplastic points after a pass, in portions of so many attempts."""
-    kernel, which = passes.pass_kernel(PSEUDOPLASTIC), np.arange(len(POINTS))
-    motions, lanes, calls = motions_of(POINTS, LAW), passes.new_lanes(3), 0
-    left = len(POINTS)
+    kernel, more = passes.pass_kernel(PSEUDOPLASTIC), np.arange(len(POINTS))
+    motions, lanes, calls = motions_of(POINTS, LAW), passes.new_lanes(3, len(POINTS)), 0
+    left, ended = len(POINTS), []
     motions.rtols[:], motions.counts[:, CYCLE] = 1e-4, 3
     while left > 0:
         previous = left
-        left = kernel(motions, which, lanes, task, attempts)
-        calls += 1
-        assert 0 <= left <= previous
-    assert kernel(motions, which, lanes, task, attempts) == 0
+        left = kernel(motions, more, lanes, task, attempts)
+        more, calls = more[:0], calls + 1
+        count = lanes.counts[passes.ENDED]
+        assert left == previous - count
+        ended += lanes.ended[:count].tolist()
+    assert kernel(motions, more, lanes, task, attempts) == 0
+    assert sorted(ended) == list(range(len(POINTS)))
     return motions, calls
 
 
 @pytest.mark.parametrize("mode", [passes.TRAVEL, passes.MEASURE, passes.VARY])
 def test_a_pass_in_portions_gives_the_same_bits(mode: int) -> None:
     task = passes.Pass(mode, 0, 1_000_000)
-    whole, calls = worked(task, 10**9)
-    assert calls == 1
+    whole, few = worked(task, 10**9)
     assert np.all(whole.counts[:, OUTCOME] == Status.OK)
     for attempts in (1, 7, 1000):
         pieces, calls = worked(task, attempts)
-        assert calls > 1
+        assert calls > few
         for ours, theirs in zip(pieces, whole, strict=True):
             np.testing.assert_array_equal(ours, theirs, strict=True)
 
 
+def after_search_pass(ahead: int, times: int) -> np.ndarray:
+    """What so many passes of so many half periods each have led to, (n, columns)."""
+    motions, order = motions_of(POINTS, LAW), np.random.default_rng(1)
+    motions.rtols[:], motions.counts[:, AHEAD] = 1e-4, ahead
+    last, width = motions.ahead[:, ahead - 1], motions.width
+    for _ in range(times):
+        way = passes.InLanes(motions, PSEUDOPLASTIC, passes.Pass(passes.SEARCH, 0, 1_000_000))
+        way.finish(order.permutation(len(POINTS)))  # in any company
+        assert (motions.counts[:, DONE] == ahead).all()
+        motions.states[:], motions.control[:] = last[:, : width + 1], last[:, width + 1 : width + 3]
+    return last[:, :-1].copy()
+
+
 def test_a_motion_that_is_cut_into_half_periods_has_the_same_bits() -> None:
-    whole, _ = worked(passes.Pass(passes.TRAVEL, 5, 1_000_000), 10**9)
-    kernel, lanes = passes.pass_kernel(PSEUDOPLASTIC), passes.new_lanes(3)
-    motions, which = motions_of(POINTS, LAW), np.arange(len(POINTS))
-    motions.rtols[:], motions.counts[:, CYCLE] = 1e-4, 3
-    for half in range(5):
-        # In any company and order.
-        for part in (which[half % 2 :: 2], which[1 - half % 2 :: 2][::-1]):
-            task = passes.Pass(passes.TRAVEL, 1, 1_000_000)
-            passes.take_through(kernel, motions, part, lanes, task)
-    for ours, theirs in zip(motions, whole, strict=True):
-        np.testing.assert_array_equal(ours, theirs, strict=True)
+    whole = after_search_pass(8, 1)
+    for ahead in (1, 2, 4):
+        cut = after_search_pass(ahead, 8 // ahead)
+        np.testing.assert_array_equal(cut, whole, strict=True)
+
+
+def test_a_search_is_told_of_every_half_period_before_a_failure() -> None:
+    motions = motions_of(POINTS, LAW)
+    motions.rtols[:], motions.counts[:, AHEAD] = 1e-4, 8
+    task = passes.Pass(passes.SEARCH, 0, 300)
+    passes.InLanes(motions, PSEUDOPLASTIC, task).finish(np.arange(len(POINTS)))
+    assert (motions.counts[:, OUTCOME] == Status.STEP_LIMIT).all()
+    done = motions.counts[:, DONE]
+    assert 0 < done.max() < 8
+    attempts = motions.ahead[..., -1]
+    for row, count in enumerate(done):
+        assert (np.diff(attempts[row, : count + 1]) > 0).all()
+        assert attempts[row, count] == 300
+        assert (attempts[row, count + 1 :] == 0).all()
 
 
 def test_points_that_have_failed_take_part_in_no_further_pass() -> None:

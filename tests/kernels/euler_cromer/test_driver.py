@@ -10,7 +10,7 @@ from support.scalar_twins import cyclic_meltings, euler_cromer_period
 
 from stickslip import Parameters, Status, stability
 from stickslip.kernels.euler_cromer import driver
-from stickslip.kernels.plain_iteration import orbits as plain
+from stickslip.kernels.orbits import settling
 from stickslip.measure.accumulate import (
     ABSOLUTE_WORK,
     BLOCK_WORK,
@@ -155,7 +155,7 @@ def test_points_start_by_themselves_or_where_they_are_told() -> None:
 def test_a_block_of_points_at_a_time_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     points = np.array([Parameters(**changes) for changes in ORBITS])
     whole = compute_orbits(points, Options(**COARSE, stationary_rtol=1e-4))
-    monkeypatch.setattr(plain, "POINTS_AT_A_TIME", 3)
+    monkeypatch.setattr(settling, "AT_A_TIME", 3)
     parts = compute_orbits(points, Options(**COARSE, stationary_rtol=1e-4))
     for ours, theirs in zip(parts, whole, strict=True):
         np.testing.assert_array_equal(ours, theirs)

@@ -14,10 +14,13 @@ from stickslip.measure.accumulate import (
     FIRST_PHASE,
     FORCE,
     HIGHEST,
+    IMPULSE,
     LAST_PHASE,
     MELTINGS,
     PHI_MAX,
     RECORD_TABLE,
+    SIZE,
+    SQUARE,
     STRESS,
     STRESS_MAX,
     STRESS_MIN,
@@ -70,7 +73,7 @@ def assert_close(
     np.testing.assert_allclose(found[0][2], exact[0][2], rtol=rtol, atol=1e-300)
     record, other = found[1], exact[1]
     units = np.array([slot.unit for slot in RECORD_TABLE])
-    size_of = {unit: max(np.abs(other[units == unit])) for unit in (STRESS, FORCE, WORK)}
+    size_of = {unit: max(np.abs(other[units == unit])) for unit in (STRESS, FORCE, WORK, IMPULSE)}
     for unit, size in size_of.items():
         apart = np.abs(record - other)[units == unit]
         np.testing.assert_array_less(apart, rtol * (size if size > 0 else 1.0))
@@ -166,7 +169,9 @@ def test_symmetries_hold_bit_for_bit(name: str) -> None:
 
 def transformed_records(records: np.ndarray, symmetry: Symmetry) -> np.ndarray:
     work = symmetry.force * symmetry.motion
-    factor_of = {STRESS: symmetry.stress, FORCE: symmetry.force, WORK: work}
+    force = symmetry.force
+    factor_of = {STRESS: symmetry.stress, FORCE: force, WORK: work}
+    factor_of |= {IMPULSE: force, SIZE: abs(force), SQUARE: force * force}
     factors = [factor_of.get(slot.unit, 1.0) for slot in RECORD_TABLE]
     found = records * factors
     for slot in slots_of(HIGHEST):
