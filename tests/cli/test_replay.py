@@ -32,7 +32,7 @@ def test_a_point_is_computed_compared_written_and_drawn(command: Command, result
     done = command(*map(str, ("replay", result, *POINT)))
     assert done.code == 0, done.err
     assert "temperature = 200 K, rheological_index = -0.666667" in done.out
-    assert "all 26 variables agree with the file bit for bit" in done.out
+    assert "all 28 variables agree with the file bit for bit" in done.out
     for ending in (".nc", ".png", ".pdf"):
         assert result.with_name(f"mine-replay{ending}").exists()
     ds = open_result(result.with_name("mine-replay.nc"))

@@ -20,14 +20,21 @@ from stickslip.kernels.problem import problem_functions, problem_of
 from stickslip.measure.accumulate import (
     ABSOLUTE_WORK,
     BLOCK_WORK,
+    ELAPSED,
     FIRST_PHASE,
     FORCE_MAX,
+    FORCE_SIZE,
+    IN_PHASE,
     LAST_PHASE,
     LOSS,
     MELTED,
     MELTINGS,
+    MOTION_IN_PHASE,
+    MOTION_OUT_OF_PHASE,
+    OUT_OF_PHASE,
     RECORD,
     SOLID,
+    SQUARED_FORCE,
     STRESS_MAX,
     accumulator,
 )
@@ -89,7 +96,17 @@ def _increments(p, t, dt, y, xi):
 
 @inline
 def _see_begin(p, t, dt, y0, y1, record):
-    _see(p, t, dt, relative_velocity(p, t, y0[1]), y0[2], 0.0, record)
+    u = relative_velocity(p, t, y0[1])
+    _see(p, t, dt, u, y0[2], 0.0, record)
+    F, phase = _observables(p, (0.0, u, 0.0), y0[2], 0.0)[1], p.angular_frequency * t
+    part = dt / (0.5 * drive.period(p))
+    _add(record, 0, ELAPSED, part, True)
+    for slot in (IN_PHASE, MOTION_IN_PHASE):
+        _add(record, 0, slot, part * F * math.cos(phase), True)
+    for slot in (OUT_OF_PHASE, MOTION_OUT_OF_PHASE):
+        _add(record, 0, slot, -part * F * math.sin(phase), True)
+    _add(record, 0, SQUARED_FORCE, part * F * F, True)
+    _add(record, 0, FORCE_SIZE, part * abs(F), True)
 
 
 _march = make_euler_cromer(_increments, _see_begin)

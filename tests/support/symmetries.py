@@ -79,4 +79,9 @@ def expected(row: np.ndarray, symmetry: Symmetry) -> np.ndarray:
             named[amplitude] *= abs(factor)
     for energy in ("dissipated_energy", "dissipated_energy_error"):
         named[energy] *= symmetry.force * symmetry.motion
+    for phase in ("in_phase", "out_of_phase"):  # the drive turns with the force
+        for name in (f"friction_force_{phase}", f"friction_force_{phase}_error"):
+            named[name] *= abs(symmetry.force)
+    for name in ("friction_force_rms", "friction_force_mean_abs"):
+        named[name] *= abs(symmetry.force)
     return np.array(list(named.values()))
