@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from stickslip.compiled.cache import is_kept
-from stickslip.kernels.families import FamilyKernel, families
+from stickslip.kernels.families import FamilyKernel
 from stickslip.kernels.points import final_columns
 from stickslip.measure.results import STATUS
 from stickslip.options import (
@@ -97,30 +97,26 @@ def prepare_kernels(options: Options, kinds: np.ndarray) -> None:
     """
     # A run over no points calls, and so compiles, every kernel but those of families.
     compute_orbits(np.empty((0, len(Parameters._fields))), typical_options(options))
-    compile_families(options, kinds)
-
-
-def compile_families(options: Options, kinds: np.ndarray) -> None:
-    """Compile or load the kernels that only points of these kinds (n, k) need."""
     for own in _family_kernels(options, kinds):
         own.compile()
 
 
-def uncompiled(options: Options, kinds: np.ndarray) -> np.ndarray:
-    """One kind for each family among these (n, k) that is still to be compiled, (m, k)."""
-    one_each = [kinds[members[0]] for _, members in families(options.physics, kinds)]
-    missing = [
-        kind
-        for kind in one_each
-        if not all(is_kept(own.kernel) for own in _family_kernels(options, kind[None]))
-    ]
-    return np.array(missing).reshape(-1, kinds.shape[1])
+def uncompiled(options: Options, kinds: np.ndarray) -> list[int]:
+    """The numbers of those kernels that only points of these kinds (n, k) need, and nobody made."""
+    kernels = enumerate(_family_kernels(options, kinds))
+    return [number for number, own in kernels if not is_kept(own.kernel)]
 
 
-def _family_kernels(options: Options, kinds: np.ndarray) -> Iterator[FamilyKernel]:
+def compile_one(options: Options, kinds: np.ndarray, number: int) -> None:
+    """Compile or load the kernel with a number that `uncompiled` gives, in any process."""
+    _family_kernels(options, kinds)[number].compile()
+
+
+def _family_kernels(options: Options, kinds: np.ndarray) -> list[FamilyKernel]:
     kernels_of = METHODS[options.method].kernels.family_kernels
-    for some in dict.fromkeys((typical_options(options), options)):
-        yield from kernels_of(kinds, some)
+    both = dict.fromkeys((typical_options(options), options))
+    found = {own.kernel: own for some in both for own in kernels_of(kinds, some)}
+    return list(found.values())
 
 
 def compute_orbits(

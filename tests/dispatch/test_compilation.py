@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Future
+from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,7 +14,7 @@ from stickslip.compiled.cache import is_kept
 from stickslip.dispatch import compilation as kernels
 from stickslip.kernels.adaptive.passes import pass_kernel
 from stickslip.kernels.families import KIND, Family
-from stickslip.options import DEFAULTS, Options
+from stickslip.options import DEFAULTS
 from stickslip.orbit import prepare_kernels, uncompiled
 from sweeps.config.load import from_mapping
 from sweeps.engine.computing import compile_kernels
@@ -32,51 +35,52 @@ def prepared(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     return asked
 
 
-def test_families_that_are_missing_are_compiled_in_processes_meanwhile(
+def test_kernels_that_are_missing_are_compiled_in_processes_meanwhile(
     prepared: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(kernels, "uncompiled", lambda _, kinds: kinds[:2])
+    monkeypatch.setattr(kernels, "uncompiled", lambda *_: [0, 1])
     monkeypatch.setattr(kernels, "_cores", lambda: 2)
     compile_kernels(DEFAULTS, GRID)
     assert prepared == [[], FLUIDS]
-
-
-def test_a_family_alone_is_compiled_here_and_what_all_share_meanwhile(
-    prepared: list[Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    here: list[Any] = []
-    monkeypatch.setattr(kernels, "uncompiled", lambda _, kinds: kinds[:1])
-    monkeypatch.setattr(kernels, "_cores", lambda: 2)
-    monkeypatch.setattr(kernels, "compile_families", lambda _, kinds: here.append(kinds.tolist()))
-    compile_kernels(DEFAULTS, GRID)
-    assert here == [FLUIDS[:1]]
-    assert prepared == [FLUIDS]  # what another process was asked for is not seen here
 
 
 @pytest.mark.parametrize("cores", [1, 2])
 def test_one_core_or_nothing_to_do_needs_no_process(
     prepared: list[Any], monkeypatch: pytest.MonkeyPatch, cores: int
 ) -> None:
-    monkeypatch.setattr(kernels, "uncompiled", lambda _, kinds: kinds[: 2 - cores])
+    monkeypatch.setattr(kernels, "uncompiled", lambda *_: [0][: 2 - cores])
     monkeypatch.setattr(kernels, "_cores", lambda: cores)
     monkeypatch.setattr(kernels, "_elsewhere", None)
     compile_kernels(DEFAULTS, GRID)
     assert prepared == [FLUIDS]
 
 
-def _fail(options: Options, kinds: np.ndarray) -> None:
+def _fail(*_: object) -> None:
     raise OSError("no memory left")
 
 
-@pytest.mark.parametrize(("missing", "asked"), [(1, [FLUIDS]), (2, [[], FLUIDS])])
 def test_what_fails_is_made_afterwards(
-    prepared: list[Any], monkeypatch: pytest.MonkeyPatch, missing: int, asked: list[Any]
+    prepared: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(kernels, "uncompiled", lambda _, kinds: kinds[:missing])
+    monkeypatch.setattr(kernels, "uncompiled", lambda *_: [0])
     monkeypatch.setattr(kernels, "_cores", lambda: 2)
-    monkeypatch.setattr(kernels, "compile_families", _fail)
+    monkeypatch.setattr(kernels, "compile_one", _fail)
     compile_kernels(DEFAULTS, GRID)
-    assert prepared == asked
+    assert prepared == [[], FLUIDS]
+
+
+def test_what_no_process_has_come_to_is_made_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    futures: list[Future[None]] = [Future() for _ in range(3)]
+    futures[0].set_result(None)
+    futures[1].set_running_or_notify_cancel()
+    submitted = iter(futures)
+    pool = SimpleNamespace(submit=lambda _: next(submitted), shutdown=lambda **_: None)
+    monkeypatch.setattr(kernels, "process_pool", lambda _: pool)
+    monkeypatch.setattr(kernels, "_cores", lambda: 2)
+    made: list[int] = []
+    with kernels._elsewhere([partial(made.append, number) for number in range(3)]):
+        futures[1].set_result(None)
+    assert made == [2]
 
 
 def test_a_family_is_missing_until_it_is_compiled() -> None:
@@ -85,5 +89,6 @@ def test_a_family_is_missing_until_it_is_compiled() -> None:
     prepare_kernels(DEFAULTS, kinds[:1])
     assert is_kept(pass_kernel(Family(DEFAULTS.physics, 0.0)))
     assert len(uncompiled(DEFAULTS, kinds[:2])) == 0
-    # Other films of one family count once; whether it was ever needed here is not known.
+    # Other films of one family count once; whether it was ever needed here is not known. The
+    # kernels of searches are those of all families.
     assert len(uncompiled(DEFAULTS, kinds[2:])) <= 1

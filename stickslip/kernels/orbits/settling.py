@@ -359,7 +359,7 @@ def search_kernels(kinds: np.ndarray, physics: Physics) -> Iterator[FamilyKernel
     task, width = Search(1.0, 1.0, 0, True), model_of(physics).width
     nobody = new_motions(np.empty((0, len(Reduced._fields))), np.empty((0, width + 1)))
     rows, memories = np.empty(0, np.int64), np.empty(0, search.memory_of(width))
-    for start, judge in {_kernels(family) for family, _ in families(physics, kinds)}:
+    for start, judge in dict.fromkeys(_kernels(family) for family, _ in families(physics, kinds)):
         yield FamilyKernel(start, partial(start, nobody, rows, rows, memories, task))
         yield FamilyKernel(judge, partial(judge, nobody, rows, rows, rows, memories, task))
 
