@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.compiled.decorators import inline, jit, jit_making_arrays
+from stickslip.compiled.decorators import inline, jit_making_arrays
 from stickslip.compiled.fields import make_function
 from stickslip.compiled.simd import LANES, for_lanes
 from stickslip.numerics.adaptive import DIVERGED, OK
@@ -168,14 +168,15 @@ def _make_march(
             put(lanes, DRIVE + SINE * i, lane, own + change)
             put(lanes, CHANGE + SINE * i, lane, change)
 
-    @jit
+    # None of these makes arrays, but as `jit` LLVM would not vectorise their loops.
+    @jit_making_arrays
     def march(lanes: np.ndarray, count: int, steps: int) -> None:
         for _ in range(steps):
             for_lanes(count, step, (lanes,))
 
     group = chance.group
 
-    @jit
+    @jit_making_arrays
     def march_groups(lanes: np.ndarray, count: int, steps: int) -> None:
         for done in range(steps):
             if done % group == 0:
@@ -202,7 +203,7 @@ def _make_check(
     """Return the regular check of a lane: whether it goes on, and resetting its drive."""
     set_right = _make_set_right(sines)
 
-    @jit
+    @jit_making_arrays
     def check(tasks: Tasks, row: int, lanes: np.ndarray, lane: int) -> None:
         done = tasks.done[row]
         if not _finite((get(lanes, X, lane), get(lanes, V, lane), get(lanes, W, lane))):
@@ -218,7 +219,7 @@ def _make_check(
 def _make_fill(check: Callable[..., None]) -> Any:
     """Return the function that gives idle lanes the next rows of the queue."""
 
-    @jit
+    @jit_making_arrays
     def fill(
         tasks: Tasks,
         queue: np.ndarray,
@@ -245,7 +246,7 @@ def _make_fill(check: Callable[..., None]) -> Any:
 def _make_look(check: Callable[..., None]) -> Any:
     """Return the function that checks the lanes that are due and releases those that are done."""
 
-    @jit
+    @jit_making_arrays
     def look(tasks: Tasks, lanes: np.ndarray, row_of: np.ndarray, active: int, steps: int) -> int:
         # Backwards, because the last lane fills the gap of one that is done.
         for lane in range(active - 1, -1, -1):
