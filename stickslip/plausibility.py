@@ -120,7 +120,7 @@ def suspicious_stress(
     """Tell which points (n, parameters) exceed the static stress by 10 %; `results`."""
     p = ParameterValues(*points.T)
     stress = np.maximum(np.abs(results[:, _MAX]), np.abs(results[:, _MIN]))
-    displacement = np.abs(drive.amplitudes_of(points)[1]).sum(axis=1)
+    displacement = np.abs(drive.tone_amplitudes(points)[1]).sum(axis=1)
     small = _SMALL * 2.0 * p.spring_stiffness * displacement / p.contact_area
     # A few strains already clear most points; the others get a closer look.
     suspicious = stress > SUSPICIOUS_STRESS * np.maximum(static_strength(points, _SOME), small)

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import namedtuple
-from collections.abc import Callable, Iterable, Mapping
-from functools import reduce
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -24,71 +23,28 @@ from stickslip.parameters import Parameters, ParameterValues
 
 
 class Tone(NamedTuple):
-    """A cosine of the drive: inline functions made by `tone`."""
+    """A cosine of the drive, as `tone` makes it."""
 
     harmonic: int
     """Its frequency in units of the drive's."""
 
     part: str | None
-    """The parameter of its amplitude, over X_m; None for the first tone."""
-
-    amplitude: Callable[..., float]
-    """(p): its amplitude [m], negative for the opposite phase."""
-
-    displacement: Callable[..., float]
-    """(p, t) [m]."""
-
-    velocity: Callable[..., float]
-    """(p, t) [m/s]."""
-
-    acceleration: Callable[..., float]
-    """(p, t) [m/s2]."""
+    """The parameter of its amplitude, over X_m and negative for the opposite phase. None for the
+    first tone, whose amplitude is X_m."""
 
 
 def tone(harmonic: int, part: str | None = None) -> Tone:
     """Return the tone of a harmonic; `part` is the parameter of its amplitude, over X_m.
 
-    Without one the amplitude is X_m. Raises ValueError for an even harmonic: the drive must change
-    sign after half a period, since the search for orbits and the lanes rely on that symmetry.
+    Raises ValueError for an even harmonic: the drive must change sign after half a period, since
+    the search for orbits and the lanes rely on that symmetry.
     """
     if harmonic % 2 == 0:
         raise ValueError(
             f"tone {harmonic} of the drive: an even harmonic breaks the symmetry of half periods "
             "(x, v, phi, t) -> (-x, -v, phi, t + pi/omega); only odd ones can be computed"
         )
-    times = float(harmonic)
-    amplitude: Any = _amplitude if part is None else _part_of_amplitude(part)
-
-    @inline
-    def displacement(p: Parameters, t: float) -> float:
-        return amplitude(p) * sine_and_cosine(times * p.angular_frequency * t)[1]
-
-    @inline
-    def velocity(p: Parameters, t: float) -> float:
-        omega = times * p.angular_frequency
-        return -amplitude(p) * omega * sine_and_cosine(omega * t)[0]
-
-    @inline
-    def acceleration(p: Parameters, t: float) -> float:
-        omega = times * p.angular_frequency
-        return -amplitude(p) * (omega * omega) * sine_and_cosine(omega * t)[1]
-
-    return Tone(harmonic, part, amplitude, displacement, velocity, acceleration)
-
-
-@inline
-def _amplitude(p: Parameters) -> float:
-    return p.drive_amplitude
-
-
-def _part_of_amplitude(name: str) -> Any:
-    place = Parameters._fields.index(name)
-
-    @inline
-    def amplitude(p: Parameters) -> float:
-        return p.drive_amplitude * p[place]
-
-    return amplitude
+    return Tone(harmonic, part)
 
 
 TONES: tuple[Tone, ...] = (
@@ -105,28 +61,68 @@ HARMONIC_AMPLITUDES = tuple(tone.part for tone in TONES if tone.part)
 _HARMONICS = tuple((Parameters._fields.index(t.part), float(t.harmonic)) for t in TONES if t.part)
 
 
-def _sum(terms: Iterable[Any]) -> Any:
-    """Return the inline function of the sum of these, which have the same arguments."""
-    return reduce(_plus, terms)
+# Terms of a tone: functions of the parameters, its amplitude A [m] and its harmonic, and of t [s].
 
 
-def _plus(one: Any, other: Any) -> Any:
+@inline
+def _displacement(p: Parameters, A: float, harmonic: float, t: float) -> float:
+    return A * sine_and_cosine(harmonic * p.angular_frequency * t)[1]
+
+
+@inline
+def _velocity(p: Parameters, A: float, harmonic: float, t: float) -> float:
+    omega = harmonic * p.angular_frequency
+    return -A * omega * sine_and_cosine(omega * t)[0]
+
+
+@inline
+def _acceleration(p: Parameters, A: float, harmonic: float, t: float) -> float:
+    omega = harmonic * p.angular_frequency
+    return -A * (omega * omega) * sine_and_cosine(omega * t)[1]
+
+
+@inline
+def _jerk(p: Parameters, A: float, harmonic: float, t: float) -> float:
+    omega = harmonic * p.angular_frequency
+    return -(omega * omega) * _velocity(p, A, harmonic, t)
+
+
+@inline
+def _amplitude(p: Parameters) -> float:
+    return p.drive_amplitude
+
+
+def _amplitude_of(part: str | None) -> Any:
+    """Return the inline function (p) of the amplitude of a tone [m]."""
+    if part is None:
+        return _amplitude
+    place = Parameters._fields.index(part)
+
     @inline
-    def both(*arguments: Any) -> float:
-        return one(*arguments) + other(*arguments)
+    def amplitude(p: Parameters) -> float:
+        return p.drive_amplitude * p[place]
 
-    return both
+    return amplitude
 
 
-def _jerk(one: Tone) -> Any:
-    velocity, times = one.velocity, float(one.harmonic)
+def _sum(term: Any, tones: tuple[Tone, ...]) -> Any:
+    """Return the inline function (p, ...) of the sum of a term over tones."""
+    *before, last = tones
+    amplitude, harmonic = _amplitude_of(last.part), float(last.harmonic)
 
     @inline
-    def jerk(p: Parameters, t: float) -> float:
-        omega = times * p.angular_frequency
-        return -(omega * omega) * velocity(p, t)
+    def alone(p: Parameters, *arguments: Any) -> float:
+        return term(p, amplitude(p), harmonic, *arguments)
 
-    return jerk
+    if not before:
+        return alone
+    others = _sum(term, tuple(before))
+
+    @inline
+    def together(p: Parameters, *arguments: Any) -> float:
+        return others(p, *arguments) + alone(p, *arguments)
+
+    return together
 
 
 class Upper(NamedTuple):
@@ -149,13 +145,9 @@ TONES_OF: Mapping[str, tuple[Tone, ...]] = MappingProxyType({COSINE: TONES[:1], 
 """The tones that a drive may have, by its name."""
 
 
-def _upper(tones: tuple[Tone, ...]) -> Upper:
-    return Upper(
-        displacement=_sum(t.displacement for t in tones),
-        velocity=_sum(t.velocity for t in tones),
-        acceleration=_sum(t.acceleration for t in tones),
-        jerk=_sum(_jerk(t) for t in tones),
-    )
+def upper_of(tones: tuple[Tone, ...]) -> Upper:
+    """Return the motion that is the sum of these tones."""
+    return Upper(*(_sum(term, tones) for term in (_displacement, _velocity, _acceleration, _jerk)))
 
 
 _SECTION = ("section_begin", "begin_displacement", "begin_velocity", "pull_acceleration")
@@ -199,7 +191,7 @@ def _pull_jerk(p: PulledParameters, t: float) -> float:
 
 
 UPPER: Mapping[str, Upper] = MappingProxyType(
-    {name: _upper(tones) for name, tones in TONES_OF.items()}
+    {name: upper_of(tones) for name, tones in TONES_OF.items()}
     | {PULL: Upper(_pull_displacement, _pull_velocity, _pull_acceleration, _pull_jerk)}
 )
 """The motions of the upper block by name, `options.Physics.drive`."""
@@ -208,65 +200,64 @@ upper_displacement, upper_velocity, upper_acceleration, upper_jerk = UPPER[HARMO
 """(p, t): those of any point."""
 
 
-def _size(one: Tone, order: int) -> Any:
-    """Return the largest absolute value of a tone's derivative of this order, of (p)."""
-    amplitude, times = one.amplitude, float(one.harmonic)
-
-    @inline
-    def size(p: Parameters) -> float:
-        return abs(amplitude(p)) * (times * p.angular_frequency) ** order
-
-    return size
+# Bounds: the sums of these terms.
 
 
-def _scaled_size(one: Tone, order: int, power: int) -> Any:
-    """Return `_size` times this power of the harmonic."""
-    size, factor = _size(one, order), float(one.harmonic**power)
+@inline
+def _largest_displacement(p: Parameters, A: float, harmonic: float) -> float:
+    return abs(A)
 
-    @inline
-    def scaled_size(p: Parameters) -> float:
-        return factor * size(p)
 
-    return scaled_size
+@inline
+def _largest_speed(p: Parameters, A: float, harmonic: float) -> float:
+    return abs(A) * (harmonic * p.angular_frequency)
+
+
+@inline
+def _largest_acceleration(p: Parameters, A: float, harmonic: float) -> float:
+    return abs(A) * (harmonic * p.angular_frequency) ** 2
+
+
+@inline
+def _acceleration_speed(p: Parameters, A: float, harmonic: float) -> float:
+    return harmonic * _largest_speed(p, A, harmonic)
+
+
+@inline
+def _half_way(p: Parameters, A: float, harmonic: float) -> float:
+    return harmonic * abs(A)
+
+
+@inline
+def _full_force(p: Parameters, A: float, harmonic: float) -> float:
+    omega = harmonic * p.angular_frequency
+    inertia = p.block_mass * (omega * omega)
+    return max(2.0 * p.spring_stiffness, inertia) * abs(A)
 
 
 largest_displacement, largest_speed, largest_acceleration = (
-    _sum(_size(t, order) for t in TONES) for order in range(3)
+    _sum(term, TONES) for term in (_largest_displacement, _largest_speed, _largest_acceleration)
 )
-"""(p): upper bounds of the size of X [m], V [m/s] and dV/dt [m/s2]: |X_m| omega^n, summed over the
-tones."""
+"""(p): upper bounds of the size of X [m], V [m/s] and dV/dt [m/s2]."""
 
-acceleration_speed = _sum(_scaled_size(t, 1, 1) for t in TONES)
+acceleration_speed = _sum(_acceleration_speed, TONES)
 """(p): the speed [m/s] that times omega is `largest_acceleration`."""
 
-half_way = _sum(_scaled_size(t, 0, 1) for t in TONES)
+half_way = _sum(_half_way, TONES)
 """(p): upper bound of half the way of the upper block in half a period [m]."""
 
-
-def _full_force(one: Tone) -> Any:
-    amplitude, times = one.amplitude, float(one.harmonic)
-
-    @inline
-    def force(p: Parameters) -> float:
-        omega = times * p.angular_frequency
-        inertia = p.block_mass * (omega * omega)
-        return max(2.0 * p.spring_stiffness, inertia) * abs(amplitude(p))
-
-    return force
-
-
-full_force = _sum(_full_force(t) for t in TONES)
+full_force = _sum(_full_force, TONES)
 """(p): force that moves springs or inertia with the drive [N], max(2K, M omega^2)|X_m|, summed over
 the tones. A locked block needs the difference of the two."""
 
 
-def amplitudes_of(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def tone_amplitudes(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the frequencies (m,) of the tones, over omega, and the amplitudes (n, m) [m].
 
     `points` (n, parameters).
     """
     p = ParameterValues(*points.T)
-    amplitudes = [tone.amplitude.py_func(p) for tone in TONES]  # type: ignore[attr-defined]
+    amplitudes = [_amplitude_of(tone.part).py_func(p) for tone in TONES]
     return np.array([float(tone.harmonic) for tone in TONES]), np.array(amplitudes).T
 
 
@@ -287,7 +278,7 @@ def lengthened(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def full_forces(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return `full_force` [N] of points (n, parameters), (n,)."""
-    p, (harmonics, amplitudes) = ParameterValues(*points.T), amplitudes_of(points)
+    p, (harmonics, amplitudes) = ParameterValues(*points.T), tone_amplitudes(points)
     omega = np.outer(p.angular_frequency, harmonics)
     inertia = np.asarray(p.block_mass)[:, None] * omega**2
     stiffness = np.maximum(2.0 * np.asarray(p.spring_stiffness)[:, None], inertia)

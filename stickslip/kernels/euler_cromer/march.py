@@ -66,7 +66,8 @@ class _Lane(NamedTuple):
 
 def _make_sine(tone: drive.Tone) -> Any:
     """Return the function (p, n) of a tone's velocity at step n and its change since step n - 1."""
-    velocity, acceleration, times = tone.velocity, tone.acceleration, float(tone.harmonic)
+    _, velocity, acceleration, _ = drive.upper_of((tone,))
+    times = float(tone.harmonic)
 
     @inline
     def sine(p: _Lane, n: int) -> tuple[float, float]:
