@@ -2,21 +2,19 @@
 
 Of the adaptive method an attempted step in a search for orbits, and a drive period of one point by
 the scalar drive and in one of the lanes; of Euler-Cromer a step in a loop that is written down
-plainly, by the scalar kernel and in lanes. The part `period`, some ten minutes, is a whole period
-at the paper's step of 1e-10 s for 64 temperatures, against the adaptive method.
+plainly, and in lanes.
 """
 
 from __future__ import annotations
 
 import math
-import time
 from itertools import product
 from typing import Any
 
 import numba
 import numpy as np
-from inside.fixed import fixed_amplitudes, fixed_lanes, scalar_steps
-from inside.lanes import attempted, first_period, lane_end, search
+from inside.fixed import fixed_lanes
+from inside.lanes import attempted, lane_end, search
 from inside.scalar import scalar_end
 from shared.measuring import measure
 from shared.points import parameter, random_points
@@ -73,15 +71,15 @@ def _single(point: np.ndarray) -> dict[str, float]:
 
 
 def fixed(quick: bool) -> dict[str, Any]:
-    """Time a step of one trajectory in a plain loop, the scalar kernel and lanes."""
+    """Time a step of one trajectory in a plain loop and in lanes."""
     steps = 20_000 if quick else 200_000
-    plain, scalar, lanes = {}, {}, []
+    plain, lanes = {}, []
     for gamma in FIXED_GAMMAS[:1] if quick else FIXED_GAMMAS:
         name = f"{gamma:.2f}"
-        plain[name], scalar[name] = _plain_loop(gamma, steps), _scalar_kernel(gamma, steps)
-        print(f"gamma = {name}: plain loop {plain[name]:.3g} ns, scalar {scalar[name]:.3g} ns")
+        plain[name] = _plain_loop(gamma, steps)
+        print(f"gamma = {name}: plain loop {plain[name]:.3g} ns")
         lanes += _lane_rows(gamma, steps, plain[name], WIDTHS[-1:] if quick else WIDTHS)
-    return {"plain": plain, "scalar": scalar, "lanes": lanes}
+    return {"plain": plain, "lanes": lanes}
 
 
 @numba.njit
@@ -103,32 +101,9 @@ def _plain(n, dt, T, k, K, gamma, omega, X_m, M, h, tau, A, delta, alpha, T_c, a
 
 def _plain_loop(gamma: float, steps: int) -> float:
     p = Parameters(rheological_index=gamma)
-    arguments = (
-        p.temperature, p.viscosity_coefficient, p.spring_stiffness, gamma, p.angular_frequency,
-        p.drive_amplitude, p.block_mass, p.film_thickness, p.strain_relaxation_time,
-        p.contact_area, p.kinetic_coefficient, p.thermal_coefficient, p.critical_temperature,
-        p.elastic_coefficient, p.cubic_coefficient, p.quartic_coefficient, 0.0, 0.0, 0.3,
-    )  # fmt: skip
+    arguments = (*p[:7], *p[10:19], 0.0, 0.0, 0.3)  # without the start; then x, v and phi
     _plain(1, PAPER_STEP, *arguments)
     return fastest(lambda: _plain(steps, PAPER_STEP, *arguments), steps)
-
-
-def _scalar_kernel(gamma: float, steps: int) -> float:
-    point = np.array(Parameters(rheological_index=gamma))
-    options = Options(method="euler-cromer", dt=PAPER_STEP)
-    scalar_steps(point, options, 1)
-    return fastest(lambda: scalar_steps(point, options, steps), steps)
-
-
-def _points_of(gamma: float, count: int, *, noise: bool) -> np.ndarray:
-    """Return points at temperatures of the solid and of the stick-slip region."""
-    D = Parameters().noise_intensity if noise else 0.0
-    return np.array(
-        [
-            Parameters(temperature=T, rheological_index=gamma, noise_intensity=D)
-            for T in np.linspace(155.0, 280.0, count).tolist()
-        ]
-    )
 
 
 def _lane_rows(gamma: float, steps: int, plain: float, widths: tuple[int, ...]) -> list[dict]:
@@ -143,44 +118,19 @@ def _lane_rows(gamma: float, steps: int, plain: float, widths: tuple[int, ...]) 
 
 
 def _lane_step(gamma: float, width: int, steps: int, *, noise: bool, measured: bool) -> float:
-    """Return the nanoseconds of a step of one of so many lanes."""
-    lanes = fixed_lanes(_points_of(gamma, width, noise=noise), PAPER_STEP, phi=0.3)
-    every, limits = np.arange(width), np.full(width, steps)
+    """Return the nanoseconds of a step of one of so many lanes, between solid and stick-slip."""
+    points = np.tile(Parameters(rheological_index=gamma), (width, 1))
+    parameter(points, "temperature")[:] = np.linspace(155.0, 280.0, width)
+    parameter(points, "noise_intensity")[:] *= noise
+    lanes = fixed_lanes(points, PAPER_STEP, phi=0.3)
 
     def run() -> None:
-        lanes.start(every, limits)
+        lanes.start(np.arange(width), np.full(width, steps))
         lanes.march(measured)
 
     run()
     return fastest(run, steps * width)
 
 
-def period(quick: bool) -> dict[str, Any]:
-    """Compare a period from rest at the paper's step, 64 temperatures, with the adaptive one."""
-    points, dt = _points_of(-2 / 3, 64, noise=True), 1e-8 if quick else PAPER_STEP
-    lanes = fixed_lanes(points, dt)
-    lanes.start(np.arange(len(points)))
-    begun = time.process_time()
-    lanes.march(measured=True)
-    seconds = time.process_time() - begun
-    ends, exact = first_period(points, Options(rtol=1e-11))
-    p = Parameters()
-    scale = np.array([p.drive_amplitude, p.drive_amplitude * p.angular_frequency])
-    errors = np.abs(lanes.states()[:, :2] - ends[:, :2]) / scale
-    amplitudes = np.abs(fixed_amplitudes(lanes) / exact - 1.0)
-    steps = int(lanes.steps.sum())
-    return {
-        "steps": steps,
-        "statuses": lanes.tasks.status.tolist(),
-        "seconds": seconds,
-        "ns_per_step": seconds * 1e9 / steps,
-        "largest_error_x": float(errors[:, 0].max()),
-        "largest_error_v": float(errors[:, 1].max()),
-        "largest_error_stress_amplitude": float(amplitudes[:, 0].max()),
-        "largest_error_force_amplitude": float(amplitudes[:, 1].max()),
-    }
-
-
 if __name__ == "__main__":
-    parts = {"adaptive": adaptive, "fixed": fixed, "period": period}
-    measure("lanes", __doc__, parts, long=("period",))
+    measure("lanes", __doc__, {"adaptive": adaptive, "fixed": fixed})

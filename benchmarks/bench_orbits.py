@@ -15,33 +15,24 @@ from shared.measuring import measure
 from shared.points import (
     AMPLITUDES,
     COUNTS,
+    Orbits,
     amplitude_errors,
-    column,
+    at,
     description,
-    error_bars,
-    good,
     orbits,
     parameter,
     quantile,
     random_points,
-    same_counts,
     spread,
-    statuses,
-    worse_errors,
-)
-from shared.timing import median_seconds, pin, timed
+)  # fmt: skip
+from shared.timing import median_seconds, pin
 
-from stickslip.options import Options
-from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
 
 SEED, POINTS, FEW = 2026, 200, 12
 STATED_AT = (1e-4, 1e-6, 1e-8)
 RESOLVED = 1e-16  # nothing is granted to the stated errors
-PLAIN = Options(
-    rtol=1e-8, stationary_rtol=1e-8, max_periods=6000, max_steps=10**9, accelerate=False
-)
-UNSETTLED_REFERENCE = Options(rtol=1e-10, stationary_rtol=1e-10)
+PLAIN_PERIODS = 6000
 FAINT_STRESS = 1.0  # Pa: below it a stress is that of a film that is never solid
 SAME = 1e-3
 """Relative: closer amplitudes are those of the same orbit."""
@@ -56,11 +47,10 @@ COMPANY, COMPANY_SEED = 4000, 2027
 """As many other random points fill the lanes to the last, as those of a sweep do."""
 
 
-def _drawn(quick: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Draw the points, and compute their results at a tight tolerance."""
+def _exact(quick: bool) -> Orbits:
+    """Return the orbits of the points at a tight tolerance."""
     points = random_points(POINTS, SEED)[: FEW if quick else POINTS]
-    options = Options(rtol=1e-10 if quick else 1e-11, stationary_rtol=1e-10)
-    return points, orbits(points, options)
+    return orbits(points, rtol=1e-10 if quick else 1e-11, stationary_rtol=1e-10)
 
 
 # --- the same orbit, and its errors ---------------------------------------------------------------
@@ -68,75 +58,75 @@ def _drawn(quick: bool) -> tuple[np.ndarray, np.ndarray]:
 
 def accuracy(quick: bool) -> dict[str, Any]:
     """Measure periods, orbits, errors, and how the stated errors bound them."""
-    points, reference = _drawn(quick)
-    default = orbits(points, Options())
-    same = same_counts(default, reference)
-    errors = amplitude_errors(points, default, reference)[same]
+    exact = _exact(quick)
+    found = orbits(exact.points)
+    errors = amplitude_errors(exact.points, found.amplitudes, exact.amplitudes)
+    errors = errors[found.same_counts(exact)]
     return {
-        "points": len(points),
-        "statuses": statuses(default),
-        "periods": spread(column(default, "periods_integrated")),
-        "plain_iteration": _against_plain(points, default, quick=quick),
+        "points": len(found),
+        "statuses": found.statuses(),
+        "periods": spread(found.periods_integrated),
+        "plain_iteration": _against_plain(found, 500 if quick else PLAIN_PERIODS),
         "errors": {
-            name: {"median": quantile(errors[:, i], 50), "max": float(errors[:, i].max())}
-            for i, name in enumerate(AMPLITUDES)
+            name: {"median": quantile(own, 50), "max": float(own.max())}
+            for name, own in zip(AMPLITUDES, errors.T, strict=True)
         },
-        "stated": [_stated(points, rtol, reference) for rtol in STATED_AT],
+        "stated": [_stated(exact, rtol) for rtol in STATED_AT],
     }
 
 
-def _stated(points: np.ndarray, rtol: float, reference: np.ndarray) -> dict[str, Any]:
+def _stated(exact: Orbits, rtol: float) -> dict[str, Any]:
     """Return how the stated errors bound the true ones, points on another orbit as they come."""
-    results = orbits(points, Options(rtol=rtol, stationary_rtol=rtol))
-    both = good(results) & good(reference)
-    row = {"rtol": rtol} | error_bars(points, results, reference, both, RESOLVED)
+    found = orbits(exact.points, **at(rtol))
+    row = {"rtol": rtol} | found.error_bars(exact, found.ok & exact.ok, RESOLVED)
     print(row)
     return row
 
 
-def _against_plain(points: np.ndarray, default: np.ndarray, *, quick: bool) -> dict[str, Any]:
+def _against_plain(found: Orbits, periods: int) -> dict[str, Any]:
     """Count the points on the orbit of plain iteration; list the others with the differences.
 
     Where that does not settle, the comparison is with an accelerated run at rtol 1e-10.
     """
-    options = Options(**(vars(PLAIN) | {"max_periods": 500})) if quick else PLAIN
-    plain = orbits(points, options)
-    settled = good(plain)
-    compared = plain.copy()
+    points = found.points
+    plain = orbits(points, accelerate=False, max_periods=periods, max_steps=10**9, **at(1e-8))
+    settled, compared = plain.ok, plain[:]
     if not settled.all():
-        compared[~settled] = orbits(points[~settled], UNSETTLED_REFERENCE)
-    differences = [_difference(*pair) for pair in zip(default, compared, strict=True)]
+        compared.rows[~settled] = orbits(points[~settled], **at(1e-10)).rows
+    differences = [_differences(found[[i]], compared[[i]]) for i in range(len(points))]
     result = {
-        "max_periods": options.max_periods,
+        "max_periods": periods,
         "settled": int(settled.sum()),
         "same_orbit": sum(not difference for difference in differences),
         "other_orbit": [
-            description(points[i], differs_in=differences[i], plain_settled=bool(settled[i]))
-            for i in range(len(points))
-            if differences[i]
+            description(points[i], differs_in=difference, plain_settled=bool(settled[i]))
+            for i, difference in enumerate(differences)
+            if difference
         ],
-        "periods": spread(column(plain, "periods_integrated")[settled]) if settled.any() else {},
+        "periods": spread(plain.periods_integrated[settled]) if settled.any() else {},
     }
     print("plain iteration:", result)
     return result
 
 
-def _difference(mine: np.ndarray, theirs: np.ndarray) -> dict[str, list[float]]:
+def _differences(own: Orbits, other: Orbits) -> dict[str, list[float]]:
     """Return the results in which two orbits differ, as pairs, none for the same orbit."""
-    own, other = mine[None], theirs[None]
-    differences = {}
-    for name in ("status", *COUNTS):
-        pair = float(column(own, name)[0]), float(column(other, name)[0])
-        if pair[0] != pair[1]:
-            differences[name] = list(pair)
+
+    def pair(name: str) -> list[float]:
+        return [float(getattr(orbit, name)[0]) for orbit in (own, other)]
+
+    different = {name: pair(name) for name in ("status", *COUNTS)}
+    different = {
+        name: (mine, theirs) for name, (mine, theirs) in different.items() if mine != theirs
+    }
     for kind in ("elastic_stress", "friction_force"):
-        scale = max(abs(float(column(other, f"{kind}_amplitude")[0])), 1e-300)
+        scale = max(abs(pair(f"{kind}_amplitude")[1]), 1e-300)
         for name in (f"{kind}_amplitude", f"{kind}_max", f"{kind}_min"):
-            pair = float(column(own, name)[0]), float(column(other, name)[0])
-            faint = kind == "elastic_stress" and max(map(abs, pair)) < FAINT_STRESS
-            if not (faint or abs(pair[0] - pair[1]) <= SAME * scale):
-                differences[name] = list(pair)
-    return differences
+            mine, theirs = pair(name)
+            faint = kind == "elastic_stress" and max(abs(mine), abs(theirs)) < FAINT_STRESS
+            if not (faint or abs(mine - theirs) <= SAME * scale):
+                different[name] = [mine, theirs]
+    return different
 
 
 # --- time -----------------------------------------------------------------------------------------
@@ -145,41 +135,39 @@ def _difference(mine: np.ndarray, theirs: np.ndarray) -> dict[str, list[float]]:
 def time(quick: bool) -> dict[str, Any]:
     """Time all points on one core, and numbalsoda at the error nearest to ours."""
     pin()
-    points, reference = _drawn(quick)
-    default, runs = orbits(points, Options()), 1 if quick else RUNS
-    result: dict[str, Any] = {
-        "seconds": median_seconds(lambda: compute_orbits(points, Options()), runs),
-        "error_median": _median_error(points, default, reference),
-    }
+    exact, runs = _exact(quick), 1 if quick else RUNS
+    found = orbits(exact.points)
+    error = _median_error(found, exact)
+    result: dict[str, Any] = {"seconds": _seconds(exact.points, runs), "error_median": error}
     print("ours:", result)
     if not PEERS[NUMBALSODA].version():
         print("numbalsoda: not installed")
         return result
+    few, ladder = slice(None, None, PEER_SAMPLE), PEER_LADDER[1:2] if quick else PEER_LADDER
     with Worker(NUMBALSODA) as worker:
-        few = slice(None, None, PEER_SAMPLE)
-        pilot = [
-            _peer_row(worker, points[few], reference[few], rtol)[0]
-            for rtol in (PEER_LADDER[1:2] if quick else PEER_LADDER)
-        ]
-        target = _median_error(points[few], default[few], reference[few])
-        peer, ends = _peer_row(worker, points, reference, _nearest(pilot, target))
-    solved = np.array([isinstance(orbit, StationaryOrbit) for orbit, _ in ends])
-    thinning = solved & (parameter(points, "rheological_index") < 0)
-    peer["seconds"] = _peer_seconds(ends, solved)
-    result |= {"numbalsoda": peer, "pilot": pilot}
-    result["ratios"] = {
-        what: _peer_seconds(ends, part)
-        / median_seconds(lambda own=points[part]: compute_orbits(own, Options()), runs)
+        pilot = [_peer_row(worker, exact[few], rtol)[0] for rtol in ladder]
+        target = _median_error(found[few], exact[few])
+        peer, ends = _peer_row(worker, exact, _nearest(pilot, target))
+    solved = np.array([isinstance(end, StationaryOrbit) for end in ends])
+    thinning = solved & (parameter(exact.points, "rheological_index") < 0)
+    its_seconds = np.array([end.seconds for end in ends])
+    peer["seconds"] = float(its_seconds[solved].sum())
+    ratios = {
+        what: float(its_seconds[part].sum()) / _seconds(exact.points[part], runs)
         for what, part in {"all": solved, "gamma<0": thinning}.items()
     }
-    result["in_company"] = _in_company(peer["seconds"] / int(solved.sum()), quick=quick)
+    company = _in_company(peer["seconds"] / int(solved.sum()), quick=quick)
+    result |= {"numbalsoda": peer, "pilot": pilot, "ratios": ratios, "in_company": company}
     print(result)
     return result
 
 
-def _median_error(points: np.ndarray, results: np.ndarray, reference: np.ndarray) -> float:
-    same = same_counts(results, reference)
-    return quantile(worse_errors(points, results, reference)[same], 50)
+def _seconds(points: np.ndarray, runs: int) -> float:
+    return median_seconds(lambda: orbits(points), runs)
+
+
+def _median_error(found: Orbits, exact: Orbits) -> float:
+    return quantile(found.errors(exact)[found.same_counts(exact)], 50)
 
 
 def _nearest(pilot: list[dict[str, Any]], error: float) -> float:
@@ -190,47 +178,34 @@ def _nearest(pilot: list[dict[str, Any]], error: float) -> float:
 
 def _in_company(its_seconds: float, *, quick: bool) -> dict[str, Any]:
     """Time a point among thousands that end ok, beside the peer's time of a point."""
-    points = random_points(COMPANY // 16 if quick else COMPANY, COMPANY_SEED)
-    ended = points[good(orbits(points, Options()))]
-    seconds = median_seconds(lambda: compute_orbits(ended, Options()), 1 if quick else RUNS)
-    own = seconds / len(ended)
-    row = {"points": len(points), "ok": len(ended), "seconds": own}
+    found = orbits(random_points(COMPANY // 16 if quick else COMPANY, COMPANY_SEED))
+    ok = found.points[found.ok]
+    own = _seconds(ok, 1 if quick else RUNS) / len(ok)
+    row = {"points": len(found), "ok": len(ok), "seconds": own}
     return row | {"its_seconds": its_seconds, "ratio": its_seconds / own}
 
 
-Ended = tuple[StationaryOrbit | Failure, float]
-
-
-def _peer_seconds(ends: list[Ended], part: np.ndarray) -> float:
-    return math.fsum(seconds for (_, seconds), chosen in zip(ends, part, strict=True) if chosen)
-
-
 def _peer_row(
-    worker: Worker, points: np.ndarray, reference: np.ndarray, rtol: float
-) -> tuple[dict[str, Any], list[Ended]]:
+    worker: Worker, exact: Orbits, rtol: float
+) -> tuple[dict[str, Any], list[StationaryOrbit | Failure]]:
     """Return errors of numbalsoda with plain iteration, and what became of each point."""
-    ends = [_peer_run(worker, Parameters(*row), rtol) for row in points]
-    missing = (math.nan, math.nan)
-    amplitudes = [o[:2] if isinstance(o, StationaryOrbit) else missing for o, _ in ends]
-    errors = worse_errors(points, np.array(amplitudes), reference)
+    ends = [
+        worker.stationary(Parameters(*row), rtol, PEER_PERIODS, PEER_STATIONARY, limit=PEER_LIMIT)
+        for row in exact.points
+    ]
+    failed, missing = [isinstance(end, Failure) for end in ends], (math.nan, math.nan)
+    amplitudes = [missing if bad else end[:2] for end, bad in zip(ends, failed, strict=True)]
+    errors = amplitude_errors(exact.points, np.array(amplitudes), exact.amplitudes).max(axis=1)
     known = errors[np.isfinite(errors)]
     row = {
         "rtol": rtol,
-        "points": len(points),
-        "failed": sum(isinstance(orbit, Failure) for orbit, _ in ends),
+        "points": len(ends),
+        "failed": sum(failed),
         "error_median": quantile(known, 50),
         "other_orbits": int((known > SAME).sum()),
     }
     print("  numbalsoda:", row)
     return row, ends
-
-
-def _peer_run(worker: Worker, p: Parameters, rtol: float) -> Ended:
-    """Return an orbit, or why there is none, and its seconds, or those until it failed."""
-    orbit, seconds = timed(
-        lambda: worker.stationary(p, rtol, PEER_PERIODS, PEER_STATIONARY, limit=PEER_LIMIT)
-    )
-    return orbit, orbit.seconds if isinstance(orbit, StationaryOrbit) else seconds
 
 
 if __name__ == "__main__":

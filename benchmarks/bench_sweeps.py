@@ -16,23 +16,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from shared.commands import MIB, median_of_commands, run_command, run_process
-from shared.grids import (
-    CUBE,
-    FLUIDS,
-    MOST_PERIODS,
-    SWEEP,
-    WORKERS,
-    grid_config,
-    write_config,
-)
+from shared.grids import CUBE, FLUIDS, MOST_PERIODS, SWEEP, WORKERS, grid_config, write_config
 from shared.measuring import measure
-from shared.points import AMPLITUDES, count_by_name, good, orbits, quantile, worse_errors
-from shared.rasters import raster
+from shared.points import AMPLITUDES, amplitude_errors, at, count_by_name, orbits, quantile
 from shared.timing import median_seconds, medians_in_turn, timed
 
 import stickslip
 import sweeps
-from stickslip.options import Options
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
@@ -54,12 +44,9 @@ COARSE = {
 COARSE_MAP = ("T={linspace: [150, 300], num: 33}", "omega={linspace: [5, 60], num: 33}")
 REFERENCE = ("integrator.rtol=1e-9", "stationary.rtol=1e-9")
 
-BORDER_ACCURACIES = (1e-3, 1e-4)  # a half and a twentieth of the finest pixel
-
 CUBE_SHAPE, QUICK_SHAPE = (24, 24, 24, 24), (3, 3, 2, 2)
 CUBE_RTOL = 1e-4  # the loosest that is accurate to 1e-4 on a sample
 SEED, SAMPLE = 17, 300
-EXACT = Options(rtol=1e-9, stationary_rtol=1e-9, max_periods=MOST_PERIODS)
 
 
 # --- a first result -------------------------------------------------------------------------------
@@ -121,7 +108,8 @@ def _figure(name: str, runs: int, changes: tuple[str, ...]) -> dict[str, Any]:
     ds = run(config, workers=WORKERS)
     exact = run(read_config(shipped_config(name), (*changes, *REFERENCE)), workers=WORKERS)
     grid = Grid.from_config(config)
-    errors = worse_errors(grid.points(0, grid.size), _amplitudes(ds), _amplitudes(exact))
+    points = grid.points(0, grid.size)
+    errors = amplitude_errors(points, _amplitudes(ds), _amplitudes(exact)).max(axis=1)
     known = errors[np.isfinite(errors)]
     row = {
         "points": int(ds.status.size),
@@ -178,52 +166,6 @@ def _compared(full: np.ndarray, found: np.ndarray) -> dict[str, Any]:
     }
 
 
-# --- borders as lines ---------------------------------------------------------------------------
-
-
-def borders(quick: bool) -> dict[str, Any]:
-    """Draw a map of regimes by lines and by pixels; count the wrong ones of a finer map."""
-    fine_size, coarse_size = (33, 9) if quick else (513, 65)
-    whole, fine_seconds = timed(lambda: run(_regime_map(fine_size), workers=WORKERS))
-    fine = whole.regime.values
-    pixels, pixels_seconds = timed(
-        lambda: run(_regime_map((fine_size + 1) // 2), workers=WORKERS).regime.values
-    )
-    nearest = (np.arange(fine_size) + 1) // 2
-    result = {
-        "fine": {"points": fine.size, "seconds": fine_seconds},
-        "pixels": {
-            "points": pixels.size,
-            "wrong": float((pixels[np.ix_(nearest, nearest)] != fine).mean()),
-            "seconds": pixels_seconds,
-        },
-        "lines": [_drawn_by_lines(coarse_size, accuracy, fine) for accuracy in BORDER_ACCURACIES],
-    }
-    print(result)
-    return result
-
-
-def _drawn_by_lines(size: int, accuracy: float, fine: np.ndarray) -> dict[str, Any]:
-    """Time a coarse map and its borders, and count the pixels of a fine one that are wrong."""
-    own, seconds = timed(lambda: run(_regime_map(size), workers=WORKERS))
-    lines, more = timed(lambda: own.stickslip.boundaries(accuracy, workers=WORKERS))
-    return {
-        "accuracy": accuracy,
-        "points": own.regime.size + int(lines.attrs["computed_points"]),
-        "wrong": float((raster(own, lines, len(fine)) != fine).mean()),
-        "seconds": seconds + more,
-    }
-
-
-def _regime_map(size: int) -> dict[str, Any]:
-    axes = {"temperature": [150, 320], "angular_frequency": [5, 60]}
-    return {
-        "sweep": {name: {"linspace": ends, "num": size} for name, ends in axes.items()},
-        "integrator": {"rtol": CUBE_RTOL},
-        "stationary": {"rtol": CUBE_RTOL},
-    }
-
-
 # --- a cube of a million points -------------------------------------------------------------------
 
 
@@ -258,9 +200,9 @@ def _sample(config: dict[str, Any], count: int) -> dict[str, Any]:
     grid = Grid.from_config(read_config(config))
     chosen = np.random.default_rng(SEED).choice(grid.size, min(count, grid.size), replace=False)
     points = grid.rows(np.sort(chosen))
-    found = orbits(points, Options(rtol=CUBE_RTOL, max_periods=MOST_PERIODS))
-    exact = orbits(points, EXACT)
-    errors = worse_errors(points, found, exact)[good(found) & good(exact)]
+    found = orbits(points, rtol=CUBE_RTOL, max_periods=MOST_PERIODS)
+    exact = orbits(points, max_periods=MOST_PERIODS, **at(1e-9))
+    errors = found.errors(exact)[found.ok & exact.ok]
     return {
         "points": len(points),
         "error_median": quantile(errors, 50),
@@ -284,5 +226,5 @@ def scaling(quick: bool) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    parts = (start, figures, regimes, borders, cube, scaling)
+    parts = (start, figures, regimes, cube, scaling)
     measure("sweeps", __doc__, {part.__name__: part for part in parts})

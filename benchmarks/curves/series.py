@@ -53,9 +53,10 @@ def one_by_one(points: np.ndarray) -> Series:
     def run(rtol: float, runs: int) -> Run:
         options = Options(rtol=rtol)
         x = [_end(row, options) for row in points]
-        timed = [_shortest(partial(_end, row, options), runs) for row in points]
-        seconds = np.array([seconds for seconds, _ in timed]) / PERIODS
-        return Run(_scaled(points, x), seconds, min(n for _, n in timed), "status not ok")
+        seconds, done = zip(
+            *(_shortest(partial(_end, row, options), runs) for row in points), strict=True
+        )
+        return Run(_scaled(points, x), np.array(seconds) / PERIODS, min(done), "status not ok")
 
     return Series(len(points), reference(points.tobytes()), run)
 
@@ -93,19 +94,18 @@ def by_peer(name: str, worker: Worker, points: np.ndarray, limit: float) -> Seri
     """Return a peer as a series, one call a point."""
 
     def run(rtol: float, runs: int) -> Run:
-        x, seconds, done, last = [], [], runs, Failure("")
+        ends, done, last = [], runs, Failure("")
         for row in points:
             p = Parameters(*row)
             answer = worker.measure(p, starting_state(row), PERIODS, rtol, limit=limit, runs=runs)
             if isinstance(answer, Failure):
                 last = answer
-                x.append(math.nan)
-                seconds.append(math.nan)
+                ends.append((math.nan, math.nan))
             else:
-                x.append(answer.state[0])
-                seconds.append(answer.seconds / PERIODS)
+                ends.append((answer.state[0], answer.seconds / PERIODS))
                 done = min(done, answer.runs)
-        return Run(_scaled(points, x), np.array(seconds), done, *last)
+        x, seconds = np.array(ends).T
+        return Run(_scaled(points, x), seconds, done, last.reason, last.out_of_time)
 
     return Series(len(points), reference(points.tobytes()), run, PEERS[name].ladder)
 

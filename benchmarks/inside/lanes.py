@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from inside.defaults import PHYSICS, WIDTH, amplitudes_of
+from inside.defaults import PHYSICS
 from stickslip.kernels.adaptive import passes
 from stickslip.kernels.adaptive.march import AdaptiveMarch
 from stickslip.kernels.adaptive.passes import work_through
+from stickslip.kernels.adaptive.tangents import travelled
 from stickslip.kernels.orbits.conversion import conversion_of
 from stickslip.kernels.orbits.motions import ATTEMPTED, CYCLE, OUTCOME, Motions, motions_of
 from stickslip.kernels.orbits.settling import Search, settle
@@ -54,15 +55,26 @@ def half_periods(motions: Motions) -> np.ndarray:
     return motions.counts[:, CYCLE]
 
 
-def first_period(points: np.ndarray, options: Options) -> tuple[np.ndarray, np.ndarray]:
-    """Return SI states (x, v, phi) after a period from the start, (n, 3), and amplitudes."""
-    motions, conversion = motions_of(points, PHYSICS), conversion_of(PHYSICS)
+def period_records(points: np.ndarray, rtol: float, finals: np.ndarray | None = None) -> np.ndarray:
+    """Return SI records (n, RECORD) of a period from the start, or from SI states (n, columns)."""
+    motions, records = motions_of(points, PHYSICS), np.empty((len(points), RECORD))
+    if finals is not None:
+        motions.states[:] = scaled_states(points, finals)
     half_periods(motions)[:] = 2
-    settings = options.settings()
-    work_through(motions, passes.MEASURE, settings.rtol, settings.max_steps, PHYSICS)
-    records = np.empty((len(points), RECORD))
-    conversion.write_records(points, half_periods(motions), motions.measured, records)
-    conversion.restore_states(points, motions.states)
-    ends = motions.states[:, :WIDTH].copy()
-    ends[:, 2] = np.exp(ends[:, 2])
-    return ends, amplitudes_of(records)
+    work_through(motions, passes.MEASURE, rtol, 10**9, PHYSICS)
+    conversion_of(PHYSICS).write_records(points, half_periods(motions), motions.measured, records)
+    return records
+
+
+def scaled_states(points: np.ndarray, finals: np.ndarray) -> np.ndarray:
+    """Return SI states (n, columns) in the units of the lanes."""
+    states = finals.copy()
+    conversion_of(PHYSICS).scale_states(points, states)
+    return states
+
+
+def travelled_states(
+    points: np.ndarray, states: np.ndarray, halves: np.ndarray, rtol: float
+) -> np.ndarray:
+    """Return scaled states (n, 3) after so many half periods of each point."""
+    return travelled(motions_of(points, PHYSICS).points, states, halves, rtol, PHYSICS)

@@ -136,26 +136,9 @@ def prices(found: Results) -> Rows:
 
 
 def ensembles(found: Results) -> Rows:
-    """Return means of stochastic films beside independent ones, the typical path, prices."""
-    ours, plain = found["ensemble"], found["euler_maruyama"]
-    closure = [row for row in found["closure"] if row["status"] == 0]
-    name = "elastic_stress_amplitude"
-    changes = [abs(row[name] / row[f"typical_{name}"] - 1.0) for row in closure]
-    beyond = sum(c > row["amplitude_error"] for c, row in zip(changes, closure, strict=True))
-    rows = {
-        "largest stress at ω = 15 rad/s, ensemble [MPa]": _mean(ours),
-        "... by Euler–Maruyama": f"{_mean(plain)}; steps of {digits(plain['step'])} s",
-        "... of the typical path [MPa]": f"{1e-6 * ours['typical_path']:.4f}",
-        "largest change of the stress amplitude over ω": f"{max(changes):.2%}",
-        "frequencies where it exceeds the stated error": f"{beyond} of {len(closure)}",
-    }
+    """Return what a drive period of a stochastic film takes, and a point."""
+    rows: Rows = [("what", "value")]
     for row in found["prices"]:
-        what = f"γ = {row['gamma']:.2f}: µs a period of a realization; a point"
-        price = f"{digits(row['microseconds'])}; {seconds(row['seconds'])}"
-        rows[signed(what)] = price
-    return [("what", "value"), *rows.items()]
-
-
-def _mean(row: Results) -> str:
-    mean, error, spread = (1e-6 * row[name] for name in ("mean", "standard_error", "spread"))
-    return f"{mean:.4f} ± {error:.4f}, spread {spread:.4f}, {row['periods']} periods"
+        what = signed(f"γ = {row['gamma']:.2f}: µs a period of a realization; a point")
+        rows.append((what, f"{digits(row['microseconds'])}; {seconds(row['seconds'])}"))
+    return rows

@@ -20,7 +20,7 @@ from pages.work_precision_picture import draw_work_precision
 PICTURES = Path(__file__).parents[2] / "docs" / "pictures"
 
 # Okabe and Ito: told apart with every kind of colour vision.
-BLUE, SKY, ORANGE, VERMILION, GREY = "#0072B2", "#56B4E9", "#E69F00", "#D55E00", "#777777"
+BLUE, ORANGE, VERMILION, GREY = "#0072B2", "#E69F00", "#D55E00", "#777777"
 
 CELLS = {
     "right": "#009e73",
@@ -30,11 +30,6 @@ CELLS = {
     "wrong": "#b2182b",
 }
 """Kinds of the cells of the map of steps, and their colours."""
-
-AMPLITUDES = {
-    "elastic_stress_amplitude": (r"$\sigma_\mathrm{el,max}$", "MPa", 1e-6),
-    "friction_force_amplitude": (r"$F_\mathrm{max}$", "mN", 1e3),
-}
 
 
 def main() -> None:
@@ -49,9 +44,6 @@ def main() -> None:
         figure.savefig(PICTURES / name, dpi=150)
         plt.close(figure)
         print(PICTURES / name)
-
-
-# --- stability ------------------------------------------------------------------------------------
 
 
 def stated_errors(ladder: Results) -> Figure:
@@ -121,57 +113,6 @@ def _panel(width: float, height: float, top: float = 0.97) -> tuple[Figure, Axes
     return figure, ax
 
 
-# --- optional physics -----------------------------------------------------------------------------
-
-
-def relaxation(found: Results) -> Figure:
-    """Draw how far the amplitudes of Eq. 23 are from those of the adiabatic limit, over tau."""
-    figure, ax = plt.subplots(figsize=(5.2, 3.9))
-    figure.subplots_adjust(left=0.15, right=0.97, top=0.97, bottom=0.16)
-    rows = found["rows"]
-    times = [row["tau"] for row in rows]
-    looks = (("o", VERMILION), ("s", BLUE))
-    for (name, (label, _, _)), (marker, colour) in zip(AMPLITUDES.items(), looks, strict=True):
-        changes = [row[name] for row in rows]
-        label = f"{label}, {'smaller' if changes[0] < 0 else 'larger'}"
-        ax.loglog(times, np.abs(changes), marker, color=colour, ls="-", label=label)
-    line = abs(rows[0]["elastic_stress_amplitude"]) * np.array(times) / times[0]
-    ax.loglog(times, line, ":", color="0.5", label=r"in proportion to $\tau_\varepsilon$")
-    ax.axvline(1e-8, color="0.8", linewidth=0.8, zorder=0)
-    ax.text(1.15e-8, line[-1], "the paper", fontsize=8, color="0.4", va="top")
-    ax.set_xlabel(r"$\tau_\varepsilon$ (s), $h \propto \tau_\varepsilon$")
-    ax.set_ylabel("relative change of the amplitude by Eq. 23")
-    ax.legend(frameon=False, fontsize=8)
-    return figure
-
-
-def closure(found: Results) -> Figure:
-    """Draw the amplitudes of the typical path and of the ensembles, and their differences."""
-    rows = found["closure"]
-    omega = np.array([row["omega"] for row in rows])
-    figure, panels = plt.subplots(3, 1, figsize=(5.6, 6.4), sharex=True)
-    figure.subplots_adjust(left=0.15, right=0.97, top=0.98, bottom=0.1, hspace=0.08)
-    for ax, (name, (label, unit, scale)) in zip(panels, AMPLITUDES.items(), strict=False):
-        mean, spread, typical = (
-            scale * np.array([row[key] for row in rows])
-            for key in (name, f"{name}_spread", f"typical_{name}")
-        )
-        ax.fill_between(omega, mean - spread, mean + spread, color=SKY, alpha=0.5, lw=0,
-                        label="ensemble, spread of single periods")  # fmt: skip
-        ax.plot(omega, mean, "o", ms=3.0, color=BLUE, label="ensemble, mean")
-        ax.plot(omega, typical, "-", color=VERMILION, lw=1.1, label="typical path")
-        ax.set_ylabel(f"{label} ({unit})")
-    panels[0].legend(frameon=False, fontsize=8)
-    stress = "elastic_stress_amplitude"
-    changes = np.array([100.0 * (row[stress] / row[f"typical_{stress}"] - 1.0) for row in rows])
-    errors = np.array([100.0 * row["amplitude_error"] for row in rows])
-    panels[2].errorbar(omega, changes, errors, fmt="o", ms=3.0, color=BLUE, elinewidth=0.9)
-    panels[2].axhline(0.0, color="0.7", lw=0.8, zorder=0)
-    panels[2].set_ylabel(f"change of {AMPLITUDES[stress][0]} (%)")
-    panels[2].set_xlabel(r"$\omega$ (rad/s)")
-    return figure
-
-
 Drawing = tuple[str, str, Callable[[Any], Figure]]
 
 DRAWINGS: dict[str, Drawing] = {
@@ -179,8 +120,6 @@ DRAWINGS: dict[str, Drawing] = {
     "stability_errors.png": ("stability", "ladder", stated_errors),
     "stability_steps.png": ("stability", "step_map", step_map),
     "stability_stiff.png": ("stability", "stiff_problems", stiff_problems),
-    "relaxing_strain.png": ("physics", "relaxation", relaxation),
-    "stochastic_closure.png": ("physics", "ensembles", closure),
 }
 
 

@@ -85,13 +85,3 @@ def fixed_steps(fixed: Results) -> Rows:
         between = f"{min(times):.2g} to {max(times):.2g}"
         rows.append((signed(gamma), digits(plain), between, f"{faster:.0f}"))
     return rows
-
-
-def whole_period(period: Results) -> Rows:
-    """Return a drive period at the paper's step, run to its end."""
-    return [
-        ("what", "value"),
-        ("steps", f"{period['steps']}"),
-        ("time", f"{period['seconds']:.0f} s, {period['ns_per_step']:.2g} ns a step"),
-        ("largest error of x", f"{period['largest_error_x']:.1e}"),
-    ]

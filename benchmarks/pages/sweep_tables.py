@@ -53,21 +53,6 @@ def errors_of_sweeps(figures: Results, regimes: Results, cube: Results) -> Rows:
     ]
 
 
-def borders(borders: Results) -> Rows:
-    """Return how many pixels of a fine map are wrong, drawn by coarser pixels and by lines."""
-    rows = {"pixels of twice the size": borders["pixels"]}
-    rows |= {f"lines, brackets of {row['accuracy']:.0e}": row for row in borders["lines"]}
-    fine = borders["fine"]
-    return [
-        ("map", "points computed", "time", "wrong pixels"),
-        ("in full", str(fine["points"]), seconds(fine["seconds"]), "0"),
-        *(
-            (name, str(row["points"]), seconds(row["seconds"]), f"{row['wrong']:.2%}")
-            for name, row in rows.items()
-        ),
-    ]
-
-
 def _error_of_figure(row: Results) -> str:
     return f"{row['error_median']:.1e}, {row['error_max']:.1e}; {row['failed']}"
 

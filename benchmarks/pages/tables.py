@@ -71,9 +71,20 @@ def _filling(table: Table) -> str:
     return f"\n{table.text(record)}\n{table.source(record)}\n\n"
 
 
+ERRORS = ("ladder", "references", "locked", "fixed_step", "stated")
+
 VERDICTS = (
     "references", "locked", "stated", "step_map", "fixed_step", "extremes", "acceleration",
     "freezing", "multipliers", "watched", "long_run",
+)  # fmt: skip
+
+ATTACKS = (
+    "damage", "results", "operations", "kills", "memory", "kinds", "together", "workers", "outputs",
+    "page", "planted",
+)  # fmt: skip
+
+FITS = (
+    "random_1", "random_2", "random_3", "random_4", "four", "undescribed", "starts", "three",
 )  # fmt: skip
 
 TABLES: dict[str, Table] = {
@@ -81,48 +92,22 @@ TABLES: dict[str, Table] = {
     "errors_of_sweeps": Table(
         "sweeps", ("figures", "regimes", "cube"), sweep_tables.errors_of_sweeps
     ),
-    "borders": Table("sweeps", ("borders",), sweep_tables.borders),
     "engine": Table("engine", ("grids", "huge"), sweep_tables.engine),
     "accuracy": Table("orbits", ("accuracy",), orbit_tables.accuracy),
     "derivatives": Table("derivatives", ("together", "derivatives"), orbit_tables.derivatives),
-    "fits": Table(
-        "fit",
-        ("random_1", "random_2", "random_3", "random_4", "four", "undescribed", "starts", "three"),
-        orbit_tables.fits,
-    ),
+    "fits": Table("fit", FITS, orbit_tables.fits),
     "orbit_times": Table("orbits", ("time",), orbit_tables.orbit_times),
     "against_peers": Table("work_precision", ("fluids",), solver_tables.against_peers),
     "random_fluids": Table("work_precision", ("random",), solver_tables.random_fluids),
     "against_paper": Table("work_precision", ("fluids",), solver_tables.against_paper),
     "adaptive_steps": Table("lanes", ("adaptive",), solver_tables.adaptive_steps),
     "fixed_steps": Table("lanes", ("fixed",), solver_tables.fixed_steps),
-    "whole_period": Table("lanes", ("period",), solver_tables.whole_period),
     "prices": Table("physics", ("prices",), orbit_tables.prices),
     "ensembles": Table("physics", ("ensembles",), orbit_tables.ensembles),
-    "stability_errors": Table(
-        "stability",
-        ("ladder", "references", "locked", "fixed_step", "stated"),
-        stability_tables.errors,
-    ),
+    "stability_errors": Table("stability", ERRORS, stability_tables.errors),
     "stability_work": Table("stability", ("work",), stability_tables.work),
     "stability_verdicts": Table("stability", VERDICTS, stability_tables.verdicts),
-    "faults": Table(
-        "faults",
-        (
-            "damage",
-            "results",
-            "operations",
-            "kills",
-            "memory",
-            "kinds",
-            "together",
-            "workers",
-            "outputs",
-            "page",
-            "planted",
-        ),
-        sweep_tables.attacks,
-    ),
+    "faults": Table("faults", ATTACKS, sweep_tables.attacks),
 }
 
 

@@ -36,19 +36,6 @@ def fill_rates(row: np.ndarray, s: float, y: np.ndarray, out: np.ndarray) -> Non
 
 
 @kernel
-def fill_jacobian(row: np.ndarray, s: float, y: np.ndarray, out: np.ndarray) -> None:
-    """Write the Jacobian d(dy/ds)/dy at phase `s` into `out` (3, 3)."""
-    p = parameters_of(row)
-    omega = p.angular_frequency
-    X_m = abs(p.drive_amplitude)
-    scale = (X_m, X_m * omega, 1.0)
-    J = jacobian(p, s / omega, (y[0] * scale[0], y[1] * scale[1], y[2]), 0.0)
-    for i in range(3):
-        for j in range(3):
-            out[i, j] = J[i][j] * scale[j] / (scale[i] * omega)
-
-
-@kernel
 def rates(row: np.ndarray, s: float, y: np.ndarray) -> np.ndarray:
     """Return the rates dy/ds as a new array (3,)."""
     out = np.empty(3)
@@ -58,15 +45,13 @@ def rates(row: np.ndarray, s: float, y: np.ndarray) -> np.ndarray:
 
 @kernel
 def rates_jacobian(row: np.ndarray, s: float, y: np.ndarray) -> np.ndarray:
-    """Return the Jacobian of the rates as a new array (3, 3)."""
-    out = np.empty((3, 3))
-    fill_jacobian(row, s, y, out)
+    """Return the Jacobian d(dy/ds)/dy at phase `s` as a new array (3, 3)."""
+    p, out = parameters_of(row), np.empty((3, 3))
+    omega = p.angular_frequency
+    X_m = abs(p.drive_amplitude)
+    scale = (X_m, X_m * omega, 1.0)
+    J = jacobian(p, s / omega, (y[0] * scale[0], y[1] * scale[1], y[2]), 0.0)
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = J[i][j] * scale[j] / (scale[i] * omega)
     return out
-
-
-def compile_all(row: np.ndarray, y: np.ndarray) -> None:
-    """Have everything above compiled: a solver may ask for its first Jacobian late."""
-    rates(row, 0.0, y)
-    rates_jacobian(row, 0.0, y)
-    fill_rates(row, 0.0, y, np.empty(3))
-    fill_jacobian(row, 0.0, y, np.empty((3, 3)))

@@ -13,9 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from peers.base import PeerFailed
-from peers.numbalsoda_lsoda import MOST_STEPS, compiled_lsoda, right_hand_side
 from peers.scaled import EQUATIONS, FLAGS
+from peers.solvers import MOST_STEPS, PeerFailed, right_hand_side
 from stickslip.kernels.points import parameters_of
 from stickslip.kernels.trajectories import start_kernel
 from stickslip.options import DEFAULTS
@@ -65,7 +64,7 @@ def numbalsoda_stationary(
     row = np.array(parameters, dtype=float)
     begun = time.perf_counter()
     amplitudes, periods, cycle, status = _compiled_search()(
-        right_hand_side(), row, rtol, max_periods, stationary_rtol
+        right_hand_side().address, row, rtol, max_periods, stationary_rtol
     )
     seconds = time.perf_counter() - begun
     if status != _OK:
@@ -154,7 +153,7 @@ def _close_ups(s: np.ndarray, observed: np.ndarray) -> np.ndarray:
 
 @cache
 def _compiled_search() -> Any:
-    lsoda = compiled_lsoda()
+    from numbalsoda import lsoda
 
     @njit(**FLAGS)
     def settle(address, row, rtol, max_periods, tolerance):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from shared.timing import pin
 
-from peers.base import PeerFailed, State
+from peers.solvers import PeerFailed, State
 from stickslip.parameters import Parameters
 
 if TYPE_CHECKING:
@@ -32,10 +33,11 @@ class Measurement(NamedTuple):
 
 
 class Failure(NamedTuple):
-    """Why there is no measurement."""
+    """Why there is no measurement, and the seconds until that was known."""
 
     reason: str
     out_of_time: bool = False
+    seconds: float = 0.0
 
 
 class Worker:
@@ -53,68 +55,52 @@ class Worker:
         self.close()
 
     def measure(
-        self,
-        parameters: Parameters,
-        start: State,
-        periods: int,
-        rtol: float,
-        *,
-        limit: float,
-        runs: int = 5,
+        self, p: Parameters, start: State, periods: int, rtol: float, *, limit: float, runs: int
     ) -> Measurement | Failure:
         """Time the integration of so many drive periods; `limit` [s] is for one run.
 
         Slow runs are repeated less often: what fits into two seconds, at least once.
         """
-        task = (tuple(parameters), start, periods, rtol)
-        prepared = self._ask(("prepare", task), PREPARATION_LIMIT)
+        prepared = self._ask("prepare", p, start, rtol, limit=PREPARATION_LIMIT)
         if isinstance(prepared, Failure):
             return prepared
-        best, done = self._ask(("run", task), limit), 1
-        if isinstance(best, Failure):
-            return best
-        state, shortest = best
-        while done < runs and done * shortest < 2.0:
-            again = self._ask(("run", task), limit)
-            if isinstance(again, Failure):
-                return again
-            shortest, done = min(shortest, again[1]), done + 1
+        shortest, done = math.inf, 0
+        while done < runs and (done == 0 or done * shortest < 2.0):
+            answer = self._ask("end_state", p, start, periods, rtol, limit=limit)
+            if isinstance(answer, Failure):
+                return answer
+            state, seconds = answer
+            shortest, done = min(shortest, seconds), done + 1
         return Measurement(state, shortest, done)
 
     def stationary(
-        self,
-        parameters: Parameters,
-        rtol: float,
-        max_periods: int,
-        stationary_rtol: float,
-        *,
-        limit: float,
+        self, p: Parameters, rtol: float, max_periods: int, stationary_rtol: float, *, limit: float
     ) -> StationaryOrbit | Failure:
         """Return stationary amplitudes by plain iteration, by numbalsoda whichever peer this is.
 
         `limit` [s] bounds the search; the first one of a process, which compiles, comes untimed.
         """
         if self._connection is None:
-            task = (tuple(Parameters()), 1e-4, 1, 1e-2)
-            prepared = self._ask(("stationary", task), PREPARATION_LIMIT)
-            if isinstance(prepared, Failure) and self._connection is None:
-                return prepared
-        task = (tuple(parameters), rtol, max_periods, stationary_rtol)
-        return self._ask(("stationary", task), limit)
+            first = self._ask("stationary", Parameters(), 1e-4, 1, 1e-2, limit=PREPARATION_LIMIT)
+            if isinstance(first, Failure) and self._connection is None:
+                return first
+        answer = self._ask("stationary", p, rtol, max_periods, stationary_rtol, limit=limit)
+        return answer if isinstance(answer, Failure) else answer[0]
 
-    def _ask(self, message: tuple, limit: float) -> Any:
-        """Return the answer of the process, a Failure for a reason in words or for none."""
-        connection = self._started()
+    def _ask(self, order: str, p: Parameters, *task: Any, limit: float) -> Any:
+        """Return what the process answers, and its seconds; or a Failure."""
+        connection, begun = self._started(), time.perf_counter()
         try:
-            connection.send(message)
+            connection.send((order, tuple(p), task))
             if not connection.poll(limit):
                 self.close()
-                return Failure(f"did not finish in {limit:g} s", out_of_time=True)
+                return Failure(f"did not finish in {limit:g} s", out_of_time=True, seconds=limit)
             answer = connection.recv()
         except (EOFError, OSError):
             self.close()
-            return Failure("its process died")
-        return Failure(answer) if isinstance(answer, str) else answer
+            answer = "its process died"
+        seconds = time.perf_counter() - begun
+        return Failure(answer, seconds=seconds) if isinstance(answer, str) else answer
 
     def _started(self) -> Connection:
         if self._connection is None:
@@ -143,33 +129,29 @@ class Worker:
 
 
 def serve(name: str, descriptor: int) -> None:
-    """Answer tasks until the connection closes.
-
-    ("prepare" or "run", task) with (state, seconds), ("stationary", task) with a StationaryOrbit,
-    any with the reason of a failure.
-    """
+    """Answer orders with a result and its seconds, or with why there is none, until the end."""
     from peers import PEERS
     from peers.stationary import numbalsoda_stationary
 
     pin()
     peer, connection = PEERS[name], Connection(descriptor)
+    calls: dict[str, Any] = {
+        "prepare": peer.prepare,
+        "end_state": peer.end_state,
+        "stationary": numbalsoda_stationary,
+    }
     with tempfile.TemporaryDirectory() as folder:  # for whatever a peer leaves where it stands
         os.chdir(folder)
         while True:
             try:
-                order, (values, *task) = connection.recv()
+                order, values, task = connection.recv()
             except EOFError:
                 return
-            calls = {"prepare": peer.prepare, "run": peer.end_state}
             begun = time.perf_counter()
             try:
-                if order == "stationary":
-                    answer = numbalsoda_stationary(Parameters(*values), *task)
-                else:
-                    state = calls[order](Parameters(*values), *task)
-                    answer = state, time.perf_counter() - begun
+                answer = calls[order](Parameters(*values), *task)
+                connection.send((answer, time.perf_counter() - begun))
             except PeerFailed as failure:
-                answer = (None, 0.0) if order == "prepare" else str(failure)
+                connection.send(str(failure))
             except Exception as error:  # noqa: BLE001 - whatever a peer raises is its result
-                answer = f"{type(error).__name__}: {error}"[:200]
-            connection.send(answer)
+                connection.send(f"{type(error).__name__}: {error}"[:200])

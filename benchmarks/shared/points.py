@@ -1,7 +1,8 @@
-"""Points drawn at random, and how far the results of some are from those of others."""
+"""Points drawn at random, their orbits, and how far some orbits are from others."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -26,20 +27,26 @@ _FAR_OFF = 3.0  # times the stated error
 # --- points ---------------------------------------------------------------------------------------
 
 
+def drawn(
+    count: int, seed: int, draw: Callable[[np.random.Generator, int], Parameters]
+) -> np.ndarray:
+    """Return rows (count, parameters) of what `draw` makes of random numbers and of the row."""
+    rng = np.random.default_rng(seed)
+    return np.array([draw(rng, i) for i in range(count)])
+
+
 def random_points(count: int, seed: int) -> np.ndarray:
     """Return rows (count, parameters) drawn from all over the range of the paper's claims."""
-    rng = np.random.default_rng(seed)
-    return np.array(
-        [
-            Parameters(
-                temperature=rng.uniform(150, 330),
-                viscosity_coefficient=log_uniform(rng, 1e4, 3e5),
-                spring_stiffness=log_uniform(rng, 500, 1e4),
-                rheological_index=rng.choice(INDICES),
-                angular_frequency=log_uniform(rng, 5, 60),
-            )
-            for _ in range(count)
-        ]
+    return drawn(
+        count,
+        seed,
+        lambda rng, _: Parameters(
+            temperature=rng.uniform(150, 330),
+            viscosity_coefficient=log_uniform(rng, 1e4, 3e5),
+            spring_stiffness=log_uniform(rng, 500, 1e4),
+            rheological_index=rng.choice(INDICES),
+            angular_frequency=log_uniform(rng, 5, 60),
+        ),
     )
 
 
@@ -57,16 +64,12 @@ def box_points(count: int, seed: int, **ranges: tuple[str, float, float]) -> np.
         else np.exp(rng.uniform(np.log(low), np.log(high), count))
         for name, (scale, low, high) in ranges.items()
     }
-    return np.array(
-        [
-            Parameters(**{name: float(values[i]) for name, values in columns.items()})
-            for i in range(count)
-        ]
-    )
+    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+    return np.array([Parameters(**dict(zip(columns, row, strict=True))) for row in rows])
 
 
 def parameter(points: np.ndarray, name: str) -> np.ndarray:
-    """Return the column of a parameter."""
+    """Return the column of a parameter, a view."""
     return points[:, Parameters._fields.index(name)]
 
 
@@ -75,79 +78,111 @@ def description(point: np.ndarray, **more: Any) -> dict[str, Any]:
     return {name: float(f"{point[i]:.6g}") for i, name in enumerate(DESCRIPTION)} | more
 
 
-# --- results --------------------------------------------------------------------------------------
+def descriptions(
+    points: np.ndarray, which: np.ndarray, **columns: np.ndarray
+) -> list[dict[str, Any]]:
+    """Return some of the points in words, with their numbers out of these columns."""
+    return [
+        description(points[i], **{name: float(values[i]) for name, values in columns.items()})
+        for i in np.flatnonzero(which)
+    ]
 
 
-def orbits(points: np.ndarray, options: Options) -> np.ndarray:
-    """Return result rows of the stationary orbits, (n, columns)."""
-    return compute_orbits(points, options)[0]
+# --- orbits ---------------------------------------------------------------------------------------
 
 
-def column(results: np.ndarray, name: str) -> np.ndarray:
-    """Return the column of a result."""
-    return results[:, RESULT_COLUMNS.index(name)]
+class Orbits:
+    """The stationary orbits of points: `rows` of results (n, columns) and `finals`, their states.
+
+    A result is the attribute of its name (n,); an index picks some of the orbits.
+    """
+
+    def __init__(self, points: np.ndarray, rows: np.ndarray, finals: np.ndarray) -> None:
+        self.points, self.rows, self.finals = points, rows, finals
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        if name not in RESULT_COLUMNS:
+            raise AttributeError(name)
+        return self.rows[:, RESULT_COLUMNS.index(name)]
+
+    def __getitem__(self, which: Any) -> Orbits:
+        return Orbits(self.points[which], self.rows[which], self.finals[which])
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @property
+    def ok(self) -> np.ndarray:
+        """Which of them ended ok."""
+        return self.status == Status.OK
+
+    @property
+    def amplitudes(self) -> np.ndarray:
+        """Amplitudes of stress [Pa] and force [N], (n, 2)."""
+        return np.column_stack([getattr(self, name) for name in AMPLITUDES])
+
+    def statuses(self) -> dict[str, int]:
+        """Return how many ended how."""
+        return count_by_name(self.status)
+
+    def same_counts(self, other: Orbits) -> np.ndarray:
+        """Return which are ok in both and have the same counts: others are other orbits."""
+        same = [getattr(self, name) == getattr(other, name) for name in COUNTS]
+        return self.ok & other.ok & np.all(same, axis=0)
+
+    def errors(self, exact: Orbits | np.ndarray) -> np.ndarray:
+        """Return the errors of the worse amplitude (n,)."""
+        amplitudes = exact.amplitudes if isinstance(exact, Orbits) else exact
+        return amplitude_errors(self.points, self.amplitudes, amplitudes).max(axis=1)
+
+    def error_bars(
+        self, exact: Orbits | np.ndarray, of: np.ndarray, resolved: float
+    ) -> dict[str, Any]:
+        """Return the errors `of` some orbits, and how the stated ones bound them."""
+        true = self.errors(exact)[of]
+        return error_bars(self.points[of], true, self.amplitude_error[of], resolved)
 
 
-def amplitudes(results: np.ndarray) -> np.ndarray:
-    """Return amplitudes of stress [Pa] and force [N], (n, 2)."""
-    return np.column_stack([column(results, name) for name in AMPLITUDES])
+def orbits(points: np.ndarray, **options: Any) -> Orbits:
+    """Return the stationary orbits of points; the options are fields of `Options`."""
+    return Orbits(points, *compute_orbits(points, Options(**options)))
 
 
-def good(results: np.ndarray) -> np.ndarray:
-    """Return which points ended ok."""
-    return column(results, "status") == Status.OK
-
-
-def statuses(results: np.ndarray) -> dict[str, int]:
-    """Count how many points ended how."""
-    return count_by_name(column(results, "status"))
+def at(rtol: float) -> dict[str, float]:
+    """Return the options for a tolerance of the integration and of stationarity."""
+    return {"rtol": rtol, "stationary_rtol": rtol}
 
 
 def count_by_name(codes: np.ndarray) -> dict[str, int]:
-    """Count these statuses, by name."""
+    """Return how many of these statuses there are, by name."""
     values, counts = np.unique(np.asarray(codes).astype(int), return_counts=True)
     return {Status(v).name.lower(): int(n) for v, n in zip(values, counts, strict=True)}
-
-
-def same_counts(results: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Return points that are ok in both and have the same counts: others end on another orbit."""
-    same = good(results) & good(reference)
-    for name in COUNTS:
-        same &= column(results, name) == column(reference, name)
-    return same
 
 
 # --- errors ---------------------------------------------------------------------------------------
 
 
 def amplitude_errors(points: np.ndarray, found: np.ndarray, exact: np.ndarray) -> np.ndarray:
-    """Return errors of the amplitudes of stress and force (n, 2), as `amplitude_error` counts them.
+    """Return errors of amplitudes of stress and force (n, 2), as `amplitude_error` counts them.
 
     Relative to the amplitude, or to 1 % of max(2K, M omega^2)|X_m|, summed over the harmonics (over
-    A for the stress), where that is more. The first two columns of `found` and `exact` are the
-    amplitudes.
+    A for the stress), where that is more.
     """
     force = _FLOOR * full_forces(points)
     floors = np.column_stack([force / parameter(points, "contact_area"), force])
-    return np.abs(found[:, :2] - exact[:, :2]) / np.maximum(exact[:, :2], floors)
-
-
-def worse_errors(points: np.ndarray, found: np.ndarray, exact: np.ndarray) -> np.ndarray:
-    """Return errors of the worse amplitude (n,)."""
-    return amplitude_errors(points, found, exact).max(axis=1)
+    return np.abs(found - exact) / np.maximum(exact, floors)
 
 
 def error_bars(
-    points: np.ndarray, results: np.ndarray, exact: np.ndarray, of: np.ndarray, resolved: float
+    points: np.ndarray, true: np.ndarray, stated: np.ndarray, resolved: float
 ) -> dict[str, Any]:
-    """Return the errors `of` some points, and how the stated ones bound them.
+    """Return relative errors, and how the stated ones bound them.
 
     As far as the reference resolves; `missed` are those whose stated error is below the true one.
     """
     from scipy.stats import spearmanr
 
-    points, true = points[of], worse_errors(points, results, exact)[of]
-    stated, resolvable = column(results, "amplitude_error")[of], np.maximum(true, resolved)
+    resolvable = np.maximum(true, resolved)
     rank = float(spearmanr(stated, resolvable)[0]) if len(true) > 2 else float("nan")
     return {
         "compared": len(true),
@@ -159,10 +194,7 @@ def error_bars(
         "over_median": quantile(stated / resolvable, 50),
         "over_95": quantile(stated / resolvable, 95),
         "rank_correlation": rank,
-        "missed": [
-            description(points[i], true=float(true[i]), stated=float(stated[i]))
-            for i in np.flatnonzero(true > stated + resolved)
-        ],
+        "missed": descriptions(points, true > stated + resolved, true=true, stated=stated),
     }
 
 

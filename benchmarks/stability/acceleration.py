@@ -5,60 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from shared.points import (
-    box_points,
-    column,
-    description,
-    good,
-    log_uniform,
-    orbits,
-    statuses,
-    worse_errors,
-)
+from shared.points import box_points, descriptions, drawn, log_uniform, orbits
 
-from stickslip.options import Options
 from stickslip.parameters import Parameters
-
-_SEED = 11
-_SEED_OF_SEVERAL = 2911
 
 # Cycles of a hundred applications are approached in thousands.
 _MAX_PERIODS_OF_SEVERAL = 3000
-
-
-def random_starts(wide: int, near: int) -> np.ndarray:
-    """Return rows of parameters with random starts: from all over, and within 5 K of T_c."""
-    rng = np.random.default_rng(_SEED)
-
-    return np.array(
-        [
-            Parameters(
-                temperature=rng.uniform(285, 295) if i >= wide else rng.uniform(120, 340),
-                viscosity_coefficient=log_uniform(rng, 3e3, 3e5),
-                spring_stiffness=log_uniform(rng, 500, 1e4),
-                rheological_index=-2 / 3 if rng.random() < 0.25 else rng.uniform(-0.8, 0.9),
-                angular_frequency=log_uniform(rng, 5, 80),
-                initial_displacement=rng.uniform(-0.8e-6, 0.8e-6),
-                initial_velocity=rng.uniform(-2e-5, 2e-5),
-                initial_order_parameter=0.0 if rng.random() < 0.5 else rng.uniform(0.0, 0.6),
-            )
-            for i in range(wide + near)
-        ]
-    )
-
-
-def several_orbits(count: int) -> np.ndarray:
-    """Return rows of films that may stay liquid, freeze for good, or do both by turns."""
-    return box_points(
-        count,
-        _SEED_OF_SEVERAL,
-        temperature=("linear", 150, 260),
-        viscosity_coefficient=("log", 1e4, 7e4),
-        spring_stiffness=("log", 1300, 3800),
-        rheological_index=("linear", -0.85, -0.75),
-        angular_frequency=("linear", 15, 50),
-        initial_displacement=("linear", -8e-7, 8e-7),
-    )
 
 
 def run(quick: bool) -> dict[str, Any]:
@@ -72,29 +24,55 @@ def run(quick: bool) -> dict[str, Any]:
     }
 
 
+def random_starts(wide: int, near: int) -> np.ndarray:
+    """Return rows of parameters with random starts: from all over, and within 5 K of T_c."""
+    return drawn(
+        wide + near,
+        11,
+        lambda rng, i: Parameters(
+            temperature=rng.uniform(285, 295) if i >= wide else rng.uniform(120, 340),
+            viscosity_coefficient=log_uniform(rng, 3e3, 3e5),
+            spring_stiffness=log_uniform(rng, 500, 1e4),
+            rheological_index=-2 / 3 if rng.random() < 0.25 else rng.uniform(-0.8, 0.9),
+            angular_frequency=log_uniform(rng, 5, 80),
+            initial_displacement=rng.uniform(-0.8e-6, 0.8e-6),
+            initial_velocity=rng.uniform(-2e-5, 2e-5),
+            initial_order_parameter=0.0 if rng.random() < 0.5 else rng.uniform(0.0, 0.6),
+        ),
+    )
+
+
+def several_orbits(count: int) -> np.ndarray:
+    """Return rows of films that may stay liquid, freeze for good, or do both by turns."""
+    return box_points(
+        count,
+        2911,
+        temperature=("linear", 150, 260),
+        viscosity_coefficient=("log", 1e4, 7e4),
+        spring_stiffness=("log", 1300, 3800),
+        rheological_index=("linear", -0.85, -0.75),
+        angular_frequency=("linear", 15, 50),
+        initial_displacement=("linear", -8e-7, 8e-7),
+    )
+
+
 def _compared(points: np.ndarray, **options: Any) -> dict[str, Any]:
-    jumping, plain = (orbits(points, Options(accelerate=each, **options)) for each in (True, False))
-    both = good(jumping) & good(plain)
-    differs = worse_errors(points, jumping, plain)
-    stated = column(jumping, "amplitude_error") + column(plain, "amplitude_error")
+    jumping, plain = (orbits(points, accelerate=each, **options) for each in (True, False))
+    both = jumping.ok & plain.ok
+    differs = jumping.errors(plain)
+    stated = jumping.amplitude_error + plain.amplitude_error
     wrong = both & (differs > 10.0 * stated + 1e-6)
     return {
         "points": len(points),
         "compared": int(both.sum()),
         "same": int((both & ~wrong).sum()),
-        "other_status": int((column(jumping, "status") != column(plain, "status")).sum()),
+        "other_status": int((jumping.status != plain.status).sum()),
         "beyond_stated": int((both & (differs > stated)).sum()),
-        "others": [
-            description(
-                points[i],
-                differs=float(differs[i]),
-                stated=float(stated[i]),
-                multiplier=float(column(jumping, "floquet_multiplier")[i]),
-            )
-            for i in np.flatnonzero(wrong)
-        ],
-        "statuses": statuses(jumping),
-        "statuses_plain": statuses(plain),
-        "periods": int(column(jumping, "periods_integrated").sum()),
-        "periods_plain": int(column(plain, "periods_integrated").sum()),
+        "others": descriptions(
+            points, wrong, differs=differs, stated=stated, multiplier=jumping.floquet_multiplier
+        ),
+        "statuses": jumping.statuses(),
+        "statuses_plain": plain.statuses(),
+        "periods": int(jumping.periods_integrated.sum()),
+        "periods_plain": int(plain.periods_integrated.sum()),
     }

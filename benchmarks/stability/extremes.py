@@ -5,23 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from shared.points import (
-    column,
-    description,
-    good,
-    log_uniform,
-    orbits,
-    statuses,
-    worse_errors,
-)
+from shared.points import Orbits, at, descriptions, drawn, log_uniform, orbits
 
-from stickslip.options import Options
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 
-_SEED = 13
-_STEPS = 500_000
-_PERIODS = 1000
+_STEPS, _PERIODS = 500_000, 1000
 
 EXTREMES: dict[str, tuple[float, ...]] = {
     "rheological_index": (-0.999, -0.9, -2 / 3, 0.0, 2 / 3, 2.0, 5.0),
@@ -34,7 +23,8 @@ EXTREMES: dict[str, tuple[float, ...]] = {
     "film_thickness": (1e-11, 1e-6),
     "strain_relaxation_time": (1e-12, 1e-3),
 }
-# Log-uniform, but for the index.
+"""Values of a single parameter."""
+
 RANGES: dict[str, tuple[float, float]] = {
     "viscosity_coefficient": (1e-6, 1e9),
     "spring_stiffness": (1e-2, 1e8),
@@ -45,52 +35,43 @@ RANGES: dict[str, tuple[float, float]] = {
     "film_thickness": (1e-11, 1e-6),
     "strain_relaxation_time": (1e-12, 1e-3),
 }
+"""Ranges of all at once, log-uniform but for the index."""
 
 
 def run(quick: bool) -> dict[str, Any]:
     """Count statuses of single extremes and of random points, and check a sample of these."""
     one = [(n, v) for n, values in EXTREMES.items() for v in values]
     alone = np.array([Parameters(**{name: value}) for name, value in one])
-    points = random_extremes(40 if quick else 2000)
-    options = Options(max_steps=_STEPS, max_periods=_PERIODS)
-    results, single = orbits(points, options), orbits(alone, options)
+    points = drawn(40 if quick else 2000, 13, _extreme)
+    limits = {"max_steps": _STEPS, "max_periods": _PERIODS}
+    found, single = orbits(points, **limits), orbits(alone, **limits)
     return {
         "one_at_a_time": [
             {"parameter": name, "value": value, "status": Status(int(code)).name.lower()}
-            for (name, value), code in zip(one, column(single, "status"), strict=True)
+            for (name, value), code in zip(one, single.status, strict=True)
         ],
         "points": len(points),
-        "statuses": statuses(results),
-        "worst_stated": float(column(results, "amplitude_error")[good(results)].max()),
-        "sample": _checked(points, results, max(len(points) // 10, 4)),
+        "statuses": found.statuses(),
+        "worst_stated": float(found.amplitude_error[found.ok].max()),
+        "sample": _checked(found[found.ok], max(len(points) // 10, 4)),
     }
 
 
-def random_extremes(count: int) -> np.ndarray:
-    """Return rows (count, parameters)."""
-    rng = np.random.default_rng(_SEED)
-    rows = []
-    for _ in range(count):
-        values = {name: log_uniform(rng, *ends) for name, ends in RANGES.items()}
-        rows.append(Parameters(rheological_index=rng.uniform(-0.999, 5.0), **values))
-    return np.array(rows)
+def _extreme(rng: np.random.Generator, _: int) -> Parameters:
+    values = {name: log_uniform(rng, *ends) for name, ends in RANGES.items()}
+    return Parameters(rheological_index=rng.uniform(-0.999, 5.0), **values)
 
 
-def _checked(points: np.ndarray, results: np.ndarray, count: int) -> dict[str, Any]:
-    """Compute some ok points again at a hundredth of the tolerance; list those far off."""
-    rows = np.flatnonzero(good(results))[:: max(good(results).sum() // count, 1)][:count]
-    tight = Options(rtol=1e-8, stationary_rtol=1e-8, max_steps=5 * _STEPS, max_periods=5 * _PERIODS)
-    better = orbits(points[rows], tight)
-    both = good(better)
-    rows, better = rows[both], better[both]
-    missed = worse_errors(points[rows], results[rows], better)
-    stated = column(results, "amplitude_error")[rows]
+def _checked(found: Orbits, count: int) -> dict[str, Any]:
+    """Compute some points again at a hundredth of the tolerance; list those far off."""
+    sample = found[:: max(len(found) // count, 1)][:count]
+    better = orbits(sample.points, max_steps=5 * _STEPS, max_periods=5 * _PERIODS, **at(1e-8))
+    sample, better = sample[better.ok], better[better.ok]
+    missed, stated = sample.errors(better), sample.amplitude_error
     return {
-        "compared": len(rows),
-        "held": float(np.mean(missed <= stated)) if len(rows) else 1.0,
-        "wrong": [
-            description(points[i], missed=float(m), stated=float(s))
-            for i, m, s in zip(rows, missed, stated, strict=True)
-            if m > 10.0 * s + 1e-4
-        ],
+        "compared": len(sample),
+        "held": float(np.mean(missed <= stated)) if len(sample) else 1.0,
+        "wrong": descriptions(
+            sample.points, missed > 10.0 * stated + 1e-4, missed=missed, stated=stated
+        ),
     }

@@ -5,31 +5,25 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from shared.points import column, error_bars, good, orbits, random_points, worse_errors
-
-from stickslip.options import Options
+from shared.points import at, orbits, random_points
 
 TOLERANCES = tuple(float(f"1e-{i}") for i in range(2, 11))
 _EXACT = 1e-12
-_SEED = 7
-# What a comparison with the reference can resolve.
-_RESOLVED = 1e-11
+_RESOLVED = 1e-11  # by a comparison with the reference
 
 
 def run(quick: bool) -> dict[str, Any]:
     """Measure errors at each tolerance, and keep every pair of a stated and a true one."""
-    points = random_points(20 if quick else 200, _SEED)
-    exact = orbits(points, Options(rtol=_EXACT, stationary_rtol=_EXACT, max_error=1.0))
+    points = random_points(20 if quick else 200, 7)
+    exact = orbits(points, max_error=1.0, **at(_EXACT))
     steps, pairs = [], []
     for rtol in TOLERANCES:
-        found = orbits(points, Options(rtol=rtol, stationary_rtol=rtol, max_error=1.0))
-        both = good(found) & good(exact)
-        steps.append({"rtol": rtol} | error_bars(points, found, exact, both, _RESOLVED))
-        true = worse_errors(points, found, exact)[both]
-        stated = column(found, "amplitude_error")[both]
-        pairs += [[rtol, float(s), float(t)] for s, t in zip(stated, true, strict=True)]
+        found = orbits(points, max_error=1.0, **at(rtol))
+        both = found.ok & exact.ok
+        steps.append({"rtol": rtol} | found.error_bars(exact, both, _RESOLVED))
+        errors = zip(found.amplitude_error[both], found.errors(exact)[both], strict=True)
+        pairs += [[rtol, float(stated), float(true)] for stated, true in errors]
     inner = [step for step in steps if 1e-9 < step["rtol"] < 1e-2]
-    slope = np.polyfit(
-        np.log10([s["rtol"] for s in inner]), np.log10([s["error_median"] for s in inner]), 1
-    )[0]
-    return {"points": len(points), "steps": steps, "slope": float(slope), "pairs": pairs}
+    powers = (np.log10([step[key] for step in inner]) for key in ("rtol", "error_median"))
+    slope = float(np.polyfit(*powers, 1)[0])
+    return {"points": len(points), "steps": steps, "slope": slope, "pairs": pairs}

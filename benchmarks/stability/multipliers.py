@@ -10,23 +10,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from shared.points import (
-    box_points,
-    column,
-    description,
-    good,
-    quantile,
-    same_counts,
-    worse_errors,
-)
+from inside.lanes import scaled_states, travelled_states
+from shared.points import Orbits, at, box_points, descriptions, orbits, quantile
 
 from stability.stated import wide
-from stickslip.kernels.adaptive.tangents import travelled
-from stickslip.kernels.orbits.conversion import conversion_of
-from stickslip.kernels.orbits.motions import motions_of
-from stickslip.model.models import model_of
-from stickslip.options import Options
-from stickslip.orbit import compute_orbits
 
 _EXACT = 1e-10
 _TOLERANCES = (1e-4, 1e-6, 1e-8)
@@ -66,82 +53,58 @@ def run(quick: bool) -> dict[str, Any]:
 
 
 def _answer(points: np.ndarray) -> dict[str, Any]:
-    exact, finals = compute_orbits(points, _options(_EXACT))
-    reference, doubt = central_multipliers(points, exact, finals)
-    known = good(exact) & (doubt <= _DOUBTFUL)
+    exact = orbits(points, max_error=1.0, **at(_EXACT))
+    reference, doubt = _central_multipliers(exact)
+    known = exact.ok & (doubt <= _DOUBTFUL)
     return {"known": int(known.sum())} | {
-        str(rtol): _compared(points, rtol, exact, np.where(known, reference, np.nan))
+        str(rtol): _compared(rtol, exact, np.where(known, reference, np.nan))
         for rtol in _TOLERANCES
     }
 
 
-def _options(rtol: float) -> Options:
-    return Options(rtol=rtol, stationary_rtol=rtol, max_error=1.0)
-
-
-def central_multipliers(
-    points: np.ndarray, results: np.ndarray, finals: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the multipliers (n,) of orbits from central differences, and their doubts (n,).
-
-    `results` and `finals` are those of the orbits at the tolerance of the reference; NaN for those
-    that are not ok.
-    """
-    physics = Options().physics
-    states = finals.copy()
-    conversion_of(physics).scale_states(points, states)
-    halves = 2 * np.nan_to_num(column(results, "orbit_periods")).astype(np.int64)
-    rows = np.flatnonzero(good(results))
-    found = np.full((len(_SIZES), len(points)), np.nan)
+def _central_multipliers(exact: Orbits) -> tuple[np.ndarray, np.ndarray]:
+    """Return multipliers (n,) from central differences, and their doubts; NaN for no orbit."""
+    halves = 2 * np.nan_to_num(exact.orbit_periods).astype(np.int64)
+    rows = np.flatnonzero(exact.ok)
+    found = np.full((len(_SIZES), len(exact)), np.nan)
     for size, radii in zip(_SIZES, found, strict=True):
-        maps = _central_map(points[rows], states[rows], halves[rows], size)
+        maps = _central_map(exact[rows], halves[rows], size)
         radii[rows] = [np.abs(np.linalg.eigvals(m)).max() for m in np.nan_to_num(maps, nan=1e9)]
     apart = np.abs(np.diff(found, axis=0))
     best = np.argmin(np.where(np.isnan(apart), np.inf, apart), axis=0)
-    each = np.arange(len(points))
+    each = np.arange(len(exact))
     return found[best + 1, each], apart[best, each]
 
 
-def _central_map(
-    points: np.ndarray, states: np.ndarray, halves: np.ndarray, size: float
-) -> np.ndarray:
-    """Return the maps (n, width, width) of small displacements over so many half periods."""
-    physics = Options().physics
-    width = model_of(physics).width
-    sizes = size * np.where(np.arange(width) == 2, _FILM, 1.0)
-    reduced = motions_of(points, physics).points
-    columns = []
-    for component in range(width):
+def _central_map(exact: Orbits, halves: np.ndarray, size: float) -> np.ndarray:
+    """Return the maps (n, 3, 3) of small displacements over so many half periods."""
+    states, columns = scaled_states(exact.points, exact.finals), []
+    for component, own in enumerate((size, size, size * _FILM)):
         ends = []
-        for side in (1.0, -1.0):
+        for displacement in (own, -own):
             displaced = states.copy()
-            displaced[:, component] += side * sizes[component]
-            ends.append(travelled(reduced, displaced, halves, _EXACT, physics))
-        columns.append((ends[0] - ends[1]) / (2.0 * sizes[component]))
+            displaced[:, component] += displacement
+            ends.append(travelled_states(exact.points, displaced, halves, _EXACT))
+        columns.append((ends[0] - ends[1]) / (2.0 * own))
     return np.stack(columns, axis=2)
 
 
-def _compared(
-    points: np.ndarray, rtol: float, exact: np.ndarray, reference: np.ndarray
-) -> dict[str, Any]:
-    found = compute_orbits(points, _options(rtol))[0]
-    same = same_counts(found, exact) & ~np.isnan(reference)
-    same &= worse_errors(points, found, exact) <= _ELSEWHERE
-    of = np.flatnonzero(same)
-    multipliers, true = column(found, "floquet_multiplier")[of], reference[of]
-    errors = np.abs(multipliers - true)
+def _compared(rtol: float, exact: Orbits, reference: np.ndarray) -> dict[str, Any]:
+    found = orbits(exact.points, max_error=1.0, **at(rtol))
+    same = found.same_counts(exact) & ~np.isnan(reference)
+    same &= found.errors(exact) <= _ELSEWHERE
+    found, true = found[same], reference[same]
+    errors = np.abs(found.floquet_multiplier - true)
     errors[np.isnan(errors)] = 1.0
     allowed = np.maximum(_ALLOWED_ROOTS * np.sqrt(rtol) / np.maximum(1.0 - true, 1e-6), _ALLOWED)
-    worst = [i for i in np.argsort(-errors / allowed)[:5] if errors[i] > allowed[i]]
     return {
-        "compared": len(of),
-        "held": float(np.mean(errors <= allowed)) if len(of) else float("nan"),
+        "compared": len(found),
+        "held": float(np.mean(errors <= allowed)) if len(found) else float("nan"),
         "error_median": quantile(errors, 50),
         "error_95": quantile(errors, 95),
         "error_99": quantile(errors, 99),
         "error_max": float(errors.max(initial=0.0)),
-        "missed": [
-            description(points[of[i]], true=float(true[i]), found=float(multipliers[i]))
-            for i in worst
-        ],
+        "missed": descriptions(
+            found.points, errors > allowed, true=true, found=found.floquet_multiplier
+        ),
     }

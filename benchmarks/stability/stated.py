@@ -10,31 +10,18 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from shared.points import (
-    amplitude_errors,
-    amplitudes,
-    box_points,
-    column,
-    error_bars,
-    good,
-    orbits,
-    parameter,
-    statuses,
-)
+from shared.points import Orbits, amplitude_errors, at, box_points, orbits, parameter
 
 from stability.locked import balance, inertia
-from stickslip.options import Options
-from stickslip.parameters import Parameters
 from stickslip.regime import Regime
 
-_EXACT = 1e-10
-_RESOLVED = 1e-10
+_EXACT, _RESOLVED = 1e-10, 1e-10
 _BALANCED = 1e-6  # a force that agrees with the closed form so well is a locked block's
 _MELTS_AT_REST = 298.18885  # [K], Eq. 17 with the paper's values
 _IN_CLOSED_FORM = "locked, in closed form"
 
 Range = tuple[str, float, float]
-Kinds = Callable[[np.ndarray, np.ndarray], dict[str, np.ndarray]]
+Kinds = dict[str, np.ndarray]
 
 
 class Box(NamedTuple):
@@ -48,7 +35,7 @@ class Box(NamedTuple):
     count: int
     tolerances: tuple[float, ...]
     max_periods: int
-    kinds: Kinds
+    kinds: Callable[[Orbits], Kinds]
 
 
 def everywhere(count: int) -> np.ndarray:
@@ -89,7 +76,7 @@ def near_resonance(count: int) -> np.ndarray:
         angular_frequency=("linear", 30, 60),
     )
     away = np.random.default_rng(2903).uniform(-0.5, 0.5, count)
-    points[:, Parameters._fields.index("spring_stiffness")] = 0.5 * inertia(points) * (1.0 + away)
+    parameter(points, "spring_stiffness")[:] = 0.5 * inertia(points) * (1.0 + away)
     return points
 
 
@@ -124,11 +111,11 @@ def wide_with_harmonics(count: int) -> np.ndarray:
     return wide(count, 4903, **harmonics)
 
 
-def _by_motion_and_fluid(points: np.ndarray, exact: np.ndarray) -> dict[str, np.ndarray]:
-    melts, liquid = (column(exact, "melting_count") > 0), column(exact, "regime") == Regime.LIQUID
-    gamma = parameter(points, "rheological_index")
+def _by_motion_and_fluid(exact: Orbits) -> Kinds:
+    melts, liquid = exact.melting_count > 0, exact.regime == Regime.LIQUID
+    gamma = parameter(exact.points, "rheological_index")
     return {
-        "all": np.ones(len(points), dtype=bool),
+        "all": np.ones(len(exact), dtype=bool),
         "stick-slip": melts,
         "liquid": liquid,
         "locked": ~melts & ~liquid,
@@ -137,13 +124,13 @@ def _by_motion_and_fluid(points: np.ndarray, exact: np.ndarray) -> dict[str, np.
     }
 
 
-def _by_balance(points: np.ndarray, exact: np.ndarray) -> dict[str, np.ndarray]:
-    away = np.abs(column(exact, "friction_force_amplitude") / balance(points) - 1.0)
+def _by_balance(exact: Orbits) -> Kinds:
+    away = np.abs(exact.friction_force_amplitude / balance(exact.points) - 1.0)
     return {_IN_CLOSED_FORM: away <= _BALANCED, "others": ~(away <= _BALANCED)}
 
 
-def _by_phase(points: np.ndarray, exact: np.ndarray) -> dict[str, np.ndarray]:
-    melted = parameter(points, "temperature") > _MELTS_AT_REST
+def _by_phase(exact: Orbits) -> Kinds:
+    melted = parameter(exact.points, "temperature") > _MELTS_AT_REST
     return {"all": melted | ~melted, "above T_c0": melted, "below T_c0": ~melted}
 
 
@@ -162,35 +149,27 @@ def run(quick: bool) -> dict[str, Any]:
 
 
 def _answer(box: Box, count: int) -> dict[str, Any]:
-    points = box.points(count)
-    exact = orbits(points, _options(box, _EXACT, max_error=1.0))
-    return {str(rtol): _compared(box, points, rtol, exact) for rtol in box.tolerances}
+    exact = orbits(box.points(count), max_periods=box.max_periods, max_error=1.0, **at(_EXACT))
+    return {str(rtol): _compared(box, rtol, exact) for rtol in box.tolerances}
 
 
-def _options(box: Box, rtol: float, **more: Any) -> Options:
-    return Options(rtol=rtol, stationary_rtol=rtol, max_periods=box.max_periods, **more)
-
-
-def _compared(box: Box, points: np.ndarray, rtol: float, exact: np.ndarray) -> dict[str, Any]:
-    found = orbits(points, _options(box, rtol))
+def _compared(box: Box, rtol: float, exact: Orbits) -> dict[str, Any]:
+    found, kinds = orbits(exact.points, max_periods=box.max_periods, **at(rtol)), box.kinds(exact)
     # Other cycles are another orbit, of which there can be several at a point.
-    same = column(found, "orbit_periods") == column(exact, "orbit_periods")
-    both = good(found) & good(exact) & same
-    kinds = box.kinds(points, exact)
+    both, same = found.ok & exact.ok, found.orbit_periods == exact.orbit_periods
     return {
-        "statuses": {kind: statuses(found[of]) for kind, of in kinds.items()},
-        "other_cycle": int((good(found) & good(exact) & ~same).sum()),
-        "balance_max": _off_balance(points, found, kinds),
+        "statuses": {kind: found[of].statuses() for kind, of in kinds.items()},
+        "other_cycle": int((both & ~same).sum()),
+        "balance_max": _off_balance(found[kinds[_IN_CLOSED_FORM]]) if box.points is thin else 0.0,
         "kinds": {
-            kind: error_bars(points, found, exact, both & of, _RESOLVED)
-            for kind, of in kinds.items()
+            kind: found.error_bars(exact, both & same & of, _RESOLVED) for kind, of in kinds.items()
         },
     }
 
 
-def _off_balance(points: np.ndarray, found: np.ndarray, kinds: dict[str, np.ndarray]) -> float:
+def _off_balance(locked: Orbits) -> float:
     """Return largest error of the force of locked blocks against the closed form."""
-    locked = kinds.get(_IN_CLOSED_FORM, np.zeros(len(points), dtype=bool)) & good(found)
-    of, force = points[locked], amplitudes(found[locked])[:, 1]
-    both = [np.column_stack([each, each]) for each in (force, balance(of))]
-    return float(amplitude_errors(of, *both)[:, 1].max(initial=0.0))
+    locked = locked[locked.ok]
+    known = np.column_stack([locked.friction_force_amplitude, balance(locked.points)])
+    errors = amplitude_errors(locked.points, known[:, [0, 0]], known[:, [1, 1]])
+    return float(errors[:, 1].max(initial=0.0))

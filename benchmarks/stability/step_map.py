@@ -9,17 +9,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from inside.fixed import fixed_period, reference_period
-from shared.points import column, parameter, random_points
+from inside.fixed import fixed_period
+from inside.lanes import period_records
+from shared.points import at, orbits, parameter, random_points
 
-from stickslip.options import Options
-from stickslip.orbit import compute_orbits
 from stickslip.stability import largest_stable_step
 from stickslip.status import Status
 
 RATIOS = tuple(float(f"{r:.3g}") for r in np.geomspace(1e-2, 1e2, 17))
 _SCENES = 32
-_SEED = 17
 _LEAST_OMEGA = 30.0
 _MOST_STEPS = 20_000_000
 # An error that no one would call right, and the largest that an ok point may state.
@@ -28,52 +26,40 @@ _WRONG = 1e-2
 
 def run(quick: bool) -> dict[str, Any]:
     """Judge the cells of the map, by scene and ratio, and count each kind."""
-    points = _scenes(2 if quick else _SCENES)
-    results, finals = compute_orbits(points, Options(rtol=1e-9, stationary_rtol=1e-9))
-    keep = (column(results, "status") == Status.OK) & (column(results, "orbit_periods") == 1)
-    points, finals = points[keep], finals[keep]
-    exact, near = (reference_period(points, finals, rtol) for rtol in (1e-11, 1e-9))
+    settled = orbits(_scenes(2 if quick else _SCENES), **at(1e-9))
+    settled = settled[settled.ok & (settled.orbit_periods == 1)]
+    points = settled.points
+    exact, near = (period_records(points, rtol, settled.finals) for rtol in (1e-11, 1e-9))
     limits, omegas = largest_stable_step(points), parameter(points, "angular_frequency")
     cells = []
-    ratios = RATIOS[4:13:4] if quick else RATIOS
     for i in range(len(points)):
-        for ratio in ratios:
+        for ratio in RATIOS[4:13:4] if quick else RATIOS:
             dt = float(ratio * limits[i])
-            steps = 2.0 * np.pi / omegas[i] / dt
-            if 10.0 <= steps <= _MOST_STEPS:
-                row, error = fixed_period(points[i], finals[i], dt, exact[i], near[i])
-                cells.append(_cell(i, ratio, dt, row, error))
+            if 10.0 <= 2.0 * np.pi / omegas[i] / dt <= _MOST_STEPS:
+                found, error = fixed_period(points[i], settled.finals[i], dt, exact[i], near[i])
+                status, stated = int(found.status[0]), float(found.amplitude_error[0])
+                own = {"scene": i, "ratio": ratio, "dt": dt, "error": error, "stated": stated}
+                cells.append(own | _judged(ratio, error, stated, Status(status)))
     return {"scenes": len(points), "cells": cells, "counts": _counts(cells)}
 
 
 def _scenes(count: int) -> np.ndarray:
-    drawn = random_points(40 * count, _SEED)
-    return drawn[parameter(drawn, "angular_frequency") >= _LEAST_OMEGA][:count]
+    points = random_points(40 * count, 17)
+    return points[parameter(points, "angular_frequency") >= _LEAST_OMEGA][:count]
 
 
-def _cell(scene: int, ratio: float, dt: float, row: np.ndarray, error: float) -> dict[str, Any]:
-    status, stated = (column(row[None], name)[0] for name in ("status", "amplitude_error"))
-    refused = ratio > 1.0
+def _judged(ratio: float, error: float, stated: float, status: Status) -> dict[str, Any]:
+    """Return the kind of a cell, and whether the checks afterwards would miss its error."""
     accepted = status == Status.OK and stated <= _WRONG
     wrong = not error <= _WRONG
-    kind = (
-        ("refused, rightly" if wrong else "refused, and right")
-        if refused
-        else ("wrong" if wrong else "right")
-        if accepted
-        else "caught afterwards"
-    )
-    would_pass = refused and wrong and accepted
-    return {
-        "scene": scene,
-        "ratio": ratio,
-        "dt": dt,
-        "error": float(error),
-        "stated": float(stated),
-        "status": Status(int(status)).name.lower(),
-        "kind": kind,
-        "missed_afterwards": bool(would_pass),
-    }
+    if ratio > 1.0:
+        kind = "refused, rightly" if wrong else "refused, and right"
+    elif accepted:
+        kind = "wrong" if wrong else "right"
+    else:
+        kind = "caught afterwards"
+    missed = ratio > 1.0 and wrong and accepted
+    return {"status": status.name.lower(), "kind": kind, "missed_afterwards": missed}
 
 
 def _counts(cells: list[dict[str, Any]]) -> dict[str, int]:

@@ -11,26 +11,13 @@ from typing import Any
 
 import numpy as np
 from inside.scalar import scalar_amplitudes, scalar_states, starting_state
-from shared.points import (
-    amplitude_errors,
-    amplitudes,
-    box_points,
-    column,
-    description,
-    good,
-    orbits,
-    statuses,
-    worse_errors,
-)
+from shared.points import Orbits, amplitude_errors, box_points, description, orbits
 
 from stability.stated import everywhere
 from stickslip.measure.window import error_of_mean
-from stickslip.options import Options
-from stickslip.orbit import compute_orbits
 from stickslip.parameters import Parameters
 from stickslip.status import Status
 
-_SEED = 2904
 _PERIODS = 5000
 _SETTLING, _PLAIN = 500, 3000
 _RTOL = 1e-8
@@ -53,7 +40,7 @@ def weakly_viscous(count: int) -> np.ndarray:
     """Return rows (count, parameters)."""
     return box_points(
         count,
-        _SEED,
+        2904,
         rheological_index=("linear", -0.9, -0.5),
         viscosity_coefficient=("log", 100, 3e3),
         angular_frequency=("linear", 10, 60),
@@ -65,14 +52,14 @@ def weakly_viscous(count: int) -> np.ndarray:
 def run(quick: bool) -> dict[str, Any]:
     """Measure coverage of stated errors, verdicts on two boxes, and plain iterations."""
     covered = [_coverage(film, 8 if quick else _WINDOWS) for film in WANDERING]
-    points = weakly_viscous(20 if quick else 400)
-    weak, results, finals = _ended(points)
+    weak = orbits(weakly_viscous(20 if quick else 400), max_periods=_PERIODS)
+    others = orbits(everywhere(20 if quick else 500), max_periods=_PERIODS)
     return {
         "windows": covered,
-        "weakly_viscous": weak,
-        "everywhere": _ended(everywhere(20 if quick else 500))[0],
-        "aperiodic": _plain(points, results, 2 if quick else 20, 200 if quick else _PLAIN),
-        "long_cycles": _long_cycles(points, results, finals),
+        "weakly_viscous": _verdicts(weak),
+        "everywhere": _verdicts(others),
+        "aperiodic": _plain(weak[_wander(weak)][: 2 if quick else 20], 200 if quick else _PLAIN),
+        "long_cycles": _long_cycles(weak[weak.ok & (weak.orbit_periods > _LONG)]),
     }
 
 
@@ -88,55 +75,49 @@ def _coverage(film: tuple[float, ...], count: int) -> dict[str, Any]:
     apart = 1e-3 * p.drive_amplitude * np.random.default_rng(5).uniform(-1.0, 1.0, count)
     points = np.array([p._replace(initial_displacement=float(x)) for x in apart])
     found = {
-        length: orbits(points, Options(window=length, max_periods=_PERIODS, max_error=1.0))
+        length: orbits(points, window=length, max_periods=_PERIODS, max_error=1.0)
         for length in _LENGTHS
     }
     longest = found[_LENGTHS[-1]]
-    truth = amplitudes(longest)[_wander(longest)].mean(axis=0)
+    truth = longest.amplitudes[_wander(longest)].mean(axis=0)
     rows = {}
-    for length, results in found.items():
-        wanders = _wander(results)
-        off = worse_errors(points, results, np.tile(truth, (count, 1)))
-        stated = column(results, "amplitude_error")
+    for length, each in found.items():
+        wanders = _wander(each)
+        off = each.errors(np.tile(truth, (count, 1)))
         rows[str(length)] = {
             "aperiodic": int(wanders.sum()),
-            "covered": float(np.mean((off <= stated)[wanders])),
-            "stated_median": float(np.median(stated[wanders])),
+            "covered": float(np.mean((off <= each.amplitude_error)[wanders])),
+            "stated_median": float(np.median(each.amplitude_error[wanders])),
             "off_median": float(np.median(off[wanders])),
         }
     return {"film": description(points[0]), "lengths": rows}
 
 
-def _wander(results: np.ndarray) -> np.ndarray:
-    return np.asarray(column(results, "status") == Status.APERIODIC)
+def _wander(found: Orbits) -> np.ndarray:
+    return np.asarray(found.status == Status.APERIODIC)
 
 
-def _ended(points: np.ndarray) -> tuple[dict[str, Any], np.ndarray, np.ndarray]:
-    results, finals = compute_orbits(points, Options(max_periods=_PERIODS))
-    row = {
-        "points": len(points),
-        "statuses": statuses(results),
-        "periods": int(column(results, "periods_integrated").sum()),
-        "most_periods": int(column(results, "periods_integrated").max()),
-    }
-    return row, results, finals
+def _verdicts(found: Orbits) -> dict[str, Any]:
+    periods = found.periods_integrated
+    counts = {"periods": int(periods.sum()), "most_periods": int(periods.max())}
+    return {"points": len(found), "statuses": found.statuses()} | counts
 
 
-def _plain(points: np.ndarray, results: np.ndarray, count: int, periods: int) -> dict[str, Any]:
+def _plain(wandering: Orbits, periods: int) -> dict[str, Any]:
     """Compare means of films called aperiodic with those of plain iteration from rest.
 
     How far apart they are, in standard errors of the two, summed in squares.
     """
-    wander = np.flatnonzero(_wander(results))[:count]
     rows = []
-    for i in wander:
-        singles = _single_periods(points[i], periods)
-        own, theirs = amplitudes(results[i : i + 1])[0], singles.mean(axis=0)
-        scale = amplitude_errors(points[i : i + 1], own[None] + theirs, theirs[None])[0] / own
-        stated = column(results, "amplitude_error")[i] / scale
+    for point, own, error in zip(
+        wandering.points, wandering.amplitudes, wandering.amplitude_error, strict=True
+    ):
+        singles = _single_periods(point, periods)
+        theirs = singles.mean(axis=0)
+        scale = amplitude_errors(point[None], own[None] + theirs, theirs[None])[0] / own
         errors = np.array([error_of_mean(np.ascontiguousarray(a)[None]) for a in singles.T])
-        apart = np.abs(own - theirs) / (np.hypot(stated, errors) / _SIGMAS)
-        rows.append(description(points[i], standard_errors_apart=float(apart.max())))
+        apart = np.abs(own - theirs) / (np.hypot(error / scale, errors) / _SIGMAS)
+        rows.append(description(point, standard_errors_apart=float(apart.max())))
     return {"periods": periods, "films": rows}
 
 
@@ -147,14 +128,13 @@ def _single_periods(row: np.ndarray, periods: int) -> np.ndarray:
     return np.array([scalar_amplitudes(row, state, 1, _RTOL)[:2] for state in states])
 
 
-def _long_cycles(points: np.ndarray, results: np.ndarray, finals: np.ndarray) -> dict[str, Any]:
-    """Return cycles of many drive periods, which still close after as many more as `_PLAIN`."""
-    long = np.flatnonzero(good(results) & (column(results, "orbit_periods") > _LONG))
+def _long_cycles(long: Orbits) -> dict[str, Any]:
+    """Return how well cycles of many drive periods close after as many more as `_PLAIN`."""
     rows = []
-    for i in long:
-        cycle = int(column(results, "orbit_periods")[i])
-        states = scalar_states(points[i], finals[i, :3], _PLAIN + cycle, _RTOL)
+    for point, final, periods in zip(long.points, long.finals, long.orbit_periods, strict=True):
+        cycle = int(periods)
+        states = scalar_states(point, final[:3], _PLAIN + cycle, _RTOL)
         motion = states[:, :2] / np.abs(states[:, :2]).max(axis=0)
         distances = np.abs(motion[_PLAIN:] - motion[_PLAIN - cycle : -cycle]).max()
-        rows.append(description(points[i], periods=cycle, distance=float(distances)))
+        rows.append(description(point, periods=cycle, distance=float(distances)))
     return {"found": len(rows), "closed": sum(r["distance"] < _CLOSED for r in rows), "films": rows}

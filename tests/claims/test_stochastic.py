@@ -44,8 +44,8 @@ def driver_orbit(point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.slow
 def test_an_independent_euler_maruyama_run_agrees() -> None:
-    # benchmarks/shared/euler_maruyama.py over 130 drive periods at 2 ns: a mean of 1.7262 +- 0.0025
-    # MPa (one standard error) and 0.0286 MPa from period to period.
+    # benchmarks/shared/euler_maruyama.py at commit e5f42fa, over 130 drive periods at 2 ns: a mean
+    # of 1.7262 +- 0.0025 MPa (one standard error) and 0.0286 MPa from period to period.
     singles = largest_stresses(
         row(angular_frequency=15.0), Options(noise="stochastic", realizations=16), 20
     )
