@@ -1,7 +1,7 @@
 """Fills the tables of the pages from the records.
 
 A table stands between `<!-- table: NAME -->` and `<!-- end -->`; what is around it is written by
-hand. A function here gives a table's head and rows from the results of some parts of a record.
+hand. A function gives a table's lines from the results of some parts of a record.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import NamedTuple
 from shared.record import RESULTS, Record, read_record
 
 from pages import orbit_tables, solver_tables, stability_tables, sweep_tables
-from pages.numbers import Rows
+from pages.numbers import Lines
 
 DOCS = Path(__file__).parents[2] / "docs"
 NAMES = ("performance", "stability", "reliability", "decisions/speed")
@@ -22,17 +22,17 @@ PAGES = tuple(DOCS / f"{name}.md" for name in NAMES)
 
 
 class Table(NamedTuple):
-    """A script, the parts of its record that a table needs, what makes head and rows of them."""
+    """A script, the parts of its record that a table needs, what makes its lines of them."""
 
     script: str
     parts: tuple[str, ...]
-    rows: Callable[..., Rows]
+    lines: Callable[..., Lines]
 
     def text(self, record: Record) -> str:
         """Return the table in Markdown."""
-        head, *rows = map(tuple, self.rows(*(record[part]["results"] for part in self.parts)))
-        lines = [head, ("---",) * len(head), *rows]
-        return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+        head, *rows = self.lines(*(record[part]["results"] for part in self.parts))
+        rule = " | ".join("---" for _ in head.split(" | "))
+        return "".join(f"| {line} |\n" for line in (head, rule, *rows))
 
     def source(self, record: Record) -> str:
         """Return the script, and at which commits and on which machines the parts were measured."""
