@@ -15,14 +15,13 @@ from pathlib import Path
 from typing import Any
 
 from faults import damage, kills, kinds, outputs, page, planted, together, workers
+from faults.arena import Tally
 from shared.measuring import measure
 
-Tallies = dict[str, dict[str, Any]]
 
-
-def _attack(run: Callable[[bool, Path], Tallies], quick: bool) -> Tallies:
+def _attack(run: Callable[[bool, Path], dict[str, Tally]], quick: bool) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
-        tallies = run(quick, Path(folder))
+        tallies = {what: vars(tally) for what, tally in run(quick, Path(folder)).items()}
     for what, tally in tallies.items():
         print(f"  {what}: {tally}", flush=True)
     return tallies

@@ -9,16 +9,19 @@ import ctypes
 import json
 import multiprocessing
 import os
+import random
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 from multiprocessing import util
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -59,16 +62,12 @@ class Tally:
     hung: int = 0
     complaints: list[str] = field(default_factory=list)
 
-    def count(self, verdict: str, what: str) -> None:
+    def count(self, verdict: str, what: str = "") -> None:
         """Count an attack that ended `survived`, `lost`, `wrong` or `hung`."""
         self.tried += 1
         setattr(self, verdict, getattr(self, verdict) + 1)
         if verdict != "survived" and len(self.complaints) < 10:
             self.complaints.append(f"{verdict}: {what}")
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the same for a record."""
-        return dict(vars(self))
 
 
 class Ended(NamedTuple):
@@ -76,6 +75,14 @@ class Ended(NamedTuple):
 
     code: int | None
     said: str
+
+
+class Undisturbed(NamedTuple):
+    """What a command takes that nothing befalls; without a compiler operations are not counted."""
+
+    seconds: float
+    operations: int
+    allocations: int
 
 
 # --- processes --------------------------------------------------------------------------------
@@ -116,24 +123,20 @@ def _nothing() -> None:
     pass
 
 
-def begin(
-    folder: Path, *arguments: str, before: Callable[[], None] | None = None
-) -> multiprocessing.process.BaseProcess:
+def begin(folder: Path, *arguments: str, before: Callable[[], None] | None = None) -> BaseProcess:
     """Start `stickslip ARGUMENTS` in a folder, in a new process that calls `before` first."""
-    process = _children().Process(target=_live, args=(str(folder), arguments, before), daemon=True)
+    process = _children().Process(target=_live, args=(folder, arguments, before), daemon=True)
     process.start()
     return process
 
 
-def _live(folder: str, arguments: tuple[str, ...], before: Callable[[], None] | None) -> None:
+def _live(folder: Path, arguments: tuple[str, ...], before: Callable[[], None] | None) -> None:
     from sweeps.cli.app import main
 
     os.environ.pop("LD_PRELOAD", None)
     os.chdir(folder)
     os.setpgid(0, 0)
-    handle = os.open("../said", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
-    for number in (1, 2):
-        os.dup2(handle, number)
+    speak_into("../said")
     sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w")
     sys.argv = ["stickslip", *arguments]
     if before is not None:
@@ -141,16 +144,11 @@ def _live(folder: str, arguments: tuple[str, ...], before: Callable[[], None] | 
     main()
 
 
-def ended(folder: Path, process: multiprocessing.process.BaseProcess) -> Ended:
-    """Return how a process ended; kill it where it hangs."""
-    process.join(PATIENCE)
-    hung = process.exitcode is None
-    if hung:
-        process.kill()
-        process.join()
-    log = folder.parent / "said"
-    said = log.read_text(errors="replace") if log.exists() else ""  # killed before its first word
-    return Ended(None if hung else process.exitcode, said)
+def speak_into(path: str) -> None:
+    """Let all that this process says go to a file."""
+    handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    for number in (1, 2):
+        os.dup2(handle, number)
 
 
 def sweep_afresh(folder: Path, *more: str, **environment: str) -> subprocess.Popen[bytes]:
@@ -166,79 +164,71 @@ def sweep_afresh(folder: Path, *more: str, **environment: str) -> subprocess.Pop
     )
 
 
-def ended_afresh(folder: Path, process: subprocess.Popen[bytes]) -> Ended:
-    """Return how such a process ended; kill it and what it has started where it hangs."""
-    try:
-        code: int | None = process.wait(PATIENCE)
-    except subprocess.TimeoutExpired:
-        code = None
-        os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
-    return Ended(code, (folder.parent / "said").read_text(errors="replace"))
+def ended(folder: Path, process: BaseProcess | subprocess.Popen[bytes]) -> Ended:
+    """Return how a process ended; kill it, and what it has started afresh, where it hangs."""
+    if isinstance(process, BaseProcess):
+        process.join(PATIENCE)
+        code = process.exitcode
+        process.kill()
+        process.join()
+    else:
+        try:
+            code = process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            code = None
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+    log = folder.parent / "said"
+    # Killed before its first word there is none.
+    return Ended(code, log.read_text(errors="replace") if log.exists() else "")
 
 
-def armed(folder: Path, number: int, error: int, *, lasting: bool = False) -> Callable[[], None]:
-    """Return what arms the shim in a child: that operation fails, or kills where `error` is 0."""
-    return _Arm(str(shim()), str(folder), number, error, lasting)
+# --- faults, as what a child calls first ----------------------------------------------------------
 
 
-class _Arm(NamedTuple):
-    library: str
-    folder: str
-    number: int
-    error: int
-    lasting: bool
+def armed(number: int, error: int = 0, *, lasting: bool = False) -> Callable[[], None]:
+    """Return what lets that operation fail on a file in the folder, or kills where `error` is 0."""
+    return partial(_arm, shim(), number, error, lasting)
 
-    def __call__(self) -> None:
-        ctypes.CDLL(self.library).arm(
-            self.folder.encode(), ctypes.c_long(self.number), self.error, int(self.lasting)
-        )
+
+def _arm(library: str, number: int, error: int, lasting: bool) -> None:
+    place = str(Path.cwd()).encode()
+    ctypes.CDLL(library).arm(place, ctypes.c_long(number), error, int(lasting))
 
 
 def without_memory(number: int, *, lasting: bool = False) -> Callable[[], None]:
-    """Return what arms the shim in a child: it is refused that piece of memory."""
-    return _Refuse(str(shim()), number, lasting)
+    """Return what refuses that piece of memory."""
+    return partial(_refuse, shim(), number, lasting)
 
 
-class _Refuse(NamedTuple):
-    library: str
-    number: int
-    lasting: bool
-
-    def __call__(self) -> None:
-        ctypes.CDLL(self.library).arm_memory(ctypes.c_long(self.number), int(self.lasting))
+def _refuse(library: str, number: int, lasting: bool) -> None:
+    ctypes.CDLL(library).arm_memory(ctypes.c_long(number), int(lasting))
 
 
-def number_of_operations(folder: Path, *arguments: str, of: str = "operations") -> int:
-    """Return how many operations on files in a folder an undisturbed command makes.
+def _count(library: str) -> None:
+    """Count operations on files and pieces of memory, and write both at the end."""
+    _arm(library, 10**9, 0, lasting=False)
+    _refuse(library, 10**12, lasting=False)
+    counted, path = ctypes.CDLL(library), Path.cwd() / "counts"
 
-    Or, `of` allocations, how many pieces of memory it asks for.
-    """
-    process = begin(folder, *arguments, before=_Counting(str(shim()), str(folder), of))
+    def write() -> None:
+        path.write_text(f"{counted.operations()} {counted.allocations()}")
+
+    util.Finalize(None, write, exitpriority=1)
+
+
+def undisturbed(folder: Path, *arguments: str) -> Undisturbed:
+    """Return what a command takes that nothing befalls."""
+    begun, library = time.monotonic(), shim()
+    process = begin(folder, *arguments, before=partial(_count, library) if library else None)
     if (end := ended(folder, process)).code != 0:
         raise RuntimeError(f"fails without a fault: {end.said}")
-    counted = folder / "operations"
-    count = int(counted.read_text())
-    counted.unlink()
-    return count
-
-
-class _Counting:
-    """Arms the shim so that it only counts, and writes the count at the end."""
-
-    def __init__(self, library: str, folder: str, of: str) -> None:
-        self._library, self._folder, self._of = library, folder, of
-
-    def __call__(self) -> None:
-        library = ctypes.CDLL(self._library)
-        count = getattr(library, self._of)
-        count.restype = ctypes.c_long
-        library.arm(self._folder.encode(), ctypes.c_long(10**9), 0, 0)
-        library.arm_memory(ctypes.c_long(10**12), 0)
-        util.Finalize(None, lambda: self._write(count()), exitpriority=1)
-
-    def _write(self, count: int) -> None:
-        Path(self._folder, "operations").write_text(str(count))
+    seconds, counts = time.monotonic() - begun, folder / "counts"
+    if library is None:
+        return Undisturbed(seconds, 0, 0)
+    operations, allocations = map(int, counts.read_text().split())
+    counts.unlink()
+    return Undisturbed(seconds, operations, allocations)
 
 
 # --- the sweep --------------------------------------------------------------------------------
@@ -247,7 +237,8 @@ class _Counting:
 class Arena:
     """Folders in which the same sweep begins again and again.
 
-    It grows an older result where `older` holds the words for that one.
+    It grows an older result where `older` holds the words for that one. `whole` is what the sweep
+    takes that nothing befalls.
     """
 
     def __init__(
@@ -265,61 +256,57 @@ class Arena:
         if older:
             self.old.parent.mkdir()
             shutil.copy(folder / "a.yaml", self.old.parent)
-            self.old_hash, self._older_points = self._undisturbed(self.old.parent, *older)
-        whole = self.new()
-        self.expected, computed = self._undisturbed(whole)
-        self._points = computed + self._older_points
-        self.clear(whole)
+            undisturbed(self.old.parent, *words, *older)
+            self.old_hash, self._older_points = _hash(self.old), _computed(self.old)
+        with self.folder() as whole:
+            self.whole = undisturbed(whole, *words)
+            self.expected = _hash(whole / "a.nc")
+            self._points = _computed(whole / "a.nc") + self._older_points
         if "--part" not in words and in_memory != self.expected:
             raise RuntimeError("a sweep into a file and one in memory have unlike results")
 
-    def _undisturbed(self, folder: Path, *more: str) -> tuple[str, int]:
-        """Return the hash of the result of a sweep that nothing befalls, and how much it took."""
-        end = ended(folder, begin(folder, *self._words, *more))
-        if end.code != 0:
-            raise RuntimeError(end.said)
-        return content_hash(open_result(folder / "a.nc")), _computed(folder / "a.nc")
-
-    def new(self) -> Path:
-        """Return a folder with the config and the older result."""
+    @contextmanager
+    def folder(self) -> Iterator[Path]:
+        """Give a folder with the config and the older result, and take it away at the end."""
         self._number += 1
         folder = self.root / f"{self._number}" / "work"
         folder.mkdir(parents=True)
         shutil.copy(self.root / "a.yaml", folder)
         if self.old_hash:
             shutil.copy(self.old, folder / "a.nc")
-        return folder
-
-    def clear(self, folder: Path) -> None:
-        """Take a folder away."""
+        yield folder
         shutil.rmtree(folder.parent)
 
     def attack(
         self,
         tally: Tally,
         what: str,
-        before: Callable[[Path], Callable[[], None]],
+        before: Callable[[], None],
         spared: int = 0,
         endings: Container[int] = ENDINGS,
     ) -> None:
         """Run a sweep with a fault; `spared` points may be computed again though journaled."""
-        folder = self.new()
-        process = begin(folder, *self._words, before=before(folder))
-        self.judge(tally, what, folder, ended(folder, process), spared, endings)
-        self.clear(folder)
+        with self.folder() as folder:
+            end = ended(folder, begin(folder, *self._words, before=before))
+            self.judge(tally, what, folder, end, spared, endings)
 
-    def kill(self, tally: Tally, late: float) -> None:
-        """Kill a sweep so many seconds after it has begun, and judge what it left."""
-        folder = self.new()
-        process = begin(folder, *self._words)
-        time.sleep(late)
-        process.kill()
-        self.judge(tally, f"killed after {late:.3f} s", folder, ended(folder, process))
-        self.clear(folder)
+    def kill(self, tally: Tally, rng: random.Random) -> None:
+        """Kill a sweep at any time, and judge what it left."""
+        late = rng.uniform(0.0, 1.2 * self.whole.seconds)
+        with self.folder() as folder:
+            process = begin(folder, *self._words)
+            time.sleep(late)
+            process.kill()
+            self.judge(tally, f"killed after {late:.3f} s", folder, ended(folder, process))
+
+    def kill_before_operation(self, tally: Tally, rng: random.Random) -> None:
+        """Kill a sweep before any operation on its files, and judge what it left."""
+        number = rng.randint(1, self.whole.operations)
+        self.attack(tally, f"killed before operation {number}", armed(number))
 
     def is_right(self, folder: Path) -> bool:
         """Return whether the result there is that of an undisturbed sweep."""
-        return content_hash(open_result(folder / "a.nc")) == self.expected
+        return _hash(folder / "a.nc") == self.expected
 
     def judge(
         self,
@@ -343,7 +330,7 @@ class Arena:
         unread = end.code == _UNREAD[0] and _UNREAD[1] in end.said
         if not (end.code in endings or unread) or "Traceback" in end.said:
             return "wrong", f"exit code {end.code}: {end.said[-300:]}"
-        found = content_hash(open_result(output)) if output.exists() else ""
+        found = _hash(output) if output.exists() else ""
         if found != self.expected and (end.code == 0 or found != self.old_hash):
             return "wrong", f"another result with exit code {end.code}: {end.said[-300:]}"
         kept = _journaled(output)
@@ -351,15 +338,16 @@ class Arena:
         again = ended(folder, begin(folder, *self._words))
         if again.code is None:
             return "hung", f"the same command again: {again.said[-300:]}"
-        if again.code != 0 or content_hash(open_result(output)) != self.expected:
+        if again.code != 0 or not self.is_right(folder):
             return "wrong", f"the same command again: exit code {again.code}: {again.said[-300:]}"
-        computed = _computed(output)
-        if (
-            computed > self._points - max(kept, self._older_points) + spared
-            and found != self.expected
-        ):
+        most = self._points - max(kept, self._older_points) + spared
+        if (computed := _computed(output)) > most and found != self.expected:
             return "lost", f"{computed} points computed again, {kept} were in the journal"
         return "survived", ""
+
+
+def _hash(output: Path) -> str:
+    return content_hash(open_result(output))
 
 
 def _journaled(output: Path) -> int:

@@ -5,93 +5,75 @@ from __future__ import annotations
 import os
 import random
 import shutil
+import signal
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from faults.arena import BLOCK, SWEEP, Arena, Tally, begin, ended
 
+_LOOKS, _LOOKED_AT = ("info", "status"), 10
+"""The commands that look at a damaged file before the sweep does, at every so many."""
 
-def journals(quick: bool, folder: Path) -> dict[str, Any]:
+
+def journals(quick: bool, folder: Path) -> dict[str, Tally]:
     """Damage journals while a sweep runs, and at rest."""
     arena, rng, running, resting = Arena(folder), random.Random(3), Tally(), Tally()
     for _ in range(3 if quick else 200):
-        flip_ = _Flip(rng.randint(2, 11), rng.random(), rng.randint(1, 255))
-        what = f"flipped during the sweep: {flip_}"
-        arena.attack(running, what, lambda _, fault=flip_: fault, spared=BLOCK)
-    killed = arena.new()
-    ended(killed, begin(killed, *SWEEP, before=_Kill(6)))
-    for number in range(3 if quick else 1000):
-        what = "journal.json" if number % 5 == 2 else "journal"
-        at_rest(arena, rng, resting, killed, f"a.nc.run/{what}")
-    return {
-        "flips of a running journal": running.as_dict(),
-        "damaged journals at rest": resting.as_dict(),
-    }
+        block, place, mask = rng.randint(2, 11), rng.random(), rng.randint(1, 255)
+        what = f"flipped during the sweep: block {block}, place {place:.4f}, mask {mask}"
+        strike = partial(_before_block, block, partial(_flip, place, mask))
+        arena.attack(running, what, strike, spared=BLOCK)
+    with arena.folder() as killed:
+        strike = partial(_before_block, 6, _die)
+        ended(killed, begin(killed, *SWEEP, before=strike))
+        for number in range(3 if quick else 1000):
+            name = "journal.json" if number % 5 == 2 else "journal"
+            _at_rest(arena, rng, resting, killed, f"a.nc.run/{name}")
+    return {"flips of a running journal": running, "damaged journals at rest": resting}
 
 
-def results(quick: bool, folder: Path) -> dict[str, Any]:
+def results(quick: bool, folder: Path) -> dict[str, Tally]:
     """Damage results at rest: the older file that a sweep is to grow."""
     arena, rng, tally = Arena(folder), random.Random(6), Tally()
     for _ in range(3 if quick else 1000):
-        at_rest(arena, rng, tally, None, "a.nc")
-    return {"damaged results at rest": tally.as_dict()}
+        _at_rest(arena, rng, tally, None, "a.nc")
+    return {"damaged results at rest": tally}
 
 
-class _BeforeBlock:
-    """In the child: something happens before a block of that number."""
+def _before_block(number: int, strike: Callable[[], None]) -> None:
+    """In the child: let something happen before a block of that number."""
+    from stickslip.dispatch import task as worker
 
-    def __init__(self, block: int) -> None:
-        self._block = block
+    real, begun = worker.compute_orbits, 0
 
-    def __call__(self) -> None:
-        from stickslip.dispatch import task as worker
+    def struck(*points: Any, **options: Any) -> Any:
+        nonlocal begun
+        begun += 1
+        if begun == number:
+            strike()
+        return real(*points, **options)
 
-        real, begun = worker.compute_orbits, 0
-
-        def struck(*points: Any, **options: Any) -> Any:
-            nonlocal begun
-            begun += 1
-            if begun == self._block:
-                self.strike()
-            return real(*points, **options)
-
-        worker.compute_orbits = struck
-
-    def strike(self) -> None:
-        """Let it happen."""
-        raise NotImplementedError
+    worker.compute_orbits = struck
 
 
-class _Flip(_BeforeBlock):
-    """Flips a byte of the journal."""
-
-    def __init__(self, block: int, place: float, mask: int) -> None:
-        super().__init__(block)
-        self._place, self._mask = place, mask
-
-    def __repr__(self) -> str:
-        return f"block {self._block}, place {self._place:.4f}, mask {self._mask}"
-
-    def strike(self) -> None:
-        """See _BeforeBlock."""
-        path = Path("a.nc.run/journal")
-        with path.open("r+b") as file:
-            at = int(self._place * path.stat().st_size)
-            file.seek(at)
-            byte = file.read(1)[0]
-            file.seek(at)
-            file.write(bytes([byte ^ self._mask]))
+def _die() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
 
 
-class _Kill(_BeforeBlock):
-    """Kills the process."""
+def _flip(place: float, mask: int) -> None:
+    """Flip bits of a byte of the journal."""
+    path = Path("a.nc.run/journal")
+    with path.open("r+b") as file:
+        at = int(place * path.stat().st_size)
+        file.seek(at)
+        byte = file.read(1)[0]
+        file.seek(at)
+        file.write(bytes([byte ^ mask]))
 
-    def strike(self) -> None:
-        """See _BeforeBlock."""
-        os.kill(os.getpid(), 9)
 
-
-def harm(path: Path, rng: random.Random) -> str:
+def _harm(path: Path, rng: random.Random) -> str:
     """Damage a file by bits, a cut, zeros or rubbish, and return what was done."""
     content = bytearray(path.read_bytes())
     at, kind = rng.randrange(len(content)), rng.choice(("bits", "bits", "cut", "zeros", "rubbish"))
@@ -107,37 +89,33 @@ def harm(path: Path, rng: random.Random) -> str:
     return f"{kind} at {at} of {path.name}"
 
 
-def at_rest(
+def _at_rest(
     arena: Arena, rng: random.Random, tally: Tally, template: Path | None, name: str
 ) -> None:
     """Let a sweep find a damaged file: it ends right, or refuses and touches nothing."""
-    folder = arena.new()
-    if template is not None:
-        shutil.rmtree(folder)
-        shutil.copytree(template, folder)
-    what = harm(folder / name, rng)
+    with arena.folder() as folder:
+        if template is not None:
+            shutil.copytree(template, folder, dirs_exist_ok=True)
+        what = _harm(folder / name, rng)
+        looks = _LOOKS if tally.tried % _LOOKED_AT == 0 else ()
+        verdict, why = _verdict(arena, folder, looks)
+        tally.count(verdict, f"{what}: {why}")
+
+
+def _verdict(arena: Arena, folder: Path, looks: tuple[str, ...]) -> tuple[str, str]:
     before = (folder / "a.nc").read_bytes()
-    looks = _LOOKS if tally.tried % _LOOKED_AT == 0 else ()
     looked = [ended(folder, begin(folder, verb, "a.nc")) for verb in looks]
     end = ended(folder, begin(folder, *SWEEP))
-    verdict, why = "survived", ""
-    if any(one.code is None for one in (*looked, end)):
-        verdict, why = "hung", "".join(one.said[-200:] for one in looked)
-    elif any(one.code not in (0, 2, 5) for one in looked) or end.code not in (0, 2, 5):
-        verdict, why = (
-            "wrong",
-            f"exit codes {[one.code for one in (*looked, end)]}: {end.said[-300:]}",
-        )
-    elif end.code == 0 and not arena.is_right(folder):
-        verdict, why = "wrong", "another result"
-    elif end.code != 0 and (folder / "a.nc").read_bytes() != before:
-        verdict, why = "wrong", "a refused file was changed"
-    elif end.code != 0:
-        end = ended(folder, begin(folder, *SWEEP, "--overwrite"))
-        if end.code != 0 or not arena.is_right(folder):
-            verdict, why = "wrong", f"--overwrite: exit code {end.code}: {end.said[-300:]}"
-    tally.count(verdict, f"{what}: {why}")
-    arena.clear(folder)
-
-
-_LOOKS, _LOOKED_AT = ("info", "status"), 10
+    codes = [one.code for one in (*looked, end)]
+    if None in codes:
+        return "hung", "".join(one.said[-200:] for one in looked)
+    if not set(codes) <= {0, 2, 5}:
+        return "wrong", f"exit codes {codes}: {end.said[-300:]}"
+    if end.code == 0:
+        return ("survived", "") if arena.is_right(folder) else ("wrong", "another result")
+    if (folder / "a.nc").read_bytes() != before:
+        return "wrong", "a refused file was changed"
+    end = ended(folder, begin(folder, *SWEEP, "--overwrite"))
+    if end.code != 0 or not arena.is_right(folder):
+        return "wrong", f"--overwrite: exit code {end.code}: {end.said[-300:]}"
+    return "survived", ""

@@ -5,20 +5,9 @@ from __future__ import annotations
 import random
 import time
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from faults.arena import (
-    CONFIG,
-    OLDER,
-    SWEEP,
-    Arena,
-    Tally,
-    armed,
-    ended_afresh,
-    number_of_operations,
-    shim,
-    sweep_afresh,
-)
+from faults.arena import CONFIG, OLDER, SWEEP, Arena, Tally, ended, sweep_afresh
 from faults.workers import cluster
 
 KILLS = 17
@@ -72,7 +61,7 @@ KINDS = {
 }
 
 
-def run(quick: bool, folder: Path) -> dict[str, Any]:
+def run(quick: bool, folder: Path) -> dict[str, Tally]:
     """Kill sweeps of each kind, by processes and on a cluster too."""
     rng, count = random.Random(7), 2 if quick else KILLS
     tallies = {
@@ -83,38 +72,31 @@ def run(quick: bool, folder: Path) -> dict[str, Any]:
     tallies["kills of sweeps by processes"] = _afresh(arena, rng, count, "--backend", "loky")
     with cluster(folder) as (address, _):
         tallies["kills of sweeps on a cluster"] = _afresh(arena, rng, count, "--scheduler", address)
-    return {name: tally.as_dict() for name, tally in tallies.items()}
+    return tallies
 
 
 def _kills(folder: Path, kind: Kind, rng: random.Random, count: int) -> Tally:
     """Kill half of them before an operation on their files, the others at any time."""
-    words, tally = (*SWEEP, *kind.words), Tally()
-    arena = Arena(folder, kind.config, words, kind.older)
-    whole, begun = arena.new(), time.monotonic()
-    operations = number_of_operations(whole, *words) if shim() else 0
-    longest = 1.1 * (time.monotonic() - begun)
-    arena.clear(whole)
+    arena, tally = Arena(folder, kind.config, (*SWEEP, *kind.words), kind.older), Tally()
     for attempt in range(count):
-        if attempt % 2 and operations:
-            number = rng.randint(1, operations)
-            arena.attack(tally, f"before operation {number}", lambda f, n=number: armed(f, n, 0))
+        if attempt % 2 and arena.whole.operations:
+            arena.kill_before_operation(tally, rng)
         else:
-            arena.kill(tally, rng.uniform(0.0, longest))
+            arena.kill(tally, rng)
     return tally
 
 
 def _afresh(arena: Arena, rng: random.Random, count: int, *words: str) -> Tally:
     """Kill sweeps whose blocks other processes compute, as they start or at any time of theirs."""
-    tally, folder, begun = Tally(), arena.new(), time.monotonic()
-    if (end := ended_afresh(folder, sweep_afresh(folder, *words))).code != 0:
-        raise RuntimeError(end.said)
+    tally, begun = Tally(), time.monotonic()
+    with arena.folder() as folder:
+        if (end := ended(folder, sweep_afresh(folder, *words))).code != 0:
+            raise RuntimeError(end.said)
     longest = 1.1 * (time.monotonic() - begun)
-    arena.clear(folder)
     for _ in range(count):
-        folder, late = arena.new(), rng.uniform(0.0, longest)
-        process = sweep_afresh(folder, *words)
-        time.sleep(late)
-        process.kill()
-        arena.judge(tally, f"after {late:.3f} s", folder, ended_afresh(folder, process))
-        arena.clear(folder)
+        with arena.folder() as folder:
+            late, process = rng.uniform(0.0, longest), sweep_afresh(folder, *words)
+            time.sleep(late)
+            process.kill()
+            arena.judge(tally, f"after {late:.3f} s", folder, ended(folder, process))
     return tally

@@ -7,9 +7,9 @@ import shutil
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from faults.arena import CONFIG, Tally, armed, begin, ended, number_of_operations, shim
+from faults.arena import CONFIG, Tally, armed, begin, ended, undisturbed
 from sweeps.files.datasets import content_hash, open_result
 
 _QUIET = ("--no-progress",)
@@ -59,13 +59,13 @@ WRITERS = {
 }
 
 
-def run(quick: bool, folder: Path) -> dict[str, Any]:
+def run(quick: bool, folder: Path) -> dict[str, Tally]:
     """Kill each command, half of the times before an operation on its files, and give it again."""
     rng = random.Random(6)
     (folder / "results").mkdir()
     inputs = _results(folder / "results")
     return {
-        f"kills of {name}": _kills(name, writer, inputs, folder, rng, quick).as_dict()
+        f"kills of {name}": _kills(folder / name, writer, inputs, rng, 4 if quick else writer.kills)
         for name, writer in WRITERS.items()
     }
 
@@ -77,55 +77,48 @@ def _results(folder: Path) -> list[Path]:
     (folder / "d.csv").write_text(_MEASURED)
     halves = [("a.yaml", f"{number}.nc", "--part", f"{number}/2") for number in (1, 2)]
     for config, output, *part in (*halves, ("map.yaml", "map.nc")):
-        sweep = ("sweep", config, "-o", output, *part, *_QUIET)
-        if (end := ended(folder, begin(folder, *sweep))).code != 0:
-            raise RuntimeError(end.said)
+        undisturbed(folder, "sweep", config, "-o", output, *part, *_QUIET)
     return sorted([folder / "a.yaml", folder / "d.csv", *folder.glob("*.nc")])
 
 
 def _kills(
-    name: str, writer: Writer, inputs: Sequence[Path], root: Path, rng: random.Random, quick: bool
+    root: Path, writer: Writer, inputs: Sequence[Path], rng: random.Random, count: int
 ) -> Tally:
-    tally = Tally()
-    if shim() is None:
-        return tally
-    whole, begun = _folder(root / f"{name}-whole", inputs), time.monotonic()
-    operations = number_of_operations(whole, *writer.words)
-    longest = 1.1 * (time.monotonic() - begun)
-    expected = _contents(whole, writer)
-    for attempt in range(4 if quick else writer.kills):
-        folder = _folder(root / f"{name}-{attempt}", inputs)
+    tally, whole = Tally(), _folder(root / "whole", inputs)
+    took, expected = undisturbed(whole, *writer.words), _contents(whole, writer)
+    for attempt in range(count if took.operations else 0):
+        folder = _folder(root / str(attempt), inputs)
         if attempt % 2:
-            number, late = rng.randint(1, operations), 0.0
-            what, before = f"killed before operation {number}", armed(folder, number, 0)
+            number = rng.randint(1, took.operations)
+            what = f"killed before operation {number}"
+            process = begin(folder, *writer.words, before=armed(number))
         else:
-            late = rng.uniform(0.0, longest)
-            what, before = f"killed after {late:.3f} s", None
-        process = begin(folder, *writer.words, before=before)
-        if before is None:
+            late = rng.uniform(0.0, 1.1 * took.seconds)
+            what, process = f"killed after {late:.3f} s", begin(folder, *writer.words)
             time.sleep(late)
             process.kill()
         ended(folder, process)
-        tally.count(*_verdict(what, folder, writer, expected, inputs))
+        verdict, why = _verdict(folder, writer, expected, inputs)
+        tally.count(verdict, f"{what}: {why}")
         shutil.rmtree(folder.parent)
     return tally
 
 
 def _verdict(
-    what: str, folder: Path, writer: Writer, expected: list[object], inputs: Sequence[Path]
+    folder: Path, writer: Writer, expected: list[object], inputs: Sequence[Path]
 ) -> tuple[str, str]:
     """Return what became of a killed command that is given again."""
     begun = _contents(folder, writer)
     if any(has not in (None, whole) for has, whole in zip(begun, expected, strict=True)):
-        return "wrong", f"{what}: half a file has its name"
+        return "wrong", "half a file has its name"
     again = ended(folder, begin(folder, *writer.words))
     if again.code is None:
-        return "hung", f"{what}: {again.said[-300:]}"
+        return "hung", again.said[-300:]
     if again.code != 0 or _contents(folder, writer) != expected:
-        return "wrong", f"{what}: exit code {again.code}: {again.said[-300:]}"
+        return "wrong", f"exit code {again.code}: {again.said[-300:]}"
     known = {*(path.name for path in inputs), *writer.writes}
     if left := {path.name for path in folder.iterdir()} - known:
-        return "wrong", f"{what}: {', '.join(sorted(left))} left over"
+        return "wrong", f"{', '.join(sorted(left))} left over"
     return "survived", ""
 
 

@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import psutil
 
@@ -23,7 +23,7 @@ _LARGE = 104_000_000  # bytes of a body
 _GROWTH = 100_000_000  # bytes that it may take of memory
 
 
-def run(quick: bool, folder: Path) -> dict[str, Any]:
+def run(quick: bool, folder: Path) -> dict[str, Tally]:
     """Attack a page in four ways; after each the owner asks for it, or ends it."""
     halves, bodies, tabs, ends = (Tally() for _ in range(4))
     for _ in range(1 if quick else 3):
@@ -35,10 +35,10 @@ def run(quick: bool, folder: Path) -> dict[str, Any]:
             _open_and_close(page, tabs, 10 if quick else 200)
             _end(page, ends, number)
     return {
-        "half-open connections to the page": halves.as_dict(),
-        "large requests to the page": bodies.as_dict(),
-        "tabs opened and closed": tabs.as_dict(),
-        "signals to the page after that": ends.as_dict(),
+        "half-open connections to the page": halves,
+        "large requests to the page": bodies,
+        "tabs opened and closed": tabs,
+        "signals to the page after that": ends,
     }
 
 
@@ -58,6 +58,10 @@ class _Page(NamedTuple):
             return False
         finally:
             connection.close()
+
+    def connected(self) -> socket.socket:
+        """Return a new connection."""
+        return socket.create_connection(("127.0.0.1", self.port), timeout=_SOON)
 
     def memory(self) -> int:
         """Return the resident bytes of the process."""
@@ -98,8 +102,7 @@ def _half_open(page: _Page, tally: Tally, count: int) -> None:
     with ExitStack() as stack:
         for number in range(count):
             with suppress(OSError):
-                connection = socket.create_connection(("127.0.0.1", page.port), timeout=_SOON)
-                stack.enter_context(connection).sendall(b"GET / HTTP/1.1\r\n")
+                stack.enter_context(page.connected()).sendall(b"GET / HTTP/1.1\r\n")
             if number % 100 == 99:
                 _judge(tally, f"{number + 1} half-open connections", page)
 
@@ -108,7 +111,7 @@ def _large_bodies(page: _Page, tally: Tally, count: int) -> None:
     """Send what is too large, with a token and without one."""
     before = page.memory()
     for number in range(count):
-        with suppress(OSError), _connected(page) as connection:
+        with suppress(OSError), page.connected() as connection:
             query = f"token={page.token}" if number % 2 else ""
             head = f"POST /?{query} HTTP/1.1\r\nHost: x\r\nContent-Length: {_LARGE}\r\n\r\n"
             connection.sendall(head.encode())
@@ -119,10 +122,6 @@ def _large_bodies(page: _Page, tally: Tally, count: int) -> None:
             tally.count("wrong", f"{page.memory() - before} bytes more memory")
 
 
-def _connected(page: _Page) -> socket.socket:
-    return socket.create_connection(("127.0.0.1", page.port), timeout=_SOON)
-
-
 def _open_and_close(page: _Page, tally: Tally, count: int) -> None:
     """Open tabs one after another, each with an orbit that nobody awaits: it is served soon."""
     for number in range(count):
@@ -130,7 +129,7 @@ def _open_and_close(page: _Page, tally: Tally, count: int) -> None:
         if not page.answers_owner():
             tally.count("hung", f"tab {number}: no page")
         query = f"token={page.token}&tab={number}&number=1&T={200 + number % 90}"
-        with suppress(OSError), _connected(page) as connection:
+        with suppress(OSError), page.connected() as connection:
             head = f"GET /orbit?{query} HTTP/1.1\r\nHost: 127.0.0.1:{page.port}\r\n\r\n"
             connection.sendall(head.encode())
         if (seconds := time.monotonic() - begun) > _SOON:
@@ -144,7 +143,7 @@ def _judge(tally: Tally, what: str, page: _Page) -> None:
     elif not page.tells_nothing():
         tally.count("wrong", f"{what}: the token is told")
     else:
-        tally.count("survived", "")
+        tally.count("survived")
 
 
 def _end(page: _Page, tally: Tally, number: signal.Signals) -> None:

@@ -10,42 +10,40 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from faults.arena import Arena, Tally, ended_afresh, sweep_afresh
+from faults.arena import Arena, Tally, ended, sweep_afresh
 from stickslip.compiled.cache import cache_folder, source_hash
 
 _STRANGER = 65534  # the uid and gid of nobody
 
 
-def run(quick: bool, folder: Path) -> dict[str, Any]:
+def run(quick: bool, folder: Path) -> dict[str, Tally]:
     """Let another user fill the folder of compiled code with what would run as us."""
     tally = Tally()
     if os.geteuid() != 0 or shutil.which("setpriv") is None:
         print("  planted compiled code: skipped, only root with setpriv can be another user")
-        return {"planted compiled code": tally.as_dict()}
+        return {"planted compiled code": tally}
     folder.chmod(0o755)  # a temporary folder, into which the stranger must come
     arena = Arena(folder)
     for case in ["own folder"] if quick else CASES:
         _plant(arena, tally, case)
-    return {"planted compiled code": tally.as_dict()}
+    return {"planted compiled code": tally}
 
 
 def _plant(arena: Arena, tally: Tally, case: str) -> None:
     """Sweep where another user has been before."""
-    folder = arena.new()
-    ran, code, shared = (folder.parent / name for name in ("ran", "code", "shared"))
-    code.mkdir()
-    for name in [path.name for path in cache_folder().glob("*.nbi")]:
-        (code / name).write_bytes(pickle.dumps(_Code(ran)))
-    shared.mkdir()
-    shared.chmod(0o1777)
-    CASES[case](code, shared)
-    process = sweep_afresh(folder, NUMBA_CACHE_DIR=str(shared))
-    end = ended_afresh(folder, process)
-    if ran.exists():
-        tally.count("wrong", f"{case}: the code ran")
-    else:
-        arena.judge(tally, case, folder, end)
-    arena.clear(folder)
+    with arena.folder() as folder:
+        ran, code, shared = (folder.parent / name for name in ("ran", "code", "shared"))
+        code.mkdir()
+        for path in cache_folder().glob("*.nbi"):
+            (code / path.name).write_bytes(pickle.dumps(_Code(ran)))
+        shared.mkdir()
+        shared.chmod(0o1777)
+        CASES[case](code, shared)
+        end = ended(folder, sweep_afresh(folder, NUMBA_CACHE_DIR=str(shared)))
+        if ran.exists():
+            tally.count("wrong", f"{case}: the code ran")
+        else:
+            arena.judge(tally, case, folder, end)
 
 
 class _Code:

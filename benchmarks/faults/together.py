@@ -8,28 +8,30 @@ import shutil
 import signal
 import subprocess
 import time
+from functools import partial
 from pathlib import Path
-from typing import Any
 
-from faults.arena import SWEEP, Arena, Tally, begin, ended
+from faults.arena import SWEEP, Arena, Tally, begin, ended, speak_into
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
-def run(quick: bool, folder: Path) -> dict[str, Any]:
+def run(quick: bool, folder: Path) -> dict[str, Tally]:
     """Attack by a second sweep, by signals and by full disks."""
     arena, rng = Arena(folder), random.Random(4)
-    return {
-        "two sweeps at once": _pairs(arena, rng, 2 if quick else 100).as_dict(),
-        "signals at random times": _signals(arena, rng, 3 if quick else 60).as_dict(),
-        "full disks": _disks(arena, rng, 2 if quick else 60).as_dict(),
-    }
+    pairs, signals, disks = Tally(), Tally(), Tally()
+    for _ in range(2 if quick else 100):
+        _pair(arena, rng, pairs)
+    for _ in range(3 if quick else 60):
+        _signal(arena, rng, signals)
+    for _ in range(2 if quick else 60):
+        _full_disk(arena, rng, disks)
+    return {"two sweeps at once": pairs, "signals at random times": signals, "full disks": disks}
 
 
-def _pairs(arena: Arena, rng: random.Random, count: int) -> Tally:
-    tally = Tally()
-    for _ in range(count):
-        folder, apart = arena.new(), rng.uniform(0.0, 0.05)
+def _pair(arena: Arena, rng: random.Random, tally: Tally) -> None:
+    apart = rng.uniform(0.0, 0.05)
+    with arena.folder() as folder:
         first = begin(folder, *SWEEP)
         time.sleep(apart)
         second = begin(folder, *SWEEP)
@@ -40,15 +42,12 @@ def _pairs(arena: Arena, rng: random.Random, count: int) -> Tally:
             arena.judge(tally, what, folder, ends[0] if ends[0].code == 0 else ends[1])
         else:
             tally.count("hung" if -1 in codes else "wrong", f"{what}: exit codes {codes}")
-        arena.clear(folder)
-    return tally
 
 
-def _signals(arena: Arena, rng: random.Random, count: int) -> Tally:
-    tally = Tally()
-    for _ in range(count):
-        folder, late = arena.new(), rng.uniform(0.0, 0.3)
-        numbers = [rng.choice(SIGNALS) for _ in range(rng.randint(1, 2))]
+def _signal(arena: Arena, rng: random.Random, tally: Tally) -> None:
+    late = rng.uniform(0.0, 0.3)
+    numbers = [rng.choice(SIGNALS) for _ in range(rng.randint(1, 2))]
+    with arena.folder() as folder:
         process = begin(folder, *SWEEP)
         while process.is_alive() and not (folder / "a.nc.run" / "heartbeat.json").exists():
             time.sleep(0.001)
@@ -58,43 +57,24 @@ def _signals(arena: Arena, rng: random.Random, count: int) -> Tally:
                 os.kill(process.pid, number)
         end = ended(folder, process)
         arena.judge(tally, f"{numbers} after {late:.3f} s", folder, end)
-        arena.clear(folder)
-    return tally
 
 
-def _disks(arena: Arena, rng: random.Random, count: int) -> Tally:
-    tally = Tally()
-    for _ in range(count):
-        folder = arena.new()
-        disk, room = folder.parent / "disk", rng.randrange(400)
+def _full_disk(arena: Arena, rng: random.Random, tally: Tally) -> None:
+    """Sweep on a disk of its own with little room, if this user may mount one."""
+    room = rng.randrange(400)
+    with arena.folder() as folder:
+        disk = folder.parent / "disk"
         disk.mkdir()
         mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "none", str(disk)]
         if subprocess.run(mount, capture_output=True).returncode:
-            arena.clear(folder)
-            return tally  # this user may not mount one
+            return
         try:
-            work = disk / "work"
+            work, filler = disk / "work", disk / "filler"
             shutil.move(folder, work)
-            filler = disk / "filler"
-            free = shutil.disk_usage(disk).free
-            filler.write_bytes(bytes(max(0, free - 1024 * room)))
-            process = begin(work, *SWEEP, before=_Log(str(folder.parent / "said")))
-            end = ended(folder, process)
+            filler.write_bytes(bytes(max(0, shutil.disk_usage(disk).free - 1024 * room)))
+            elsewhere = partial(speak_into, str(folder.parent / "said"))
+            end = ended(folder, begin(work, *SWEEP, before=elsewhere))
             filler.unlink()
             arena.judge(tally, f"{room} KiB left", work, end)
         finally:
             subprocess.run(["umount", "--lazy", str(disk)], check=True)
-        shutil.rmtree(folder.parent)
-    return tally
-
-
-class _Log:
-    """In the child: messages go to a file on another disk."""
-
-    def __init__(self, path: str) -> None:
-        self._path = path
-
-    def __call__(self) -> None:
-        handle = os.open(self._path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
-        for number in (1, 2):
-            os.dup2(handle, number)
