@@ -11,12 +11,13 @@ from __future__ import annotations
 
 import statistics
 import warnings
+from functools import partial
 from itertools import islice
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from shared.fits import FORCE, FOUR, SEED, STRESS, Floats, Set, contradictory, four_set, sets
+from shared.fits import FORCE, FOUR, STRESS, Floats, Set, contradictory, four_set, sets
 from shared.measuring import Part, measure
 from shared.timing import timed
 
@@ -38,17 +39,17 @@ WORSE = 1e-6
 """By what part chi2 may be above that of the true parameters: the roughness of the amplitudes."""
 
 
+# --- random sets, and four parameters -------------------------------------------------------------
+
+
 def random(quick: bool, first: int = 0, count: int = SOME) -> dict[str, Any]:
     """Fit `count` random sets from the `first` on; count what is wrong."""
     fit({"T": [200, 250, 300], "F_max": [3e-3, 2.5e-3, 2.4e-3]}, "k")  # compiled
     end = first + (FEW if quick else count)
-    rows = [
-        _fitted(number, each) for number, each in islice(enumerate(sets(end, SEED)), first, end)
-    ]
-    known = [error for row in rows for error in row["within"].values()]
+    rows = [_fitted(number, own) for number, own in islice(enumerate(sets(end)), first, end)]
+    known = [held for row in rows for held in row["within"].values()]
     exact = [error for row in rows for error in row["exact"].values()]
-    seconds = [row["seconds"] for row in rows]
-    summary = {
+    return {
         "sets": len(rows),
         "across_jumps": sum(row["crosses"] for row in rows),
         "exceptions": sum(row["exception"] for row in rows),
@@ -59,91 +60,15 @@ def random(quick: bool, first: int = 0, count: int = SOME) -> dict[str, Any]:
         "exact_parameters": len(exact),
         "exact_worst": max(exact, default=0.0),
         "exact_beyond": sum(error > EXACT for error in exact),
-        "seconds": seconds,
+        "seconds": [row["seconds"] for row in rows],
     }
-    print(summary)
-    return summary
-
-
-def _fitted(number: int, own: Set) -> dict[str, Any]:
-    """Return how a set is fitted, with noise and without."""
-    noise = own.noise * np.random.default_rng([SEED, number]).standard_normal(len(own.force))
-    noisy = own.varied | {FORCE: own.force * (1.0 + noise)}
-    if number % 2:  # errors are given in half of the sets of either noise
-        noisy[f"{FORCE}_error"] = own.noise * own.force
-    row: dict[str, Any] = {"exception": 0, "false": 0, "within": {}, "exact": {}}
-    row |= {"crosses": own.crosses, "undetermined": 0, "seconds": 0.0}
-    config = from_mapping({"model": own.start})
-    try:
-        ds, row["seconds"] = timed(lambda: fit(noisy, own.free, config))
-        plain = fit(own.varied | {FORCE: own.force}, own.free, config)
-    except Exception as error:  # noqa: BLE001 - they are counted
-        print(number, own, repr(error), flush=True)
-        return row | {"exception": 1}
-    true_chi2 = _true_chi2(noisy, own)
-    row["false"] = int(ds.attrs["chi2"] > true_chi2 * (1.0 + WORSE))
-    for name in own.free:
-        found = ds.sel(free_parameter=name)
-        row["undetermined"] += int(found.parameter_determination != 0)
-        if found.parameter_determination == 0:
-            low, high = found.parameter_interval_lower, found.parameter_interval_upper
-            row["within"][name] = bool(low <= own.true[name] <= high)
-        known = plain.sel(free_parameter=name)
-        if known.parameter_determination == 0:
-            off = float(known.parameter_value) - own.true[name]
-            plainly = PARAMETERS[name].measured_in is not None
-            row["exact"][name] = abs(off) / (1.0 if plainly else own.true[name])
-    odd = row["false"] or max(row["exact"].values(), default=0.0) > EXACT
-    odd = odd or not all(row["within"].values())
-    print(number, f"{row['seconds']:.1f} s", "odd" if odd else "", row if odd else "", flush=True)
-    if odd:
-        print("   ", own.free, list(own.varied), own.noise, ds.attrs["chi2"], true_chi2, flush=True)
-        print("   ", own.true, own.start, ds.parameter_value.values, plain.parameter_value.values)
-        print("   ", ds.parameter_standard_error.values, ds.parameter_interval_lower.values)
-        print("   ", ds.parameter_interval_upper.values, ds.datum_regime.values, flush=True)
-    return row
-
-
-def _true_chi2(data: Any, own: Set) -> float:
-    """Return chi2 at the true parameters."""
-    model = model_of(read_data(data), own.free, from_mapping({"model": own.true}))
-    start = np.array([[each.start for each in model.free]])
-    return model.trials(start, PATIENCE)[0].chi2
-
-
-def starts(quick: bool) -> dict[str, Any]:
-    """Fit k and gamma to ten forces from each of four starts."""
-    temperature = np.linspace(160.0, 310.0, 10)
-    data = _noisy({"T": temperature}, {"k": 7e4, "gamma": -0.55}, [FORCE])
-    fits = [
-        timed(lambda k=k, gamma=gamma: fit(data, ["k", "gamma"], _start(k=k, gamma=gamma)))
-        for k, gamma in (STARTS[:1] if quick else STARTS)
-    ]
-    return _agreement(fits)
-
-
-def three(quick: bool) -> dict[str, Any]:
-    """Fit k, gamma and K to forces and stresses at three frequencies, from each of four starts."""
-    places = {
-        "T": np.tile(np.linspace(160.0, 280.0, 7), 3),
-        "omega": np.repeat([7.0, 10.0, 20.0], 7),
-    }
-    data = _noisy(places, {"k": 7e4, "gamma": -0.55, "K": 4e3}, [FORCE, STRESS])
-    fits = [
-        timed(lambda k=k, gamma=gamma: fit(data, ["k", "gamma", "K"], _start(k=k, gamma=gamma)))
-        for k, gamma in (STARTS[:1] if quick else STARTS)
-    ]
-    return _agreement(fits)
 
 
 def four(quick: bool) -> dict[str, Any]:
     """Fit k, gamma, T_c and A to forces and stresses; count the intervals that hold the truth."""
-    rows = [_four_fitted(number) for number in range(FEW_SCENES if quick else SCENES)]
-    held = {
-        name: [row["within"][name] for row in rows if row["within"].get(name) is not None]
-        for name in FOUR
-    }
-    summary = {
+    rows = [_fitted(number, four_set(number)) for number in range(FEW_SCENES if quick else SCENES)]
+    held = {name: [row["within"][name] for row in rows if name in row["within"]] for name in FOUR}
+    return {
         "sets": len(rows),
         "exceptions": sum(row["exception"] for row in rows),
         "false_minima": sum(row["false"] for row in rows),
@@ -152,34 +77,94 @@ def four(quick: bool) -> dict[str, Any]:
         "beside_jumps": sum(row["jump"] for row in rows),
         "seconds": _seconds([row["seconds"] for row in rows]),
     }
-    print(summary)
-    return summary
 
 
-def _four_fitted(number: int) -> dict[str, Any]:
-    """Return whether the intervals of a fit of four parameters hold the truth, None without any."""
-    data, true, start = four_set(number)
-    row: dict[str, Any] = {"exception": 0, "false": 0, "within": {}, "jump": 0, "seconds": 0.0}
+def _fitted(number: int, own: Set) -> dict[str, Any]:
+    """Return how a set is fitted: what is wrong, and which intervals hold the truth."""
+    row: dict[str, Any] = {"exception": 0, "false": 0, "jump": 0, "within": {}, "exact": {}}
+    row |= {"crosses": own.crosses, "undetermined": 0, "seconds": 0.0}
+    config = from_mapping({"model": own.start})
     try:
-        ds, row["seconds"] = timed(lambda: fit(data, FOUR, {"model": start}))
+        ds, row["seconds"] = timed(lambda: fit(own.data, own.free, config))
+        plain = fit(own.exact, own.free, config) if own.exact else None
     except Exception as error:  # noqa: BLE001 - they are counted
-        print(number, true, repr(error), flush=True)
+        print(number, own, repr(error), flush=True)
         return row | {"exception": 1}
-    model = model_of(read_data(data), FOUR, from_mapping({"model": true}))
-    at_truth = model.trials(np.array([[each.start for each in model.free]]), PATIENCE)[0].chi2
-    row["false"] = int(ds.attrs["chi2"] > at_truth * (1.0 + WORSE))
+    true_chi2 = _true_chi2(own)
+    row["false"] = int(ds.attrs["chi2"] > true_chi2 * (1.0 + WORSE))
     row["jump"] = int((ds.datum_at_jump == 1).any())
-    for name in FOUR:
-        own = ds.sel(free_parameter=name)
-        low, high = float(own.parameter_interval_lower), float(own.parameter_interval_upper)
-        known = own.parameter_determination == 0
-        row["within"][name] = low <= true[name] <= high if known else None
-    print(number, row, f"chi2 {ds.attrs['chi2']:.4f}, at the truth {at_truth:.4f}", flush=True)
-    if not all(row["within"].values()):
-        for variable in ("value", "interval_lower", "interval_upper"):
-            print("   ", variable, ds[f"parameter_{variable}"].values)
-        print("    truth", list(true.values()), flush=True)
+    for name in own.free:
+        found = ds.sel(free_parameter=name)
+        if found.parameter_determination == 0:
+            low, high = found.parameter_interval_lower, found.parameter_interval_upper
+            row["within"][name] = bool(low <= own.true[name] <= high)
+    row["undetermined"] = len(own.free) - len(row["within"])
+    row["exact"] = _exact_errors(own, plain) if plain else {}
+    odd = row["false"] or max(row["exact"].values(), default=0.0) > EXACT
+    print(number, row, flush=True)
+    if odd or not all(row["within"].values()):
+        print("   ", own, ds.attrs["chi2"], true_chi2, plain and plain.parameter_value.values)
+        for what in ("value", "standard_error", "interval_lower", "interval_upper"):
+            print("   ", what, ds[f"parameter_{what}"].values, flush=True)
     return row
+
+
+def _exact_errors(own: Set, plain: xr.Dataset) -> dict[str, float]:
+    """Return errors of the parameters that data without noise determine, mostly relative ones."""
+    errors = {}
+    for name in own.free:
+        found = plain.sel(free_parameter=name)
+        if found.parameter_determination == 0:
+            plainly = PARAMETERS[name].measured_in is not None
+            off = abs(float(found.parameter_value) - own.true[name])
+            errors[name] = off / (1.0 if plainly else own.true[name])
+    return errors
+
+
+def _true_chi2(own: Set) -> float:
+    """Return chi2 at the true parameters."""
+    model = model_of(read_data(own.data), own.free, from_mapping({"model": own.true}))
+    start = np.array([[each.start for each in model.free]])
+    return model.trials(start, PATIENCE)[0].chi2
+
+
+# --- one minimum from any start -------------------------------------------------------------------
+
+
+def starts(quick: bool) -> dict[str, Any]:
+    """Fit k and gamma to ten forces from each of four starts."""
+    places = {"T": np.linspace(160.0, 310.0, 10)}
+    return _from_starts(quick, places, {"k": 7e4, "gamma": -0.55}, [FORCE])
+
+
+def three(quick: bool) -> dict[str, Any]:
+    """Fit k, gamma and K to forces and stresses at three frequencies, from each of four starts."""
+    temperatures, frequencies = np.linspace(160.0, 280.0, 7), [7.0, 10.0, 20.0]
+    places = {"T": np.tile(temperatures, 3), "omega": np.repeat(frequencies, 7)}
+    return _from_starts(quick, places, {"k": 7e4, "gamma": -0.55, "K": 4e3}, [FORCE, STRESS])
+
+
+def _from_starts(
+    quick: bool, places: dict[str, Floats], true: dict[str, float], of: list[str]
+) -> dict[str, Any]:
+    """Return by what part of a standard error fits from all starts differ, and their seconds."""
+    ds, rng = stationary_orbits(places | true), np.random.default_rng(1)
+    noise = {name: 1.0 + 0.01 * rng.standard_normal(ds[name].size) for name in of}
+    data = places | {name: ds[name].values * noise[name] for name in of}
+    starts = [{"model": {"k": k, "gamma": gamma}} for k, gamma in STARTS[: 1 if quick else None]]
+    fits = [timed(partial(fit, data, list(true), start)) for start in starts]
+    values = np.array([found.parameter_value.values for found, _ in fits])
+    errors = fits[0][0].parameter_standard_error.values
+    return {
+        "starts": len(fits),
+        "differ": float((np.ptp(values, axis=0) / errors).max()),
+        "values": values[0].tolist(),
+        "errors": errors.tolist(),
+        "seconds": _seconds([seconds for _, seconds in fits]),
+    }
+
+
+# --- what no parameters describe ------------------------------------------------------------------
 
 
 def undescribed(quick: bool) -> dict[str, Any]:
@@ -189,7 +174,7 @@ def undescribed(quick: bool) -> dict[str, Any]:
     """
     rows = [_undescribed(number) for number in range(FEW_SCENES if quick else SCENES)]
     compared = [row["off"] for row in rows if row["off"] is not None]
-    summary = {
+    return {
         "sets": len(rows),
         "exceptions": sum(row["exception"] for row in rows),
         "off_worst": max(compared, default=0.0),
@@ -198,8 +183,6 @@ def undescribed(quick: bool) -> dict[str, Any]:
         "value_withheld": sum(row["withheld"] for row in rows),
         "seconds": _seconds([row["seconds"] for row in rows]),
     }
-    print(summary)
-    return summary
 
 
 def _undescribed(number: int) -> dict[str, Any]:
@@ -208,8 +191,7 @@ def _undescribed(number: int) -> dict[str, Any]:
     data = {"T": temperature, FORCE: force}
     row: dict[str, Any] = {"exception": 0, "off": None, "lost": 0, "withheld": 0, "seconds": 0.0}
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # of cold films
+        with warnings.catch_warnings(action="ignore", category=UserWarning):  # of cold films
             ds, row["seconds"] = timed(lambda: fit(data, ["k", "gamma"]))
     except Exception as error:  # noqa: BLE001 - they are counted
         print(number, data, repr(error), flush=True)
@@ -229,50 +211,14 @@ def _seconds(seconds: list[float]) -> dict[str, float]:
     return {"median": statistics.median(seconds), "max": max(seconds)}
 
 
-def _start(**values: float) -> dict[str, Any]:
-    return {"model": values}
-
-
-def _noisy(places: dict[str, Floats], true: dict[str, float], of: list[str]) -> dict[str, Any]:
-    ds = stationary_orbits(places | true)
-    rng = np.random.default_rng(1)
-    return places | {
-        name: ds[name].values * (1.0 + 0.01 * rng.standard_normal(ds[name].size)) for name in of
-    }
-
-
-def _agreement(fits: list[tuple[xr.Dataset, float]]) -> dict[str, Any]:
-    """Return by what part of a standard error fits from all starts differ, and their seconds."""
-    values = np.array([ds.parameter_value.values for ds, _ in fits])
-    errors = fits[0][0].parameter_standard_error.values
-    seconds = [taken for _, taken in fits]
-    row = {
-        "starts": len(fits),
-        "differ": float((np.ptp(values, axis=0) / errors).max()),
-        "values": values[0].tolist(),
-        "errors": errors.tolist(),
-        "seconds": _seconds(seconds),
-    }
-    print(row)
-    return row
-
-
-def _quarter(number: int) -> Part:
-    """Return a part that fits a quarter of all random sets."""
-    count = SETS // QUARTERS
-    return lambda quick: random(quick, number * count, count)
-
-
-QUARTER = {f"random_{number + 1}": _quarter(number) for number in range(QUARTERS)}
-
-PARTS: dict[str, Part] = {
-    "some": random,
-    "starts": starts,
-    "three": three,
-    "four": four,
-    "undescribed": undescribed,
-    **QUARTER,
+QUARTER = SETS // QUARTERS
+RANDOM: dict[str, Part] = {
+    f"random_{number + 1}": partial(random, first=number * QUARTER, count=QUARTER)
+    for number in range(QUARTERS)
 }
+PARTS: dict[str, Part] = {
+    "some": random, "starts": starts, "three": three, "four": four, "undescribed": undescribed,
+} | RANDOM  # fmt: skip
 
 if __name__ == "__main__":
-    measure("fit", __doc__, PARTS, long=("four", "undescribed", *QUARTER))
+    measure("fit", __doc__, PARTS, long=("four", "undescribed", *RANDOM))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,28 +36,30 @@ Floats = NDArray[np.float64]
 
 
 class Set(NamedTuple):
-    """Synthetic measurements: truth and start by name, the columns, the true forces."""
+    """Synthetic measurements by column, the parameters that are free, their truth and a start.
 
-    free: tuple[str, str]
+    `exact` are the same without noise; `crosses` tells whether their motions are of several kinds.
+    """
+
+    free: tuple[str, ...]
     true: dict[str, float]
     start: dict[str, float]
-    varied: dict[str, Floats]
-    force: Floats
-    noise: float
-    crosses: bool
+    data: dict[str, Floats]
+    exact: dict[str, Floats] | None = None
+    crosses: bool = False
 
 
-def sets(count: int, seed: int) -> Iterator[Set]:
+def sets(count: int) -> Iterator[Set]:
     """Yield cheap random sets; the data of every fourth have motions of different kinds."""
-    rng, found = np.random.default_rng(seed), 0
+    rng, found = np.random.default_rng(SEED), 0
     while found < count:
-        candidate = _candidate(rng, NOISES[found % 2])
+        candidate = _candidate(rng, found)
         if candidate is not None and candidate.crosses == (found % 4 == 3):
             found += 1
             yield candidate
 
 
-def _candidate(rng: np.random.Generator, noise: float) -> Set | None:
+def _candidate(rng: np.random.Generator, number: int) -> Set | None:
     free = PAIRS[rng.integers(len(PAIRS))]
     name = rng.choice([name for name in VARIED if name not in free])
     values = {
@@ -77,7 +79,13 @@ def _candidate(rng: np.random.Generator, noise: float) -> Set | None:
         return None
     kinds = np.stack([ds[kind].values for kind in ("regime", "melting_count", "orbit_periods")])
     start = values | {each: _moved(rng, each, values[each]) for each in free}
-    return Set(free, values, start, varied, force, noise, bool((np.ptp(kinds, axis=1) > 0).any()))
+    noise = NOISES[number % 2]
+    own = noise * np.random.default_rng([SEED, number]).standard_normal(len(force))
+    data = varied | {FORCE: force * (1.0 + own)}
+    if number % 2:  # errors are given for one of the noises
+        data[f"{FORCE}_error"] = noise * force
+    crosses = bool((np.ptp(kinds, axis=1) > 0).any())
+    return Set(free, values, start, data, varied | {FORCE: force}, crosses)
 
 
 def _moved(rng: np.random.Generator, name: str, value: float) -> float:
@@ -88,8 +96,8 @@ def _moved(rng: np.random.Generator, name: str, value: float) -> float:
     return value * log_uniform(rng, 1 / wide, wide)
 
 
-def four_set(number: int) -> tuple[dict[str, Any], dict[str, float], dict[str, float]]:
-    """Return data, the truth, and a start of a fit of four parameters; orbits are found early."""
+def four_set(number: int) -> Set:
+    """Return measurements with four free parameters; orbits are found early."""
     rng = np.random.default_rng([SEED, 4, number])
     while True:
         true = {
@@ -107,12 +115,12 @@ def four_set(number: int) -> tuple[dict[str, Any], dict[str, float], dict[str, f
         "critical_temperature": true["critical_temperature"] * rng.uniform(0.98, 1.02),
         "contact_area": true["contact_area"] * log_uniform(rng, 0.7, 1.4),
     }
-    data: dict[str, Any] = {"T": FOUR_T}
+    data = {"T": FOUR_T}
     for name in (FORCE, STRESS):
         exact = ds[name].values
         error = FOUR_NOISE * np.maximum(exact, FLOOR * exact.max())
         data |= {name: exact + error * rng.standard_normal(len(exact)), f"{name}_error": error}
-    return data, true, start
+    return Set(FOUR, true, start, data)
 
 
 def contradictory(number: int) -> tuple[Floats, Floats]:
