@@ -22,13 +22,9 @@ from stickslip.parameters import Parameters
 SEED, POINTS, FEW = 2026, 200, 8
 TOGETHER, RUNS = 300, 5
 BY = (
-    "temperature",
-    "viscosity_coefficient",
-    "spring_stiffness",
-    "rheological_index",
-    "angular_frequency",
-    "film_thickness",
-)
+    "temperature", "viscosity_coefficient", "spring_stiffness", "rheological_index",
+    "angular_frequency", "film_thickness",
+)  # fmt: skip
 PLAIN = "rheological_index"
 """The parameter of these that is moved by a difference, all others by a factor."""
 
@@ -53,9 +49,7 @@ def together(quick: bool) -> dict[str, Any]:
     )
     calls = (lambda: stationary_orbits(points), lambda: list(map(stationary_orbit, singles)))
     seconds = medians_in_turn(calls, 1 if quick else RUNS)
-    row = {"points": count, "same": same, "together": seconds[0], "singly": seconds[1]}
-    print(row)
-    return row
+    return {"points": count, "same": same, "together": seconds[0], "singly": seconds[1]}
 
 
 def derivatives(quick: bool) -> dict[str, Any]:
@@ -74,7 +68,7 @@ def derivatives(quick: bool) -> dict[str, Any]:
     errors = np.abs(found - true)
     relative = errors / np.nanmax(np.abs(true), axis=(0, 2), keepdims=True)
     sound = known & smooth
-    row = {
+    return {
         "points": len(rows),
         "parameters": len(BY),
         "seconds": seconds,
@@ -92,8 +86,6 @@ def derivatives(quick: bool) -> dict[str, Any]:
         "jumps_missed": int((known.any(axis=0) & jumps).sum()),
         "missing_without_jump": int((~known.all(axis=0) & ~jumps).sum()),
     }
-    print(row)
-    return row
 
 
 Points = Mapping[str, NDArray[np.float64]]

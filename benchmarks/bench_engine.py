@@ -34,9 +34,7 @@ def _swept(where: Path, scene: str, config: dict[str, Any], runs: int) -> dict[s
     """Return medians of a sweep through the command line; the first run warms up."""
     file, path = write_config(where / "engine.yaml", config), where / "a.nc"
     rows = [_once(file, path) for _ in range(runs + 1)][1:]
-    result = {name: quantile([row[name] for row in rows], 50) for name in rows[0]}
-    print(scene, result)
-    return {"scene": scene} | result
+    return {"scene": scene} | {name: quantile([row[name] for row in rows], 50) for name in rows[0]}
 
 
 def _once(config: Path, path: Path) -> dict[str, float]:
@@ -73,7 +71,6 @@ def huge(quick: bool) -> dict[str, Any]:
         for step, words in steps.items():
             took = run_command(*words, stopped=True)
             result[step] = {name: took[name] for name in ("seconds", "peak_mib")}
-    print(result)
     return result
 
 

@@ -78,9 +78,7 @@ def accuracy(quick: bool) -> dict[str, Any]:
 def _stated(exact: Orbits, rtol: float) -> dict[str, Any]:
     """Return how the stated errors bound the true ones, points on another orbit as they come."""
     found = orbits(exact.points, **at(rtol))
-    row = {"rtol": rtol} | found.error_bars(exact, found.ok & exact.ok, RESOLVED)
-    print(row)
-    return row
+    return {"rtol": rtol} | found.error_bars(exact, found.ok & exact.ok, RESOLVED)
 
 
 def _against_plain(found: Orbits, periods: int) -> dict[str, Any]:
@@ -94,7 +92,7 @@ def _against_plain(found: Orbits, periods: int) -> dict[str, Any]:
     if not settled.all():
         compared.rows[~settled] = orbits(points[~settled], **at(1e-10)).rows
     differences = [_differences(found[[i]], compared[[i]]) for i in range(len(points))]
-    result = {
+    return {
         "max_periods": periods,
         "settled": int(settled.sum()),
         "same_orbit": sum(not difference for difference in differences),
@@ -105,8 +103,6 @@ def _against_plain(found: Orbits, periods: int) -> dict[str, Any]:
         ],
         "periods": spread(plain.periods_integrated[settled]) if settled.any() else {},
     }
-    print("plain iteration:", result)
-    return result
 
 
 def _differences(own: Orbits, other: Orbits) -> dict[str, list[float]]:
@@ -139,7 +135,6 @@ def time(quick: bool) -> dict[str, Any]:
     found = orbits(exact.points)
     error = _median_error(found, exact)
     result: dict[str, Any] = {"seconds": _seconds(exact.points, runs), "error_median": error}
-    print("ours:", result)
     if not PEERS[NUMBALSODA].version():
         print("numbalsoda: not installed")
         return result
@@ -157,9 +152,7 @@ def time(quick: bool) -> dict[str, Any]:
         for what, part in {"all": solved, "gamma<0": thinning}.items()
     }
     company = _in_company(peer["seconds"] / int(solved.sum()), quick=quick)
-    result |= {"numbalsoda": peer, "pilot": pilot, "ratios": ratios, "in_company": company}
-    print(result)
-    return result
+    return result | {"numbalsoda": peer, "pilot": pilot, "ratios": ratios, "in_company": company}
 
 
 def _seconds(points: np.ndarray, runs: int) -> float:

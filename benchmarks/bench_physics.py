@@ -44,7 +44,6 @@ def _prices(gamma: float, count: int, runs: int) -> Row:
     settled = {name: int(compute().ok.sum()) for name, compute in models.items()}
     seconds = medians_in_turn(list(models.values()), runs)
     microseconds = {name: 1e6 * s / count for name, s in zip(models, seconds, strict=True)}
-    print(f"gamma {gamma:.3f}", microseconds, settled)
     return {"gamma": gamma, "microseconds": microseconds, "settled": settled}
 
 
@@ -75,10 +74,9 @@ def _price(gamma: float, options: Options) -> Row:
     whole, part = medians_in_turn(calls, ENSEMBLE_RUNS)
     periods = (options.realizations - few.realizations) * (DROPPED + options.window)
     _, alone = timed(lambda: compute_orbits(point, typical_options(options)))
-    row = {"gamma": gamma, "microseconds": 1e6 * (whole - part) / periods}
-    row |= {"seconds": whole, "typical_seconds": alone}
-    print(row)
-    return row
+    microseconds = 1e6 * (whole - part) / periods
+    times = {"microseconds": microseconds, "seconds": whole, "typical_seconds": alone}
+    return {"gamma": gamma} | times
 
 
 if __name__ == "__main__":

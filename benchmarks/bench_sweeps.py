@@ -59,18 +59,15 @@ def start(quick: bool) -> dict[str, Any]:
         config, output = shipped_config("quickstart"), Path(where) / "first.nc"
         sweep = ("sweep", config, "-o", output, *SWEEP)
         run_command(*sweep)
+        imports = [run_process([sys.executable, "-c", "import stickslip"]) for _ in range(runs)]
         result = {
-            "import stickslip": statistics.median(
-                run_process([sys.executable, "-c", "import stickslip"])["seconds"]
-                for _ in range(runs)
-            ),
+            "import stickslip": statistics.median(took["seconds"] for took in imports),
             "stickslip --help": median_of_commands(runs, "--help"),
             "warm first result": median_of_commands(runs, *sweep),
         }
         if not quick:
             result["cold first result"] = run_command(*sweep, NUMBA_CACHE_DIR=empty)["seconds"]
             result["first result of another installation"] = _elsewhere(sweep, empty)
-    print(result)
     return result
 
 
@@ -111,15 +108,13 @@ def _figure(name: str, runs: int, changes: tuple[str, ...]) -> dict[str, Any]:
     points = grid.points(0, grid.size)
     errors = amplitude_errors(points, _amplitudes(ds), _amplitudes(exact)).max(axis=1)
     known = errors[np.isfinite(errors)]
-    row = {
+    return {
         "points": int(ds.status.size),
         "failed": int((ds.status != 0).sum()),
         "seconds": median_seconds(lambda: run(config, workers=WORKERS), runs),
         "error_median": float(np.median(known)),
         "error_max": float(known.max()),
     }
-    print(name, row)
-    return row
 
 
 def _amplitudes(ds: xr.Dataset) -> np.ndarray:
@@ -141,10 +136,8 @@ def regimes(quick: bool) -> dict[str, Any]:
     unrefined = config.model_copy(update={"refine": None})
     full, full_seconds = timed(lambda: compute(unrefined, workers=WORKERS))
     refined, seconds = timed(lambda: compute(config, workers=WORKERS))
-    result = {"points": grid.size, "full_seconds": full_seconds, "refined_seconds": seconds}
-    result |= _compared(full, refined)
-    print(result)
-    return result
+    times = {"full_seconds": full_seconds, "refined_seconds": seconds}
+    return {"points": grid.size} | times | _compared(full, refined)
 
 
 def _compared(full: np.ndarray, found: np.ndarray) -> dict[str, Any]:
@@ -172,16 +165,19 @@ def _compared(full: np.ndarray, found: np.ndarray) -> dict[str, Any]:
 def cube(quick: bool) -> dict[str, Any]:
     """Time a cube over T, k, K, omega and three fluids; count statuses, measure some errors."""
     config = grid_config(CUBE, QUICK_SHAPE if quick else CUBE_SHAPE, FLUIDS, CUBE_RTOL)
-    result: dict[str, Any] = {"rtol": CUBE_RTOL, "sample": _sample(config, 20 if quick else SAMPLE)}
+    sample = _sample(config, 20 if quick else SAMPLE)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "cube.nc"
         file = write_config(path.with_suffix(".yaml"), config)
         took = run_command("sweep", file, "-o", path, *SWEEP)
         with xr.open_dataset(path) as ds:
             stated, status = ds.amplitude_error.values, ds.status.values
-        result["file_mib"] = path.stat().st_size / MIB
+        size = path.stat().st_size / MIB
     ok, aperiodic = stated[status == Status.OK], stated[status == Status.APERIODIC]
-    result |= {
+    return {
+        "rtol": CUBE_RTOL,
+        "sample": sample,
+        "file_mib": size,
         "points": int(status.size),
         "seconds": took["seconds"],
         "points_per_second": status.size / took["seconds"],
@@ -191,8 +187,6 @@ def cube(quick: bool) -> dict[str, Any]:
         "stated_error_max": float(ok.max()),
         "stated_error_max_aperiodic": float(aperiodic.max(initial=0.0)),
     }
-    print(result)
-    return result
 
 
 def _sample(config: dict[str, Any], count: int) -> dict[str, Any]:
@@ -219,10 +213,8 @@ def scaling(quick: bool) -> dict[str, Any]:
     config = read_config(grid_config(CUBE, (4, 2, 2, 2) if quick else (16, 8, 8, 8), FLUIDS))
     calls = [lambda n=workers: run(config, workers=n) for workers in (1, WORKERS)]
     one, two = medians_in_turn(calls, 1 if quick else 3)
-    points = Grid.from_config(config).size
-    result = {"points": points, "one_worker_seconds": one, "two_workers_seconds": two}
-    print(result)
-    return result | {"cores": os.cpu_count()}
+    times = {"one_worker_seconds": one, "two_workers_seconds": two}
+    return {"points": Grid.from_config(config).size} | times | {"cores": os.cpu_count()}
 
 
 if __name__ == "__main__":

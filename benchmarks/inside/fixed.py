@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from shared.points import Orbits
 
-from inside.defaults import PHYSICS, WIDTH, amplitudes_of
+from inside import PHYSICS, WIDTH, amplitudes_of
 from stickslip.kernels.euler_cromer.lanes import March
 from stickslip.kernels.plain_iteration.comparison import write_errors
 from stickslip.kernels.plain_iteration.starts import write_starts, write_steps

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from inside.defaults import PHYSICS
+from inside import PHYSICS
 from stickslip.kernels.adaptive import passes
 from stickslip.kernels.adaptive.march import AdaptiveMarch
 from stickslip.kernels.adaptive.passes import work_through

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from inside.defaults import PHYSICS, WIDTH, amplitudes_of
+from inside import PHYSICS, WIDTH, amplitudes_of
 from stickslip.compiled.decorators import inline, jit
 from stickslip.compiled.fields import make_map
 from stickslip.kernels.points import FIRST_STEP, parameters_of

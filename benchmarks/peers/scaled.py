@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.compiled.decorators import kernel
+from stickslip.compiled.decorators import kernel, kernel_making_arrays
 from stickslip.kernels.points import parameters_of
 from stickslip.model.models import model_of
 from stickslip.options import DEFAULTS
@@ -35,7 +35,7 @@ def fill_rates(row: np.ndarray, s: float, y: np.ndarray, out: np.ndarray) -> Non
     out[2] = psi_rate / omega
 
 
-@kernel
+@kernel_making_arrays
 def rates(row: np.ndarray, s: float, y: np.ndarray) -> np.ndarray:
     """Return the rates dy/ds as a new array (3,)."""
     out = np.empty(3)
@@ -43,7 +43,7 @@ def rates(row: np.ndarray, s: float, y: np.ndarray) -> np.ndarray:
     return out
 
 
-@kernel
+@kernel_making_arrays
 def rates_jacobian(row: np.ndarray, s: float, y: np.ndarray) -> np.ndarray:
     """Return the Jacobian d(dy/ds)/dy at phase `s` as a new array (3, 3)."""
     p, out = parameters_of(row), np.empty((3, 3))

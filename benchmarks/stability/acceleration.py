@@ -5,26 +5,36 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from shared.points import box_points, descriptions, drawn, log_uniform, orbits
+from shared.points import Log, box, descriptions, drawn, log_uniform, orbits
 
 from stickslip.parameters import Parameters
 
 # Cycles of a hundred applications are approached in thousands.
 _MAX_PERIODS_OF_SEVERAL = 3000
 
+_several = box(
+    2911,
+    T=(150, 260),
+    k=Log(1e4, 7e4),
+    K=Log(1300, 3800),
+    gamma=(-0.85, -0.75),
+    omega=(15, 50),
+    x_0=(-8e-7, 8e-7),
+)
+"""Films that may stay liquid, freeze for good, or do both by turns."""
+
 
 def run(quick: bool) -> dict[str, Any]:
     """Count the points that differ by more than both state, or in their kind of motion."""
     wide, near = (40, 20) if quick else (2000, 1000)
-    several = several_orbits(20 if quick else 2000)
     return {
         "near_melting": near,
-        **_compared(random_starts(wide, near)),
-        "several": _compared(several, max_periods=_MAX_PERIODS_OF_SEVERAL),
+        **_compared(_random_starts(wide, near)),
+        "several": _compared(_several(20 if quick else 2000), max_periods=_MAX_PERIODS_OF_SEVERAL),
     }
 
 
-def random_starts(wide: int, near: int) -> np.ndarray:
+def _random_starts(wide: int, near: int) -> np.ndarray:
     """Return rows of parameters with random starts: from all over, and within 5 K of T_c."""
     return drawn(
         wide + near,
@@ -39,20 +49,6 @@ def random_starts(wide: int, near: int) -> np.ndarray:
             initial_velocity=rng.uniform(-2e-5, 2e-5),
             initial_order_parameter=0.0 if rng.random() < 0.5 else rng.uniform(0.0, 0.6),
         ),
-    )
-
-
-def several_orbits(count: int) -> np.ndarray:
-    """Return rows of films that may stay liquid, freeze for good, or do both by turns."""
-    return box_points(
-        count,
-        2911,
-        temperature=("linear", 150, 260),
-        viscosity_coefficient=("log", 1e4, 7e4),
-        spring_stiffness=("log", 1300, 3800),
-        rheological_index=("linear", -0.85, -0.75),
-        angular_frequency=("linear", 15, 50),
-        initial_displacement=("linear", -8e-7, 8e-7),
     )
 
 

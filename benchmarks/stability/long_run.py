@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from inside.defaults import amplitudes_of
+from inside import amplitudes_of
 from inside.lanes import end_states, period_records
 from shared.points import orbits, parameter
 

@@ -6,12 +6,11 @@ give it, and tell how far to trust it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from inside.lanes import scaled_states, travelled_states
-from shared.points import Orbits, at, box_points, descriptions, orbits, quantile
+from shared.points import Log, Orbits, at, box, descriptions, orbits, quantile
 
 from stability.stated import wide
 
@@ -31,20 +30,12 @@ _ALLOWED_ROOTS, _ALLOWED = 3.0, 0.01
 _ELSEWHERE = 0.01
 
 
-def paper(count: int) -> np.ndarray:
-    """Return films (count, parameters) from all over the range of the paper's claims."""
-    return box_points(
-        count,
-        4901,
-        temperature=("linear", 150, 330),
-        viscosity_coefficient=("log", 1e4, 3e5),
-        spring_stiffness=("log", 500, 1e4),
-        angular_frequency=("linear", 5, 60),
-        rheological_index=("linear", -2 / 3, 2 / 3),
-    )
+_paper = box(
+    4901, T=(150, 330), k=Log(1e4, 3e5), K=Log(500, 1e4), omega=(5, 60), gamma=(-2 / 3, 2 / 3)
+)
+"""Films from all over the range of the paper's claims."""
 
-
-BOXES: dict[str, Callable[[int], np.ndarray]] = {"paper": paper, "wide": wide}
+BOXES = {"paper": _paper, "wide": wide}
 
 
 def run(quick: bool) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from inside.scalar import scalar_amplitudes, scalar_states, starting_state
-from shared.points import Orbits, amplitude_errors, box_points, description, orbits
+from shared.points import Log, Orbits, amplitude_errors, box, description, orbits
 
 from stability.stated import everywhere
 from stickslip.measure.window import error_of_mean
@@ -36,23 +36,15 @@ WANDERING = (
 _WINDOWS, _LENGTHS = 100, (32, 64, 200)
 
 
-def weakly_viscous(count: int) -> np.ndarray:
-    """Return rows (count, parameters)."""
-    return box_points(
-        count,
-        2904,
-        rheological_index=("linear", -0.9, -0.5),
-        viscosity_coefficient=("log", 100, 3e3),
-        angular_frequency=("linear", 10, 60),
-        temperature=("linear", 150, 300),
-        spring_stiffness=("log", 500, 1e4),
-    )
+_weakly_viscous = box(
+    2904, gamma=(-0.9, -0.5), k=Log(100, 3e3), omega=(10, 60), T=(150, 300), K=Log(500, 1e4)
+)
 
 
 def run(quick: bool) -> dict[str, Any]:
     """Measure coverage of stated errors, verdicts on two boxes, and plain iterations."""
     covered = [_coverage(film, 8 if quick else _WINDOWS) for film in WANDERING]
-    weak = orbits(weakly_viscous(20 if quick else 400), max_periods=_PERIODS)
+    weak = orbits(_weakly_viscous(20 if quick else 400), max_periods=_PERIODS)
     others = orbits(everywhere(20 if quick else 500), max_periods=_PERIODS)
     return {
         "windows": covered,

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from shared.points import Orbits, at, box_points, error_bars, orbits, parameter, quantile
+from shared.points import Log, Orbits, at, box, error_bars, orbits, parameter, quantile
 
 from stability.locked import balance
 from stability.stated import everywhere
@@ -24,6 +24,17 @@ _HARDLY = 1e-3  # slip over X_m
 _SLIPS = 3.0  # relative change of the work by a slip, over the slip
 
 
+_strongly_viscous = box(
+    4303,
+    gamma=(-0.9, -0.3),
+    k=Log(1e4, 1e6),
+    K=Log(300, 3000),
+    X_m=Log(4e-8, 8e-7),
+    T=(150, 280),
+    omega=Log(3, 60),
+)
+
+
 def run(quick: bool) -> dict[str, Any]:
     """Measure errors of locked and other films, and of the former against the closed form."""
     locked, others = _locked(20 if quick else 300), everywhere(20 if quick else 400)
@@ -31,16 +42,7 @@ def run(quick: bool) -> dict[str, Any]:
 
 
 def _locked(count: int) -> np.ndarray:
-    points = box_points(
-        2 * count,
-        4303,
-        rheological_index=("linear", -0.9, -0.3),
-        viscosity_coefficient=("log", 1e4, 1e6),
-        spring_stiffness=("log", 300, 3000),
-        drive_amplitude=("log", 4e-8, 8e-7),
-        temperature=("linear", 150, 280),
-        angular_frequency=("log", 3, 60),
-    )
+    points = _strongly_viscous(2 * count)
     parameter(points, "initial_displacement")[:] = parameter(points, "drive_amplitude")
     parameter(points, "initial_order_parameter")[:] = 0.6
     found = orbits(points)
