@@ -3,26 +3,23 @@
 `random_1` to `random_4` fit two free parameters of 50 random sets of data each, with noise of 1 and
 5 % and without: an hour or so each, so that they are parts of their own. `starts` fits ten forces
 from four starts, `three` three parameters at three frequencies. `four` fits k, gamma, T_c and A to
-forces and stresses over temperature, where single data jump next to the minimum. `undescribed` fits
-what no parameters describe, and computes the result once more.
+forces and stresses over temperature, where single data jump next to the minimum.
 """
 
 from __future__ import annotations
 
 import statistics
-import warnings
 from functools import partial
 from itertools import islice
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from shared.fits import FORCE, FOUR, STRESS, Floats, Set, contradictory, four_set, sets
+from shared.fits import FORCE, FOUR, STRESS, Floats, Set, four_set, sets
 from shared.measuring import Part, measure
 from shared.timing import timed
 
 from stickslip import stationary_orbits
-from stickslip.status import Status
 from stickslip.variables import PARAMETERS
 from sweeps import fit
 from sweeps.config.load import from_mapping
@@ -164,49 +161,6 @@ def _from_starts(
     }
 
 
-# --- what no parameters describe ------------------------------------------------------------------
-
-
-def undescribed(quick: bool) -> dict[str, Any]:
-    """Fit data that no parameters describe; compare chi2 with that of the orbits found.
-
-    Their orbits are computed once more, by themselves and with the budgets of a sweep.
-    """
-    rows = [_undescribed(number) for number in range(FEW_SCENES if quick else SCENES)]
-    compared = [row["off"] for row in rows if row["off"] is not None]
-    return {
-        "sets": len(rows),
-        "exceptions": sum(row["exception"] for row in rows),
-        "off_worst": max(compared, default=0.0),
-        "off_beyond": sum(off > WORSE for off in compared),
-        "without_value": sum(row["lost"] for row in rows),
-        "value_withheld": sum(row["withheld"] for row in rows),
-        "seconds": _seconds([row["seconds"] for row in rows]),
-    }
-
-
-def _undescribed(number: int) -> dict[str, Any]:
-    """Return by what part chi2 of a fit differs from that of its orbits, and data without any."""
-    temperature, force = contradictory(number)
-    data = {"T": temperature, FORCE: force}
-    row: dict[str, Any] = {"exception": 0, "off": None, "lost": 0, "withheld": 0, "seconds": 0.0}
-    try:
-        with warnings.catch_warnings(action="ignore", category=UserWarning):  # of cold films
-            ds, row["seconds"] = timed(lambda: fit(data, ["k", "gamma"]))
-    except Exception as error:  # noqa: BLE001 - they are counted
-        print(number, data, repr(error), flush=True)
-        return row | {"exception": 1}
-    found = dict(zip(("k", "gamma"), ds.parameter_value.values, strict=True))
-    computed = stationary_orbits({"T": temperature} | found)
-    fitted, lost = computed[FORCE].values, np.isnan(ds.fitted_value.values)
-    row["lost"], row["withheld"] = int(lost.sum()), int((lost & np.isfinite(fitted)).sum())
-    error = np.where(computed.status == Status.APERIODIC, computed.amplitude_error * fitted / 3, 0)
-    squares = ((fitted - force) ** 2 + error**2) / force**2
-    row["off"] = abs(float(np.nansum(squares)) / ds.attrs["chi2"] - 1.0)
-    print(number, row, f"chi2 {ds.attrs['chi2']:.6g}", found, flush=True)
-    return row
-
-
 def _seconds(seconds: list[float]) -> dict[str, float]:
     return {"median": statistics.median(seconds), "max": max(seconds)}
 
@@ -216,9 +170,7 @@ RANDOM: dict[str, Part] = {
     f"random_{number + 1}": partial(random, first=number * QUARTER, count=QUARTER)
     for number in range(QUARTERS)
 }
-PARTS: dict[str, Part] = {
-    "some": random, "starts": starts, "three": three, "four": four, "undescribed": undescribed,
-} | RANDOM  # fmt: skip
+PARTS: dict[str, Part] = {"some": random, "starts": starts, "three": three, "four": four} | RANDOM
 
 if __name__ == "__main__":
-    measure("fit", __doc__, PARTS, long=("four", "undescribed", *RANDOM))
+    measure("fit", __doc__, PARTS, long=("four", *RANDOM))

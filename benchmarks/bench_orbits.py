@@ -91,38 +91,39 @@ def _against_plain(found: Orbits, periods: int) -> dict[str, Any]:
     settled, compared = plain.ok, plain[:]
     if not settled.all():
         compared.rows[~settled] = orbits(points[~settled], **at(1e-10)).rows
-    differences = [_differences(found[[i]], compared[[i]]) for i in range(len(points))]
+    differ = _differences(found, compared)
+    same = ~np.any(list(differ.values()), axis=0)
     return {
         "max_periods": periods,
         "settled": int(settled.sum()),
-        "same_orbit": sum(not difference for difference in differences),
+        "same_orbit": int(same.sum()),
         "other_orbit": [
-            description(points[i], differs_in=difference, plain_settled=bool(settled[i]))
-            for i, difference in enumerate(differences)
-            if difference
+            description(
+                points[i],
+                differs_in={
+                    name: [float(getattr(each, name)[i]) for each in (found, compared)]
+                    for name, where in differ.items()
+                    if where[i]
+                },
+                plain_settled=bool(settled[i]),
+            )
+            for i in np.flatnonzero(~same)
         ],
         "periods": spread(plain.periods_integrated[settled]) if settled.any() else {},
     }
 
 
-def _differences(own: Orbits, other: Orbits) -> dict[str, list[float]]:
-    """Return the results in which two orbits differ, as pairs, none for the same orbit."""
-
-    def pair(name: str) -> list[float]:
-        return [float(getattr(orbit, name)[0]) for orbit in (own, other)]
-
-    different = {name: pair(name) for name in ("status", *COUNTS)}
-    different = {
-        name: (mine, theirs) for name, (mine, theirs) in different.items() if mine != theirs
-    }
+def _differences(own: Orbits, other: Orbits) -> dict[str, np.ndarray]:
+    """Return for each result which orbits (n,) differ in it."""
+    differ = {name: getattr(own, name) != getattr(other, name) for name in ("status", *COUNTS)}
     for kind in ("elastic_stress", "friction_force"):
-        scale = max(abs(pair(f"{kind}_amplitude")[1]), 1e-300)
+        scale = np.abs(getattr(other, f"{kind}_amplitude"))
         for name in (f"{kind}_amplitude", f"{kind}_max", f"{kind}_min"):
-            mine, theirs = pair(name)
-            faint = kind == "elastic_stress" and max(abs(mine), abs(theirs)) < FAINT_STRESS
-            if not (faint or abs(mine - theirs) <= SAME * scale):
-                different[name] = [mine, theirs]
-    return different
+            mine, theirs = getattr(own, name), getattr(other, name)
+            largest = np.maximum(np.abs(mine), np.abs(theirs))
+            faint = (largest < FAINT_STRESS) & (kind == "elastic_stress")
+            differ[name] = ~(faint | (np.abs(mine - theirs) <= SAME * scale))
+    return differ
 
 
 # --- time -----------------------------------------------------------------------------------------

@@ -99,15 +99,10 @@ def costs(curves: dict[str, Any]) -> list[dict[str, Any]]:
     for error in TARGETS:
         theirs = _cost(curves, NUMBALSODA_SAMPLE, error)
         ours, singly = (_cost(curves, name, error) for name in (OURS_ENSEMBLE, OURS_SAMPLE))
-        table.append(
-            {
-                "error": error,
-                "steps_per_period": _cost(curves, OURS_ENSEMBLE, error, "steps_per_period"),
-                "seconds_per_period": ours,
-                "ratio": _ratio(theirs, ours),
-                "ratio_one_at_a_time": _ratio(theirs, singly),
-            }
-        )
+        steps = _cost(curves, OURS_ENSEMBLE, error, "steps_per_period")
+        row = {"error": error, "steps_per_period": steps, "seconds_per_period": ours}
+        ratios = {"ratio": _ratio(theirs, ours), "ratio_one_at_a_time": _ratio(theirs, singly)}
+        table.append(row | ratios)
     return table
 
 

@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache, partial
@@ -237,7 +237,8 @@ def undisturbed(folder: Path, *arguments: str) -> Undisturbed:
 class Arena:
     """Folders in which the same sweep begins again and again.
 
-    It grows an older result where `older` holds the words for that one. `whole` is what the sweep
+    It grows an older result where `older` holds the words for that one. `spared` points may be
+    computed again though journaled, and it may end in these `endings`. `whole` is what the sweep
     takes that nothing befalls.
     """
 
@@ -247,8 +248,11 @@ class Arena:
         config: str = CONFIG,
         words: tuple[str, ...] = SWEEP,
         older: tuple[str, ...] = ("--set", OLDER),
+        spared: int = 0,
+        endings: tuple[int, ...] = ENDINGS,
     ) -> None:
         self.root, self._words, self._number = folder, words, 0
+        self._spared, self._endings = spared, endings
         folder.mkdir(exist_ok=True)
         (folder / "a.yaml").write_text(config)
         in_memory = content_hash(run(folder / "a.yaml"))  # which compiles, too
@@ -277,18 +281,11 @@ class Arena:
         yield folder
         shutil.rmtree(folder.parent)
 
-    def attack(
-        self,
-        tally: Tally,
-        what: str,
-        before: Callable[[], None],
-        spared: int = 0,
-        endings: Container[int] = ENDINGS,
-    ) -> None:
-        """Run a sweep with a fault; `spared` points may be computed again though journaled."""
+    def attack(self, tally: Tally, what: str, before: Callable[[], None]) -> None:
+        """Run a sweep with a fault, and judge what it left."""
         with self.folder() as folder:
             end = ended(folder, begin(folder, *self._words, before=before))
-            self.judge(tally, what, folder, end, spared, endings)
+            self.judge(tally, what, folder, end)
 
     def kill(self, tally: Tally, rng: random.Random) -> None:
         """Kill a sweep at any time, and judge what it left."""
@@ -308,27 +305,17 @@ class Arena:
         """Return whether the result there is that of an undisturbed sweep."""
         return _hash(folder / "a.nc") == self.expected
 
-    def judge(
-        self,
-        tally: Tally,
-        what: str,
-        folder: Path,
-        end: Ended,
-        spared: int = 0,
-        endings: Container[int] = ENDINGS,
-    ) -> None:
+    def judge(self, tally: Tally, what: str, folder: Path, end: Ended) -> None:
         """Count how a sweep ended that something befell, and whether it still comes to its end."""
-        verdict, why = self._verdict(folder, end, spared, endings)
+        verdict, why = self._verdict(folder, end)
         tally.count(verdict, f"{what}: {why}")
 
-    def _verdict(
-        self, folder: Path, end: Ended, spared: int, endings: Container[int]
-    ) -> tuple[str, str]:
+    def _verdict(self, folder: Path, end: Ended) -> tuple[str, str]:
         output = folder / "a.nc"
         if end.code is None:
             return "hung", end.said[-300:]
         unread = end.code == _UNREAD[0] and _UNREAD[1] in end.said
-        if not (end.code in endings or unread) or "Traceback" in end.said:
+        if not (end.code in self._endings or unread) or "Traceback" in end.said:
             return "wrong", f"exit code {end.code}: {end.said[-300:]}"
         found = _hash(output) if output.exists() else ""
         if found != self.expected and (end.code == 0 or found != self.old_hash):
@@ -340,7 +327,7 @@ class Arena:
             return "hung", f"the same command again: {again.said[-300:]}"
         if again.code != 0 or not self.is_right(folder):
             return "wrong", f"the same command again: exit code {again.code}: {again.said[-300:]}"
-        most = self._points - max(kept, self._older_points) + spared
+        most = self._points - max(kept, self._older_points) + self._spared
         if (computed := _computed(output)) > most and found != self.expected:
             return "lost", f"{computed} points computed again, {kept} were in the journal"
         return "survived", ""

@@ -19,12 +19,13 @@ _LOOKS, _LOOKED_AT = ("info", "status"), 10
 
 def journals(quick: bool, folder: Path) -> dict[str, Tally]:
     """Damage journals while a sweep runs, and at rest."""
-    arena, rng, running, resting = Arena(folder), random.Random(3), Tally(), Tally()
+    arena, rng = Arena(folder, spared=BLOCK), random.Random(3)
+    running, resting = Tally(), Tally()
     for _ in range(3 if quick else 200):
         block, place, mask = rng.randint(2, 11), rng.random(), rng.randint(1, 255)
         what = f"flipped during the sweep: block {block}, place {place:.4f}, mask {mask}"
         strike = partial(_before_block, block, partial(_flip, place, mask))
-        arena.attack(running, what, strike, spared=BLOCK)
+        arena.attack(running, what, strike)
     with arena.folder() as killed:
         strike = partial(_before_block, 6, _die)
         ended(killed, begin(killed, *SWEEP, before=strike))

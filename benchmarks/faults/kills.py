@@ -39,10 +39,10 @@ def failures(quick: bool, folder: Path) -> dict[str, Tally]:
 
 def memory(quick: bool, folder: Path) -> dict[str, Tally]:
     """Refuse memory, once or from then on."""
-    arena, rng, tally = Arena(folder), random.Random(3), Tally()
+    arena = Arena(folder, endings=(*ENDINGS, *_WITHOUT_MEMORY))
+    rng, tally = random.Random(3), Tally()
     for _ in range((4 if quick else 200) if arena.whole.allocations else 0):
         number, lasting = rng.randint(1, arena.whole.allocations), rng.random() < 0.5
         what = f"piece {number} of memory{' and all later ones' * lasting} refused"
-        refusal = without_memory(number, lasting=lasting)
-        arena.attack(tally, what, refusal, endings=(*ENDINGS, *_WITHOUT_MEMORY))
+        arena.attack(tally, what, without_memory(number, lasting=lasting))
     return {"memory that is refused": tally}

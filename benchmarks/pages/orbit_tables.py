@@ -1,8 +1,8 @@
-"""Orbits of random points, derivatives and fits; optional physics."""
+"""Orbits of random points, derivatives and fits."""
 
 from __future__ import annotations
 
-from pages.numbers import WHAT, Lines, Results, digits, power, powers, signed
+from pages.numbers import WHAT, Lines, Results, digits, power, powers
 
 
 def accuracy(found: Results) -> Lines:
@@ -59,10 +59,9 @@ def fits(*parts: Results) -> Lines:
     """Yield how often fits of synthetic measurements are right, and what they take.
 
     `parts` are the quarters of the random sets, which may be fitted beside other work, those of
-    four parameters and of what no parameters describe, and the two that start from four places,
-    whose times are told.
+    four parameters, and the two that start from four places, whose times are told.
     """
-    *quarters, four, undescribed, starts, three = parts
+    *quarters, four, starts, three = parts
 
     def total(name: str) -> int:
         return sum(each[name] for each in quarters)
@@ -82,25 +81,6 @@ def fits(*parts: Results) -> Lines:
     within = f"{held / sum(known.values()):.1%} of {sum(known.values())}"
     false = f"{four['exceptions']}; {four['false_minima']}"
     yield f"k, γ, T_c, A: exceptions; false minima; within the interval | {false}; {within}"
-    off = f"{undescribed['off_worst']:.1e}, of {undescribed['sets']} sets"
-    yield f"what nothing describes: chi2 from that of its own orbits, at most | {off}"
     for what, row in (("k, γ of ten forces", starts), ("k, γ, K of 42 values", three)):
         agreement = f"{row['differ']:.1e} standard errors; {row['seconds']['median']:.3g} s"
         yield f"{what} from four starts: largest difference; time | {agreement}"
-
-
-def prices(found: Results) -> Lines:
-    """Yield what sixth order and a relaxing strain cost a point."""
-    yield "γ | default [µs a point] | sixth order, times as much | relaxing strain, times as much"
-    for row in found["fluids"]:
-        default, *others = row["microseconds"].values()
-        factors = " | ".join(f"{value / default:.2f}" for value in others)
-        yield f"{signed(row['gamma'])} | {digits(default)} | {factors}"
-
-
-def ensembles(found: Results) -> Lines:
-    """Yield what a drive period of a stochastic film takes, and a point."""
-    yield WHAT
-    for row in found["prices"]:
-        what = f"γ = {signed(row['gamma'])}: µs a period of a realization; a point"
-        yield f"{what} | {digits(row['microseconds'])}; {row['seconds']:.3g} s"

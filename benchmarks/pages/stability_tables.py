@@ -60,20 +60,10 @@ def work(work: Results) -> Lines:
 # --- what else was asked --------------------------------------------------------------------------
 
 
-def verdicts(
-    references: Results,
-    locked: Results,
-    stated: Results,
-    step_map: Results,
-    fixed_step: Results,
-    extremes: Results,
-    acceleration: Results,
-    freezing: Results,
-    multipliers: Results,
-    watched: Results,
-    long_run: Results,
-) -> Lines:
+def verdicts(*parts: Results) -> Lines:
     """Yield what was asked about orbits, steps, extremes and drift, and what came of it."""
+    references, locked, stated, step_map, fixed_step, extremes, *others = parts
+    acceleration, freezing, multipliers, watched, long_run = others
     yield WHAT
     closed = f"{references['compared']} orbits that closed by plain iteration"
     wrong = f"{len(references['wrong'])}, {references['other_period']}"

@@ -83,9 +83,7 @@ ATTACKS = (
     "page", "planted",
 )  # fmt: skip
 
-FITS = (
-    "random_1", "random_2", "random_3", "random_4", "four", "undescribed", "starts", "three",
-)  # fmt: skip
+FITS = ("random_1", "random_2", "random_3", "random_4", "four", "starts", "three")
 
 TABLES: dict[str, Table] = {
     "jobs": Table("sweeps", ("start", "figures", "regimes", "cube", "scaling"), sweep_tables.jobs),
@@ -102,8 +100,6 @@ TABLES: dict[str, Table] = {
     "against_paper": Table("work_precision", ("fluids",), solver_tables.against_paper),
     "adaptive_steps": Table("lanes", ("adaptive",), solver_tables.adaptive_steps),
     "fixed_steps": Table("lanes", ("fixed",), solver_tables.fixed_steps),
-    "prices": Table("physics", ("prices",), orbit_tables.prices),
-    "ensembles": Table("physics", ("ensembles",), orbit_tables.ensembles),
     "stability_errors": Table("stability", ERRORS, stability_tables.errors),
     "stability_work": Table("stability", ("work",), stability_tables.work),
     "stability_verdicts": Table("stability", VERDICTS, stability_tables.verdicts),

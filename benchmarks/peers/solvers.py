@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import re
 import warnings
-from abc import ABC, abstractmethod
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from importlib import metadata
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,14 +39,16 @@ class PeerFailed(RuntimeError):  # noqa: N818 - an outcome of the benchmark, not
     """A solver gave up, or ended with something that is not a state."""
 
 
-class Peer(ABC):
+class Peer(NamedTuple):
     """A solver of another package on the scaled equations of `peers.scaled`.
 
-    `package` is the distribution that it comes from, `ladder` the tolerances it is measured at,
-    `slow` whether quick runs leave it out.
+    `solve` returns the scaled state at a phase from the one at 0, of a row of parameters, at a
+    tolerance, or raises PeerFailed. `package` is the distribution that it comes from, `ladder` the
+    tolerances it is measured at, `slow` whether quick runs leave it out.
     """
 
     package: str
+    solve: Callable[[np.ndarray, np.ndarray, float, float], np.ndarray]
     ladder: tuple[float, ...] = LADDER
     slow: bool = False
 
@@ -62,7 +64,7 @@ class Peer(ABC):
         row, begin, _ = _scaled(p, start)
         rates(row, 0.0, begin)
         rates_jacobian(row, 0.0, begin)  # a solver may ask for its first Jacobian late
-        self.integrate(row, begin, _WARM_UP_PHASE, rtol)
+        self.solve(row, begin, _WARM_UP_PHASE, rtol)
 
     def end_state(self, p: Parameters, start: State, periods: int, rtol: float) -> State:
         """Return the state (x, v, ln phi) after so many drive periods from `start` at phase 0.
@@ -70,17 +72,11 @@ class Peer(ABC):
         Raises PeerFailed where the solver does not get there.
         """
         row, begin, scales = _scaled(p, start)
-        end = self.integrate(row, begin, 2.0 * math.pi * periods, rtol) * scales
+        end = self.solve(row, begin, 2.0 * math.pi * periods, rtol) * scales
         if not np.isfinite(end).all():
             raise PeerFailed("ends with NaN")
         x, v, psi = end.tolist()
         return x, v, psi
-
-    @abstractmethod
-    def integrate(
-        self, row: np.ndarray, begin: np.ndarray, phase: float, rtol: float
-    ) -> np.ndarray:
-        """Return the scaled state at `phase` from `begin` at 0; raises PeerFailed."""
 
 
 def _scaled(p: Parameters, start: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -93,30 +89,25 @@ def _scaled(p: Parameters, start: State) -> tuple[np.ndarray, np.ndarray, np.nda
 # --- numbalsoda -----------------------------------------------------------------------------------
 
 
-class Numbalsoda(Peer):
-    """`numbalsoda.lsoda`, LSODA in C++; it takes one absolute tolerance and no Jacobian.
+def _numbalsoda(row: np.ndarray, begin: np.ndarray, phase: float, rtol: float) -> np.ndarray:
+    """Solve by `numbalsoda.lsoda`, in C++; it takes one absolute tolerance and no Jacobian.
 
     In scaled variables atol = rtol came out best of 0.001 to 10 rtol and of four scales of ln phi:
     the others are not faster at equal error, and fail on more points at loose tolerances. It fails
     on more and more points of the paper's fluid below rtol 1e-8, hence 5e-9 in its ladder, and
     needs 1e-10 for an error of 1e-8 with the others.
     """
+    from numbalsoda import lsoda
 
-    package = "numbalsoda"
-    ladder = tuple(sorted({*LADDER, 5e-9, 1e-10}, reverse=True))
+    states, success = lsoda(
+        right_hand_side().address, begin, np.array([0.0, phase]), row, rtol, rtol, MOST_STEPS
+    )
+    if not success:
+        raise PeerFailed("LSODA reports no success")
+    return np.asarray(states[-1])
 
-    def integrate(
-        self, row: np.ndarray, begin: np.ndarray, phase: float, rtol: float
-    ) -> np.ndarray:
-        """See Peer."""
-        from numbalsoda import lsoda
 
-        states, success = lsoda(
-            right_hand_side().address, begin, np.array([0.0, phase]), row, rtol, rtol, MOST_STEPS
-        )
-        if not success:
-            raise PeerFailed("LSODA reports no success")
-        return np.asarray(states[-1])
+_LADDER_OF_NUMBALSODA = tuple(sorted({*LADDER, 5e-9, 1e-10}, reverse=True))
 
 
 @cache
@@ -132,34 +123,24 @@ def right_hand_side() -> Any:
     return callback
 
 
-# --- CyRK -----------------------------------------------------------------------------------------
+# --- CyRK and SciPy -------------------------------------------------------------------------------
 
 
-class Cyrk(Peer):
-    """`CyRK.nbsolve2_ivp` with one of its implicit methods in C++; it takes no Jacobian."""
+def _cyrk(method: str, row: np.ndarray, begin: np.ndarray, phase: float, rtol: float) -> np.ndarray:
+    """Solve by an implicit method of `CyRK.nbsolve2_ivp`, in C++; it takes no Jacobian."""
+    from CyRK import nbsolve2_ivp
 
-    package = "CyRK"
-
-    def __init__(self, method: str) -> None:
-        self.method, self.slow = method, method != "LSODA"
-
-    def integrate(
-        self, row: np.ndarray, begin: np.ndarray, phase: float, rtol: float
-    ) -> np.ndarray:
-        """See Peer."""
-        from CyRK import nbsolve2_ivp
-
-        result = nbsolve2_ivp(
-            int(_cyrk_right_hand_side().address), (0.0, phase), begin,
-            method=self.method, args=row, rtol=rtol, atol=rtol, max_num_steps=_PLENTY,
-            t_eval=np.array([phase]),  # otherwise every step is kept
-        )  # fmt: skip
-        try:
-            if not result.success:
-                raise PeerFailed(str(result.message))
-            return np.array(result.y[:, -1])
-        finally:
-            result.free()
+    result = nbsolve2_ivp(
+        int(_cyrk_right_hand_side().address), (0.0, phase), begin,
+        method=method, args=row, rtol=rtol, atol=rtol, max_num_steps=_PLENTY,
+        t_eval=np.array([phase]),  # otherwise every step is kept
+    )  # fmt: skip
+    try:
+        if not result.success:
+            raise PeerFailed(str(result.message))
+        return np.array(result.y[:, -1])
+    finally:
+        result.free()
 
 
 @cache
@@ -174,62 +155,43 @@ def _cyrk_right_hand_side() -> Any:
     return callback
 
 
-# --- SciPy ----------------------------------------------------------------------------------------
+def _scipy_ivp(
+    method: str, row: np.ndarray, begin: np.ndarray, phase: float, rtol: float
+) -> np.ndarray:
+    """Solve by `scipy.integrate.solve_ivp` with compiled right-hand side and Jacobian."""
+    from scipy.integrate import solve_ivp
 
-
-class ScipyIvp(Peer):
-    """`scipy.integrate.solve_ivp` with compiled right-hand side and Jacobian."""
-
-    package = "scipy"
-
-    def __init__(self, method: str) -> None:
-        self.method, self.slow = method, method != "LSODA"
-
-    def integrate(
-        self, row: np.ndarray, begin: np.ndarray, phase: float, rtol: float
-    ) -> np.ndarray:
-        """See Peer."""
-        from scipy.integrate import solve_ivp
-
-        try:
-            with warnings.catch_warnings(action="ignore"):
-                solution = solve_ivp(
-                    lambda s, y: rates(row, s, y), (0.0, phase), begin, method=self.method,
-                    t_eval=[phase], rtol=rtol, atol=rtol,
-                    jac=lambda s, y: rates_jacobian(row, s, y),
-                )  # fmt: skip
-        except ValueError as error:  # NaN in a linear system
-            raise PeerFailed(str(error)) from error
-        if not solution.success or not solution.y.size:
-            raise PeerFailed(str(solution.message))
-        return np.asarray(solution.y[:, -1])
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            solution = solve_ivp(
+                lambda s, y: rates(row, s, y), (0.0, phase), begin, method=method, t_eval=[phase],
+                rtol=rtol, atol=rtol, jac=lambda s, y: rates_jacobian(row, s, y),
+            )  # fmt: skip
+    except ValueError as error:  # NaN in a linear system
+        raise PeerFailed(str(error)) from error
+    if not solution.success or not solution.y.size:
+        raise PeerFailed(str(solution.message))
+    return np.asarray(solution.y[:, -1])
 
 
 # --- casadi ---------------------------------------------------------------------------------------
 
 
-class CasadiCvodes(Peer):
-    """`casadi.integrator` with CVODES (BDF) and derivatives by automatic differentiation.
+def _casadi_cvodes(row: np.ndarray, begin: np.ndarray, phase: float, rtol: float) -> np.ndarray:
+    """Solve by casadi's CVODES (BDF), with derivatives by automatic differentiation.
 
     One integrator a fluid, tolerance and phase. At absolute tolerances from 0.01 rtol on, CVODES
     fails at rtol 1e-5 and 1e-6 on the paper's fluid; C code from the expressions (`jit`) is not
     faster than casadi's own evaluation.
     """
-
-    package = "casadi"
-
-    def integrate(
-        self, row: np.ndarray, begin: np.ndarray, phase: float, rtol: float
-    ) -> np.ndarray:
-        """See Peer."""
-        integrator = _cvodes(float(row[_INDEX]), phase, rtol)
-        try:
-            return np.asarray(integrator(x0=begin, p=row)["xf"]).ravel()
-        except RuntimeError as error:
-            message = str(error)
-            name = re.search(r"CV_\w+", message)
-            known = f"CVODES returns {name[0]}" if name else message.strip().splitlines()[-1][:120]
-            raise PeerFailed(known) from error
+    integrator = _cvodes(float(row[_INDEX]), phase, rtol)
+    try:
+        return np.asarray(integrator(x0=begin, p=row)["xf"]).ravel()
+    except RuntimeError as error:
+        message = str(error)
+        name = re.search(r"CV_\w+", message)
+        known = f"CVODES returns {name[0]}" if name else message.strip().splitlines()[-1][:120]
+        raise PeerFailed(known) from error
 
 
 @cache
@@ -275,3 +237,19 @@ def _rate_power(ops: Any, strain_rate: Any, gamma: float) -> Any:
         return strain_rate
     size = ops.fmax(ops.fabs(strain_rate), _SMALLEST_STRAIN_RATE)
     return ops.sign(strain_rate) * size ** (gamma + 1.0)
+
+
+# --- all of them ----------------------------------------------------------------------------------
+
+NUMBALSODA = "numbalsoda LSODA"
+
+PEERS = {
+    NUMBALSODA: Peer("numbalsoda", _numbalsoda, _LADDER_OF_NUMBALSODA),
+    "CyRK LSODA": Peer("CyRK", partial(_cyrk, "LSODA")),
+    "CyRK BDF": Peer("CyRK", partial(_cyrk, "BDF"), slow=True),
+    "CyRK Radau": Peer("CyRK", partial(_cyrk, "RADAU"), slow=True),
+    "casadi CVODES": Peer("casadi", _casadi_cvodes),
+    "SciPy LSODA": Peer("scipy", partial(_scipy_ivp, "LSODA")),
+    "SciPy BDF": Peer("scipy", partial(_scipy_ivp, "BDF"), slow=True),
+    "SciPy Radau": Peer("scipy", partial(_scipy_ivp, "Radau"), slow=True),
+}

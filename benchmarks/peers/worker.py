@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from shared.timing import pin
 
-from peers.solvers import PeerFailed, State
+from peers.solvers import PEERS, PeerFailed, State
 from stickslip.parameters import Parameters
 
 if TYPE_CHECKING:
@@ -130,7 +130,6 @@ class Worker:
 
 def serve(name: str, descriptor: int) -> None:
     """Answer orders with a result and its seconds, or with why there is none, until the end."""
-    from peers import PEERS
     from peers.stationary import numbalsoda_stationary
 
     pin()

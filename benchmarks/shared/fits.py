@@ -121,11 +121,3 @@ def four_set(number: int) -> Set:
         error = FOUR_NOISE * np.maximum(exact, FLOOR * exact.max())
         data |= {name: exact + error * rng.standard_normal(len(exact)), f"{name}_error": error}
     return Set(FOUR, true, start, data)
-
-
-def contradictory(number: int) -> tuple[Floats, Floats]:
-    """Return temperatures, of cold films or of any, and forces that do not belong to them."""
-    rng = np.random.default_rng([SEED, 5, number])
-    count = int(rng.integers(3, 9))
-    temperature = np.sort(rng.uniform(*((40.0, 120.0), (60.0, 310.0))[number % 2], count))
-    return temperature, np.exp(rng.uniform(np.log(1.5e-3), np.log(6e-3), count))
