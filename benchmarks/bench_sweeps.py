@@ -18,14 +18,14 @@ import xarray as xr
 from shared.commands import MIB, median_of_commands, run_command, run_process
 from shared.grids import CUBE, FLUIDS, MOST_PERIODS, SWEEP, WORKERS, grid_config, write_config
 from shared.measuring import measure
-from shared.points import AMPLITUDES, amplitude_errors, at, count_by_name, orbits, quantile
+from shared.points import Orbits, at, count_by_name, orbits, quantile
 from shared.timing import median_seconds, medians_in_turn, timed
 
 import stickslip
 import sweeps
 from stickslip.status import Status
-from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
+from sweeps.config.load import Config
 from sweeps.config.paper import shipped_config
 from sweeps.engine.computing import compile_kernels
 from sweeps.engine.in_memory import compute
@@ -102,23 +102,23 @@ def figures(quick: bool) -> dict[str, Any]:
 def _figure(name: str, runs: int, changes: tuple[str, ...]) -> dict[str, Any]:
     """Time a figure's sweep, and compare it with the same sweep at rtol 1e-9."""
     config = read_config(shipped_config(name), changes)
-    ds = run(config, workers=WORKERS)
-    exact = run(read_config(shipped_config(name), (*changes, *REFERENCE)), workers=WORKERS)
-    grid = Grid.from_config(config)
-    points = grid.points(0, grid.size)
-    errors = amplitude_errors(points, _amplitudes(ds), _amplitudes(exact)).max(axis=1)
+    found = _swept(config)
+    errors = found.errors(_swept(read_config(shipped_config(name), (*changes, *REFERENCE))))
     known = errors[np.isfinite(errors)]
     return {
-        "points": int(ds.status.size),
-        "failed": int((ds.status != 0).sum()),
+        "points": len(found),
+        "failed": int((~found.ok).sum()),
         "seconds": median_seconds(lambda: run(config, workers=WORKERS), runs),
         "error_median": float(np.median(known)),
         "error_max": float(known.max()),
     }
 
 
-def _amplitudes(ds: xr.Dataset) -> np.ndarray:
-    return np.column_stack([ds[name].values.ravel() for name in AMPLITUDES])
+def _swept(config: Config) -> Orbits:
+    """Return the orbits of a sweep in memory, without their states."""
+    grid = Grid.from_config(config)
+    points = grid.points(0, grid.size)
+    return Orbits(points, compute(config, workers=WORKERS), points[:, :0])
 
 
 # --- a refined map --------------------------------------------------------------------------------
@@ -134,28 +134,25 @@ def regimes(quick: bool) -> dict[str, Any]:
     grid, options = Grid.from_config(config), options_of(config)
     compile_kernels(options, grid)
     unrefined = config.model_copy(update={"refine": None})
-    full, full_seconds = timed(lambda: compute(unrefined, workers=WORKERS))
-    refined, seconds = timed(lambda: compute(config, workers=WORKERS))
+    full, full_seconds = timed(lambda: _swept(unrefined))
+    refined, seconds = timed(lambda: _swept(config))
     times = {"full_seconds": full_seconds, "refined_seconds": seconds}
     return {"points": grid.size} | times | _compared(full, refined)
 
 
-def _compared(full: np.ndarray, found: np.ndarray) -> dict[str, Any]:
+def _compared(full: Orbits, found: Orbits) -> dict[str, Any]:
     """Count the points that were computed, and those of the others that are wrong."""
-    status, error, regime, *own = (
-        RESULT_COLUMNS.index(name) for name in ("status", "amplitude_error", "regime", *AMPLITUDES)
-    )
-    filled = found[:, status] == Status.INTERPOLATED
-    ended = np.where(filled, float(Status.OK), found[:, status])
-    kind = (found[:, regime] != full[:, regime]) | (ended != full[:, status])
-    scale = np.maximum(full[:, own], 0.01 * np.nanmax(full[:, own], axis=0))
-    off = np.abs(found[:, own] - full[:, own]) / scale
-    stated = (found[:, error] + full[:, error])[:, None]
+    filled = found.status == Status.INTERPOLATED
+    ended = np.where(filled, float(Status.OK), found.status)
+    kind = (found.regime != full.regime) | (ended != full.status)
+    scale = np.maximum(full.amplitudes, 0.01 * np.nanmax(full.amplitudes, axis=0))
+    off = np.abs(found.amplitudes - full.amplitudes) / scale
+    stated = (found.amplitude_error + full.amplitude_error)[:, None]
     return {
         "computed": int((~filled).sum()),
         "wrong_kind": int(kind.sum()),
         "missed": int((filled & ~kind & (off > stated).any(axis=1)).sum()),
-        "stated_error_max": float(found[filled, error].max(initial=0.0)),
+        "stated_error_max": float(found.amplitude_error[filled].max(initial=0.0)),
     }
 
 

@@ -15,17 +15,12 @@ from stickslip.kernels.points import FIRST_STEP, parameters_of
 from stickslip.kernels.problem import problem_functions, problem_of
 from stickslip.kernels.trajectories import start_kernel, write_trajectory
 from stickslip.measure.accumulate import (
-    FIRST_PHASE,
     FORCE_MAX,
-    LAST_PHASE,
-    MELTED,
-    MELTINGS,
     RECORD,
-    SOLID,
     STRESS_MAX,
     accumulator,
 )
-from stickslip.model import drive, solids
+from stickslip.model import drive
 from stickslip.model.models import model_of
 from stickslip.model.rhs import relative_state
 from stickslip.numerics.adaptive import make_adaptive
@@ -55,71 +50,56 @@ def scalar_end(row: np.ndarray, options: Options, periods: int) -> tuple[float, 
     return float(samples[-1, 0]), int(status)
 
 
+def scalar_states(row: np.ndarray, state: np.ndarray, periods: int, rtol: float) -> np.ndarray:
+    """Return the states (x, v, ln phi) after each period by the scalar drive, (periods, 3)."""
+    samples = np.empty((periods + 1, WIDTH))
+    assert write_trajectory(row, Options(rtol=rtol, max_steps=10**9), state, 1, samples) == 0
+    samples[:, 2] = np.log(samples[:, 2])
+    return samples[1:]
+
+
 @inline
 def _ignore(p: Any, t: float, h: float, y0: Any, y1: Any, d1: Any, d2: Any, record: Any) -> None:
     pass
 
 
+@inline
+def _look(
+    problem: Any, t: float, h: float, y0: Any, y1: Any, d1: Any, d2: Any, record: Any
+) -> None:
+    for i in range(1, _LOOKS + 1):
+        y = _interpolate(i / _LOOKS, y0, y1, d1, d2)
+        sigma, force = _observables(problem.p, y, math.exp(y[2]), problem.u_s)
+        _record.see_extremum(record, 0, STRESS_MAX, sigma, True)
+        _record.see_extremum(record, 0, FORCE_MAX, force, True)
+
+
 @cache
-def _scalar_periods(observed: bool) -> Any:
-    """Return a function of (row, rtol, state, states, record): periods by the scalar drive.
-
-    With so many looks at stress and force in each step, or without.
-    """
-
-    @inline
-    def look(
-        problem: Any, t: float, h: float, y0: Any, y1: Any, d1: Any, d2: Any, record: Any
-    ) -> None:
-        solid = solids.solid_threshold(problem.p)
-        for i in range(1, _LOOKS + 1):
-            y = _interpolate(i / _LOOKS, y0, y1, d1, d2)
-            phi = math.exp(y[2])
-            sigma, force = _observables(problem.p, y, phi, problem.u_s)
-            _record.see_extremum(record, 0, STRESS_MAX, sigma, True)
-            _record.see_extremum(record, 0, FORCE_MAX, force, True)
-            _record.see_phase(record, 0, phi, solid, solids.MELTED_PART * solid, 0.0, True)
-
+def _observed_period() -> Any:
+    """Return a function of (row, rtol, state, record): a period by the scalar drive, with looks."""
     functions = problem_functions(PHYSICS)
     drive_on = make_adaptive(
-        functions.rhs, functions.jacobian, functions.error_weight, look if observed else _ignore,
-        RODAS4P2, algebra(WIDTH), limits=functions.step_limits,
+        functions.rhs, functions.jacobian, functions.error_weight, _look, RODAS4P2, algebra(WIDTH),
+        limits=functions.step_limits,
     )  # fmt: skip
 
     @jit
-    def periods(row: Any, rtol: float, state: Any, states: Any, record: Any) -> int:
+    def period(row: Any, rtol: float, state: Any, record: Any) -> int:
         p = parameters_of(row)
-        problem, h = problem_of(p, rtol), FIRST_STEP * drive.period(p)
+        problem, h, end = problem_of(p, rtol), FIRST_STEP * drive.period(p), drive.period(p)
         y = relative_state(p, 0.0, (state[0], state[1], state[2]))
-        for n in range(states.shape[0]):
-            y, h, _, status = drive_on(problem, rtol, 0.0, drive.period(p), y, h, 10**8, record)
-            if status != 0:
-                return status
-            motion = relative_state(p, 0.0, y)
-            for i in range(3):
-                states[n, i] = motion[i]
-        return 0
+        return drive_on(problem, rtol, 0.0, end, y, h, 10**8, record)[3]
 
-    return periods
+    return period
 
 
-def scalar_states(row: np.ndarray, state: np.ndarray, periods: int, rtol: float) -> np.ndarray:
-    """Return the states (x, v, ln phi) after each period by the scalar drive, (periods, 3)."""
-    states, record = np.empty((periods, 3)), np.empty(RECORD)
-    assert _scalar_periods(False)(row, rtol, state, states, record) == 0
-    return states
-
-
-def scalar_amplitudes(
-    row: np.ndarray, state: np.ndarray, periods: int, rtol: float
-) -> tuple[float, float, int]:
-    """Return amplitudes of stress [Pa] and force [N] over some periods, and meltings."""
-    states, record = np.empty((periods, 3)), np.empty(RECORD)
+def scalar_amplitudes(row: np.ndarray, state: np.ndarray, rtol: float) -> tuple[float, float]:
+    """Return amplitudes of stress [Pa] and force [N] over a period."""
+    record = np.empty(RECORD)
     _record.clear(record, 0)
-    assert _scalar_periods(True)(row, rtol, state, states, record) == 0
-    wrapped = record[LAST_PHASE] == SOLID and record[FIRST_PHASE] == MELTED
+    assert _observed_period()(row, rtol, state, record) == 0
     stress, force = amplitudes_of(record[None])[0]
-    return float(stress), float(force), int(record[MELTINGS]) + int(wrapped)
+    return float(stress), float(force)
 
 
 def generic_drive(rhs: Any, jacobian: Any, sizes: tuple[float, ...]) -> Any:

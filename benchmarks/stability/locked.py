@@ -78,5 +78,5 @@ def _exact(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     found, exact = orbits(points, max_error=1.0, **at(_EXACT)), np.empty((len(points), 2))
     for i in np.flatnonzero(found.ok):
         states = scalar_states(points[i], found.finals[i, :3], _PERIODS, _EXACT)
-        exact[i] = scalar_amplitudes(points[i], states[-1], 1, _EXACT)[:2]
+        exact[i] = scalar_amplitudes(points[i], states[-1], _EXACT)
     return exact, found.ok

@@ -117,7 +117,7 @@ def _single_periods(row: np.ndarray, periods: int) -> np.ndarray:
     """Return amplitudes (periods, 2) of single periods by the scalar drive, after some."""
     start = np.array(starting_state(row))
     states = scalar_states(row, start, _SETTLING + periods, _RTOL)[_SETTLING:]
-    return np.array([scalar_amplitudes(row, state, 1, _RTOL)[:2] for state in states])
+    return np.array([scalar_amplitudes(row, state, _RTOL) for state in states])
 
 
 def _long_cycles(long: Orbits) -> dict[str, Any]:
