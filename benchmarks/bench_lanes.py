@@ -14,7 +14,7 @@ from typing import Any
 import numba
 import numpy as np
 from inside.fixed import fixed_lanes
-from inside.lanes import attempted, lane_end, search
+from inside.lanes import end_states, searched
 from inside.scalar import scalar_end
 from shared.measuring import measure
 from shared.points import parameter, random_points
@@ -49,18 +49,21 @@ def adaptive(quick: bool) -> dict[str, Any]:
 def _search(points: np.ndarray) -> dict[str, float]:
     """Time an attempted step of all lanes in the search for orbits of many points."""
     options = Options(rtol=1e-4, max_periods=64)
-    attempts = attempted(search(points, options))
-    ns = fastest(lambda: search(points, options), attempts / LANES, 3)
+    attempts = searched(points, options)
+    ns = fastest(lambda: searched(points, options), attempts / LANES, 3)
     return {"points": len(points), "ns": ns}
 
 
 def _single(point: np.ndarray) -> dict[str, float]:
-    """Time a drive period of one point in turn by either way, and see that the ends agree."""
+    """Time a drive period of one point by either way, and see that the ends agree."""
     options = Options(rtol=1e-6)
-    by_scalar, by_lanes = (
-        lambda: scalar_end(point, options, PERIODS)[0],
-        lambda: lane_end(point, options, PERIODS),
-    )
+
+    def by_scalar() -> float:
+        return scalar_end(point, options, PERIODS)[0]
+
+    def by_lanes() -> float:
+        return end_states(point[None], PERIODS, options)[0][0, 0]
+
     size = parameter(point[None], "drive_amplitude")[0]
     assert abs(by_scalar() - by_lanes()) < 1e-4 * size
     scalar, lanes = (fastest(run, PERIODS, 9) for run in (by_scalar, by_lanes))

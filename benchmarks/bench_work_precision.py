@@ -170,7 +170,7 @@ def _random_fluid(gamma: float, plan: Plan, worker: Worker) -> dict[str, Any]:
     """Return the curves of random points of a fluid, and how many times faster than numbalsoda."""
     points = random_points(plan.random_points, RANDOM_SEED)
     parameter(points, "rheological_index")[:] = gamma
-    solvers = {OURS_ENSEMBLE: in_lanes(points), OURS_SAMPLE: one_by_one(points)}
+    solvers = {OURS_ENSEMBLE: in_lanes(points)}
     if PEERS[NUMBALSODA].version():
         solvers[NUMBALSODA_SAMPLE] = by_peer(NUMBALSODA, worker, points, plan.limit)
     print(f"\n{len(points)} random points, gamma = {gamma:.2f}")

@@ -39,9 +39,8 @@ class Run(NamedTuple):
 
 
 class Series(NamedTuple):
-    """A solver bound to its points: their number, reference, the run at a tolerance, tolerances."""
+    """A solver bound to its points: their reference, the run at a tolerance, and tolerances."""
 
-    points: int
     reference: np.ndarray
     run: Callable[[float, int], Run]
     ladder: tuple[float, ...] = OWN_LADDER
@@ -58,7 +57,7 @@ def one_by_one(points: np.ndarray) -> Series:
         )
         return Run(_scaled(points, x), np.array(seconds) / PERIODS, min(done), "status not ok")
 
-    return Series(len(points), reference(points.tobytes()), run)
+    return Series(reference(points.tobytes()), run)
 
 
 @cache
@@ -87,7 +86,7 @@ def in_lanes(points: np.ndarray) -> Series:
         each = np.array([seconds / (len(points) * PERIODS)])
         return Run(_scaled(points, x), each, done, "status not ok", steps=steps)
 
-    return Series(len(points), reference(points.tobytes()), run)
+    return Series(reference(points.tobytes()), run)
 
 
 def by_peer(name: str, worker: Worker, points: np.ndarray, limit: float) -> Series:
@@ -107,7 +106,7 @@ def by_peer(name: str, worker: Worker, points: np.ndarray, limit: float) -> Seri
         x, seconds = np.array(ends).T
         return Run(_scaled(points, x), seconds, done, last.reason, last.out_of_time)
 
-    return Series(len(points), reference(points.tobytes()), run, PEERS[name].ladder)
+    return Series(reference(points.tobytes()), run, PEERS[name].ladder)
 
 
 def _scaled(points: np.ndarray, x: Any) -> np.ndarray:

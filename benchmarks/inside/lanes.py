@@ -29,24 +29,13 @@ def end_states(
     return motions.states[:, :-1], counts[:, ATTEMPTED], counts[:, OUTCOME]
 
 
-def lane_end(row: np.ndarray, options: Options, periods: int) -> float:
-    """Return the displacement x [m] of a point after some periods in a lane among idle ones."""
-    return float(end_states(row[None], periods, options)[0][0, 0])
-
-
-def search(points: np.ndarray, options: Options) -> Motions:
-    """Return the motions of points after the search for their orbits."""
-    motions = motions_of(points, PHYSICS)
-    settings = options.settings()
+def searched(points: np.ndarray, options: Options) -> int:
+    """Search for the orbits of points, and return the attempted steps of all."""
+    motions, settings = motions_of(points, PHYSICS), options.settings()
     march = AdaptiveMarch(points, motions, PHYSICS, settings.max_steps)
     distance, halves = settings.stationary_rtol, 2 * settings.max_periods
     task = Search(settings.rtol, distance, halves, settings.accelerate)
     settle(march, np.arange(len(points)), task)
-    return motions
-
-
-def attempted(motions: Motions) -> int:
-    """Return attempted steps of all points so far."""
     return int(motions.counts[:, ATTEMPTED].sum())
 
 

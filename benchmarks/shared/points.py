@@ -188,7 +188,6 @@ def error_bars(
 
     As far as the reference resolves; `missed` are those whose stated error is below the true one.
     """
-    resolvable = np.maximum(true, resolved)
     return {
         "compared": len(true),
         "error_median": quantile(true, 50),
@@ -196,8 +195,7 @@ def error_bars(
         "error_max": float(true.max(initial=0.0)),
         "held": float(np.mean(true <= stated + resolved)) if len(true) else float("nan"),
         "far_off": int(np.sum(true > _FAR_OFF * stated + resolved)),
-        "over_median": quantile(stated / resolvable, 50),
-        "over_95": quantile(stated / resolvable, 95),
+        "over_median": quantile(stated / np.maximum(true, resolved), 50),
         "missed": descriptions(points, true > stated + resolved, true=true, stated=stated),
     }
 

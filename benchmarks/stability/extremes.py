@@ -52,7 +52,6 @@ def run(quick: bool) -> dict[str, Any]:
         ],
         "points": len(points),
         "statuses": found.statuses(),
-        "worst_stated": float(found.amplitude_error[found.ok].max()),
         "sample": _checked(found[found.ok], max(len(points) // 10, 4)),
     }
 
