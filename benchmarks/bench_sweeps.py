@@ -28,7 +28,7 @@ from sweeps import run
 from sweeps.config.load import Config
 from sweeps.config.paper import shipped_config
 from sweeps.engine.computing import compile_kernels
-from sweeps.engine.in_memory import compute
+from sweeps.engine.run import compute
 from sweeps.engine.settings import options_of, read_config
 from sweeps.grid import Grid
 

@@ -24,7 +24,7 @@ from sweeps.borders.kinds import NEEDED, Kind, numbered
 from sweeps.charts.axes import is_geometric
 from sweeps.config.load import Config, ConfigError
 from sweeps.config.schema import Execution
-from sweeps.engine.counts import in_flight_text
+from sweeps.engine.progress import in_flight_text
 from sweeps.engine.settings import options_of
 from sweeps.exits import ExpectedError
 from sweeps.grid import DIRECTION

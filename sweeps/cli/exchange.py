@@ -63,14 +63,10 @@ def merge(
     """
     from sweeps.cli.output import print_summary
     from sweeps.engine.merge import merge as merge_files
-    from sweeps.engine.outcome import Outcome
 
-    merged = merge_files(files, output, overwrite=overwrite, partial=partial)
-    outcome = Outcome(
-        output, merged.statuses, merged.worst_error, statistical_error=merged.statistical_error
-    )
+    outcome = merge_files(files, output, overwrite=overwrite, partial=partial)
     print_summary(outcome)
-    if merged.complete:
+    if outcome.complete:
         say(f"{output} is complete, nothing to do")
     if outcome.failures:
         raise typer.Exit(Exit.FAILED_POINTS)

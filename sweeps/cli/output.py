@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from numpy.typing import NDArray
 
-    from sweeps.engine.outcome import Outcome
     from sweeps.engine.plan import Plan
+    from sweeps.engine.sweep import Outcome
 
 
 def write_timing(outcome: Outcome, workers: int, backend: str) -> None:

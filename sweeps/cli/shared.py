@@ -16,7 +16,7 @@ from sweeps.human import printable, size_text
 
 if TYPE_CHECKING:
     from sweeps.config.load import Config
-    from sweeps.engine.part import Part
+    from sweeps.engine.existing import Part
     from sweeps.files.outputs import Outputs
 
 ConfigArgument = Annotated[

@@ -30,10 +30,10 @@ from sweeps.human import counted
 
 if TYPE_CHECKING:
     from sweeps.config.load import Config
-    from sweeps.engine.outcome import Outcome
-    from sweeps.engine.part import Part
+    from sweeps.engine.existing import Part
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop
+    from sweeps.engine.sweep import Outcome
 
 PartOption = Annotated[
     str | None,
@@ -103,7 +103,7 @@ def sweep(
 
 def _part(text: str | None) -> Part | None:
     """Return the part that an option names; an invalid one ends the command."""
-    from sweeps.engine.part import Part
+    from sweeps.engine.existing import Part
 
     try:
         return None if text is None else Part.parse(text)
@@ -153,7 +153,7 @@ def status(
     Of a config also why `stickslip sweep` would refuse it, if it would.
     """
     from sweeps.cli.output import print_state
-    from sweeps.engine.state import state_of
+    from sweeps.engine.resume import state_of
 
     is_config = target.suffix.lower() in (".yaml", ".yml")
     config = checked_config(target, None) if is_config else None
@@ -216,7 +216,6 @@ def sweep_and_report(
 ) -> int:
     """Run a sweep and print its summary; return the number of failed points."""
     from sweeps.cli.output import print_summary, write_timing
-    from sweeps.engine.outcome import Console
     from sweeps.engine.sweep import sweep as run_sweep
 
     def tell(line: str) -> None:
@@ -226,7 +225,8 @@ def sweep_and_report(
     outcome = run_sweep(
         config,
         path,
-        console=Console(tell, progress),
+        say=tell,
+        progress=progress,
         policy=policy,
         stop=stop,
         partial=partial,

@@ -17,12 +17,12 @@ from stickslip.dispatch.workers import Workers
 from stickslip.kernels.families import KIND
 from stickslip.options import Options
 from sweeps.config.load import Config
-from sweeps.engine.counts import Counts
-from sweeps.engine.progress import Compiling
+from sweeps.engine.progress import Compiling, Counts
 from sweeps.engine.refine import refinement_of
 from sweeps.engine.settings import options_of
 from sweeps.engine.signals import Stop, wait_for
-from sweeps.engine.store import Store
+from sweeps.files.journal import Journal
+from sweeps.files.rows import Memory
 from sweeps.grid import Grid
 
 
@@ -71,7 +71,7 @@ def missing_blocks(
     config: Config,
     grid: Grid,
     needed: NDArray[np.bool_],
-    store: Store,
+    store: Journal | Memory,
     executor: Workers,
     counts: Counts,
     stop: Stop,

@@ -1,4 +1,4 @@
-"""Existing results: the points of a result file and of a journal, and whether they count."""
+"""What a sweep is to compute, and the finished points of files and journals that it has to."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import netCDF4
 import numpy as np
@@ -21,11 +21,8 @@ from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.pull import refuse_pull
 from sweeps.config.yaml_reader import read_mapping
-from sweeps.engine.part import Part
 from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import data_sha256, seal_key
-from sweeps.files.chunks import Chunks
-from sweeps.files.columns import STATUS, Rows
 from sweeps.files.datasets import DAMAGE
 from sweeps.files.journal import Journal
 from sweeps.files.outputs import WAYS_OUT as WAYS_OUT  # handed on
@@ -39,6 +36,7 @@ from sweeps.files.results import (
     read_rows,
     whole_chunks,
 )
+from sweeps.files.rows import STATUS, Chunks, Rows
 from sweeps.files.watch import require_readable
 from sweeps.grid import CASE, DIRECTION, Grid
 from sweeps.human import counted
@@ -47,6 +45,45 @@ from sweeps.identity import PointKeys, Settings, differences, near_duplicates, s
 Points = Iterator[tuple[NDArray[np.int64], Rows]]
 
 _NAMED = 5  # differences that a message lists
+
+_PART = re.compile(r"(\d+)/(\d+)")
+_MOST_PARTS = 1_000_000
+
+
+@dataclass(frozen=True)
+class Part:
+    """Part `number` of `of`, counted from 1: every `of`-th point, or line of a followed axis."""
+
+    number: int
+    of: int
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Return the part of a text such as `2/16`; raises ValueError."""
+        found = _PART.fullmatch(text.strip())
+        part = cls(int(found[1]), int(found[2])) if found else None
+        if part is None or not 1 <= part.number <= part.of <= _MOST_PARTS:
+            raise ValueError(f"{text!r} is no part; write for example 1/16 to 16/16")
+        return part
+
+    def __str__(self) -> str:
+        return f"{self.number}/{self.of}"
+
+    @property
+    def suffix(self) -> str:
+        """The part as a suffix of a file name."""
+        return f"part-{self.number}-of-{self.of}"
+
+    def points(self, grid: Grid) -> NDArray[np.bool_]:
+        """Return which points of a grid (grid.size,) belong to it.
+
+        The points of a followed line need each other and stay together.
+        """
+        if not grid.followed:
+            return np.asarray(np.arange(grid.size) % self.of == self.number - 1)
+        chosen = np.zeros(grid.size, dtype=bool)
+        chosen[grid.lines()[self.number - 1 :: self.of]] = True
+        return chosen
 
 
 @dataclass(frozen=True)

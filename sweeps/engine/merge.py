@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,18 +13,18 @@ from numpy.typing import NDArray
 from sweeps.engine.existing import (
     WAYS_OUT,
     ExistingPoints,
+    Part,
     RefusalError,
     Target,
     found_in_file,
 )
-from sweeps.engine.outcome import JournaledResult
-from sweeps.engine.part import Part
 from sweeps.engine.resume import manifest_of
+from sweeps.engine.sweep import JournaledResult, Outcome
 from sweeps.files.atomic import StorageError, fingerprint, storage_errors
-from sweeps.files.columns import Rows
 from sweeps.files.journal import Journal
 from sweeps.files.outputs import Outputs
-from sweeps.files.results import Written, contents
+from sweeps.files.results import contents
+from sweeps.files.rows import Rows
 from sweeps.files.run_folder import RunFolder
 
 Indices = NDArray[np.int64]
@@ -33,16 +32,9 @@ Indices = NDArray[np.int64]
 _NAMED = 8  # parts that a message lists
 
 
-@dataclass(frozen=True)
-class Merged(Written):
-    """Summary of a merged file, and whether it was there already."""
-
-    complete: bool = False
-
-
 def merge(
     inputs: Sequence[Path], output: Path, *, overwrite: bool = False, partial: bool = False
-) -> Merged:
+) -> Outcome:
     """Write the points of several results of one config into one result.
 
     It is the file that one sweep would have written; points that several files hold must be equal.
@@ -60,8 +52,7 @@ def merge(
         target = _common_target(sources, inputs[0])
         if not outputs.finished:
             _write(target, sources, outputs, partial=partial)
-        written = contents(output, target.chunks)
-        return Merged(**vars(written), complete=outputs.complete)
+        return Outcome(output, **vars(contents(output, target.chunks)), complete=outputs.complete)
 
 
 def _write(

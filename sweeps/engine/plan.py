@@ -17,8 +17,7 @@ from stickslip.options import Options
 from sweeps.config.load import Config
 from sweeps.engine.computing import compile_kernels, order_of
 from sweeps.engine.executors import make_executor
-from sweeps.engine.existing import Target
-from sweeps.engine.part import Part
+from sweeps.engine.existing import Part, Target
 from sweeps.engine.progress import SILENT, Compiling
 from sweeps.engine.refine import refinement_of
 from sweeps.engine.resume import intention

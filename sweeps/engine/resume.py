@@ -11,6 +11,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,17 +22,17 @@ from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config
 from sweeps.engine.existing import (
     ExistingPoints,
+    Part,
     RefusalError,
     Target,
     found_in_file,
     found_in_journal,
 )
-from sweeps.engine.part import Part
 from sweeps.files.atomic import StorageError, fingerprint, refuse_odd_output, storage_errors
 from sweeps.files.attributes import now
-from sweeps.files.columns import failures
 from sweeps.files.journal import BYTES_PER_POINT, Journal, Manifest, readable_manifest
 from sweeps.files.results import RESULT_BYTES, RESULT_BYTES_PER_POINT, Written, contents
+from sweeps.files.rows import Chunks, failures, tally
 from sweeps.files.run_folder import RunFolder
 from sweeps.grid import Grid
 from sweeps.human import counted, reason, size_text
@@ -372,3 +373,45 @@ def lines_of(grid: Grid, points: NDArray[np.int64]) -> NDArray[np.bool_]:
     chosen[points] = True
     chosen[lines] = chosen[lines].any(axis=1, keepdims=True)
     return chosen
+
+
+def state_of(output: Path) -> dict[str, Any]:
+    """Return how the sweep to this output stands; a running sweep is not disturbed.
+
+    `state` is running, stopping, interrupted (its journal can be resumed), partial (a file with
+    pending points), complete or absent; the counts are those of `tally`. A file that holds a part
+    of a sweep, or is to hold it, adds `part`, and the counts are those of its points. A running
+    sweep adds what its heartbeat says. Raises StorageError and RefusalError if what is there
+    cannot be read.
+    """
+    refuse_odd_output(output)
+    folder, found = RunFolder(output), {"output": str(output)}
+    if folder.is_held():
+        return found | {"state": "running"} | folder.last_beat()
+    if (manifest := readable_manifest(folder.journal)) is not None:
+        return found | _state_of_journal(folder, manifest)
+    if output.exists():
+        return found | _state_of_file(output)
+    return found | {"state": "absent"}
+
+
+def _state_of_journal(folder: RunFolder, manifest: Manifest) -> dict[str, Any]:
+    part, config = manifest.get("part", ""), found_in_journal(folder.journal, manifest).config
+    target = Target.of(config, Part.parse(part) if part else None)
+    with closing(opened_journal(target, folder, manifest, readonly=True)) as journal:
+        statuses = journal.statuses.copy()
+        statuses[Status.PENDING] = np.count_nonzero(target.needed & ~journal.done)
+    whole = statuses[Status.PENDING] == 0 and folder.output.exists()
+    named = {"part": part} if part else {}
+    return named | {"state": "complete" if whole else "interrupted"} | tally(statuses)
+
+
+def _state_of_file(output: Path) -> dict[str, Any]:
+    found = found_in_file(output)
+    statuses = contents(output, Chunks(found.grid.shape)).statuses
+    if found.part:  # which is written where exactly its points are there
+        statuses[Status.PENDING] = 0
+    named = {"part": found.part} if found.part else {}
+    return (
+        named | {"state": "partial" if statuses[Status.PENDING] else "complete"} | tally(statuses)
+    )

@@ -2,32 +2,42 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 import joblib
+import numpy as np
 
 from stickslip.accessors import register_accessors
 from stickslip.dispatch.task import Block
+from stickslip.dispatch.workers import Workers
 from stickslip.status import Status
 from sweeps.config.load import Config, from_mapping
+from sweeps.config.pull import refuse_pull
 from sweeps.config.schema import Execution
-from sweeps.engine.in_memory import run_in_memory
-from sweeps.engine.outcome import Console, Outcome
-from sweeps.engine.progress import is_in_notebook
+from sweeps.engine.computing import compiled, missing_blocks
+from sweeps.engine.executors import workers_of
+from sweeps.engine.progress import Counts, display_of, is_in_notebook
 from sweeps.engine.resume import ExistingPolicy
 from sweeps.engine.settings import missing_scheduler, read_config
 from sweeps.engine.signals import Stop
 from sweeps.engine.sweep import sweep
 from sweeps.exits import Exit, ExpectedError
+from sweeps.files.attributes import result_dataset
 from sweeps.files.datasets import open_result
+from sweeps.files.rows import Memory, Rows
+from sweeps.grid import Grid
 from sweeps.human import Messages, printable
 from sweeps.paths import path_of
 
 if TYPE_CHECKING:
     import xarray as xr
+
+log = logging.getLogger(__name__)
 
 
 class StoppedError(ExpectedError, RuntimeError):
@@ -138,14 +148,9 @@ def _run_into(config: Config, output: Path, policy: ExistingPolicy, progress: bo
             Messages(stream).write(f"{printable(line)}\n")
 
     stop = Stop(ends_process=False)
-    console = Console(say, progress=progress)
-    outcome = sweep(config, output, console=console, policy=policy, stop=stop)
-    if outcome.stopped is not None:
-        _raise_stopped(outcome)
-    return open_result(output)
-
-
-def _raise_stopped(outcome: Outcome) -> NoReturn:
+    outcome = sweep(config, output, say=say, progress=progress, policy=policy, stop=stop)
+    if outcome.stopped is None:
+        return open_result(output)
     kept = outcome.points - int(outcome.statuses[Status.PENDING])
     message = (
         f"stopped: {outcome.reason}. {kept} of {outcome.points} points are kept in "
@@ -153,3 +158,53 @@ def _raise_stopped(outcome: Outcome) -> NoReturn:
     )
     interrupted = outcome.stopped is Exit.INTERRUPTED
     raise KeyboardInterrupt(message) if interrupted else StoppedError(message)
+
+
+def run_in_memory(
+    config: Config,
+    *,
+    workers: int | Workers | None = None,
+    progress: bool = False,
+    on_block: Callable[[Block], None] | None = None,
+) -> xr.Dataset:
+    """Compute a sweep; returns its result, as the command line would write it to a file.
+
+    Nothing is written. Arguments and errors are those of `sweeps.run`.
+    """
+    rows = compute(config, workers=workers, progress=progress, on_block=on_block)
+    return result_dataset(config, Grid.from_config(config), rows)
+
+
+def compute(
+    config: Config,
+    *,
+    workers: int | Workers | None = None,
+    progress: bool = False,
+    on_block: Callable[[Block], None] | None = None,
+) -> Rows:
+    """Compute a sweep; returns the result rows (size, columns) of its points.
+
+    `workers` are counted as joblib's `n_jobs`, or are given ones that are ready. Where points are
+    lost on the way, it raises RuntimeError.
+    """
+    refuse_pull(config.simulation.drive)
+    grid = Grid.from_config(config)
+    memory, stop = Memory(grid.size), Stop()
+    counts = Counts(grid.size, memory)
+    compiled(config, grid, stop, wanted=True)
+    if isinstance(workers, Workers):
+        ready: AbstractContextManager[Workers] = nullcontext(workers)
+    else:
+        ready = workers_of(config.execution, workers)
+    with ready as executor, display_of(counts, wanted=progress):
+        counts.begin(lambda: executor.slots)
+        needed = np.ones(grid.size, dtype=bool)
+        for block in missing_blocks(config, grid, needed, memory, executor, counts, stop):
+            memory.append(block.indices, block.results)
+            for message in block.messages:
+                log.error(message)
+            if on_block is not None:
+                on_block(block)
+    if counts.left:
+        raise RuntimeError(f"only {counts.done} of {grid.size} points came back from the workers")
+    return memory.rows()

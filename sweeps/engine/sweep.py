@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-from contextlib import closing
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from stickslip.dispatch.task import Block
 from stickslip.status import Status
 from sweeps.config.load import Config
-from sweeps.engine.counts import Counts
-from sweeps.engine.existing import RefusalError, Target
-from sweeps.engine.outcome import Console, JournaledResult, Outcome
-from sweeps.engine.part import Part
-from sweeps.engine.recording import Recorder
+from sweeps.engine.computing import compiled, missing_blocks
+from sweeps.engine.executors import make_executor
+from sweeps.engine.existing import Part, RefusalError, Target
+from sweeps.engine.progress import Counts, display_of, stop_text
 from sweeps.engine.resume import (
     Decision,
     ExistingPolicy,
@@ -27,10 +31,12 @@ from sweeps.engine.resume import (
 from sweeps.engine.signals import Stop, listening
 from sweeps.exits import Exit, ExpectedError
 from sweeps.files.atomic import StorageError, fingerprint, refuse_odd_output
+from sweeps.files.attributes import breaks_of, global_attributes
 from sweeps.files.journal import DamagedRecordError, Journal, readable_manifest
-from sweeps.files.results import Written
+from sweeps.files.results import Written, try_writing, write_result
+from sweeps.files.rows import STATUS, failures, status_counts
 from sweeps.files.run_folder import RunFolder
-from sweeps.human import counted
+from sweeps.human import counted, reason
 
 
 class LostPointsError(ExpectedError, RuntimeError):
@@ -42,11 +48,47 @@ class LostPointsError(ExpectedError, RuntimeError):
 _RECOVERIES = 3  # times that a journal may be damaged while it is in use
 
 
+@dataclass(frozen=True)
+class Outcome:
+    """The outcome of a sweep, or of a part of one.
+
+    `statuses` (128,) counts the points of each status, `computed` those that this run added;
+    `worst_error` and `statistical_error` are those of `Written`.
+    `suspicious` counts points whose power balance, and whose stress, looks wrong without being
+    impossible. `stopped` is the exit code where it ended early, with `reason`. A merged result is
+    `complete` if it was there already.
+    """
+
+    output: Path
+    statuses: np.ndarray
+    worst_error: float
+    computed: int = 0
+    seconds: float = 0.0
+    kernel_seconds: float = 0.0
+    suspicious: tuple[int, int] = (0, 0)
+    stopped: Exit | None = None
+    reason: str = ""
+    part: Part | None = None
+    statistical_error: float = math.nan
+    complete: bool = False
+
+    @property
+    def points(self) -> int:
+        """The number of points of the sweep."""
+        return int(self.statuses.sum())
+
+    @property
+    def failures(self) -> int:
+        """The number of points that ended, but not ok."""
+        return failures(self.statuses)
+
+
 def sweep(
     config: Config,
     output: Path,
     *,
-    console: Console,
+    say: Callable[[str], None],
+    progress: bool = True,
     policy: ExistingPolicy = ExistingPolicy(),  # noqa: B008 - immutable
     stop: Stop | None = None,
     partial: bool = False,
@@ -59,9 +101,10 @@ def sweep(
     a sweep that ended early, for whatever reason. A finished result gets the points that a grown
     config adds.
 
-    `stop` ends the sweep early, as signals do. `partial` computes nothing and writes what is there,
-    the rest with the status `pending`. `keep_journal` leaves the journal beside a complete result.
-    `part` computes part of the points; the others stay `pending` where they are not there already.
+    `say` prints a line; with `progress` it is shown how far the sweep is. `stop` ends it early, as
+    signals do. `partial` computes nothing and writes what is there, the rest with the status
+    `pending`. `keep_journal` leaves the journal beside a complete result. `part` computes part of
+    the points; the others stay `pending` where they are not there already.
 
     Raises RefusalError if a refined grid is to be computed in parts, or where what is there does
     not fit and no option decides, InUseError where another run holds the output, StorageError, and
@@ -73,49 +116,46 @@ def sweep(
         folder.discard_leftovers()
         before = fingerprint(folder.output)
         if partial:
-            return _export(target, folder, policy)
+            return _export(target, folder, policy, before)
         decision = decide(target, folder, policy)
         if decision.complete is not None:
             ended = _ended(target, output, decision.complete, missing=0)
-            console.say(f"{output} is complete: {counted(ended.points, 'point')}, nothing to do")
+            say(f"{output} is complete: {counted(ended.points, 'point')}, nothing to do")
             return ended
         with closing(decision.begin()) as journal:
             result = JournaledResult(target, journal, folder, before)
             needed = target.needed | journal.done  # points of other parts are kept
             counts = Counts(int(np.count_nonzero(needed)), journal)
-            recorder = Recorder(journal, folder, counts, console, stop)
-            _announce(decision, journal, counts, console)
+            recorder = Recorder(result, counts, stop, say, progress=progress)
+            for line in _announcement(decision, journal, counts):
+                say(line)
             require_room(folder, counts.left, counts.total)
             result.try_writing()
             for _ in range(_RECOVERIES):
                 if counts.left:
-                    recorder.compute(target, needed)
+                    recorder.compute(needed)
                 if counts.left:
-                    return _stopped(result, recorder, counts, stop)
+                    return _stopped(recorder, counts, stop)
                 try:
                     return _finished(result, recorder, keep_journal=keep_journal)
                 except DamagedRecordError:
-                    _recover(journal, target, console)
+                    # What was damaged since the journal was opened counts as not computed.
+                    lost = counted(journal.recover(), "point")
+                    forget_failures(journal, target)
+                    say(
+                        f"warning: {journal.path} was damaged during the sweep; {lost} to compute "
+                        "again"
+                    )
             raise StorageError(
                 f"{folder.journal} is damaged again and again while it is in use; the disk or "
                 "another program changes it. Write elsewhere with -o"
             )
 
 
-def _recover(journal: Journal, target: Target, console: Console) -> None:
-    """Count what was damaged in the journal since it was opened as not computed."""
-    lost = journal.recover()
-    forget_failures(journal, target)
-    console.say(
-        f"warning: {journal.path} was damaged during the sweep; {counted(lost, 'point')} to "
-        "compute again"
-    )
-
-
-def _announce(decision: Decision, journal: Journal, counts: Counts, console: Console) -> None:
-    """Say what exists already and what is to be computed."""
+def _announcement(decision: Decision, journal: Journal, counts: Counts) -> Iterator[str]:
+    """Yield what exists already, what looks odd about it, and what is to be computed."""
     for warning in decision.warnings(journal):
-        console.say(f"warning: {warning}")
+        yield f"warning: {warning}"
     target = decision.target
     shape = target.grid.shape
     product = f" ({' x '.join(map(str, shape))})" if len(shape) > 1 else ""
@@ -123,7 +163,7 @@ def _announce(decision: Decision, journal: Journal, counts: Counts, console: Con
     part = f"part {target.part}, " if target.part else ""
     points = counted(target.grid.size, "point")
     points = f"{counts.total} of {points}" if target.part else points
-    console.say(f"{part}{points}{product}{found}; {counts.left} to compute")
+    yield f"{part}{points}{product}{found}; {counts.left} to compute"
 
 
 def _finished(result: JournaledResult, recorder: Recorder, *, keep_journal: bool) -> Outcome:
@@ -131,8 +171,17 @@ def _finished(result: JournaledResult, recorder: Recorder, *, keep_journal: bool
     if keep_journal:
         journal.note(journal.manifest | {"finished": True})
     result.folder.remove(keep_journal=keep_journal)
-    ended = _ended(result.target, result.folder.output, written, missing=0)
-    return recorder.outcome(ended)
+    return recorder.outcome(written)
+
+
+def _stopped(recorder: Recorder, counts: Counts, stop: Stop) -> Outcome:
+    if not stop.reason:
+        raise LostPointsError(
+            f"{counts.left} of {counts.total} points did not come back from the workers; "
+            "what did is kept. Give the same command again"
+        )
+    kept = Written(recorder.journal.statuses, math.nan)
+    return recorder.outcome(kept, stopped=stop.code, reason=stop.reason)
 
 
 def _ended(target: Target, output: Path, written: Written, missing: int) -> Outcome:
@@ -148,32 +197,13 @@ def _ended(target: Target, output: Path, written: Written, missing: int) -> Outc
     )
 
 
-def _stopped(result: JournaledResult, recorder: Recorder, counts: Counts, stop: Stop) -> Outcome:
-    if not stop.reason:
-        raise LostPointsError(
-            f"{counts.left} of {counts.total} points did not come back from the workers; "
-            "what did is kept. Give the same command again"
-        )
-    kept = Written(result.journal.statuses, math.nan)
-    ended = _ended(result.target, result.folder.output, kept, missing=counts.left)
-    return recorder.outcome(replace(ended, stopped=stop.code, reason=stop.reason))
+def _export(
+    target: Target, folder: RunFolder, policy: ExistingPolicy, before: list[int] | None
+) -> Outcome:
+    """Write what is there, and leave the journal for the rest.
 
-
-def _export(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Outcome:
-    """Write what is there, and leave the journal for the rest."""
-    _refuse_partial(folder, policy)
-    policy = replace(policy, overwrite=False, retry_failed=False)
-    before = fingerprint(folder.output)
-    with closing(decide(target, folder, policy).begin()) as journal:
-        written = JournaledResult(target, journal, folder, before).write()
-        missing = int(np.count_nonzero(target.needed & ~journal.done))
-        if not missing:
-            folder.remove()
-    return _ended(target, folder.output, written, missing)
-
-
-def _refuse_partial(folder: RunFolder, policy: ExistingPolicy) -> None:
-    """Raise RefusalError if an export would write nothing, or less than there is."""
+    Raises RefusalError where that is nothing, or less than there is.
+    """
     output, manifest = folder.output, readable_manifest(folder.journal)
     if manifest is None and not output.exists():
         raise RefusalError(f"nothing is there yet of {output}; leave out --partial to compute it")
@@ -182,3 +212,179 @@ def _refuse_partial(folder: RunFolder, policy: ExistingPolicy) -> None:
             f"{output} would lose its points to an unfinished sweep that started from scratch; "
             "--overwrite does so, or finish the sweep first"
         )
+    with closing(decide(target, folder, ExistingPolicy()).begin()) as journal:
+        written = JournaledResult(target, journal, folder, before).write()
+        missing = int(np.count_nonzero(target.needed & ~journal.done))
+        if not missing:
+            folder.remove()
+    return _ended(target, output, written, missing)
+
+
+@dataclass(frozen=True)
+class JournaledResult:
+    """The result file that a journal makes; its methods raise StorageError.
+
+    `before` is the fingerprint of the output when the sweep began.
+    """
+
+    target: Target
+    journal: Journal
+    folder: RunFolder
+    before: list[int] | None
+
+    def try_writing(self) -> None:
+        """Write it without its numbers, and take it away: better to fail before the sweep."""
+        target = self.target
+        try_writing(target.grid, target.chunks, self.attributes(), self.folder.result)
+
+    def write(self, path: Path | None = None) -> Written:
+        """Write it with what the journal holds, the rest `pending`; to `path` if it is made aside.
+
+        An output that has changed since the sweep began is left alone.
+        """
+        output = path or self.folder.output
+        if path is None and fingerprint(output) != self.before:
+            raise StorageError(
+                f"{output} was made or changed by somebody else while the sweep ran, and is left "
+                f"alone; what is computed is kept in {self.folder.path}. Move {output.name} away "
+                "and give the same command again, or choose another -o"
+            )
+        statuses = self.journal.statuses.copy()
+        statuses[Status.PENDING] = self.target.grid.size - statuses.sum()
+        return write_result(
+            self.target.grid,
+            self.target.chunks,
+            self.journal.chunk,
+            statuses,
+            self.attributes(),
+            self.folder.result,
+            output,
+        )
+
+    def attributes(self) -> dict[str, str]:
+        """Return the global attributes."""
+        manifest = self.journal.manifest
+        config = self.target.config
+        attributes = global_attributes(config) | breaks_of(config, self.journal.statuses)
+        if earlier := manifest.get("history"):
+            attributes["history"] += "\n" + earlier
+        if sample := manifest.get("sample"):
+            attributes["sample"] = sample
+        if manifest.get("processors"):
+            attributes["processor"] = ", ".join(manifest["processors"])
+        if self.target.part and np.array_equal(self.journal.done, self.target.needed):
+            attributes["part"] = str(self.target.part)
+        return attributes
+
+
+class Recorder:
+    """Computes what a journal lacks, and takes in the blocks as they are finished."""
+
+    def __init__(
+        self,
+        result: JournaledResult,
+        counts: Counts,
+        stop: Stop,
+        say: Callable[[str], None],
+        *,
+        progress: bool,
+    ) -> None:
+        self._suspicious = np.zeros(2, dtype=np.int64)
+        self._target, self.journal, self._folder = result.target, result.journal, result.folder
+        self._counts, self._stop, self._say, self._progress = counts, stop, say, progress
+
+    def compute(self, needed: NDArray[np.bool_]) -> None:
+        """Compute what the journal lacks of the points (size,) that are needed, unless stopped.
+
+        Raises StorageError if the journal cannot be written, ExecutorError.
+        """
+        config, grid, counts, stop = (
+            self._target.config,
+            self._target.grid,
+            self._counts,
+            self._stop,
+        )
+        if not compiled(config, grid, stop, wanted=self._progress):
+            return
+        with ExitStack() as stack:
+            executor = stack.enter_context(make_executor(config.execution))
+            display = stack.enter_context(display_of(counts, wanted=self._progress))
+            stop.at_once += [executor.kill, display.stop]
+            stop.at_a_stop = lambda: stop_text(counts.in_flight)
+            counts.begin(lambda: executor.slots, stop)
+            stack.enter_context(self._folder.beating(self._beat))
+            journal = self.journal
+            self._record(missing_blocks(config, grid, needed, journal, executor, counts, stop))
+
+    def outcome(self, written: Written, **ending: Any) -> Outcome:
+        """Return how the sweep ended, with what this run has done."""
+        return replace(
+            _ended(self._target, self._folder.output, written, missing=self._counts.left),
+            computed=self._counts.computed,
+            seconds=self._counts.seconds,
+            kernel_seconds=self._counts.costs.seconds,
+            suspicious=(int(self._suspicious[0]), int(self._suspicious[1])),
+            **ending,
+        )
+
+    def _beat(self) -> dict[str, object]:
+        """Return what the heartbeat says."""
+        state = "stopping" if self._stop.reason else "running"
+        backend = self._target.config.execution.backend
+        return self._counts.as_dict() | {"state": state, "backend": backend}
+
+    def _record(self, blocks: Iterator[Block]) -> None:
+        try:
+            for number, block in enumerate(blocks, start=1):
+                self._take_in(block)
+                if number == 1:
+                    self._stop_if_all_fail(block)
+            with self._journaling():
+                self.journal.flush()
+        except StorageError:
+            self._stop.request("the journal could not be written")
+            for _ in blocks:  # what is in flight cannot be kept any more
+                pass
+            raise
+
+    def _take_in(self, block: Block) -> None:
+        with self._journaling():
+            self._note_processor(block.processor)
+            self.journal.append(block.indices, block.results)
+        self._suspicious += block.suspicious
+        for message in block.messages:
+            self._say(f"warning: {message}")
+
+    @contextlib.contextmanager
+    def _journaling(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise StorageError(
+                f"cannot write {self._folder.journal}: {reason(error)}. "
+                f"{self._counts.done} of {self._counts.total} points are kept there; make room "
+                "and give the same command again"
+            ) from error
+
+    def _note_processor(self, processor: str) -> None:
+        """Note a kind of processor that has not computed anything of this sweep before."""
+        manifest = self.journal.manifest
+        known = list(manifest.get("processors", []))
+        if not processor or processor in known:
+            return
+        self.journal.note(manifest | {"processors": sorted([*known, processor])})
+        if known:
+            self._say(
+                f"warning: a {processor} processor joins points computed on "
+                f"{', '.join(known)}: the last digits may differ between them"
+            )
+
+    def _stop_if_all_fail(self, first: Block) -> None:
+        alone = self._counts.done == self._counts.computed and self._counts.left > 0
+        failed = failures(status_counts(first.results[:, STATUS]))
+        if alone and failed == len(first.indices):
+            self._stop.request(
+                f"all of the first block failed ({counted(failed, 'point')}); if that is "
+                "meant, the same command resumes",
+                code=Exit.FAILED_POINTS,
+            )

@@ -26,8 +26,7 @@ from sweeps.files.attributes import (
     places,
     seal_key,
 )
-from sweeps.files.chunks import Chunks
-from sweeps.files.columns import STATUS, STATUS_CODES, Rows, status_counts
+from sweeps.files.rows import STATUS, STATUS_CODES, Chunks, Rows, status_counts
 from sweeps.grid import CASE, DIRECTION, Grid
 
 # Level 1 takes half the time of level 4; files are a few percent larger, as mantissas are noise.

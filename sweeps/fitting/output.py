@@ -13,7 +13,7 @@ from stickslip.regime import Regime
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps.config.load import Config, from_mapping
-from sweeps.engine.in_memory import run_in_memory
+from sweeps.engine.run import run_in_memory
 from sweeps.fitting.refinement import PATIENCE, Fit
 from sweeps.fitting.statistics import LEVEL, Determination, Statistics
 from sweeps.fitting.trials import Model

@@ -16,10 +16,10 @@ pytestmark = pytest.mark.slow
 HASTY = """\
 import time
 from pathlib import Path
-from sweeps.engine import computing, counts, plan, progress, trajectories
+from sweeps.engine import computing, plan, progress, trajectories
 from stickslip.dispatch import threads
 from sweeps.cli import main
-counts._SOON = 0.1
+progress._SOON = 0.1
 progress._MOMENT = 0.0
 progress._SECONDS_BETWEEN_LINES = 0.1
 def waiting_for_gate(function):

@@ -8,7 +8,7 @@ import pytest
 
 from sweeps.config.load import ConfigError, from_mapping, from_yaml, load
 from sweeps.config.pull import PulledError
-from sweeps.engine.in_memory import run_in_memory
+from sweeps.engine.run import run_in_memory
 
 GOOD = "elapsed_time,velocity\n0,2e-6\n1,0\n"
 

@@ -9,8 +9,8 @@ from support.sweeps.watching import Clock, advanced, block_of, found, task
 
 from stickslip.dispatch import in_flight as in_flight_module
 from stickslip.dispatch.in_flight import InFlight
-from sweeps.engine import counts as counts_module
-from sweeps.engine.counts import Counts, stop_text
+from sweeps.engine import progress
+from sweeps.engine.progress import Counts, stop_text
 from sweeps.engine.signals import Stop
 
 
@@ -19,7 +19,7 @@ from sweeps.engine.signals import Stop
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     """Time that stands still unless a test moves it."""
     clock = Clock()
-    for module in (counts_module, in_flight_module):
+    for module in (progress, in_flight_module):
         monkeypatch.setattr(module, "time", clock)
     return clock
 

@@ -125,7 +125,7 @@ def test_kills_at_random_times_lose_nothing(
 # What is appended to the journal of this sweep, in order.
 _APPEND = ("sweeps.files.journal:Journal", "append")
 CARRIED, FIRST, LAST = ((*_APPEND, number) for number in (1, 2, 4))
-RESULT = ("sweeps.engine.outcome:JournaledResult", "write", 1)
+RESULT = ("sweeps.engine.sweep:JournaledResult", "write", 1)
 
 PLACES = {
     "before the journal is begun": Mishap("sweeps.files.journal", "begin"),

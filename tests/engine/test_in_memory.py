@@ -64,7 +64,7 @@ def test_a_point_is_the_stationary_orbit_of_its_parameters(reference: xr.Dataset
             np.testing.assert_equal(point[name].item(), getattr(orbit, name), err_msg=name)
 
 
-@pytest.mark.parametrize("first", ["", "import sweeps.engine.in_memory; "])
+@pytest.mark.parametrize("first", ["", "import sweeps.engine.run; "])
 def test_the_documented_import_is_a_function(first: str) -> None:
     code = f"{first}from sweeps import run; assert callable(run), run"
     subprocess.run([sys.executable, "-c", code], check=True, stderr=subprocess.DEVNULL)

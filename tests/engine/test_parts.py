@@ -17,15 +17,11 @@ from stickslip.orbit import compute_orbits
 from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
 from sweeps.config.load import Config, from_mapping
-from sweeps.engine import recording
-from sweeps.engine.existing import RefusalError
+from sweeps.engine.existing import Part, RefusalError
 from sweeps.engine.merge import merge
-from sweeps.engine.outcome import Console, JournaledResult, Outcome
-from sweeps.engine.part import Part
 from sweeps.engine.plan import plan
-from sweeps.engine.resume import ExistingPolicy
-from sweeps.engine.state import state_of
-from sweeps.engine.sweep import sweep
+from sweeps.engine.resume import ExistingPolicy, state_of
+from sweeps.engine.sweep import JournaledResult, Outcome, Recorder, sweep
 from sweeps.files.atomic import StorageError
 from sweeps.files.datasets import content_hash, open_result
 from sweeps.files.journal import DamagedRecordError, Journal
@@ -52,14 +48,17 @@ SOME_FAIL = MAP | {
 }
 
 
+def no_word(_: str) -> None:
+    pass
+
+
 def computed(
     config: Config,
     path: Path,
     part: Part | None = None,
     policy: ExistingPolicy = ExistingPolicy(),  # noqa: B008 - immutable
 ) -> Outcome:
-    console = Console(lambda _: None, progress=False)
-    return sweep(config, path, console=console, part=part, policy=policy)
+    return sweep(config, path, say=no_word, progress=False, part=part, policy=policy)
 
 
 def parts_of(config: Config, folder: Path, count: int) -> list[Path]:
@@ -109,15 +108,15 @@ class CrashError(Exception):
 
 def crash(patch: pytest.MonkeyPatch, after: int, *args: Any, **options: Any) -> None:
     """Compute a sweep that ends suddenly after so many blocks."""
-    take_in, blocks = recording.Recorder._take_in, []
+    take_in, blocks = Recorder._take_in, []
 
-    def end(self: recording.Recorder, block: Block) -> None:
+    def end(self: Recorder, block: Block) -> None:
         take_in(self, block)
         blocks.append(block)
         if len(blocks) == after:
             raise CrashError
 
-    patch.setattr(recording.Recorder, "_take_in", end)
+    patch.setattr(Recorder, "_take_in", end)
     with pytest.raises(CrashError):
         computed(*args, **options)
 
@@ -277,7 +276,8 @@ def test_an_export_drops_no_failures(tmp_path: Path) -> None:
     exported = sweep(
         config,
         path,
-        console=Console(lambda _: None, progress=False),
+        say=no_word,
+        progress=False,
         policy=ExistingPolicy(retry_failed=True),
         partial=True,
     )

@@ -30,17 +30,15 @@ from support.sweeps.watching import (
 )
 
 from stickslip.dispatch import in_flight
-from sweeps.engine import counts as counts_module
 from sweeps.engine import progress
-from sweeps.engine.counts import Counts
-from sweeps.engine.progress import Compiling, display_of
+from sweeps.engine.progress import Compiling, Counts, display_of
 
 
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     """Time that stands still unless a test moves it."""
     clock = Clock()
-    for module in (counts_module, in_flight, progress):
+    for module in (in_flight, progress):
         monkeypatch.setattr(module, "time", clock)
     return clock
 

@@ -14,9 +14,9 @@ from support.sweeps.processes import default_signals
 from stickslip.dispatch.task import Block
 from sweeps import run
 from sweeps.config.load import ConfigError, from_mapping
-from sweeps.engine import recording
 from sweeps.engine.existing import RefusalError
 from sweeps.engine.run import StoppedError
+from sweeps.engine.sweep import Recorder
 from sweeps.files.datasets import content_hash, open_result
 
 CONFIG: dict[str, Any] = {
@@ -64,14 +64,14 @@ def test_existing_results_that_do_not_fit_are_refused_until_it_is_decided(tmp_pa
 @pytest.fixture
 def interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
     """After the first block, a signal."""
-    take_in = recording.Recorder._take_in
+    take_in = Recorder._take_in
 
-    def then_signal(self: recording.Recorder, block: Block) -> None:
+    def then_signal(self: Recorder, block: Block) -> None:
         take_in(self, block)
         signal.raise_signal(number)
 
     number = signal.SIGINT
-    monkeypatch.setattr(recording.Recorder, "_take_in", then_signal)
+    monkeypatch.setattr(Recorder, "_take_in", then_signal)
 
 
 @pytest.mark.usefixtures("interrupted")

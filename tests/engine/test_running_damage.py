@@ -13,7 +13,7 @@ from support.marks import one_then
 from support.sweeps.sweeping import LOOSE, ONE_BY_ONE, Shell, entries, hash_at_once, hash_of
 
 from stickslip.variables import RESULT_COLUMNS
-from sweeps.engine.outcome import JournaledResult
+from sweeps.engine.sweep import JournaledResult
 from sweeps.files.journal import BYTES_PER_POINT, Journal
 
 A_YAML = "sweep: {temperature: [200, 210, 230, 250, 270]}\n" + LOOSE + ONE_BY_ONE

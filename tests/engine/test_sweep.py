@@ -11,7 +11,6 @@ import pytest
 from stickslip.dispatch import task as worker
 from sweeps.config.load import from_mapping
 from sweeps.engine.existing import Target
-from sweeps.engine.outcome import Console
 from sweeps.engine.sweep import sweep
 from sweeps.files.datasets import StorageError, open_result
 from sweeps.files.run_folder import RunFolder
@@ -27,7 +26,7 @@ CONFIG = {
 def swept(path: Path) -> list[str]:
     """Compute a sweep; returns what was said on the way."""
     lines: list[str] = []
-    sweep(from_mapping(CONFIG), path, console=Console(lines.append, progress=False))
+    sweep(from_mapping(CONFIG), path, say=lines.append, progress=False)
     return lines
 
 

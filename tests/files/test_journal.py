@@ -21,8 +21,6 @@ from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import from_mapping
 from sweeps.files.atomic import StorageError
-from sweeps.files.chunks import Chunks
-from sweeps.files.columns import STATUS
 from sweeps.files.journal import (
     BYTES_PER_POINT,
     DamagedRecordError,
@@ -30,6 +28,7 @@ from sweeps.files.journal import (
     manifest_path,
     readable_manifest,
 )
+from sweeps.files.rows import STATUS, Chunks
 from sweeps.grid import Grid
 from sweeps.identity import PointKeys
 

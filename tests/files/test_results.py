@@ -16,15 +16,13 @@ from stickslip.orbit import failed_row
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import Config, from_mapping
 from sweeps.engine.existing import RefusalError, found_in_file
-from sweeps.engine.in_memory import compute
-from sweeps.engine.run import run
+from sweeps.engine.run import compute, run
 from sweeps.files import results
 from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import global_attributes
-from sweeps.files.chunks import Chunks
-from sweeps.files.columns import STATUS, status_counts
 from sweeps.files.datasets import content_hash, open_result, write_dataset
 from sweeps.files.results import Written, contents, read_rows, try_writing, write_result
+from sweeps.files.rows import STATUS, Chunks, status_counts
 from sweeps.grid import Grid
 from sweeps.identity import settings_of
 

@@ -43,9 +43,9 @@ from stickslip.status import Status
 from sweeps import fit
 from sweeps.engine.executors import dask as dask_executor
 from sweeps.engine.executors.dask import ClusterExecutor
+from sweeps.engine.resume import state_of
 from sweeps.engine.run import run
 from sweeps.engine.settings import read_config
-from sweeps.engine.state import state_of
 from sweeps.files.datasets import content_hash
 
 pytestmark = needs_dask

@@ -1,4 +1,4 @@
-"""Chunks: ranges of points without a gap that are boxes of the result's array."""
+"""Result rows: what a file holds of them, and chunks, which are boxes of its array."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweeps.files.chunks import CHUNK_POINTS, Chunks
+from stickslip.datasets import result_values
+from stickslip.status import Status
+from stickslip.variables import RESULT_COLUMNS, RESULTS
+from sweeps.files.rows import CHUNK_POINTS, STATUS, STATUS_CODES, Chunks, status_counts
 
 shapes = st.lists(st.integers(1, 7), max_size=5).map(tuple)
 sizes = st.integers(1, 200)
@@ -72,3 +75,22 @@ def test_slabs_of_some_grids(
     chunks = Chunks(shape, most)
     assert (chunks.extent, len(chunks)) == (chunk, count)
     assert chunks.range(count - 1)[1] == math.prod(shape)
+
+
+@pytest.mark.parametrize("name", RESULT_COLUMNS)
+def test_a_point_that_is_not_computed_has_the_missing_value_of_its_variable(name: str) -> None:
+    found = result_values(name, np.array([np.nan, 3.0]))
+    assert found.dtype.str[1:] == RESULTS[name].dtype
+    np.testing.assert_array_equal(found, [RESULTS[name].missing, 3])
+
+
+def test_the_sign_of_a_nan_stays() -> None:
+    column = np.array([np.copysign(np.nan, -1.0)])
+    assert result_values("asymmetry", column).tobytes() == column.tobytes()
+
+
+def test_statuses_are_counted_by_code() -> None:
+    counts = status_counts(np.array([[0, 0, 5], [127, 1, 0]], dtype=np.int8))
+    assert counts.shape == (STATUS_CODES,)
+    assert counts[[0, 1, 5, Status.PENDING]].tolist() == [3, 1, 1, 1]
+    assert RESULT_COLUMNS[STATUS] == "status"
