@@ -6,11 +6,14 @@ Slow imports are inside the commands, so that `--help` answers at once. The exit
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import os
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from functools import wraps
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,19 +21,14 @@ import typer
 import typer.main
 from typer.core import TyperGroup
 
-from sweeps.cli.boundary import boundary
-from sweeps.cli.exchange import export, merge
-from sweeps.cli.explore import explore
 from sweeps.cli.fit import fit
-from sweeps.cli.inspect import check, info, schema
-from sweeps.cli.new import new
-from sweeps.cli.pictures import figure, plot, simulate
-from sweeps.cli.replay import replay
-from sweeps.cli.report import report
-from sweeps.cli.shared import stop_with
-from sweeps.cli.streams import discard, lasting_streams, plain_warnings
-from sweeps.cli.sweeps import plan, status, sweep
+from sweeps.cli.pages import explore, report
+from sweeps.cli.pictures import figure, plot, replay, simulate
+from sweeps.cli.result_files import boundary, export, info
+from sweeps.cli.shared import discard, stop_with, usage_errors
+from sweeps.cli.sweeps import check, merge, new, plan, schema, status, sweep
 from sweeps.exits import EXPECTED, Exit, code_of
+from sweeps.human import Messages, printable
 from sweeps.paths import path_of
 
 _SWEEPS = (new, sweep, plan, status, check)
@@ -68,10 +66,8 @@ def _with_paths(verb: Callable[..., None]) -> Callable[..., None]:
 def _expanded(value: Any) -> Any:
     if isinstance(value, list):
         return [_expanded(each) for each in value]
-    try:
+    with usage_errors():
         return path_of(value) if isinstance(value, Path) else value
-    except ValueError as error:
-        stop_with(str(error), Exit.USAGE)
 
 
 class _Program(TyperGroup):
@@ -165,3 +161,56 @@ def _version(
 
         print(f"stickslip {metadata.version('stickslip')}")
         raise typer.Exit
+
+
+# --- the standard streams; losing them never affects a computation ---
+
+
+@contextlib.contextmanager
+def lasting_streams() -> Iterator[None]:
+    """Provide standard streams for the duration of a command.
+
+    If one of the three is closed, the next file to be opened would take its number, and messages
+    would be written into that: so it is opened on the null device. Messages that cannot be written
+    are lost.
+    """
+    for number in (0, 1, 2):
+        _open_if_closed(number)
+    sys.stdin = sys.stdin or os.fdopen(0)
+    sys.stdout = sys.stdout or os.fdopen(1, "w")
+    stderr = sys.stderr or os.fdopen(2, "w")
+    if isinstance(sys.stdout, TextIOWrapper):  # file names need not be valid text
+        sys.stdout.reconfigure(errors="backslashreplace")
+    sys.stderr = Messages(stderr)
+    try:
+        yield
+    finally:
+        sys.stderr.flush()
+        sys.stderr = stderr
+
+
+@contextlib.contextmanager
+def plain_warnings() -> Iterator[None]:
+    """Print warnings of Python as those of a command: a sentence, once, without a place in code."""
+    said: set[str] = set()
+
+    def show(message: Warning | str, *_: object) -> None:
+        text = " ".join(str(message).split())
+        if text not in said:
+            said.add(text)
+            print(printable(f"warning: {text}"), file=sys.stderr)
+
+    with warnings.catch_warnings():
+        warnings.showwarning = show  # type: ignore[assignment] # it is called by position
+        yield
+
+
+def _open_if_closed(number: int) -> None:
+    """Open a closed standard stream on the null device."""
+    try:
+        os.fstat(number)
+    except OSError:
+        null = os.open(os.devnull, os.O_RDWR)
+        if null != number:
+            os.dup2(null, number)
+            os.close(null)

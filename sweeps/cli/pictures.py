@@ -1,4 +1,4 @@
-"""The verbs that make trajectories and figures: simulate, figure, plot."""
+"""The verbs that compute motions and draw pictures: simulate, replay, figure, plot."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from sweeps.cli.shared import (
+    AtOption,
     BoundariesOption,
     NoProgressOption,
     OverwriteOption,
@@ -18,9 +19,13 @@ from sweeps.cli.shared import (
     WorkersOption,
     checked_config,
     execution_changes,
+    is_config,
+    output_option,
     print_names,
     say,
     stop_with,
+    usage_errors,
+    warn_of_seal,
 )
 from sweeps.cli.sweeps import sweep_and_report
 from sweeps.exits import Exit
@@ -44,7 +49,7 @@ def simulate(
     ] = None,
     set_: SetOption = None,
     periods: Annotated[int | None, typer.Option(min=1, help="Drive periods.")] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="NetCDF file.")] = None,
+    output: Annotated[Path | None, output_option("NetCDF file.")] = None,
     overwrite: OverwriteOption = False,
     no_progress: NoProgressOption = False,
 ) -> None:
@@ -71,6 +76,81 @@ def simulate(
     print_names(outputs)
 
 
+def replay(
+    file: Annotated[Path, typer.Argument(help="Result file of a sweep.")],
+    at: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=VALUE", help="The nearest point of an axis; SI units."),
+    ] = None,
+    output: Annotated[
+        Path | None, output_option("NetCDF file. [default: FILE with -replay]")
+    ] = None,
+    periods: Annotated[
+        int | None, typer.Option(min=1, help="Drive periods. [default: until the orbit closes]")
+    ] = None,
+    start: Annotated[
+        str | None,
+        typer.Option(metavar="initial|stationary", help="Where to begin. [default: on the orbit]"),
+    ] = None,
+    overwrite: OverwriteOption = False,
+    no_progress: NoProgressOption = False,
+) -> None:
+    """Compute one point of a result again, and draw its motion.
+
+    The values are compared with those of the file; with the same version on the same type of
+    processor they agree bit for bit. An older replay of the file is replaced.
+    """
+    from stickslip import IntegrationError
+    from sweeps.cli.summaries import print_comparison
+    from sweeps.engine.progress import Compiling
+    from sweeps.figures import draw
+    from sweeps.figures.save import pictures_of, rendered
+    from sweeps.files.datasets import open_result, readable
+    from sweeps.files.outputs import Outputs
+    from sweeps.points import point_of
+
+    if start not in (None, "initial", "stationary"):
+        stop_with(f"--start is initial or stationary, not {start}", Exit.USAGE)
+    target = output or file.with_name(f"{file.stem}-replay.nc")
+    if target.suffix != ".nc":
+        stop_with(f"{target}: -o names a NetCDF file, which ends in .nc", Exit.USAGE)
+    with readable(file), open_result(file, whole=False) as ds:
+        point = point_of(ds, at or ())
+    stem = target.with_suffix("")
+    outputs = Outputs(
+        [target, *pictures_of(stem)], overwrite=overwrite, inputs=[file], replaces=_is_of_replay
+    )
+    with outputs.held():
+        with Compiling(wanted=not no_progress):
+            point.orbit()
+        same = print_comparison(point)
+        try:
+            motion = point.replay(periods, start)  # type: ignore[arg-type] # checked above
+        except IntegrationError as error:
+            stop_with(f"the motion cannot be computed: {error}", Exit.FAILED_POINTS)
+        pictures = rendered(draw(motion, "orbit"), stem)
+        outputs.write({target: outputs.dataset(motion), **pictures})
+    print_names(outputs)
+    if not same and not point.versions:
+        raise typer.Exit(Exit.FAILED_POINTS)
+
+
+def _is_of_replay(path: Path) -> bool:
+    """Tell whether a file is a replay, or the picture of one, which a later one replaces."""
+    from sweeps.exits import ExpectedError
+    from sweeps.figures.save import is_picture_of_ours
+    from sweeps.files.datasets import open_result
+
+    if path.suffix != ".nc":
+        return is_picture_of_ours(path)
+    try:
+        with open_result(path, whole=False) as ds:
+            # No other file has both a time course and a stroboscopic map.
+            return {"elapsed_time", "period"} <= ds.sizes.keys() and "config" in ds.attrs
+    except ExpectedError:  # no NetCDF file
+        return False
+
+
 def _request(config: Config) -> dict[str, str]:
     """Return what determines a trajectory, or the phases, that a config describes."""
     return {"config": config.resolved_yaml()}
@@ -91,8 +171,7 @@ def figure(
         ),
     ],
     output: Annotated[
-        Path,
-        typer.Option("-o", "--output", help="Folder for figN.nc, figN.png, figN.pdf and so on."),
+        Path, output_option("Folder for figN.nc, figN.png, figN.pdf and so on.")
     ] = Path("results"),
     workers: WorkersOption = None,
     overwrite: OverwriteOption = False,
@@ -105,20 +184,17 @@ def figure(
     """
     from sweeps.config.paper import PAPER
 
-    known = {str(number): number for number in PAPER}
-    unknown = [name for name in numbers if name not in {*known, "all"} and not _is_config(name)]
-    if unknown:
+    known = [str(number) for number in PAPER]
+    others = [name for name in dict.fromkeys(numbers) if name not in {*known, "all"}]
+    if unknown := [name for name in others if not is_config(Path(name))]:
         listed = f"{', '.join(known)}, all, or a config FILE.yaml"
         stop_with(f"no figure {', '.join(unknown)}; there are {listed}", Exit.USAGE)
-    names = list(known) if "all" in numbers else []
-    names += [name for name in dict.fromkeys(numbers) if name not in {*names, "all"}]
-    failures = [
-        _computed_figure(
-            _planned(name), output, workers, overwrite=overwrite, progress=not no_progress
-        )
-        for name in names
-    ]
-    if any(failures):
+    names = [*known, *others] if "all" in numbers else dict.fromkeys(numbers)
+    failures = 0
+    for name in names:
+        plan, progress = _planned(name), not no_progress
+        failures += _computed_figure(plan, output, workers, overwrite=overwrite, progress=progress)
+    if failures:
         raise typer.Exit(Exit.FAILED_POINTS)
 
 
@@ -133,8 +209,7 @@ def _limits_option(does: str) -> Any:
 def plot(
     file: Annotated[Path, typer.Argument(help="Result file of a sweep or a trajectory.")],
     output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help="Picture, .png, .pdf or .svg. [default: PNG and PDF]"),
+        Path | None, output_option("Picture, .png, .pdf or .svg. [default: PNG and PDF]")
     ] = None,
     figure: Annotated[
         str | None,
@@ -151,10 +226,7 @@ def plot(
     hue: Annotated[str | None, _axis_option("--hue", does="Axis with a curve per value.")] = None,
     row: Annotated[str | None, _axis_option("--row", does="Axis with a row per value.")] = None,
     col: Annotated[str | None, _axis_option("--col", does="Axis with a column per value.")] = None,
-    at: Annotated[
-        list[str] | None,
-        typer.Option(metavar="KEY=VALUE", help="Only the nearest point of an axis; SI units."),
-    ] = None,
+    at: AtOption = None,
     log: Annotated[
         str, typer.Option(metavar="x,y,z", help="Logarithmic scales; z is the variable.")
     ] = "",
@@ -182,7 +254,6 @@ def plot(
 
     An older picture that stickslip drew is replaced.
     """
-    from sweeps.engine.existing import seal_note
     from sweeps.figures import PlotOptions
     from sweeps.files.datasets import open_result
     from sweeps.measurements import read_data
@@ -201,8 +272,7 @@ def plot(
             "--figure names a whole picture: leave out options for variables and axes", Exit.USAGE
         )
     ds = open_result(file)
-    if note := seal_note(file):
-        say(f"warning: {note}")
+    warn_of_seal(file)
     target = output or (file.with_suffix("") if file.suffix == ".nc" else file)
     _refuse_picture_name(target)
     if figure is None and not variable:
@@ -219,15 +289,9 @@ def _look(size: str, limits: tuple[str, str, str], **others: Any) -> Look:
     """Return the look that options mean."""
     from sweeps.figures.look import Look, range_of, size_of
 
-    try:
+    with usage_errors():
         xlim, ylim, clim = (range_of(text or ":") for text in limits)
         return Look(size_of(size) if size else None, xlim, ylim, clim, **others)
-    except ValueError as error:
-        stop_with(str(error), Exit.USAGE)
-
-
-def _is_config(name: str) -> bool:
-    return Path(name).suffix in (".yaml", ".yml")
 
 
 class _Planned(NamedTuple):
@@ -244,7 +308,7 @@ def _planned(name: str) -> _Planned:
     """Return the plan of the figure with this name: a number in the paper, or a config."""
     from sweeps.config.paper import PAPER, shipped_config
 
-    if _is_config(name):
+    if is_config(Path(name)):
         return _Planned(Path(name), [], Path(name).stem, None)
     paper = PAPER[int(name)]
     return _Planned(shipped_config(paper.config), paper.changes, f"fig{name}", paper.figure)
@@ -366,10 +430,8 @@ def _drawn(
     from sweeps.figures import draw
     from sweeps.figures.save import rendered
 
-    try:
+    with usage_errors():
         return rendered(draw(ds, name, options), target, options.look if options else None)
-    except ValueError as error:
-        stop_with(str(error), Exit.USAGE)
 
 
 def _plot_of_config(ds: xr.Dataset) -> tuple[str | None, tuple[str, ...] | None]:

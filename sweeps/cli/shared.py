@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from shlex import quote
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TextIO
 
 import typer
 
@@ -38,6 +41,10 @@ BackendOption = Annotated[
 SchedulerOption = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler, such as tcp://host:8786.")
 ]
+AtOption = Annotated[
+    list[str] | None,
+    typer.Option(metavar="KEY=VALUE", help="Only the nearest point of an axis; SI units."),
+]
 BoundariesOption = Annotated[
     Path | None,
     typer.Option(metavar="FILE", help="Borders of `stickslip boundary`, drawn on the map."),
@@ -45,8 +52,12 @@ BoundariesOption = Annotated[
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
 NoProgressOption = Annotated[bool, typer.Option("--no-progress", help="Show no progress.")]
 
-
 _LARGE = 1 << 18  # bytes of a config that is read for seconds
+
+
+def output_option(does: str) -> Any:
+    """Return the option `-o` of a verb that writes something other than the result of a sweep."""
+    return typer.Option("-o", "--output", help=does)
 
 
 def stop_with(message: str, code: Exit) -> NoReturn:
@@ -58,6 +69,29 @@ def stop_with(message: str, code: Exit) -> NoReturn:
 def say(message: str) -> None:
     """Print a message, without the control characters that names and texts of files may hold."""
     print(printable(message), file=sys.stderr)
+
+
+@contextlib.contextmanager
+def usage_errors(option: str = "") -> Iterator[None]:
+    """End the command with the message of a ValueError, perhaps after the name of an option."""
+    try:
+        yield
+    except ValueError as error:
+        stop_with(f"{option}{error}", Exit.USAGE)
+
+
+def warn_of_seal(file: Path) -> str:
+    """Say where a result is not as its sweep wrote it, and return this sentence, else nothing."""
+    from sweeps.engine.existing import seal_note
+
+    if note := seal_note(file):
+        say(f"warning: {note}")
+    return note
+
+
+def is_config(path: Path) -> bool:
+    """Return whether a file is a config by its name, and not a result."""
+    return path.suffix.lower() in (".yaml", ".yml")
 
 
 def print_names(outputs: Outputs) -> None:
@@ -113,3 +147,10 @@ def execution_changes(workers: int | None, backend: str | None, scheduler: str |
     if backend not in (None, "dask") and scheduler is None:  # one in the config belongs to dask
         changes.append(Option("execution.scheduler=null", f"--backend {quote(backend)}"))
     return changes
+
+
+def discard(stream: TextIO) -> None:
+    """Redirect a broken stream to the null device: the interpreter flushes it at exit."""
+    null = os.open(os.devnull, os.O_RDWR)
+    os.dup2(null, stream.fileno())
+    os.close(null)

@@ -1,10 +1,11 @@
-"""The verbs of sweeps: sweep, plan, status."""
+"""The verbs of configs and sweeps: new, schema, check, plan, sweep, status, merge."""
 
 from __future__ import annotations
 
 import os
 import shlex
 import sys
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
@@ -19,12 +20,16 @@ from sweeps.cli.shared import (
     SetOption,
     WorkersOption,
     checked_config,
+    discard,
     execution_changes,
+    is_config,
     output_of,
+    output_option,
+    print_names,
     say,
     stop_with,
+    usage_errors,
 )
-from sweeps.cli.streams import discard
 from sweeps.exits import Exit, ExpectedError
 from sweeps.human import counted
 
@@ -43,6 +48,70 @@ PartOption = Annotated[
 # Options that must not be repeated when the sweep is resumed.
 _ONCE = ("--overwrite", "--retry-failed")
 _MANY = 10_000_000  # points whose plan takes more than a moment
+
+
+class _Kind(StrEnum):
+    """What a new config is for; each has a shipped file."""
+
+    PAPER = "paper"
+    LUBRICANT = "lubricant"
+    MAP = "map"
+    FIT = "fit"
+
+
+def new(
+    file: Annotated[Path, typer.Argument(help="Config to write.")],
+    kind: Annotated[
+        _Kind,
+        typer.Option(
+            help="The paper's film against temperature, a lubricant of your own, a map of the "
+            "kinds of motion, or the machine and the start of a fit."
+        ),
+    ] = _Kind.PAPER,
+) -> None:
+    """Write a commented config to begin with."""
+    from sweeps.config.paper import shipped_config
+    from sweeps.files.outputs import Outputs
+
+    if file.suffix not in (".yaml", ".yml"):
+        stop_with(f"{file}: a config ends in .yaml", Exit.USAGE)
+    text = shipped_config(f"new/{kind}").read_text(encoding="utf-8")
+    text = text.replace("FILE", str(file)).replace("RESULT", f"results/{file.stem}")
+    text = text.replace(f"results/{kind}.nc", f"results/{file.stem}.nc")
+    with Outputs([file], {"config": text}, ways_out="choose another name").held() as outputs:
+        outputs.write({file: text.encode()})
+    print_names(outputs)
+    verb = f"fit DATA.csv {file} --free k,gamma" if kind is _Kind.FIT else f"sweep {file}"
+    print(f"next: stickslip {verb}")
+
+
+def schema() -> None:
+    """Print the JSON Schema of a config, for editors."""
+    from sweeps.config.json_schema import json_schema_text
+
+    print(json_schema_text(), end="")
+
+
+def check(file: ConfigArgument, output: OutputOption = None, set_: SetOption = None) -> None:
+    """Validate a config and show what a sweep of it would compute, or why it would not."""
+    import numpy as np
+
+    from sweeps.cli.summaries import parameters_text
+    from sweeps.engine.resume import intention
+    from sweeps.grid import Grid
+
+    config = checked_config(file, set_)
+    path = output_of(config, file, output)
+    there = int(np.count_nonzero(intention(config, path).there))
+    grid = Grid.from_config(config)
+    axes = [f"{dim} {length}" for dim, length in zip(grid.dims, grid.shape, strict=True)]
+    method = ", ".join(f"{key} {value}" for key, value in config.integrator.used().items())
+    print(f"{file}: valid")
+    points = f"points: {grid.size}" + (f" ({' x '.join(axes)})" if axes else "")
+    print(points + (f", {there} already computed" if there else ""))
+    print(f"parameters: {parameters_text(grid)}")
+    print(f"integrator: {method}")
+    print(f"output: {path}")
 
 
 def sweep(
@@ -80,10 +149,8 @@ def sweep(
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop, parse_duration
 
-    try:
+    with usage_errors("--max-runtime: "):
         stop = Stop(None if max_runtime is None else parse_duration(max_runtime))
-    except ValueError as error:
-        stop_with(f"--max-runtime: {error}", Exit.USAGE)
     chosen = _part(part)
     config = checked_config(file, [*(set_ or []), *execution_changes(workers, backend, scheduler)])
     path = output_of(config, file, output, chosen)
@@ -105,10 +172,8 @@ def _part(text: str | None) -> Part | None:
     """Return the part that an option names; an invalid one ends the command."""
     from sweeps.engine.existing import Part
 
-    try:
+    with usage_errors("--part: "):
         return None if text is None else Part.parse(text)
-    except ValueError as error:
-        stop_with(f"--part: {error}", Exit.USAGE)
 
 
 def plan(
@@ -122,7 +187,7 @@ def plan(
     part: PartOption = None,
 ) -> None:
     """Estimate a sweep: points, blocks, bytes, and the time, from a pilot sample."""
-    from sweeps.cli.output import print_plan
+    from sweeps.cli.summaries import print_plan
     from sweeps.engine.plan import plan as make_plan
     from sweeps.engine.progress import Compiling
     from sweeps.engine.signals import interruptible
@@ -152,11 +217,10 @@ def status(
 
     Of a config also why `stickslip sweep` would refuse it, if it would.
     """
-    from sweeps.cli.output import print_state
+    from sweeps.cli.summaries import print_state
     from sweeps.engine.resume import state_of
 
-    is_config = target.suffix.lower() in (".yaml", ".yml")
-    config = checked_config(target, None) if is_config else None
+    config = checked_config(target, None) if is_config(target) else None
     path = target if config is None else output_of(config, target)
     lacking, refusal = (0, None) if config is None else _asked(config, path)
     try:
@@ -182,6 +246,33 @@ def status(
         stop_with(absent, Exit.STORAGE)
     if refusal is not None:
         stop_with(str(refusal), refusal.code)
+
+
+def merge(
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILE...", help="The parts of the result of one config.")
+    ],
+    output: Annotated[Path, output_option("Result file.")],
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace an existing output.")
+    ] = False,
+    partial: Annotated[
+        bool, typer.Option("--partial", help="Write the result even if points are missing.")
+    ] = False,
+) -> None:
+    """Combine the parts of a sweep into the file that a single run would have written.
+
+    Points that occur in several files must be equal. The parts are not changed.
+    """
+    from sweeps.cli.summaries import print_summary
+    from sweeps.engine.merge import merge as merge_files
+
+    outcome = merge_files(files, output, overwrite=overwrite, partial=partial)
+    print_summary(outcome)
+    if outcome.complete:
+        say(f"{output} is complete, nothing to do")
+    if outcome.failures:
+        raise typer.Exit(Exit.FAILED_POINTS)
 
 
 def _asked(config: Config, path: Path) -> tuple[int, ExpectedError | None]:
@@ -215,7 +306,7 @@ def sweep_and_report(
     timing: bool = True,
 ) -> int:
     """Run a sweep and print its summary; return the number of failed points."""
-    from sweeps.cli.output import print_summary, write_timing
+    from sweeps.cli.summaries import print_summary, write_timing
     from sweeps.engine.sweep import sweep as run_sweep
 
     def tell(line: str) -> None:
@@ -248,7 +339,7 @@ def sweep_and_report(
 def _leave(outcome: Outcome) -> NoReturn:
     """Say how to resume, and exit: a compiler running in a thread would keep the process alive."""
     from stickslip.status import Status
-    from sweeps.cli.output import print_reasons
+    from sweeps.cli.summaries import print_reasons
 
     command = shlex.join(["stickslip", *(a for a in sys.argv[1:] if a not in _ONCE)])
     kept = outcome.points - int(outcome.statuses[Status.PENDING])

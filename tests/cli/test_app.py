@@ -16,8 +16,7 @@ from support.sweeps.commands import Command, process
 from support.sweeps.processes import default_signals
 
 import stickslip
-from sweeps.cli.app import app
-from sweeps.cli.streams import plain_warnings
+from sweeps.cli.app import app, plain_warnings
 
 ROOT = Path(stickslip.__file__).parents[1]
 

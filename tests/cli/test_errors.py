@@ -15,7 +15,7 @@ import xarray as xr
 from support.sweeps.bad_configs import ALL
 from support.sweeps.commands import Command, entries, process
 
-from sweeps.cli import inspect
+from sweeps.cli import sweeps
 from sweeps.files import atomic
 from sweeps.files.datasets import open_result, write_dataset
 
@@ -253,7 +253,7 @@ def test_what_nobody_foresaw_is_one_line(
     def broken(*args: Any) -> None:
         raise error
 
-    monkeypatch.setattr(inspect, "checked_config", broken)
+    monkeypatch.setattr(sweeps, "checked_config", broken)
     with caplog.at_level(logging.DEBUG):
         assert command("check", "a.yaml") == (code, "", message)
     if isinstance(error, ValueError):

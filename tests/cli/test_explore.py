@@ -14,7 +14,7 @@ import pytest
 from support.sweeps.commands import Command
 from support.sweeps.processes import Running
 
-from sweeps.cli import explore
+from sweeps.cli import pages
 
 A_YAML = """\
 sweep: {temperature: [200, 250]}
@@ -48,7 +48,7 @@ def test_a_browser_gets_a_file_that_leads_to_the_page_and_no_token(
     opened: queue.SimpleQueue[str] = queue.SimpleQueue()
     monkeypatch.setattr("webbrowser.open", opened.put)
     address = "http://127.0.0.1:1/?token=secret"
-    redirect = explore.open_by_file(address)
+    redirect = pages.open_by_file(address)
     try:
         assert opened.get(timeout=10) == redirect.as_uri()
         assert address in redirect.read_text()
@@ -97,6 +97,6 @@ def test_a_browser_opens_where_there_is_a_screen(
     for name, value in display.items():
         monkeypatch.setenv(name, value)
     monkeypatch.setattr("sys.platform", "linux")
-    assert explore.has_display() is opens
+    assert pages.has_display() is opens
     monkeypatch.setattr("sys.platform", "darwin")
-    assert explore.has_display()
+    assert pages.has_display()

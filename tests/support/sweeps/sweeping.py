@@ -120,7 +120,7 @@ def hash_at_once(config: str) -> str:
 # --- sweeps in processes of their own, which may die ---
 
 _CHILDREN = multiprocessing.get_context("forkserver")
-_CHILDREN.set_forkserver_preload(["sweeps.cli.app", "sweeps.engine.sweep", "sweeps.cli.output"])
+_CHILDREN.set_forkserver_preload(["sweeps.cli.app", "sweeps.engine.sweep", "sweeps.cli.summaries"])
 
 
 class Mishap(NamedTuple):

@@ -1,4 +1,4 @@
-"""Printed summaries of sweeps, files and the installation."""
+"""Printed summaries of sweeps, files, borders, points and the installation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ from typing import TYPE_CHECKING, Any
 from stickslip.compiled.cache import processor, source_hash, usable_cache_folder
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.plausibility import SUSPICIOUS_BALANCE
+from stickslip.regime import Regime
 from stickslip.status import Status
+from stickslip.variables import PARAMETERS, RESULTS
+from sweeps.cli.shared import say
 from sweeps.files.atomic import replacing
 from sweeps.files.attributes import software
 from sweeps.files.datasets import content_hash
@@ -26,6 +29,8 @@ if TYPE_CHECKING:
 
     from sweeps.engine.plan import Plan
     from sweeps.engine.sweep import Outcome
+    from sweeps.grid import Grid
+    from sweeps.points import Point
 
 
 def write_timing(outcome: Outcome, workers: int, backend: str) -> None:
@@ -177,6 +182,63 @@ def describe_file(ds: xr.Dataset) -> None:
     for name in ("source", "history", "software", "config_sha256"):
         _print(f"{name}: {ds.attrs.get(name, 'unknown')}")
     _print(f"content_sha256: {content_hash(ds)}")
+
+
+def parameters_text(grid: Grid) -> str:
+    """Return a list of the parameters that differ from the paper's."""
+    changed = []
+    for name, variable in PARAMETERS.items():
+        values = grid.values(name)
+        low, high = values[0], values[-1]
+        if low < high:
+            changed.append(f"{variable.symbol} {low:g} to {high:g} {variable.unit}".rstrip())
+        elif low != variable.default:
+            changed.append(f"{variable.symbol} {low:g} {variable.unit}".rstrip())
+    rest = "the others as in the paper" if changed else "as in the paper"
+    return ", ".join([*changed, rest])
+
+
+def print_borders(borders: xr.Dataset) -> None:
+    """Print the borders of one axis; of a map how many lines there are between each two kinds."""
+    axes = [name for name in PARAMETERS if f"{name}_bracket" in borders.variables]
+    sides = list(zip(borders.kind_left.values, borders.kind_right.values, strict=True))
+    is_fold = borders.type.values == 1
+    if len(axes) == 1:
+        for place, pair, fold in zip(borders[axes[0]].values, sides, is_fold, strict=True):
+            value = f"{place:.8g} {PARAMETERS[axes[0]].unit}".rstrip()
+            print(f"{axes[0]} {value}: {_between(*pair)}, {'fold' if fold else 'grazing'}")
+        return
+    for pair in dict.fromkeys(sides):
+        own = [other == pair for other in sides]
+        lines = len(set(borders.line.values[own]))
+        folds = int(is_fold[own].sum())
+        size = f"{counted(lines, 'line')}, {counted(sum(own), 'point')}"
+        print(f"{_between(*pair)}: {size}, {folds} of them at folds")
+
+
+def _between(left: int, right: int) -> str:
+    return f"{Regime(left).name.lower()} | {Regime(right).name.lower()}"
+
+
+def print_comparison(point: Point) -> bool:
+    """Print the point's values in the file and any differences now; return whether they agree."""
+    print(point.where)
+    differing = point.differences()
+    for name, stored in point.stored.items():
+        units = f" {RESULTS[name].unit}".rstrip()
+        change = f", now {differing[name][1]!r}" if name in differing else ""
+        words = f" ({Regime(int(stored)).name.lower()})" if name == "regime" else ""
+        print(f"  {name}: {stored!r}{units}{words}{change}")
+    print(f"status: {point.status.name.lower()}: {point.status.sentence}")
+    for note in point.versions:
+        say(f"note: {note}")
+    if not point.is_comparable:
+        print("the file has no computed values for it; its orbit is computed now")
+    elif differing:
+        say(f"warning: the file has other values of {counted(len(differing), 'variable')}")
+    else:
+        print(f"all {len(point.stored)} variables agree with the file bit for bit")
+    return not differing
 
 
 def _print(text: str) -> None:

@@ -1,0 +1,143 @@
+"""The verbs that take a result file: boundary, export, info."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sweeps.cli.shared import (
+    NoProgressOption,
+    WorkersOption,
+    output_option,
+    print_names,
+    say,
+    stop_with,
+    usage_errors,
+    warn_of_seal,
+)
+from sweeps.exits import Exit
+
+
+def boundary(
+    file: Annotated[Path, typer.Argument(help="Result file of a sweep over one axis or two.")],
+    output: Annotated[
+        Path | None,
+        output_option("File, .nc, .csv or .parquet. [default: FILE with -boundaries, .nc]"),
+    ] = None,
+    accuracy: Annotated[
+        float, typer.Option(help="Width of the last bracket, as a part of the axis.")
+    ] = 1e-6,
+    kind: Annotated[
+        str,
+        typer.Option(
+            metavar="regime|orbit", help="What changes: the regime, or the counts as well."
+        ),
+    ] = "regime",
+    at: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=VALUE", help="The nearest point of a further axis; SI units."),
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace an existing output.")
+    ] = False,
+    workers: WorkersOption = None,
+    no_progress: NoProgressOption = False,
+) -> None:
+    """Compute the borders between kinds of motion, as lines or points.
+
+    Each edge between neighbouring points of unlike kinds is bisected, at slow motions only to a
+    thousandth of the axis. The lines are written as NetCDF, which `stickslip plot MAP --boundaries
+    FILE` draws, or as a table.
+    """
+    from sweeps.borders import BoundaryError, boundaries
+    from sweeps.charts.at import places_at
+    from sweeps.cli.summaries import print_borders
+    from sweeps.engine.signals import interruptible
+    from sweeps.files.datasets import content_hash, open_result
+    from sweeps.files.export import files_of, tables
+    from sweeps.files.outputs import Outputs
+    from sweeps.points import version_differences
+
+    target = output or file.with_name(f"{file.stem}-boundaries.nc")
+    paths = [target] if target.suffix == ".nc" else files_of(target)
+    ds = open_result(file)
+    with usage_errors():
+        ds = ds.isel(places_at(ds, at or []))
+    warn_of_seal(file)
+    for note in version_differences(ds.attrs):
+        say(f"note: {note}")
+    request = {"map": content_hash(ds), "accuracy": accuracy, "kind": kind}
+    with Outputs(paths, request, overwrite=overwrite, inputs=[file], like=file).held() as outputs:
+        borders = outputs.recalled()
+        if borders is None and not outputs.finished:
+            borders = interruptible(
+                lambda: boundaries(ds, accuracy, kind, workers=workers, progress=not no_progress),  # type: ignore[arg-type] # it is checked there
+                "Interrupted; nothing was kept.",
+                at_once=outputs.release,
+            )
+        if borders is not None and not borders.sizes["boundary_point"]:
+            raise BoundaryError(f"{file} has no borders: all points with a result are of one kind")
+        if borders is not None:
+            if target.suffix == ".nc":
+                outputs.write({target: outputs.dataset(borders)})
+            else:
+                outputs.write(tables(borders, target))
+    print_names(outputs)
+    if borders is not None:
+        print_borders(borders)
+
+
+def export(
+    file: Annotated[Path, typer.Argument(help="Result file of a sweep, or a trajectory.")],
+    output: Annotated[
+        Path | None, output_option("Table, .csv or .parquet. [default: FILE as .csv]")
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace an existing table.")
+    ] = False,
+) -> None:
+    """Write a result as a table, for programs that do not read NetCDF.
+
+    The table has one row per point: its coordinates, then all result variables, in the units of the
+    file, with status and regime as words. Missing values are empty cells. TABLE.columns.csv, beside
+    TABLE.csv, lists units, meanings and the fixed parameters.
+    """
+    from sweeps.files.atomic import fingerprint
+    from sweeps.files.datasets import open_result, readable
+    from sweeps.files.export import files_of, refuse_other_data, tables
+    from sweeps.files.outputs import Outputs
+
+    target = output or file.with_suffix(".csv")
+    paths, request = files_of(target), {"table": fingerprint(file)}
+    outputs = Outputs(paths, request, overwrite=overwrite, inputs=[file], like=file)
+    with outputs.held(), open_result(file, whole=False) as ds:
+        refuse_other_data(ds, file)
+        warn_of_seal(file)
+        with readable(file):
+            outputs.write(tables(ds, target))
+    print_names(outputs)
+
+
+def info(
+    file: Annotated[Path | None, typer.Argument(help="Result file to describe.")] = None,
+    hash_: Annotated[
+        bool, typer.Option("--hash", help="Print only the SHA-256 of the file's contents.")
+    ] = False,
+) -> None:
+    """Describe the installation, or a result file."""
+    from sweeps.cli.summaries import describe_file, describe_installation
+    from sweeps.files.datasets import content_hash, open_result, readable
+
+    if file is None:
+        if hash_:
+            stop_with("--hash needs a FILE", Exit.USAGE)
+        describe_installation()
+        return
+    with readable(file), open_result(file, whole=False) as ds:
+        if hash_:
+            print(content_hash(ds))
+        else:
+            describe_file(ds)
+    warn_of_seal(file)
