@@ -1,19 +1,21 @@
-"""One point of a result: what its computation needs, from the file or Dataset alone."""
+"""The points of a result, computed again from the file or Dataset alone: orbits and motions."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from stickslip import IntegrationError, NoiseError
 from stickslip.datasets import result_values
-from stickslip.dispatch.lines import start_after
+from stickslip.dispatch.lines import remember_starts, start_after
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.orbit import Orbit, compute_orbits, orbit_of_row
 from stickslip.parameters import Parameters
@@ -24,9 +26,9 @@ from stickslip.trajectory import REALIZATION
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS, STROBOSCOPIC
 from sweeps.charts.at import places_at, with_numbers
 from sweeps.config.load import Config, ConfigError, from_mapping
-from sweeps.config.schema import Noise
+from sweeps.config.schema import Execution, Noise
 from sweeps.config.yaml_reader import read_mapping
-from sweeps.engine.settings import options_of
+from sweeps.engine.settings import SOURCE, config_without_axes, options_of
 from sweeps.engine.trajectories import trajectory
 from sweeps.exits import ExpectedError
 from sweeps.files.attributes import software
@@ -46,13 +48,12 @@ _ROUNDED = 1e-5  # relative: a Dataset in single precision is the same
 # Drive periods that are shown of an orbit that does not close, and of one that was not found.
 _APERIODIC_PERIODS, _FAILED_PERIODS = 20, 6
 
-_SOURCE = "the config of this result"
-# They may be many numbers, which the YAML parser would take long to read.
-_AXES = re.compile(r"^(sweep|cases):.*\n(  .*\n)*", re.MULTILINE)
-
-
 _OWN_DIMS = {*PARAMETERS, CASE, DIRECTION}
 _IN_PAPER = {name for name, parameter in PARAMETERS.items() if parameter.in_paper}
+
+
+# What the points of files that are of another version, or were edited, have raised.
+_OBSTACLES = (ExpectedError, IntegrationError, NoiseError, ArithmeticError, ValueError)
 
 
 class PointError(ExpectedError, ValueError):
@@ -208,6 +209,59 @@ class Point:
         return displayed(drawn) if ax is None else ax
 
 
+@dataclass(frozen=True)
+class Motion:
+    """The time courses at a point: over its orbit or, where it has none, from its start.
+
+    `courses` is None where they cannot be computed; `obstacle` says why.
+    """
+
+    point: Point
+    courses: xr.Dataset | None
+    obstacle: str = ""
+
+
+def motions(
+    ds: xr.Dataset,
+    places: Sequence[Mapping[str, int]],
+    *,
+    workers: int | None = None,
+    on_motion: Callable[[], None] = lambda: None,
+) -> list[Motion]:
+    """Return the motion at some points of a result, computed in threads, in their order.
+
+    `places` say where the points are along the dimensions of `ds`. `on_motion` is called, in any
+    thread, whenever one is finished. The first is computed alone: the others find the kernels
+    compiled.
+
+    Raises PointError if `ds` is no result of a sweep, or of one that cannot be computed here.
+    """
+
+    def computed(point: Point) -> Motion:
+        try:
+            motion = Motion(point, point.simulate())
+        except _OBSTACLES as error:
+            motion = Motion(point, None, str(error))
+        on_motion()
+        return motion
+
+    points = [point_of(ds.isel(place)) for place in places]
+    _remember_lines(points)
+    with ThreadPoolExecutor(workers or Execution().slots) as pool:
+        return [*map(computed, points[:1]), *pool.map(computed, points[1:])]
+
+
+def _remember_lines(points: Sequence[Point]) -> None:
+    """Follow each line once, however many of its points there are, and many lines at a time."""
+    lines: dict[bytes, NDArray[np.float64]] = {}
+    for point in points:
+        first = point.before[:1].tobytes()
+        if len(point.before) > len(lines.get(first, ())):
+            lines[first] = point.before
+    if lines:
+        remember_starts(list(lines.values()), options_of(points[0].config))
+
+
 def point_of(ds: xr.Dataset, at: Iterable[str] = (), **where: Any) -> Point:
     """The point of a result that names and values choose, each the nearest of its axis.
 
@@ -285,16 +339,10 @@ def _point(chosen: xr.Dataset) -> Point:
         raise PointError(f"the config of this result cannot be read:\n{error}") from None
 
 
-@lru_cache(maxsize=1)
-def config_without_axes(text: str) -> Mapping[str, Any]:
-    """Return what a result was asked for; a report asks for many points of one result."""
-    return read_mapping(_AXES.sub("", text), _SOURCE)
-
-
 def config_of(written: Mapping[str, Any], values: Mapping[str, float]) -> Config:
     """The config of a point alone; `written` is that of the result without its axes."""
     kept = {key: value for key, value in written.items() if key not in ("follow", "refine")}
-    return from_mapping(kept | {"model": values}, _SOURCE)
+    return from_mapping(kept | {"model": values}, SOURCE)
 
 
 def _line_before(
@@ -304,7 +352,7 @@ def _line_before(
     point = np.array([parameters])
     if followed is None:
         return point[:0]
-    whole = from_mapping(read_mapping(str(chosen.attrs["config"]), _SOURCE), _SOURCE)
+    whole = from_mapping(read_mapping(str(chosen.attrs["config"]), SOURCE), SOURCE)
     grid = Grid.from_config(whole)
     way = chosen[DIRECTION].item()
     if way not in DIRECTIONS:

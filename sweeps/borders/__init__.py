@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-from sweeps.borders.bisection import NO_KIND, Crossings, Floats
-from sweeps.borders.computation import BoundaryError, Map, map_of
-from sweeps.borders.joining import Line, Rims
-from sweeps.borders.kinds import PARTS, Kind
+from sweeps.borders.computation import PARTS, BoundaryError, Kind, Map, map_of
+from sweeps.borders.crossings import Crossings, Line, Rims
 from sweeps.borders.table import table_of
 from sweeps.engine.progress import display_of
 
@@ -47,17 +44,10 @@ def boundaries(
 
 def _joined(own: Map, found: Crossings) -> tuple[list[Line], list[list[int]]]:
     """Return the lines and meeting points of crossings; those of one axis are points."""
-    kinds, corners, places = own.kinds, found.corner, found.places(own.axes)
-    if kinds.ndim == 1:
-        kinds, corners = kinds[:, None], np.pad(corners, [(0, 0), (0, 1)])
-    order = np.take_along_axis(places, found.axis[:, None], axis=1)[:, 0]
-    rims = Rims(kinds, found.axis, corners, found.kinds, order, NO_KIND)
-    doubtful = rims.doubtful()
-    centres = own.kinds_at(_centres(own, np.array(doubtful))).tolist() if doubtful else []
+    rims = Rims(own.kinds, found, found.places(own.axes))
+    centres: list[int] = []
+    if doubtful := rims.doubtful():
+        cells = zip(own.axes, np.transpose(doubtful), strict=True)
+        middles = [axis.middles(axis.values[i], axis.values[i + 1]) for axis, i in cells]
+        centres = own.kinds_at(np.column_stack(middles)).tolist()
     return rims.lines(dict(zip(doubtful, centres, strict=True)))
-
-
-def _centres(own: Map, cells: NDArray[np.int64]) -> Floats:
-    """Return the centres (n, axes) of cells (n, axes)."""
-    columns = zip(own.axes, cells.T, strict=True)
-    return np.column_stack([a.middles(a.values[i], a.values[i + 1]) for a, i in columns])

@@ -1,13 +1,15 @@
-"""The points of a map that are computed to find its borders, as its sweep would compute them."""
+"""The kinds of motion on a map, and the points computed between its own to find its borders."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from stickslip.dispatch.ask import ask
 from stickslip.dispatch.backend import own_workers
@@ -18,21 +20,34 @@ from stickslip.dispatch.task import Block
 from stickslip.kernels.families import KIND
 from stickslip.options import OPTIONS, Options
 from stickslip.parameters import Parameters
-from stickslip.variables import PARAMETERS, RESULT_COLUMNS
-from sweeps.borders.bisection import Axis, Bisection, Crossings, Floats, Kinds
-from sweeps.borders.kinds import NEEDED, Kind, numbered
+from stickslip.regime import Regime
+from stickslip.status import Status
+from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
+from sweeps.borders.crossings import NO_KIND, Axis, Bisection, Crossings, Floats, Kinds
 from sweeps.charts.axes import is_geometric
 from sweeps.config.load import Config, ConfigError
 from sweeps.config.schema import Execution
 from sweeps.engine.progress import in_flight_text
-from sweeps.engine.settings import options_of
+from sweeps.engine.settings import config_without_axes, options_of
 from sweeps.exits import ExpectedError
 from sweeps.grid import DIRECTION
 from sweeps.human import clock, counted
-from sweeps.points import config_of, config_without_axes, curve_or_map
+from sweeps.points import config_of, curve_or_map
+
+Kind = Literal["regime", "orbit"]
+
+# How many bits of a number each part has, the last one lowest: the order is that of the regimes.
+_BITS = {"regime": 8, "orbit_periods": 16, "melting_count": 31}
+
+PARTS: dict[str, tuple[str, ...]] = {"regime": ("regime",), "orbit": tuple(_BITS)}
+"""The result variables in which motions of different kinds differ."""
+
+NEEDED = ("status", "regime", "orbit_periods", "melting_count")
+"""The result variables that tell the kind of a motion."""
+
+_RESULTS = [status for status in Status if status.is_result]
 
 _KIND = [Parameters._fields.index(name) for name in KIND]
-
 
 PATIENT, LIMIT = 1e-3, 128
 """The width, as a part of its axis, above which a bracket waits for however slow a middle.
@@ -40,6 +55,28 @@ PATIENT, LIMIT = 1e-3, 128
 That of a narrower one has so many drive periods to reach its orbit, or the bracket stays as it is
 (docs/decisions/borders.md): fewer than any motion needs to be called aperiodic.
 """
+
+
+def numbered(values: Callable[[str], NDArray[np.generic]], kind: Kind) -> NDArray[np.int64]:
+    """Return the numbers of kinds of motion, `NO_KIND` of points without a result.
+
+    `values` gives a result variable, in any shape. Chance decides how often a film melts while an
+    aperiodic motion is watched: its counts are left out.
+    """
+    regime = values("regime").astype(np.int64)
+    known = np.isin(values("status"), _RESULTS) & (regime != RESULTS["regime"].missing)
+    numbers = np.zeros(regime.shape, dtype=np.int64)
+    for name, bits in _BITS.items():
+        counts = name == "regime" or (kind == "orbit" and regime != Regime.APERIODIC)
+        part = np.where(known & counts, values(name), 0).astype(np.int64)
+        numbers = (numbers << bits) + part
+    return np.where(known, numbers, NO_KIND)
+
+
+def part_of(numbers: NDArray[np.int64], name: str) -> NDArray[np.int64]:
+    """Return the regimes or the counts that kinds of these numbers have."""
+    later = list(_BITS)[list(_BITS).index(name) + 1 :]
+    return (numbers >> sum(_BITS[other] for other in later)) % (1 << _BITS[name])
 
 
 class BoundaryError(ExpectedError, ValueError):
@@ -168,7 +205,7 @@ def map_of(ds: xr.Dataset, kind: Kind, workers: int | None = None) -> Map:
     multipliers = ds.get("floquet_multiplier", xr.full_like(ds["status"], np.nan, dtype=float))
     return Map(
         names=names,
-        axes=tuple(_axis(ds[name].values) for name in names),
+        axes=tuple(Axis(ds[name].values, is_geometric(ds[name].values)) for name in names),
         kinds=numbered(lambda name: ds[name].values, kind),
         multipliers=multipliers.values,
         config=_config_of(ds),
@@ -198,10 +235,6 @@ def _axes_of(ds: xr.Dataset) -> tuple[str, ...]:
             "select a case first, as with --at case=0"
         )
     return names
-
-
-def _axis(values: Floats) -> Axis:
-    return Axis(values, is_geometric(values))
 
 
 def _config_of(ds: xr.Dataset) -> Config:

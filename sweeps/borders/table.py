@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 
 from stickslip.datasets import result_attributes
 from stickslip.variables import PARAMETERS, RESULTS
-from sweeps.borders.bisection import Crossings, Floats
-from sweeps.borders.computation import Map
-from sweeps.borders.joining import Line
-from sweeps.borders.kinds import PARTS, part_of
+from sweeps.borders.computation import PARTS, Map, part_of
+from sweeps.borders.crossings import Crossings, Floats, Line
 from sweeps.files.attributes import global_attributes
 
 POINT = "boundary_point"
@@ -59,13 +57,12 @@ def table_of(
     sides = np.array([line.kinds for line in lines for _ in line.points], dtype=np.int64)
     sides, is_crossing = sides.reshape(-1, 2), points < len(found)
     places = found.places(own.axes)
-    middles = np.reshape(
-        [places[meeting].mean(axis=0) for meeting in meetings], (-1, len(own.axes))
-    )
+    middles = [places[meeting].mean(axis=0) for meeting in meetings]
+    places = np.vstack([places, *middles])[points]
     brackets = _per_point(found.high - found.low, points)
     coordinates = {"line": (POINT, np.array(numbers, dtype=np.int32), _LINE)} | {
-        name: (POINT, place, _attributes(name))
-        for name, place in zip(own.names, np.concatenate([places, middles])[points].T, strict=True)
+        name: (POINT, place, dict(PARAMETERS[name].attributes))
+        for name, place in zip(own.names, places.T, strict=True)
     }
     multipliers = _per_point(found.numbers, points)
     turned = _per_point(found.kinds.astype(float), points)[:, 0] != sides[:, 0]
@@ -119,10 +116,6 @@ def _on_side(attributes: dict[str, object], side: str) -> dict[str, object]:
     return attributes | {"long_name": name}
 
 
-def _attributes(name: str) -> dict[str, str]:
-    return dict(PARAMETERS[name].attributes)
-
-
 def _bracket(name: str) -> dict[str, str]:
     return {
         "long_name": f"width of the last bracket along {name}",
@@ -153,13 +146,11 @@ def _about(ds: xr.Dataset, own: Map) -> dict[str, object]:
     """Return the global attributes: provenance of this computation, and the config of the map."""
     of_map = {name: ds.attrs[name] for name in ("config", "config_sha256") if name in ds.attrs}
     title = ds.attrs.get("title", "a sweep")
-    return (
-        global_attributes(own.config)
-        | of_map
-        | {
-            "title": f"Borders between kinds of motion: {title}",
-            "summary": "Where the kind of motion of a block on a boundary lubricant film changes",
-            "boundary_kind": own.kind,
-            "computed_points": str(own.progress.done),
-        }
-    )
+    return {
+        **global_attributes(own.config),
+        **of_map,
+        "title": f"Borders between kinds of motion: {title}",
+        "summary": "Where the kind of motion of a block on a boundary lubricant film changes",
+        "boundary_kind": own.kind,
+        "computed_points": str(own.progress.done),
+    }

@@ -20,7 +20,7 @@ from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS
 from sweeps.config.load import Config, ConfigError, from_mapping
 from sweeps.config.pull import refuse_pull
-from sweeps.config.yaml_reader import read_mapping
+from sweeps.engine.settings import config_without_axes
 from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import data_sha256, seal_key
 from sweeps.files.datasets import DAMAGE
@@ -335,12 +335,8 @@ def _damaged(path: Path) -> StorageError:
 
 
 def _described(file: netCDF4.Dataset) -> dict[str, Any]:
-    """Return the config of a result file, its axes taken from the coordinates.
-
-    They are many numbers where the YAML parser would take long, and what the file really holds.
-    """
-    axes = re.compile(r"^(sweep|cases):.*\n(  .*\n)*", re.MULTILINE)
-    written = read_mapping(axes.sub("", file.config), "config")
+    """Return the config of a result file, its axes taken from the coordinates that it holds."""
+    written = dict(config_without_axes(file.config, "config"))
     axes_of_file = [dim for dim in file["status"].dimensions if dim in PARAMETERS]
     parameters = [name for name in file.variables if name in PARAMETERS]
     tied = [name for name in parameters if file[name].dimensions == (CASE,)]

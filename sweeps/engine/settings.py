@@ -1,8 +1,10 @@
-"""The integrator options of a config, and checks of a config that need the physics."""
+"""Configs as the engine reads them: with checks that need the physics, as options, of results."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +14,12 @@ from numpy.typing import NDArray
 from stickslip import stability
 from stickslip.options import DEFAULTS, METHODS, Options
 from sweeps.config.load import Config, from_mapping, load
+from sweeps.config.yaml_reader import read_mapping
 from sweeps.grid import Grid
 from sweeps.human import counted
+
+SOURCE = "the config of this result"
+_AXES = re.compile(r"^(sweep|cases):.*\n(  .*\n)*", re.MULTILINE)
 
 # Enough points to look at, at once, for a stable one.
 _CHUNK = 100_000
@@ -26,24 +32,31 @@ def read_config(source: str | Path | Mapping[str, Any], overrides: Sequence[str]
     return load(source, overrides, checks=CHECKS)
 
 
+@lru_cache(maxsize=1)
+def config_without_axes(text: str, source: str = SOURCE) -> Mapping[str, Any]:
+    """Return the config in a result without its axes; raises ConfigError.
+
+    They may be many numbers, which the YAML parser would take long to read. The last one is kept: a
+    report asks for many points of one result.
+    """
+    return read_mapping(_AXES.sub("", text), source)
+
+
 def options_of(config: Config) -> Options:
     """Return the options of a config for `compute_orbits`."""
+    noise = config.noise
     return Options(
         **config.integrator.model_dump(),
         stationary_rtol=config.stationary.rtol,
         max_periods=config.stationary.max_periods,
         window=config.stationary.window,
         accelerate=config.stationary.accelerate,
-        noise=config.noise.treatment,
-        seed=_or_default(config.noise.seed, DEFAULTS.seed),
-        realizations=_or_default(config.noise.realizations, DEFAULTS.realizations),
+        noise=noise.treatment,
+        seed=DEFAULTS.seed if noise.seed is None else noise.seed,
+        realizations=DEFAULTS.realizations if noise.realizations is None else noise.realizations,
         friction=config.film.friction,
         strain=config.film.strain,
     )
-
-
-def _or_default(value: int | None, default: int) -> int:
-    return default if value is None else value
 
 
 def coarse_step(config: Config) -> Iterator[str]:

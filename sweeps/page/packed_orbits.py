@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from stickslip.status import Status
 from sweeps.charts.colours import code_name
-from sweeps.motions import Motion, motions
 from sweeps.page.chosen_points import Numbers, places_of
 from sweeps.page.orbit_figures import DRAWN, columns_of
+from sweeps.points import Motion, motions
 
 
 @dataclass(frozen=True)

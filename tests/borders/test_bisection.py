@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.bisecting import Model
 
-from sweeps.borders.bisection import (
+from sweeps.borders.crossings import (
     NO_KIND,
     Axis,
     Bisection,

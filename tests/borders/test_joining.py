@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from support.bisecting import Model
 
-from sweeps.borders.bisection import NO_KIND, Axis, Bisection, Crossings, Floats, Kinds
-from sweeps.borders.joining import Line, Rims
+from sweeps.borders.crossings import NO_KIND, Axis, Bisection, Floats, Kinds, Line, Rims
 
 Shape = Callable[[Floats], Kinds]
 
@@ -22,18 +21,13 @@ def joined(shape: Shape, size: int = 9, kinds: Kinds | None = None):
 
     found = Model(shape).bisect(Bisection(axes, kinds, grid[..., 0].copy(), 1e-9))
     places = found.places(axes)
-    rims = rims_of(kinds, found, places)
+    rims = Rims(kinds, found, places)
     doubtful = rims.doubtful()
     step = 1 / (size - 1)
     centres = shape((np.array(doubtful).reshape(-1, 2) + 0.5) * step).tolist()
     lines, meetings = rims.lines(dict(zip(doubtful, centres, strict=True)))
     middles = np.reshape([places[m].mean(axis=0) for m in meetings], (-1, 2))
     return lines, np.concatenate([places, middles]), meetings, doubtful
-
-
-def rims_of(kinds: Kinds, found: Crossings, places: Floats) -> Rims:
-    order = np.take_along_axis(places, found.axis[:, None], axis=1)[:, 0]
-    return Rims(kinds, found.axis, found.corner, found.kinds, order, NO_KIND)
 
 
 def disc(centre: tuple[float, float], radius: float) -> Shape:
@@ -93,7 +87,7 @@ def test_the_centre_decides_a_saddle(centre: int) -> None:
         return ((total > 0.5) & (total < 1.5)).astype(np.int64)
 
     found = Model(band).bisect(Bisection(axes, kinds, np.zeros((2, 2)), 1e-6))
-    rims = rims_of(kinds, found, found.places(axes))
+    rims = Rims(kinds, found, found.places(axes))
     assert rims.doubtful() == [(0, 0)]
     lines, meetings = rims.lines({(0, 0): centre})
     if centre == 2:  # it says nothing

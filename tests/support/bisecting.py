@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sweeps.borders.bisection import Bisection, Crossings, Floats, Kinds
+from sweeps.borders.crossings import Bisection, Crossings, Floats, Kinds
 
 
 class Model:
