@@ -1,4 +1,4 @@
-"""NetCDF files as Datasets: trajectories written and read back, any result opened and hashed."""
+"""NetCDF files as Datasets: those of commands written and read back, any opened and hashed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sweeps.exits import ExpectedError
-from sweeps.files.atomic import StorageError, replacing, storage_errors
+from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import foreign_attributes
 from sweeps.files.results import open_file, whole_chunks
 from sweeps.files.run_folder import RunFolder
@@ -24,17 +24,6 @@ if TYPE_CHECKING:
 
 DAMAGE = (OSError, RuntimeError, AttributeError, LookupError, TypeError, ValueError)
 """Errors that have been seen on reading damaged files."""
-
-
-def write_dataset(ds: xr.Dataset, path: Path) -> None:
-    """Write `ds` to `path`; an older file there is replaced completely or not at all.
-
-    Raises StorageError if the file cannot be written or does not read back as it was written.
-    """
-    with storage_errors(f"cannot write {path}", path.parent):
-        _make_folder(path.parent)
-        with replacing(path) as temporary:
-            write_checked(ds, temporary)
 
 
 def write_checked(ds: xr.Dataset, path: Path) -> None:
@@ -120,13 +109,6 @@ def content_hash(ds: xr.Dataset) -> str:
 
 def _canonical(value: object) -> str:
     return repr(value.tolist()) if isinstance(value, (np.ndarray, np.generic)) else repr(value)
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except FileExistsError:  # `File exists` would mislead
-        raise OSError(f"{folder} is not a folder") from None
 
 
 def _encoding(ds: xr.Dataset) -> dict[str, dict[str, object]]:

@@ -54,10 +54,6 @@ class RefusalError(ExpectedError):
     """Existing results do not fit what is asked for; the message says which option decides."""
 
 
-def _never(_: Path) -> bool:
-    return False
-
-
 class Outputs:
     """The files that a command writes, in the order in which it names them; one folder holds all.
 
@@ -92,7 +88,7 @@ class Outputs:
         *,
         overwrite: bool = False,
         inputs: Sequence[Path | None] = (),
-        replaces: Callable[[Path], bool] = _never,
+        replaces: Callable[[Path], bool] = lambda _: False,
         like: Path | None = None,
         compares: bool | None = None,
         ways_out: str = WAYS_OUT,
@@ -109,8 +105,7 @@ class Outputs:
         self.complete = False
         """Whether all files were there already with the contents that they should have."""
         self.finished = False
-        """Whether an earlier run had made all files: they have their names, and nothing is left to
-        be made."""
+        """Whether an earlier run had made all files: they have their names, and none is left."""
 
     @contextlib.contextmanager
     def held(self) -> Iterator[Self]:
@@ -121,14 +116,20 @@ class Outputs:
         self._refuse_folder()
         for path in self.paths:
             refuse_odd_output(path)
-            self._refuse_input(path)
+            inputs = [file for file in self._inputs if file and file.exists()]
+            if path.exists() and any(path.samefile(file) for file in inputs):
+                raise RefusalError(f"{path} is an input itself; -o names another file")
         with self.folder.held():
             self._refuse_unfinished()
             self._before = {path: fingerprint(path) for path in self.paths}
-            self._replaced = {path for path in self.paths if self._is_replaceable(path)}
+            there = [path for path in self.paths if path.exists()]
+            self._replaced = {path for path in there if self._overwrite or self._older(path)}
             self.finished = self._request is not None and self._finish()
             if not self.finished:
-                self._refuse_taken()
+                # A name that is taken may hold what is to be written.
+                taken = [path for path in there if path not in self._replaced]
+                if taken and not self._compares and self.recalled() is None:
+                    raise self._taken(taken[0])
                 self._discard()
                 self._try_writing()
             yield self
@@ -209,11 +210,6 @@ class Outputs:
                     "-o writes elsewhere"
                 ) from None
 
-    def _refuse_input(self, path: Path) -> None:
-        there = [file for file in self._inputs if file and file.exists()]
-        if path.exists() and any(path.samefile(file) for file in there):
-            raise RefusalError(f"{path} is an input itself; -o names another file")
-
     def _refuse_unfinished(self) -> None:
         """Raise RefusalError if another command to this output can still be finished."""
         if self.folder.journal.exists():
@@ -228,17 +224,6 @@ class Outputs:
                 f"{left['command']}; give it again to finish it, or choose another -o; "
                 "--overwrite drops what it had computed"
             )
-
-    def _is_replaceable(self, path: Path) -> bool:
-        return path.exists() and (self._overwrite or self._older(path))
-
-    def _refuse_taken(self) -> None:
-        """Raise RefusalError if a name is taken, unless it may hold what is to be written."""
-        taken = [path for path in self.paths if path.exists() and path not in self._replaced]
-        if not taken:
-            return
-        if not self._compares and self.recalled() is None:
-            raise self._taken(taken[0])
 
     def _taken(self, path: Path) -> RefusalError:
         return RefusalError(f"{path} exists already; {self._ways_out}")
@@ -378,9 +363,8 @@ def _key(request: Mapping[str, Any], paths: Sequence[Path]) -> str:
 
 def _seal(key: str, ds: xr.Dataset) -> str:
     """Return the SHA-256 of what was asked for and of the contents of a file, as hex."""
-    own = {name: value for name, value in ds.attrs.items() if name != SEAL}
     bare = ds.copy()
-    bare.attrs = own
+    bare.attrs = {name: value for name, value in ds.attrs.items() if name != SEAL}
     return hashlib.sha256(f"{key}{content_hash(bare)}".encode()).hexdigest()
 
 

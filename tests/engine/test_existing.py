@@ -22,12 +22,13 @@ from support.sweeps.sweeping import (
     hash_of,
     write,
 )
+from support.sweeps.writing import write_dataset
 
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.config.load import load
 from sweeps.engine.existing import Target
-from sweeps.files.datasets import open_result, write_dataset
+from sweeps.files.datasets import open_result
 from sweeps.files.journal import Journal, manifest_path, readable_manifest
 
 FOUR = "sweep: {temperature: [200, 225, 250, 275]}\n"

@@ -15,6 +15,7 @@ import pytest
 import xarray as xr
 from support.sweeps.processes import Running
 from support.sweeps.workers import HERE, POISON, needs_dask, poisoned_block
+from support.sweeps.writing import write_dataset
 
 from stickslip import Parameters, Status, stationary_orbit
 from stickslip.dispatch import backend, threads
@@ -25,7 +26,7 @@ from sweeps.config.schema import Execution
 from sweeps.engine import computing, executors
 from sweeps.engine.run import run
 from sweeps.engine.signals import Stop
-from sweeps.files.datasets import content_hash, open_result, write_dataset
+from sweeps.files.datasets import content_hash, open_result
 
 CONFIG: dict[str, Any] = {
     "sweep": {"T": [200, 250, 300], "gamma": [-2 / 3, 0, 2 / 3]},

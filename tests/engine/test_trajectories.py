@@ -13,12 +13,13 @@ import pytest
 import xarray as xr
 from support.marks import one_then
 from support.sweeps.processes import HANGS
+from support.sweeps.writing import write_dataset
 
 import stickslip
 from stickslip import IntegrationError, Parameters, Status
 from sweeps.config.load import from_mapping, from_yaml
 from sweeps.engine.trajectories import AxisLeftError, trajectories, trajectory
-from sweeps.files.datasets import open_result, write_dataset
+from sweeps.files.datasets import open_result
 
 SHORT = {"periods": 1, "samples_per_period": 50}
 

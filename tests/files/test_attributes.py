@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from support.marks import one_then
+from support.sweeps.writing import write_dataset
 
 from stickslip import Status
 from stickslip.compiled.cache import processor, source_hash
@@ -27,7 +28,6 @@ from sweeps.config.load import Config, from_mapping, from_yaml
 from sweeps.engine.run import run
 from sweeps.engine.trajectories import trajectories, trajectory
 from sweeps.files.attributes import result_dataset
-from sweeps.files.datasets import write_dataset
 from sweeps.grid import Grid
 
 FLAGS = {"status": Status, "regime": Regime}

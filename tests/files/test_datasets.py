@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from support.sweeps.commands import entries
+from support.sweeps.writing import write_dataset
 
 from stickslip.datasets import result_attributes
 from stickslip.variables import PARAMETERS
@@ -23,7 +24,6 @@ from sweeps.files.datasets import (
     content_hash,
     open_result,
     readable,
-    write_dataset,
 )
 
 
@@ -203,15 +203,6 @@ def test_a_step_that_fails_leaves_the_old_file_and_no_other(
     assert told is None or re.fullmatch(f"cannot write {path}: {told}", str(caught.value))
     assert path.read_bytes() == old
     assert entries(tmp_path) == ["a.nc"]
-
-
-def test_a_file_in_place_of_the_folder_is_told(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("mine")
-    with pytest.raises(StorageError, match=r"cannot write .*a\.nc: .*file is not a folder$"):
-        write_dataset(dataset(), tmp_path / "file" / "a.nc")
-    with pytest.raises(StorageError, match=r"cannot write .*a\.nc: Not a directory$"):
-        write_dataset(dataset(), tmp_path / "file" / "deeper" / "a.nc")
-    assert (tmp_path / "file").read_text() == "mine"
 
 
 # --- opening ---

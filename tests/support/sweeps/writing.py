@@ -1,0 +1,17 @@
+"""Datasets in files, written for tests as commands write theirs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import xarray as xr
+
+from sweeps.files.atomic import replacing, storage_errors
+from sweeps.files.datasets import write_checked
+
+
+def write_dataset(ds: xr.Dataset, path: Path) -> None:
+    """Write `ds` to `path`; an older file there is replaced completely or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with storage_errors(f"cannot write {path}", path.parent), replacing(path) as temporary:
+        write_checked(ds, temporary)
