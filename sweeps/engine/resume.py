@@ -189,17 +189,25 @@ def decide(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Decisio
     nothing = Decision(target, folder, policy)
     if (complete := _complete_already(nothing)) is not None:
         return complete
-    manifest = _found_manifest(folder, policy)
-    if manifest and not policy.overwrite:
+    manifest = None
+    try:
+        manifest = readable_manifest(folder.journal)
+    except StorageError:
+        if not policy.overwrite:  # which drops a damaged journal
+            raise
+    afresh = bool(manifest and manifest["afresh"])
+    if policy.overwrite:
+        is_begun = manifest and afresh and not manifest["finished"] and is_of(manifest, target)
+        if not is_begun:
+            return replace(nothing, afresh=True)
+    elif manifest:
         _refuse_another_part(manifest, target, folder.output)
-    if policy.overwrite and not (manifest and _is_same_overwriting(manifest, target)):
-        return replace(nothing, afresh=True)
     decision = replace(
         nothing,
         manifest=manifest,
         journal=found_in_journal(folder.journal, manifest) if manifest else None,
-        file=found_in_file(folder.output) if _is_to_be_read(folder.output, manifest) else None,
-        afresh=bool(manifest and manifest["afresh"]),
+        file=found_in_file(folder.output) if _may_have_more(folder.output, manifest) else None,
+        afresh=afresh,
     )
     for found in decision.sources:
         found.refuse_differences(target)
@@ -267,20 +275,15 @@ def _complete_already(nothing: Decision) -> Decision | None:
     if not same or not found.fits(target):
         return None
     written = contents(folder.output, target.chunks)
-    pending = _lacks_needed(found, written, target)
+    pending = bool(written.statuses[Status.PENDING])
+    if pending and target.part is not None:  # those of other parts may be
+        done = np.zeros(target.grid.size, dtype=bool)
+        for indices, _ in found.points():
+            done[indices] = True
+        pending = bool((target.needed & ~done).any())
     if pending or (policy.retry_failed and failures(written.statuses)):
         return None
     return replace(nothing, file=found, complete=written)
-
-
-def _lacks_needed(found: ExistingPoints, written: Written, target: Target) -> bool:
-    """Return whether points that are asked for are not in a file."""
-    if target.part is None or not written.statuses[Status.PENDING]:
-        return bool(written.statuses[Status.PENDING])
-    done = np.zeros(target.grid.size, dtype=bool)
-    for indices, _ in found.points():
-        done[indices] = True
-    return bool((target.needed & ~done).any())
 
 
 def is_of(manifest: Manifest, target: Target) -> bool:
@@ -288,12 +291,7 @@ def is_of(manifest: Manifest, target: Target) -> bool:
     return bool(manifest["sha256"] == target.sha256)
 
 
-def _is_same_overwriting(manifest: Manifest, target: Target) -> bool:
-    """Return whether a journal was begun afresh, as it is asked for now, and is not finished."""
-    return bool(manifest["afresh"] and not manifest["finished"] and is_of(manifest, target))
-
-
-def _is_to_be_read(output: Path, manifest: Manifest | None) -> bool:
+def _may_have_more(output: Path, manifest: Manifest | None) -> bool:
     """Return whether an output may have points that a journal does not have."""
     if manifest is None:
         return output.exists()
@@ -358,15 +356,6 @@ def manifest_of(
     }
 
 
-def _found_manifest(folder: RunFolder, policy: ExistingPolicy) -> Manifest | None:
-    try:
-        return readable_manifest(folder.journal)
-    except StorageError:
-        if policy.overwrite:  # a damaged journal is dropped
-            return None
-        raise
-
-
 def lines_of(grid: Grid, points: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return which points (grid.size,) lie on a line with one of these."""
     lines, chosen = grid.lines(), np.zeros(grid.size, dtype=bool)
@@ -396,7 +385,7 @@ def state_of(output: Path) -> dict[str, Any]:
 
 
 def _state_of_journal(folder: RunFolder, manifest: Manifest) -> dict[str, Any]:
-    part, config = manifest.get("part", ""), found_in_journal(folder.journal, manifest).config
+    config, part = found_in_journal(folder.journal, manifest).config, manifest.get("part", "")
     target = Target.of(config, Part.parse(part) if part else None)
     with closing(opened_journal(target, folder, manifest, readonly=True)) as journal:
         statuses = journal.statuses.copy()
