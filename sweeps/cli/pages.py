@@ -22,6 +22,7 @@ from sweeps.cli.shared import (
     OverwriteOption,
     WorkersOption,
     checked_config,
+    flag,
     is_config,
     output_option,
     print_names,
@@ -53,7 +54,7 @@ def explore(
         int, typer.Option(min=0, max=65535, help="Port on this machine; 0 for a free one.")
     ] = 0,
     no_browser: Annotated[
-        bool, typer.Option("--no-browser", help="Print the address without opening it.")
+        bool, flag("--no-browser", "Print the address without opening it.")
     ] = False,
 ) -> None:
     """Open a page with a slider for every parameter and the stationary orbit; Ctrl-C ends it."""

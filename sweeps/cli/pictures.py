@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -19,7 +19,9 @@ from sweeps.cli.shared import (
     WorkersOption,
     checked_config,
     execution_changes,
+    flag,
     is_config,
+    option,
     output_option,
     print_names,
     say,
@@ -35,7 +37,6 @@ if TYPE_CHECKING:
 
     from sweeps.config.load import Config
     from sweeps.figures import PlotOptions
-    from sweeps.figures.look import Look
     from sweeps.files.outputs import Outputs
 
 
@@ -67,8 +68,8 @@ def simulate(
     path = output or trajectory_path(file, changes)
     if config.sweep or config.cases:
         raise AxisLeftError(config)
-    inputs = [file] if file else []
-    with Outputs([path], _request(config), overwrite=overwrite, inputs=inputs).held() as outputs:
+    request = {"config": config.resolved_yaml()}
+    with Outputs([path], request, overwrite=overwrite, inputs=[file]).held() as outputs:
         ds = _trajectories(config, outputs, progress=not no_progress)
         outputs.write({path: outputs.dataset(ds)})
     for line in pull_summary(ds):
@@ -79,8 +80,7 @@ def simulate(
 def replay(
     file: Annotated[Path, typer.Argument(help="Result file of a sweep.")],
     at: Annotated[
-        list[str] | None,
-        typer.Option(metavar="KEY=VALUE", help="The nearest point of an axis; SI units."),
+        list[str] | None, option("KEY=VALUE", "The nearest point of an axis; SI units.")
     ] = None,
     output: Annotated[
         Path | None, output_option("NetCDF file. [default: FILE with -replay]")
@@ -89,8 +89,7 @@ def replay(
         int | None, typer.Option(min=1, help="Drive periods. [default: until the orbit closes]")
     ] = None,
     start: Annotated[
-        str | None,
-        typer.Option(metavar="initial|stationary", help="Where to begin. [default: on the orbit]"),
+        str | None, option("initial|stationary", "Where to begin. [default: on the orbit]")
     ] = None,
     overwrite: OverwriteOption = False,
     no_progress: NoProgressOption = False,
@@ -151,11 +150,6 @@ def _is_of_replay(path: Path) -> bool:
         return False
 
 
-def _request(config: Config) -> dict[str, str]:
-    """Return what determines a trajectory, or the phases, that a config describes."""
-    return {"config": config.resolved_yaml()}
-
-
 def trajectory_path(file: Path | None, changes: list[str]) -> Path:
     """Return the default name of a trajectory, which differs where something else is set."""
     words = [re.sub(r"[^\w.+=-]+", "_", change) for change in changes]
@@ -192,18 +186,11 @@ def figure(
     names = [*known, *others] if "all" in numbers else dict.fromkeys(numbers)
     failures = 0
     for name in names:
-        plan, progress = _planned(name), not no_progress
-        failures += _computed_figure(plan, output, workers, overwrite=overwrite, progress=progress)
+        failures += _computed_figure(
+            name, output, workers, overwrite=overwrite, progress=not no_progress
+        )
     if failures:
         raise typer.Exit(Exit.FAILED_POINTS)
-
-
-def _axis_option(*flags: str, does: str) -> Any:
-    return typer.Option(*flags, metavar="AXIS", help=does)
-
-
-def _limits_option(does: str) -> Any:
-    return typer.Option(metavar="LOW:HIGH", help=f"{does}, in the unit shown.")
 
 
 def plot(
@@ -212,41 +199,35 @@ def plot(
         Path | None, output_option("Picture, .png, .pdf or .svg. [default: PNG and PDF]")
     ] = None,
     figure: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="A figure by name. [default: that of the config]"),
+        str | None, option("NAME", "A figure by name. [default: that of the config]")
     ] = None,
     variable: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME", help="A variable; may be repeated. [default: both amplitudes]"
-        ),
+        list[str] | None, option("NAME", "A variable; may be repeated. [default: both amplitudes]")
     ] = None,
-    x: Annotated[str | None, _axis_option("-x", does="Horizontal axis, by name or symbol.")] = None,
-    y: Annotated[str | None, _axis_option("-y", does="Vertical axis, for a map.")] = None,
-    hue: Annotated[str | None, _axis_option("--hue", does="Axis with a curve per value.")] = None,
-    row: Annotated[str | None, _axis_option("--row", does="Axis with a row per value.")] = None,
-    col: Annotated[str | None, _axis_option("--col", does="Axis with a column per value.")] = None,
+    x: Annotated[str | None, option("AXIS", "Horizontal axis, by name or symbol.", "-x")] = None,
+    y: Annotated[str | None, option("AXIS", "Vertical axis, for a map.", "-y")] = None,
+    hue: Annotated[str | None, option("AXIS", "Axis with a curve per value.")] = None,
+    row: Annotated[str | None, option("AXIS", "Axis with a row per value.")] = None,
+    col: Annotated[str | None, option("AXIS", "Axis with a column per value.")] = None,
     at: AtOption = None,
-    log: Annotated[
-        str, typer.Option(metavar="x,y,z", help="Logarithmic scales; z is the variable.")
-    ] = "",
+    log: Annotated[str, option("x,y,z", "Logarithmic scales; z is the variable.")] = "",
     boundaries: BoundariesOption = None,
     data: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.csv", help="Measured points over the curves, as of `fit`."),
+        Path | None, option("FILE.csv", "Measured points over the curves, as of `fit`.")
     ] = None,
-    size: Annotated[
-        str, typer.Option(metavar="WxH", help="Inches of the picture, as in 3.37x2.5.")
+    size: Annotated[str, option("WxH", "Inches of the picture, as in 3.37x2.5.")] = "",
+    xlim: Annotated[
+        str, option("LOW:HIGH", "Ends of the horizontal axis, in the unit shown.")
     ] = "",
-    xlim: Annotated[str, _limits_option("Ends of the horizontal axis")] = "",
-    ylim: Annotated[str, _limits_option("Ends of the vertical axis")] = "",
-    clim: Annotated[str, _limits_option("Ends of the colours of a map")] = "",
-    letters: Annotated[bool, typer.Option("--letters", help="Name panels (a), (b), ...")] = False,
-    title: Annotated[str | None, typer.Option(metavar="TEXT", help="A title above.")] = None,
-    no_note: Annotated[bool, typer.Option("--no-note", help="No small print below.")] = False,
+    ylim: Annotated[str, option("LOW:HIGH", "Ends of the vertical axis, in the unit shown.")] = "",
+    clim: Annotated[
+        str, option("LOW:HIGH", "Ends of the colours of a map, in the unit shown.")
+    ] = "",
+    letters: Annotated[bool, flag("--letters", "Name panels (a), (b), ...")] = False,
+    title: Annotated[str | None, option("TEXT", "A title above.")] = None,
+    no_note: Annotated[bool, flag("--no-note", "No small print below.")] = False,
     style: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE|NAME", help="A style of matplotlib: a file, or ggplot, ..."),
+        Path | None, option("FILE|NAME", "A style of matplotlib: a file, or ggplot, ...")
     ] = None,
     overwrite: OverwriteOption = False,
 ) -> None:
@@ -255,17 +236,20 @@ def plot(
     An older picture that stickslip drew is replaced.
     """
     from sweeps.figures import PlotOptions
+    from sweeps.figures.look import Look, range_of, size_of
     from sweeps.files.datasets import open_result
     from sweeps.measurements import read_data
 
     borders = None if boundaries is None else open_result(boundaries)
+    with usage_errors():
+        along, up, coloured = (range_of(text or ":") for text in (xlim, ylim, clim))
+        inches = size_of(size) if size else None
+        look = Look(inches, along, up, coloured, letters, not no_note, title, style)
     options = PlotOptions(
         *(tuple(variable or ()) or None, x, y, hue, row, col, tuple(at or ()), log),
         boundaries=borders,
         data=read_data(data) if data else None,
-        look=_look(
-            size, (xlim, ylim, clim), letters=letters, note=not no_note, title=title, style=style
-        ),
+        look=look,
     )
     if options.asks and figure is not None:
         stop_with(
@@ -285,83 +269,62 @@ def plot(
     print_names(outputs)
 
 
-def _look(size: str, limits: tuple[str, str, str], **others: Any) -> Look:
-    """Return the look that options mean."""
-    from sweeps.figures.look import Look, range_of, size_of
-
-    with usage_errors():
-        xlim, ylim, clim = (range_of(text or ":") for text in limits)
-        return Look(size_of(size) if size else None, xlim, ylim, clim, **others)
-
-
-class _Planned(NamedTuple):
-    """A figure: its config, the changes to that, and the stem of its files."""
-
-    config: Path
-    changes: list[str]
-    stem: str
-    figure: str | None
-    """None for the figure of the config."""
-
-
-def _planned(name: str) -> _Planned:
-    """Return the plan of the figure with this name: a number in the paper, or a config."""
-    from sweeps.config.paper import PAPER, shipped_config
-
-    if is_config(Path(name)):
-        return _Planned(Path(name), [], Path(name).stem, None)
-    paper = PAPER[int(name)]
-    return _Planned(shipped_config(paper.config), paper.changes, f"fig{name}", paper.figure)
-
-
 def _computed_figure(
-    plan: _Planned, folder: Path, workers: int | None, *, overwrite: bool, progress: bool
+    name: str, folder: Path, workers: int | None, *, overwrite: bool, progress: bool
 ) -> int:
-    """Compute, write and draw one figure; return the number of failed points."""
+    """Compute, write and draw a figure of the paper or a config; return how many points failed."""
+    from sweeps.config.paper import PAPER, shipped_config
     from sweeps.figure_table import FIGURES
+    from sweeps.figures import PlotOptions
 
-    changes = [*plan.changes, *execution_changes(workers, None, None)]
-    config, path = checked_config(plan.config, changes), folder / f"{plan.stem}.nc"
-    figure = plan.figure or config.plot.figure
-    if FIGURES[figure].data == "sweep":
-        return _swept_figure(plan, config, path, overwrite=overwrite, progress=progress)
-    outputs = _pictures(folder / plan.stem, path, _request(config), overwrite=overwrite)
+    source, stem, changes, of_paper = Path(name), Path(name).stem, execution_changes(workers), None
+    if not is_config(source):
+        paper = PAPER[int(name)]
+        source, stem, of_paper = shipped_config(paper.config), f"fig{name}", paper.figure
+        changes = [*paper.changes, *changes]
+    config = checked_config(source, changes)
+    target, figure = folder / stem, of_paper or config.plot.figure
+
+    def pictures(ds: xr.Dataset) -> dict[Path, bytes]:
+        options = PlotOptions(None if of_paper else _plot_of_config(ds)[1])
+        return _drawn(ds, target, None if options.asks else figure, options)
+
+    path, data = folder / f"{stem}.nc", FIGURES[figure].data
+    if data == "sweep":
+        return _swept_figure(config, path, target, pictures, overwrite=overwrite, progress=progress)
+    request = {"config": config.resolved_yaml()}
+    outputs = _pictures(target, path, request, overwrite=overwrite)
     with outputs.held():
-        if FIGURES[figure].data == "phases":
-            ds = _phases(config)
-        else:
-            ds = _trajectories(config, outputs, progress=progress)
-        outputs.write({path: outputs.dataset(ds), **_figure_of(plan, config, ds, folder)})
+        is_phases = data == "phases"
+        ds = _phases(config) if is_phases else _trajectories(config, outputs, progress=progress)
+        outputs.write({path: outputs.dataset(ds), **pictures(ds)})
     print_names(outputs)
     return 0
 
 
 def _swept_figure(
-    plan: _Planned, config: Config, path: Path, *, overwrite: bool, progress: bool
+    config: Config,
+    path: Path,
+    target: Path,
+    pictures: Callable[[xr.Dataset], dict[Path, bytes]],
+    *,
+    overwrite: bool,
+    progress: bool,
 ) -> int:
     """Compute and draw a figure of a sweep, which keeps its own files."""
     from sweeps.engine.resume import ExistingPolicy
     from sweeps.engine.signals import Stop
     from sweeps.files.datasets import open_result
 
-    outputs = _pictures(path.parent / plan.stem, overwrite=overwrite)
+    outputs = _pictures(target, overwrite=overwrite)
     with outputs.held():
         pass  # what must not be replaced is refused before the sweep
     policy = ExistingPolicy(overwrite=overwrite)
     failures = sweep_and_report(config, path, policy, Stop(), progress=progress, timing=False)
     with outputs.held():
-        outputs.write(_figure_of(plan, config, open_result(path), path.parent))
+        outputs.write(pictures(open_result(path)))
     print_names(outputs)
     return failures
-
-
-def _figure_of(plan: _Planned, config: Config, ds: xr.Dataset, folder: Path) -> dict[Path, bytes]:
-    """Return the pictures of a figure."""
-    from sweeps.figures import PlotOptions
-
-    options = PlotOptions(None if plan.figure else _plot_of_config(ds)[1])
-    figure = None if options.asks else plan.figure or config.plot.figure
-    return _drawn(ds, folder / plan.stem, figure, options)
 
 
 def _phases(config: Config) -> xr.Dataset:

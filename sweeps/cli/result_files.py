@@ -10,6 +10,8 @@ import typer
 from sweeps.cli.shared import (
     NoProgressOption,
     WorkersOption,
+    flag,
+    option,
     output_option,
     print_names,
     say,
@@ -30,18 +32,12 @@ def boundary(
         float, typer.Option(help="Width of the last bracket, as a part of the axis.")
     ] = 1e-6,
     kind: Annotated[
-        str,
-        typer.Option(
-            metavar="regime|orbit", help="What changes: the regime, or the counts as well."
-        ),
+        str, option("regime|orbit", "What changes: the regime, or the counts as well.")
     ] = "regime",
     at: Annotated[
-        list[str] | None,
-        typer.Option(metavar="KEY=VALUE", help="The nearest point of a further axis; SI units."),
+        list[str] | None, option("KEY=VALUE", "The nearest point of a further axis; SI units.")
     ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an existing output.")
-    ] = False,
+    overwrite: Annotated[bool, flag("--overwrite", "Replace an existing output.")] = False,
     workers: WorkersOption = None,
     no_progress: NoProgressOption = False,
 ) -> None:
@@ -94,9 +90,7 @@ def export(
     output: Annotated[
         Path | None, output_option("Table, .csv or .parquet. [default: FILE as .csv]")
     ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an existing table.")
-    ] = False,
+    overwrite: Annotated[bool, flag("--overwrite", "Replace an existing table.")] = False,
 ) -> None:
     """Write a result as a table, for programs that do not read NetCDF.
 
@@ -123,7 +117,7 @@ def export(
 def info(
     file: Annotated[Path | None, typer.Argument(help="Result file to describe.")] = None,
     hash_: Annotated[
-        bool, typer.Option("--hash", help="Print only the SHA-256 of the file's contents.")
+        bool, flag("--hash", "Print only the SHA-256 of the file's contents.")
     ] = False,
 ) -> None:
     """Describe the installation, or a result file."""

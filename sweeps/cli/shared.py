@@ -22,42 +22,49 @@ if TYPE_CHECKING:
     from sweeps.engine.existing import Part
     from sweeps.files.outputs import Outputs
 
-ConfigArgument = Annotated[
-    Path, typer.Argument(metavar="CONFIG", help="YAML config; `configs/` has examples.")
-]
-OutputOption = Annotated[Path | None, typer.Option("-o", "--output", help="Result file.")]
-SetOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="KEY=VALUE",
-        help="Change the config: a parameter by name or symbol, or a key like integrator.rtol.",
-    ),
-]
-WorkersOption = Annotated[int | None, typer.Option(min=1, help="Number of threads or processes.")]
-BackendOption = Annotated[
-    str | None, typer.Option(metavar="|".join(EXECUTORS), help="Where to compute the points.")
-]
-SchedulerOption = Annotated[
-    str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler, such as tcp://host:8786.")
-]
-AtOption = Annotated[
-    list[str] | None,
-    typer.Option(metavar="KEY=VALUE", help="Only the nearest point of an axis; SI units."),
-]
-BoundariesOption = Annotated[
-    Path | None,
-    typer.Option(metavar="FILE", help="Borders of `stickslip boundary`, drawn on the map."),
-]
-OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
-NoProgressOption = Annotated[bool, typer.Option("--no-progress", help="Show no progress.")]
 
-_LARGE = 1 << 18  # bytes of a config that is read for seconds
+def flag(name: str, does: str) -> Any:
+    """Return the option that is on where its name is given."""
+    return typer.Option(name, help=does)
+
+
+def option(metavar: str, does: str, *names: str) -> Any:
+    """Return an option whose value the help text calls `metavar`; by default `--<parameter>`."""
+    return typer.Option(*names, metavar=metavar, help=does)
 
 
 def output_option(does: str) -> Any:
-    """Return the option `-o` of a verb that writes something other than the result of a sweep."""
+    """Return the option `-o`, which names what is written."""
     return typer.Option("-o", "--output", help=does)
+
+
+ConfigArgument = Annotated[
+    Path, typer.Argument(metavar="CONFIG", help="YAML config; `configs/` has examples.")
+]
+OutputOption = Annotated[Path | None, output_option("Result file.")]
+SetOption = Annotated[
+    list[str] | None,
+    option(
+        "KEY=VALUE",
+        "Change the config: a parameter by name or symbol, or a key like integrator.rtol.",
+        "--set",
+    ),
+]
+WorkersOption = Annotated[int | None, typer.Option(min=1, help="Number of threads or processes.")]
+BackendOption = Annotated[str | None, option("|".join(EXECUTORS), "Where to compute the points.")]
+SchedulerOption = Annotated[
+    str | None, option("ADDRESS", "A dask scheduler, such as tcp://host:8786.")
+]
+AtOption = Annotated[
+    list[str] | None, option("KEY=VALUE", "Only the nearest point of an axis; SI units.")
+]
+BoundariesOption = Annotated[
+    Path | None, option("FILE", "Borders of `stickslip boundary`, drawn on the map.")
+]
+OverwriteOption = Annotated[bool, flag("--overwrite", "Replace existing files.")]
+NoProgressOption = Annotated[bool, flag("--no-progress", "Show no progress.")]
+
+_LARGE = 1 << 18  # bytes of a config that is read for seconds
 
 
 def stop_with(message: str, code: Exit) -> NoReturn:
@@ -131,7 +138,9 @@ def output_of(
     return path
 
 
-def execution_changes(workers: int | None, backend: str | None, scheduler: str | None) -> list[str]:
+def execution_changes(
+    workers: int | None, backend: str | None = None, scheduler: str | None = None
+) -> list[str]:
     """Return the options of where to compute as changes to the config."""
     from sweeps.config.overrides import Option
     from sweeps.human import shortened

@@ -22,7 +22,9 @@ from sweeps.cli.shared import (
     checked_config,
     discard,
     execution_changes,
+    flag,
     is_config,
+    option,
     output_of,
     output_option,
     print_names,
@@ -41,8 +43,7 @@ if TYPE_CHECKING:
     from sweeps.engine.sweep import Outcome
 
 PartOption = Annotated[
-    str | None,
-    typer.Option(metavar="I/N", help="Only every Nth point from the Ith, for job arrays."),
+    str | None, option("I/N", "Only every Nth point from the Ith, for job arrays.")
 ]
 
 # Options that must not be repeated when the sweep is resumed.
@@ -121,22 +122,19 @@ def sweep(
     backend: BackendOption = None,
     scheduler: SchedulerOption = None,
     max_runtime: Annotated[
-        str | None,
-        typer.Option(metavar="DURATION", help="Stop in time, such as 2h or 90min; resumable."),
+        str | None, option("DURATION", "Stop in time, such as 2h or 90min; resumable.")
     ] = None,
     set_: SetOption = None,
     no_progress: NoProgressOption = False,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Start afresh, whatever the output contains.")
+        bool, flag("--overwrite", "Start afresh, whatever the output contains.")
     ] = False,
-    retry_failed: Annotated[
-        bool, typer.Option("--retry-failed", help="Compute failed points again.")
-    ] = False,
+    retry_failed: Annotated[bool, flag("--retry-failed", "Compute failed points again.")] = False,
     partial: Annotated[
-        bool, typer.Option("--partial", help="Compute nothing; write the points finished so far.")
+        bool, flag("--partial", "Compute nothing; write the points finished so far.")
     ] = False,
     keep_journal: Annotated[
-        bool, typer.Option("--keep-journal", help="Keep the journal beside the result.")
+        bool, flag("--keep-journal", "Keep the journal beside the result.")
     ] = False,
     part: PartOption = None,
 ) -> None:
@@ -211,7 +209,7 @@ def status(
     target: Annotated[
         Path, typer.Argument(metavar="FILE_OR_CONFIG", help="Result file or config of the sweep.")
     ],
-    json_: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
+    json_: Annotated[bool, flag("--json", "Print JSON, for programs.")] = False,
 ) -> None:
     """Show the state of a sweep, running or finished, without disturbing it.
 
@@ -253,11 +251,9 @@ def merge(
         list[Path], typer.Argument(metavar="FILE...", help="The parts of the result of one config.")
     ],
     output: Annotated[Path, output_option("Result file.")],
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an existing output.")
-    ] = False,
+    overwrite: Annotated[bool, flag("--overwrite", "Replace an existing output.")] = False,
     partial: Annotated[
-        bool, typer.Option("--partial", help="Write the result even if points are missing.")
+        bool, flag("--partial", "Write the result even if points are missing.")
     ] = False,
 ) -> None:
     """Combine the parts of a sweep into the file that a single run would have written.
