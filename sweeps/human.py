@@ -94,8 +94,8 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
 
 def printable(text: str) -> str:
     """Return a text with control characters escaped for a terminal, except line ends."""
-    return "".join(c if c.isprintable() or c == "\n" else _escaped(c) for c in text)
 
+    def escaped(character: str) -> str:
+        return character.encode("unicode_escape", "surrogatepass").decode()
 
-def _escaped(character: str) -> str:
-    return character.encode("unicode_escape", "surrogatepass").decode()
+    return "".join(c if c.isprintable() or c == "\n" else escaped(c) for c in text)

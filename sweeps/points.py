@@ -26,7 +26,7 @@ from stickslip.trajectory import REALIZATION
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS, STROBOSCOPIC
 from sweeps.charts.at import places_at, with_numbers
 from sweeps.config.load import Config, ConfigError, from_mapping
-from sweeps.config.schema import Execution, Noise
+from sweeps.config.schema import Execution
 from sweeps.config.yaml_reader import read_mapping
 from sweeps.engine.settings import SOURCE, config_without_axes, options_of
 from sweeps.engine.trajectories import trajectory
@@ -161,16 +161,13 @@ class Point:
         start = start or ("stationary" if orbit.status.is_result else "initial")
         shown = {"periods": periods or periods_of(orbit), "samples_per_period": samples_per_period}
         simulation = self.config.simulation.model_copy(update={**shown, "start": start})
-        update = {"simulation": simulation, "title": self.where, "noise": self._one_path()}
+        noise = self.config.noise
+        if noise.realizations is not None:  # one path of a stochastic film
+            noise = noise.model_copy(update={"realizations": 1})
+        update = {"simulation": simulation, "title": self.where, "noise": noise}
         state = orbit.state if start == "stationary" else self._initial()
         course = trajectory(self.config.model_copy(update=update), start=state)
         return course.isel({REALIZATION: 0}) if REALIZATION in course.dims else course
-
-    def _one_path(self) -> Noise:
-        """The noise of the config, with one realization of a stochastic film."""
-        noise = self.config.noise
-        one = {} if noise.realizations is None else {"realizations": 1}
-        return noise.model_copy(update=one)
 
     def stroboscopic(self, periods: int = 200) -> xr.Dataset:
         """The states of the lower block at the beginnings of drive periods, from the start on.
@@ -392,14 +389,10 @@ def _in_words(chosen: xr.Dataset, fixed: Mapping[str, float]) -> str:
         if name in chosen.variables
         and not np.isclose(chosen[name].item(), fixed.get(name, np.nan), rtol=_ROUNDED, atol=0.0)
     ]
-    words = [f"{name} = {_plain(chosen[name].item())}{_units(name)}" for name in varied]
+    words = [f"{n} = {_plain(chosen[n].item())} {PARAMETERS[n].unit}".rstrip() for n in varied]
     others = [str(n) for n, c in chosen.coords.items() if n not in PARAMETERS and not c.ndim]
     words += [f"{name} = {_plain(chosen[name].item())}" for name in others]
     return ", ".join(words) or "the only point"
-
-
-def _units(name: str) -> str:
-    return f" {PARAMETERS[name].unit}".rstrip()
 
 
 def _same(stored: float, computed: float) -> bool:

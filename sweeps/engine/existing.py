@@ -44,6 +44,10 @@ from sweeps.identity import PointKeys, Settings, differences, near_duplicates, s
 
 Points = Iterator[tuple[NDArray[np.int64], Rows]]
 
+_NOT_AS_WRITTEN = (
+    "is not as stickslip wrote it: a part of a result, edited, or damaged. It can be drawn, "
+    "exported and replayed, but not resumed"
+)
 _NAMED = 5  # differences that a message lists
 
 _PART = re.compile(r"(\d+)/(\d+)")
@@ -235,7 +239,12 @@ def found_in_file(path: Path) -> ExistingPoints:
         ) from error
     grid, seal = Grid.from_config(config), attributes["data_sha256"]
     chunks = Chunks(grid.shape)
-    _check_seal(path, seal, key, chunks)
+    try:
+        sound = data_sha256(key, digests_of(path, chunks)) == seal
+    except DAMAGE:  # found by a checksum within the file
+        sound = False
+    if not sound:
+        raise _damaged(path)
     return ExistingPoints(
         name=str(path),
         config=config,
@@ -284,10 +293,7 @@ def seal_note(path: Path) -> str:
     try:
         found_in_file(path)
     except StorageError:
-        return (
-            f"{path} is not as stickslip wrote it: a part of a result, edited, or damaged. It can "
-            "be drawn, exported and replayed, but not resumed or merged"
-        )
+        return f"{path} {_NOT_AS_WRITTEN} or merged"
     except RefusalError:
         return ""
     return ""
@@ -317,21 +323,8 @@ def _refuse_other_file(
         )
 
 
-def _check_seal(path: Path, seal: str, key: bytes, chunks: Chunks) -> None:
-    """Raise StorageError if the numbers of a file are not those that were written."""
-    try:
-        sound = data_sha256(key, digests_of(path, chunks)) == seal
-    except DAMAGE:  # found by a checksum within the file
-        sound = False
-    if not sound:
-        raise _damaged(path)
-
-
 def _damaged(path: Path) -> StorageError:
-    return StorageError(
-        f"{path} is not as stickslip wrote it: a part of a result, edited, or damaged. It can be "
-        f"drawn, exported and replayed, but not resumed; {WAYS_OUT}"
-    )
+    return StorageError(f"{path} {_NOT_AS_WRITTEN}; {WAYS_OUT}")
 
 
 def _described(file: netCDF4.Dataset) -> dict[str, Any]:

@@ -71,8 +71,12 @@ def _write(
         with storage_errors(f"cannot write into {folder.path}", folder.path):
             for numbers, rows in points:
                 journal.append(numbers, rows)
-        if not partial:
-            _refuse_gaps(journal, sources)
+        missing = int(np.count_nonzero(~journal.done))
+        if missing and not partial:
+            raise RefusalError(
+                f"{missing} of {len(journal.done)} points are in none of the files"
+                f"{_missing_parts(sources)}; --partial writes what there is, as pending the rest"
+            )
         made = JournaledResult(target, journal, folder, None)
         made.write(outputs.place(outputs.main))
     outputs.show()
@@ -132,15 +136,6 @@ def _checksums(rows: Rows) -> NDArray[np.uint64]:
     # Products with odd numbers are different for different bits, whatever overflows.
     odd = np.array([pow(3, 2 * column + 1, 1 << 64) for column in range(rows.shape[1])], np.uint64)
     return np.asarray((bits * odd).sum(axis=1, dtype=np.uint64))
-
-
-def _refuse_gaps(journal: Journal, sources: list[ExistingPoints]) -> None:
-    missing = int(np.count_nonzero(~journal.done))
-    if missing:
-        raise RefusalError(
-            f"{missing} of {len(journal.done)} points are in none of the files"
-            f"{_missing_parts(sources)}; --partial writes what there is, as pending the rest"
-        )
 
 
 def _missing_parts(sources: list[ExistingPoints]) -> str:

@@ -17,7 +17,7 @@ from stickslip.options import Options
 from sweeps.config.load import Config
 from sweeps.engine.computing import compile_kernels, order_of
 from sweeps.engine.executors import make_executor
-from sweeps.engine.existing import Part, Target
+from sweeps.engine.existing import Part
 from sweeps.engine.progress import SILENT, Compiling
 from sweeps.engine.refine import refinement_of
 from sweeps.engine.resume import intention
@@ -74,6 +74,8 @@ def plan(
             if target.grid.followed:
                 blocks = sum(1 for _ in order_of(target.grid, done, executor))
                 slots = min(slots, blocks)  # a line is computed by one worker
+    refinement = refinement_of(config.refine, target.grid)
+    needed = refinement.needed() if refinement else target.needed
     return Plan(
         points=points,
         there=points - left,
@@ -81,16 +83,10 @@ def plan(
         journal_bytes=left * BYTES_PER_POINT,
         result_bytes=len(done) * RESULT_BYTES_PER_POINT,
         seconds=costs.estimate(left, slots),
-        least_seconds=costs.estimate(_least(target, done), slots),
+        least_seconds=costs.estimate(int(np.count_nonzero(needed & ~done)), slots),
         uncertainty=costs.uncertainty,
         pilot_points=costs.points,
     )
-
-
-def _least(target: Target, done: NDArray[np.bool_]) -> int:
-    """Return how many points are computed at least: of a refined grid the coarse ones."""
-    refinement = refinement_of(target.config.refine, target.grid)
-    return int(np.count_nonzero(~done & refinement.needed() if refinement else ~done))
 
 
 def _pilot(grid: Grid, options: Options, done: NDArray[np.bool_], executor: Workers) -> Costs:

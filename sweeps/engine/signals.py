@@ -98,7 +98,11 @@ def listening(stop: Stop) -> Iterator[None]:
             _write("Ended at once; what was journaled is kept.")
             os._exit(code)
         stop.request("Ctrl-C" if from_keyboard else signal.Signals(number).name, code)
-        _write(f"{stop.reason}: {_awaited(stop, 'Ctrl-C' if from_keyboard else 'signal')}")
+        happens = stop.at_a_stop()
+        if happens.startswith("finishing"):
+            again = "Ctrl-C" if from_keyboard else "signal"
+            happens += f".\nAnother {again} ends at once and gives up what is in flight."
+        _write(f"{stop.reason}: {happens or 'ending'}")
 
     heeded = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
     before = {number: signal.signal(number, handle) for number in heeded}
@@ -107,14 +111,6 @@ def listening(stop: Stop) -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def _awaited(stop: Stop, again: str) -> str:
-    """Return what happens before a stop, and what the next signal costs."""
-    happens = stop.at_a_stop()
-    if not happens.startswith("finishing"):
-        return happens or "ending"
-    return f"{happens}.\nAnother {again} ends at once and gives up what is in flight."
 
 
 def _write(message: str) -> None:

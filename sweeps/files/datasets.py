@@ -18,7 +18,6 @@ from sweeps.files.run_folder import RunFolder
 from sweeps.files.watch import require_readable
 
 if TYPE_CHECKING:
-    import netCDF4
     import xarray as xr
 
 
@@ -49,19 +48,10 @@ def open_result(path: Path, *, whole: bool = True) -> xr.Dataset:
 
 
 def _opened(path: Path) -> xr.Dataset:
+    """Return the Dataset in a file, if its attributes are those of variables of their names."""
     import xarray as xr
 
     file = open_file(path)
-    _refuse_foreign_attributes(file, path)
-    whole_chunks(file)
-    store = xr.backends.NetCDF4DataStore(file)  # type: ignore[no-untyped-call]
-    ds = xr.open_dataset(store, cache=False)
-    ds.encoding["source"] = str(path)  # as xarray has it
-    return ds
-
-
-def _refuse_foreign_attributes(file: netCDF4.Dataset, path: Path) -> None:
-    """Raise StorageError where attributes are not those that variables of their names have."""
     found = [
         f"{path}: {name} {what}"
         for name, variable in file.variables.items()
@@ -71,6 +61,11 @@ def _refuse_foreign_attributes(file: netCDF4.Dataset, path: Path) -> None:
         file.close()
         remedy = "the file was changed after it was written, and would be shown wrongly"
         raise StorageError("\n".join([*found, f"{remedy}: restore it, or compute it again"]))
+    whole_chunks(file)
+    store = xr.backends.NetCDF4DataStore(file)  # type: ignore[no-untyped-call]
+    ds = xr.open_dataset(store, cache=False)
+    ds.encoding["source"] = str(path)  # as xarray has it
+    return ds
 
 
 @contextlib.contextmanager

@@ -44,10 +44,16 @@ def files_of(path: Path) -> list[Path]:
     ending = path.suffix.lower()
     if ending not in ENDINGS:
         raise TableError(f"{path}: a table ends in {' or '.join(ENDINGS)}")
-    if ending == ".parquet":
-        _require_pyarrow()
-        return [path]
-    return [path, path.with_name(f"{path.stem}.columns.csv")]
+    if ending == ".csv":
+        return [path, path.with_name(f"{path.stem}.columns.csv")]
+    try:
+        import pyarrow.parquet  # noqa: F401 - only whether it is there
+    except ImportError:
+        raise TableError(
+            "Parquet needs pyarrow, which is not installed: pip install 'pyarrow>=16'; "
+            "a table that ends in .csv needs nothing more"
+        ) from None
+    return [path]
 
 
 def refuse_other_data(ds: xr.Dataset, name: Path) -> None:
@@ -72,21 +78,11 @@ def tables(ds: xr.Dataset, path: Path) -> dict[Path, Callable[[Path], None]]:
     files = files_of(path)
     if len(files) == 1:
         return {path: lambda place: _write_parquet(ds, place)}
+    described = _described(ds).map(_quoted)
     return {
         path: lambda place: _write_csv(ds, place),
-        files[1]: lambda place: _write_columns(ds, place),
+        files[1]: lambda place: described.to_csv(place, index=False, lineterminator="\n"),
     }
-
-
-def _require_pyarrow() -> None:
-    try:
-        import pyarrow.parquet  # noqa: F401 - only whether it is there
-    except ImportError:
-        raise TableError(
-            "Parquet needs pyarrow, which is not installed: "
-            "pip install 'pyarrow>=16'; "
-            "a table that ends in .csv needs nothing more"
-        ) from None
 
 
 def _write_csv(ds: xr.Dataset, path: Path) -> None:
@@ -96,11 +92,6 @@ def _write_csv(ds: xr.Dataset, path: Path) -> None:
             frame[texts] = frame[texts].map(_quoted)
             frame = frame.rename(columns=_quoted)
             frame.to_csv(file, index=False, header=number == 0, lineterminator="\n")
-
-
-def _write_columns(ds: xr.Dataset, path: Path) -> None:
-    described = _described(ds).map(_quoted)
-    described.to_csv(path, index=False, lineterminator="\n")
 
 
 def _quoted(cell: object) -> object:
@@ -198,12 +189,7 @@ def _described(ds: xr.Dataset) -> pd.DataFrame:
 
     fixed = {str(name): ds[name].item() for name in ds.coords if not ds[name].ndim}
     rows = [
-        (
-            name,
-            _unit(ds[name]),
-            ds[name].attrs.get("long_name", ""),
-            fixed.get(name, ""),
-        )
+        (name, _unit(ds[name]), ds[name].attrs.get("long_name", ""), fixed.get(name, ""))
         for name in dict.fromkeys([*_columns(ds), *fixed])
     ]
     return pd.DataFrame(rows, columns=_DESCRIPTION)

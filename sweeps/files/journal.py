@@ -220,8 +220,9 @@ class Journal:
             records[:, _KEY] = self._keys.of(indices[part])
             records.view(np.float64)[:, _ROW] = rows[part]
             records[:, _SUM] = checksums(records)
+            written = records.astype("<u8", copy=False).tobytes()
             try:
-                _write_all(self._handle, _bytes_of(records), self._count * BYTES_PER_POINT)
+                _write_all(self._handle, written, self._count * BYTES_PER_POINT)
             except OSError:
                 with contextlib.suppress(OSError):
                     self._cut()
@@ -378,10 +379,6 @@ def _opened(path: Path, *, readonly: bool) -> int:
 
 def _are_sound(records: Records) -> NDArray[np.bool_]:
     return np.asarray(checksums(records) == records[:, _SUM])
-
-
-def _bytes_of(records: Records) -> bytes:
-    return records.astype("<u8", copy=False).tobytes()
 
 
 def _digest(text: str) -> str:

@@ -79,7 +79,9 @@ def write_result(
             digests = _fill(file, chunks, rows)
             key = seal_key(attributes["config"], places(grid))
             file.data_sha256 = data_sha256(key, digests)
-        if _key_in(temporary) != key or digests_of(temporary, chunks) != digests:
+        with open_file(temporary) as file:
+            same = seal_key(file.config, coordinates_in(file)) == key
+        if not same or digests_of(temporary, chunks) != digests:
             raise OSError("the file does not read back as it was written")
         written = contents(temporary, chunks)
         if not np.array_equal(written.statuses, statuses):
@@ -175,11 +177,6 @@ def open_file(path: Path) -> netCDF4.Dataset:
     """Return a file to read, of which a small one is read into memory at once."""
     memory = path.read_bytes() if path.stat().st_size <= _LARGE else None
     return netCDF4.Dataset(path, memory=memory)
-
-
-def _key_in(path: Path) -> bytes:
-    with open_file(path) as file:
-        return seal_key(file.config, coordinates_in(file))
 
 
 def coordinates_in(file: netCDF4.Dataset) -> dict[str, Place]:
