@@ -116,13 +116,8 @@ class Point:
 
         Raises PointError if the config of the Dataset is not the one of its numbers.
         """
-        if self.loose:
-            self._refuse_others()
-        return orbit_of_row(*self._computed)
-
-    def _refuse_others(self) -> None:
-        """Raise PointError if other settings than those of the config made the stored values."""
-        for name, (stored, computed) in self.differences().items():
+        # The stored values may have been made with other settings than those of the config.
+        for name, (stored, computed) in self.differences().items() if self.loose else ():
             near = np.isclose(stored, computed, rtol=_ROUNDED, atol=0.0)
             if name in _TELLTALE and not near and not self.versions:
                 raise PointError(
@@ -130,6 +125,7 @@ class Point:
                     f"{computed:g}: it was made of results with other settings, or changed; take "
                     "the point from the result that it comes from"
                 )
+        return orbit_of_row(*self._computed)
 
     def differences(self) -> dict[str, tuple[float, float]]:
         """The result variables whose computed value is not the stored one, with (stored, computed).
@@ -165,7 +161,8 @@ class Point:
         if noise.realizations is not None:  # one path of a stochastic film
             noise = noise.model_copy(update={"realizations": 1})
         update = {"simulation": simulation, "title": self.where, "noise": noise}
-        state = orbit.state if start == "stationary" else self._initial()
+        initial = None if np.isnan(self._start[:-1]).all() else self._start[:-1].tolist()
+        state = orbit.state if start == "stationary" else initial
         course = trajectory(self.config.model_copy(update=update), start=state)
         return course.isel({REALIZATION: 0}) if REALIZATION in course.dims else course
 
@@ -188,10 +185,6 @@ class Point:
     def replay(self, periods: int | None = None, start: Start | None = None) -> xr.Dataset:
         """The time courses as of `simulate`, with the stroboscopic map of the way there."""
         return self.simulate(periods, start).merge(self.stroboscopic(), combine_attrs="override")
-
-    def _initial(self) -> list[float] | None:
-        start = self._start[:-1]
-        return None if np.isnan(start).all() else start.tolist()
 
     def portrait(self, periods: int | None = None, *, ax: Axes | None = None) -> Figure | Axes:
         """The phase portrait of the orbit: velocity of the lower block against its displacement.

@@ -1,19 +1,51 @@
-"""Borders between kinds of motion as lines: the edges of a map, bisected and joined."""
+"""Borders between kinds of motion as lines: the edges of a map, bisected and joined.
+
+Their Dataset has a row for each point of a line, with both its sides.
+"""
 
 from __future__ import annotations
 
+from enum import IntEnum
+from typing import Any
+
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
-from sweeps.borders.computation import PARTS, BoundaryError, Kind, Map, map_of
-from sweeps.borders.crossings import Crossings, Line, Rims
-from sweeps.borders.table import table_of
+from stickslip.datasets import result_attributes
+from stickslip.variables import PARAMETERS, RESULTS
+from sweeps.borders.computation import PARTS, BoundaryError, Kind, Map, map_of, part_of
+from sweeps.borders.crossings import Crossings, Floats, Line, Rims
 from sweeps.engine.progress import display_of
+from sweeps.files.attributes import global_attributes
 
 __all__ = ["BoundaryError", "Kind", "boundaries"]
 
 # Below it brackets would be as narrow as floats allow.
 _FINEST = 1e-12
+
+POINT = "boundary_point"
+
+SIDES = ("left", "right")
+
+NEAR = 0.2
+"""How near to 1 a multiplier at an end of the last bracket makes a border a fold.
+
+Of the five borders over omega at T = 200 K, in brackets of 1e-6 of the axis, that at 18.108 rad/s
+has 0.94 and the others at most 0.54; wide brackets are too far from it. The 0.94 is the error of
+one-sided differences: the eigenvalue tends to -0.920, and the orbit goes on beyond the border to
+18.1087 rad/s, while the start leads to another. So this says how near to the loss of stability an
+orbit is, not that it ends there. Far above 1 is no multiplier of a stable orbit: the differences
+that it is made of reach across the border.
+"""
+
+
+class Type(IntEnum):
+    """The ways in which a motion can end at a border; the values are those of `type`."""
+
+    GRAZING = 0
+    FOLD = 1
+    MEETING = 2
 
 
 def boundaries(
@@ -39,7 +71,7 @@ def boundaries(
     with display_of(own.progress, wanted=progress):
         found = own.crossings(accuracy)
         lines, meetings = _joined(own, found)
-    return table_of(ds, own, found, lines, meetings, accuracy)
+    return _table(ds, own, found, lines, meetings, accuracy)
 
 
 def _joined(own: Map, found: Crossings) -> tuple[list[Line], list[list[int]]]:
@@ -51,3 +83,115 @@ def _joined(own: Map, found: Crossings) -> tuple[list[Line], list[list[int]]]:
         middles = [axis.middles(axis.values[i], axis.values[i + 1]) for axis, i in cells]
         centres = own.kinds_at(np.column_stack(middles)).tolist()
     return rims.lines(dict(zip(doubtful, centres, strict=True)))
+
+
+def _table(
+    ds: xr.Dataset,
+    own: Map,
+    found: Crossings,
+    lines: list[Line],
+    meetings: list[list[int]],
+    accuracy: float,
+) -> xr.Dataset:
+    """Return the borders of a map along `boundary_point`.
+
+    `found` are its crossings, in brackets of at most `accuracy` unless they stayed wide, `lines`
+    what they were joined to, and `meetings` the crossings that meet in each meeting point.
+    """
+    points = np.array([point for line in lines for point in line.points], dtype=np.int64)
+    numbers = [number for number, line in enumerate(lines) for _ in line.points]
+    sides = np.array([line.kinds for line in lines for _ in line.points], dtype=np.int64)
+    sides, is_crossing = sides.reshape(-1, 2), points < len(found)
+    places = found.places(own.axes)
+    middles = [places[meeting].mean(axis=0) for meeting in meetings]
+    places = np.vstack([places, *middles])[points]
+    brackets = _per_point(found.high - found.low, points)
+    coordinates = {"line": (POINT, np.array(numbers, dtype=np.int32), _LINE)} | {
+        name: (POINT, place, dict(PARAMETERS[name].attributes))
+        for name, place in zip(own.names, places.T, strict=True)
+    }
+    multipliers = _per_point(found.numbers, points)
+    turned = _per_point(found.kinds.astype(float), points)[:, 0] != sides[:, 0]
+    multipliers[turned] = multipliers[turned, ::-1]
+    data = _kinds(own, sides)
+    attributes = result_attributes("floquet_multiplier")
+    for side, values in zip(SIDES, multipliers.T, strict=True):
+        data[f"multiplier_{side}"] = (POINT, values, _on_side(attributes, side))
+    data["type"] = (POINT, types_of(multipliers, is_crossing), _TYPE)
+    data |= {
+        f"{name}_bracket": (POINT, width, _bracket(name))
+        for name, width in zip(own.names, brackets.T, strict=True)
+    }
+    fixed = {name: ds[name].squeeze() for name in PARAMETERS if name in ds and ds[name].size == 1}
+    wide = int((~found.are_narrow(own.axes, accuracy)).sum())
+    return xr.Dataset(data, coordinates | fixed, _about(ds, own) | {"wide_brackets": str(wide)})
+
+
+def _per_point(values: Floats, points: NDArray[np.int64]) -> Floats:
+    """Return values (n, k) of crossings at points of lines; NaN where lines meet."""
+    padded = np.vstack([values, np.full(values.shape[1:], np.nan)])
+    return padded[np.minimum(points, len(values))]
+
+
+def types_of(multipliers: Floats, is_crossing: NDArray[np.bool_]) -> NDArray[np.int8]:
+    """Return the types (n,) of points with these multipliers (n, 2) on their sides."""
+    fold = (np.abs(multipliers - 1.0) <= NEAR).any(axis=1)
+    codes = np.where(fold, Type.FOLD, Type.GRAZING)
+    return np.where(is_crossing, codes, Type.MEETING).astype(np.int8)
+
+
+def _kinds(own: Map, sides: NDArray[np.int64]) -> dict[str, Any]:
+    """Return the parts of the kinds (n, 2) on either side, each as a result variable."""
+    data: dict[str, Any] = {}
+    for part in PARTS[own.kind]:
+        for side, numbers in zip(SIDES, sides.T, strict=True):
+            values = part_of(numbers, part).astype(RESULTS[part].dtype)
+            name = f"{'kind' if part == 'regime' else part}_{side}"
+            data[name] = (POINT, values, _on_side(result_attributes(part), side))
+    return data
+
+
+def _on_side(attributes: dict[str, object], side: str) -> dict[str, object]:
+    """Return the attributes of a result variable at the end of the bracket on one side."""
+    name = f"{attributes['long_name']}, on the {side}"
+    return attributes | {"long_name": name}
+
+
+def _bracket(name: str) -> dict[str, str]:
+    return {
+        "long_name": f"width of the last bracket along {name}",
+        "units": PARAMETERS[name].units,
+        "comment": "0 where the point lies on a line of the grid, exactly; wider than asked if a "
+        "point on the way had no result or, in a bracket below a thousandth of the axis, took long",
+    }
+
+
+_LINE = {
+    "long_name": "number of the line",
+    "units": "1",
+    "comment": "points follow each other along a line, with the first axis pointing right and the "
+    "second up; of a line of a single point, left is toward smaller values",
+}
+
+_TYPE: dict[str, object] = {
+    "long_name": "how motions end at the border",
+    "units": "1",
+    "comment": f"fold: a multiplier within {NEAR} of 1 on either side; grazing: none; meeting: the "
+    "middle of crossings at which three or more kinds meet, which was not computed",
+    "flag_values": np.array([int(code) for code in Type], dtype=np.int8),
+    "flag_meanings": " ".join(code.name.lower() for code in Type),
+}
+
+
+def _about(ds: xr.Dataset, own: Map) -> dict[str, object]:
+    """Return the global attributes: provenance of this computation, and the config of the map."""
+    of_map = {name: ds.attrs[name] for name in ("config", "config_sha256") if name in ds.attrs}
+    title = ds.attrs.get("title", "a sweep")
+    return {
+        **global_attributes(own.config),
+        **of_map,
+        "title": f"Borders between kinds of motion: {title}",
+        "summary": "Where the kind of motion of a block on a boundary lubricant film changes",
+        "boundary_kind": own.kind,
+        "computed_points": str(own.progress.done),
+    }

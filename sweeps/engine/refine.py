@@ -88,9 +88,11 @@ class Refinement:
         self._chosen = np.zeros(self._numbers.shape, dtype=bool)
         self._limit = np.inf if refine.miss is None else refine.miss
         self._floors = _floors(grid)[self._numbers]
-        self._levels = [
-            _new_level(self._numbers.shape, 2**level) for level in range(refine.levels + 1)
-        ]
+        self._levels = []
+        for stride in (2**level for level in range(refine.levels + 1)):
+            cells = (len(self._numbers), *((length - 1) // stride for length in inner))
+            new = np.zeros(cells, bool), np.zeros(cells, bool), np.zeros(cells)
+            self._levels.append(_Level(stride, *new))
         self._levels[-1].active[:] = True
 
     def rounds(self, rows_of: Callable[[], Rows]) -> Iterator[Mask]:
@@ -222,11 +224,6 @@ class Refinement:
 def refinement_of(refine: Refine | None, grid: Grid) -> Refinement | None:
     """Return the refinement of a grid, where it is refined."""
     return Refinement(refine, grid) if refine else None
-
-
-def _new_level(shape: tuple[int, ...], stride: int) -> _Level:
-    cells = (shape[0], *((length - 1) // stride for length in shape[1:]))
-    return _Level(stride, np.zeros(cells, bool), np.zeros(cells, bool), np.zeros(cells))
 
 
 def _floors(grid: Grid) -> NDArray[np.float64]:

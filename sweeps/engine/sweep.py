@@ -137,7 +137,7 @@ def sweep(
                 if counts.left:
                     return _stopped(recorder, counts, stop)
                 try:
-                    return _finished(result, recorder, keep_journal=keep_journal)
+                    written = result.write()
                 except DamagedRecordError:
                     # What was damaged since the journal was opened counts as not computed.
                     lost = counted(journal.recover(), "point")
@@ -146,6 +146,11 @@ def sweep(
                         f"warning: {journal.path} was damaged during the sweep; {lost} to compute "
                         "again"
                     )
+                else:
+                    if keep_journal:
+                        journal.note(journal.manifest | {"finished": True})
+                    folder.remove(keep_journal=keep_journal)
+                    return recorder.outcome(written)
             raise StorageError(
                 f"{folder.journal} is damaged again and again while it is in use; the disk or "
                 "another program changes it. Write elsewhere with -o"
@@ -164,14 +169,6 @@ def _announcement(decision: Decision, journal: Journal, counts: Counts) -> Itera
     points = counted(target.grid.size, "point")
     points = f"{counts.total} of {points}" if target.part else points
     yield f"{part}{points}{product}{found}; {counts.left} to compute"
-
-
-def _finished(result: JournaledResult, recorder: Recorder, *, keep_journal: bool) -> Outcome:
-    written, journal = result.write(), result.journal
-    if keep_journal:
-        journal.note(journal.manifest | {"finished": True})
-    result.folder.remove(keep_journal=keep_journal)
-    return recorder.outcome(written)
 
 
 def _stopped(recorder: Recorder, counts: Counts, stop: Stop) -> Outcome:

@@ -18,8 +18,7 @@ from stickslip.regime import Regime
 from stickslip.variables import RESULT_COLUMNS
 from sweeps import borders as boundaries_module
 from sweeps import run
-from sweeps.borders import BoundaryError, computation
-from sweeps.borders.table import types_of
+from sweeps.borders import BoundaryError, computation, types_of
 from sweeps.engine.progress import Display, Scene
 
 MEETING = 2

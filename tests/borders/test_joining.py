@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.bisecting import Model
 
-from sweeps.borders.crossings import NO_KIND, Axis, Bisection, Floats, Kinds, Line, Rims
+from sweeps.borders.crossings import NO_KIND, Axis, Bisection, Crossings, Floats, Kinds, Line, Rims
 
 Shape = Callable[[Floats], Kinds]
 
@@ -28,6 +28,15 @@ def joined(shape: Shape, size: int = 9, kinds: Kinds | None = None):
     lines, meetings = rims.lines(dict(zip(doubtful, centres, strict=True)))
     middles = np.reshape([places[m].mean(axis=0) for m in meetings], (-1, 2))
     return lines, np.concatenate([places, middles]), meetings, doubtful
+
+
+def rims_of(
+    kinds: Kinds, axis: list[int], corner: list[list[int]], ends: list[list[int]], places: Floats
+) -> Rims:
+    """The rims of crossings at some places (n, axes), each with its edge and its ends."""
+    numbers = np.zeros((len(axis), 2))
+    edges = np.array(axis), np.array(corner), places, places, np.array(ends), numbers
+    return Rims(kinds, Crossings(*edges), places)
 
 
 def disc(centre: tuple[float, float], radius: float) -> Shape:
@@ -114,15 +123,14 @@ def test_a_strip_thinner_than_a_cell_is_seen_where_it_splits_edges() -> None:
 
 def test_a_kind_that_comes_twice_at_a_rim_cuts_off_what_lies_between() -> None:
     kinds = np.array([[0, 0], [1, 2]])  # 0 at both points of smaller x
-    axis = np.array([0, 0, 1])
-    corner = np.array([[0, 0], [0, 1], [1, 0]])
-    ends = np.array([[0, 1], [0, 2], [1, 2]])
-    rims = Rims(kinds, axis, corner, ends, np.full(3, 0.5), NO_KIND)
+    places = np.array([[0.5, 0.0], [0.5, 1.0], [1.0, 0.5]])
+    corner, ends = [[0, 0], [0, 1], [1, 0]], [[0, 1], [0, 2], [1, 2]]
+    rims = rims_of(kinds, [0, 0, 1], corner, ends, places)
     assert rims.doubtful() == []
-    axis = np.array([0, 0, 1, 1])  # and now 0 between 1 and 2 as well
-    corner = np.array([[0, 0], [0, 1], [1, 0], [1, 0]])
-    ends = np.array([[0, 1], [0, 2], [1, 0], [0, 2]])
-    rims = Rims(kinds, axis, corner, ends, np.array([0.5, 0.5, 0.4, 0.6]), NO_KIND)
+    # And now 0 between 1 and 2 as well.
+    places = np.array([[0.5, 0.0], [0.5, 1.0], [1.0, 0.4], [1.0, 0.6]])
+    corner, ends = [[0, 0], [0, 1], [1, 0], [1, 0]], [[0, 1], [0, 2], [1, 0], [0, 2]]
+    rims = rims_of(kinds, [0, 0, 1, 1], corner, ends, places)
     assert rims.doubtful() == [(0, 0)]
     lines, meetings = rims.lines({(0, 0): 0})
     assert not meetings
@@ -142,10 +150,7 @@ def test_lines_end_beside_points_without_a_kind() -> None:
 
 
 def test_crossings_of_one_axis_are_lines_of_a_point() -> None:
-    kinds = np.array([0, 2, 1])[:, None]
-    corner = np.array([[1, 0], [0, 0]])
-    rims = Rims(
-        kinds, np.zeros(2, int), corner, np.array([[2, 1], [0, 2]]), np.array([1.5, 0.5]), NO_KIND
-    )
+    kinds, places = np.array([0, 2, 1]), np.array([[1.5], [0.5]])
+    rims = rims_of(kinds, [0, 0], [[1], [0]], [[2, 1], [0, 2]], places)
     lines, _ = rims.lines({})
     assert lines == [Line([1], (0, 2)), Line([0], (2, 1))]

@@ -9,9 +9,10 @@ import pandas as pd
 import pytest
 import xarray as xr
 from support.sweeps.commands import Command
+from support.sweeps.writing import write_dataset
 
 from sweeps import run
-from sweeps.files.datasets import open_result, write_dataset
+from sweeps.files.datasets import open_result
 
 LOOSE = {"integrator": {"rtol": 1e-4}, "stationary": {"rtol": 1e-4}}
 AXES = {

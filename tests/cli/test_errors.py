@@ -14,10 +14,11 @@ import pytest
 import xarray as xr
 from support.sweeps.bad_configs import ALL
 from support.sweeps.commands import Command, entries, process
+from support.sweeps.writing import write_dataset
 
 from sweeps.cli import sweeps
 from sweeps.files import atomic
-from sweeps.files.datasets import open_result, write_dataset
+from sweeps.files.datasets import open_result
 
 A_YAML = """\
 sweep: {temperature: [200, 250]}

@@ -10,6 +10,7 @@ from unittest.mock import Mock
 import netCDF4
 import numpy as np
 import pytest
+from support.sweeps.writing import write_dataset
 
 from stickslip import Status
 from stickslip.orbit import failed_row
@@ -20,7 +21,7 @@ from sweeps.engine.run import compute, run
 from sweeps.files import results
 from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import global_attributes
-from sweeps.files.datasets import content_hash, open_result, write_dataset
+from sweeps.files.datasets import content_hash, open_result
 from sweeps.files.results import Written, contents, read_rows, try_writing, write_result
 from sweeps.files.rows import STATUS, Chunks, status_counts
 from sweeps.grid import Grid
