@@ -162,11 +162,7 @@ class StickslipAccessor:
         return self.plot(variable, x=x, y=y, at=at)
 
     def boundaries(
-        self,
-        accuracy: float = 1e-6,
-        kind: Kind = "regime",
-        *,
-        workers: int | None = None,
+        self, accuracy: float = 1e-6, kind: Kind = "regime", *, workers: int | None = None
     ) -> xr.Dataset:
         """Return the borders between kinds of motion, as lines on a map or points on an axis.
 

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 Start = Literal["initial", "stationary"]
 
-# What tells that a point was computed with other settings, and nobody changes for another unit.
+# They show that a point was computed with other settings, and have no other unit to convert to.
 _TELLTALE = ("status", "periods_integrated", "amplitude_error")
 _ROUNDED = 1e-5  # relative: a Dataset in single precision is the same
 
@@ -140,10 +140,7 @@ class Point:
         return {name: pair for name, pair in pairs.items() if not _same(*pair)}
 
     def simulate(
-        self,
-        periods: int | None = None,
-        start: Start | None = None,
-        samples_per_period: int = 2000,
+        self, periods: int | None = None, start: Start | None = None, samples_per_period: int = 2000
     ) -> xr.Dataset:
         """The time courses, as of `stickslip.simulate`.
 

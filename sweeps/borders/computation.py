@@ -52,7 +52,7 @@ _KIND = [Parameters._fields.index(name) for name in KIND]
 PATIENT, LIMIT = 1e-3, 128
 """The width, as a part of its axis, above which a bracket waits for however slow a middle.
 
-That of a narrower one has so many drive periods to reach its orbit, or the bracket stays as it is
+A narrower one stays as it is if its middle has not reached its orbit after `LIMIT` drive periods
 (docs/decisions/borders.md): fewer than any motion needs to be called aperiodic.
 """
 
@@ -194,7 +194,7 @@ class Map:
 def map_of(ds: xr.Dataset, kind: Kind, workers: int | None = None) -> Map:
     """Return the map that a result is; its axes become increasing.
 
-    Raises BoundaryError if it is none, or if its points depend on more than their parameters.
+    Raises BoundaryError if the result is not a map, or its points depend on more than parameters.
     """
     if "config" not in ds.attrs or (lacking := [n for n in NEEDED if n not in ds.variables]):
         what = f"lacks {', '.join(lacking)}" if "config" in ds.attrs else "has no config"

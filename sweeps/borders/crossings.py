@@ -1,8 +1,8 @@
 """Crossings of borders and the edges of a map, bisected side by side, and joined to lines.
 
 A map has one axis or two. Its edges join neighbours along an axis; a border crosses an edge where
-the kind changes along it. Kinds are whole numbers, `NO_KIND` where there is none; of what they are
-kinds is unknown here.
+the kind changes along it. Kinds are whole numbers, `NO_KIND` where there is none; what they stand
+for does not matter here.
 
 Crossings are joined cell by cell: marching squares of many kinds. A cell lies between two values of
 each axis. Its rim is walked counter-clockwise, the first axis pointing right and the second up, and

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 def write_timing(outcome: Outcome, workers: int, backend: str) -> None:
-    """Write the timing to a file beside the result, of which it is not a part."""
+    """Write the timing to a file beside the result."""
     timing = {
         "seconds": round(outcome.seconds, 3),
         "kernel_seconds": round(outcome.kernel_seconds, 3),
@@ -124,7 +124,7 @@ def print_plan(plan: Plan, slots: str) -> None:
     low, high = duration(plan.least_seconds / wide), duration(plan.seconds * wide)
     between = f"about {low}" if low == high else f"{low} to {high}"
     refined = plan.least_seconds < plan.seconds
-    least = ", less the more of the refined grid is interpolated" if refined else ""
+    least = ", less if much of the grid is interpolated" if refined else ""
     print(
         f"time: {between} on {slots}{least}, from a sample of {plan.pilot_points}; "
         "rare points that take long may exceed it"

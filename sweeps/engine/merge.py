@@ -75,7 +75,7 @@ def _write(
         if missing and not partial:
             raise RefusalError(
                 f"{missing} of {len(journal.done)} points are in none of the files"
-                f"{_missing_parts(sources)}; --partial writes what there is, as pending the rest"
+                f"{_missing_parts(sources)}; --partial writes it anyway, with the rest pending"
             )
         made = JournaledResult(target, journal, folder, None)
         made.write(outputs.place(outputs.main))

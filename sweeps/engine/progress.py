@@ -212,10 +212,10 @@ class Compiling:
     """Says that kernels are compiled, where that takes longer than a moment; a context manager.
 
     The first run of a version takes a minute for it. Nothing is said where it is not `wanted`.
-    `stop` takes the word away at any time, for whoever ends the process.
+    `stop` clears the message at any time.
     """
 
-    # It is a scene itself, of which nobody knows how long it takes.
+    # It is a scene itself, of unknown length.
     done: ClassVar[int] = 0
     goal: ClassVar[None] = None
     outlook: ClassVar[str] = ""

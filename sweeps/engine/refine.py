@@ -158,7 +158,7 @@ class Refinement:
     def _judge(
         self, level: _Level, kinds: NDArray[np.int64], amplitudes: NDArray[np.float64]
     ) -> Mask:
-        """Return the cells of a level to be cut now; takes note of by how much values miss."""
+        """Return the cells of a level to be cut now, and note by how much their values miss."""
         whole = level.active & ~level.cut
         own = kinds[self._at(level, (0,) * self._axes)]
         bad = own == _NO_RESULT

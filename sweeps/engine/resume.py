@@ -175,7 +175,7 @@ def intention(
 
 
 def decide(target: Target, folder: RunFolder, policy: ExistingPolicy) -> Decision:
-    """Return what a sweep does with the points that are there; whoever asks gets the same answer.
+    """Return what a sweep does with existing points; `plan`, `status` and the sweep agree.
 
     An interrupted sweep that was begun afresh is resumed when it is asked for afresh once more: the
     same command always leads to the end.
@@ -241,7 +241,7 @@ def _require_memory(target: Target) -> None:
 
 
 def _memory() -> float:
-    """Return the bytes of memory of this machine, where that can be told."""
+    """Return the bytes of memory of this machine; infinity if they are unknown."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     except (AttributeError, OSError, ValueError):

@@ -104,7 +104,7 @@ def run(
         With `output`: existing results do not fit; it cannot be read or written; the sweep ended
         early and can be resumed, by Ctrl-C the last.
     TypeError, ValueError
-        An argument that is none, or has no such value.
+        An unknown argument, or an invalid value.
     """
     config = source if isinstance(source, Config) else read_config(source)
     execution = _execution(config.execution, workers, backend, scheduler)

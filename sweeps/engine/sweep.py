@@ -182,7 +182,7 @@ def _stopped(recorder: Recorder, counts: Counts, stop: Stop) -> Outcome:
 
 
 def _ended(target: Target, output: Path, written: Written, missing: int) -> Outcome:
-    """Return how a sweep ended that lacks so many of the points that are asked for."""
+    """Return how a sweep ended; `missing` counts the points that it was to compute and lacks."""
     statuses = written.statuses.copy()
     statuses[Status.PENDING] = missing
     return Outcome(

@@ -103,7 +103,7 @@ _STEADY = 1e-3
 
 
 def pull_summary(ds: xr.Dataset) -> Iterator[str]:
-    """Yield what the motion of a pulled block comes to; nothing for other trajectories."""
+    """Yield a summary of the motion of a pulled block; nothing for other trajectories."""
     about = ds.attrs
     if about.get("motion") == "stick-slip":
         yield f"stick-slip: a melting every {about['slip_period']:.6g} s"

@@ -64,7 +64,7 @@ def settle_mode(temporary: Path, path: Path, like: Path | None = None) -> None:
 
 
 def appear(temporary: Path, path: Path) -> None:
-    """Give a finished file its name, which nobody has: raises FileExistsError if somebody does."""
+    """Give a finished file its name; raises FileExistsError if another file has it."""
     try:
         os.link(temporary, path)
     except FileExistsError:

@@ -149,10 +149,10 @@ def command_line() -> str:
 
 
 def foreign_attributes(name: str, attributes: Mapping[str, Any]) -> Iterator[str]:
-    """Yield what attributes of a variable in a file would have a reader take for something else.
+    """Yield what is wrong with attributes of a variable in a file, which would mislead a reader.
 
-    Only those are compared that there are: a Dataset that somebody computed may have lost them. A
-    flag that nobody knows yet is that of a later version.
+    Missing ones are no mistake: a Dataset made from a result may have lost them. Nor is an unknown
+    flag, which is that of a later version.
     """
     own = _REGISTERED.get(name)
     if own is None:

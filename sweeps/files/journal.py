@@ -67,8 +67,8 @@ class Journal:
     `chunks` how they are cut, `manifest` what is computed. `damaged` counts the bytes that were
     passed over when it was opened.
 
-    Interpolated points have no key: they are kept in memory alone, and made again by whoever opens
-    the file.
+    Interpolated points have no key: they are kept in memory alone, and made again when the file is
+    opened.
     """
 
     def __init__(
@@ -244,7 +244,7 @@ class Journal:
         self.damaged = 0
 
     def _scan(self) -> None:
-        """Find the points of the file, of which the last record of each counts."""
+        """Find the points of the file; the last record of each counts."""
         length = os.fstat(self._handle).st_size
         self._count, self.damaged = divmod(length, BYTES_PER_POINT)
         status = np.full(len(self.done), Status.PENDING, dtype=np.uint8)
@@ -278,7 +278,7 @@ class Journal:
             yield some, records.view(np.float64)[:, _ROW]
 
     def _gathered(self, places: NDArray[np.int32]) -> Records:
-        """Return the records (n, words) at increasing places (n,), of which some lie together."""
+        """Return the records (n, words) at increasing places (n,); close ones are read together."""
         borders = np.flatnonzero(np.diff(places) > _GAP) + 1
         stretches = np.split(places, borders)
         found = [self._read(int(each[0]), int(each[-1]) + 1)[each - each[0]] for each in stretches]

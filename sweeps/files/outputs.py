@@ -135,7 +135,7 @@ class Outputs:
             yield self
 
     def release(self) -> None:
-        """Remove what nobody needs, where a process ends without leaving `held`."""
+        """Remove unneeded files if the process ends without leaving `held`."""
         self.folder.remove()
 
     def recalled(self) -> xr.Dataset | None:
@@ -250,7 +250,7 @@ class Outputs:
         return True
 
     def _left(self) -> dict[str, Any]:
-        """Return the note of an earlier run; empty where there is none, or it is damaged."""
+        """Return the note of an earlier run; empty if there is none, or a damaged one."""
         try:
             left = json.loads(self.folder.manifest.read_text(encoding="utf-8"))
             return left if isinstance(left["files"], dict) and left["command"] is not None else {}

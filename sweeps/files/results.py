@@ -19,13 +19,7 @@ from stickslip.datasets import result_attributes, result_values
 from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps.files.atomic import begin, remove, replacing, storage_errors
-from sweeps.files.attributes import (
-    Place,
-    coordinates,
-    data_sha256,
-    places,
-    seal_key,
-)
+from sweeps.files.attributes import Place, coordinates, data_sha256, places, seal_key
 from sweeps.files.rows import STATUS, STATUS_CODES, Chunks, Rows, status_counts
 from sweeps.grid import CASE, DIRECTION, Grid
 
@@ -66,7 +60,7 @@ def write_result(
 ) -> Written:
     """Write a result to `temporary`, read it back, and let it replace an older one.
 
-    `rows` gives the result rows (n, columns) of a chunk, of which NaN rows become `pending`;
+    `rows` gives the result rows (n, columns) of a chunk; NaN rows become `pending`;
     `statuses` (128,) says how many points of each status that makes. The seal is added to the
     `attributes`, which hold the config.
 
@@ -174,7 +168,7 @@ def _fill(file: netCDF4.Dataset, chunks: Chunks, rows: Callable[[int], Rows]) ->
 
 
 def open_file(path: Path) -> netCDF4.Dataset:
-    """Return a file to read, of which a small one is read into memory at once."""
+    """Open a file to read; a small one is read into memory at once."""
     memory = path.read_bytes() if path.stat().st_size <= _LARGE else None
     return netCDF4.Dataset(path, memory=memory)
 

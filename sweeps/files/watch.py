@@ -45,7 +45,7 @@ for line in sys.stdin:
             for variable in file.variables.values():
                 read(variable)
     except Exception:
-        pass  # who reads the file next hears it
+        pass  # whoever reads the file next gets the error
     signal.setitimer(signal.ITIMER_REAL, 0.0)
     print(flush=True)
 """
@@ -57,7 +57,7 @@ _reader: subprocess.Popen[str] | None = None
 def require_readable(path: Path) -> None:
     """Raise StorageError if reading a NetCDF file hangs or crashes, or if it is not a file.
 
-    A file that cannot be read, but says so, passes: who reads it hears why.
+    A file whose reading fails with an error passes: its reader gets that error.
     """
     if path.exists() and not path.is_file():  # opening a pipe would wait for its other end
         raise StorageError(f"{path} is not a readable NetCDF file: it is not an ordinary file")

@@ -6,7 +6,7 @@ import contextlib
 import logging
 import pickle
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from functools import partial
 from typing import Any, Self
@@ -205,21 +205,17 @@ class SealedTask:
 
 
 def compute_on_cluster(task: Task) -> Block:
-    """Compute a task on a machine where perhaps nobody has compiled the kernels yet."""
+    """Compute a task on a machine where the kernels may not have been compiled yet.
+
+    One process compiles them; the others wait for it, and load what it has cached.
+    """
     if task.code == source_hash():
-        with _alone_on_the_machine():
+        with contextlib.ExitStack() as stack:
+            with contextlib.suppress(OSError, RuntimeError):  # then each compiles for itself
+                lock = FileLock(cache_folder().with_suffix(".lock"), timeout=_COMPILE_SECONDS)
+                stack.enter_context(lock)
             prepare_kernels(task.options, task.points[:, _KIND])
     return compute_block(task)
-
-
-@contextlib.contextmanager
-def _alone_on_the_machine() -> Iterator[None]:
-    """Let one process compile; the others wait for it and load what it has cached."""
-    with contextlib.ExitStack() as stack:
-        with contextlib.suppress(OSError, RuntimeError):  # then each compiles for itself
-            lock = FileLock(cache_folder().with_suffix(".lock"), timeout=_COMPILE_SECONDS)
-            stack.enter_context(lock)
-        yield
 
 
 def executor_for(execution: Execution) -> Executor:
