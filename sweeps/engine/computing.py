@@ -41,7 +41,7 @@ def kinds_of(grid: Grid) -> NDArray[np.float64]:
     return np.array(list(product(index, *either)))
 
 
-def compiled(config: Config, grid: Grid, stop: Stop, *, wanted: bool) -> bool:
+def compile_first(config: Config, grid: Grid, stop: Stop, *, wanted: bool) -> bool:
     """Compile what the points need, once, before several workers would begin to.
 
     Returns False where a stop was requested meanwhile; where it is `wanted`, it is said that this

@@ -378,29 +378,20 @@ def state_of(output: Path) -> dict[str, Any]:
     if folder.is_held():
         return found | {"state": "running"} | folder.last_beat()
     if (manifest := readable_manifest(folder.journal)) is not None:
-        return found | _state_of_journal(folder, manifest)
-    if output.exists():
-        return found | _state_of_file(output)
-    return found | {"state": "absent"}
-
-
-def _state_of_journal(folder: RunFolder, manifest: Manifest) -> dict[str, Any]:
-    config, part = found_in_journal(folder.journal, manifest).config, manifest.get("part", "")
-    target = Target.of(config, Part.parse(part) if part else None)
-    with closing(opened_journal(target, folder, manifest, readonly=True)) as journal:
-        statuses = journal.statuses.copy()
-        statuses[Status.PENDING] = np.count_nonzero(target.needed & ~journal.done)
-    whole = statuses[Status.PENDING] == 0 and folder.output.exists()
+        config, part = found_in_journal(folder.journal, manifest).config, manifest.get("part", "")
+        target = Target.of(config, Part.parse(part) if part else None)
+        with closing(opened_journal(target, folder, manifest, readonly=True)) as journal:
+            statuses = journal.statuses.copy()
+            statuses[Status.PENDING] = np.count_nonzero(target.needed & ~journal.done)
+        whole = statuses[Status.PENDING] == 0 and folder.output.exists()
+        state = "complete" if whole else "interrupted"
+    elif output.exists():
+        existing = found_in_file(output)
+        part, statuses = existing.part, contents(output, Chunks(existing.grid.shape)).statuses
+        if part:  # which is written where exactly its points are there
+            statuses[Status.PENDING] = 0
+        state = "partial" if statuses[Status.PENDING] else "complete"
+    else:
+        return found | {"state": "absent"}
     named = {"part": part} if part else {}
-    return named | {"state": "complete" if whole else "interrupted"} | tally(statuses)
-
-
-def _state_of_file(output: Path) -> dict[str, Any]:
-    found = found_in_file(output)
-    statuses = contents(output, Chunks(found.grid.shape)).statuses
-    if found.part:  # which is written where exactly its points are there
-        statuses[Status.PENDING] = 0
-    named = {"part": found.part} if found.part else {}
-    return (
-        named | {"state": "partial" if statuses[Status.PENDING] else "complete"} | tally(statuses)
-    )
+    return found | named | {"state": state} | tally(statuses)

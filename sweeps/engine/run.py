@@ -19,7 +19,7 @@ from stickslip.status import Status
 from sweeps.config.load import Config, from_mapping
 from sweeps.config.pull import refuse_pull
 from sweeps.config.schema import Execution
-from sweeps.engine.computing import compiled, missing_blocks
+from sweeps.engine.computing import compile_first, missing_blocks
 from sweeps.engine.executors import workers_of
 from sweeps.engine.progress import Counts, display_of, is_in_notebook
 from sweeps.engine.resume import ExistingPolicy
@@ -191,7 +191,7 @@ def compute(
     grid = Grid.from_config(config)
     memory, stop = Memory(grid.size), Stop()
     counts = Counts(grid.size, memory)
-    compiled(config, grid, stop, wanted=True)
+    compile_first(config, grid, stop, wanted=True)
     if isinstance(workers, Workers):
         ready: AbstractContextManager[Workers] = nullcontext(workers)
     else:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from stickslip.dispatch.task import Block
 from stickslip.status import Status
 from sweeps.config.load import Config
-from sweeps.engine.computing import compiled, missing_blocks
+from sweeps.engine.computing import compile_first, missing_blocks
 from sweeps.engine.executors import make_executor
 from sweeps.engine.existing import Part, RefusalError, Target
 from sweeps.engine.progress import Counts, display_of, stop_text
@@ -301,7 +301,7 @@ class Recorder:
             self._counts,
             self._stop,
         )
-        if not compiled(config, grid, stop, wanted=self._progress):
+        if not compile_first(config, grid, stop, wanted=self._progress):
             return
         with ExitStack() as stack:
             executor = stack.enter_context(make_executor(config.execution))
