@@ -137,7 +137,11 @@ class Point:
         row = dict(zip(RESULT_COLUMNS, self._computed[0], strict=True))
         computed = {name: result_values(name, value[None]).item() for name, value in row.items()}
         pairs = {name: (value, computed[name]) for name, value in self.stored.items()}
-        return {name: pair for name, pair in pairs.items() if not _same(*pair)}
+        return {  # all NaNs are equal
+            name: (stored, now)
+            for name, (stored, now) in pairs.items()
+            if stored != now and not (np.isnan(stored) and np.isnan(now))
+        }
 
     def simulate(
         self, periods: int | None = None, start: Start | None = None, samples_per_period: int = 2000
@@ -383,11 +387,6 @@ def _in_words(chosen: xr.Dataset, fixed: Mapping[str, float]) -> str:
     others = [str(n) for n, c in chosen.coords.items() if n not in PARAMETERS and not c.ndim]
     words += [f"{name} = {_plain(chosen[name].item())}" for name in others]
     return ", ".join(words) or "the only point"
-
-
-def _same(stored: float, computed: float) -> bool:
-    """Tell whether two numbers have the same bits; all NaNs are equal."""
-    return stored == computed or (np.isnan(stored) and np.isnan(computed))
 
 
 def periods_of(orbit: Orbit) -> int:

@@ -300,11 +300,15 @@ class Rims:
         meetings: list[list[int]] = []
         for cell in self.cells():
             for group in _groups(self._rim(cell), centres.get(cell)):
-                if len(group) == 2:
-                    pieces.append(_across(group))
-                else:
-                    pieces += _meeting(group, self._count + len(meetings))
-                    meetings.append([cut.crossing for cut in group])
+                if len(group) == 2:  # what is after the first is on the right on the way across
+                    first, second = group
+                    across = Piece(first.crossing, second.crossing, first.before, first.after)
+                    pieces.append(across.directed)
+                    continue
+                meeting = self._count + len(meetings)  # inward, `before` is on the left
+                inward = [Piece(cut.crossing, meeting, cut.before, cut.after) for cut in group]
+                pieces += [piece.directed for piece in inward]
+                meetings.append([cut.crossing for cut in group])
         alone = {cut.crossing: cut for cuts in self._edges.values() for cut in cuts}
         for piece in pieces:
             alone.pop(piece.begin, None)
@@ -344,17 +348,6 @@ def _groups(rim: list[Cut], centre: int | None) -> Iterator[list[Cut]]:
     for start, stop in zip(starts, [*starts[1:], starts[0] + len(rim)], strict=True):
         group = [rim[place % len(rim)] for place in range(start, stop)]
         yield from _groups(group, _repeated(group))
-
-
-def _across(group: Sequence[Cut]) -> Piece:
-    """Join two crossings: what is after the first of them is on the right on the way across."""
-    first, second = group
-    return Piece(first.crossing, second.crossing, first.before, first.after).directed
-
-
-def _meeting(group: Sequence[Cut], point: int) -> list[Piece]:
-    """Join crossings with the point in which they meet; inward, `before` is on the left."""
-    return [Piece(cut.crossing, point, cut.before, cut.after).directed for cut in group]
 
 
 def _chained(pieces: Sequence[Piece]) -> list[Line]:

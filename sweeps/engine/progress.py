@@ -77,7 +77,9 @@ def display_of(scene: Scene, *, wanted: bool = True) -> Display:
         return Display()
     if is_in_notebook():
         return _InNotebook(scene)
-    return _OnTerminal(scene) if _is_on_terminal() else _InLog(scene)
+    # Where messages go to a terminal on which they can be replaced.
+    on_terminal = sys.stderr.isatty() and os.environ.get("TERM") not in ("dumb", "unknown")
+    return _OnTerminal(scene) if on_terminal else _InLog(scene)
 
 
 def is_in_notebook() -> bool:
@@ -85,11 +87,6 @@ def is_in_notebook() -> bool:
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython else None
     return shell is not None and hasattr(shell, "kernel")
-
-
-def _is_on_terminal() -> bool:
-    """Return whether messages go to a terminal on which they can be replaced."""
-    return sys.stderr.isatty() and os.environ.get("TERM") not in ("dumb", "unknown")
 
 
 class _InLog(Display):
@@ -126,50 +123,45 @@ class _InLog(Display):
 
 
 class _OnTerminal(Display):
-    """A bar with the headline, and a line with the outlook; they are drawn anew all the time."""
+    """A bar with the headline, and a line with the outlook; they are drawn anew all the time.
+
+    Without a goal it is a spinner, of which nothing stays on the terminal.
+    """
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         self._bar: Progress | None = None
 
     def start(self) -> None:
-        self._bar = _bar_of(self._scene)
+        from rich.console import Console, RenderableType
+        from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
+        from rich.text import Text
+
+        scene = self._scene
+
+        class Bar(Progress):
+            def get_renderables(self) -> Iterable[RenderableType]:
+                for task in self.tasks:
+                    task.total, task.completed = scene.goal, scene.done
+                    task.description = scene.headline
+                yield self.make_tasks_table(self.tasks)
+                if scene.goal is not None:
+                    yield Text(scene.outlook.replace("about ", ""))  # room for it in 80 columns
+
+        self._bar = Bar(
+            SpinnerColumn("line") if scene.goal is None else BarColumn(bar_width=None),
+            TextColumn("{task.description}", markup=False),
+            console=Console(file=cast(TextIO, Messages(sys.stderr))),
+            refresh_per_second=_FRAMES_PER_SECOND,
+            transient=scene.goal is None,
+            expand=True,
+        )
+        self._bar.add_task(scene.headline)
         self._bar.start()
 
     def stop(self) -> None:
         if self._bar is not None:
             self._bar.stop()
-
-
-def _bar_of(scene: Scene) -> Progress:
-    """Make a bar that asks its scene whenever it is drawn; a spinner where there is no goal.
-
-    What has no goal leaves nothing behind on the terminal.
-    """
-    from rich.console import Console, RenderableType
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
-    from rich.text import Text
-
-    class Bar(Progress):
-        def get_renderables(self) -> Iterable[RenderableType]:
-            for task in self.tasks:
-                task.total, task.completed = scene.goal, scene.done
-                task.description = scene.headline
-            yield self.make_tasks_table(self.tasks)
-            if scene.goal is not None:
-                yield Text(scene.outlook.replace("about ", ""))  # room for it in 80 columns
-
-    words = TextColumn("{task.description}", markup=False)
-    bar = Bar(
-        SpinnerColumn("line") if scene.goal is None else BarColumn(bar_width=None),
-        words,
-        console=Console(file=cast(TextIO, Messages(sys.stderr))),
-        refresh_per_second=_FRAMES_PER_SECOND,
-        transient=scene.goal is None,
-        expand=True,
-    )
-    bar.add_task(scene.headline)
-    return bar
 
 
 class _InNotebook(Display):
