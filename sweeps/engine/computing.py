@@ -22,7 +22,7 @@ from sweeps.engine.refine import refinement_of
 from sweeps.engine.settings import options_of
 from sweeps.engine.signals import Stop, wait_for
 from sweeps.files.journal import Journal
-from sweeps.files.rows import Memory
+from sweeps.files.result_rows import Memory
 from sweeps.grid import Grid
 
 

@@ -27,6 +27,7 @@ from sweeps.files.datasets import DAMAGE
 from sweeps.files.journal import Journal
 from sweeps.files.outputs import WAYS_OUT as WAYS_OUT  # handed on
 from sweeps.files.outputs import RefusalError as RefusalError
+from sweeps.files.result_rows import STATUS, Chunks, Rows
 from sweeps.files.results import (
     Digests,
     columns_in,
@@ -36,7 +37,6 @@ from sweeps.files.results import (
     read_rows,
     whole_chunks,
 )
-from sweeps.files.rows import STATUS, Chunks, Rows
 from sweeps.files.watch import require_readable
 from sweeps.grid import CASE, DIRECTION, Grid
 from sweeps.human import counted

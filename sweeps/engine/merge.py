@@ -23,8 +23,8 @@ from sweeps.engine.sweep import JournaledResult, Outcome
 from sweeps.files.atomic import StorageError, fingerprint, storage_errors
 from sweeps.files.journal import Journal
 from sweeps.files.outputs import Outputs
+from sweeps.files.result_rows import Rows
 from sweeps.files.results import contents
-from sweeps.files.rows import Rows
 from sweeps.files.run_folder import RunFolder
 
 Indices = NDArray[np.int64]

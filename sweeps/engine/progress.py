@@ -18,7 +18,7 @@ from stickslip.dispatch.in_flight import InFlight
 from stickslip.dispatch.stop import LONGEST_STOP, Stop
 from stickslip.status import Status
 from sweeps.files.journal import Journal
-from sweeps.files.rows import Memory, failures, tally
+from sweeps.files.result_rows import Memory, failures, tally
 from sweeps.human import Messages, clock, counted, duration, points_per_time
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from stickslip.datasets import result_attributes, result_variables
 from stickslip.kernels.version import NUMERICS_VERSION
 from stickslip.variables import PARAMETERS, PHASES, PULLED, RESULTS, STROBOSCOPIC, TRAJECTORY
 from sweeps.config.load import Config
-from sweeps.files.rows import STATUS, failures, status_counts
+from sweeps.files.result_rows import STATUS, failures, status_counts
 from sweeps.grid import CASE, DIRECTION, Grid
 from sweeps.human import shortened
 

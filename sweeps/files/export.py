@@ -17,7 +17,7 @@ import numpy as np
 
 from stickslip.variables import PARAMETERS, RESULTS
 from sweeps.exits import ExpectedError
-from sweeps.files.rows import Chunks
+from sweeps.files.result_rows import Chunks
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -30,7 +30,7 @@ from stickslip.keys import checksums
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS
 from sweeps.files.atomic import StorageError, begin, replacing
-from sweeps.files.rows import STATUS, STATUS_CODES, Chunks, Rows, status_counts
+from sweeps.files.result_rows import STATUS, STATUS_CODES, Chunks, Rows, status_counts
 from sweeps.identity import PointKeys
 
 Indices = NDArray[np.int64]

@@ -20,7 +20,7 @@ from stickslip.status import Status
 from stickslip.variables import PARAMETERS, RESULT_COLUMNS, RESULTS
 from sweeps.files.atomic import begin, remove, replacing, storage_errors
 from sweeps.files.attributes import Place, coordinates, data_sha256, places, seal_key
-from sweeps.files.rows import STATUS, STATUS_CODES, Chunks, Rows, status_counts
+from sweeps.files.result_rows import STATUS, STATUS_CODES, Chunks, Rows, status_counts
 from sweeps.grid import CASE, DIRECTION, Grid
 
 # Level 1 takes half the time of level 4; files are a few percent larger, as mantissas are noise.

@@ -24,7 +24,7 @@ from stickslip.variables import RESULT_COLUMNS
 from sweeps import run
 from sweeps.config.load import from_mapping
 from sweeps.files.datasets import content_hash, open_result
-from sweeps.files.rows import STATUS
+from sweeps.files.result_rows import STATUS
 from sweeps.grid import Grid
 
 # Of these points some wander for hundreds of periods, and two never close.

@@ -32,7 +32,7 @@ from sweeps.config.load import from_mapping
 from sweeps.config.schema import Execution
 from sweeps.engine.computing import kinds_of
 from sweeps.engine.run import compute
-from sweeps.files.rows import STATUS, failures, status_counts
+from sweeps.files.result_rows import STATUS, failures, status_counts
 from sweeps.grid import Grid
 
 # Different lubricants and temperatures, so that neighbours in a block differ in cost.

@@ -20,7 +20,7 @@ from sweeps.files import export as module
 from sweeps.files.atomic import StorageError
 from sweeps.files.export import TableError, files_of, refuse_other_data, tables
 from sweeps.files.outputs import Outputs
-from sweeps.files.rows import Chunks
+from sweeps.files.result_rows import Chunks
 
 FLOATS = [name for name in RESULT_COLUMNS if RESULTS[name].dtype == "f8"]
 # What a writer that rounds, or drops a sign, changes.

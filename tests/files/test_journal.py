@@ -28,7 +28,7 @@ from sweeps.files.journal import (
     manifest_path,
     readable_manifest,
 )
-from sweeps.files.rows import STATUS, Chunks
+from sweeps.files.result_rows import STATUS, Chunks
 from sweeps.grid import Grid
 from sweeps.identity import PointKeys
 

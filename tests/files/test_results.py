@@ -22,8 +22,8 @@ from sweeps.files import results
 from sweeps.files.atomic import StorageError
 from sweeps.files.attributes import global_attributes
 from sweeps.files.datasets import content_hash, open_result
+from sweeps.files.result_rows import STATUS, Chunks, status_counts
 from sweeps.files.results import Written, contents, read_rows, try_writing, write_result
-from sweeps.files.rows import STATUS, Chunks, status_counts
 from sweeps.grid import Grid
 from sweeps.identity import settings_of
 

@@ -24,7 +24,7 @@ from stickslip import Options, Status
 from stickslip.dispatch.task import Block, Task
 from support.sweeps.processes import HANGS, default_signals, ends_with_its_test
 from sweeps.engine.progress import Counts
-from sweeps.files.rows import Memory
+from sweeps.files.result_rows import Memory
 
 HIDDEN, VISIBLE = "\x1b[?25l", "\x1b[?25h"
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from stickslip.datasets import result_values
 from stickslip.status import Status
 from stickslip.variables import RESULT_COLUMNS, RESULTS
-from sweeps.files.rows import CHUNK_POINTS, STATUS, STATUS_CODES, Chunks, status_counts
+from sweeps.files.result_rows import CHUNK_POINTS, STATUS, STATUS_CODES, Chunks, status_counts
 
 shapes = st.lists(st.integers(1, 7), max_size=5).map(tuple)
 sizes = st.integers(1, 200)
