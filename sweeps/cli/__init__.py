@@ -10,9 +10,7 @@ def main() -> None:
     """Run the command `stickslip`."""
     # An import that Ctrl-C breaks off has a traceback, or none of the exception's name any more.
     loading = signal.getsignal(signal.SIGINT)
-    if (
-        loading is signal.default_int_handler
-    ):  # not where it is ignored, as in a script's background
+    if loading is signal.default_int_handler:  # not ignored, as in the background of a script
         signal.signal(signal.SIGINT, _end)
     from sweeps.cli.app import main as run
 
