@@ -1,4 +1,4 @@
-"""The progress that a person sees while something takes long.
+"""The progress of a sweep, and what a person sees of it and of other long computations.
 
 A bar on a terminal, plain lines in a log, a bar under the cell of a notebook. Nothing here decides
 anything: where it cannot be written, it is lost.
@@ -10,7 +10,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, TextIO, cast
 
 from stickslip.dispatch.blocks import Costs
@@ -22,8 +22,6 @@ from sweeps.files.result_rows import Memory, failures, tally
 from sweeps.human import Messages, clock, counted, duration, points_per_time
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from IPython.display import HTML
     from rich.progress import Progress
 
@@ -37,7 +35,6 @@ _MOST_LINES_LEFT_OUT = 12
 _MOMENT = 1.5  # seconds
 
 _GONE_SECONDS = 1.0  # a terminal that blocks is not waited for
-
 _SOON = 5.0  # seconds in flight that are not worth a word
 
 
