@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.keys import checksums
 from sweeps.engine.existing import (
     WAYS_OUT,
     ExistingPoints,
@@ -131,11 +132,10 @@ def _agreeing(sources: list[ExistingPoints], size: int) -> Iterator[tuple[Indice
 
 
 def _checksums(rows: Rows) -> NDArray[np.uint64]:
-    """Return a number (n,) for each row (n, columns), another one wherever a bit differs."""
-    bits = np.ascontiguousarray(np.where(np.isnan(rows), np.nan, rows)).view(np.uint64)
-    # Products with odd numbers are different for different bits, whatever overflows.
-    odd = np.array([pow(3, 2 * column + 1, 1 << 64) for column in range(rows.shape[1])], np.uint64)
-    return np.asarray((bits * odd).sum(axis=1, dtype=np.uint64))
+    """Return the checksum (n,) of each row (n, columns), as of a record without a key."""
+    records = np.zeros((len(rows), rows.shape[1] + 3), dtype=np.uint64)
+    records[:, 2:-1] = np.where(np.isnan(rows), np.nan, rows).view(np.uint64)  # of equal NaNs
+    return checksums(records)
 
 
 def _missing_parts(sources: list[ExistingPoints]) -> str:
