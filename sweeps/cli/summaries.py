@@ -207,13 +207,15 @@ def print_borders(borders: xr.Dataset) -> None:
         for place, pair, fold in zip(borders[axes[0]].values, sides, is_fold, strict=True):
             value = f"{place:.8g} {PARAMETERS[axes[0]].unit}".rstrip()
             print(f"{axes[0]} {value}: {_between(*pair)}, {'fold' if fold else 'grazing'}")
-        return
-    for pair in dict.fromkeys(sides):
+    for pair in dict.fromkeys(sides) if len(axes) > 1 else ():
         own = [other == pair for other in sides]
         lines = len(set(borders.line.values[own]))
         folds = int(is_fold[own].sum())
         size = f"{counted(lines, 'line')}, {counted(sum(own), 'point')}"
         print(f"{_between(*pair)}: {size}, {folds} of them at folds")
+    if (wide := int(borders.attrs.get("wide_brackets", 0))) > 0:
+        brackets = counted(wide, "bracket")
+        print(f"{brackets} wider than asked, at motions that close late, or never")
 
 
 def _between(left: int, right: int) -> str:
